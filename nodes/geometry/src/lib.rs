@@ -1,0 +1,35 @@
+//! What flows between the cores: scans, clouds, depth images, poses, zones, and the cycle that ties
+//! one of each together. No ROS, no clock, no files.
+//!
+//! # Frames
+//!
+//! | name | origin and axes |
+//! |---|---|
+//! | `map` | the rig frame of the first cycle (the thesis' MF_0) |
+//! | `rig` | origin at the camera's optical centre, x forward, y left, z up (REP-103); the thesis' O_k |
+//! | `camera` | the optical frame: same origin, x right, y down, z forward |
+//! | `lidar` | the scan's own frame; 5 cm below the rig on the thesis' platform |
+//!
+//! A transform is named target first: `map_from_rig * point_in_rig` is a point in `map`.
+
+mod camera;
+mod cloud;
+mod cycle;
+mod depth;
+mod pose;
+mod scan;
+mod stamp;
+mod voxel;
+mod zone;
+
+pub use camera::{CameraModel, Distortion};
+pub use cloud::Cloud;
+pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
+pub use depth::{DepthImage, DepthPixels, DepthSizeError};
+pub use pose::{
+    PoseBuffer, StampedPose, homogeneous_from_pose_vector, pose_from_vector, pose_vector,
+};
+pub use scan::Scan;
+pub use stamp::Stamp;
+pub use voxel::{VoxelEdgeError, VoxelGrid, VoxelKey};
+pub use zone::{DynamicZone, ZoneSource};

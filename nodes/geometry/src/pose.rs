@@ -1,0 +1,70 @@
+//! Poses: the thesis' six numbers, and interpolation in time.
+
+use std::collections::VecDeque;
+
+use nalgebra::{Isometry3, Matrix4, Translation3, UnitQuaternion};
+
+use crate::Stamp;
+
+/// A pose of the rig at a moment.
+#[derive(Clone, PartialEq, Debug)]
+pub struct StampedPose {
+    /// When.
+    pub stamp: Stamp,
+    /// The frame that `map_from_rig` leads to.
+    pub frame_id: String,
+    /// Takes a point of the rig frame to the map frame.
+    pub map_from_rig: Isometry3<f64>,
+}
+
+/// The pose of the thesis' vector Vt_k = (Px, Py, Pz, phi, beta, gamma) (Rec-HV 3.2.7): metres, then
+/// the angles of the matrix Rz(phi) * Ry(beta) * Rx(gamma) in radians.
+#[must_use]
+pub fn pose_from_vector(vector: &[f64; 6]) -> Isometry3<f64> {
+    let [x_m, y_m, z_m, phi_rad, beta_rad, gamma_rad] = *vector;
+    Isometry3::from_parts(
+        Translation3::new(x_m, y_m, z_m),
+        UnitQuaternion::from_euler_angles(gamma_rad, beta_rad, phi_rad),
+    )
+}
+
+/// The thesis' vector Vt_k of a pose; see [`pose_from_vector`].
+#[must_use]
+pub fn pose_vector(pose: &Isometry3<f64>) -> [f64; 6] {
+    let (gamma_rad, beta_rad, phi_rad) = pose.rotation.euler_angles();
+    let [x_m, y_m, z_m] = pose.translation.vector.into();
+    [x_m, y_m, z_m, phi_rad, beta_rad, gamma_rad]
+}
+
+/// The homogeneous matrix Mt_k of eq. 8, written out as printed but for the slip of sign in row 1,
+/// column 2. The suite computes with [`pose_from_vector`]; this is the plain twin that tests compare.
+#[must_use]
+pub fn homogeneous_from_pose_vector(vector: &[f64; 6]) -> Matrix4<f64> {
+    let [x_m, y_m, z_m, phi, beta, gamma] = *vector;
+    let ((sp, cp), (sb, cb), (sg, cg)) = (phi.sin_cos(), beta.sin_cos(), gamma.sin_cos());
+    Matrix4::new(
+        cp * cb,
+        cp * sb * sg - sp * cg,
+        cp * sb * cg + sp * sg,
+        x_m, //
+        sp * cb,
+        sp * sb * sg + cp * cg,
+        sp * sb * cg - cp * sg,
+        y_m, //
+        -sb,
+        cb * sg,
+        cb * cg,
+        z_m, //
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+    )
+}
+
+/// The latest poses, for the pose at a moment between two of them.
+#[derive(Clone, Debug)]
+pub struct PoseBuffer {
+    poses: VecDeque<StampedPose>,
+    capacity: usize,
+}

