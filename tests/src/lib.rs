@@ -1,1 +1,1 @@
-//! The tests stand in `tests/suite.rs`; this library is empty.
+//! The tests stand in `tests/suite`; this library is empty.

@@ -1,1 +1,40 @@
-//! To be written.
+//! Recorded bags: reading and writing MCAP, rosbag2 directories, and the schedule of their playback.
+//!
+//! Without the feature `ros` this is a library of files: [`Bag`] reads, [`BagWriter`] writes,
+//! [`Schedule`] says when to publish what. With it, the module `shell` plays a bag onto DDS.
+//!
+//! The reader streams: of a file it holds the index and the chunks that the current time lies in. Chunks
+//! are checked against their checksums before any of their messages is handed out, and decompressed by
+//! the reader of the mcap crate; the order over chunks is kept here, since the indexed reader of that
+//! crate checks no checksum and cannot go on behind a damaged chunk.
+
+mod bag;
+mod catalogue;
+mod error;
+mod foreign;
+mod index;
+mod info;
+mod message;
+mod messages;
+mod qos;
+mod rosbag2;
+mod schedule;
+mod segment;
+#[cfg(feature = "ros")]
+pub mod shell;
+mod source;
+mod summary;
+mod writer;
+
+pub use bag::{Bag, DEFAULT_MERGE_WINDOW_BYTES};
+pub use error::{BagError, Loss, LossKind};
+pub use foreign::ForeignFile;
+pub use info::{BagInfo, FileInfo, TopicInfo};
+pub use message::{BagMessage, CDR, Selection};
+pub use messages::{Messages, Skipped};
+pub use qos::{Durability, OfferedQos, Reliability};
+pub use schedule::{Decision, RateError, Schedule};
+pub use writer::{BagSummary, BagWriter, ChannelId};
+
+#[cfg(test)]
+mod tests;

@@ -1,2 +1,7 @@
-//! To be written.
-fn main() {}
+//! The bag player as a program of its own; see [`bag_player::shell`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    bag_player::shell::run(std::env::args().skip(1))
+}

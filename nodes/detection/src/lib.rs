@@ -1,1 +1,28 @@
-//! To be written.
+//! Finds the dynamic zones of a 2D laser scan by the variability of its ranges, and reduces the cloud
+//! (Rec-HV 3.2.1 to 3.2.3, 3.3.2).
+//!
+//! | module | step | source |
+//! |---|---|---|
+//! | [`matching`] | a scan, a cloud and a pose become one cycle | 3.3.1 |
+//! | [`aperture`] | the beams of the forward 90 degrees, in the rig frame | 3.2.1, eq. 1 |
+//! | [`gap_fill`] | a range for every beam | 3.2.1.1, 3.3.2.1 |
+//! | [`variability`] | mean and deviation of each beam over n scans | 3.2.1.2, eq. 2 to 4 |
+//! | [`zone_finder`] | the angles that bound the moving object | 3.2.2, 3.3.2.2, eq. 5 |
+//! | [`detector`] | all of them in turn, and the voxel grid of the cloud | 3.2.3 |
+//!
+//! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
+
+pub mod aperture;
+pub mod config;
+pub mod detector;
+pub mod gap_fill;
+pub mod matching;
+#[cfg(feature = "ros")]
+pub mod shell;
+pub mod variability;
+pub mod zone_finder;
+
+pub use config::{ConfigError, DetectionConfig, Method, RunBound};
+pub use detector::{CycleInput, CycleStatistics, Detected, DetectionError, Detector, Step, View};
+pub use matching::{DropCause, Dropped, Input, MatchEvent, Matched, Matcher};
+pub use zone_finder::Unmeasured;

@@ -1,1 +1,32 @@
-//! To be written.
+//! How well a run did: scores against the truth, figures of speed and growth, and the report page.
+//!
+//! Everything starts from a [`RunRecord`], which the front door fills from either transport. From it
+//! come a [`Summary`] (`summary.json`), pictures of the map with and without removal, and a page that
+//! needs nothing but itself (`report.html`). Where the truth is known, [`score_dynamic`] says how much
+//! of each moving object was removed and what that cost the static scene.
+//!
+//! No ROS, no files, no clock: bytes and text go out, and the same record gives the same bytes.
+
+mod chart;
+mod dynamic_score;
+mod headline;
+mod pictures;
+mod report;
+mod run_record;
+mod summary;
+mod timing;
+mod truth;
+
+pub use dynamic_score::{
+    CycleScore, DynamicScore, DynamicScoreRules, MapScore, ObjectCycleScore, ObjectScore,
+    RemovedPoints, ScoreError, score_dynamic,
+};
+pub use headline::headline;
+pub use pictures::{MapPictures, PictureError, PictureFrame, View, ViewPictures, map_pictures};
+pub use report::report_html;
+pub use run_record::{CycleRecord, DropCount, RunRecord, Transport};
+pub use summary::{
+    CycleCounts, DropSummary, MapSummary, PointStatistics, StagePoints, Summary, ZoneShares,
+};
+pub use timing::{DurationStatistics, StepTiming, Timing};
+pub use truth::{LabelledPoint, TruthFrame, TruthFrameError};

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
-use crate::Stamp;
+use crate::{Stamp, rigid::RigidTransform};
 
 /// Points of one moment in one frame. Every point is finite: what returned nothing has no point.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -20,11 +20,39 @@ impl Cloud {
     /// The cloud in another frame.
     #[must_use]
     pub fn transformed(&self, target_from_cloud: &Isometry3<f64>, target_frame_id: &str) -> Self {
-        let transform: Isometry3<f32> = target_from_cloud.cast();
+        let transform = RigidTransform::new(target_from_cloud);
         Self {
             stamp: self.stamp,
             frame_id: target_frame_id.to_owned(),
-            points_m: self.points_m.iter().map(|point| transform * point).collect(),
+            points_m: self
+                .points_m
+                .iter()
+                .map(|point| Point3::from(transform.apply([point.x, point.y, point.z])))
+                .collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::pose_from_vector;
+
+    #[test]
+    fn the_optical_axis_becomes_the_forward_axis() {
+        // The default of `rig_from_camera`: the camera's optical frame seen from the rig.
+        let rig_from_camera = pose_from_vector(&[0.0, 0.0, 0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2]);
+        let cloud = Cloud {
+            stamp: Stamp::from_nanos(7),
+            frame_id: "camera".to_owned(),
+            points_m: vec![Point3::new(1.0, 2.0, 3.0)],
+        };
+        let in_rig = cloud.transformed(&rig_from_camera, "rig");
+        assert_eq!((in_rig.stamp, in_rig.frame_id.as_str()), (cloud.stamp, "rig"));
+        assert!((in_rig.points_m[0] - Point3::new(3.0, -1.0, -2.0)).norm() < 1e-6);
+        let again = in_rig.transformed(&rig_from_camera.inverse(), "camera");
+        assert!((again.points_m[0] - cloud.points_m[0]).norm() < 1e-6);
     }
 }

@@ -1,5 +1,7 @@
 //! A depth image.
 
+use std::ops::Range;
+
 use crate::Stamp;
 
 /// The pixels of a depth image, row by row, in one of the two encodings of REP-118.
@@ -9,6 +11,47 @@ pub enum DepthPixels {
     Millimetres(Vec<u16>),
     /// `32FC1`: metres, not finite (or not positive) where nothing was measured.
     Metres(Vec<f32>),
+}
+
+impl DepthPixels {
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Millimetres(values) => values.len(),
+            Self::Metres(values) => values.len(),
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The depths of a stretch of pixels in metres, whatever stands for "not measured" included: 0, a
+    /// negative number, or one that is not finite.
+    pub(crate) fn load_m(&self, pixels: Range<usize>, depths_m: &mut [f32]) {
+        match self {
+            Self::Millimetres(values) => {
+                let values = values.get(pixels).unwrap_or_default();
+                for (depth_m, &depth_mm) in depths_m.iter_mut().zip(values) {
+                    *depth_m = metres(depth_mm);
+                }
+            }
+            Self::Metres(values) => {
+                let values = values.get(pixels).unwrap_or_default();
+                for (depth_m, &value_m) in depths_m.iter_mut().zip(values) {
+                    *depth_m = value_m;
+                }
+            }
+        }
+    }
+}
+
+/// Divided, not multiplied by 0.001: 1500 mm are 1.5 m to the last bit.
+fn metres(depth_mm: u16) -> f32 {
+    f32::from(depth_mm) / 1e3
 }
 
 /// A depth image: for each pixel the distance along the optical axis (not along the ray).
@@ -46,10 +89,7 @@ impl DepthImage {
         (width_px, height_px): (usize, usize),
         pixels: DepthPixels,
     ) -> Result<Self, DepthSizeError> {
-        let count = match &pixels {
-            DepthPixels::Millimetres(values) => values.len(),
-            DepthPixels::Metres(values) => values.len(),
-        };
+        let count = pixels.len();
         if width_px.checked_mul(height_px) == Some(count) {
             Ok(Self { stamp, frame_id, width_px, height_px, pixels })
         } else {
@@ -85,12 +125,52 @@ impl DepthImage {
         match &self.pixels {
             DepthPixels::Millimetres(values) => {
                 let depth_mm = *values.get(index)?;
-                (depth_mm > 0).then(|| f32::from(depth_mm) * 1e-3)
+                (depth_mm > 0).then(|| metres(depth_mm))
             }
             DepthPixels::Metres(values) => {
                 let depth_m = *values.get(index)?;
                 (depth_m.is_finite() && depth_m > 0.0).then_some(depth_m)
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(
+        width_px: usize,
+        height_px: usize,
+        pixels: DepthPixels,
+    ) -> Result<DepthImage, DepthSizeError> {
+        DepthImage::new(Stamp::default(), "camera".to_owned(), (width_px, height_px), pixels)
+    }
+
+    #[test]
+    fn a_depth_that_was_not_measured_is_none_in_both_encodings() {
+        let millimetres = image(2, 2, DepthPixels::Millimetres(vec![0, 1, 1500, 65_535])).unwrap();
+        assert_eq!(millimetres.depth_m(0, 0), None);
+        assert_eq!(millimetres.depth_m(1, 0), Some(0.001));
+        assert_eq!(millimetres.depth_m(0, 1), Some(1.5));
+        assert_eq!(millimetres.depth_m(1, 1), Some(65.535));
+        let values = vec![f32::NAN, f32::INFINITY, -1.0, 0.0, 1.5, f32::NEG_INFINITY];
+        let metres = image(3, 2, DepthPixels::Metres(values)).unwrap();
+        let measured: Vec<_> = (0..2)
+            .flat_map(|row| (0..3).map(move |column| (column, row)))
+            .filter_map(|(column, row)| metres.depth_m(column, row))
+            .collect();
+        assert_eq!(measured, [1.5]);
+        assert_eq!((metres.depth_m(3, 0), metres.depth_m(0, 2)), (None, None));
+    }
+
+    #[test]
+    fn a_size_that_the_pixels_do_not_fill_is_refused() {
+        for (width_px, height_px) in [(2, 3), (4, 0), (usize::MAX, 2), (0, 0), (5, 1)] {
+            let error =
+                image(width_px, height_px, DepthPixels::Millimetres(vec![0; 4])).unwrap_err();
+            assert_eq!(error, DepthSizeError { width_px, height_px, pixels: 4 });
+        }
+        assert!(image(0, 7, DepthPixels::Metres(Vec::new())).is_ok());
     }
 }

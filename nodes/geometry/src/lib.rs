@@ -16,20 +16,33 @@ mod camera;
 mod cloud;
 mod cycle;
 mod depth;
+mod depth_projection;
+mod label;
+pub mod pcd;
+pub mod ply;
+mod point_block;
+mod point_file;
 mod pose;
+mod rigid;
 mod scan;
+mod scan_from_depth;
 mod stamp;
 mod voxel;
 mod zone;
 
-pub use camera::{CameraModel, Distortion};
+pub use camera::{CameraModel, CameraModelError, Distortion, RayTable};
 pub use cloud::Cloud;
 pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
 pub use depth::{DepthImage, DepthPixels, DepthSizeError};
+pub use depth_projection::{DepthCameraError, DepthLimits, DepthProjector, ReducedDepth};
+pub use label::{LabelImage, LabelSizeError};
+pub use point_file::PointFileError;
 pub use pose::{
-    PoseBuffer, StampedPose, homogeneous_from_pose_vector, pose_from_vector, pose_vector,
+    PoseBuffer, PoseLookupError, PosePushError, StampedPose, homogeneous_from_pose_vector,
+    pose_from_vector, pose_vector,
 };
 pub use scan::Scan;
+pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use stamp::Stamp;
-pub use voxel::{VoxelEdgeError, VoxelGrid, VoxelKey};
+pub use voxel::{VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelKey};
 pub use zone::{DynamicZone, ZoneSource};

@@ -1,10 +1,14 @@
 //! Poses: the thesis' six numbers, and interpolation in time.
 
-use std::collections::VecDeque;
+mod buffer;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::{Isometry3, Matrix4, Translation3, UnitQuaternion};
 
 use crate::Stamp;
+
+pub use buffer::{PoseBuffer, PoseLookupError, PosePushError};
 
 /// A pose of the rig at a moment.
 #[derive(Clone, PartialEq, Debug)]
@@ -18,7 +22,8 @@ pub struct StampedPose {
 }
 
 /// The pose of the thesis' vector Vt_k = (Px, Py, Pz, phi, beta, gamma) (Rec-HV 3.2.7): metres, then
-/// the angles of the matrix Rz(phi) * Ry(beta) * Rx(gamma) in radians.
+/// the angles of the matrix Rz(phi) * Ry(beta) * Rx(gamma) in radians. So phi is the yaw, beta the
+/// pitch and gamma the roll, as the printed matrix has it; the glossary swaps phi and gamma.
 #[must_use]
 pub fn pose_from_vector(vector: &[f64; 6]) -> Isometry3<f64> {
     let [x_m, y_m, z_m, phi_rad, beta_rad, gamma_rad] = *vector;
@@ -28,7 +33,8 @@ pub fn pose_from_vector(vector: &[f64; 6]) -> Isometry3<f64> {
     )
 }
 
-/// The thesis' vector Vt_k of a pose; see [`pose_from_vector`].
+/// The thesis' vector Vt_k of a pose; see [`pose_from_vector`]. phi and gamma lie in `[-pi, pi]`, beta
+/// in `[-pi/2, pi/2]`; at its ends only the sum or difference of phi and gamma is determined.
 #[must_use]
 pub fn pose_vector(pose: &Isometry3<f64>) -> [f64; 6] {
     let (gamma_rad, beta_rad, phi_rad) = pose.rotation.euler_angles();
@@ -60,11 +66,4 @@ pub fn homogeneous_from_pose_vector(vector: &[f64; 6]) -> Matrix4<f64> {
         0.0,
         1.0,
     )
-}
-
-/// The latest poses, for the pose at a moment between two of them.
-#[derive(Clone, Debug)]
-pub struct PoseBuffer {
-    poses: VecDeque<StampedPose>,
-    capacity: usize,
 }

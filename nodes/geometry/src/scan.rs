@@ -46,3 +46,47 @@ impl Scan {
             .then_some(range_m)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    fn scan(ranges_m: Vec<f32>) -> Scan {
+        Scan { range_min_m: 0.15, range_max_m: 8.0, ranges_m, ..Scan::default() }
+    }
+
+    #[test]
+    fn only_a_real_return_is_a_measured_range() {
+        let none = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.0, -1.0, 0.149, 8.001];
+        let scan_of_none = scan(none.to_vec());
+        for (index, range_m) in none.iter().enumerate() {
+            assert_eq!(scan_of_none.measured_range_m(index), None, "{range_m}");
+        }
+        assert_eq!(scan_of_none.measured_range_m(none.len()), None);
+        let real = scan(vec![0.15, 3.697, 8.0]);
+        let measured: Vec<_> = (0..3).filter_map(|index| real.measured_range_m(index)).collect();
+        assert_eq!(measured, [0.15, 3.697, 8.0]);
+    }
+
+    #[test]
+    fn a_sensor_without_known_limits_has_no_returns() {
+        let unknown = Scan { range_max_m: f32::NAN, ..scan(vec![1.0]) };
+        assert_eq!(unknown.measured_range_m(0), None);
+        let unlimited = Scan { range_max_m: f32::INFINITY, ..scan(vec![1.0, f32::INFINITY]) };
+        assert_eq!(unlimited.measured_range_m(0), Some(1.0));
+        assert_eq!(unlimited.measured_range_m(1), None);
+    }
+
+    #[test]
+    fn azimuths_go_by_the_increment_in_either_direction() {
+        let increment_rad = 1_f32.to_radians();
+        let mut scan = scan(vec![1.0; 360]);
+        (scan.angle_min_rad, scan.angle_increment_rad) = (-std::f32::consts::PI, increment_rad);
+        assert!((scan.azimuth_rad(0) + PI).abs() < 1e-6);
+        assert!(scan.azimuth_rad(180).abs() < 1e-5);
+        (scan.angle_min_rad, scan.angle_increment_rad) = (std::f32::consts::PI, -increment_rad);
+        assert!((scan.azimuth_rad(270) + PI / 2.0).abs() < 1e-5);
+    }
+}

@@ -1,9 +1,16 @@
 //! The voxel grid: space cut into cubes whose corners lie at multiples of the edge.
 
+mod accumulator;
+mod order;
+#[cfg(test)]
+mod tests;
+
 use nalgebra::Point3;
 
+pub use accumulator::VoxelAccumulator;
+
 /// The cell of a point: its coordinates divided by the edge, rounded down.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct VoxelKey {
     /// Along x.
     pub x: i32,
@@ -46,18 +53,28 @@ impl VoxelGrid {
         self.edge_m
     }
 
-    /// The cell of a point.
+    /// The cell of a point whose coordinates are finite.
+    ///
+    /// The key grows with each coordinate and never falls, so a mean of points of one cell lies in
+    /// that cell. A point beyond the reach of 32 bits falls into the outermost cells.
     #[must_use]
     pub fn key(&self, point: &Point3<f32>) -> VoxelKey {
-        // The float-to-int cast saturates: a point beyond the grid falls into its outermost cells.
+        // The float-to-int cast saturates, and takes NaN to 0.
         let cell = |value: f32| (f64::from(value) / self.edge_m).floor() as i32;
         VoxelKey { x: cell(point.x), y: cell(point.y), z: cell(point.z) }
     }
 
-    /// The mean of the points of each occupied cell (Rec-HV 3.2.3), in the order of the cells' keys.
+    /// The mean of the points of each occupied cell (Rec-HV 3.2.3), in ascending order of the cells'
+    /// keys. Each mean lies in the cell that it stands for.
+    ///
+    /// Sums are taken in 64 bits in the order of the input: the same points in the same order give the
+    /// same bytes. A point with a coordinate that is not finite has no cell and is left out. Memory
+    /// goes with the number of occupied cells, not with the volume that they span. To reduce frame
+    /// after frame, keep a [`VoxelAccumulator`].
     #[must_use]
     pub fn reduce(&self, points_m: &[Point3<f32>]) -> Vec<Point3<f32>> {
-        let _ = points_m;
-        Vec::new()
+        let mut accumulator = VoxelAccumulator::new(*self);
+        accumulator.push_all(points_m);
+        accumulator.finish()
     }
 }

@@ -1,5 +1,8 @@
 //! The wedge of directions in which something moves.
 
+#[cfg(test)]
+mod tests;
+
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::Point3;
@@ -37,9 +40,13 @@ pub struct DynamicZone {
 
 impl DynamicZone {
     /// Whether the direction of `point_in_rig`, seen in the XY plane, lies within the zone, bounds
-    /// included (Rec-HV eq. 6 with the radius in the XY plane, as the text and the figure say).
+    /// included (Rec-HV eq. 6 with the radius in the XY plane, as the text and the figure say). A
+    /// point on the z axis has no direction and lies in no zone.
     #[must_use]
     pub fn contains(&self, point_in_rig: &Point3<f32>) -> bool {
+        if point_in_rig.x == 0.0 && point_in_rig.y == 0.0 {
+            return false;
+        }
         let azimuth_rad = f64::from(point_in_rig.y).atan2(f64::from(point_in_rig.x));
         self.contains_azimuth(azimuth_rad)
     }
@@ -49,7 +56,8 @@ impl DynamicZone {
     pub fn contains_azimuth(&self, azimuth_rad: f64) -> bool {
         let inside =
             |azimuth: f64| azimuth >= self.azimuth_min_rad && azimuth <= self.azimuth_max_rad;
-        inside(azimuth_rad) || inside(azimuth_rad + 2.0 * PI)
+        // Pi and -pi are one direction, and a bound may be written as either.
+        [0.0, 2.0 * PI, -2.0 * PI].iter().any(|turn_rad| inside(azimuth_rad + turn_rad))
     }
 
     /// The thesis' two angles from the y axis, `(alpha1, alpha2)`, smaller first (eq. 5).
@@ -64,7 +72,7 @@ impl DynamicZone {
         self.azimuth_max_rad - self.azimuth_min_rad
     }
 
-    /// The direction of its middle.
+    /// The direction of its middle; above pi where that lies beyond the rear.
     #[must_use]
     pub fn middle_rad(&self) -> f64 {
         f64::midpoint(self.azimuth_min_rad, self.azimuth_max_rad)

@@ -1,1 +1,73 @@
-//! To be written.
+//! What all nodes of the suite share of ROS 2: arguments, names, parameters, quality of service,
+//! transport, publishers and subscriptions, diagnostics, logging and the ordered end.
+//!
+//! A node is a [`Program`] whose body gets a [`Node`]:
+//!
+//! ```no_run
+//! use msgs::sensor_msgs::LaserScan;
+//! use node_shell::{Program, Qos};
+//! use serde::{Deserialize, Serialize};
+//!
+//! #[derive(Default, Serialize, Deserialize)]
+//! struct Parameters {
+//!     verbose: bool,
+//! }
+//!
+//! let program = Program { name: "listener", about: "Counts scans.", topics: "scan (in)" };
+//! program.run(std::env::args().skip(1), async |node, parameters: Parameters| {
+//!     let scans = node.subscription::<LaserScan>("scan", &Qos::sensor(5))?;
+//!     let shutdown = node.shutdown_signal();
+//!     loop {
+//!         tokio::select! {
+//!             () = shutdown.wait() => return Ok(()),
+//!             scan = scans.next() => {
+//!                 if parameters.verbose {
+//!                     tracing::info!("{} beams", scan.message.ranges.len());
+//!                 }
+//!                 node.counters().count_cycle();
+//!             }
+//!         }
+//!     }
+//! });
+//! ```
+//!
+//! What is absent: parameter services, `/rosout`, `use_sim_time`, lifecycle, tf, services and actions.
+//! They come when a node needs them.
+
+pub mod arguments;
+mod counters;
+mod diagnostics;
+mod error;
+mod graph;
+pub mod log;
+pub mod names;
+mod node;
+#[cfg(test)]
+mod over_dds;
+pub mod parameters;
+mod payload;
+mod program;
+mod publisher;
+mod qos;
+mod shutdown;
+mod stage_report;
+mod steps;
+mod subscription;
+mod throttle;
+mod transport;
+
+pub use arguments::RosArguments;
+pub use counters::Counters;
+pub use error::{PublishError, ShellError};
+pub use graph::{Match, Role};
+pub use node::Node;
+pub use payload::PayloadError;
+pub use program::{NodeFailure, Program};
+pub use publisher::{Publisher, RawPublisher};
+pub use qos::Qos;
+pub use shutdown::Shutdown;
+pub use stage_report::StageReporter;
+pub use steps::StepTimer;
+pub use subscription::{Received, Subscription};
+pub use throttle::{Throttle, WARNING_PERIOD};
+pub use transport::{GrantedBuffer, MessageTooLarge, Transport, TransportError};

@@ -1,2 +1,7 @@
-//! To be written.
-fn main() {}
+//! The node `reconstruction` as a program of its own.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    reconstruction::shell::run(std::env::args().skip(1))
+}

@@ -1,1 +1,19 @@
-//! To be written.
+//! Splits a reduced cloud into its static and dynamic parts (Rec-HV 3.2.5 to 3.2.7, 3.3.3).
+//!
+//! | module | step | source |
+//! |---|---|---|
+//! | [`angular`] | points within a dynamic zone | 3.2.5, eq. 6 |
+//! | [`depth_clustering`] | of these, the nearest group along x: the object | 3.2.6, 3.3.3.1 |
+//! | [`segmenter`] | both in turn, then the static part in the map frame | eq. 7, 8 |
+//!
+//! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
+
+pub mod angular;
+pub mod config;
+pub mod depth_clustering;
+pub mod segmenter;
+#[cfg(feature = "ros")]
+pub mod shell;
+
+pub use config::{ConfigError, Method, SegmentationConfig};
+pub use segmenter::{SegmentationError, Segmenter, Step};

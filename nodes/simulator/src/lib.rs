@@ -1,1 +1,56 @@
-//! To be written.
+//! A room, what moves in it, and the sensors that look at it, with the truth beside every reading.
+//!
+//! A [`Scenario`] says everything: the scene (furniture, moving objects and their paths), the rig with
+//! its sensors, how long it lasts, and the seed. [`Scenario::samples`] turns it into what the drivers
+//! would publish, in the order of the stamps, each reading with its labels. The same scenario gives the
+//! same samples, bit for bit: noise is a function of seed, sensor, frame and pixel (`noise`), never
+//! of the order in which things are computed.
+//!
+//! # Frames
+//!
+//! | name | origin and axes |
+//! |---|---|
+//! | `room` | what scenes and paths are written in; z up, the floor at z = 0 |
+//! | object | on the floor under the object, x in its direction of travel, z up |
+//! | `map`, `rig`, `camera`, `lidar` | as in the crate `geometry`; `map` is the rig's frame at the start |
+//!
+//! Poses in a scenario are six numbers `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`, in the order of
+//! Rec-HV eq. 8 ([`geometry::pose_from_vector`]).
+//!
+//! No ROS, no files, no clock.
+
+mod demo;
+mod depth_camera;
+mod depth_image;
+mod lidar;
+mod material;
+mod noise;
+mod object;
+mod path;
+mod ray;
+mod rig;
+mod room;
+mod samples;
+mod scenario;
+mod scene;
+mod shape;
+mod solid;
+mod truth;
+mod validation;
+mod walker;
+
+pub use demo::{PERSON_ID, ROBOT_ID};
+pub use depth_camera::DepthCamera;
+pub use lidar::Lidar;
+pub use material::Material;
+pub use object::{Figure, MovingObject};
+pub use path::{Path, Waypoint};
+pub use ray::{Hit, Ray};
+pub use rig::{PoseSource, Rig};
+pub use samples::{Sample, Samples};
+pub use scenario::Scenario;
+pub use scene::{Body, Scene};
+pub use shape::Shape;
+pub use truth::{ObjectPose, ObjectPoses};
+pub use validation::ScenarioError;
+pub use walker::Walker;

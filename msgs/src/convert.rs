@@ -1,0 +1,32 @@
+//! The only place where a message becomes geometry or back; one file for each type of geometry.
+//!
+//! A conversion from a message believes nothing that it has not checked: what does not fit is a
+//! [`ConvertError`] that names the field and carries its numbers. A conversion to a message cannot
+//! fail; a cloud or image beyond the 32 bits of the message's counts keeps its data whole, so that
+//! encoding it is the error ([`crate::cdr::CdrFault::TooLong`]) and nothing is lost in silence.
+
+mod camera;
+mod cloud;
+mod cycle;
+mod depth;
+mod error;
+mod labels;
+mod pose;
+mod rows;
+mod scan;
+mod stamp;
+mod zone;
+
+pub use camera::{camera_from_message, message_from_camera};
+pub use cloud::{cloud_from_message, message_from_cloud};
+pub use cycle::{detected_cycle_from_message, message_from_detected_cycle};
+pub use depth::{depth_from_message, message_from_depth};
+pub use error::ConvertError;
+pub use labels::{labels_from_message, message_from_labels};
+pub use pose::{
+    isometry_from_pose, message_from_pose, pose_from_covariance_message, pose_from_isometry,
+    pose_from_message, pose_from_odometry,
+};
+pub use scan::{message_from_scan, scan_from_message};
+pub use stamp::{stamp_from_time, time_from_stamp};
+pub use zone::{message_from_zones, zones_from_message};

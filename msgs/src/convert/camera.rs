@@ -1,0 +1,138 @@
+//! Calibrations.
+
+#[cfg(test)]
+mod tests;
+
+use geometry::{CameraModel, Distortion, Stamp};
+
+use super::ConvertError;
+use super::error::excerpt;
+use super::pose::header_of;
+use crate::sensor_msgs::{CameraInfo, RegionOfInterest};
+
+/// Names of the distortion models (`sensor_msgs/distortion_models.hpp`).
+const PLUMB_BOB: &str = "plumb_bob";
+const RATIONAL: &str = "rational_polynomial";
+
+/// The camera that took the raw image: `k` and `d`, with the sensor's region of interest and binning
+/// taken into account as image_geometry does.
+///
+/// `r` and `p` are not used: they belong to the image that a rectifier makes of the raw one. Give a
+/// rectified image a calibration with an empty or all-zero `d`, as drivers of depth cameras do.
+///
+/// A `plumb_bob` has 5 coefficients, or 4 where k3 is left out; a `rational_polynomial` 8, or more
+/// where the rest is zero. An empty `d` is no distortion, and so is an all-zero one. Wide-angle models
+/// (`equidistant`) are not supported: without distortion they are no pinhole camera either.
+///
+/// # Errors
+/// When the camera is not calibrated, its matrix is none of a pinhole camera, the model is not
+/// supported or has other coefficients, the region is not within the sensor, or a number is none.
+pub fn camera_from_message(message: &CameraInfo) -> Result<CameraModel, ConvertError> {
+    if message.k.iter().all(|element| *element == 0.0) {
+        return Err(ConvertError::Uncalibrated);
+    }
+    let [fx, skew, cx, zero_3, fy, cy, zero_6, zero_7, one_8] = message.k;
+    let fixed =
+        [(1, skew, 0.0), (3, zero_3, 0.0), (6, zero_6, 0.0), (7, zero_7, 0.0), (8, one_8, 1.0)];
+    for (index, value, expected) in fixed {
+        if value != expected {
+            return Err(ConvertError::IntrinsicMatrix { index, value, expected });
+        }
+    }
+    let region = region(message)?;
+    let joined_columns = f64::from(message.binning_x.max(1));
+    let joined_rows = f64::from(message.binning_y.max(1));
+    let model = CameraModel {
+        width_px: (region.width / message.binning_x.max(1)) as usize,
+        height_px: (region.height / message.binning_y.max(1)) as usize,
+        fx_px: fx / joined_columns,
+        fy_px: fy / joined_rows,
+        cx_px: (cx - f64::from(region.x_offset)) / joined_columns,
+        cy_px: (cy - f64::from(region.y_offset)) / joined_rows,
+        distortion: distortion(message)?,
+    };
+    model.validate().map_err(ConvertError::Camera)?;
+    Ok(model)
+}
+
+/// The part of the sensor that is sent; a region without size is the whole sensor.
+fn region(message: &CameraInfo) -> Result<RegionOfInterest, ConvertError> {
+    let (sensor_width, sensor_height) = (message.width, message.height);
+    let RegionOfInterest { x_offset, y_offset, width, height, .. } = message.roi;
+    if (width, height) == (0, 0) {
+        let (width, height) = (sensor_width, sensor_height);
+        return Ok(RegionOfInterest { width, height, ..RegionOfInterest::default() });
+    }
+    let within = |offset: u32, size: u32, sensor: u32| {
+        size > 0 && u64::from(offset) + u64::from(size) <= u64::from(sensor)
+    };
+    if within(x_offset, width, sensor_width) && within(y_offset, height, sensor_height) {
+        return Ok(message.roi.clone());
+    }
+    Err(ConvertError::RegionOutside {
+        x_offset,
+        y_offset,
+        width,
+        height,
+        sensor_width,
+        sensor_height,
+    })
+}
+
+fn distortion(message: &CameraInfo) -> Result<Distortion, ConvertError> {
+    let (model, d) = (message.distortion_model.as_str(), message.d.as_slice());
+    let straight = d.iter().all(|coefficient| *coefficient == 0.0);
+    let distortion = match (model, d) {
+        (PLUMB_BOB, []) | (RATIONAL, []) => Distortion::None,
+        (PLUMB_BOB, [k1, k2, t1, t2]) => Distortion::PlumbBob([*k1, *k2, *t1, *t2, 0.0]),
+        (PLUMB_BOB, [k1, k2, t1, t2, k3]) => Distortion::PlumbBob([*k1, *k2, *t1, *t2, *k3]),
+        (PLUMB_BOB, _) => {
+            let (model, wanted) = (PLUMB_BOB, "5 (or 4)");
+            return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
+        }
+        (RATIONAL, _) => rational(d)?,
+        ("" | "none", _) if straight => Distortion::None,
+        _ => return Err(ConvertError::DistortionModel { model: excerpt(model) }),
+    };
+    Ok(if straight { Distortion::None } else { distortion })
+}
+
+fn rational(d: &[f64]) -> Result<Distortion, ConvertError> {
+    let Some((coefficients, beyond)) = d.split_first_chunk::<8>() else {
+        let (model, wanted) = (RATIONAL, "8");
+        return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
+    };
+    match beyond.iter().position(|coefficient| *coefficient != 0.0) {
+        None => Ok(Distortion::Rational(*coefficients)),
+        Some(place) => {
+            let index = place + coefficients.len();
+            let value = d.get(index).copied().unwrap_or_default();
+            Err(ConvertError::DistortionBeyondModel { index, value })
+        }
+    }
+}
+
+/// The message of a camera. Without distortion it is a `plumb_bob` of zeros, as drivers send it; `p`
+/// is the matrix of the image once the distortion is taken out.
+#[must_use]
+pub fn message_from_camera(model: &CameraModel, stamp: Stamp, frame_id: &str) -> CameraInfo {
+    let CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion } = *model;
+    let (distortion_model, d) = match distortion {
+        Distortion::None => (PLUMB_BOB, vec![0.0; 5]),
+        Distortion::PlumbBob(coefficients) => (PLUMB_BOB, coefficients.to_vec()),
+        Distortion::Rational(coefficients) => (RATIONAL, coefficients.to_vec()),
+    };
+    CameraInfo {
+        header: header_of(stamp, frame_id),
+        height: u32::try_from(height_px).unwrap_or(u32::MAX),
+        width: u32::try_from(width_px).unwrap_or(u32::MAX),
+        distortion_model: distortion_model.to_owned(),
+        d,
+        k: [fx_px, 0.0, cx_px, 0.0, fy_px, cy_px, 0.0, 0.0, 1.0],
+        r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        p: [fx_px, 0.0, cx_px, 0.0, 0.0, fy_px, cy_px, 0.0, 0.0, 0.0, 1.0, 0.0],
+        binning_x: 0,
+        binning_y: 0,
+        roi: RegionOfInterest::default(),
+    }
+}

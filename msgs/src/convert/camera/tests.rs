@@ -1,0 +1,172 @@
+use geometry::CameraModelError;
+use proptest::prelude::*;
+
+use super::*;
+
+/// The calibration of the thesis' camera (Rec-HV, annex 2).
+fn kinect() -> CameraInfo {
+    CameraInfo {
+        width: 640,
+        height: 480,
+        distortion_model: "plumb_bob".to_owned(),
+        d: vec![0.138263, -0.279976, 0.002072, 0.008884, 0.0],
+        k: [522.027679, 0.0, 305.805053, 0.0, 518.133164, 248.569689, 0.0, 0.0, 1.0],
+        ..CameraInfo::default()
+    }
+}
+
+#[test]
+fn the_raw_camera_is_k_and_d() {
+    let mut message = kinect();
+    // Of the rectified image: not used.
+    message.p = [9.0; 12];
+    message.r = [9.0; 9];
+    assert_eq!(
+        camera_from_message(&message),
+        Ok(CameraModel {
+            width_px: 640,
+            height_px: 480,
+            fx_px: 522.027679,
+            fy_px: 518.133164,
+            cx_px: 305.805053,
+            cy_px: 248.569689,
+            distortion: Distortion::PlumbBob([0.138263, -0.279976, 0.002072, 0.008884, 0.0]),
+        })
+    );
+}
+
+fn distortion_of(model: &str, d: &[f64]) -> Result<Distortion, ConvertError> {
+    let distortion_model = model.to_owned();
+    camera_from_message(&CameraInfo { distortion_model, d: d.to_vec(), ..kinect() })
+        .map(|model| model.distortion)
+}
+
+#[test]
+fn distortion_models_of_drivers_are_read() {
+    for (model, d) in [
+        ("plumb_bob", vec![]),
+        ("plumb_bob", vec![0.0; 5]),
+        ("rational_polynomial", vec![]),
+        ("rational_polynomial", vec![0.0; 8]),
+        ("rational_polynomial", vec![0.0; 14]),
+        ("", vec![]),
+        ("none", vec![0.0; 5]),
+    ] {
+        assert_eq!(distortion_of(model, &d), Ok(Distortion::None), "{model} {d:?}");
+    }
+    assert_eq!(
+        distortion_of("plumb_bob", &[0.1, 0.2, 0.3, 0.4]),
+        Ok(Distortion::PlumbBob([0.1, 0.2, 0.3, 0.4, 0.0]))
+    );
+    let eight = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
+    assert_eq!(distortion_of("rational_polynomial", &eight), Ok(Distortion::Rational(eight)));
+    let mut fourteen = eight.to_vec();
+    fourteen.extend([0.0; 6]);
+    assert_eq!(distortion_of("rational_polynomial", &fourteen), Ok(Distortion::Rational(eight)));
+    fourteen[10] = 1e-3;
+    assert_eq!(
+        distortion_of("rational_polynomial", &fourteen),
+        Err(ConvertError::DistortionBeyondModel { index: 10, value: 1e-3 })
+    );
+}
+
+#[test]
+fn other_distortion_is_refused_by_name() {
+    for (model, d) in [
+        ("equidistant", vec![0.1; 4]),
+        ("equidistant", vec![0.0; 4]),
+        ("equidistant", vec![]),
+        ("none", vec![0.1]),
+        ("", vec![0.1; 5]),
+        ("fov", vec![0.9]),
+    ] {
+        let expected = ConvertError::DistortionModel { model: model.to_owned() };
+        assert_eq!(distortion_of(model, &d), Err(expected), "{model} {d:?}");
+    }
+    for (model, count) in [("plumb_bob", 3), ("plumb_bob", 8), ("rational_polynomial", 5)] {
+        let error = distortion_of(model, &vec![0.1; count]).unwrap_err();
+        assert!(matches!(error, ConvertError::DistortionCoefficients { .. }), "{error}");
+        assert!(error.to_string().contains(&format!("d has {count}")), "{error}");
+    }
+    let error = distortion_of("plumb_bob", &[0.1, f64::NAN, 0.0, 0.0, 0.0]).unwrap_err();
+    assert!(
+        matches!(error, ConvertError::Camera(CameraModelError::Distortion { index: 1, .. })),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_camera_that_is_none_is_named() {
+    assert_eq!(
+        camera_from_message(&CameraInfo { k: [0.0; 9], ..kinect() }),
+        Err(ConvertError::Uncalibrated)
+    );
+    let with = |index: usize, value: f64| {
+        let mut message = kinect();
+        message.k[index] = value;
+        camera_from_message(&message).unwrap_err()
+    };
+    for (index, expected) in [(1, 0.0), (3, 0.0), (6, 0.0), (7, 0.0), (8, 1.0)] {
+        let error = ConvertError::IntrinsicMatrix { index, value: 0.5, expected };
+        assert_eq!(with(index, 0.5), error);
+    }
+    for (index, value) in [(0, 0.0), (0, -1.0), (4, f64::NAN), (2, f64::INFINITY), (5, f64::NAN)] {
+        let error = with(index, value);
+        assert!(matches!(error, ConvertError::Camera(_)), "k[{index}] = {value}: {error}");
+    }
+    let error = camera_from_message(&CameraInfo { width: 0, ..kinect() }).unwrap_err();
+    assert!(matches!(error, ConvertError::Camera(CameraModelError::Size { .. })), "{error}");
+}
+
+#[test]
+fn region_and_binning_move_and_scale_the_camera() {
+    let mut message = kinect();
+    message.roi = RegionOfInterest {
+        x_offset: 100,
+        y_offset: 40,
+        width: 400,
+        height: 300,
+        do_rectify: false,
+    };
+    (message.binning_x, message.binning_y) = (2, 4);
+    let model = camera_from_message(&message).unwrap();
+    assert_eq!((model.width_px, model.height_px), (200, 75));
+    let near = |value: f64, expected: f64| (value - expected).abs() < 1e-9;
+    assert!(near(model.fx_px, 522.027679 / 2.0) && near(model.fy_px, 518.133164 / 4.0));
+    assert!(near(model.cx_px, 205.805053 / 2.0) && near(model.cy_px, 208.569689 / 4.0));
+
+    for (x_offset, width, height) in [(241, 400, 300), (u32::MAX, 400, 300), (0, 0, 5)] {
+        message.roi = RegionOfInterest { x_offset, width, height, ..message.roi };
+        let error = camera_from_message(&message).unwrap_err();
+        assert!(matches!(error, ConvertError::RegionOutside { .. }), "{error}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_camera_comes_back(
+        focal in proptest::array::uniform2(100.0..900.0_f64),
+        centre in proptest::array::uniform2(0.0..600.0_f64),
+        coefficients in proptest::array::uniform8(-0.5..0.5_f64),
+        which in 0..3,
+    ) {
+        let [k1, k2, t1, t2, k3, ..] = coefficients;
+        let distortion = match which {
+            0 => Distortion::None,
+            1 => Distortion::PlumbBob([k1, k2, t1, t2, k3]),
+            _ => Distortion::Rational(coefficients),
+        };
+        let model = CameraModel {
+            width_px: 640,
+            height_px: 480,
+            fx_px: focal[0],
+            fy_px: focal[1],
+            cx_px: centre[0],
+            cy_px: centre[1],
+            distortion,
+        };
+        let message = message_from_camera(&model, Stamp::from_nanos(5), "optical");
+        prop_assert_eq!(&message.header.frame_id, "optical");
+        prop_assert_eq!(camera_from_message(&message), Ok(model));
+    }
+}

@@ -1,0 +1,188 @@
+//! Where the coordinates stand in the records of a cloud.
+
+use nalgebra::Point3;
+
+use crate::convert::ConvertError;
+use crate::convert::error::excerpt;
+use crate::convert::rows::Rows;
+use crate::sensor_msgs::{PointCloud2, PointField};
+
+/// Datatypes of `PointField`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Datatype {
+    Int8,
+    Uint8,
+    Int16,
+    Uint16,
+    Int32,
+    Uint32,
+    Float32,
+    Float64,
+}
+
+impl Datatype {
+    fn of(field: &'static str, datatype: u8) -> Result<Self, ConvertError> {
+        Ok(match datatype {
+            PointField::INT8 => Self::Int8,
+            PointField::UINT8 => Self::Uint8,
+            PointField::INT16 => Self::Int16,
+            PointField::UINT16 => Self::Uint16,
+            PointField::INT32 => Self::Int32,
+            PointField::UINT32 => Self::Uint32,
+            PointField::FLOAT32 => Self::Float32,
+            PointField::FLOAT64 => Self::Float64,
+            _ => return Err(ConvertError::FieldDatatype { field, datatype }),
+        })
+    }
+
+    fn size_bytes(self) -> usize {
+        match self {
+            Self::Int8 | Self::Uint8 => 1,
+            Self::Int16 | Self::Uint16 => 2,
+            Self::Int32 | Self::Uint32 | Self::Float32 => 4,
+            Self::Float64 => 8,
+        }
+    }
+
+    /// The number at the start of `bytes`, rounded to what a cloud holds.
+    fn read(self, bytes: &[u8], big_endian: bool) -> Option<f32> {
+        macro_rules! number {
+            ($number:ty) => {{
+                let bytes = *bytes.first_chunk()?;
+                if big_endian {
+                    <$number>::from_be_bytes(bytes)
+                } else {
+                    <$number>::from_le_bytes(bytes)
+                }
+            }};
+        }
+        Some(match self {
+            Self::Int8 => f32::from(number!(i8)),
+            Self::Uint8 => f32::from(number!(u8)),
+            Self::Int16 => f32::from(number!(i16)),
+            Self::Uint16 => f32::from(number!(u16)),
+            Self::Int32 => number!(i32) as f32,
+            Self::Uint32 => number!(u32) as f32,
+            Self::Float32 => number!(f32),
+            Self::Float64 => number!(f64) as f32,
+        })
+    }
+}
+
+/// One coordinate within the record of a point.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Coordinate {
+    offset: usize,
+    datatype: Datatype,
+}
+
+impl Coordinate {
+    fn of(message: &PointCloud2, field: &'static str) -> Result<Self, ConvertError> {
+        let mut named = message.fields.iter().filter(|candidate| candidate.name == field);
+        let Some(found) = named.next() else {
+            let mut present = Vec::new();
+            // Enough to see what the cloud is.
+            const MOST: usize = 12;
+            present.extend(message.fields.iter().take(MOST).map(|field| excerpt(&field.name)));
+            return Err(ConvertError::MissingField { field, present: present.join(", ") });
+        };
+        let others = named.count();
+        if others > 0 {
+            return Err(ConvertError::RepeatedField { field, times: others + 1 });
+        }
+        let PointField { offset, datatype, count, .. } = *found;
+        let datatype = Datatype::of(field, datatype)?;
+        // Old drivers leave the count 0 where they mean 1.
+        if count > 1 {
+            return Err(ConvertError::FieldCount { field, count });
+        }
+        let size_bytes = datatype.size_bytes();
+        let point_step = message.point_step;
+        if u64::from(offset) + size_bytes as u64 > u64::from(point_step) {
+            return Err(ConvertError::FieldOutsidePoint { field, offset, size_bytes, point_step });
+        }
+        Ok(Self { offset: offset as usize, datatype })
+    }
+}
+
+/// Where x, y and z stand in the record of a point; each lies within it.
+pub(super) struct Layout {
+    coordinates: [Coordinate; 3],
+    big_endian: bool,
+    point_bytes: usize,
+}
+
+/// Points that are read before those of them that are finite are appended; they stay in the nearest
+/// cache.
+const BLOCK_POINTS: usize = 64;
+
+impl Layout {
+    /// The layout that a message describes.
+    pub(super) fn of(message: &PointCloud2) -> Result<Self, ConvertError> {
+        let coordinate = |field| Coordinate::of(message, field);
+        Ok(Self {
+            coordinates: [coordinate("x")?, coordinate("y")?, coordinate("z")?],
+            big_endian: message.is_bigendian,
+            point_bytes: message.point_step as usize,
+        })
+    }
+
+    /// Appends the points of `rows`, in order, without those that are not finite.
+    pub(super) fn append_finite_points(&self, rows: &Rows<'_>, points_m: &mut Vec<Point3<f32>>) {
+        match self.offset_of_plain_floats() {
+            Some(offset) => self.append(rows, points_m, |record| plain_floats(record, offset)),
+            None => self.append(rows, points_m, |record| self.read(record)),
+        }
+    }
+
+    /// Where three little-endian floats x, y, z stand one after the other, as nearly all drivers
+    /// write them.
+    fn offset_of_plain_floats(&self) -> Option<usize> {
+        let [x, y, z] = self.coordinates;
+        let floats = self.coordinates.iter().all(|each| each.datatype == Datatype::Float32);
+        let in_order = x.offset + 4 == y.offset && y.offset + 4 == z.offset;
+        (floats && in_order && !self.big_endian).then_some(x.offset)
+    }
+
+    fn read(&self, record: &[u8]) -> Option<[f32; 3]> {
+        let read = |coordinate: Coordinate| {
+            coordinate.datatype.read(record.get(coordinate.offset..)?, self.big_endian)
+        };
+        let [x, y, z] = self.coordinates;
+        Some([read(x)?, read(y)?, read(z)?])
+    }
+
+    /// Which points are finite cannot be foreseen, so that a branch for each would often be taken
+    /// wrongly: every point is written to a block, and the next one over it unless it counts.
+    #[inline]
+    fn append(
+        &self,
+        rows: &Rows<'_>,
+        points_m: &mut Vec<Point3<f32>>,
+        read: impl Fn(&[u8]) -> Option<[f32; 3]>,
+    ) {
+        let mut block = [Point3::origin(); BLOCK_POINTS];
+        for row in rows.iter() {
+            for records in row.chunks(self.point_bytes.saturating_mul(BLOCK_POINTS)) {
+                let mut finite = 0;
+                for record in records.chunks_exact(self.point_bytes) {
+                    // The layout lies within the record: there is no record without a point.
+                    let Some([x, y, z]) = read(record) else { continue };
+                    if let Some(place) = block.get_mut(finite) {
+                        *place = Point3::new(x, y, z);
+                    }
+                    finite += usize::from(x.is_finite() & y.is_finite() & z.is_finite());
+                }
+                points_m.extend_from_slice(block.get(..finite).unwrap_or_default());
+            }
+        }
+    }
+}
+
+#[inline]
+fn plain_floats(record: &[u8], offset: usize) -> Option<[f32; 3]> {
+    let bytes: &[u8; 12] = record.get(offset..)?.first_chunk()?;
+    let (floats, _) = bytes.as_chunks::<4>();
+    let [x, y, z] = floats else { return None };
+    Some([f32::from_le_bytes(*x), f32::from_le_bytes(*y), f32::from_le_bytes(*z)])
+}

@@ -1,0 +1,274 @@
+//! Why a message is not the geometry that it claims to be.
+
+use geometry::{CameraModelError, DepthSizeError, LabelSizeError};
+
+/// A message could not become geometry. Lengths, offsets and counts are those that the message states.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum ConvertError {
+    /// A scan without rays.
+    #[error("LaserScan: ranges is empty; the driver sent a scan without a single ray")]
+    NoRays,
+    /// The angles of a scan are no angles.
+    #[error(
+        "LaserScan: angle_min {angle_min_rad} and angle_increment {angle_increment_rad} must be \
+         finite, and the increment not 0"
+    )]
+    ScanAngles {
+        /// Angle of the first ray.
+        angle_min_rad: f32,
+        /// Angle from a ray to the next.
+        angle_increment_rad: f32,
+    },
+    /// The rays of a scan go round more than once.
+    #[error(
+        "LaserScan: {rays} rays of {angle_increment_rad} rad span {span_rad} rad, more than one \
+         turn; ranges or angle_increment is wrong"
+    )]
+    ScanSpan {
+        /// How many ranges there are.
+        rays: usize,
+        /// Angle from a ray to the next.
+        angle_increment_rad: f32,
+        /// Angle from the first ray to the last.
+        span_rad: f64,
+    },
+    /// No range could lie within the limits of a scan.
+    #[error("LaserScan: no range lies within range_min {range_min_m} and range_max {range_max_m}")]
+    ScanLimits {
+        /// Shorter ranges are no measurements.
+        range_min_m: f32,
+        /// Longer ranges are no measurements.
+        range_max_m: f32,
+    },
+    /// A cloud without one of its coordinates.
+    #[error("PointCloud2: there is no field {field}, only [{present}]")]
+    MissingField {
+        /// The coordinate.
+        field: &'static str,
+        /// The names of the fields, the first of them.
+        present: String,
+    },
+    /// A cloud that has a coordinate twice.
+    #[error("PointCloud2: there are {times} fields {field}; which one is meant?")]
+    RepeatedField {
+        /// The coordinate.
+        field: &'static str,
+        /// How often it is there.
+        times: usize,
+    },
+    /// A coordinate of unknown datatype.
+    #[error(
+        "PointCloud2: field {field} has datatype {datatype}; 1 (INT8) .. 8 (FLOAT64) are known"
+    )]
+    FieldDatatype {
+        /// The coordinate.
+        field: &'static str,
+        /// Its datatype.
+        datatype: u8,
+    },
+    /// A coordinate of several elements.
+    #[error("PointCloud2: field {field} has {count} elements; a coordinate has one")]
+    FieldCount {
+        /// The coordinate.
+        field: &'static str,
+        /// Its elements.
+        count: u32,
+    },
+    /// A coordinate that is not within the point.
+    #[error(
+        "PointCloud2: field {field} takes {size_bytes} bytes from offset {offset}, beyond the \
+         point_step {point_step}"
+    )]
+    FieldOutsidePoint {
+        /// The coordinate.
+        field: &'static str,
+        /// Where it starts.
+        offset: u32,
+        /// What it takes.
+        size_bytes: usize,
+        /// Bytes of a point.
+        point_step: u32,
+    },
+    /// The rows of a cloud or image overlap.
+    #[error(
+        "{message}: a row of {width} takes {row_bytes} bytes, but the next one starts after {step}"
+    )]
+    RowStep {
+        /// The type of the message.
+        message: &'static str,
+        /// Points or pixels in a row.
+        width: u32,
+        /// What they take.
+        row_bytes: u64,
+        /// `row_step` of a cloud, `step` of an image.
+        step: u32,
+    },
+    /// There is less data than rows.
+    #[error(
+        "{message}: {height} rows of {step} bytes are {needed_bytes}, but data has {data_bytes}; \
+         the message was cut, or its sizes are wrong"
+    )]
+    DataTooShort {
+        /// The type of the message.
+        message: &'static str,
+        /// Rows.
+        height: u32,
+        /// Bytes from a row to the next.
+        step: u64,
+        /// What the rows take.
+        needed_bytes: u128,
+        /// What there is.
+        data_bytes: usize,
+    },
+    /// An image of another encoding.
+    #[error("Image: encoding {encoding:?} is no {wanted}")]
+    Encoding {
+        /// The encoding, the start of it.
+        encoding: String,
+        /// What was wanted, with its encodings.
+        wanted: &'static str,
+    },
+    /// The pixels do not make up the image.
+    #[error(transparent)]
+    DepthSize(#[from] DepthSizeError),
+    /// The labels do not make up the image.
+    #[error(transparent)]
+    LabelSize(#[from] LabelSizeError),
+    /// A camera that was never calibrated.
+    #[error(
+        "CameraInfo: k is all zero: the camera is not calibrated; give its driver a calibration"
+    )]
+    Uncalibrated,
+    /// An intrinsic matrix that is none of a pinhole camera.
+    #[error("CameraInfo: k[{index}] is {value}, where an intrinsic matrix has {expected}")]
+    IntrinsicMatrix {
+        /// Which element.
+        index: usize,
+        /// What it is.
+        value: f64,
+        /// What it must be.
+        expected: f64,
+    },
+    /// A distortion model that is not known.
+    #[error(
+        "CameraInfo: distortion_model {model:?} is not supported; plumb_bob and \
+         rational_polynomial are, and an empty d for a rectified image"
+    )]
+    DistortionModel {
+        /// The model, the start of its name.
+        model: String,
+    },
+    /// The coefficients are not those of the model.
+    #[error("CameraInfo: {model} has {wanted} coefficients, but d has {count}")]
+    DistortionCoefficients {
+        /// The model.
+        model: &'static str,
+        /// How many coefficients it has.
+        wanted: &'static str,
+        /// How many there are.
+        count: usize,
+    },
+    /// Coefficients that the model does not use are not zero.
+    #[error("CameraInfo: d[{index}] is {value}; thin prism and tilt of a lens are not supported")]
+    DistortionBeyondModel {
+        /// Which coefficient.
+        index: usize,
+        /// What it is.
+        value: f64,
+    },
+    /// The region of interest is not within the sensor.
+    #[error(
+        "CameraInfo: the roi, {width} x {height} px from ({x_offset}, {y_offset}), is not within \
+         the {sensor_width} x {sensor_height} px of the sensor"
+    )]
+    RegionOutside {
+        /// First column.
+        x_offset: u32,
+        /// First row.
+        y_offset: u32,
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Columns of the sensor.
+        sensor_width: u32,
+        /// Rows of the sensor.
+        sensor_height: u32,
+    },
+    /// The numbers describe no camera.
+    #[error("CameraInfo: {0}")]
+    Camera(CameraModelError),
+    /// A position that is no place.
+    #[error("pose: the position ({x_m}, {y_m}, {z_m}) is not finite")]
+    Position {
+        /// Along x.
+        x_m: f64,
+        /// Along y.
+        y_m: f64,
+        /// Along z.
+        z_m: f64,
+    },
+    /// A quaternion that is no rotation.
+    #[error("pose: the quaternion ({x}, {y}, {z}, {w}) is no rotation; its length must be 1")]
+    Quaternion {
+        /// Imaginary part along x.
+        x: f64,
+        /// Imaginary part along y.
+        y: f64,
+        /// Imaginary part along z.
+        z: f64,
+        /// Real part.
+        w: f64,
+    },
+    /// A zone without an inside.
+    #[error(
+        "zone {index}: azimuths {azimuth_min_rad} .. {azimuth_max_rad} rad are no wedge; the lower \
+         lies within -pi .. pi, the upper not below it and at most one turn above"
+    )]
+    ZoneBounds {
+        /// Which zone.
+        index: usize,
+        /// Its right-hand bound.
+        azimuth_min_rad: f64,
+        /// Its left-hand bound.
+        azimuth_max_rad: f64,
+    },
+    /// A zone's deviation is none.
+    #[error("zone {index}: peak_std_dev_m {peak_std_dev_m} is no deviation")]
+    ZonePeak {
+        /// Which zone.
+        index: usize,
+        /// Its largest deviation.
+        peak_std_dev_m: f32,
+    },
+    /// The cloud of a cycle is not the cycle's own.
+    #[error(
+        "ReducedCloud: the cloud is of {cloud_stamp_ns} ns in frame {cloud_frame_id:?}, the cycle \
+         of {cycle_stamp_ns} ns in frame {cycle_frame_id:?}; both must be the same"
+    )]
+    ForeignCloud {
+        /// Stamp of the cloud.
+        cloud_stamp_ns: i64,
+        /// Frame of the cloud, the start of its name.
+        cloud_frame_id: String,
+        /// Stamp of the cycle.
+        cycle_stamp_ns: i64,
+        /// Frame of the cycle, the start of its name.
+        cycle_frame_id: String,
+    },
+    /// More points than this machine can count.
+    #[error("ReducedCloud: {points} points before the reduction are more than there can be")]
+    PointCount {
+        /// How many points there were.
+        points: u64,
+    },
+}
+
+/// The start of a text that came from outside, short enough for an error.
+pub(super) fn excerpt(text: &str) -> String {
+    const LONGEST: usize = 60;
+    match text.char_indices().nth(LONGEST) {
+        None => text.to_owned(),
+        Some((end, _)) => format!("{}...", text.get(..end).unwrap_or_default()),
+    }
+}

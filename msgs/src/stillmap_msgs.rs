@@ -1,0 +1,129 @@
+//! `stillmap_msgs`: the suite's own messages. Their `.msg` files in `msgs/msg/stillmap_msgs` say the
+//! same in the language of ROS, for nodes of others.
+
+use serde::{Deserialize, Serialize};
+
+use crate::builtin_interfaces::Time;
+use crate::fixed_array;
+use crate::geometry_msgs::{Point, Pose, Vector3};
+use crate::sensor_msgs::PointCloud2;
+use crate::std_msgs::Header;
+
+/// A wedge of directions around the rig's z axis in which something moves (Rec-HV 3.2.2).
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct DynamicZone {
+    /// The right-hand bound, within -pi .. pi; measured about z, from x (forward) towards y (left).
+    pub azimuth_min_rad: f64,
+    /// The left-hand bound, at least `azimuth_min_rad`; above pi where the wedge crosses the rear.
+    pub azimuth_max_rad: f64,
+    /// The largest deviation of a range within the zone when it was last measured.
+    pub peak_std_dev_m: f32,
+    /// Cycles since it was last measured: 0 when this cycle measured it.
+    pub held_cycles: u32,
+}
+ros_message!(DynamicZone, "stillmap_msgs");
+
+/// The dynamic zones of one cycle.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct DynamicZones {
+    /// Stamp of the cycle's cloud; the rig frame.
+    pub header: Header,
+    /// The number of the cycle, counted from 0.
+    pub cycle: u32,
+    /// The zones; empty when nothing moves.
+    pub zones: Vec<DynamicZone>,
+}
+ros_message!(DynamicZones, "stillmap_msgs");
+
+/// What detection hands to segmentation: the cloud, the pose and the zones of one cycle.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct ReducedCloud {
+    /// Stamp of the cycle's cloud; the rig frame, in which the cloud and the zones are expressed.
+    pub header: Header,
+    /// The number of the cycle, counted from 0.
+    pub cycle: u32,
+    /// Stamp of the laser scan that the cycle stands for.
+    pub scan_stamp: Time,
+    /// Points of the cloud before the reduction.
+    pub points_before_reduction: u64,
+    /// The frame that `map_from_rig` leads to.
+    pub map_frame_id: String,
+    /// Pose of the rig in the map at the stamp of the cloud.
+    pub map_from_rig: Pose,
+    /// Where something moves; empty when nothing does.
+    pub zones: Vec<DynamicZone>,
+    /// The reduced cloud; its header is the message's own.
+    pub cloud: PointCloud2,
+}
+ros_message!(ReducedCloud, "stillmap_msgs");
+
+/// What one stage of the pipeline did in one cycle.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct StageReport {
+    /// Stamp of the cycle's cloud, or of the scan where the cycle was dropped.
+    pub header: Header,
+    /// The stage: `detection`, `segmentation` or `reconstruction`.
+    pub stage: String,
+    /// The number of the cycle; of a dropped one, the number that the next one will take.
+    pub cycle: u32,
+    /// Whether the cycle was processed; false when it was dropped.
+    pub processed: bool,
+    /// Why the cycle was dropped, with the topics that were missing; empty when it was processed.
+    pub drop_reason: String,
+    /// What was counted.
+    pub count_names: Vec<String>,
+    /// The counts, in the order of `count_names`.
+    pub counts: Vec<u64>,
+    /// The steps that were timed.
+    pub step_names: Vec<String>,
+    /// How long each step took, in the order of `step_names`.
+    pub step_durations_s: Vec<f64>,
+}
+ros_message!(StageReport, "stillmap_msgs");
+
+/// A moving object followed over cycles.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Track {
+    /// The object's number; never used for another object of the same run.
+    pub id: u32,
+    /// Centre of the object in the header's frame, in metres.
+    pub position: Point,
+    /// Its velocity in the header's frame, in m/s.
+    pub velocity: Vector3,
+    /// Its edge lengths along the axes of the header's frame, in metres.
+    pub extent: Vector3,
+    /// Covariance of position and velocity: 6 x 6 by rows in the order x, y, z, vx, vy, vz.
+    #[serde(with = "fixed_array")]
+    pub covariance: [f64; 36],
+    /// Time since it was first seen.
+    pub age_s: f64,
+    /// Cycles since it was last seen; 0 when this cycle saw it.
+    pub unseen_cycles: u32,
+}
+ros_message!(Track, "stillmap_msgs");
+
+impl Default for Track {
+    fn default() -> Self {
+        Self {
+            id: 0,
+            position: Point::default(),
+            velocity: Vector3::default(),
+            extent: Vector3::default(),
+            covariance: [0.0; 36],
+            age_s: 0.0,
+            unseen_cycles: 0,
+        }
+    }
+}
+
+/// The moving objects of one cycle.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Tracks {
+    /// Stamp of the cycle's cloud; the frame of the tracks.
+    pub header: Header,
+    /// The number of the cycle, counted from 0.
+    pub cycle: u32,
+    /// The tracks, by rising id.
+    pub tracks: Vec<Track>,
+}
+ros_message!(Tracks, "stillmap_msgs");

@@ -1,0 +1,241 @@
+//! A bag: one MCAP file, or a directory of them.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::error::{BagError, Loss, LossKind};
+use crate::index::FileIndex;
+use crate::info::{self, BagInfo, TopicInfo};
+use crate::message::{Filter, Selection, bare};
+use crate::messages::Messages;
+use crate::rosbag2::{ListedTopic, METADATA_FILE, Metadata};
+
+/// Messages of overlapping chunks that are kept in memory at most, unless
+/// [`Bag::with_merge_window`] says otherwise.
+pub const DEFAULT_MERGE_WINDOW_BYTES: u64 = 512 << 20;
+
+/// A recorded bag, open for reading: an `.mcap` file, a rosbag2 directory, or a directory with `.mcap`
+/// files in it.
+///
+/// Opening reads the index only. A damaged bag opens as long as there is something to read in it; what
+/// is lost is reported by [`Messages::losses`] and [`BagInfo::losses`].
+#[derive(Debug)]
+pub struct Bag {
+    path: PathBuf,
+    files: Vec<Arc<FileIndex>>,
+    listed_topics: Vec<ListedTopic>,
+    losses: Vec<Loss>,
+    remarks: Vec<String>,
+    merge_window_bytes: u64,
+}
+
+impl Bag {
+    /// Opens a bag.
+    ///
+    /// # Errors
+    /// When there is no bag at `path`, or one of another storage: the message says what it is and
+    /// how to make an MCAP bag of it.
+    pub fn open(path: &Path) -> Result<Self, BagError> {
+        let refused = |source| BagError::Open { path: path.to_owned(), source };
+        let kind = std::fs::metadata(path).map_err(refused)?;
+        if kind.is_dir() {
+            Self::open_directory(path)
+        } else if path.file_name().is_some_and(|name| name == METADATA_FILE) {
+            let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+            Self::open_directory(directory.unwrap_or(Path::new(".")))
+        } else {
+            let index = FileIndex::open(path)?;
+            Ok(Self::new(path, vec![index], Vec::new(), Vec::new()))
+        }
+    }
+
+    fn new(
+        path: &Path,
+        files: Vec<FileIndex>,
+        listed_topics: Vec<ListedTopic>,
+        mut losses: Vec<Loss>,
+    ) -> Self {
+        losses.extend(files.iter().flat_map(|file| file.losses.iter().cloned()));
+        Self {
+            path: path.to_owned(),
+            files: files.into_iter().map(Arc::new).collect(),
+            listed_topics,
+            losses,
+            remarks: Vec::new(),
+            merge_window_bytes: DEFAULT_MERGE_WINDOW_BYTES,
+        }
+    }
+
+    fn open_directory(directory: &Path) -> Result<Self, BagError> {
+        if directory.join(METADATA_FILE).exists() {
+            return Self::open_listed(directory);
+        }
+        let refused = |source| BagError::Open { path: directory.to_owned(), source };
+        let mut found = Vec::new();
+        let mut database = None;
+        for entry in std::fs::read_dir(directory).map_err(refused)? {
+            let path = entry.map_err(refused)?.path();
+            match path.extension().and_then(|extension| extension.to_str()) {
+                Some("mcap") => found.push(path),
+                Some("db3") => database = Some(path),
+                _ => {}
+            }
+        }
+        found.sort();
+        match (found.is_empty(), database) {
+            (false, _) => {}
+            (true, Some(path)) => return Err(BagError::Sqlite3 { path }),
+            (true, None) => {
+                return Err(BagError::NoBagInDirectory { path: directory.to_owned() });
+            }
+        }
+        let count = found.len();
+        let files = found.into_iter().map(|path| (path, None)).collect();
+        let mut bag = Self::open_files(directory, files, Vec::new())?;
+        bag.remarks.push(format!(
+            "no {METADATA_FILE}: the {count} .mcap files in {} are read as one bag (`ros2 bag reindex` restores it)",
+            directory.display()
+        ));
+        Ok(bag)
+    }
+
+    fn open_listed(directory: &Path) -> Result<Self, BagError> {
+        let metadata = Metadata::read(directory)?;
+        let files =
+            metadata.files.into_iter().map(|file| (file.path, file.message_count)).collect();
+        Self::open_files(directory, files, metadata.topics)
+    }
+
+    /// Opens the files of a bag; those that cannot be read are losses as long as one can.
+    fn open_files(
+        directory: &Path,
+        listed: Vec<(PathBuf, Option<u64>)>,
+        topics: Vec<ListedTopic>,
+    ) -> Result<Self, BagError> {
+        let count = listed.len();
+        let mut files = Vec::new();
+        let mut losses = Vec::new();
+        for (path, messages) in listed {
+            let kind = if path.exists() {
+                match FileIndex::open(&path) {
+                    Ok(index) => {
+                        files.push(index);
+                        continue;
+                    }
+                    Err(error) => LossKind::UnreadableFile { reason: error.to_string() },
+                }
+            } else {
+                LossKind::MissingFile
+            };
+            let size_bytes = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
+            losses.push(Loss { file: path, offset_bytes: 0, size_bytes, messages, kind });
+        }
+        if files.is_empty() {
+            let first = losses.first().map_or_else(String::new, ToString::to_string);
+            return Err(BagError::NoFileLeft { path: directory.to_owned(), listed: count, first });
+        }
+        Ok(Self::new(directory, files, topics, losses))
+    }
+
+    /// The same bag with another bound on the messages of overlapping chunks in memory. A single
+    /// chunk is always read whole, whatever its size.
+    #[must_use]
+    pub fn with_merge_window(mut self, bytes: u64) -> Self {
+        self.merge_window_bytes = bytes;
+        self
+    }
+
+    /// The path that was opened.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What is in the bag. Reads the index where there is one, and the whole bag where not.
+    ///
+    /// # Errors
+    /// When a file can no longer be opened.
+    pub fn info(&self) -> Result<BagInfo, BagError> {
+        info::of(self, false)
+    }
+
+    /// What is in the bag, counted by reading all of it: finds damaged chunks that [`Bag::info`] does
+    /// not look at.
+    ///
+    /// # Errors
+    /// When a file can no longer be opened.
+    pub fn check(&self) -> Result<BagInfo, BagError> {
+        info::of(self, true)
+    }
+
+    /// The topics of the bag. Reads the index where there is one, and the whole bag where not.
+    ///
+    /// # Errors
+    /// When a file can no longer be opened.
+    pub fn topics(&self) -> Result<Vec<TopicInfo>, BagError> {
+        Ok(self.info()?.topics)
+    }
+
+    /// The selected messages, in the order of their log times.
+    ///
+    /// # Errors
+    /// When the selection asks for a topic that the bag does not have, or its times are no times.
+    pub fn messages(&self, selection: &Selection) -> Result<Messages, BagError> {
+        let filter = Filter::new(selection, self.start_ns().unwrap_or(0))?;
+        self.check_topics(selection)?;
+        Ok(Messages::new(&self.files, filter, self.losses.clone(), self.merge_window_bytes))
+    }
+
+    /// Every topic asked for must be there. The whole bag is read for this only when its index does
+    /// not know the topic.
+    fn check_topics(&self, selection: &Selection) -> Result<(), BagError> {
+        let Some(topics) = &selection.topics else { return Ok(()) };
+        let known = |topic: &str| {
+            self.files.iter().any(|file| {
+                file.catalogue.channels().any(|(_, channel)| bare(&channel.topic) == bare(topic))
+            })
+        };
+        let unknown: Vec<&String> = topics.iter().filter(|topic| !known(topic)).collect();
+        if unknown.is_empty() {
+            return Ok(());
+        }
+        let available = self.topics()?;
+        for topic in unknown {
+            if !available.iter().any(|other| bare(&other.topic) == bare(topic)) {
+                let names: Vec<&str> = available.iter().map(|topic| topic.topic.as_str()).collect();
+                return Err(BagError::NoSuchTopic {
+                    path: self.path.clone(),
+                    topic: topic.clone(),
+                    available: if names.is_empty() { "none".into() } else { names.join(", ") },
+                });
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn files(&self) -> &[Arc<FileIndex>] {
+        &self.files
+    }
+
+    pub(crate) fn losses(&self) -> &[Loss] {
+        &self.losses
+    }
+
+    pub(crate) fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    /// The QoS that the bag's metadata lists for a topic.
+    pub(crate) fn listed_qos(&self, topic: &str) -> Option<crate::qos::OfferedQos> {
+        self.listed_topics.iter().find(|listed| listed.name == topic)?.qos
+    }
+
+    fn segments(&self) -> impl Iterator<Item = &crate::segment::Segment> {
+        self.files.iter().flat_map(|file| &file.segments)
+    }
+
+    /// Log time of the first message, as the index has it.
+    pub(crate) fn start_ns(&self) -> Option<u64> {
+        self.segments().map(|segment| segment.first_ns).min()
+    }
+}

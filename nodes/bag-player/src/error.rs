@@ -1,0 +1,306 @@
+//! What can go wrong with a bag, and what was lost of one that could still be read.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+use geometry::Stamp;
+use serde::Serialize;
+
+use crate::foreign::ForeignFile;
+
+/// Why a bag cannot be read or written. Every message names the thing and what to do about it.
+#[derive(Debug, thiserror::Error)]
+pub enum BagError {
+    /// The path cannot be opened at all.
+    #[error("cannot open {path}: {source}; check the path and its permissions", path = path.display())]
+    Open {
+        /// What was to be opened.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file has no bytes.
+    #[error("{path} is empty (0 bytes): nothing was recorded or the copy failed; record or copy it again", path = path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is something else than an MCAP bag.
+    #[error("{path} is not an MCAP bag: {found}", path = path.display())]
+    NotABag {
+        /// The file.
+        path: PathBuf,
+        /// What it looks like, with the mend in its text.
+        found: ForeignFile,
+    },
+    /// The bag is stored as a SQLite database.
+    #[error(
+        "{path} is stored as sqlite3, which is not read here; put `output_bags: [{{uri: converted, storage_id: mcap, all: true}}]` \
+         into convert.yaml and run `ros2 bag convert -i {path} -o convert.yaml`",
+        path = path.display()
+    )]
+    Sqlite3 {
+        /// The database, or the directory that holds it.
+        path: PathBuf,
+    },
+    /// The bag uses another storage than MCAP or sqlite3.
+    #[error("{path} uses the storage `{storage}`; only mcap is read: convert it with `ros2 bag convert` (storage_id: mcap)", path = path.display())]
+    UnknownStorage {
+        /// The directory.
+        path: PathBuf,
+        /// Its storage identifier.
+        storage: String,
+    },
+    /// rosbag2 compressed the files or the messages itself, outside of MCAP.
+    #[error(
+        "{path} was compressed by rosbag2 itself (mode {mode}, format {format}); write it again with `ros2 bag convert`, \
+         compression_mode none (MCAP compresses its chunks on its own)",
+        path = path.display()
+    )]
+    OuterCompression {
+        /// The directory.
+        path: PathBuf,
+        /// `FILE` or `MESSAGE`.
+        mode: String,
+        /// For example `zstd`.
+        format: String,
+    },
+    /// A directory without any MCAP file.
+    #[error("{path} holds neither metadata.yaml nor an .mcap file, so it is not a bag; give the directory that `ros2 bag record` made, or an .mcap file", path = path.display())]
+    NoBagInDirectory {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// `metadata.yaml` does not say what rosbag2 writes there.
+    #[error("{path} cannot be understood: {reason}; restore it with `ros2 bag reindex`, or move it away to read the .mcap files without it", path = path.display())]
+    BadMetadata {
+        /// The metadata file.
+        path: PathBuf,
+        /// Where and why.
+        reason: String,
+    },
+    /// Not one of the files that the metadata lists could be read.
+    #[error("none of the {listed} files that {path} lists can be read; the first: {first}", path = path.display())]
+    NoFileLeft {
+        /// The bag's directory.
+        path: PathBuf,
+        /// How many are listed.
+        listed: usize,
+        /// What became of the first one.
+        first: String,
+    },
+    /// A topic was asked for that the bag does not have.
+    #[error("{path} has no topic {topic}; it has: {available}", path = path.display())]
+    NoSuchTopic {
+        /// The bag.
+        path: PathBuf,
+        /// The topic asked for.
+        topic: String,
+        /// Its topics, comma-separated.
+        available: String,
+    },
+    /// A time of the selection is no usable number.
+    #[error("{name} must be a number of seconds, 0 or more, not {value_s}")]
+    BadSelection {
+        /// Which one.
+        name: &'static str,
+        /// What was given.
+        value_s: f64,
+    },
+    /// A message was to be decoded as another type than its own.
+    #[error("topic {topic} carries {found}, not {wanted}: choose another topic or remap it")]
+    WrongType {
+        /// The topic.
+        topic: String,
+        /// The type in the bag.
+        found: String,
+        /// The type wanted.
+        wanted: &'static str,
+    },
+    /// A message in another encoding than CDR.
+    #[error("topic {topic} is encoded as `{encoding}`; only cdr (ROS 2) is decoded")]
+    WrongEncoding {
+        /// The topic.
+        topic: String,
+        /// Its encoding.
+        encoding: String,
+    },
+    /// The bytes of a message are not the message they should be.
+    #[error("the message of {topic} at {nanos} ns is damaged: {source}", nanos = log_time.as_nanos())]
+    Decode {
+        /// The topic.
+        topic: String,
+        /// When it was logged.
+        log_time: Stamp,
+        /// What is wrong with it.
+        source: msgs::cdr::CdrError,
+    },
+    /// A message cannot be encoded.
+    #[error("a message for {topic} cannot be encoded: {source}")]
+    Encode {
+        /// The topic.
+        topic: String,
+        /// Why.
+        source: msgs::cdr::CdrError,
+    },
+    /// A channel was used that this writer did not hand out.
+    #[error("channel {id} is not one of this bag's {count}")]
+    NoSuchChannel {
+        /// Its number.
+        id: u16,
+        /// How many there are.
+        count: usize,
+    },
+    /// A message was to be written as another type than its channel's.
+    #[error("channel {topic} is for {expected}; a {given} was written to it")]
+    WrongChannelType {
+        /// The channel's topic.
+        topic: String,
+        /// The channel's type.
+        expected: String,
+        /// The type of the message.
+        given: &'static str,
+    },
+    /// MCAP counts time from 1970 on.
+    #[error("a message for {topic} has the log time {nanos} ns, before 1970, which a bag cannot hold", nanos = log_time.as_nanos())]
+    TimeBeforeEpoch {
+        /// The topic.
+        topic: String,
+        /// The log time.
+        log_time: Stamp,
+    },
+    /// The bag cannot be written.
+    #[error("cannot write {path}: {source}; check the free space and the permissions of its directory", path = path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What went wrong.
+        source: mcap::McapError,
+    },
+    /// The finished bag cannot be put in its place.
+    #[error("cannot create {path}: {source}; check that its directory exists and may be written to", path = path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// A part of the bag that could not be read. The rest was.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Loss {
+    /// The file that it is missing from.
+    pub file: PathBuf,
+    /// Where in the file the lost part begins.
+    pub offset_bytes: u64,
+    /// How many bytes of the file could not be used.
+    pub size_bytes: u64,
+    /// How many messages are lost with it, where that is known.
+    pub messages: Option<u64>,
+    /// What happened.
+    pub kind: LossKind,
+}
+
+/// Why a part of a bag is lost.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case", tag = "what")]
+pub enum LossKind {
+    /// A file that the metadata lists is not there.
+    MissingFile,
+    /// A file of the bag is no readable MCAP file.
+    UnreadableFile {
+        /// Why.
+        reason: String,
+    },
+    /// The file ends in the middle of a record, or before its footer.
+    CutOff {
+        /// Messages that were still recovered from the record it ends in.
+        recovered_messages: u64,
+    },
+    /// The index at the end of the file is damaged; the file was read without it.
+    Summary {
+        /// Why.
+        reason: String,
+    },
+    /// A record makes no sense, and nothing behind it can be found.
+    BadRecord {
+        /// Why.
+        reason: String,
+    },
+    /// A chunk's content does not have the checksum that was stored with it.
+    ChunkChecksum {
+        /// The stored checksum.
+        stored: u32,
+        /// The content's checksum.
+        computed: u32,
+    },
+    /// A chunk cannot be decompressed or parsed.
+    BadChunk {
+        /// Why.
+        reason: String,
+    },
+    /// Messages of a channel that the file never describes.
+    UnknownChannel {
+        /// Its number.
+        channel_id: u16,
+    },
+}
+
+impl Loss {
+    /// Whether messages are lost, or may be: only the index of the bag may be damaged.
+    #[must_use]
+    pub fn costs_messages(&self) -> bool {
+        self.messages != Some(0)
+    }
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.file.display();
+        match &self.kind {
+            LossKind::MissingFile => write!(f, "{file}: the file is missing")?,
+            LossKind::UnreadableFile { reason } => write!(f, "{reason}")?,
+            kind => {
+                write!(f, "{file}: {} bytes at {}: ", self.size_bytes, self.offset_bytes)?;
+                match kind {
+                    LossKind::CutOff { .. } if self.size_bytes == 0 => {
+                        write!(f, "the file ends here without its footer")?;
+                    }
+                    LossKind::CutOff { recovered_messages: 0 } => {
+                        write!(f, "the file is cut off here")?;
+                    }
+                    LossKind::CutOff { recovered_messages } => write!(
+                        f,
+                        "the file is cut off here; {recovered_messages} messages of its last chunk were recovered"
+                    )?,
+                    LossKind::Summary { reason } => {
+                        write!(f, "the index is damaged ({reason}); read without it")?;
+                    }
+                    LossKind::BadRecord { reason } => {
+                        write!(
+                            f,
+                            "damaged record ({reason}); nothing can be found up to the next known chunk"
+                        )?;
+                    }
+                    LossKind::ChunkChecksum { stored, computed } => write!(
+                        f,
+                        "the chunk's checksum is {computed:08x} where {stored:08x} was stored"
+                    )?,
+                    LossKind::BadChunk { reason } => write!(f, "damaged chunk ({reason})")?,
+                    LossKind::UnknownChannel { channel_id } => {
+                        write!(f, "the file does not describe channel {channel_id}")?;
+                    }
+                    LossKind::MissingFile | LossKind::UnreadableFile { .. } => {}
+                }
+            }
+        }
+        match self.messages {
+            Some(0) => write!(f, "; no message lost"),
+            Some(1) => write!(f, "; 1 message lost"),
+            Some(count) => write!(f, "; {count} messages lost"),
+            None => Ok(()),
+        }
+    }
+}

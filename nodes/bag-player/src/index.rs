@@ -1,0 +1,310 @@
+//! What is where in one MCAP file: its segments, channels and statistics.
+//!
+//! The index at the end of the file says where the chunks are. What it does not cover (files
+//! without an index, cut files, messages outside of chunks) is walked record by record; only the
+//! heads of the records are read, nothing is decompressed.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use mcap::parse_record;
+use mcap::records::{ChunkIndex, Record, Statistics, op};
+
+use crate::catalogue::Catalogue;
+use crate::error::{BagError, Loss, LossKind};
+use crate::foreign::{FileKind, SNIFF_BYTES, sniff};
+use crate::segment::{ChunkHead, Form, MESSAGE_HEADER_BYTES, Segment, for_each_record, message_of};
+use crate::source::{Frame, MAX_RECORD_BYTES, Source};
+use crate::summary::{self, Summary};
+
+/// Messages outside of chunks are read in runs of about this size, as if they were a chunk.
+const RUN_BYTES: u64 = 1 << 20;
+
+/// What is where in one MCAP file.
+#[derive(Clone, Debug)]
+pub(crate) struct FileIndex {
+    pub(crate) path: PathBuf,
+    pub(crate) size_bytes: u64,
+    pub(crate) profile: String,
+    pub(crate) library: String,
+    /// In the order of the file.
+    pub(crate) segments: Vec<Segment>,
+    pub(crate) catalogue: Catalogue,
+    /// Present where the file carries them and was read by its index.
+    pub(crate) statistics: Option<Statistics>,
+    /// What is known to be lost before any message is read.
+    pub(crate) losses: Vec<Loss>,
+    /// Whether the file has an index of its chunks.
+    pub(crate) indexed: bool,
+}
+
+impl FileIndex {
+    /// Opens a file and finds out what is where.
+    pub(crate) fn open(path: &Path) -> Result<Self, BagError> {
+        let refused = |source| BagError::Open { path: path.to_owned(), source };
+        let mut source = Source::open(path).map_err(refused)?;
+        check_kind(path, &mut source)?;
+        let mut losses = Vec::new();
+        let summary = match summary::read(&mut source) {
+            Ok(summary) => summary,
+            Err(summary::Unreadable::Absent) => None,
+            Err(summary::Unreadable::Damaged { offset, reason }) => {
+                losses.push(Loss {
+                    file: path.to_owned(),
+                    offset_bytes: offset,
+                    size_bytes: source.size.saturating_sub(offset),
+                    messages: Some(0),
+                    kind: LossKind::Summary { reason },
+                });
+                None
+            }
+        };
+        let found = summary.is_some();
+        let summary = summary.unwrap_or_default();
+        let mut walk = Walk::new(path, &source, &summary);
+        walk.losses = losses;
+        walk.run(&mut source).map_err(refused)?;
+        let mut index = walk.finish(&mut source);
+        if found {
+            index.statistics = summary.statistics;
+        }
+        Ok(index)
+    }
+
+    /// Whether every channel of the file is known without reading its chunks.
+    pub(crate) fn knows_all_channels(&self) -> bool {
+        self.statistics.as_ref().is_some_and(|statistics| {
+            u32::try_from(self.catalogue.len()).is_ok_and(|known| known >= statistics.channel_count)
+        })
+    }
+}
+
+fn check_kind(path: &Path, source: &mut Source) -> Result<(), BagError> {
+    if source.size == 0 {
+        return Err(BagError::Empty { path: path.to_owned() });
+    }
+    let mut start = [0; SNIFF_BYTES];
+    let length = source.size.min(SNIFF_BYTES as u64) as usize;
+    let refused = |source| BagError::Open { path: path.to_owned(), source };
+    source.read_exact(&mut start[..length]).map_err(refused)?;
+    match sniff(&start[..length]) {
+        FileKind::Mcap => Ok(()),
+        FileKind::Sqlite3 => Err(BagError::Sqlite3 { path: path.to_owned() }),
+        FileKind::Foreign(found) => Err(BagError::NotABag { path: path.to_owned(), found }),
+    }
+}
+
+/// A walk over the records of a file's data section.
+struct Walk<'a> {
+    index: FileIndex,
+    chunks: BTreeMap<u64, &'a ChunkIndex>,
+    losses: Vec<Loss>,
+    run: Option<Segment>,
+}
+
+impl<'a> Walk<'a> {
+    fn new(path: &Path, source: &Source, summary: &'a Summary) -> Self {
+        Self {
+            index: FileIndex {
+                path: path.to_owned(),
+                size_bytes: source.size,
+                profile: String::new(),
+                library: String::new(),
+                segments: Vec::new(),
+                catalogue: summary.catalogue.clone(),
+                statistics: None,
+                losses: Vec::new(),
+                indexed: !summary.chunks.is_empty(),
+            },
+            chunks: summary.chunks.iter().map(|chunk| (chunk.chunk_start_offset, chunk)).collect(),
+            losses: Vec::new(),
+            run: None,
+        }
+    }
+
+    fn run(&mut self, source: &mut Source) -> io::Result<()> {
+        let mut next = Some(mcap::MAGIC.len() as u64);
+        while let Some(offset) = next {
+            next = match self.chunks.remove(&offset) {
+                Some(chunk) => Some(self.indexed_chunk(chunk)),
+                None => self.step(source, offset)?,
+            };
+        }
+        self.end_run();
+        Ok(())
+    }
+
+    /// Takes the record at `offset` in and returns where the next one is.
+    fn step(&mut self, source: &mut Source, offset: u64) -> io::Result<Option<u64>> {
+        let Some(frame) = source.frame_at(offset)? else {
+            return Ok(self.cut_off(source, offset));
+        };
+        let next_chunk = self.next_chunk(offset);
+        if next_chunk.is_some_and(|chunk| frame.end() > chunk) {
+            return Ok(self.bad_record(source, offset, "it runs into the next chunk"));
+        }
+        match frame.opcode {
+            0 => Ok(self.bad_record(source, offset, "opcode 0")),
+            op::CHUNK => self.chunk(source, &frame),
+            _ if frame.end() > source.size => Ok(self.cut_off(source, offset)),
+            op::DATA_END | op::FOOTER if next_chunk.is_none() => {
+                self.check_footer(source, frame.end())?;
+                Ok(None)
+            }
+            op::HEADER => {
+                let body = source.body_start(&frame, MAX_RECORD_BYTES)?;
+                if let Ok(Record::Header(header)) = parse_record(frame.opcode, &body) {
+                    self.index.profile = header.profile;
+                    self.index.library = header.library;
+                }
+                Ok(Some(frame.end()))
+            }
+            op::SCHEMA | op::CHANNEL => {
+                let body = source.body_start(&frame, MAX_RECORD_BYTES)?;
+                match self.index.catalogue.take(frame.opcode, &body) {
+                    Ok(()) => Ok(Some(frame.end())),
+                    Err(error) => Ok(self.bad_record(source, offset, &error.to_string())),
+                }
+            }
+            op::MESSAGE => {
+                let body = source.body_start(&frame, MESSAGE_HEADER_BYTES)?;
+                let Some((header, _)) = message_of(&body) else {
+                    return Ok(self.bad_record(source, offset, "a message without its times"));
+                };
+                self.extend_run(&frame, header.log_time);
+                Ok(Some(frame.end()))
+            }
+            _ => Ok(Some(frame.end())),
+        }
+    }
+
+    /// Takes in a chunk that no index lists.
+    fn chunk(&mut self, source: &mut Source, frame: &Frame) -> io::Result<Option<u64>> {
+        self.end_run();
+        let cut = frame.end() > source.size;
+        let Some(head) = ChunkHead::read(source, frame)? else {
+            return Ok(if cut {
+                self.cut_off(source, frame.offset)
+            } else {
+                self.bad_record(source, frame.offset, "a chunk without its head")
+            });
+        };
+        self.index.segments.push(Segment {
+            offset: frame.offset,
+            end: frame.end().min(source.size),
+            first_ns: head.first_ns,
+            last_ns: head.last_ns,
+            channel_ids: None,
+            form: Form::Chunk { compression: head.compression },
+        });
+        // Reading a chunk that the file ends in recovers what it can and reports the rest.
+        Ok((!cut).then_some(frame.end()))
+    }
+
+    /// Where the next chunk begins that the index lists.
+    fn next_chunk(&self, offset: u64) -> Option<u64> {
+        self.chunks.range(offset..).next().map(|(start, _)| *start)
+    }
+
+    /// Takes a chunk from the index and returns where the next record is.
+    fn indexed_chunk(&mut self, chunk: &ChunkIndex) -> u64 {
+        self.end_run();
+        let end = chunk.chunk_start_offset.saturating_add(chunk.chunk_length);
+        let channel_ids: Vec<u16> = chunk.message_index_offsets.keys().copied().collect();
+        self.index.segments.push(Segment {
+            offset: chunk.chunk_start_offset,
+            end,
+            first_ns: chunk.message_start_time,
+            last_ns: chunk.message_end_time,
+            channel_ids: (!channel_ids.is_empty()).then_some(channel_ids),
+            form: Form::Chunk { compression: chunk.compression.clone() },
+        });
+        end.saturating_add(chunk.message_index_length)
+    }
+
+    fn extend_run(&mut self, frame: &Frame, log_time_ns: u64) {
+        let run = self.run.get_or_insert(Segment {
+            offset: frame.offset,
+            end: frame.end(),
+            first_ns: log_time_ns,
+            last_ns: log_time_ns,
+            channel_ids: None,
+            form: Form::Run,
+        });
+        run.end = frame.end();
+        run.first_ns = run.first_ns.min(log_time_ns);
+        run.last_ns = run.last_ns.max(log_time_ns);
+        if run.end - run.offset >= RUN_BYTES {
+            self.end_run();
+        }
+    }
+
+    fn end_run(&mut self) {
+        self.index.segments.extend(self.run.take());
+    }
+
+    /// A file that was closed properly ends with a footer and the magic bytes.
+    fn check_footer(&mut self, source: &mut Source, after_data: u64) -> io::Result<()> {
+        let magic_bytes = mcap::MAGIC.len() as u64;
+        let mut end = [0; 8];
+        if source.size >= after_data + magic_bytes {
+            source.seek(source.size - magic_bytes)?;
+            source.read_exact(&mut end)?;
+        }
+        if end != mcap::MAGIC {
+            self.cut_off(source, source.size);
+            // The data section is closed: all messages are there.
+            if let Some(loss) = self.losses.last_mut() {
+                loss.messages = Some(0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes what is lost from `offset` on and returns where reading can go on: at the next chunk
+    /// of the index, if there is one.
+    fn lose(&mut self, source: &Source, offset: u64, kind: LossKind) -> Option<u64> {
+        let next = self.next_chunk(offset);
+        self.losses.push(Loss {
+            file: self.index.path.clone(),
+            offset_bytes: offset,
+            size_bytes: next.unwrap_or(source.size).saturating_sub(offset),
+            messages: None,
+            kind,
+        });
+        next
+    }
+
+    fn cut_off(&mut self, source: &Source, offset: u64) -> Option<u64> {
+        self.lose(source, offset, LossKind::CutOff { recovered_messages: 0 })
+    }
+
+    fn bad_record(&mut self, source: &Source, offset: u64, reason: &str) -> Option<u64> {
+        self.lose(source, offset, LossKind::BadRecord { reason: reason.to_owned() })
+    }
+
+    fn finish(mut self, source: &mut Source) -> FileIndex {
+        self.index.losses = self.losses;
+        // A chunk without messages states no times: they would make the bag begin in 1970.
+        self.index.segments.retain_mut(|segment| {
+            (segment.first_ns, segment.last_ns) != (0, 0) || take_times(source, segment)
+        });
+        self.index
+    }
+}
+
+/// Finds the times of a segment by reading it; `false` where it is sound and has no message.
+fn take_times(source: &mut Source, segment: &mut Segment) -> bool {
+    let mut times: Option<(u64, u64)> = None;
+    let read = for_each_record(source, segment, &mut |opcode, body| {
+        if let Some((header, _)) = (opcode == op::MESSAGE).then(|| message_of(body)).flatten() {
+            let (first, last) = times.unwrap_or((header.log_time, header.log_time));
+            times = Some((first.min(header.log_time), last.max(header.log_time)));
+        }
+    });
+    if let Some((first_ns, last_ns)) = times {
+        (segment.first_ns, segment.last_ns) = (first_ns, last_ns);
+    }
+    times.is_some() || read.is_err()
+}

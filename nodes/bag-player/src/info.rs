@@ -1,0 +1,254 @@
+//! What is in a bag.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::PathBuf;
+
+use geometry::Stamp;
+use mcap::records::op;
+use serde::Serialize;
+
+use crate::bag::Bag;
+use crate::catalogue::{Catalogue, Channel};
+use crate::error::{BagError, Loss, LossKind};
+use crate::index::FileIndex;
+use crate::message::{CDR, stamp};
+use crate::qos::OfferedQos;
+use crate::segment::{Form, for_each_record, message_of};
+use crate::source::Source;
+
+mod display;
+
+/// What is in a bag: the content of `stillmap info`, as text ([`fmt::Display`]) or JSON.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct BagInfo {
+    /// The path that was opened.
+    pub path: PathBuf,
+    /// Its files, in their order.
+    pub files: Vec<FileInfo>,
+    /// Size of all files together.
+    pub size_bytes: u64,
+    /// Log time of the first message; `None` for a bag without messages.
+    pub start: Option<Stamp>,
+    /// Log time of the last message.
+    pub end: Option<Stamp>,
+    /// Seconds from the first message to the last.
+    pub duration_s: f64,
+    /// All messages of all topics.
+    pub message_count: u64,
+    /// The topics, by name.
+    pub topics: Vec<TopicInfo>,
+    /// What of the bag cannot be read.
+    pub losses: Vec<Loss>,
+    /// What else is worth knowing.
+    pub remarks: Vec<String>,
+}
+
+/// One file of a bag.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct FileInfo {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Its size.
+    pub size_bytes: u64,
+    /// Its MCAP profile; `ros2` for a ROS 2 bag.
+    pub profile: String,
+    /// The program that wrote it.
+    pub library: String,
+    /// Whether it has an index of its chunks.
+    pub indexed: bool,
+    /// How many chunks it has.
+    pub chunks: usize,
+    /// How its messages are compressed; `none` among them where some are not.
+    pub compression: Vec<String>,
+}
+
+/// One topic of a bag.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct TopicInfo {
+    /// Its name.
+    pub topic: String,
+    /// The name of its type; empty where the bag has none.
+    pub type_name: String,
+    /// How its messages are encoded.
+    pub encoding: String,
+    /// How many there are.
+    pub message_count: u64,
+    /// Mean rate over the whole bag; `None` for less than two messages.
+    pub rate_hz: Option<f64>,
+    /// What its publishers offered, where that was recorded.
+    pub qos: Option<OfferedQos>,
+}
+
+impl TopicInfo {
+    /// Whether its messages can be decoded and played: only those in CDR can.
+    #[must_use]
+    pub fn is_playable(&self) -> bool {
+        self.encoding == CDR
+    }
+}
+
+/// Messages by channel description, and the times of the first and the last one.
+#[derive(Default)]
+struct Tally {
+    counts: BTreeMap<(String, String, String), (u64, Option<OfferedQos>)>,
+    first_ns: Option<u64>,
+    last_ns: Option<u64>,
+    losses: Vec<Loss>,
+}
+
+pub(crate) fn of(bag: &Bag, read_all: bool) -> Result<BagInfo, BagError> {
+    let mut tally = Tally { losses: bag.losses().to_vec(), ..Tally::default() };
+    for file in bag.files() {
+        match &file.statistics {
+            Some(statistics) if file.knows_all_channels() && !read_all => {
+                for (id, channel) in file.catalogue.channels() {
+                    let count = statistics.channel_message_counts.get(&id);
+                    tally.add(channel, count.copied().unwrap_or(0));
+                }
+                if statistics.message_count > 0 {
+                    tally.extend(statistics.message_start_time);
+                    tally.extend(statistics.message_end_time);
+                }
+            }
+            _ => tally.read(file)?,
+        }
+    }
+    let duration_s = match (tally.first_ns, tally.last_ns) {
+        (Some(first), Some(last)) => last.saturating_sub(first) as f64 * 1e-9,
+        _ => 0.0,
+    };
+    let topics: Vec<TopicInfo> = tally
+        .counts
+        .into_iter()
+        .map(|((topic, type_name, encoding), (message_count, qos))| TopicInfo {
+            rate_hz: (message_count > 1 && duration_s > 0.0)
+                .then(|| (message_count - 1) as f64 / duration_s),
+            qos: qos.or_else(|| bag.listed_qos(&topic)),
+            topic,
+            type_name,
+            encoding,
+            message_count,
+        })
+        .collect();
+    Ok(BagInfo {
+        path: bag.path().to_owned(),
+        files: bag.files().iter().map(|file| file_info(file)).collect(),
+        size_bytes: bag.files().iter().map(|file| file.size_bytes).sum(),
+        start: tally.first_ns.map(stamp),
+        end: tally.last_ns.map(stamp),
+        duration_s,
+        message_count: topics.iter().map(|topic| topic.message_count).sum(),
+        topics,
+        losses: tally.losses,
+        remarks: bag.remarks().to_vec(),
+    })
+}
+
+fn file_info(file: &FileIndex) -> FileInfo {
+    let mut compression = BTreeSet::new();
+    let mut chunks = 0;
+    for segment in &file.segments {
+        let name = match &segment.form {
+            Form::Chunk { compression } => {
+                chunks += 1;
+                compression.as_str()
+            }
+            Form::Run => "",
+        };
+        compression.insert(if name.is_empty() { "none" } else { name }.to_owned());
+    }
+    FileInfo {
+        path: file.path.clone(),
+        size_bytes: file.size_bytes,
+        profile: file.profile.clone(),
+        library: file.library.clone(),
+        indexed: file.indexed,
+        chunks,
+        compression: compression.into_iter().collect(),
+    }
+}
+
+impl Tally {
+    fn add(&mut self, channel: &Channel, count: u64) {
+        let key = (
+            channel.topic.to_string(),
+            channel.type_name.to_string(),
+            channel.encoding.to_string(),
+        );
+        let entry = self.counts.entry(key).or_insert((0, channel.qos));
+        entry.0 += count;
+        entry.1 = entry.1.or(channel.qos);
+    }
+
+    fn extend(&mut self, log_time_ns: u64) {
+        self.first_ns = Some(self.first_ns.map_or(log_time_ns, |first| first.min(log_time_ns)));
+        self.last_ns = Some(self.last_ns.map_or(log_time_ns, |last| last.max(log_time_ns)));
+    }
+
+    /// Counts the messages of a file by reading it, in the order of the file.
+    fn read(&mut self, file: &FileIndex) -> Result<(), BagError> {
+        let mut source = Source::open(&file.path)
+            .map_err(|source| BagError::Open { path: file.path.clone(), source })?;
+        let mut catalogue: Catalogue = file.catalogue.clone();
+        let mut unknown: BTreeMap<u16, u64> = BTreeMap::new();
+        for segment in &file.segments {
+            let mut counts: BTreeMap<u16, u64> = BTreeMap::new();
+            let mut times: Option<(u64, u64)> = None;
+            let read = for_each_record(&mut source, segment, &mut |opcode, body| {
+                if opcode != op::MESSAGE {
+                    // A record that makes no sense is reported when the messages are read.
+                    let _ = catalogue.take(opcode, body);
+                } else if let Some((header, _)) = message_of(body) {
+                    *counts.entry(header.channel_id).or_default() += 1;
+                    let (first, last) = times.unwrap_or((header.log_time, header.log_time));
+                    times = Some((first.min(header.log_time), last.max(header.log_time)));
+                }
+            });
+            if let Err(fault) = read {
+                let recovered: u64 = counts.values().sum();
+                let kind = match fault.kind {
+                    LossKind::CutOff { .. } => LossKind::CutOff { recovered_messages: recovered },
+                    kind => kind,
+                };
+                self.losses.push(Loss {
+                    file: file.path.clone(),
+                    offset_bytes: segment.offset,
+                    size_bytes: segment.end - segment.offset,
+                    messages: None,
+                    kind,
+                });
+                if !fault.cut {
+                    continue;
+                }
+            }
+            if let Some((first, last)) = times {
+                self.extend(first);
+                self.extend(last);
+            }
+            for (id, count) in counts {
+                match catalogue.channel(id) {
+                    Some(channel) => self.add(channel, count),
+                    None => *unknown.entry(id).or_default() += count,
+                }
+            }
+        }
+        for (_, channel) in catalogue.channels() {
+            self.add(channel, 0);
+        }
+        self.losses.extend(unknown.into_iter().map(|(channel_id, count)| Loss {
+            file: file.path.clone(),
+            offset_bytes: 0,
+            size_bytes: 0,
+            messages: Some(count),
+            kind: LossKind::UnknownChannel { channel_id },
+        }));
+        Ok(())
+    }
+}
+
+impl fmt::Display for BagInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        display::write(self, f)
+    }
+}

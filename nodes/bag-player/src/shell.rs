@@ -1,0 +1,126 @@
+//! The player: a bag onto DDS, as `bag-player BAG` or `stillmap play BAG`.
+
+use std::io::{IsTerminal, Write};
+use std::process::ExitCode;
+
+use clap::Parser;
+use node_shell::{Node, NodeFailure, RosArguments, ShellError};
+
+use crate::bag::Bag;
+
+mod clock;
+mod keys;
+mod offers;
+mod options;
+#[cfg(test)]
+mod over_dds;
+mod play;
+mod player;
+mod read_ahead;
+mod status;
+mod summary;
+
+pub use options::{PlayOptions, Remap, RemapError};
+pub use play::{PlayError, play};
+pub use summary::{Ending, PlaySummary, TopicSummary};
+
+/// Name of the node, unless the command line gives another.
+const NODE_NAME: &str = "bag_player";
+
+/// Exit code where the bag was played and something of it was lost on the way.
+const INCOMPLETE: u8 = 2;
+
+/// Exit code of a process that was interrupted (128 + SIGINT, as shells have it).
+const INTERRUPTED: u8 = 130;
+
+/// Threads of the runtime: one that publishes, one that answers the network.
+const THREADS: usize = 2;
+
+/// Plays a recorded bag onto DDS.
+///
+/// Keys while it plays, on a terminal: space to pause and go on, s or the right arrow for one message
+/// while paused, q to quit. ROS arguments (-r FROM:=TO, -r __ns:=/NAMESPACE, --log-level LEVEL) stand
+/// behind --ros-args.
+#[derive(Parser, Debug)]
+#[command(name = "bag-player", after_help = EXAMPLES, max_term_width = 100)]
+struct Cli {
+    #[command(flatten)]
+    options: PlayOptions,
+}
+
+/// What stands below the options in `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  bag-player kitchen.mcap --clock --wait-for /scan
+  bag-player kitchen.mcap --rate 0.5 --start 10 --duration 5 --topics /scan,/depth/image
+  bag-player kitchen.mcap --remap /camera/depth/image_raw:=/depth/image --json
+
+Exit codes: 0 everything was played; 1 it could not be played; 2 it was played, but a part of the bag
+could not be read or some messages were not sent; 130 interrupted.";
+
+/// Runs the player with the arguments of a command line, without the program's own name.
+pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
+    match try_run(arguments) {
+        Ok(code) => code,
+        Err(error) => {
+            // The process ends here; when even stderr is gone there is nobody left to tell.
+            let _ = writeln!(std::io::stderr(), "bag-player: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn try_run(arguments: impl IntoIterator<Item = String>) -> Result<ExitCode, NodeFailure> {
+    let ros = RosArguments::parse(arguments).map_err(ShellError::from)?;
+    let name = std::iter::once("bag-player".to_owned());
+    let cli = match Cli::try_parse_from(name.chain(ros.own.iter().cloned())) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are such "errors" too; clap knows where each belongs.
+            error.print()?;
+            return Ok(if error.use_stderr() { ExitCode::FAILURE } else { ExitCode::SUCCESS });
+        }
+    };
+    run_options(cli.options, &ros)
+}
+
+/// Runs the player with options that are parsed already: prints the summary and gives the exit code.
+///
+/// # Errors
+/// When the bag could not be played.
+pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode, NodeFailure> {
+    let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
+    node_shell::log::start(identity.name(), &ros.log);
+    // A bag that cannot be read needs no network to say so.
+    Bag::open(&options.bag)?;
+    let json = options.json;
+    let looping = options.looping;
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(THREADS)
+        .enable_all()
+        .build()
+        .map_err(ShellError::Process)?;
+    let summary = runtime.block_on(async {
+        let node = Node::start(NODE_NAME, ros)?;
+        let result = play(options, &node).await;
+        node.close().await;
+        result.map_err(NodeFailure::from)
+    })?;
+    let mut stdout = std::io::stdout();
+    if json {
+        writeln!(stdout, "{}", serde_json::to_string_pretty(&summary)?)?;
+    } else {
+        write!(stdout, "{summary}")?;
+    }
+    Ok(match summary.ending {
+        // A loop has no other end than being stopped.
+        Ending::Interrupted if !looping => ExitCode::from(INTERRUPTED),
+        _ if summary.is_complete() => ExitCode::SUCCESS,
+        _ => ExitCode::from(INCOMPLETE),
+    })
+}
+
+/// Whether a person sees what is written to stderr.
+fn is_watched() -> bool {
+    std::io::stderr().is_terminal()
+}

@@ -1,0 +1,186 @@
+//! What the player can be told.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use crate::message::{Selection, bare};
+
+/// Rate of `/clock` that rosbag2 and the simulators use at least.
+const DEFAULT_CLOCK_HZ: f64 = 100.0;
+/// Patience with subscribers: a node on a slow machine takes some seconds to start.
+const DEFAULT_WAIT_TIMEOUT_S: f64 = 30.0;
+/// A message this late is counted: more than a period of a 50 Hz sensor.
+const DEFAULT_LATE_MS: f64 = 20.0;
+
+/// What to play and how: the arguments of `stillmap play` and `bag-player`.
+#[derive(clap::Args, Clone, PartialEq, Debug)]
+pub struct PlayOptions {
+    /// The bag: an .mcap file or a rosbag2 directory
+    pub bag: PathBuf,
+    /// Seconds of the bag per second of the clock
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, default_value_t = 1.0)]
+    pub rate: f64,
+    /// Start again at the end, until stopped
+    #[arg(long = "loop")]
+    pub looping: bool,
+    /// Leave out the first seconds of the bag
+    #[arg(long = "start", value_name = "SECONDS", allow_negative_numbers = true)]
+    pub start_s: Option<f64>,
+    /// Play this many seconds of the bag
+    #[arg(long = "duration", value_name = "SECONDS", allow_negative_numbers = true)]
+    pub duration_s: Option<f64>,
+    /// Play these topics only (comma-separated, or given several times)
+    #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
+    pub topics: Vec<String>,
+    /// Publish the bag's time on /clock
+    #[arg(long)]
+    pub clock: bool,
+    /// How often
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, default_value_t = DEFAULT_CLOCK_HZ)]
+    pub clock_hz: f64,
+    /// Publish a topic under another name (several times for several topics)
+    #[arg(long, value_name = "FROM:=TO")]
+    pub remap: Vec<Remap>,
+    /// Wait until somebody subscribes to this topic, under the name it is published by (several times
+    /// for several topics)
+    #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
+    pub wait_for: Vec<String>,
+    /// Give up waiting after this long
+    #[arg(long = "wait-timeout", value_name = "SECONDS", allow_negative_numbers = true, default_value_t = DEFAULT_WAIT_TIMEOUT_S)]
+    pub wait_timeout_s: f64,
+    /// Count a message as late when it is published more than this long after it was due
+    #[arg(long, value_name = "MILLISECONDS", allow_negative_numbers = true, default_value_t = DEFAULT_LATE_MS)]
+    pub late_ms: f64,
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl PlayOptions {
+    /// All of a bag at its own rate, with everything else as without options.
+    #[must_use]
+    pub fn new(bag: PathBuf) -> Self {
+        Self {
+            bag,
+            rate: 1.0,
+            looping: false,
+            start_s: None,
+            duration_s: None,
+            topics: Vec::new(),
+            clock: false,
+            clock_hz: DEFAULT_CLOCK_HZ,
+            remap: Vec::new(),
+            wait_for: Vec::new(),
+            wait_timeout_s: DEFAULT_WAIT_TIMEOUT_S,
+            late_ms: DEFAULT_LATE_MS,
+            json: false,
+        }
+    }
+
+    pub(super) fn selection(&self) -> Selection {
+        Selection {
+            topics: (!self.topics.is_empty()).then(|| self.topics.clone()),
+            start_s: self.start_s,
+            duration_s: self.duration_s,
+            all_encodings: false,
+        }
+    }
+
+    /// The name that a topic of the bag is published by.
+    pub(super) fn published_name<'a>(&'a self, topic: &'a str) -> &'a str {
+        self.remap
+            .iter()
+            .find(|remap| bare(&remap.from) == bare(topic))
+            .map_or(topic, |remap| &remap.to)
+    }
+}
+
+/// A topic of the bag and the name to publish it by.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Remap {
+    /// The name in the bag.
+    pub from: String,
+    /// The name on the network.
+    pub to: String,
+}
+
+/// A remapping is not of the form `FROM:=TO`.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("accepted is FROM:=TO, as /camera/depth/image_raw:=/depth/image")]
+pub struct RemapError;
+
+impl FromStr for Remap {
+    type Err = RemapError;
+
+    fn from_str(text: &str) -> Result<Self, RemapError> {
+        match text.split_once(":=") {
+            Some((from, to)) if !from.is_empty() && !to.is_empty() => {
+                Ok(Self { from: from.to_owned(), to: to.to_owned() })
+            }
+            _ => Err(RemapError),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::*;
+
+    #[derive(Parser, Debug)]
+    struct Cli {
+        #[command(flatten)]
+        options: PlayOptions,
+    }
+
+    fn parse(line: &str) -> Result<PlayOptions, clap::Error> {
+        let arguments = std::iter::once("bag-player").chain(line.split_whitespace());
+        Cli::try_parse_from(arguments).map(|cli| cli.options)
+    }
+
+    #[test]
+    fn the_definition_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn without_options_it_is_the_default() {
+        assert_eq!(parse("x.mcap").unwrap(), PlayOptions::new("x.mcap".into()));
+    }
+
+    #[test]
+    fn every_option_is_taken() {
+        let options = parse(
+            "x.mcap --rate 2 --loop --start 1.5 --duration 3 --topics /a,b --topics /c --clock --clock-hz 50 \
+             --remap a:=/left/a --wait-for /left/a --wait-timeout 5 --late-ms 7 --json",
+        )
+        .unwrap();
+        let expected = PlayOptions {
+            bag: "x.mcap".into(),
+            rate: 2.0,
+            looping: true,
+            start_s: Some(1.5),
+            duration_s: Some(3.0),
+            topics: vec!["/a".into(), "b".into(), "/c".into()],
+            clock: true,
+            clock_hz: 50.0,
+            remap: vec![Remap { from: "a".into(), to: "/left/a".into() }],
+            wait_for: vec!["/left/a".into()],
+            wait_timeout_s: 5.0,
+            late_ms: 7.0,
+            json: true,
+        };
+        assert_eq!(options, expected);
+        assert_eq!(options.published_name("/a"), "/left/a");
+        assert_eq!(options.published_name("/c"), "/c");
+    }
+
+    #[test]
+    fn malformed_remaps_are_refused_with_the_form() {
+        for text in ["/a", "/a:=", ":=/b", "/a=/b"] {
+            let refused = parse(&format!("x.mcap --remap {text}")).unwrap_err().to_string();
+            assert!(refused.contains("accepted is FROM:=TO"), "{refused}");
+        }
+    }
+}

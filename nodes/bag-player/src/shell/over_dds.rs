@@ -1,0 +1,172 @@
+//! The player over real DDS: it and its subscriber are two participants in one process.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU16, Ordering};
+use std::time::{Duration, Instant};
+
+use geometry::Stamp;
+use msgs::rosgraph_msgs::Clock;
+use msgs::sensor_msgs::LaserScan;
+use msgs::std_msgs::String as Text;
+use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
+use tempfile::TempDir;
+
+use super::{Ending, PlayError, PlayOptions, play};
+use crate::{BagError, BagWriter, OfferedQos};
+
+/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+const SCANS: u32 = 40;
+const SCAN_PERIOD_S: f64 = 0.02;
+const START: Stamp = Stamp::from_secs_nanos(1_700_000_000, 0);
+
+/// A player and a subscriber, apart from those of all other tests by their domain.
+fn nodes() -> (Node, Node) {
+    static COUNT: AtomicU16 = AtomicU16::new(0);
+    let count = u32::from(COUNT.fetch_add(1, Ordering::Relaxed));
+    let domain = 101 + (std::process::id().wrapping_mul(7) + count) % 100;
+    let transport = Transport::on_domain(domain as u16).unwrap();
+    let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();
+    let start = |name: &str| Node::start_on(transport, name, &arguments).unwrap();
+    (start("bag_player"), start("listener"))
+}
+
+fn scan(index: u32) -> LaserScan {
+    let ranges = (0..90).map(|beam| (index * 100 + beam) as f32 * 0.01).collect();
+    LaserScan { ranges, ..LaserScan::default() }
+}
+
+fn time(index: u32) -> Stamp {
+    START.plus_seconds(f64::from(index) * SCAN_PERIOD_S)
+}
+
+/// A bag of scans at 50 Hz, with a latched text and a scan's worth of another encoding.
+fn bag() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bag.mcap");
+    let write = |path: &Path| -> Result<(), BagError> {
+        let mut writer = BagWriter::create(path)?;
+        let text = writer.channel::<Text>("/map_name", OfferedQos::latched())?;
+        let scans = writer.channel::<LaserScan>("/scan", OfferedQos::reliable(10))?;
+        writer.write(text, time(0), &Text { data: "hall".into() })?;
+        for index in 0..SCANS {
+            writer.write(scans, time(index), &scan(index))?;
+        }
+        writer.finish().map(drop)
+    };
+    write(&path).unwrap();
+    (folder, path)
+}
+
+async fn receive<M: msgs::RosMessage>(subscription: &Subscription<M>, count: u32) -> Vec<M> {
+    let mut received = Vec::new();
+    while (received.len() as u32) < count {
+        match tokio::time::timeout(PATIENCE, subscription.next()).await {
+            Ok(next) => received.push(next.message),
+            Err(_) => panic!("{} of {count} messages came", received.len()),
+        }
+    }
+    received
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_message_arrives_in_order_at_its_time_and_under_its_new_name() {
+    let (_folder, path) = bag();
+    let (player, listener) = nodes();
+    {
+        let scans = listener.subscription::<LaserScan>("/front/scan", &Qos::reliable(50)).unwrap();
+        let texts = listener.subscription::<Text>("/map_name", &Qos::latched()).unwrap();
+        let clock = listener.subscription::<Clock>("/clock", &Qos::sensor(1000)).unwrap();
+        let options = PlayOptions {
+            remap: vec!["scan:=/front/scan".parse().unwrap()],
+            wait_for: vec!["/front/scan".into(), "map_name".into()],
+            wait_timeout_s: PATIENCE.as_secs_f64(),
+            clock: true,
+            ..PlayOptions::new(path)
+        };
+        let received = tokio::spawn(async move {
+            let received = receive(&scans, SCANS).await;
+            (received, receive(&texts, 1).await, clock)
+        });
+        let summary = play(options, &player).await.unwrap();
+        let (received, texts, clock) = received.await.unwrap();
+        let expected: Vec<LaserScan> = (0..SCANS).map(scan).collect();
+        assert_eq!(received, expected);
+        assert_eq!(texts, [Text { data: "hall".into() }]);
+
+        assert_eq!((summary.ending, summary.passes), (Ending::Finished, 1));
+        assert_eq!(summary.published(), u64::from(SCANS) + 1);
+        assert!(summary.is_complete());
+        let span_s = f64::from(SCANS - 1) * SCAN_PERIOD_S;
+        assert!(summary.duration_s >= span_s, "{} s for {span_s} s", summary.duration_s);
+        let scan = &summary.topics[1];
+        assert_eq!((scan.topic.as_str(), scan.published_as.as_str()), ("/scan", "/front/scan"));
+        assert_eq!(scan.most_subscribers, 1);
+
+        let mut times = Vec::new();
+        while let Some(next) = clock.try_next() {
+            let time = next.message.clock;
+            times.push(Stamp::from_secs_nanos(time.sec, time.nanosec));
+        }
+        assert!(times.len() > 20, "{} ticks at 100 Hz in {span_s} s", times.len());
+        assert!(times.is_sorted(), "{times:?}");
+        assert!(times[0] >= START && times[times.len() - 1].seconds_since(START) < span_s + 1.0);
+    }
+    player.close().await;
+    listener.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_loop_goes_on_until_it_is_interrupted() {
+    let (_folder, path) = bag();
+    let (player, listener) = nodes();
+    let shutdown = player.shutdown_signal();
+    let options = PlayOptions {
+        looping: true,
+        rate: 8.0,
+        topics: vec!["/map_name".into(), "scan".into()],
+        ..PlayOptions::new(path)
+    };
+    tokio::spawn(async move {
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        shutdown.trigger();
+    });
+    let began = Instant::now();
+    let summary = play(options, &player).await.unwrap();
+    assert!(began.elapsed() < Duration::from_secs(10));
+    assert_eq!(summary.ending, Ending::Interrupted);
+    assert!(summary.passes > 2, "{} passes", summary.passes);
+    let pass = u64::from(SCANS) + 1;
+    let played = summary.published();
+    assert!(played > (summary.passes - 1) * pass && played <= summary.passes * pass, "{played}");
+    player.close().await;
+    listener.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_cannot_be_played_is_refused_in_words() {
+    let (_folder, path) = bag();
+    let (player, listener) = nodes();
+    let refused =
+        async |options: PlayOptions| play(options, &player).await.unwrap_err().to_string();
+    let options = || PlayOptions::new(path.clone());
+
+    let nobody = PlayOptions { wait_for: vec!["/scan".into()], wait_timeout_s: 0.3, ..options() };
+    let nobody = refused(nobody).await;
+    assert!(nobody.starts_with("nobody subscribed to /scan within 0.3 s"), "{nobody}");
+    let unplayed = refused(PlayOptions { wait_for: vec!["/points".into()], ..options() }).await;
+    assert!(unplayed.contains("there are /map_name, /scan"), "{unplayed}");
+    let unknown = refused(PlayOptions { topics: vec!["/points".into()], ..options() }).await;
+    assert!(unknown.ends_with("has no topic /points; it has: /map_name, /scan"), "{unknown}");
+    let nothing = refused(PlayOptions { start_s: Some(60.0), ..options() }).await;
+    assert!(nothing.contains("has no message to play"), "{nothing}");
+    let rate = refused(PlayOptions { rate: 0.0, ..options() }).await;
+    assert!(rate.starts_with("the rate must be a positive number"), "{rate}");
+    let hz = refused(PlayOptions { clock: true, clock_hz: 0.0, ..options() }).await;
+    assert_eq!(hz, "--clock-hz must be more than 0 and at most 10000, not 0");
+    let late = play(PlayOptions { late_ms: f64::NAN, ..options() }, &player).await;
+    assert!(matches!(late, Err(PlayError::Number { option: "late-ms", .. })));
+    player.close().await;
+    listener.close().await;
+}

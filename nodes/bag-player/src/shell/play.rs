@@ -1,0 +1,186 @@
+//! Playing a bag: from the options to the summary.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use geometry::Stamp;
+use node_shell::{Node, ShellError};
+use tokio::time::sleep;
+
+use crate::bag::Bag;
+use crate::error::BagError;
+use crate::info::BagInfo;
+use crate::message::{Selection, bare};
+use crate::schedule::{RateError, Schedule};
+use crate::shell::clock::{BagClock, CLOCK_TOPIC};
+use crate::shell::offers::Offers;
+use crate::shell::options::PlayOptions;
+use crate::shell::player::{Played, Player};
+use crate::shell::summary::{Ending, PlaySummary};
+
+/// How long the publishers stay after the last message: a reliable one may have to send again.
+const LINGER: Duration = Duration::from_millis(500);
+
+/// Why a bag could not be played.
+#[derive(Debug, thiserror::Error)]
+pub enum PlayError {
+    /// The bag cannot be read.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// The network does not allow it.
+    #[error(transparent)]
+    Shell(#[from] ShellError),
+    /// The rate is no rate.
+    #[error(transparent)]
+    Rate(#[from] RateError),
+    /// Another number makes no sense.
+    #[error("--{option} must be {accepted}, not {value}")]
+    Number {
+        /// The option.
+        option: &'static str,
+        /// What it can be.
+        accepted: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// There is no message to play.
+    #[error("{path} has no message to play {selected}; `stillmap info {path}` shows what is in it", path = path.display())]
+    NothingToPlay {
+        /// The bag.
+        path: PathBuf,
+        /// What of it was selected.
+        selected: &'static str,
+    },
+    /// A topic to wait for is not played.
+    #[error("--wait-for {topic}: no such topic is played; there are {available}")]
+    WaitForUnplayed {
+        /// The topic.
+        topic: String,
+        /// What is played.
+        available: String,
+    },
+    /// Nobody subscribed in time.
+    #[error(
+        "nobody subscribed to {topics} within {seconds} s; start the subscriber, or give it longer with --wait-timeout"
+    )]
+    NoSubscriber {
+        /// The topics without a subscriber.
+        topics: String,
+        /// How long was waited.
+        seconds: f64,
+    },
+    /// The thread that reads the bag could not be started, or broke off.
+    #[error("the bag cannot be read on a thread of its own: {0}")]
+    Thread(io::Error),
+}
+
+/// Plays a bag onto the network of `node`, until its end or until `node` is asked to end.
+///
+/// # Errors
+/// When the bag cannot be read or has nothing to play, the options make no sense, or nobody subscribes
+/// to what is waited for. Parts of the bag that are lost, late messages and messages that could not be
+/// sent are no errors but part of the summary.
+pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, PlayError> {
+    let schedule = Schedule::new(options.rate, options.looping)?;
+    let clock_period = clock_period(&options)?;
+    let late_above = seconds("late-ms", options.late_ms * 1e-3)?;
+    let patience = seconds("wait-timeout", options.wait_timeout_s)?;
+    let (bag, info) = open(options.bag.clone()).await?;
+    for remark in &info.remarks {
+        tracing::warn!("{remark}");
+    }
+    for loss in &info.losses {
+        tracing::warn!("lost: {loss}");
+    }
+    // Asked first: a topic that is not in the bag is named before anything is published.
+    let messages = bag.messages(&options.selection())?;
+    let wanted = |topic: &str| {
+        (options.topics.is_empty() || options.topics.iter().any(|one| bare(one) == bare(topic)))
+            && !(options.clock && options.published_name(topic) == CLOCK_TOPIC)
+    };
+    let played = info.topics.iter().filter(|topic| topic.is_playable() && wanted(&topic.topic));
+    let offers = Offers::create(node, &options, played)?;
+    let clock = clock_period.map(|period| BagClock::start(node, period)).transpose()?;
+
+    let shutdown = node.shutdown_signal();
+    let mut player =
+        Player::new(schedule, offers, clock, span(&info, &options), late_above, shutdown);
+    if !options.wait_for.is_empty() {
+        player.wait_for_subscribers(node, &options.wait_for, patience).await?;
+    }
+    let started = Instant::now();
+    let Played { ending, passes, reader } = player.run(&bag, &options, messages).await?;
+    let duration_s = started.elapsed().as_secs_f64();
+    if ending == Ending::Finished {
+        sleep(LINGER).await;
+    }
+    let summary = PlaySummary {
+        bag: options.bag.clone(),
+        ending,
+        passes,
+        duration_s,
+        late_above_s: late_above.as_secs_f64(),
+        topics: player.into_summaries(),
+        losses: reader.losses,
+        skipped: reader.skipped,
+        out_of_order: reader.out_of_order,
+    };
+    if summary.published() + summary.failed() == 0 && ending == Ending::Finished {
+        let everything = options.selection() == Selection::default();
+        let selected = if everything {
+            "in CDR, the encoding of ROS 2"
+        } else {
+            "in what --topics, --start and --duration leave of it"
+        };
+        return Err(PlayError::NothingToPlay { path: options.bag, selected });
+    }
+    Ok(summary)
+}
+
+/// Opens the bag on a thread of its own: one without an index is read whole for it.
+async fn open(path: PathBuf) -> Result<(Bag, BagInfo), PlayError> {
+    let opened = tokio::task::spawn_blocking(move || {
+        let bag = Bag::open(Path::new(&path))?;
+        let info = bag.info()?;
+        Ok::<_, BagError>((bag, info))
+    });
+    match opened.await {
+        Ok(result) => Ok(result?),
+        Err(error) => Err(PlayError::Thread(io::Error::other(error))),
+    }
+}
+
+fn seconds(option: &'static str, value: f64) -> Result<Duration, PlayError> {
+    Duration::try_from_secs_f64(value).map_err(|_| PlayError::Number {
+        option,
+        accepted: "0 or more",
+        value,
+    })
+}
+
+fn clock_period(options: &PlayOptions) -> Result<Option<Duration>, PlayError> {
+    /// No subscriber makes use of more.
+    const MOST_HZ: f64 = 10_000.0;
+    if !options.clock {
+        return Ok(None);
+    }
+    let hz = options.clock_hz;
+    if hz > 0.0 && hz <= MOST_HZ {
+        // The slowest clock ticks once in a duration's longest.
+        Ok(Some(Duration::try_from_secs_f64(1.0 / hz).unwrap_or(Duration::MAX)))
+    } else {
+        let accepted = "more than 0 and at most 10000";
+        Err(PlayError::Number { option: "clock-hz", accepted, value: hz })
+    }
+}
+
+/// The part of the bag that is played.
+fn span(info: &BagInfo, options: &PlayOptions) -> (Stamp, Stamp) {
+    let start = info.start.unwrap_or_default().plus_seconds(options.start_s.unwrap_or(0.0));
+    let end = info.end.unwrap_or_default();
+    match options.duration_s {
+        Some(duration_s) => (start, end.min(start.plus_seconds(duration_s))),
+        None => (start, end),
+    }
+}

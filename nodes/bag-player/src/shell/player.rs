@@ -1,0 +1,235 @@
+//! The loop of the player: the schedule, the network, the clock and the keys.
+
+use std::time::{Duration, Instant};
+
+use geometry::Stamp;
+use node_shell::{Node, RawPublisher, Shutdown};
+use tokio::time::{sleep, timeout};
+
+use crate::bag::Bag;
+use crate::message::{BagMessage, bare};
+use crate::messages::Messages;
+use crate::schedule::{Decision, Schedule};
+use crate::shell::clock::BagClock;
+use crate::shell::keys::{Key, Keys};
+use crate::shell::offers::Offers;
+use crate::shell::options::PlayOptions;
+use crate::shell::play::PlayError;
+use crate::shell::read_ahead::{Ahead, PassEnd, ReadAhead};
+use crate::shell::status::StatusLine;
+use crate::shell::summary::{Ending, TopicSummary};
+
+/// A match is known here before the subscriber knows of it, and until then it drops what comes.
+const SETTLE: Duration = Duration::from_millis(200);
+
+/// How many failures to publish are told; all are counted.
+const FAILURES_TOLD: u64 = 5;
+
+/// A bag that is being played.
+pub(super) struct Player {
+    schedule: Schedule,
+    offers: Offers,
+    clock: Option<BagClock>,
+    keys: Keys,
+    status: StatusLine,
+    shutdown: Shutdown,
+    late_above: Duration,
+    /// Where the time that the schedule is told begins.
+    origin: Instant,
+    failures_told: u64,
+}
+
+/// How a bag was played.
+pub(super) struct Played {
+    pub(super) ending: Ending,
+    pub(super) passes: u64,
+    /// What the reader said of the last pass that it ended.
+    pub(super) reader: PassEnd,
+}
+
+impl Player {
+    /// A player of the part `span` of a bag. From now on the keys are its own.
+    pub(super) fn new(
+        schedule: Schedule,
+        offers: Offers,
+        clock: Option<BagClock>,
+        span: (Stamp, Stamp),
+        late_above: Duration,
+        shutdown: Shutdown,
+    ) -> Self {
+        let keys = Keys::listen();
+        let status = StatusLine::new(span, keys.are_there());
+        let origin = Instant::now();
+        Self {
+            schedule,
+            offers,
+            clock,
+            keys,
+            status,
+            shutdown,
+            late_above,
+            origin,
+            failures_told: 0,
+        }
+    }
+
+    /// What was published; ends the publishers.
+    pub(super) fn into_summaries(self) -> Vec<TopicSummary> {
+        self.offers.into_summaries()
+    }
+
+    fn now(&self) -> Duration {
+        self.origin.elapsed()
+    }
+
+    /// Waits until somebody subscribes to each of `topics`.
+    pub(super) async fn wait_for_subscribers(
+        &self,
+        node: &Node,
+        topics: &[String],
+        patience: Duration,
+    ) -> Result<(), PlayError> {
+        let mut awaited: Vec<&RawPublisher> = Vec::new();
+        for topic in topics {
+            let name = node.resolve(topic)?;
+            // Names of a bag are absolute more often than not, and people leave the slash out.
+            let publisher = self
+                .offers
+                .publisher(&name)
+                .or_else(|| self.offers.publisher(&format!("/{}", bare(topic))));
+            awaited.push(publisher.ok_or_else(|| PlayError::WaitForUnplayed {
+                topic: topic.clone(),
+                available: self.offers.published_names().join(", "),
+            })?);
+        }
+        tracing::info!("waiting for subscribers of {}", topics.join(", "));
+        let all = async {
+            for publisher in &awaited {
+                publisher.wait_for_subscribers(1).await;
+            }
+            sleep(SETTLE).await;
+        };
+        tokio::select! {
+            () = self.shutdown.wait() => Ok(()),
+            waited = timeout(patience, all) => waited.map_err(|_| {
+                let without = awaited.iter().filter(|publisher| publisher.subscriber_count() == 0);
+                let names: Vec<&str> = without.map(|publisher| publisher.topic()).collect();
+                PlayError::NoSubscriber {
+                    topics: names.join(", "),
+                    seconds: patience.as_secs_f64(),
+                }
+            }),
+        }
+    }
+
+    /// Plays until the end of the bag, a key or a signal.
+    pub(super) async fn run(
+        &mut self,
+        bag: &Bag,
+        options: &PlayOptions,
+        messages: Messages,
+    ) -> Result<Played, PlayError> {
+        let result = self.play_passes(bag, options, messages).await;
+        self.status.clear();
+        result
+    }
+
+    async fn play_passes(
+        &mut self,
+        bag: &Bag,
+        options: &PlayOptions,
+        messages: Messages,
+    ) -> Result<Played, PlayError> {
+        let mut ahead = ReadAhead::start(messages).map_err(PlayError::Thread)?;
+        let mut passes = 1;
+        // Until a pass has read it all: what is known to be lost without reading.
+        let mut reader = PassEnd { losses: bag.losses().to_vec(), ..PassEnd::default() };
+        let mut next = ahead.next().await?;
+        loop {
+            let mut ending = self.shutdown.is_triggered().then_some(Ending::Interrupted);
+            while let Some(key) = self.keys.try_next() {
+                ending = ending.or(self.press(key));
+            }
+            let now = self.now();
+            let time = self.schedule.bag_time(now);
+            self.status.update(time, self.schedule.is_paused());
+            if let Some(clock) = &mut self.clock {
+                clock.update(time);
+            }
+            let stamp = next.as_ref().map(|next| next.message.log_time);
+            if ending.is_none() {
+                ending = match self.schedule.decide(now, stamp) {
+                    Decision::Publish { late } => {
+                        if let Some(Ahead { message, .. }) = next.take() {
+                            self.publish(&message, late);
+                        }
+                        next = ahead.next().await?;
+                        None
+                    }
+                    Decision::Wait(wait) => self.idle(Some(wait)).await,
+                    Decision::Paused => self.idle(None).await,
+                    Decision::Rewind => {
+                        passes += 1;
+                        reader = ahead.take_end();
+                        let messages = bag.messages(&options.selection())?;
+                        ahead = ReadAhead::start(messages).map_err(PlayError::Thread)?;
+                        next = ahead.next().await?;
+                        None
+                    }
+                    Decision::Finished => {
+                        reader = ahead.take_end();
+                        Some(Ending::Finished)
+                    }
+                };
+            }
+            if let Some(ending) = ending {
+                return Ok(Played { ending, passes, reader });
+            }
+        }
+    }
+
+    /// Waits for the next message to fall due, a key, the clock or the end.
+    async fn idle(&mut self, wait: Option<Duration>) -> Option<Ending> {
+        let clock_due = self.clock.as_ref().map(BagClock::due_in);
+        let status_due = self.status.is_watched().then(|| self.status.due_in());
+        let shortest = [wait, clock_due, status_due].into_iter().flatten().min();
+        tokio::select! {
+            () = self.shutdown.wait() => Some(Ending::Interrupted),
+            key = self.keys.next() => self.press(key),
+            () = sleep_or_never(shortest) => None,
+        }
+    }
+
+    fn press(&mut self, key: Key) -> Option<Ending> {
+        let now = self.now();
+        match key {
+            Key::Pause if self.schedule.is_paused() => self.schedule.resume(now),
+            Key::Pause => self.schedule.pause(now),
+            Key::Step => self.schedule.step(),
+            Key::Quit => return Some(Ending::Quit),
+        }
+        None
+    }
+
+    fn publish(&mut self, message: &BagMessage, late: Duration) {
+        match self.offers.publish(message) {
+            Some(Ok(())) if late > self.late_above => {
+                self.offers.count_late(&message.topic, late.as_secs_f64());
+            }
+            Some(Err(error)) => {
+                self.failures_told += 1;
+                if self.failures_told <= FAILURES_TOLD {
+                    tracing::error!("{error}");
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+async fn sleep_or_never(wait: Option<Duration>) {
+    match wait {
+        Some(wait) => sleep(wait).await,
+        None => std::future::pending().await,
+    }
+}

@@ -1,0 +1,110 @@
+//! Reading the bag ahead of the player, so that decompressing a chunk delays no message.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::Arc;
+
+use tokio::runtime::Handle;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
+
+use crate::error::{BagError, Loss};
+use crate::message::BagMessage;
+use crate::messages::{Messages, Skipped};
+
+/// What is read ahead at most, in KiB: three seconds of a depth camera, six of the largest clouds.
+const READ_AHEAD_KIB: u32 = 64 * 1024;
+
+/// A message that was read, and its share of the read-ahead.
+pub(super) struct Ahead {
+    pub(super) message: BagMessage,
+    _share: OwnedSemaphorePermit,
+}
+
+/// What the reader has to say after its last message.
+#[derive(Default)]
+pub(super) struct PassEnd {
+    pub(super) losses: Vec<Loss>,
+    pub(super) skipped: BTreeMap<String, Skipped>,
+    pub(super) out_of_order: u64,
+}
+
+enum Item {
+    Message(Ahead),
+    Failed(BagError),
+    End(PassEnd),
+}
+
+/// A thread that reads messages and the queue they come by.
+pub(super) struct ReadAhead {
+    queue: mpsc::UnboundedReceiver<Item>,
+    share: Arc<Semaphore>,
+    end: PassEnd,
+}
+
+impl ReadAhead {
+    /// Starts reading. Must be called within a tokio runtime.
+    pub(super) fn start(messages: Messages) -> io::Result<Self> {
+        let (sender, queue) = mpsc::unbounded_channel();
+        let share = Arc::new(Semaphore::new(READ_AHEAD_KIB as usize));
+        let (runtime, available) = (Handle::current(), Arc::clone(&share));
+        std::thread::Builder::new()
+            .name("bag-reader".to_owned())
+            .spawn(move || read(messages, &sender, &available, &runtime))?;
+        Ok(Self { queue, share, end: PassEnd::default() })
+    }
+
+    /// The next message; `None` at the end of the bag.
+    pub(super) async fn next(&mut self) -> Result<Option<Ahead>, BagError> {
+        match self.queue.recv().await {
+            Some(Item::Message(message)) => Ok(Some(message)),
+            Some(Item::Failed(error)) => Err(error),
+            Some(Item::End(end)) => {
+                self.end = end;
+                Ok(None)
+            }
+            None => Ok(None),
+        }
+    }
+
+    /// What the reader said at the end of the bag.
+    pub(super) fn take_end(&mut self) -> PassEnd {
+        std::mem::take(&mut self.end)
+    }
+}
+
+impl Drop for ReadAhead {
+    fn drop(&mut self) {
+        // The reader may be waiting for a share that nobody will give back.
+        self.share.close();
+    }
+}
+
+fn read(
+    mut messages: Messages,
+    sender: &mpsc::UnboundedSender<Item>,
+    available: &Arc<Semaphore>,
+    runtime: &Handle,
+) {
+    for message in messages.by_ref() {
+        let item = match message {
+            Ok(message) => {
+                // A message larger than all of the read-ahead comes alone.
+                let kib = (message.data.len() / 1024 + 1).min(READ_AHEAD_KIB as usize) as u32;
+                let share = runtime.block_on(Arc::clone(available).acquire_many_owned(kib));
+                let Ok(share) = share else { return };
+                Item::Message(Ahead { message, _share: share })
+            }
+            Err(error) => Item::Failed(error),
+        };
+        if sender.send(item).is_err() {
+            return;
+        }
+    }
+    let end = PassEnd {
+        losses: messages.losses().to_vec(),
+        skipped: messages.skipped().clone(),
+        out_of_order: messages.out_of_order(),
+    };
+    // Without a receiver nobody wants to know.
+    let _ = sender.send(Item::End(end));
+}

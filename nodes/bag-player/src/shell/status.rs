@@ -1,0 +1,93 @@
+//! The line on a terminal that says where playback stands.
+
+use std::io::{Write, stderr};
+use std::time::{Duration, Instant};
+
+use geometry::Stamp;
+
+use crate::shell::is_watched;
+
+/// How often the line changes: often enough for the eye.
+const PERIOD: Duration = Duration::from_millis(200);
+
+/// Cells of the bar.
+const BAR_CELLS: usize = 24;
+
+/// The line; nothing where stderr is no terminal.
+pub(super) struct StatusLine {
+    watched: bool,
+    keys: bool,
+    start: Stamp,
+    end: Stamp,
+    next: Instant,
+}
+
+impl StatusLine {
+    /// A line for playing from the one stamp to the other; `keys` when there are keys to name.
+    pub(super) fn new((start, end): (Stamp, Stamp), keys: bool) -> Self {
+        Self { watched: is_watched(), keys, start, end, next: Instant::now() }
+    }
+
+    /// Whether somebody is looking.
+    pub(super) fn is_watched(&self) -> bool {
+        self.watched
+    }
+
+    /// When the line is to be written again.
+    pub(super) fn due_in(&self) -> Duration {
+        self.next.saturating_duration_since(Instant::now())
+    }
+
+    /// Writes the line when it is due.
+    pub(super) fn update(&mut self, time: Option<Stamp>, paused: bool) {
+        if !self.watched || !self.due_in().is_zero() {
+            return;
+        }
+        self.next = Instant::now() + PERIOD;
+        let line = line(self.start, self.end, time, paused, self.keys);
+        // Whoever closed stderr does not want to see it.
+        let _ = write!(stderr(), "\r\x1b[K{line}");
+        let _ = stderr().flush();
+    }
+
+    /// Clears the line.
+    pub(super) fn clear(&self) {
+        if self.watched {
+            let _ = write!(stderr(), "\r\x1b[K");
+            let _ = stderr().flush();
+        }
+    }
+}
+
+fn line(start: Stamp, end: Stamp, time: Option<Stamp>, paused: bool, keys: bool) -> String {
+    let total_s = end.seconds_since(start).max(0.0);
+    let done_s = time.map_or(0.0, |time| time.seconds_since(start).clamp(0.0, total_s));
+    let share = if total_s > 0.0 { done_s / total_s } else { 1.0 };
+    let filled = (share * BAR_CELLS as f64).round() as usize;
+    let bar: String = (0..BAR_CELLS).map(|cell| if cell < filled { '#' } else { '.' }).collect();
+    let state = if paused { "paused" } else { "playing" };
+    let help = match (keys, paused) {
+        (false, _) => "",
+        (true, false) => "  [space: pause, q: quit]",
+        (true, true) => "  [space: go on, s: one message, q: quit]",
+    };
+    format!("[{bar}] {done_s:.1} / {total_s:.1} s {state}{help}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_tells_where_it_stands() {
+        let at = |seconds: i32| Stamp::from_secs_nanos(seconds, 0);
+        assert_eq!(
+            line(at(100), at(108), Some(at(102)), true, true),
+            "[######..................] 2.0 / 8.0 s paused  [space: go on, s: one message, q: quit]"
+        );
+        assert_eq!(
+            line(at(100), at(100), None, false, false),
+            "[########################] 0.0 / 0.0 s playing"
+        );
+    }
+}

@@ -1,0 +1,299 @@
+//! One cycle of detection, from scan, cloud and pose to the reduced cloud with its zones.
+
+use geometry::{
+    CameraModel, CameraModelError, Cloud, DepthCameraError, DepthImage, DepthLimits,
+    DepthProjector, DetectedCycle, DynamicZone, RayTable, Scan, VoxelAccumulator, VoxelGrid,
+    pose_from_vector,
+};
+use nalgebra::Isometry3;
+
+use crate::aperture::{Aperture, Beam, ScanAnglesError};
+use crate::config::{ConfigError, DetectionConfig};
+use crate::gap_fill::{FilledRanges, RangeLimits, TooFewReturns, fill_gaps};
+use crate::variability::VariabilityWindow;
+use crate::zone_finder::{Unmeasured, ZoneFinder, ZoneSearch};
+
+/// What the camera saw in a cycle.
+#[derive(Clone, Copy, Debug)]
+pub enum View<'a> {
+    /// Points in the camera's optical frame.
+    PointsInCamera(&'a Cloud),
+    /// Points in the rig frame.
+    PointsInRig(&'a Cloud),
+    /// A depth image, with the projector of its camera from [`Detector::depth_projector`].
+    Depth {
+        /// The image.
+        image: &'a DepthImage,
+        /// From its pixels to the rig frame.
+        projector: &'a DepthProjector,
+    },
+}
+
+/// What one cycle is computed from.
+#[derive(Clone, Copy, Debug)]
+pub struct CycleInput<'a> {
+    /// The scan, which is the clock.
+    pub scan: &'a Scan,
+    /// The camera's view nearest to it.
+    pub view: View<'a>,
+    /// The pose at the view's stamp.
+    pub map_from_rig: &'a Isometry3<f64>,
+    /// The frame that `map_from_rig` leads to.
+    pub map_frame_id: &'a str,
+}
+
+/// A stage of [`Detector::step`], for whoever times them.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Step {
+    /// Cropping the scan and filling its gaps (3.2.1.1).
+    GapFill,
+    /// Mean and deviation over the window (3.2.1.2).
+    Variability,
+    /// The search for the zone (3.2.2).
+    ZoneSearch,
+    /// The voxel grid of the cloud (3.2.3).
+    Reduction,
+}
+
+impl Step {
+    /// The step's name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::GapFill => "gap_fill",
+            Self::Variability => "variability",
+            Self::ZoneSearch => "zone_search",
+            Self::Reduction => "reduction",
+        }
+    }
+}
+
+/// What detection makes of a cycle.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Detected {
+    /// What segmentation needs.
+    pub cycle: DetectedCycle,
+    /// What a report needs.
+    pub statistics: CycleStatistics,
+}
+
+/// What a report tells of a cycle.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct CycleStatistics {
+    /// Beams in the aperture: the thesis' l.
+    pub beams: usize,
+    /// Of these, beams whose range was filled in. Without two returns none is.
+    pub filled_beams: usize,
+    /// The largest deviation, once the window is full.
+    pub max_std_dev_m: Option<f32>,
+    /// Beams of high variability.
+    pub high_variability_beams: usize,
+    /// Why the cycle has no measured zone, if it has none.
+    pub unmeasured: Option<Unmeasured>,
+    /// The scan's angles or number of beams are not those of the scan before: the window has started
+    /// anew.
+    pub window_restarted: bool,
+}
+
+/// A cycle that cannot be computed.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum DetectionError {
+    /// The scan's angles say nothing.
+    #[error(transparent)]
+    ScanAngles(#[from] ScanAnglesError),
+    /// The depth image does not fit the camera.
+    #[error(transparent)]
+    DepthCamera(#[from] DepthCameraError),
+    /// The pose holds a number that is not finite.
+    #[error(
+        "the pose map_from_rig holds a number that is not finite: the pose source has lost its track"
+    )]
+    Pose,
+}
+
+/// Finds the dynamic zone of each cycle and reduces its cloud (Rec-HV 3.3.2).
+#[derive(Clone, Debug)]
+pub struct Detector {
+    config: DetectionConfig,
+    rig_from_camera: Isometry3<f64>,
+    rig_from_lidar: Isometry3<f64>,
+    aperture: Option<Aperture>,
+    window: VariabilityWindow,
+    finder: ZoneFinder,
+    voxels: VoxelAccumulator,
+    next_index: u32,
+}
+
+impl Detector {
+    /// A detector that has seen nothing yet.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub fn new(config: DetectionConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        Ok(Self {
+            rig_from_camera: pose_from_vector(&config.rig_from_camera),
+            rig_from_lidar: pose_from_vector(&config.rig_from_lidar),
+            aperture: None,
+            window: VariabilityWindow::new(config.window_scans),
+            finder: ZoneFinder::new(&config),
+            voxels: VoxelAccumulator::new(VoxelGrid::new(config.voxel_edge_m)?),
+            next_index: 0,
+            config,
+        })
+    }
+
+    /// The projector from the depth images of `camera` to the rig frame. It holds a ray for each pixel:
+    /// make one for each camera, not for each image.
+    ///
+    /// # Errors
+    /// When the numbers do not describe a camera.
+    pub fn depth_projector(
+        &self,
+        camera: &CameraModel,
+    ) -> Result<DepthProjector, CameraModelError> {
+        let rays = RayTable::new(camera)?;
+        let frame_id = &self.config.rig_frame_id;
+        Ok(DepthProjector::new(rays, DepthLimits::default(), &self.rig_from_camera, frame_id))
+    }
+
+    /// One cycle. `observe` is called at the end of each stage.
+    ///
+    /// A scan that has no deviations still makes a cycle, without a zone or with the held one;
+    /// [`CycleStatistics::unmeasured`] tells why. An empty cloud makes one too. A scan with fewer than
+    /// two returns does not enter the window. A scan with other angles or another number of beams than
+    /// the one before starts the window anew.
+    ///
+    /// # Errors
+    /// When the scan's angles, the depth image or the pose mean nothing. The cycle then takes no number.
+    pub fn step(
+        &mut self,
+        input: &CycleInput<'_>,
+        mut observe: impl FnMut(Step),
+    ) -> Result<Detected, DetectionError> {
+        check_pose(input.map_from_rig)?;
+
+        // 3.2.1, eq. 1: the beams of the aperture. 3.2.1.1: a range for each of them.
+        let (beams, window_restarted) = self.crop(input.scan)?;
+        let limits = RangeLimits { min_m: input.scan.range_min_m, max_m: input.scan.range_max_m };
+        let filled = fill_gaps(&beams, limits);
+        let filled_beams = filled.as_ref().map_or(0, FilledRanges::filled_beams);
+        observe(Step::GapFill);
+
+        // 3.2.1.2, eq. 2 and 3: mean and deviation of each beam over the window.
+        let deviations = self.deviations(filled);
+        observe(Step::Variability);
+
+        // 3.2.2, eq. 5: the angles between which something moves.
+        let search = self.find_zone(&beams, deviations);
+        observe(Step::ZoneSearch);
+
+        // 3.2.3: the voxel grid of the cloud.
+        let (reduced_cloud, points_before_reduction) = self.reduce(input.view)?;
+        observe(Step::Reduction);
+
+        // 3.3.2: the cloud, the pose and the angles of one cycle travel together.
+        let index = self.next_index;
+        self.next_index = self.next_index.wrapping_add(1);
+        let cycle = DetectedCycle {
+            index,
+            scan_stamp: input.scan.stamp,
+            reduced_cloud,
+            points_before_reduction,
+            map_from_rig: *input.map_from_rig,
+            map_frame_id: input.map_frame_id.to_owned(),
+            zones: search.zone.into_iter().collect::<Vec<DynamicZone>>(),
+        };
+        let statistics = CycleStatistics {
+            beams: beams.len(),
+            filled_beams,
+            max_std_dev_m: search.max_std_dev_m,
+            high_variability_beams: search.high_variability_beams,
+            unmeasured: search.unmeasured,
+            window_restarted,
+        };
+        Ok(Detected { cycle, statistics })
+    }
+
+    /// Forgets the scans and the zone of the past, as after a jump of the clock. The cycles count on.
+    pub fn forget(&mut self) {
+        self.aperture = None;
+        self.window.clear();
+        self.finder.clear();
+    }
+
+    /// The scan's beams in the aperture, and whether its geometry is another than before.
+    fn crop(&mut self, scan: &Scan) -> Result<(Vec<Beam>, bool), ScanAnglesError> {
+        if let Some(aperture) = &self.aperture
+            && aperture.fits(scan)
+        {
+            return Ok((aperture.crop(scan), false));
+        }
+        let aperture = Aperture::new(scan, &self.rig_from_lidar, self.config.aperture_rad)?;
+        let beams = aperture.crop(scan);
+        let window_restarted = self.aperture.replace(aperture).is_some();
+        self.window.clear();
+        Ok((beams, window_restarted))
+    }
+
+    fn deviations(
+        &mut self,
+        filled: Result<FilledRanges, TooFewReturns>,
+    ) -> Result<Vec<f32>, Unmeasured> {
+        let filled =
+            filled.map_err(|TooFewReturns { returns }| Unmeasured::TooFewReturns { returns })?;
+        self.window.push(filled.ranges_m);
+        let statistics = self.window.statistics().ok_or(Unmeasured::WindowFilling {
+            scans: self.window.len(),
+            window_scans: self.config.window_scans,
+        })?;
+        Ok(statistics.std_dev_m)
+    }
+
+    fn find_zone(
+        &mut self,
+        beams: &[Beam],
+        deviations: Result<Vec<f32>, Unmeasured>,
+    ) -> ZoneSearch {
+        match deviations {
+            Ok(std_dev_m) => {
+                let azimuths_rad: Vec<f64> = beams.iter().map(|beam| beam.azimuth_rad).collect();
+                self.finder.find(&azimuths_rad, &std_dev_m)
+            }
+            // Nothing tells of a motion that would widen the zone.
+            Err(why) => self.finder.hold(why, 0.0),
+        }
+    }
+
+    /// The reduced cloud in the rig frame, and the number of points before.
+    fn reduce(&mut self, view: View<'_>) -> Result<(Cloud, usize), DepthCameraError> {
+        let frame_id = &self.config.rig_frame_id;
+        let moved;
+        let cloud = match view {
+            View::Depth { image, projector } => {
+                let reduced = projector.reduce(image, &mut self.voxels)?;
+                return Ok((reduced.cloud, reduced.points_before_reduction));
+            }
+            View::PointsInRig(cloud) => cloud,
+            View::PointsInCamera(cloud) => {
+                moved = cloud.transformed(&self.rig_from_camera, frame_id);
+                &moved
+            }
+        };
+        self.voxels.clear();
+        self.voxels.push_all(&cloud.points_m);
+        let points_m = self.voxels.finish();
+        let reduced = Cloud { stamp: cloud.stamp, frame_id: frame_id.clone(), points_m };
+        Ok((reduced, cloud.points_m.len()))
+    }
+}
+
+fn check_pose(map_from_rig: &Isometry3<f64>) -> Result<(), DetectionError> {
+    let translation = map_from_rig.translation.vector;
+    let is_finite =
+        translation.iter().chain(map_from_rig.rotation.coords.iter()).all(|v| v.is_finite());
+    if is_finite { Ok(()) } else { Err(DetectionError::Pose) }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,319 @@
+//! Ties a scan, a cloud and a pose into one cycle by their stamps (Rec-HV 3.3.1: the scan is the clock).
+
+mod event;
+
+use std::collections::VecDeque;
+
+use geometry::{PoseBuffer, PosePushError, Stamp, StampedPose};
+
+pub use event::{DropCause, Dropped, Input, MatchEvent, Matched};
+
+use crate::config::DetectionConfig;
+
+/// How long and how many.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Limits {
+    cloud_offset_s: f64,
+    wait_s: f64,
+    waiting_scans: usize,
+    waiting_clouds: usize,
+}
+
+/// Matches scans of payload `S`, clouds (or depth images) of payload `C`, and poses.
+///
+/// The payloads are never looked into, so that a node can hold messages undecoded until they are
+/// needed. A cloud serves every scan that it is nearest to; hence `C: Clone`, which is meant for an
+/// `Arc`.
+///
+/// # The rule
+/// - A scan gets the cloud nearest in stamp within `max_cloud_offset_s`, the earlier one of two at equal
+///   distance. This is decided once a cloud with the scan's stamp or a later one has been seen, and so
+///   does not hang on the order of arrival.
+/// - It gets the pose at the cloud's stamp, interpolated between the poses around it, once a pose with
+///   the cloud's stamp or a later one has been seen.
+/// - It waits for these until the newest stamp seen on any input is `max_wait_s` later than its own, or
+///   `max_waiting_scans` are waiting; then it is dropped, with what was missing.
+/// - Scans leave in the order of their stamps, matched or dropped.
+/// - On each input the stamps must grow. A message that does not is ignored, and told; one that lies more
+///   than `max_wait_s` back means that the clock has jumped (a bag that starts again): all that waits is
+///   dropped, and matching starts anew.
+///
+/// As long as nothing is dropped or ignored, the cycles are the same however the inputs interleave.
+#[derive(Clone, Debug)]
+pub struct Matcher<S, C> {
+    limits: Limits,
+    scans: VecDeque<(Stamp, S)>,
+    clouds: VecDeque<(Stamp, C)>,
+    poses: PoseBuffer,
+    newest: Option<Stamp>,
+    latest_scan: Option<Stamp>,
+    latest_cloud: Option<Stamp>,
+    latest_pose: Option<Stamp>,
+    discarded_clouds: u64,
+}
+
+impl<S, C: Clone> Matcher<S, C> {
+    /// A matcher within the bounds of `config`, which has been validated.
+    #[must_use]
+    pub fn new(config: &DetectionConfig) -> Self {
+        let limits = Limits {
+            cloud_offset_s: config.max_cloud_offset_s,
+            wait_s: config.max_wait_s,
+            waiting_scans: config.max_waiting_scans,
+            waiting_clouds: config.max_waiting_clouds,
+        };
+        Self {
+            limits,
+            scans: VecDeque::new(),
+            clouds: VecDeque::new(),
+            poses: PoseBuffer::new(config.max_waiting_poses).with_max_gap_s(config.max_pose_gap_s),
+            newest: None,
+            latest_scan: None,
+            latest_cloud: None,
+            latest_pose: None,
+            discarded_clouds: 0,
+        }
+    }
+
+    /// Takes in a scan, and returns what this decides, in the order of the scans.
+    pub fn push_scan(&mut self, stamp: Stamp, scan: S) -> Vec<MatchEvent<S, C>> {
+        let mut events = Vec::new();
+        if self.admits(Input::Scan, stamp, &mut events) {
+            let late_s = self.newest.map_or(0.0, |newest| newest.seconds_since(stamp));
+            if late_s > self.limits.wait_s {
+                let cause = DropCause::CameLate { late_s };
+                let missing = vec![Input::Scan];
+                events.push(MatchEvent::Dropped(Dropped { stamp, missing, cause }));
+            } else {
+                self.scans.push_back((stamp, scan));
+            }
+            self.settle(&mut events);
+        }
+        events
+    }
+
+    /// Takes in a cloud or a depth image, and returns what this decides, in the order of the scans.
+    pub fn push_cloud(&mut self, stamp: Stamp, cloud: C) -> Vec<MatchEvent<S, C>> {
+        let mut events = Vec::new();
+        if self.admits(Input::Cloud, stamp, &mut events) {
+            self.clouds.push_back((stamp, cloud));
+            self.settle(&mut events);
+        }
+        events
+    }
+
+    /// Takes in a pose, and returns what this decides, in the order of the scans.
+    pub fn push_pose(&mut self, pose: StampedPose) -> Vec<MatchEvent<S, C>> {
+        let mut events = Vec::new();
+        if self.admits(Input::Pose, pose.stamp, &mut events) {
+            self.take_pose(pose, &mut events);
+            self.settle(&mut events);
+        }
+        events
+    }
+
+    /// The end of the input: every scan that still waits is dropped. The matcher is as new after it.
+    pub fn flush(&mut self) -> Vec<MatchEvent<S, C>> {
+        let mut events = Vec::new();
+        self.restart(DropCause::EndOfInput, &mut events);
+        events
+    }
+
+    /// How many scans wait for their cloud or pose.
+    #[must_use]
+    pub fn waiting_scans(&self) -> usize {
+        self.scans.len()
+    }
+
+    /// How many clouds are kept for scans that wait or are still to come.
+    #[must_use]
+    pub fn waiting_clouds(&self) -> usize {
+        self.clouds.len()
+    }
+
+    /// How many clouds had to go because `max_waiting_clouds` were waiting already.
+    #[must_use]
+    pub fn discarded_clouds(&self) -> u64 {
+        self.discarded_clouds
+    }
+
+    /// Whether a message of `stamp` may enter. Looks after the clock of its input, and drops the scans
+    /// that lose patience at the sight of it.
+    fn admits(&mut self, input: Input, stamp: Stamp, events: &mut Vec<MatchEvent<S, C>>) -> bool {
+        if let Some(latest) = *self.latest_mut(input)
+            && stamp <= latest
+        {
+            if latest.seconds_since(stamp) <= self.limits.wait_s {
+                events.push(MatchEvent::Ignored { input, stamp, latest });
+                return false;
+            }
+            self.restart(DropCause::ClockJumpedBack, events);
+            events.push(MatchEvent::ClockJumpedBack { input, from: latest, to: stamp });
+        }
+        self.newest = self.newest.max(Some(stamp));
+        // Before the message is taken in: whether a scan is dropped must not hang on which input shows
+        // first that the time is up.
+        while let Some(&(scan_stamp, _)) = self.scans.front() {
+            let waited_s = self.newest.map_or(0.0, |newest| newest.seconds_since(scan_stamp));
+            if waited_s <= self.limits.wait_s {
+                break;
+            }
+            self.drop_first(DropCause::WaitedTooLong { waited_s }, events);
+        }
+        *self.latest_mut(input) = Some(stamp);
+        true
+    }
+
+    fn latest_mut(&mut self, input: Input) -> &mut Option<Stamp> {
+        match input {
+            Input::Scan => &mut self.latest_scan,
+            Input::Cloud => &mut self.latest_cloud,
+            Input::Pose => &mut self.latest_pose,
+        }
+    }
+
+    fn take_pose(&mut self, pose: StampedPose, events: &mut Vec<MatchEvent<S, C>>) {
+        match self.poses.push(pose.clone()) {
+            Ok(()) => {}
+            Err(PosePushError::OtherFrame { expected, found }) => {
+                // Poses of two frames cannot be interpolated; the newer frame is the one in force.
+                self.poses.clear();
+                events.push(MatchEvent::PoseFrameChanged { from: expected, to: found });
+                if let Err(error) = self.poses.push(pose) {
+                    events.push(MatchEvent::PoseRefused(error));
+                }
+            }
+            Err(error) => events.push(MatchEvent::PoseRefused(error)),
+        }
+    }
+
+    /// Whether the pose at `stamp` can be told: a pose of that stamp or a later one has been taken.
+    fn has_pose_from(&self, stamp: Stamp) -> bool {
+        self.poses.newest().is_some_and(|newest| newest.stamp >= stamp)
+    }
+
+    /// Drops what waits and forgets every stamp.
+    fn restart(&mut self, cause: DropCause, events: &mut Vec<MatchEvent<S, C>>) {
+        while !self.scans.is_empty() {
+            self.drop_first(cause, events);
+        }
+        self.clouds.clear();
+        self.poses.clear();
+        self.newest = None;
+        self.latest_scan = None;
+        self.latest_cloud = None;
+        self.latest_pose = None;
+    }
+
+    /// Drops the scan that has waited longest.
+    fn drop_first(&mut self, cause: DropCause, events: &mut Vec<MatchEvent<S, C>>) {
+        if let Some((stamp, _)) = self.scans.pop_front() {
+            let missing = self.missing(stamp);
+            events.push(MatchEvent::Dropped(Dropped { stamp, missing, cause }));
+        }
+    }
+
+    /// Decides the scans at the head of the queue as far as that can be done now.
+    fn settle(&mut self, events: &mut Vec<MatchEvent<S, C>>) {
+        while let Some(&(stamp, _)) = self.scans.front() {
+            let decision = self.decide(stamp);
+            if matches!(decision, Decision::Wait) {
+                break;
+            }
+            let Some((scan_stamp, scan)) = self.scans.pop_front() else { break };
+            events.push(match decision {
+                Decision::Match { cloud_stamp, cloud, pose } => {
+                    MatchEvent::Matched(Matched { scan_stamp, scan, cloud_stamp, cloud, pose })
+                }
+                Decision::Drop(dropped) => MatchEvent::Dropped(dropped),
+                Decision::Wait => break,
+            });
+        }
+        while self.scans.len() > self.limits.waiting_scans {
+            self.drop_first(DropCause::TooManyWaiting { waiting: self.scans.len() }, events);
+        }
+        self.discard_clouds();
+    }
+
+    fn decide(&self, scan_stamp: Stamp) -> Decision<C> {
+        let drop = |missing, cause| {
+            Decision::Drop(Dropped { stamp: scan_stamp, missing: vec![missing], cause })
+        };
+        let (cloud_stamp, cloud) = match nearest(&self.clouds, scan_stamp) {
+            Nearest::Undecided => return Decision::Wait,
+            Nearest::At(stamp, cloud) => (stamp, cloud),
+        };
+        let offset_s = cloud_stamp.seconds_since(scan_stamp).abs();
+        if offset_s > self.limits.cloud_offset_s {
+            return drop(Input::Cloud, DropCause::NoCloudNear { offset_s });
+        }
+        if !self.has_pose_from(cloud_stamp) {
+            return Decision::Wait;
+        }
+        match self.poses.at(cloud_stamp) {
+            Ok(pose) => Decision::Match { cloud_stamp, cloud: cloud.clone(), pose },
+            Err(error) => drop(Input::Pose, DropCause::NoPose(error)),
+        }
+    }
+
+    /// What a scan that waits is waiting for.
+    fn missing(&self, scan_stamp: Stamp) -> Vec<Input> {
+        let (cloud, pose_needed_at) = match nearest(&self.clouds, scan_stamp) {
+            Nearest::Undecided => (Some(Input::Cloud), scan_stamp),
+            Nearest::At(stamp, _) => (None, stamp),
+        };
+        let pose = (!self.has_pose_from(pose_needed_at)).then_some(Input::Pose);
+        cloud.into_iter().chain(pose).collect()
+    }
+
+    /// Lets go of the clouds that no scan can want any more.
+    fn discard_clouds(&mut self) {
+        // An older scan has been decided, or will be dropped for coming late.
+        let oldest_scan = match self.scans.front() {
+            Some((stamp, _)) => Some(*stamp),
+            None => {
+                let limit = self.newest.map(|newest| newest.plus_seconds(-self.limits.wait_s));
+                self.latest_scan.max(limit)
+            }
+        };
+        let oldest_cloud = oldest_scan.map(|scan| scan.plus_seconds(-self.limits.cloud_offset_s));
+        while self.clouds.front().is_some_and(|(stamp, _)| Some(*stamp) < oldest_cloud) {
+            self.clouds.pop_front();
+        }
+        while self.clouds.len() > self.limits.waiting_clouds {
+            self.clouds.pop_front();
+            self.discarded_clouds += 1;
+        }
+    }
+}
+
+enum Decision<C> {
+    Wait,
+    Match { cloud_stamp: Stamp, cloud: C, pose: StampedPose },
+    Drop(Dropped),
+}
+
+enum Nearest<'a, C> {
+    /// A nearer one may still come.
+    Undecided,
+    At(Stamp, &'a C),
+}
+
+/// The entry nearest to `stamp` among entries in the order of their stamps; of two equally near ones the
+/// earlier.
+fn nearest<C>(entries: &VecDeque<(Stamp, C)>, stamp: Stamp) -> Nearest<'_, C> {
+    let next = entries.partition_point(|(entry, _)| *entry < stamp);
+    let Some((after, entry_after)) = entries.get(next) else { return Nearest::Undecided };
+    match next.checked_sub(1).and_then(|before| entries.get(before)) {
+        Some((before, entry_before))
+            if stamp.as_nanos().abs_diff(before.as_nanos())
+                <= stamp.as_nanos().abs_diff(after.as_nanos()) =>
+        {
+            Nearest::At(*before, entry_before)
+        }
+        _ => Nearest::At(*after, entry_after),
+    }
+}
+
+#[cfg(test)]
+mod tests;

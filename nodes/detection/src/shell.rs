@@ -1,0 +1,87 @@
+//! The node `detection`: scans, depth images (or clouds) and poses in, reduced clouds and zones out.
+
+mod inputs;
+mod stage;
+#[cfg(test)]
+mod tests;
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use node_shell::{Node, NodeFailure, Program};
+use serde::{Deserialize, Serialize};
+
+use crate::DetectionConfig;
+use stage::Stage;
+
+const PROGRAM: Program = Program {
+    name: "detection",
+    about: "Finds what moves by how the ranges of a 2D laser scanner vary, and reduces the cloud.",
+    topics: "in  scan (sensor_msgs/msg/LaserScan), best effort
+             in  depth/image (sensor_msgs/msg/Image: 16UC1 or 32FC1), best effort; with input:=depth
+             in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with input:=depth
+             in  points (sensor_msgs/msg/PointCloud2), best effort; with input:=points
+             in  pose (geometry_msgs/msg/PoseStamped: the rig in the map), best effort
+             out reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
+             out dynamic_zones (stillmap_msgs/msg/DynamicZones), reliable
+             out ~/report (stillmap_msgs/msg/StageReport), reliable",
+};
+
+/// The waiting scans are given up when nothing at all has arrived for so many times `max_wait_s`: the
+/// stamps cannot tell the end of the input.
+const SILENCE_IN_WAITS: f64 = 2.0;
+
+/// Where the cloud comes from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CloudInput {
+    /// Depth images with the calibration of their camera: a tenth of a cloud's bytes.
+    #[default]
+    Depth,
+    /// Clouds in the camera's optical frame.
+    Points,
+}
+
+/// The parameters of the node.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct DetectionParameters {
+    /// Where the cloud comes from.
+    pub input: CloudInput,
+    /// The parameters of the method.
+    #[serde(flatten)]
+    pub config: DetectionConfig,
+}
+
+/// Runs the node until SIGINT or SIGTERM, with the arguments behind the program's name.
+pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
+    PROGRAM.run(arguments, serve)
+}
+
+/// The node's body: serves until the node is to end.
+///
+/// # Errors
+/// When a parameter is out of its range, or a topic cannot be had.
+pub async fn serve(node: &Node, parameters: DetectionParameters) -> Result<(), NodeFailure> {
+    let longest_silence =
+        Duration::try_from_secs_f64(SILENCE_IN_WAITS * parameters.config.max_wait_s)?;
+    let mut stage = Stage::new(node, &parameters)?;
+    let shutdown = node.shutdown_signal();
+    loop {
+        let silence = async {
+            if stage.is_waiting() {
+                tokio::time::sleep(longest_silence).await;
+            } else {
+                std::future::pending::<()>().await;
+            }
+        };
+        tokio::select! {
+            biased;
+            () = shutdown.wait() => break,
+            arrival = stage.next() => stage.take(arrival),
+            () = silence => stage.give_up_waiting(),
+        }
+    }
+    stage.give_up_waiting();
+    Ok(())
+}

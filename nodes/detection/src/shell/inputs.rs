@@ -1,0 +1,146 @@
+//! The node's subscriptions.
+
+use geometry::Stamp;
+use msgs::convert::stamp_from_time;
+use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use node_shell::{Node, Qos, ShellError, Subscription};
+
+use super::CloudInput;
+use crate::Input;
+
+/// Messages that may wait while a cycle is computed or the machine is busy. Each bounds the memory of
+/// its topic: ten depth images of a Kinect are 6 MB, ten clouds 50 MB; the small ones last for seconds.
+const VIEWS_KEPT: usize = 10;
+const SCANS_KEPT: usize = 50;
+const CAMERA_INFOS_KEPT: usize = 10;
+const POSES_KEPT: usize = 200;
+
+/// What the cloud is made of, as it arrived: of a camera's thirty a second a scanner uses seven, so it
+/// is converted only once a scan has it.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) enum ViewMessage {
+    Depth(Image),
+    Points(PointCloud2),
+}
+
+impl ViewMessage {
+    pub(super) fn stamp(&self) -> Stamp {
+        stamp_from_time(match self {
+            Self::Depth(message) => message.header.stamp,
+            Self::Points(message) => message.header.stamp,
+        })
+    }
+}
+
+/// A message that arrived.
+pub(super) enum Arrival {
+    Scan(LaserScan),
+    View(ViewMessage),
+    CameraInfo(Box<CameraInfo>),
+    Pose(PoseStamped),
+}
+
+/// The node's subscriptions.
+pub(super) struct Inputs {
+    scans: Subscription<LaserScan>,
+    view: ViewInputs,
+    poses: Subscription<PoseStamped>,
+}
+
+enum ViewInputs {
+    Depth(Box<DepthInputs>),
+    Points(Box<Subscription<PointCloud2>>),
+}
+
+struct DepthInputs {
+    images: Subscription<Image>,
+    camera_infos: Subscription<CameraInfo>,
+}
+
+impl Inputs {
+    pub(super) fn subscribe(node: &Node, input: CloudInput) -> Result<Self, ShellError> {
+        let view = match input {
+            CloudInput::Depth => ViewInputs::Depth(Box::new(DepthInputs {
+                camera_infos: node
+                    .subscription("depth/camera_info", &Qos::sensor(CAMERA_INFOS_KEPT))?,
+                images: node.subscription("depth/image", &Qos::sensor(VIEWS_KEPT))?,
+            })),
+            CloudInput::Points => {
+                ViewInputs::Points(Box::new(node.subscription("points", &Qos::sensor(VIEWS_KEPT))?))
+            }
+        };
+        Ok(Self {
+            view,
+            poses: node.subscription("pose", &Qos::sensor(POSES_KEPT))?,
+            scans: node.subscription("scan", &Qos::sensor(SCANS_KEPT))?,
+        })
+    }
+
+    /// The next message, whichever comes first. May be dropped while it waits.
+    pub(super) async fn next(&self) -> Arrival {
+        // Of several that are there, the largest first: it has the least room to wait in.
+        tokio::select! {
+            biased;
+            arrival = self.view.next() => arrival,
+            received = self.scans.next() => Arrival::Scan(received.message),
+            received = self.poses.next() => Arrival::Pose(received.message),
+        }
+    }
+
+    /// The absolute name of an input's topic.
+    pub(super) fn topic(&self, input: Input) -> &str {
+        match input {
+            Input::Scan => self.scans.topic(),
+            Input::Cloud => self.view_topic(),
+            Input::Pose => self.poses.topic(),
+        }
+    }
+
+    /// The topic of the images or clouds.
+    pub(super) fn view_topic(&self) -> &str {
+        match &self.view {
+            ViewInputs::Depth(depth) => depth.images.topic(),
+            ViewInputs::Points(clouds) => clouds.topic(),
+        }
+    }
+
+    /// The topic of the calibration, where there is one.
+    pub(super) fn camera_info_topic(&self) -> Option<&str> {
+        match &self.view {
+            ViewInputs::Depth(depth) => Some(depth.camera_infos.topic()),
+            ViewInputs::Points(_) => None,
+        }
+    }
+
+    /// What was received since the start.
+    pub(super) fn counts(&self) -> Vec<(&'static str, u64)> {
+        let mut counts = vec![("scans_received", self.scans.received_count())];
+        match &self.view {
+            ViewInputs::Depth(depth) => {
+                counts.push(("images_received", depth.images.received_count()));
+                counts.push(("camera_infos_received", depth.camera_infos.received_count()));
+            }
+            ViewInputs::Points(clouds) => {
+                counts.push(("clouds_received", clouds.received_count()));
+            }
+        }
+        counts.push(("poses_received", self.poses.received_count()));
+        counts
+    }
+}
+
+impl ViewInputs {
+    async fn next(&self) -> Arrival {
+        match self {
+            Self::Depth(depth) => tokio::select! {
+                biased;
+                received = depth.camera_infos.next() => {
+                    Arrival::CameraInfo(Box::new(received.message))
+                }
+                received = depth.images.next() => Arrival::View(ViewMessage::Depth(received.message)),
+            },
+            Self::Points(clouds) => Arrival::View(ViewMessage::Points(clouds.next().await.message)),
+        }
+    }
+}

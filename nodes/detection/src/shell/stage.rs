@@ -1,0 +1,264 @@
+//! The core with its topics: every message that arrives ends in a cycle, a drop that is reported, or a
+//! warning.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use geometry::{CameraModel, DepthProjector, Scan, Stamp};
+use msgs::convert;
+use msgs::std_msgs::Header;
+use msgs::stillmap_msgs::{DynamicZones, ReducedCloud};
+use node_shell::{
+    Counters, GrantedBuffer, Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, Throttle,
+};
+
+use super::inputs::{Arrival, Inputs, ViewMessage};
+use super::{DetectionParameters, PROGRAM};
+use crate::{CycleInput, Detected, Detector, Dropped, Input, MatchEvent, Matched, Matcher, View};
+
+/// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
+const CYCLES_KEPT: usize = 50;
+
+/// The core with its topics.
+pub(super) struct Stage {
+    inputs: Inputs,
+    matcher: Matcher<Scan, Arc<ViewMessage>>,
+    detector: Detector,
+    camera: Option<(CameraModel, DepthProjector)>,
+    /// Images that came before the calibration of their camera.
+    uncalibrated: VecDeque<Arc<ViewMessage>>,
+    most_uncalibrated: usize,
+    rig_frame_id: String,
+    next_cycle: u32,
+    reduced_clouds: Publisher<ReducedCloud>,
+    dynamic_zones: Publisher<DynamicZones>,
+    reporter: StageReporter,
+    counters: Counters,
+    granted: GrantedBuffer,
+    bad_input: Throttle,
+}
+
+impl Stage {
+    pub(super) fn new(node: &Node, parameters: &DetectionParameters) -> Result<Self, NodeFailure> {
+        let config = &parameters.config;
+        let detector = Detector::new(config.clone())?;
+        Ok(Self {
+            detector,
+            matcher: Matcher::new(config),
+            camera: None,
+            uncalibrated: VecDeque::new(),
+            most_uncalibrated: config.max_waiting_clouds,
+            rig_frame_id: config.rig_frame_id.clone(),
+            next_cycle: 0,
+            reduced_clouds: node.publisher("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            dynamic_zones: node.publisher("dynamic_zones", &Qos::reliable(CYCLES_KEPT))?,
+            reporter: StageReporter::new(node, PROGRAM.name)?,
+            counters: node.counters(),
+            granted: node.granted_buffer(),
+            bad_input: Throttle::for_warnings(),
+            inputs: Inputs::subscribe(node, parameters.input)?,
+        })
+    }
+
+    /// The next message. May be dropped while it waits.
+    pub(super) async fn next(&self) -> Arrival {
+        self.inputs.next().await
+    }
+
+    /// Whether scans wait for their image or pose.
+    pub(super) fn is_waiting(&self) -> bool {
+        self.matcher.waiting_scans() > 0
+    }
+
+    pub(super) fn take(&mut self, arrival: Arrival) {
+        let events = match arrival {
+            Arrival::Scan(message) => match convert::scan_from_message(&message) {
+                Ok(scan) => self.matcher.push_scan(scan.stamp, scan),
+                Err(error) => {
+                    let stamp = convert::stamp_from_time(message.header.stamp);
+                    return self.drop_scan(stamp, "malformed scan", &error.to_string());
+                }
+            },
+            Arrival::Pose(message) => match convert::pose_from_message(&message) {
+                Ok(pose) => self.matcher.push_pose(pose),
+                Err(error) => return self.refuse(Input::Pose, &error.to_string()),
+            },
+            Arrival::CameraInfo(message) => match convert::camera_from_message(&message) {
+                Ok(camera) => return self.take_camera(camera),
+                Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
+            },
+            Arrival::View(message) => return self.take_view(Arc::new(message)),
+        };
+        self.handle(events);
+    }
+
+    /// An image waits for the calibration of its camera, which many drivers send after it.
+    fn take_view(&mut self, view: Arc<ViewMessage>) {
+        if matches!(&*view, ViewMessage::Depth(_)) && self.camera.is_none() {
+            if self.uncalibrated.len() >= self.most_uncalibrated {
+                self.uncalibrated.pop_front();
+            }
+            self.uncalibrated.push_back(view);
+            return;
+        }
+        let events = self.matcher.push_cloud(view.stamp(), view);
+        self.handle(events);
+    }
+
+    fn take_camera(&mut self, camera: CameraModel) {
+        if self.camera.as_ref().is_some_and(|(known, _)| *known == camera) {
+            return;
+        }
+        match self.detector.depth_projector(&camera) {
+            Ok(projector) => self.camera = Some((camera, projector)),
+            Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
+        }
+        // Two bytes a pixel are the least that a depth image has.
+        let image_bytes = camera.width_px.saturating_mul(camera.height_px).saturating_mul(2);
+        if let Err(too_large) = self.granted.check(self.inputs.view_topic(), image_bytes) {
+            tracing::warn!("{too_large}");
+        }
+        for view in std::mem::take(&mut self.uncalibrated) {
+            self.take_view(view);
+        }
+    }
+
+    /// Drops the scans that wait: nothing more comes.
+    pub(super) fn give_up_waiting(&mut self) {
+        let events = self.matcher.flush();
+        self.handle(events);
+    }
+
+    fn handle(&mut self, events: Vec<MatchEvent<Scan, Arc<ViewMessage>>>) {
+        for event in events {
+            match event {
+                MatchEvent::Matched(matched) => self.cycle(&matched),
+                MatchEvent::Dropped(dropped) => {
+                    let topics = self.missing_topics(&dropped);
+                    let reason = format!("{}; missing {topics}", dropped.cause);
+                    self.drop_scan(dropped.stamp, &format!("missing {topics}"), &reason);
+                }
+                MatchEvent::Ignored { input: Input::Scan, stamp, .. } => {
+                    let reason = "its stamp is not later than that of the scan before";
+                    self.drop_scan(stamp, "scan out of order", reason);
+                }
+                MatchEvent::Ignored { input, stamp, latest } => {
+                    let back_s = latest.seconds_since(stamp);
+                    self.refuse(
+                        input,
+                        &format!("its stamp lies {back_s:.3} s before the last one"),
+                    );
+                }
+                MatchEvent::PoseRefused(error) => self.refuse(Input::Pose, &error.to_string()),
+                MatchEvent::PoseFrameChanged { from, to } => tracing::warn!(
+                    "{}: the frame changed from {from} to {to}; a map begun in {from} cannot go on: \
+                     restart reconstruction, or let the pose source keep its frame",
+                    self.inputs.topic(Input::Pose)
+                ),
+                MatchEvent::ClockJumpedBack { input, from, to } => {
+                    tracing::warn!(
+                        "the stamps of {} jumped back by {:.3} s: starting anew",
+                        self.inputs.topic(input),
+                        from.seconds_since(to)
+                    );
+                    self.detector.forget();
+                }
+            }
+        }
+    }
+
+    fn cycle(&mut self, matched: &Matched<Scan, Arc<ViewMessage>>) {
+        let mut timer = StepTimer::start();
+        match self.detect(matched, &mut timer) {
+            Ok(detected) => self.publish(&detected, &mut timer),
+            Err(error) => {
+                let reason = format!("{}: {error}", self.inputs.view_topic());
+                self.drop_scan(matched.scan_stamp, "detection failed", &reason);
+            }
+        }
+    }
+
+    fn detect(
+        &mut self,
+        matched: &Matched<Scan, Arc<ViewMessage>>,
+        timer: &mut StepTimer,
+    ) -> Result<Detected, NodeFailure> {
+        let (image, cloud);
+        let view = match (&*matched.cloud, &self.camera) {
+            (ViewMessage::Depth(message), Some((_, projector))) => {
+                image = convert::depth_from_message(message)?;
+                View::Depth { image: &image, projector }
+            }
+            (ViewMessage::Depth(_), None) => return Err("the camera has no calibration".into()),
+            (ViewMessage::Points(message), _) => {
+                cloud = convert::cloud_from_message(message)?;
+                View::PointsInCamera(&cloud)
+            }
+        };
+        timer.end_of("convert");
+        let input = CycleInput {
+            scan: &matched.scan,
+            view,
+            map_from_rig: &matched.pose.map_from_rig,
+            map_frame_id: &matched.pose.frame_id,
+        };
+        Ok(self.detector.step(&input, |step| timer.end_of(step.name()))?)
+    }
+
+    fn publish(&mut self, detected: &Detected, timer: &mut StepTimer) {
+        let cycle = &detected.cycle;
+        self.next_cycle = cycle.index.wrapping_add(1);
+        self.reduced_clouds.publish_or_warn(&convert::message_from_detected_cycle(cycle));
+        self.dynamic_zones.publish_or_warn(&convert::message_from_zones(cycle));
+        timer.end_of("publish");
+
+        let count = |count: usize| count as u64;
+        let mut counts = self.inputs.counts();
+        counts.extend([
+            ("points_before_reduction", count(cycle.points_before_reduction)),
+            ("points_reduced", count(cycle.reduced_cloud.points_m.len())),
+            ("beams", count(detected.statistics.beams)),
+            ("filled_beams", count(detected.statistics.filled_beams)),
+            ("high_variability_beams", count(detected.statistics.high_variability_beams)),
+            ("zones", count(cycle.zones.len())),
+        ]);
+        let header = self.header(cycle.reduced_cloud.stamp);
+        self.reporter.processed(header, cycle.index, &counts, timer);
+    }
+
+    fn drop_scan(&self, scan_stamp: Stamp, cause: &str, reason: &str) {
+        let header = self.header(scan_stamp);
+        self.reporter.dropped(header, self.next_cycle, (cause, reason), &self.inputs.counts());
+    }
+
+    /// Counts a message that is of no use, and tells of it once in a while.
+    fn refuse(&self, input: Input, reason: &str) {
+        let topic = self.inputs.topic(input);
+        self.counters.count_drop(&format!("unusable message on {topic}"));
+        if let Some(held_back) = self.bad_input.pass() {
+            tracing::warn!("{topic}: {reason} ({held_back} more since the last warning)");
+        }
+    }
+
+    fn missing_topics(&self, dropped: &Dropped) -> String {
+        let topics: Vec<&str> = dropped
+            .missing
+            .iter()
+            .map(|input| match (input, self.inputs.camera_info_topic()) {
+                (Input::Cloud, Some(camera_info)) if self.camera.is_none() => {
+                    if self.uncalibrated.is_empty() {
+                        self.inputs.topic(*input)
+                    } else {
+                        camera_info
+                    }
+                }
+                _ => self.inputs.topic(*input),
+            })
+            .collect();
+        topics.join(" and ")
+    }
+
+    fn header(&self, stamp: Stamp) -> Header {
+        Header { stamp: convert::time_from_stamp(stamp), frame_id: self.rig_frame_id.clone() }
+    }
+}

@@ -1,0 +1,249 @@
+use std::collections::BTreeMap;
+
+use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Scan, Stamp, StampedPose};
+use msgs::convert;
+use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
+use msgs::stillmap_msgs::{DynamicZones, ReducedCloud, StageReport};
+use nalgebra::Isometry3;
+use node_shell::{Publisher, Qos, RosArguments, Shutdown, Subscription, Transport};
+
+use super::*;
+
+/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A node on a domain and in a namespace of this process and test.
+fn node(name: &str, test: &str) -> Node {
+    let process = std::process::id();
+    let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
+    let namespace = format!("__ns:=/detection_test_{process}_{test}");
+    let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
+    Node::start_on(transport, name, &arguments).unwrap()
+}
+
+async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
+    match tokio::time::timeout(PATIENCE, wait).await {
+        Ok(value) => value,
+        Err(_) => panic!("waited in vain: {what}"),
+    }
+}
+
+fn at(milliseconds: i64) -> Stamp {
+    Stamp::from_nanos(milliseconds * 1_000_000)
+}
+
+fn scan(stamp: Stamp) -> LaserScan {
+    convert::message_from_scan(&Scan {
+        stamp,
+        frame_id: "laser".to_owned(),
+        angle_min_rad: -1.0,
+        angle_increment_rad: 0.1,
+        range_max_m: 8.0,
+        ranges_m: vec![2.0; 21],
+        ..Scan::default()
+    })
+}
+
+fn image(stamp: Stamp) -> Image {
+    let pixels = DepthPixels::Millimetres(vec![1500; 12]);
+    let image = DepthImage::new(stamp, "camera_optical_frame".to_owned(), (4, 3), pixels).unwrap();
+    convert::message_from_depth(&image)
+}
+
+fn camera_info(width_px: usize) -> CameraInfo {
+    let camera = CameraModel {
+        width_px,
+        height_px: 3,
+        fx_px: 4.0,
+        fy_px: 4.0,
+        cx_px: 1.5,
+        cy_px: 1.0,
+        distortion: Distortion::None,
+    };
+    convert::message_from_camera(&camera, at(0), "camera_optical_frame")
+}
+
+fn pose(stamp: Stamp, x_m: f64) -> PoseStamped {
+    convert::message_from_pose(&StampedPose {
+        stamp,
+        frame_id: "map".to_owned(),
+        map_from_rig: Isometry3::translation(x_m, 0.0, 0.0),
+    })
+}
+
+/// The node under test, and a peer that plays the robot and listens.
+struct Bench {
+    served: tokio::task::JoinHandle<Result<(), NodeFailure>>,
+    shutdown: Shutdown,
+    scans: Publisher<LaserScan>,
+    images: Publisher<Image>,
+    camera_infos: Publisher<CameraInfo>,
+    poses: Publisher<PoseStamped>,
+    cycles: Subscription<ReducedCloud>,
+    zones: Subscription<DynamicZones>,
+    reports: Subscription<StageReport>,
+    peer: Node,
+}
+
+impl Bench {
+    async fn start(test: &str, max_wait_s: f64) -> Self {
+        let (own, peer) = (node("detection", test), node("robot", test));
+        let config = DetectionConfig { max_wait_s, ..DetectionConfig::default() };
+        let parameters = DetectionParameters { input: CloudInput::Depth, config };
+        let shutdown = own.shutdown_signal();
+        let served = tokio::spawn(async move {
+            let result = serve(&own, parameters).await;
+            own.close().await;
+            result
+        });
+        let qos = Qos::reliable(20);
+        let bench = Self {
+            served,
+            shutdown,
+            scans: peer.publisher("scan", &qos).unwrap(),
+            images: peer.publisher("depth/image", &qos).unwrap(),
+            camera_infos: peer.publisher("depth/camera_info", &qos).unwrap(),
+            poses: peer.publisher("pose", &qos).unwrap(),
+            cycles: peer.subscription("reduced_cloud", &qos).unwrap(),
+            zones: peer.subscription("dynamic_zones", &qos).unwrap(),
+            reports: peer.subscription("detection/report", &qos).unwrap(),
+            peer,
+        };
+        soon("the node", async {
+            bench.scans.wait_for_subscribers(1).await;
+            bench.images.wait_for_subscribers(1).await;
+            bench.camera_infos.wait_for_subscribers(1).await;
+            bench.poses.wait_for_subscribers(1).await;
+            bench.cycles.wait_for_publishers(1).await;
+            bench.zones.wait_for_publishers(1).await;
+            bench.reports.wait_for_publishers(1).await;
+        })
+        .await;
+        bench
+    }
+
+    async fn report(&self) -> StageReport {
+        soon("a report", self.reports.next()).await.message
+    }
+
+    async fn end(self) {
+        self.shutdown.trigger();
+        soon("the end", self.served).await.unwrap().unwrap();
+        let Self { peer, .. } = self;
+        peer.close().await;
+    }
+}
+
+fn counts(report: &StageReport) -> BTreeMap<&str, u64> {
+    report.count_names.iter().map(String::as_str).zip(report.counts.iter().copied()).collect()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn scan_image_and_pose_become_a_cycle_even_when_the_calibration_comes_last() {
+    let bench = Bench::start("cycle", 0.5).await;
+    bench.images.publish(&image(at(1_010))).unwrap();
+    bench.scans.publish(&scan(at(1_000))).unwrap();
+    bench.poses.publish(&pose(at(1_000), 1.0)).unwrap();
+    bench.poses.publish(&pose(at(1_020), 3.0)).unwrap();
+    bench.camera_infos.publish(&camera_info(4)).unwrap();
+
+    let message = soon("the cycle", bench.cycles.next()).await.message;
+    let cycle = convert::detected_cycle_from_message(&message).unwrap();
+    assert_eq!(
+        (cycle.index, cycle.scan_stamp, cycle.reduced_cloud.stamp),
+        (0, at(1_000), at(1_010))
+    );
+    assert_eq!(
+        (cycle.map_frame_id.as_str(), cycle.reduced_cloud.frame_id.as_str()),
+        ("map", "rig")
+    );
+    assert!((cycle.map_from_rig.translation.x - 2.0).abs() < 1e-9);
+    assert_eq!(cycle.points_before_reduction, 12);
+    assert!(cycle.reduced_cloud.points_m.iter().all(|point| (point.x - 1.5).abs() < 1e-5));
+    assert_eq!(soon("the zones", bench.zones.next()).await.message.header, message.header);
+
+    let report = bench.report().await;
+    assert!(report.processed && report.cycle == 0 && report.header == message.header);
+    let counts = counts(&report);
+    for (name, count) in [
+        ("scans_received", 1),
+        ("images_received", 1),
+        ("camera_infos_received", 1),
+        ("poses_received", 2),
+        ("points_before_reduction", 12),
+        ("points_reduced", cycle.reduced_cloud.points_m.len() as u64),
+        ("zones", 0),
+    ] {
+        assert_eq!(counts.get(name), Some(&count), "{name}");
+    }
+    assert_eq!(report.step_names.first().map(String::as_str), Some("convert"));
+    assert_eq!(report.step_names.last().map(String::as_str), Some("publish"));
+    bench.end().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_scan_without_its_pose_is_dropped_by_name_when_the_input_falls_silent() {
+    let bench = Bench::start("silence", 0.1).await;
+    bench.camera_infos.publish(&camera_info(4)).unwrap();
+    bench.images.publish(&image(at(1_010))).unwrap();
+    bench.scans.publish(&scan(at(1_000))).unwrap();
+    let report = bench.report().await;
+    assert!(!report.processed);
+    assert_eq!(convert::stamp_from_time(report.header.stamp), at(1_000));
+    assert!(
+        report.drop_reason.ends_with(&format!("missing {}", bench.poses.topic())),
+        "{report:?}"
+    );
+    bench.end().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_wrong_with_an_input_is_said() {
+    let bench = Bench::start("wrong", 0.4).await;
+    // A scan that has no beam is decided at once.
+    bench.scans.publish(&LaserScan { ranges: Vec::new(), ..scan(at(500)) }).unwrap();
+    let report = bench.report().await;
+    assert!(report.drop_reason.contains("LaserScan"), "{report:?}");
+
+    // An image without a calibration: the missing topic is the calibration's.
+    bench.images.publish(&image(at(1_000))).unwrap();
+    bench.poses.publish(&pose(at(1_000), 0.0)).unwrap();
+    bench.scans.publish(&scan(at(1_000))).unwrap();
+    let report = bench.report().await;
+    let topic = bench.camera_infos.topic();
+    assert!(report.drop_reason.ends_with(&format!("missing {topic}")), "{report:?}");
+
+    // The calibration of another camera: both sizes are named.
+    bench.camera_infos.publish(&camera_info(5)).unwrap();
+    bench.images.publish(&image(at(2_000))).unwrap();
+    bench.poses.publish(&pose(at(2_000), 0.0)).unwrap();
+    bench.scans.publish(&scan(at(2_000))).unwrap();
+    let report = loop {
+        let report = bench.report().await;
+        if convert::stamp_from_time(report.header.stamp) == at(2_000) {
+            break report;
+        }
+    };
+    assert!(report.drop_reason.contains("4 x 3") && report.drop_reason.contains("5 x 3"));
+
+    // The right one mends it, and the dropped scans took no number.
+    bench.camera_infos.publish(&camera_info(4)).unwrap();
+    bench.images.publish(&image(at(3_000))).unwrap();
+    bench.poses.publish(&pose(at(3_000), 0.0)).unwrap();
+    bench.scans.publish(&scan(at(3_000))).unwrap();
+    let report = bench.report().await;
+    assert!(report.processed && report.cycle == 0, "{report:?}");
+    bench.end().await;
+}
+
+#[test]
+fn the_parameters_of_node_and_method_stand_side_by_side() {
+    let described = node_shell::parameters::describe::<DetectionParameters>().unwrap();
+    let default_of = |name: &str| {
+        described.iter().find(|(key, _)| key == name).map(|(_, default)| default.as_str())
+    };
+    assert_eq!(default_of("input"), Some("\"depth\""));
+    assert_eq!(default_of("voxel_edge_m"), Some("0.08"));
+    assert_eq!(default_of("method"), Some("\"rec_hv\""));
+}

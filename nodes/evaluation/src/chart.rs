@@ -1,0 +1,229 @@
+//! Line charts as SVG elements of the page: no fonts, no scripts, and the page's own colours, so that they
+//! read in its light and its dark mode.
+
+mod axis;
+
+use std::fmt::Write as _;
+
+use maud::{Markup, html};
+
+pub(crate) use self::axis::Axis;
+
+/// The drawing's own units: as wide as a phone's page, so that its text stays legible there.
+const WIDTH: f64 = 480.0;
+const HEIGHT: f64 = 264.0;
+const LEFT: f64 = 68.0;
+const RIGHT: f64 = 8.0;
+const TOP: f64 = 34.0;
+const BOTTOM: f64 = 44.0;
+const DOT_RADIUS: f64 = 2.2;
+
+/// One chart: what it shows, its axes, and its series from back to front.
+pub(crate) struct Chart {
+    /// Names the chart in the page's markup; unique within a page.
+    pub(crate) id: &'static str,
+    pub(crate) title: String,
+    /// What a reader sees in it, for those who do not.
+    pub(crate) description: String,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    pub(crate) series: Vec<Series>,
+}
+
+/// A series of a chart.
+pub(crate) struct Series {
+    pub(crate) name: String,
+    /// The class that the page's style gives a colour.
+    pub(crate) class: &'static str,
+    pub(crate) marks: Marks,
+}
+
+/// How a series is drawn.
+pub(crate) enum Marks {
+    /// A line through points `(x, y)`.
+    Line(Vec<(f64, f64)>),
+    /// Upright bars `(x, from, to)`.
+    Bars(Vec<(f64, f64, f64)>),
+    /// Dots at `(x, y)`.
+    Dots(Vec<(f64, f64)>),
+}
+
+impl Chart {
+    /// The chart as an `svg` element with its legend under it.
+    pub(crate) fn render(&self) -> Markup {
+        let (title_id, description_id) = (format!("{}-t", self.id), format!("{}-d", self.id));
+        html! {
+            figure.chart {
+                figcaption { (self.title) }
+                svg viewBox=(format!("0 0 {WIDTH} {HEIGHT}")) role="img"
+                    aria-labelledby=(format!("{title_id} {description_id}")) {
+                    title id=(title_id) { (self.title) }
+                    desc id=(description_id) { (self.description) }
+                    (self.render_axes())
+                    @for series in &self.series { (self.render_series(series)) }
+                }
+                ul.legend {
+                    @for series in &self.series {
+                        li { span.key.(series.class).(series.marks.key_class()) aria-hidden="true" {} (series.name) }
+                    }
+                }
+            }
+        }
+    }
+
+    fn render_axes(&self) -> Markup {
+        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
+        html! {
+            g.grid {
+                @for tick in self.y.ticks() {
+                    @let y = self.y_of(tick);
+                    line x1=(LEFT) x2=(right) y1=(number(y)) y2=(number(y)) {}
+                    text x=(LEFT - 6.0) y=(number(y + 4.0)) text-anchor="end" { (self.y.tick_text(tick)) }
+                }
+                @for tick in self.x.ticks() {
+                    @let x = self.x_of(tick);
+                    line x1=(number(x)) x2=(number(x)) y1=(bottom) y2=(bottom + 4.0) {}
+                    text x=(number(x)) y=(bottom + 18.0) text-anchor="middle" { (self.x.tick_text(tick)) }
+                }
+            }
+            text.axis x=(f64::midpoint(LEFT, right)) y=(HEIGHT - 6.0) text-anchor="middle" { (self.x.label()) }
+            text.axis x="2" y="15" { (self.y.label()) }
+        }
+    }
+
+    fn render_series(&self, series: &Series) -> Markup {
+        match &series.marks {
+            Marks::Line(points) => {
+                let mut path = String::new();
+                for (index, &(x, y)) in points.iter().enumerate() {
+                    let command = if index == 0 { 'M' } else { 'L' };
+                    self.write_point(&mut path, command, x, y);
+                }
+                html! { path.line.(series.class) d=(path) {} }
+            }
+            Marks::Bars(bars) => {
+                let mut path = String::new();
+                for &(x, from, to) in bars {
+                    self.write_point(&mut path, 'M', x, from);
+                    self.write_point(&mut path, 'L', x, to);
+                }
+                html! { path.bars.(series.class) d=(path) stroke-width=(number(self.bar_width())) {} }
+            }
+            Marks::Dots(points) => html! {
+                g.dots.(series.class) {
+                    @for &(x, y) in points {
+                        circle cx=(number(self.x_of(x))) cy=(number(self.y_of(y))) r=(DOT_RADIUS) {}
+                    }
+                }
+            },
+        }
+    }
+
+    /// Two thirds of the closest distance of two bars of any series, within what can be seen and what looks
+    /// like a bar.
+    fn bar_width(&self) -> f64 {
+        let bars = self.series.iter().filter_map(|series| match &series.marks {
+            Marks::Bars(bars) => Some(bars),
+            Marks::Line(_) | Marks::Dots(_) => None,
+        });
+        let mut positions: Vec<f64> = bars.flatten().map(|bar| self.x_of(bar.0)).collect();
+        positions.sort_by(f64::total_cmp);
+        let closest = positions
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .filter(|distance| *distance > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        (closest * 2.0 / 3.0).clamp(1.5, 8.0)
+    }
+
+    fn write_point(&self, path: &mut String, command: char, x: f64, y: f64) {
+        // Writing to a string cannot fail.
+        let _ = write!(path, "{command}{} {}", number(self.x_of(x)), number(self.y_of(y)));
+    }
+
+    fn x_of(&self, value: f64) -> f64 {
+        LEFT + self.x.position(value) * (WIDTH - LEFT - RIGHT)
+    }
+
+    fn y_of(&self, value: f64) -> f64 {
+        HEIGHT - BOTTOM - self.y.position(value) * (HEIGHT - TOP - BOTTOM)
+    }
+}
+
+impl Marks {
+    /// All values along the y axis.
+    pub(crate) fn values(&self) -> Vec<f64> {
+        match self {
+            Self::Line(points) | Self::Dots(points) => points.iter().map(|point| point.1).collect(),
+            Self::Bars(bars) => bars.iter().flat_map(|bar| [bar.1, bar.2]).collect(),
+        }
+    }
+
+    fn key_class(&self) -> &'static str {
+        match self {
+            Self::Line(_) => "line",
+            Self::Bars(_) => "bars",
+            Self::Dots(_) => "dots",
+        }
+    }
+}
+
+/// A coordinate to a tenth of a unit: finer than can be seen, and short.
+fn number(value: f64) -> String {
+    format!("{value:.1}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(series: Vec<Series>) -> Chart {
+        Chart {
+            id: "c",
+            title: "A < B".to_owned(),
+            description: "Rising.".to_owned(),
+            x: Axis::spanning("time (s)", [0.0, 10.0]),
+            y: Axis::spanning("points", [0.0, 100.0]),
+            series,
+        }
+    }
+
+    #[test]
+    fn the_corners_of_the_data_are_the_corners_of_the_plot() {
+        let chart = chart(Vec::new());
+        assert!((chart.x_of(0.0) - LEFT).abs() < 1e-9);
+        assert!((chart.x_of(10.0) - (WIDTH - RIGHT)).abs() < 1e-9);
+        assert!((chart.y_of(0.0) - (HEIGHT - BOTTOM)).abs() < 1e-9);
+        assert!((chart.y_of(100.0) - TOP).abs() < 1e-9);
+    }
+
+    #[test]
+    fn each_kind_of_marks_is_drawn_at_its_place() {
+        let series = |marks| Series { name: "s".to_owned(), class: "one", marks };
+        let text = chart(vec![
+            series(Marks::Line(vec![(0.0, 0.0), (10.0, 100.0)])),
+            series(Marks::Bars(vec![(0.0, 0.0, 100.0)])),
+            series(Marks::Dots(vec![(10.0, 0.0)])),
+        ])
+        .render()
+        .into_string();
+        assert!(text.contains("d=\"M68.0 220.0L472.0 34.0\""), "{text}");
+        assert!(text.contains("d=\"M68.0 220.0L68.0 34.0\""), "{text}");
+        assert!(text.contains("cx=\"472.0\" cy=\"220.0\""), "{text}");
+        assert!(text.contains("A &lt; B"), "the title is escaped: {text}");
+    }
+
+    #[test]
+    fn bars_of_all_series_stay_apart() {
+        let bars = |from: i32| Series {
+            name: String::new(),
+            class: "one",
+            marks: Marks::Bars(
+                (from..100).step_by(2).map(|i| (f64::from(i) * 0.1, 0.0, 1.0)).collect(),
+            ),
+        };
+        let chart = chart(vec![bars(0), bars(1)]);
+        let distance = chart.x_of(0.1) - chart.x_of(0.0);
+        assert!((chart.bar_width() - distance * 2.0 / 3.0).abs() < 1e-9);
+    }
+}

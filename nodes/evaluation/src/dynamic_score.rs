@@ -1,0 +1,323 @@
+//! How much of the truly moving points a run removed, and what that cost the static scene.
+//!
+//! The truth is one label per depth pixel: 0 is the static scene, any other number an object. A mask
+//! derived from the recording itself does the same service as a simulator's labels.
+//!
+//! A true point counts as **removed** when its voxel of the rig frame, on the grid of the reduction, holds
+//! a point that segmentation took for moving in that cycle: the reduction leaves one point a voxel, so the
+//! voxel is the finest part that segmentation can take or leave.
+//!
+//! In the map, a voxel is an object's own when the object's points touched it in some cycle and no static
+//! point ever did. Such a voxel should be empty in the final map; a voxel that static points touched should
+//! be there.
+
+mod tally;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, HashSet};
+
+use geometry::{Stamp, VoxelEdgeError, VoxelGrid, VoxelKey};
+use nalgebra::{Isometry3, Point3};
+use serde::{Deserialize, Serialize};
+
+use self::tally::{CycleTally, ObjectTally, RegionTally, share};
+use crate::{CycleRecord, RunRecord, TruthFrame};
+
+/// The label of the static scene.
+const STATIC_LABEL: u16 = geometry::LabelImage::STATIC;
+
+/// The thresholds of the score. They are written beside the figures, which mean little without them.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DynamicScoreRules {
+    /// An object is in view of a cycle when at least this many of its pixels have a depth, at 640 x 480;
+    /// in proportion to the pixels of another image size, rounded up, and never less than 1.
+    pub in_view_px_at_640x480: f64,
+    /// An object is found when zones hold at least this share of its points and some of them were removed.
+    pub found_share_in_zone: f64,
+    /// An object is removed when at least this share of its points was.
+    pub removed_share: f64,
+}
+
+impl Default for DynamicScoreRules {
+    fn default() -> Self {
+        // 200 px is a patch of 14 x 14: a hand at 3 m from a Kinect.
+        Self { in_view_px_at_640x480: 200.0, found_share_in_zone: 0.5, removed_share: 0.5 }
+    }
+}
+
+/// True points of a kind, and how many of them were removed.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct RemovedPoints {
+    /// True points: labelled pixels with a depth.
+    pub points: u64,
+    /// Of these, points in a voxel that was removed.
+    pub removed: u64,
+    /// `removed / points`; none without points.
+    pub share: Option<f64>,
+}
+
+/// The score of a run against the truth.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct DynamicScore {
+    /// The thresholds behind the figures.
+    pub rules: DynamicScoreRules,
+    /// Cycles that were compared with a truth.
+    pub cycles_scored: usize,
+    /// Cycles for which there was no truth.
+    pub cycles_without_truth: usize,
+    /// Each object by its label, smallest first.
+    pub objects: Vec<ObjectScore>,
+    /// The points of all objects together, over all scored cycles.
+    pub object_points: RemovedPoints,
+    /// The points of the static scene over all scored cycles: what is removed of them is removed wrongly.
+    pub static_points: RemovedPoints,
+    /// The final map against the truth.
+    pub map: MapScore,
+    /// Each scored cycle.
+    pub per_cycle: Vec<CycleScore>,
+}
+
+/// The score of one cycle.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct CycleScore {
+    /// The cycle's number.
+    pub index: u32,
+    /// The points of all objects.
+    pub object_points: RemovedPoints,
+    /// The points of the static scene.
+    pub static_points: RemovedPoints,
+}
+
+/// The score of one object.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ObjectScore {
+    /// The object's label in the truth.
+    pub object_id: u16,
+    /// What it is, where that is known.
+    pub name: Option<String>,
+    /// Cycles in which it was in view.
+    pub cycles_in_view: usize,
+    /// Of these, cycles in which it was found.
+    pub cycles_found: usize,
+    /// Of these, cycles in which it was removed.
+    pub cycles_removed: usize,
+    /// Its points over all scored cycles, those in which too little of it was in view included.
+    pub points: RemovedPoints,
+    /// Voxels of the map that this object touched and no static point ever did.
+    pub own_voxels: usize,
+    /// Of these, voxels that the map without removal holds.
+    pub own_voxels_without_removal: usize,
+    /// Of these, voxels that the final map still holds.
+    pub own_voxels_left: usize,
+    /// Each cycle in which it has a point.
+    pub per_cycle: Vec<ObjectCycleScore>,
+}
+
+/// The score of one object in one cycle.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ObjectCycleScore {
+    /// The cycle's number.
+    pub index: u32,
+    /// Its points.
+    pub points: RemovedPoints,
+    /// Share of its points whose direction lies in a zone.
+    pub share_in_zone: f64,
+    /// The true bearing: azimuth of the mean of its points in the rig frame.
+    pub azimuth_rad: f64,
+    /// Whether enough of it was seen to count.
+    pub in_view: bool,
+    /// Whether it was in view and found.
+    pub found: bool,
+    /// Whether it was in view and removed.
+    pub removed: bool,
+}
+
+/// The final map against the truth, in voxels of the map frame.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct MapScore {
+    /// Voxels that objects touched and no static point ever did.
+    pub object_only: usize,
+    /// Of these, voxels that the map without removal holds.
+    pub object_only_without_removal: usize,
+    /// Of these, voxels that the final map still holds.
+    pub object_only_left: usize,
+    /// Voxels that static points touched.
+    pub static_scene: usize,
+    /// Of these, voxels that the map without removal holds: fewer, since the reduction leaves one point
+    /// a voxel of the rig's grid, which need not be that of the map.
+    pub static_without_removal: usize,
+    /// Of `static_scene`, voxels that the final map holds.
+    pub static_kept: usize,
+    /// `static_kept / static_scene`; none without a static point.
+    pub static_kept_share: Option<f64>,
+    /// `static_kept / static_without_removal`: what the removal alone cost the static scene.
+    pub static_kept_share_of_unfiltered: Option<f64>,
+}
+
+/// The run cannot be scored.
+#[derive(Debug, thiserror::Error)]
+pub enum ScoreError<E: std::error::Error + 'static> {
+    /// The run's voxel edge is no length.
+    #[error("the run cannot be scored on its voxel grid")]
+    Edge(#[from] VoxelEdgeError),
+    /// The truth of a cycle could not be had.
+    #[error("no truth for the cloud of cycle {index} at {} ns", stamp.as_nanos())]
+    Truth {
+        /// The cycle.
+        index: u32,
+        /// The stamp that was asked for.
+        stamp: Stamp,
+        /// Why.
+        source: E,
+    },
+}
+
+/// Scores `run` against the truth that `truth_at` gives for the stamp of each cycle's cloud, or `None` where
+/// there is none. `object_names` says what the labels stand for, as far as that is known.
+///
+/// The truth is asked for in the order of the cycles and one frame is held at a time.
+///
+/// # Errors
+/// When the run's voxel edge is not a positive number, or `truth_at` fails.
+pub fn score_dynamic<E: std::error::Error + 'static>(
+    run: &RunRecord,
+    rules: &DynamicScoreRules,
+    object_names: &BTreeMap<u16, String>,
+    mut truth_at: impl FnMut(Stamp) -> Result<Option<TruthFrame>, E>,
+) -> Result<DynamicScore, ScoreError<E>> {
+    let grid = VoxelGrid::new(run.voxel_edge_m)?;
+    let mut scene = RegionTally::default();
+    let mut objects: BTreeMap<u16, ObjectTally> = BTreeMap::new();
+    let mut per_cycle = Vec::with_capacity(run.cycles.len());
+    for cycle in &run.cycles {
+        let stamp = cycle.cloud_stamp;
+        let truth = truth_at(stamp).map_err(|source| ScoreError::Truth {
+            index: cycle.index,
+            stamp,
+            source,
+        })?;
+        let Some(truth) = truth else { continue };
+        per_cycle.push(score_cycle(cycle, &truth, &grid, rules, &mut scene, &mut objects));
+    }
+    let map = MapVoxels::of(run, &grid);
+    let object_scores: Vec<_> = objects
+        .iter()
+        .map(|(&id, tally)| object_score(id, tally, object_names.get(&id), &scene, &map))
+        .collect();
+    Ok(DynamicScore {
+        rules: *rules,
+        cycles_scored: per_cycle.len(),
+        cycles_without_truth: run.cycles.len() - per_cycle.len(),
+        object_points: RemovedPoints::sum(object_scores.iter().map(|object| object.points)),
+        static_points: RemovedPoints::sum(per_cycle.iter().map(|cycle| cycle.static_points)),
+        map: map_score(&scene, &objects, &map),
+        objects: object_scores,
+        per_cycle,
+    })
+}
+
+/// Compares one cycle with its truth and adds what was seen to the tallies of the map.
+fn score_cycle(
+    cycle: &CycleRecord,
+    truth: &TruthFrame,
+    grid: &VoxelGrid,
+    rules: &DynamicScoreRules,
+    scene: &mut RegionTally,
+    objects: &mut BTreeMap<u16, ObjectTally>,
+) -> CycleScore {
+    let dynamic: HashSet<VoxelKey> =
+        cycle.dynamic_points_m.iter().map(|point| grid.key(point)).collect();
+    let map_from_rig: Isometry3<f32> = cycle.map_from_rig.cast();
+    let mut static_now = CycleTally::default();
+    let mut objects_now: BTreeMap<u16, CycleTally> = BTreeMap::new();
+    for point in truth.points() {
+        let removed = dynamic.contains(&grid.key(&point.point_in_rig));
+        let map_key = grid.key(&(map_from_rig * point.point_in_rig));
+        if point.object_id == STATIC_LABEL {
+            static_now.add_static(removed);
+            scene.touch(map_key);
+        } else {
+            let tally = objects_now.entry(point.object_id).or_default();
+            tally.add_object(&point.point_in_rig, removed, &cycle.zones);
+            objects.entry(point.object_id).or_default().region.touch(map_key);
+        }
+    }
+    let in_view_points = rules.in_view_points(truth.image_size_px());
+    for (&id, tally) in &objects_now {
+        let score = tally.object_cycle_score(cycle.index, rules, in_view_points);
+        objects.entry(id).or_default().per_cycle.push(score);
+    }
+    CycleScore {
+        index: cycle.index,
+        object_points: RemovedPoints::sum(objects_now.values().map(CycleTally::removed_points)),
+        static_points: static_now.removed_points(),
+    }
+}
+
+/// The voxels that the two final maps hold.
+struct MapVoxels {
+    filtered: HashSet<VoxelKey>,
+    unfiltered: HashSet<VoxelKey>,
+}
+
+impl MapVoxels {
+    fn of(run: &RunRecord, grid: &VoxelGrid) -> Self {
+        let voxels = |points: &[Point3<f32>]| points.iter().map(|point| grid.key(point)).collect();
+        Self { filtered: voxels(&run.static_map), unfiltered: voxels(&run.unfiltered_map) }
+    }
+}
+
+fn object_score(
+    object_id: u16,
+    tally: &ObjectTally,
+    name: Option<&String>,
+    scene: &RegionTally,
+    map: &MapVoxels,
+) -> ObjectScore {
+    let own = || tally.region.voxels().iter().filter(|key| !scene.voxels().contains(key));
+    let cycles_that =
+        |is: fn(&ObjectCycleScore) -> bool| tally.per_cycle.iter().filter(|&c| is(c)).count();
+    ObjectScore {
+        object_id,
+        name: name.cloned(),
+        cycles_in_view: cycles_that(|cycle| cycle.in_view),
+        cycles_found: cycles_that(|cycle| cycle.found),
+        cycles_removed: cycles_that(|cycle| cycle.removed),
+        points: RemovedPoints::sum(tally.per_cycle.iter().map(|cycle| cycle.points)),
+        own_voxels: own().count(),
+        own_voxels_without_removal: own().filter(|key| map.unfiltered.contains(key)).count(),
+        own_voxels_left: own().filter(|key| map.filtered.contains(key)).count(),
+        per_cycle: tally.per_cycle.clone(),
+    }
+}
+
+fn map_score(
+    scene: &RegionTally,
+    objects: &BTreeMap<u16, ObjectTally>,
+    map: &MapVoxels,
+) -> MapScore {
+    // Objects may share a voxel: counted once here, and once for each of them in their own scores.
+    let object_only: HashSet<&VoxelKey> = objects
+        .values()
+        .flat_map(|tally| tally.region.voxels())
+        .filter(|key| !scene.voxels().contains(key))
+        .collect();
+    let count_in = |voxels: &HashSet<VoxelKey>, keys: &HashSet<&VoxelKey>| {
+        keys.iter().filter(|key| voxels.contains(**key)).count()
+    };
+    let scene_voxels: HashSet<&VoxelKey> = scene.voxels().iter().collect();
+    let static_kept = count_in(&map.filtered, &scene_voxels);
+    let static_without_removal = count_in(&map.unfiltered, &scene_voxels);
+    MapScore {
+        object_only: object_only.len(),
+        object_only_without_removal: count_in(&map.unfiltered, &object_only),
+        object_only_left: count_in(&map.filtered, &object_only),
+        static_scene: scene_voxels.len(),
+        static_without_removal,
+        static_kept,
+        static_kept_share: share(static_kept as u64, scene_voxels.len() as u64),
+        static_kept_share_of_unfiltered: share(static_kept as u64, static_without_removal as u64),
+    }
+}

@@ -1,0 +1,119 @@
+//! Counting the true points of a cycle, and the voxels that they touch over the run.
+
+use std::collections::HashSet;
+
+use geometry::{DynamicZone, VoxelKey};
+use nalgebra::{Point3, Vector3};
+
+use super::{DynamicScoreRules, ObjectCycleScore, RemovedPoints};
+
+/// The image size that the threshold of view is stated for: the Kinect v1's.
+const REFERENCE_IMAGE_PX: f64 = 640.0 * 480.0;
+
+/// `part / whole`; none without a whole.
+pub(super) fn share(part: u64, whole: u64) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}
+
+impl RemovedPoints {
+    fn new(points: u64, removed: u64) -> Self {
+        Self { points, removed, share: share(removed, points) }
+    }
+
+    pub(super) fn sum(parts: impl Iterator<Item = Self>) -> Self {
+        let (points, removed) = parts
+            .fold((0, 0), |(points, removed), part| (points + part.points, removed + part.removed));
+        Self::new(points, removed)
+    }
+}
+
+impl DynamicScoreRules {
+    /// How many points an object must have to be in view of an image of this size.
+    pub(super) fn in_view_points(&self, (width_px, height_px): (usize, usize)) -> u64 {
+        let scale = width_px as f64 * height_px as f64 / REFERENCE_IMAGE_PX;
+        ((self.in_view_px_at_640x480 * scale).ceil() as u64).max(1)
+    }
+}
+
+/// The voxels of the map frame that something touched.
+#[derive(Default)]
+pub(super) struct RegionTally {
+    // Only asked for membership and counted, so that the order of hashing reaches no result.
+    voxels: HashSet<VoxelKey>,
+    latest: Option<VoxelKey>,
+}
+
+impl RegionTally {
+    pub(super) fn touch(&mut self, key: VoxelKey) {
+        // Neighbouring pixels mostly fall into one voxel: the comparison saves most of the hashing.
+        if self.latest != Some(key) {
+            self.latest = Some(key);
+            self.voxels.insert(key);
+        }
+    }
+
+    pub(super) fn voxels(&self) -> &HashSet<VoxelKey> {
+        &self.voxels
+    }
+}
+
+/// An object over the run.
+#[derive(Default)]
+pub(super) struct ObjectTally {
+    pub(super) region: RegionTally,
+    pub(super) per_cycle: Vec<ObjectCycleScore>,
+}
+
+/// The true points of one label in one cycle.
+#[derive(Default)]
+pub(super) struct CycleTally {
+    points: u64,
+    removed: u64,
+    in_zone: u64,
+    sum_m: Vector3<f64>,
+}
+
+impl CycleTally {
+    pub(super) fn add_static(&mut self, removed: bool) {
+        self.points += 1;
+        self.removed += u64::from(removed);
+    }
+
+    pub(super) fn add_object(
+        &mut self,
+        point_in_rig: &Point3<f32>,
+        removed: bool,
+        zones: &[DynamicZone],
+    ) {
+        self.points += 1;
+        self.removed += u64::from(removed);
+        self.in_zone += u64::from(zones.iter().any(|zone| zone.contains(point_in_rig)));
+        self.sum_m += point_in_rig.coords.cast::<f64>();
+    }
+
+    pub(super) fn removed_points(&self) -> RemovedPoints {
+        RemovedPoints::new(self.points, self.removed)
+    }
+
+    /// The score of an object that has at least one point.
+    pub(super) fn object_cycle_score(
+        &self,
+        index: u32,
+        rules: &DynamicScoreRules,
+        in_view_points: u64,
+    ) -> ObjectCycleScore {
+        let points = self.removed_points();
+        let share_in_zone = share(self.in_zone, self.points).unwrap_or(0.0);
+        let in_view = self.points >= in_view_points;
+        let removed_share = points.share.unwrap_or(0.0);
+        ObjectCycleScore {
+            index,
+            points,
+            share_in_zone,
+            azimuth_rad: self.sum_m.y.atan2(self.sum_m.x),
+            in_view,
+            found: in_view && share_in_zone >= rules.found_share_in_zone && self.removed > 0,
+            removed: in_view && removed_share >= rules.removed_share,
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! A world of a few points on a grid of 10 cm, so small that each figure can be counted by hand.
+
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+
+use geometry::{DynamicZone, Stamp, ZoneSource};
+use nalgebra::{Isometry3, Point3};
+
+use super::*;
+use crate::run_record::tests::{cycle, run};
+use crate::{CycleRecord, LabelledPoint};
+
+const VGA_PX: (usize, usize) = (640, 480);
+const PERSON: u16 = 7;
+
+/// The middle of the voxel `(x, y, z)`.
+fn voxel(x: i32, y: i32, z: i32) -> Point3<f32> {
+    let middle = |cell: i32| (cell as f32 + 0.5) * 0.1;
+    Point3::new(middle(x), middle(y), middle(z))
+}
+
+fn points(object_id: u16, count: usize, point_in_rig: Point3<f32>) -> Vec<LabelledPoint> {
+    vec![LabelledPoint { point_in_rig, object_id }; count]
+}
+
+/// A zone that holds the x axis and little more.
+fn zone_ahead() -> DynamicZone {
+    DynamicZone {
+        azimuth_min_rad: -0.1,
+        azimuth_max_rad: 0.1,
+        peak_std_dev_m: 0.5,
+        source: ZoneSource::Measured,
+    }
+}
+
+fn with_removed(index: u32, zones: Vec<DynamicZone>, removed: &[Point3<f32>]) -> CycleRecord {
+    CycleRecord { zones, dynamic_points_m: removed.to_vec(), ..cycle(index) }
+}
+
+/// Scores `run` against one truth for each of its cycles.
+fn score(run: &RunRecord, truths: &[Vec<LabelledPoint>]) -> DynamicScore {
+    let mut truths = truths.iter();
+    let truth_at =
+        |_| Ok::<_, Infallible>(truths.next().map(|t| TruthFrame::from_points(VGA_PX, t.clone())));
+    score_dynamic(run, &DynamicScoreRules::default(), &BTreeMap::new(), truth_at).unwrap()
+}
+
+#[test]
+fn a_removed_point_is_one_whose_voxel_was_taken_for_moving() {
+    // The person: 300 points ahead, removed, and 100 beside them, not; the wall: 50 points of which 10 share a
+    // voxel with what was removed. The removed point lies elsewhere in that voxel than the true ones.
+    let removed = voxel(20, 0, 0) + nalgebra::Vector3::new(0.02, -0.03, 0.04);
+    let run = run(vec![with_removed(0, vec![zone_ahead()], &[removed])]);
+    let truth = [
+        points(PERSON, 300, voxel(20, 0, 0)),
+        points(PERSON, 100, voxel(20, 0, 1)),
+        points(0, 40, voxel(40, 0, 0)),
+        points(0, 10, voxel(20, 0, 0)),
+    ]
+    .concat();
+    let score = score(&run, &[truth]);
+    let person = &score.objects[0];
+    assert_eq!((person.points.points, person.points.removed), (400, 300));
+    assert_eq!(person.points.share, Some(0.75));
+    assert_eq!((score.static_points.points, score.static_points.removed), (50, 10));
+    assert_eq!(score.static_points.share, Some(0.2));
+    assert_eq!(score.object_points, person.points);
+    let only = person.per_cycle[0];
+    assert!(only.in_view && only.found && only.removed);
+    assert_eq!(only.share_in_zone, 1.0);
+}
+
+#[test]
+fn in_view_found_and_removed_are_different_things() {
+    let ahead = voxel(20, 0, 0);
+    let left = voxel(20, 20, 0);
+    let cycles = vec![
+        // 0: in view, and nothing of it was removed though a zone holds it.
+        with_removed(0, vec![zone_ahead()], &[]),
+        // 1: found, a quarter removed.
+        with_removed(1, vec![zone_ahead()], &[ahead]),
+        // 2: half removed, but three quarters lie outside of the zone: removed, not found.
+        with_removed(2, vec![zone_ahead()], &[ahead, left]),
+        // 3: all removed, but too few points to count.
+        with_removed(3, vec![zone_ahead()], &[ahead]),
+        // 4: found and removed with exactly the shares that are asked for.
+        with_removed(4, vec![zone_ahead()], &[ahead]),
+    ];
+    let truths = [
+        points(PERSON, 200, ahead),
+        [points(PERSON, 50, ahead), points(PERSON, 150, voxel(20, 0, 5))].concat(),
+        [
+            points(PERSON, 50, ahead),
+            points(PERSON, 50, left),
+            points(PERSON, 100, voxel(20, 30, 0)),
+        ]
+        .concat(),
+        points(PERSON, 199, ahead),
+        [points(PERSON, 100, ahead), points(PERSON, 100, left)].concat(),
+    ];
+    let score = score(&run(cycles), &truths);
+    let person = &score.objects[0];
+    let flags: Vec<_> = person.per_cycle.iter().map(|c| (c.in_view, c.found, c.removed)).collect();
+    assert_eq!(
+        flags,
+        [
+            (true, false, false),
+            (true, true, false),
+            (true, false, true),
+            (false, false, false),
+            (true, true, true)
+        ]
+    );
+    assert_eq!((person.cycles_in_view, person.cycles_found, person.cycles_removed), (4, 2, 2));
+    // The cycle out of view still counts among the points.
+    assert_eq!((person.points.points, person.points.removed), (999, 449));
+}
+
+#[test]
+fn the_threshold_of_view_goes_with_the_image_size() {
+    let rules = DynamicScoreRules::default();
+    assert_eq!(rules.in_view_points((640, 480)), 200);
+    assert_eq!(rules.in_view_points((320, 240)), 50);
+    // Kinect v2: 217,088 pixels, 141.3 of them.
+    assert_eq!(rules.in_view_points((512, 424)), 142);
+    assert_eq!(rules.in_view_points((0, 0)), 1);
+}
+
+#[test]
+fn the_map_is_judged_by_who_touched_its_voxels() {
+    // Voxels of the map: a and b only the person touched, shared both, wall and floor only the scene.
+    let (a, b, shared) = (voxel(20, 0, 0), voxel(20, 1, 0), voxel(20, 2, 0));
+    let (wall, floor) = (voxel(40, 0, 0), voxel(10, 0, -5));
+    let mut run = run(vec![cycle(0), cycle(1)]);
+    run.unfiltered_map = vec![a, b, shared, wall];
+    run.static_map = vec![b, shared, wall];
+    let truths = [
+        [points(PERSON, 5, a), points(PERSON, 5, b), points(PERSON, 5, shared), points(0, 5, wall)]
+            .concat(),
+        [points(0, 5, shared), points(0, 5, wall), points(0, 5, floor)].concat(),
+    ];
+    let map = score(&run, &truths).map;
+    assert_eq!((map.object_only, map.object_only_without_removal, map.object_only_left), (2, 2, 1));
+    assert_eq!((map.static_scene, map.static_without_removal, map.static_kept), (3, 2, 2));
+    assert_eq!(map.static_kept_share, Some(2.0 / 3.0));
+    assert_eq!(map.static_kept_share_of_unfiltered, Some(1.0));
+}
+
+#[test]
+fn voxels_of_the_map_follow_the_pose() {
+    // The rig has moved by 1 m: the person stands in the voxel of the map where the wall was seen before.
+    let mut moved = cycle(1);
+    moved.map_from_rig = Isometry3::translation(1.0, 0.0, 0.0);
+    let truths = [points(0, 5, voxel(40, 0, 0)), points(PERSON, 5, voxel(30, 0, 0))];
+    let score = score(&run(vec![cycle(0), moved]), &truths);
+    assert_eq!((score.map.object_only, score.map.static_scene), (0, 1));
+}
+
+#[test]
+fn two_objects_are_told_apart_and_a_voxel_of_both_is_counted_once_in_the_map() {
+    let (a, b) = (voxel(20, 0, 0), voxel(20, 1, 0));
+    let mut run = run(vec![cycle(0)]);
+    run.static_map = vec![a];
+    run.unfiltered_map = vec![a, b];
+    let truth = [points(3, 250, a), points(9, 300, a), points(9, 50, b)].concat();
+    let names = BTreeMap::from([(9, "robot".to_owned())]);
+    let truth_at = |_| Ok::<_, Infallible>(Some(TruthFrame::from_points(VGA_PX, truth.clone())));
+    let score = score_dynamic(&run, &DynamicScoreRules::default(), &names, truth_at).unwrap();
+    let labels: Vec<_> =
+        score.objects.iter().map(|o| (o.object_id, o.name.as_deref(), o.points.points)).collect();
+    assert_eq!(labels, [(3, None, 250), (9, Some("robot"), 350)]);
+    let own: Vec<_> = score.objects.iter().map(|o| (o.own_voxels, o.own_voxels_left)).collect();
+    assert_eq!(own, [(1, 1), (2, 1)]);
+    assert_eq!((score.map.object_only, score.map.object_only_left), (2, 1));
+}
+
+#[test]
+fn a_cycle_without_truth_is_counted_and_left_out() {
+    let score = score(&run(vec![cycle(0), cycle(1), cycle(2)]), &[points(0, 5, voxel(1, 1, 1))]);
+    assert_eq!((score.cycles_scored, score.cycles_without_truth), (1, 2));
+    assert!(score.objects.is_empty());
+    assert_eq!(score.object_points.share, None);
+}
+
+#[test]
+fn the_truth_is_asked_for_at_the_clouds_stamp() {
+    let mut late = cycle(4);
+    late.cloud_stamp = Stamp::from_nanos(123);
+    let mut asked = Vec::new();
+    let truth_at = |stamp| {
+        asked.push(stamp);
+        Ok::<_, Infallible>(None)
+    };
+    score_dynamic(&run(vec![late]), &DynamicScoreRules::default(), &BTreeMap::new(), truth_at)
+        .unwrap();
+    assert_eq!(asked, [Stamp::from_nanos(123)]);
+}
+
+#[test]
+fn the_true_bearing_is_that_of_the_objects_middle() {
+    let truth =
+        [points(PERSON, 100, voxel(10, 5, 0)), points(PERSON, 100, voxel(10, 15, 0))].concat();
+    let score = score(&run(vec![cycle(0)]), &[truth]);
+    // The middle lies at x = 1.05 m, y = 1.05 m.
+    let azimuth_rad = score.objects[0].per_cycle[0].azimuth_rad;
+    assert!((azimuth_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-6, "{azimuth_rad}");
+}
+
+#[test]
+fn what_goes_wrong_is_told_with_its_cycle() {
+    #[derive(Debug, thiserror::Error)]
+    #[error("the label image is missing")]
+    struct Missing;
+    let rules = DynamicScoreRules::default();
+    let error = score_dynamic(&run(vec![cycle(5)]), &rules, &BTreeMap::new(), |_| Err(Missing));
+    assert!(error.unwrap_err().to_string().contains("cycle 5"));
+    let mut no_edge = run(vec![]);
+    no_edge.voxel_edge_m = 0.0;
+    let truth_at = |_| Ok::<_, Infallible>(None);
+    let error = score_dynamic(&no_edge, &rules, &BTreeMap::new(), truth_at);
+    assert!(matches!(error, Err(ScoreError::Edge(_))));
+}

@@ -1,0 +1,153 @@
+//! What a run came to, in words: the page's first lines, and what the command line prints at the end.
+
+use crate::{DynamicScore, ObjectScore, Summary};
+
+/// The outcome of a run in plain sentences, the most telling first. There is at least one.
+#[must_use]
+pub fn headline(summary: &Summary) -> Vec<String> {
+    if summary.cycles.total == 0 {
+        return vec![format!(
+            "No cycle was processed: {} dropped.",
+            counted(summary.dropped() as usize, "input was", "inputs were")
+        )];
+    }
+    let mut sentences = Vec::new();
+    match &summary.truth {
+        Some(score) if score.cycles_scored > 0 => truth_sentences(score, &mut sentences),
+        _ => sentences.push(zone_sentence(summary)),
+    }
+    sentences.push(map_sentence(summary));
+    if summary.dropped() > 0 {
+        sentences.push(format!(
+            "{} dropped on the way; the table of drops says where and why.",
+            counted(summary.dropped() as usize, "input was", "inputs were")
+        ));
+    }
+    sentences
+}
+
+/// "the person", or "object 3" where it has no name.
+pub(crate) fn object_name(object: &ObjectScore) -> String {
+    match &object.name {
+        Some(name) => format!("the {name}"),
+        None => format!("object {}", object.object_id),
+    }
+}
+
+/// A share as a percentage with one digit after the point, or a dash where there is none. The space
+/// does not break.
+pub(crate) fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "\u{2013}".to_owned(), |share| format!("{:.1}\u{a0}%", share * 100.0))
+}
+
+/// A number with a comma between its thousands.
+pub(crate) fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn counted(number: usize, one: &str, many: &str) -> String {
+    format!("{} {}", grouped(number), if number == 1 { one } else { many })
+}
+
+fn truth_sentences(score: &DynamicScore, sentences: &mut Vec<String>) {
+    let in_view: Vec<_> = score.objects.iter().filter(|object| object.cycles_in_view > 0).collect();
+    if in_view.is_empty() {
+        sentences.push("The truth shows nothing that moves in view of the camera.".to_owned());
+    }
+    for object in in_view {
+        sentences.push(capitalised(&format!(
+            "{} was removed in {} of the {} in which it was in view ({} of its points over the run); \
+             {} of the {} that only it touched {} left in the map.",
+            object_name(object),
+            grouped(object.cycles_removed),
+            counted(object.cycles_in_view, "cycle", "cycles"),
+            percent(object.points.share),
+            grouped(object.own_voxels_left),
+            counted(object.own_voxels, "voxel", "voxels"),
+            if object.own_voxels_left == 1 { "is" } else { "are" },
+        )));
+    }
+    sentences.push(format!(
+        "{} of the static scene's voxels are in the map ({} of those that the map without removal \
+         holds), and {} of its points were removed wrongly.",
+        percent(score.map.static_kept_share),
+        percent(score.map.static_kept_share_of_unfiltered),
+        percent(score.static_points.share),
+    ));
+    if score.cycles_without_truth > 0 {
+        sentences.push(format!(
+            "{} no truth to compare with.",
+            counted(score.cycles_without_truth, "cycle has", "cycles have")
+        ));
+    }
+}
+
+fn zone_sentence(summary: &Summary) -> String {
+    let cycles = &summary.cycles;
+    if cycles.without_zone == cycles.total {
+        return format!(
+            "Nothing that moves was found in {}.",
+            counted(cycles.total, "cycle", "cycles")
+        );
+    }
+    format!(
+        "Something that moves was found in {} of {}, and held over in {} more.",
+        grouped(cycles.with_measured_zone),
+        counted(cycles.total, "cycle", "cycles"),
+        grouped(cycles.with_held_zone_only),
+    )
+}
+
+fn map_sentence(summary: &Summary) -> String {
+    let map = &summary.map;
+    format!(
+        "The map holds {}; removal kept {} out of it.",
+        counted(map.points, "point", "points"),
+        counted(map.voxels_kept_out, "voxel", "voxels"),
+    )
+}
+
+fn capitalised(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_grouped() {
+        for (number, text) in
+            [(0, "0"), (999, "999"), (1000, "1,000"), (12_345, "12,345"), (1_234_567, "1,234,567")]
+        {
+            assert_eq!(grouped(number), text);
+        }
+    }
+
+    #[test]
+    fn a_share_without_a_whole_is_a_dash() {
+        assert_eq!(percent(None), "\u{2013}");
+        assert_eq!(percent(Some(0.8643)), "86.4\u{a0}%");
+    }
+
+    #[test]
+    fn one_is_singular() {
+        assert_eq!(counted(1, "voxel", "voxels"), "1 voxel");
+        assert_eq!(counted(1200, "voxel", "voxels"), "1,200 voxels");
+    }
+
+    #[test]
+    fn a_sentence_starts_with_a_capital() {
+        assert_eq!(capitalised("the person"), "The person");
+        assert_eq!(capitalised(""), "");
+    }
+}

@@ -1,0 +1,67 @@
+//! The report page: one file that shows a run and needs nothing else, no network and no fonts.
+//!
+//! It holds no duration and no time of day, so that the same run gives the same bytes; how long the steps took
+//! is in `summary.json`.
+
+mod charts;
+mod figures;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::{PictureError, RunRecord, Summary, headline, map_pictures};
+
+const STYLE: &str = include_str!("report/style.css");
+
+/// The report page of `run`, whose figures are `summary`.
+///
+/// # Errors
+/// When the pictures of the map cannot be made; see [`map_pictures`].
+pub fn report_html(run: &RunRecord, summary: &Summary) -> Result<String, PictureError> {
+    let pictures = map_pictures(run)?;
+    let sentences = headline(summary);
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { "stillmap: " (run.bag_name) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    p.kicker { "stillmap report" }
+                    h1 { (run.bag_name) }
+                    (facts(run, summary))
+                }
+                main {
+                    section aria-label="Outcome" {
+                        @for (index, sentence) in sentences.iter().enumerate() {
+                            p.lead[index == 0] { (sentence) }
+                        }
+                    }
+                    (figures::map_section(run, summary, &pictures))
+                    (charts::charts_section(run, summary))
+                    (tables::tables_section(run, summary))
+                }
+            }
+        }
+    };
+    Ok(page.into_string())
+}
+
+fn facts(run: &RunRecord, summary: &Summary) -> Markup {
+    html! {
+        dl.facts {
+            div { dt { "Method" } dd { code { (run.method) } } }
+            div { dt { "Transport" } dd { (run.transport.name()) } }
+            div { dt { "Cycles" } dd { (summary.cycles.total) } }
+            div { dt { "Length" } dd { (format!("{:.1} s", summary.duration_s)) } }
+            div { dt { "Voxel edge" } dd { (format!("{} m", run.voxel_edge_m)) } }
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! The tables of a run.
+
+use std::collections::BTreeMap;
+
+use geometry::ZoneSource;
+use maud::{Markup, html};
+
+use crate::headline::{grouped, object_name, percent};
+use crate::{CycleRecord, CycleScore, DynamicScore, PointStatistics, RunRecord, Summary};
+
+pub(super) fn tables_section(run: &RunRecord, summary: &Summary) -> Markup {
+    html! {
+        section aria-labelledby="figures" {
+            h2 id="figures" { "Figures" }
+            div.tables {
+                (cycle_table(summary))
+                (point_table(summary))
+                (map_table(summary))
+                (drop_table(summary))
+            }
+        }
+        @if let Some(score) = &summary.truth {
+            (truth_section(score))
+        }
+        section aria-labelledby="cycles" {
+            h2 id="cycles" { "Every cycle" }
+            details {
+                summary { "Show all " (summary.cycles.total) " cycles" }
+                (every_cycle_table(run, summary.truth.as_ref()))
+            }
+        }
+    }
+}
+
+fn row(name: &str, value: impl AsRef<str>) -> Markup {
+    html! { tr { th scope="row" { (name) } td { (value.as_ref()) } } }
+}
+
+/// A count that may have shrunk, with a comma between its thousands.
+fn grouped_signed(count: i64) -> String {
+    let sign = if count < 0 { "\u{2212}" } else { "" };
+    format!("{sign}{}", grouped(count.unsigned_abs() as usize))
+}
+
+/// A median of counts: a whole number or a half.
+fn grouped_median(median: f64) -> String {
+    let half = if median.fract() == 0.0 { "" } else { ".5" };
+    // Towards zero, so that the half is what is left.
+    let sign = if median < 0.0 { "\u{2212}" } else { "" };
+    format!("{sign}{}{half}", grouped(median.abs().trunc() as usize))
+}
+
+fn cycle_table(summary: &Summary) -> Markup {
+    let cycles = &summary.cycles;
+    html! {
+        table {
+            caption { "Cycles" }
+            tbody {
+                (row("with a measured zone", grouped(cycles.with_measured_zone)))
+                (row("with a held zone only", grouped(cycles.with_held_zone_only)))
+                (row("without a zone", grouped(cycles.without_zone)))
+                (row("all", grouped(cycles.total)))
+                (row("zones measured", grouped(cycles.detections)))
+            }
+        }
+    }
+}
+
+fn point_table(summary: &Summary) -> Markup {
+    let points = &summary.points;
+    let line = |name: &str, statistics: Option<PointStatistics>| {
+        html! {
+            tr {
+                th scope="row" { (name) }
+                @if let Some(statistics) = statistics {
+                    td { (grouped_median(statistics.median)) } td { (grouped_signed(statistics.min)) } td { (grouped_signed(statistics.max)) }
+                } @else {
+                    td { "\u{2013}" } td { "\u{2013}" } td { "\u{2013}" }
+                }
+            }
+        }
+    };
+    html! {
+        table {
+            caption { "Points a cycle" }
+            thead { tr { td {} th scope="col" { "median" } th scope="col" { "min" } th scope="col" { "max" } } }
+            tbody {
+                (line("before reduction", points.before_reduction))
+                (line("reduced", points.reduced))
+                (line("in a zone", points.in_zone))
+                (line("taken for moving", points.dynamic))
+                (line("growth of the map", points.map_growth))
+            }
+        }
+    }
+}
+
+fn map_table(summary: &Summary) -> Markup {
+    let (map, shares) = (&summary.map, &summary.zone_shares);
+    html! {
+        table {
+            caption { "Map and shares" }
+            tbody {
+                (row("map, after the first cycle", grouped(map.points_after_first_cycle)))
+                (row("map, at the end", grouped(map.points)))
+                (row("map, nothing removed", grouped(map.points_without_removal)))
+                (row("voxels kept out", grouped(map.voxels_kept_out)))
+                (row("of the cloud in a zone, where there is one", percent(shares.in_zone)))
+                (row("of the cloud taken for moving, where there is a zone", percent(shares.dynamic)))
+            }
+        }
+    }
+}
+
+fn drop_table(summary: &Summary) -> Markup {
+    html! {
+        table {
+            caption { "Dropped" }
+            @if summary.drops.is_empty() {
+                tbody { tr { td { "Nothing was dropped." } } }
+            } @else {
+                thead { tr { th.text scope="col" { "where" } th.text scope="col" { "why" } th scope="col" { "how often" } } }
+                tbody {
+                    @for drop in &summary.drops {
+                        tr { th scope="row" { (drop.topic_or_stage) } td.text { (drop.reason) } td { (drop.count) } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn truth_section(score: &DynamicScore) -> Markup {
+    let rules = &score.rules;
+    let map = &score.map;
+    html! {
+        section aria-labelledby="truth" {
+            h2 id="truth" { "Against the truth" }
+            p.note {
+                "A true point is removed when its voxel holds a point that was taken for moving. An object is in view with at least "
+                (rules.in_view_px_at_640x480) " labelled pixels that have a depth (of 640 x 480, in proportion otherwise); found when zones hold "
+                (percent(Some(rules.found_share_in_zone))) " of its points or more and some were removed; removed when "
+                (percent(Some(rules.removed_share))) " of its points or more were. A voxel of the map is the objects' own when they touched it and "
+                "no static point ever did; the static scene is every voxel that a static point touched. "
+                (grouped(score.cycles_scored)) " cycles were compared, "
+                (grouped(score.cycles_without_truth)) " have no truth."
+            }
+            div.scroll {
+                table {
+                    caption { "Objects" }
+                    thead { tr {
+                        th.text scope="col" { "object" }
+                        th scope="col" { "cycles in view" }
+                        th scope="col" { "found" }
+                        th scope="col" { "removed" }
+                        th scope="col" { "points removed" }
+                        th scope="col" { "voxels only it touched" }
+                        th scope="col" { "of these in the map without removal" }
+                        th scope="col" { "left in the map" }
+                    } }
+                    tbody { @for object in &score.objects { tr {
+                        th scope="row" { (object_name(object)) }
+                        td { (grouped(object.cycles_in_view)) }
+                        td { (grouped(object.cycles_found)) }
+                        td { (grouped(object.cycles_removed)) }
+                        td { (percent(object.points.share)) }
+                        td { (grouped(object.own_voxels)) }
+                        td { (grouped(object.own_voxels_without_removal)) }
+                        td { (grouped(object.own_voxels_left)) }
+                    } } }
+                }
+            }
+            div.tables {
+                table {
+                    caption { "Points over the run" }
+                    tbody {
+                        (row("of objects, removed", percent(score.object_points.share)))
+                        (row("of the static scene, removed wrongly", percent(score.static_points.share)))
+                    }
+                }
+                table {
+                    caption { "Voxels of the map" }
+                    tbody {
+                        (row("objects' own", grouped(map.object_only)))
+                        (row("objects' own, in the map without removal", grouped(map.object_only_without_removal)))
+                        (row("objects' own, left in the map", grouped(map.object_only_left)))
+                        (row("static scene", grouped(map.static_scene)))
+                        (row("static scene, in the map without removal", grouped(map.static_without_removal)))
+                        (row("static scene, in the map", grouped(map.static_kept)))
+                        (row("static scene kept", percent(map.static_kept_share)))
+                        (row("static scene kept, of the map without removal", percent(map.static_kept_share_of_unfiltered)))
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn every_cycle_table(run: &RunRecord, truth: Option<&DynamicScore>) -> Markup {
+    let first = run.cycles.first().map(|cycle| cycle.scan_stamp);
+    let scores: BTreeMap<u32, &CycleScore> =
+        truth.iter().flat_map(|score| &score.per_cycle).map(|score| (score.index, score)).collect();
+    html! {
+        div.scroll {
+            table {
+                caption { "Every cycle" }
+                thead { tr {
+                    th.text scope="col" { "cycle" }
+                    th scope="col" { "time (s)" }
+                    th scope="col" { "zones (degrees)" }
+                    th scope="col" { "points" }
+                    th scope="col" { "reduced" }
+                    th scope="col" { "in a zone" }
+                    th scope="col" { "moving" }
+                    th scope="col" { "map" }
+                    @if truth.is_some() {
+                        th scope="col" { "of objects removed" }
+                        th scope="col" { "of static removed" }
+                    }
+                } }
+                tbody { @for cycle in &run.cycles { tr {
+                    th scope="row" { (cycle.index) }
+                    td { @if let Some(first) = first { (format!("{:.2}", cycle.scan_stamp.seconds_since(first))) } }
+                    td { (zones_text(cycle)) }
+                    td { (grouped(cycle.points_in)) }
+                    td { (grouped(cycle.counts.reduced)) }
+                    td { (grouped(cycle.counts.in_zone)) }
+                    td { (grouped(cycle.counts.dynamic)) }
+                    td { (grouped(cycle.map_points)) }
+                    @if truth.is_some() {
+                        @let score = scores.get(&cycle.index);
+                        td { (percent(score.and_then(|score| score.object_points.share))) }
+                        td { (percent(score.and_then(|score| score.static_points.share))) }
+                    }
+                } } }
+            }
+        }
+    }
+}
+
+fn zones_text(cycle: &CycleRecord) -> String {
+    let zone_text = |zone: &geometry::DynamicZone| {
+        let held = match zone.source {
+            ZoneSource::Measured => String::new(),
+            ZoneSource::Held { cycles } => format!(" (held {cycles})"),
+        };
+        let (from, to) = (zone.azimuth_min_rad.to_degrees(), zone.azimuth_max_rad.to_degrees());
+        format!("{from:.0} to {to:.0}{held}")
+    };
+    let zones: Vec<_> = cycle.zones.iter().map(zone_text).collect();
+    zones.join(", ")
+}

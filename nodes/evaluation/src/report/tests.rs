@@ -1,0 +1,126 @@
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+
+use geometry::{DynamicZone, SegmentationCounts, ZoneSource};
+use nalgebra::Point3;
+
+use super::*;
+use crate::run_record::tests::{cycle, run};
+use crate::{DropCount, DynamicScoreRules, LabelledPoint, TruthFrame, score_dynamic};
+
+/// A wall, and a person before it who is removed in two of three cycles and leaves one voxel.
+fn example() -> (RunRecord, Summary) {
+    let person = Point3::new(2.05, 0.05, 0.05);
+    let wall = Point3::new(4.05, 0.05, 0.05);
+    let zone = DynamicZone {
+        azimuth_min_rad: -0.1,
+        azimuth_max_rad: 0.1,
+        peak_std_dev_m: 0.5,
+        source: ZoneSource::Measured,
+    };
+    let cycles = (0..3).map(|index| {
+        let mut record = cycle(index);
+        record.counts = SegmentationCounts { reduced: 2, in_zone: 2, dynamic: 1 };
+        record.map_points = 2;
+        record.zones = vec![zone];
+        if index > 0 {
+            record.dynamic_points_m = vec![person];
+        }
+        record.step_durations_s = vec![("detection/gap_fill".to_owned(), 0.012_345)];
+        record
+    });
+    let mut run = run(cycles.collect());
+    run.bag_name = "a<b>&c.mcap".to_owned();
+    run.static_map = vec![person, wall];
+    run.unfiltered_map = vec![person, wall];
+    run.drops = vec![DropCount {
+        topic_or_stage: "scan".to_owned(),
+        reason: "no pose on 'pose' within 0.5 s".to_owned(),
+        count: 4,
+    }];
+    let labelled = |point_in_rig, object_id| LabelledPoint { point_in_rig, object_id };
+    let truth = [vec![labelled(person, 1); 300], vec![labelled(wall, 0); 300]].concat();
+    let truth_at =
+        |_| Ok::<_, Infallible>(Some(TruthFrame::from_points((640, 480), truth.clone())));
+    let names = BTreeMap::from([(1, "person".to_owned())]);
+    let score = score_dynamic(&run, &DynamicScoreRules::default(), &names, truth_at).unwrap();
+    let summary = Summary::of_run(&run, Some(score), true).unwrap();
+    (run, summary)
+}
+
+#[test]
+fn the_page_says_first_what_came_of_it() {
+    let (run, summary) = example();
+    let page = report_html(&run, &summary).unwrap();
+    let lead = page.find("The person was removed in 2 of the 3 cycles in which it was in view (66.7\u{a0}% of its points over the run); 1 of the 1 voxel that only it touched is left in the map.");
+    assert!(lead.is_some_and(|lead| lead < page.find("<img").unwrap()), "{:?}", headline(&summary));
+    assert!(page.contains("4 inputs were dropped on the way;"));
+}
+
+#[test]
+fn the_page_needs_nothing_but_itself() {
+    let (run, summary) = example();
+    let page = report_html(&run, &summary).unwrap();
+    for outside in ["http:", "https:", "<link", "<script", "@import", "url("] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 6);
+    assert_eq!(page.matches("<svg").count(), 4);
+}
+
+#[test]
+fn the_page_tells_those_who_cannot_see_it() {
+    let (run, summary) = example();
+    let page = report_html(&run, &summary).unwrap();
+    assert!(page.starts_with("<!DOCTYPE html><html lang=\"en\">"));
+    assert_eq!(page.matches("<img").count(), page.matches(" alt=\"").count());
+    assert_eq!(page.matches("<svg").count(), page.matches("<desc").count());
+    assert_eq!(page.matches("<table").count(), page.matches("<caption").count());
+}
+
+#[test]
+fn names_from_outside_are_escaped() {
+    let (run, summary) = example();
+    let page = report_html(&run, &summary).unwrap();
+    assert!(page.contains("a&lt;b&gt;&amp;c.mcap"));
+    assert!(!page.contains("a<b>"));
+}
+
+#[test]
+fn no_duration_reaches_the_page() {
+    let (run, summary) = example();
+    let page = report_html(&run, &summary).unwrap();
+    let mut slow = run.clone();
+    for cycle in &mut slow.cycles {
+        cycle.step_durations_s = vec![("detection/gap_fill".to_owned(), 9.0)];
+    }
+    let slow_summary = Summary::of_run(&slow, summary.truth.clone(), true).unwrap();
+    assert_ne!(slow_summary.timing, summary.timing);
+    assert_eq!(page, report_html(&slow, &slow_summary).unwrap());
+}
+
+#[test]
+fn a_run_without_a_cycle_says_so() {
+    let run = run(vec![]);
+    let summary = Summary::of_run(&run, None, true).unwrap();
+    let page = report_html(&run, &summary).unwrap();
+    assert!(
+        page.contains("No cycle was processed: 0 inputs were dropped."),
+        "{:?}",
+        headline(&summary)
+    );
+    assert!(page.contains("There is no cycle to draw."));
+}
+
+#[test]
+fn a_run_without_truth_tells_what_was_found() {
+    let (run, _) = example();
+    let summary = Summary::of_run(&run, None, false).unwrap();
+    let sentences = headline(&summary);
+    assert_eq!(
+        sentences[0],
+        "Something that moves was found in 3 of 3 cycles, and held over in 0 more."
+    );
+    let page = report_html(&run, &summary).unwrap();
+    assert!(!page.contains("Against the truth"));
+}

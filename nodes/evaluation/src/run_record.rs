@@ -1,0 +1,135 @@
+//! What one run of the pipeline leaves behind for scoring and reporting.
+
+use geometry::{DynamicZone, SegmentationCounts, Stamp};
+use nalgebra::{Isometry3, Point3};
+use serde::{Deserialize, Serialize};
+
+/// How the stages of a run were connected.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Transport {
+    /// The cores called one after the other in one process.
+    Local,
+    /// The nodes as separate participants on DDS.
+    Dds,
+}
+
+impl Transport {
+    /// The name as the command line and `summary.json` have it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Local => "local",
+            Self::Dds => "dds",
+        }
+    }
+}
+
+/// A run of the pipeline over one bag, filled by the front door from either transport.
+#[derive(Clone, PartialEq, Debug)]
+pub struct RunRecord {
+    /// The bag's name, without the folders that lead to it: a page must not differ with the machine.
+    pub bag_name: String,
+    /// How the stages were connected.
+    pub transport: Transport,
+    /// The method by its parameter's name, such as `rec_hv`.
+    pub method: String,
+    /// Edge of the voxels of the reduction and of the map (Rec-HV 3.2.3: t_vg).
+    pub voxel_edge_m: f64,
+    /// The frame of both maps.
+    pub map_frame_id: String,
+    /// The cycles that went through all three stages, in the order of their index. A cycle that was lost
+    /// on the way is not here but in `drops`.
+    pub cycles: Vec<CycleRecord>,
+    /// What was dropped, where and why.
+    pub drops: Vec<DropCount>,
+    /// The map, in the map frame.
+    pub static_map: Vec<Point3<f32>>,
+    /// The map that the same clouds give when nothing is removed, in the map frame.
+    pub unfiltered_map: Vec<Point3<f32>>,
+}
+
+/// One cycle of a run.
+#[derive(Clone, PartialEq, Debug)]
+pub struct CycleRecord {
+    /// The cycle's number, as detection gave it.
+    pub index: u32,
+    /// The scan that the cycle stands for.
+    pub scan_stamp: Stamp,
+    /// The moment of the cloud, of the pose, and of every point here.
+    pub cloud_stamp: Stamp,
+    /// The pose at `cloud_stamp`.
+    pub map_from_rig: Isometry3<f64>,
+    /// Where something moves; empty when nothing does.
+    pub zones: Vec<DynamicZone>,
+    /// Points of the cloud before the reduction.
+    pub points_in: usize,
+    /// Points of each stage of the segmentation.
+    pub counts: SegmentationCounts,
+    /// Points of the static map after this cycle.
+    pub map_points: usize,
+    /// The points that segmentation took for moving: reduced points in the rig frame.
+    pub dynamic_points_m: Vec<Point3<f32>>,
+    /// All reduced points in the rig frame, where the run kept them.
+    pub reduced_points_m: Option<Vec<Point3<f32>>>,
+    /// How long each step took, in the order of the steps. The names are unique within the cycle (say
+    /// `detection/gap_fill`) and the steps do not overlap: their sum is the cycle's time.
+    pub step_durations_s: Vec<(String, f64)>,
+}
+
+/// How often one thing was dropped for one reason.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct DropCount {
+    /// The topic or the stage that lost it.
+    pub topic_or_stage: String,
+    /// Why, in words.
+    pub reason: String,
+    /// How often.
+    pub count: u64,
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// An uneventful cycle at `index` tenths of a second, its rig at the map's origin.
+    pub(crate) fn cycle(index: u32) -> CycleRecord {
+        let stamp = Stamp::from_nanos(i64::from(index) * 100_000_000);
+        CycleRecord {
+            index,
+            scan_stamp: stamp,
+            cloud_stamp: stamp,
+            map_from_rig: Isometry3::identity(),
+            zones: Vec::new(),
+            points_in: 0,
+            counts: SegmentationCounts::default(),
+            map_points: 0,
+            dynamic_points_m: Vec::new(),
+            reduced_points_m: None,
+            step_durations_s: Vec::new(),
+        }
+    }
+
+    /// A run of `cycles` with voxels of 10 cm and empty maps.
+    pub(crate) fn run(cycles: Vec<CycleRecord>) -> RunRecord {
+        RunRecord {
+            bag_name: "room.mcap".to_owned(),
+            transport: Transport::Local,
+            method: "rec_hv".to_owned(),
+            voxel_edge_m: 0.1,
+            map_frame_id: "map".to_owned(),
+            cycles,
+            drops: Vec::new(),
+            static_map: Vec::new(),
+            unfiltered_map: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn the_transport_is_named_as_it_is_serialised() {
+        for transport in [Transport::Local, Transport::Dds] {
+            let json = serde_json::to_string(&transport).unwrap();
+            assert_eq!(json, format!("\"{}\"", transport.name()));
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! From a depth image to points.
+
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use nalgebra::Isometry3;
+
+use crate::camera::{RayRow, RayTable};
+use crate::point_block::PointBlock;
+use crate::rigid::RigidTransform;
+use crate::{Cloud, DepthImage, VoxelAccumulator};
+
+/// Which depths are taken for real, bounds included. Depth is measured along the optical axis.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct DepthLimits {
+    /// Nearer depths are left out.
+    pub min_m: f32,
+    /// Farther depths are left out.
+    pub max_m: f32,
+}
+
+impl Default for DepthLimits {
+    /// Everything that the camera measured.
+    fn default() -> Self {
+        Self { min_m: 0.0, max_m: f32::MAX }
+    }
+}
+
+/// The depth image is not one of this camera.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[error(
+    "a depth image of {image_width_px} x {image_height_px} pixels does not fit a camera of \
+     {camera_width_px} x {camera_height_px}: the calibration must be the one of the depth image"
+)]
+pub struct DepthCameraError {
+    /// Columns of the image.
+    pub image_width_px: usize,
+    /// Rows of the image.
+    pub image_height_px: usize,
+    /// Columns of the camera.
+    pub camera_width_px: usize,
+    /// Rows of the camera.
+    pub camera_height_px: usize,
+}
+
+/// Turns the depth images of one camera into clouds of one frame.
+#[derive(Clone, PartialEq, Debug)]
+pub struct DepthProjector {
+    rays: RayTable,
+    limits: DepthLimits,
+    target_frame_id: String,
+    target_from_camera: RigidTransform,
+}
+
+/// A depth image's points after the voxel grid.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct ReducedDepth {
+    /// The mean point of each occupied cell, in the projector's frame.
+    pub cloud: Cloud,
+    /// How many points the image had.
+    pub points_before_reduction: usize,
+}
+
+impl DepthProjector {
+    /// A projector to the frame `target_frame_id`, into which `target_from_camera` takes the points
+    /// of the camera's optical frame.
+    #[must_use]
+    pub fn new(
+        rays: RayTable,
+        limits: DepthLimits,
+        target_from_camera: &Isometry3<f64>,
+        target_frame_id: &str,
+    ) -> Self {
+        Self {
+            rays,
+            limits,
+            target_frame_id: target_frame_id.to_owned(),
+            target_from_camera: RigidTransform::new(target_from_camera),
+        }
+    }
+
+    /// The rays of the camera.
+    #[must_use]
+    pub fn rays(&self) -> &RayTable {
+        &self.rays
+    }
+
+    /// The points of a depth image, row by row.
+    ///
+    /// # Errors
+    /// When the image is of another size than the camera.
+    pub fn cloud(&self, image: &DepthImage) -> Result<Cloud, DepthCameraError> {
+        let mut points_m = Vec::with_capacity(image.width_px() * image.height_px());
+        self.for_each_block(image, 0..image.height_px(), |block| {
+            points_m.extend(block.finite_points());
+        })?;
+        let frame_id = self.target_frame_id.clone();
+        Ok(Cloud { stamp: image.stamp, frame_id, points_m })
+    }
+
+    /// The points of a depth image reduced by the accumulator's grid (Rec-HV 3.2.3): the same as
+    /// [`cloud`](Self::cloud) followed by [`VoxelGrid::reduce`](crate::VoxelGrid::reduce), to the
+    /// bit, without the cloud in between. What the accumulator held before is dropped.
+    ///
+    /// # Errors
+    /// When the image is of another size than the camera.
+    pub fn reduce(
+        &self,
+        image: &DepthImage,
+        accumulator: &mut VoxelAccumulator,
+    ) -> Result<ReducedDepth, DepthCameraError> {
+        accumulator.clear();
+        let rows_px = 0..image.height_px();
+        self.for_each_block(image, rows_px, |block| accumulator.push_block(block))?;
+        let points_before_reduction = accumulator.points() as usize;
+        let points_m = accumulator.finish();
+        let frame_id = self.target_frame_id.clone();
+        let cloud = Cloud { stamp: image.stamp, frame_id, points_m };
+        Ok(ReducedDepth { cloud, points_before_reduction })
+    }
+
+    /// Calls `take` with the points of the image's rows, a stretch of a row at a time.
+    pub(crate) fn for_each_block(
+        &self,
+        image: &DepthImage,
+        rows_px: Range<usize>,
+        mut take: impl FnMut(&PointBlock),
+    ) -> Result<(), DepthCameraError> {
+        let (width_px, height_px) = (image.width_px(), image.height_px());
+        if (width_px, height_px) != (self.rays.width_px(), self.rays.height_px()) {
+            return Err(DepthCameraError {
+                image_width_px: width_px,
+                image_height_px: height_px,
+                camera_width_px: self.rays.width_px(),
+                camera_height_px: self.rays.height_px(),
+            });
+        }
+        let mut block = PointBlock::default();
+        let mut depths_m = [0.0; PointBlock::CAPACITY];
+        for row_px in rows_px.start..rows_px.end.min(height_px) {
+            let Some(rays) = self.rays.row(row_px) else { break };
+            for first_px in (0..width_px).step_by(PointBlock::CAPACITY) {
+                let columns = first_px..width_px.min(first_px + PointBlock::CAPACITY);
+                let pixels = row_px * width_px + columns.start..row_px * width_px + columns.end;
+                let depths_m = &mut depths_m[..columns.len()];
+                image.pixels().load_m(pixels, depths_m);
+                self.fill(&mut block, depths_m, rays.part(columns));
+                take(&block);
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts the points that `depths_m` are the depths of into `block`, holes where there is none.
+    fn fill(&self, block: &mut PointBlock, depths_m: &[f32], rays: RayRow<'_>) {
+        let DepthLimits { min_m, max_m } = self.limits;
+        let mut place = |index: usize, depth_m: f32, x: f32, y: f32| {
+            // NaN marks the hole, and spreads to all three coordinates.
+            let real = depth_m > 0.0 && depth_m >= min_m && depth_m <= max_m;
+            let depth_m = if real { depth_m } else { f32::NAN };
+            let point_m = self.target_from_camera.apply([x * depth_m, y * depth_m, depth_m]);
+            [block.x_m[index], block.y_m[index], block.z_m[index]] = point_m;
+        };
+        match rays {
+            RayRow::Straight { x, y } => {
+                for (index, (&depth_m, &x)) in depths_m.iter().zip(x).enumerate() {
+                    place(index, depth_m, x, y);
+                }
+            }
+            RayRow::Bent { x, y } => {
+                for (index, ((&depth_m, &x), &y)) in depths_m.iter().zip(x).zip(y).enumerate() {
+                    place(index, depth_m, x, y);
+                }
+            }
+        }
+        block.len = depths_m.len();
+    }
+}

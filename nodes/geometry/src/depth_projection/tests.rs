@@ -1,0 +1,141 @@
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::Point3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::{CameraModel, DepthPixels, Distortion, Stamp, VoxelGrid, pose_from_vector};
+
+const WIDTH_PX: usize = 130;
+const HEIGHT_PX: usize = 5;
+
+/// Two blocks and a bit a row; with and without distortion.
+fn cameras() -> [CameraModel; 2] {
+    let pinhole = CameraModel {
+        width_px: WIDTH_PX,
+        height_px: HEIGHT_PX,
+        fx_px: 100.0,
+        fy_px: 90.0,
+        cx_px: 64.5,
+        cy_px: 2.25,
+        distortion: Distortion::None,
+    };
+    let bent = Distortion::PlumbBob([0.138, -0.28, 0.002, 0.009, 0.0]);
+    [pinhole, CameraModel { distortion: bent, ..pinhole }]
+}
+
+fn image(pixels: DepthPixels) -> DepthImage {
+    let stamp = Stamp::from_nanos(42);
+    DepthImage::new(stamp, "camera".to_owned(), (WIDTH_PX, HEIGHT_PX), pixels).unwrap()
+}
+
+fn any_pixels() -> impl Strategy<Value = DepthPixels> {
+    const COUNT: usize = WIDTH_PX * HEIGHT_PX;
+    let millimetres = prop_oneof![Just(0_u16), 400..4000_u16, any::<u16>()];
+    let metres = prop_oneof![5 => 0.4..4.0_f32, 1 => any::<f32>()];
+    prop_oneof![
+        proptest::collection::vec(millimetres, COUNT).prop_map(DepthPixels::Millimetres),
+        proptest::collection::vec(metres, COUNT).prop_map(DepthPixels::Metres),
+    ]
+}
+
+/// Pixel by pixel, in words of the public interface alone.
+fn plain_cloud(image: &DepthImage, rays: &RayTable, limits: DepthLimits) -> Vec<Point3<f32>> {
+    let mut points_m = Vec::new();
+    for row_px in 0..image.height_px() {
+        for column_px in 0..image.width_px() {
+            let Some(depth_m) = image.depth_m(column_px, row_px) else { continue };
+            let Some(ray) = rays.ray(column_px, row_px) else { continue };
+            if depth_m >= limits.min_m && depth_m <= limits.max_m {
+                points_m.push(Point3::new(ray.x * depth_m, ray.y * depth_m, depth_m));
+            }
+        }
+    }
+    points_m.retain(|point: &Point3<f32>| point.iter().all(|value| value.is_finite()));
+    points_m
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn projecting_and_reducing_at_once_is_the_same_as_step_by_step(
+        pixels in any_pixels(),
+        vector in proptest::array::uniform6(-3.0..3.0_f64),
+        edge_m in prop_oneof![Just(0.08), Just(0.02)],
+        (min_m, max_m) in prop_oneof![Just((0.0, f32::MAX)), Just((0.8, 3.0))],
+    ) {
+        let (image, limits) = (image(pixels), DepthLimits { min_m, max_m });
+        let (grid, rig_from_camera) = (VoxelGrid::new(edge_m).unwrap(), pose_from_vector(&vector));
+        let mut accumulator = VoxelAccumulator::new(grid);
+        accumulator.push(&Point3::new(9.0, 9.0, 9.0));
+        for camera in cameras() {
+            let rays = RayTable::new(&camera).unwrap();
+            let in_camera =
+                DepthProjector::new(rays.clone(), limits, &Isometry3::identity(), "camera");
+            let cloud = in_camera.cloud(&image).unwrap();
+            prop_assert_eq!(&cloud.points_m, &plain_cloud(&image, &rays, limits));
+
+            let in_rig = DepthProjector::new(rays, limits, &rig_from_camera, "rig");
+            let direct = in_rig.cloud(&image).unwrap();
+            let stepwise = cloud.transformed(&rig_from_camera, "rig");
+            let finite = |point: &&Point3<f32>| point.iter().all(|value| value.is_finite());
+            prop_assert_eq!(
+                direct.points_m.iter().collect::<Vec<_>>(),
+                stepwise.points_m.iter().filter(finite).collect::<Vec<_>>()
+            );
+
+            let reduced = in_rig.reduce(&image, &mut accumulator).unwrap();
+            prop_assert_eq!(reduced.points_before_reduction, direct.points_m.len());
+            prop_assert_eq!(&reduced.cloud.points_m, &grid.reduce(&direct.points_m));
+            prop_assert_eq!(reduced.cloud.stamp, image.stamp);
+            prop_assert_eq!(reduced.cloud.frame_id.as_str(), "rig");
+        }
+    }
+}
+
+#[test]
+fn a_wall_before_the_camera_is_a_wall_before_the_rig() {
+    let rays = RayTable::new(&cameras()[0]).unwrap();
+    let rig_from_camera = pose_from_vector(&[0.0, 0.0, 0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2]);
+    let projector = DepthProjector::new(rays, DepthLimits::default(), &rig_from_camera, "rig");
+    let wall = image(DepthPixels::Millimetres(vec![2000; WIDTH_PX * HEIGHT_PX]));
+    let cloud = projector.cloud(&wall).unwrap();
+    assert_eq!(cloud.points_m.len(), WIDTH_PX * HEIGHT_PX);
+    assert_eq!((cloud.stamp, cloud.frame_id.as_str()), (wall.stamp, "rig"));
+    // The first pixel is the upper left one, and y left and z up are positive:
+    // y = 2 * 64.5 / 100, z = 2 * 2.25 / 90.
+    let first_m = cloud.points_m[0];
+    assert!((first_m - Point3::new(2.0, 1.29, 0.05)).norm() < 1e-5, "{first_m}");
+    assert!(cloud.points_m.iter().all(|point| (point.x - 2.0).abs() < 1e-5));
+}
+
+#[test]
+fn limits_are_included() {
+    let rays = RayTable::new(&cameras()[0]).unwrap();
+    let limits = DepthLimits { min_m: 0.5, max_m: 4.0 };
+    let projector = DepthProjector::new(rays, limits, &Isometry3::identity(), "camera");
+    let mut depths_m = vec![0.0; WIDTH_PX * HEIGHT_PX];
+    depths_m[..4].copy_from_slice(&[0.499, 0.5, 4.0, 4.001]);
+    let cloud = projector.cloud(&image(DepthPixels::Metres(depths_m))).unwrap();
+    let depths_m: Vec<f32> = cloud.points_m.iter().map(|point| point.z).collect();
+    assert_eq!(depths_m, [0.5, 4.0]);
+}
+
+#[test]
+fn an_image_of_another_size_is_refused() {
+    let rays = RayTable::new(&cameras()[0]).unwrap();
+    let projector =
+        DepthProjector::new(rays, DepthLimits::default(), &Isometry3::identity(), "camera");
+    let pixels = DepthPixels::Millimetres(vec![1; WIDTH_PX * HEIGHT_PX]);
+    let turned =
+        DepthImage::new(Stamp::default(), String::new(), (HEIGHT_PX, WIDTH_PX), pixels).unwrap();
+    let expected = DepthCameraError {
+        image_width_px: HEIGHT_PX,
+        image_height_px: WIDTH_PX,
+        camera_width_px: WIDTH_PX,
+        camera_height_px: HEIGHT_PX,
+    };
+    assert_eq!(projector.cloud(&turned).unwrap_err(), expected);
+    let mut accumulator = VoxelAccumulator::new(VoxelGrid::new(0.08).unwrap());
+    assert_eq!(projector.reduce(&turned, &mut accumulator).unwrap_err(), expected);
+}

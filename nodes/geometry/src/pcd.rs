@@ -1,0 +1,199 @@
+//! PCD version 0.7, the format of the Point Cloud Library.
+
+use nalgebra::Point3;
+
+use crate::point_file::{
+    Encoding, PointFileError, RecordLayout, Scalar, append_binary, split_header,
+};
+
+/// A binary PCD file of points in metres, unorganised.
+#[must_use]
+pub fn encode(points_m: &[Point3<f32>]) -> Vec<u8> {
+    let count = points_m.len();
+    let mut bytes = format!(
+        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\n\
+         TYPE F F F\nCOUNT 1 1 1\nWIDTH {count}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\n\
+         POINTS {count}\nDATA binary\n"
+    )
+    .into_bytes();
+    append_binary(&mut bytes, points_m);
+    bytes
+}
+
+/// The points of a PCD file, ASCII or binary (not compressed), whatever other fields they have.
+/// Points with a coordinate that is not finite are left out: in an organised cloud they stand for
+/// pixels that saw nothing.
+///
+/// # Errors
+/// When the bytes are no such file, or are cut off.
+pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
+    if !bytes.starts_with(b"# .PCD") && !bytes.starts_with(b"VERSION") {
+        return Err(PointFileError::NotThisFormat { format: "PCD", expected: "# .PCD" });
+    }
+    let (lines, body) = split_header(bytes, "DATA")?;
+    let mut header = Header::default();
+    for (line, text) in lines {
+        header.take(line, text)?;
+    }
+    header.layout()?.decode(header.encoding(), body, header.points()?)
+}
+
+/// The entries of a header, each with its line.
+#[derive(Clone, Debug, Default)]
+struct Header<'a> {
+    fields: Vec<&'a str>,
+    sizes: Vec<&'a str>,
+    types: Vec<&'a str>,
+    counts: Vec<usize>,
+    points: Option<usize>,
+    ascii: bool,
+}
+
+impl<'a> Header<'a> {
+    fn take(&mut self, line: usize, text: &'a str) -> Result<(), PointFileError> {
+        let error = |reason| PointFileError::header(line, text, reason);
+        let number = |word: &&str| word.parse().map_err(|_| error("a number was expected"));
+        match *text.split_ascii_whitespace().collect::<Vec<_>>() {
+            ["FIELDS", ref fields @ ..] => self.fields = fields.to_vec(),
+            ["SIZE", ref sizes @ ..] => self.sizes = sizes.to_vec(),
+            ["TYPE", ref types @ ..] => self.types = types.to_vec(),
+            ["COUNT", ref counts @ ..] => {
+                self.counts = counts.iter().map(number).collect::<Result<_, _>>()?;
+            }
+            ["POINTS", ref count] => self.points = Some(number(count)?),
+            ["DATA", "ascii"] => self.ascii = true,
+            ["DATA", "binary"] => {}
+            ["DATA", ..] => return Err(error("only ascii and binary are read, no compression")),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn layout(&self) -> Result<RecordLayout, PointFileError> {
+        let mut layout = RecordLayout::default();
+        for (index, name) in self.fields.iter().enumerate() {
+            let kind = (self.types.get(index).copied(), self.sizes.get(index).copied());
+            let scalar = match kind {
+                (Some("I"), Some("1")) => Scalar::I8,
+                (Some("U"), Some("1")) => Scalar::U8,
+                (Some("I"), Some("2")) => Scalar::I16,
+                (Some("U"), Some("2")) => Scalar::U16,
+                (Some("I"), Some("4")) => Scalar::I32,
+                (Some("U"), Some("4")) => Scalar::U32,
+                (Some("I"), Some("8")) => Scalar::I64,
+                (Some("U"), Some("8")) => Scalar::U64,
+                (Some("F"), Some("4")) => Scalar::F32,
+                (Some("F"), Some("8")) => Scalar::F64,
+                _ => {
+                    return Err(PointFileError::FieldKind {
+                        field: name.chars().take(80).collect(),
+                    });
+                }
+            };
+            // Without a COUNT line each field is one number.
+            let count =
+                if self.counts.is_empty() { Some(1) } else { self.counts.get(index).copied() };
+            layout.push(name, scalar, count.unwrap_or(1));
+        }
+        Ok(layout)
+    }
+
+    fn encoding(&self) -> Encoding {
+        if self.ascii { Encoding::Ascii } else { Encoding::BinaryLittleEndian }
+    }
+
+    fn points(&self) -> Result<usize, PointFileError> {
+        self.points.ok_or(PointFileError::UnfinishedHeader { expected: "POINTS" })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn points_survive_the_file(
+            points in proptest::collection::vec(proptest::array::uniform3(-1e6..1e6_f32), 0..50),
+        ) {
+            let points: Vec<_> = points.into_iter().map(Point3::from).collect();
+            prop_assert_eq!(decode(&encode(&points)).unwrap(), points);
+        }
+
+        #[test]
+        fn no_bytes_make_it_panic(mut bytes in proptest::collection::vec(any::<u8>(), 0..300), cut in 0..260_usize) {
+            let _ = decode(&bytes);
+            let mut file = encode(&[Point3::origin(); 3]);
+            file.truncate(cut);
+            file.append(&mut bytes);
+            let _ = decode(&file);
+        }
+    }
+
+    #[test]
+    fn the_bytes_are_those_of_the_format() {
+        let file = encode(&[Point3::new(1.0, -2.0, 0.5)]);
+        let body = [0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f];
+        let (header, found) = file.split_at(file.len() - body.len());
+        assert_eq!(found, body);
+        assert_eq!(
+            std::str::from_utf8(header).unwrap(),
+            "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\n\
+             TYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\n\
+             DATA binary\n"
+        );
+    }
+
+    #[test]
+    fn an_organised_ascii_file_is_read_without_its_holes() {
+        let file = "# .PCD v.7 - Point Cloud Data file format\nVERSION .7\nFIELDS rgb normal x y z\n\
+            SIZE 4 4 4 4 4\nTYPE F F F F F\nCOUNT 1 3 1 1 1\nWIDTH 2\nHEIGHT 2\n\
+            VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ascii\n\
+            4.2e-38 0 0 1 1.5 -2.5 3.5\n0 0 0 1 nan nan nan\n0 0 0 1 0 0 inf\n0 0 0 1 1 2 3\n";
+        let expected = [Point3::new(1.5, -2.5, 3.5), Point3::new(1.0, 2.0, 3.0)];
+        assert_eq!(decode(file.as_bytes()).unwrap(), expected);
+    }
+
+    #[test]
+    fn binary_fields_are_found_where_the_header_says() {
+        let mut file =
+            b"VERSION 0.7\nFIELDS pad y x z\nSIZE 1 8 4 2\nTYPE U F F I\nCOUNT 3 1 1 1\n\
+            WIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA binary\n"
+                .to_vec();
+        file.extend([9, 9, 9]);
+        file.extend(2.25_f64.to_le_bytes());
+        file.extend(1.5_f32.to_le_bytes());
+        file.extend((-300_i16).to_le_bytes());
+        assert_eq!(decode(&file).unwrap(), [Point3::new(1.5, 2.25, -300.0)]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let good = String::from_utf8(encode(&[])).unwrap();
+        let with = |from: &str, to: &str| good.replace(from, to).into_bytes();
+        for (file, part) in [
+            (b"ply".to_vec(), "no PCD file"),
+            (good.as_bytes()[..60].to_vec(), "'DATA'"),
+            (
+                with("DATA binary", "DATA binary_compressed"),
+                "line 11 of the header, 'DATA binary_compressed'",
+            ),
+            (with("POINTS 0", "POINTS many"), "line 10"),
+            (with("POINTS 0", "POINTS 9"), "states 9 points, but there are 0"),
+            (with("POINTS 0\n", ""), "'POINTS'"),
+            (with("x y z", "x y w"), "no field 'z'"),
+            (with("TYPE F F F", "TYPE F F"), "field 'z'"),
+            (with("SIZE 4 4 4", "SIZE 4 4 3"), "field 'z'"),
+            (with("COUNT 1 1 1", "COUNT 1 1 -1"), "line 6"),
+        ] {
+            let error = decode(&file).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
+        let huge = with("COUNT 1 1 1", "COUNT 18446744073709551615 1 1");
+        let huge = String::from_utf8(huge).unwrap().replace("POINTS 0", "POINTS 1");
+        let error = decode(huge.as_bytes()).unwrap_err();
+        assert_eq!(error, PointFileError::Truncated { stated: 1, found: 0 });
+    }
+}

@@ -1,0 +1,163 @@
+//! PLY, the Stanford polygon format: points for MeshLab, CloudCompare and Open3D.
+
+use nalgebra::Point3;
+
+use crate::point_file::{
+    Encoding, PointFileError, RecordLayout, Scalar, append_binary, split_header,
+};
+
+/// A binary PLY file, least significant byte first, of points in metres.
+#[must_use]
+pub fn encode(points_m: &[Point3<f32>]) -> Vec<u8> {
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
+         property float x\nproperty float y\nproperty float z\nend_header\n",
+        points_m.len()
+    )
+    .into_bytes();
+    append_binary(&mut bytes, points_m);
+    bytes
+}
+
+/// The vertices of a PLY file, ASCII or binary with the least significant byte first, whatever other
+/// fields they have. Vertices with a coordinate that is not finite are left out.
+///
+/// # Errors
+/// When the bytes are no such file, or are cut off.
+pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
+    if !bytes.starts_with(b"ply") {
+        return Err(PointFileError::NotThisFormat { format: "PLY", expected: "ply" });
+    }
+    let (lines, body) = split_header(bytes, "end_header")?;
+    let mut encoding = None;
+    let mut vertices = None;
+    let mut in_vertex = false;
+    let mut layout = RecordLayout::default();
+    for (line, text) in lines {
+        let error = |reason| PointFileError::header(line, text, reason);
+        match *text.split_ascii_whitespace().collect::<Vec<_>>() {
+            ["format", "ascii", _] => encoding = Some(Encoding::Ascii),
+            ["format", "binary_little_endian", _] => encoding = Some(Encoding::BinaryLittleEndian),
+            ["format", ..] => return Err(error("only ascii and binary_little_endian are read")),
+            ["element", "vertex", count] => {
+                vertices = Some(count.parse().map_err(|_| error("the count is not a number"))?);
+                in_vertex = true;
+            }
+            ["element", ..] if vertices.is_none() => {
+                return Err(error("the vertices must be the first element"));
+            }
+            ["element", ..] => in_vertex = false,
+            ["property", "list", ..] if in_vertex => {
+                return Err(error("a list within a vertex is not read"));
+            }
+            ["property", kind, name] if in_vertex => {
+                let scalar = scalar(kind).ok_or(error("this kind of number is not known"))?;
+                layout.push(name, scalar, 1);
+            }
+            _ => {}
+        }
+    }
+    let encoding = encoding.ok_or(PointFileError::UnfinishedHeader { expected: "format" })?;
+    let vertices =
+        vertices.ok_or(PointFileError::UnfinishedHeader { expected: "element vertex" })?;
+    layout.decode(encoding, body, vertices)
+}
+
+fn scalar(kind: &str) -> Option<Scalar> {
+    Some(match kind {
+        "char" | "int8" => Scalar::I8,
+        "uchar" | "uint8" => Scalar::U8,
+        "short" | "int16" => Scalar::I16,
+        "ushort" | "uint16" => Scalar::U16,
+        "int" | "int32" => Scalar::I32,
+        "uint" | "uint32" => Scalar::U32,
+        "float" | "float32" => Scalar::F32,
+        "double" | "float64" => Scalar::F64,
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn points_survive_the_file(
+            points in proptest::collection::vec(proptest::array::uniform3(-1e6..1e6_f32), 0..50),
+        ) {
+            let points: Vec<_> = points.into_iter().map(Point3::from).collect();
+            prop_assert_eq!(decode(&encode(&points)).unwrap(), points);
+        }
+
+        #[test]
+        fn no_bytes_make_it_panic(mut bytes in proptest::collection::vec(any::<u8>(), 0..300), cut in 0..200_usize) {
+            let _ = decode(&bytes);
+            let mut file = encode(&[Point3::origin(); 3]);
+            file.truncate(cut);
+            file.append(&mut bytes);
+            let _ = decode(&file);
+        }
+    }
+
+    #[test]
+    fn the_bytes_are_those_of_the_format() {
+        let header = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\n\
+            property float x\nproperty float y\nproperty float z\nend_header\n";
+        let body = [0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f];
+        assert_eq!(encode(&[Point3::new(1.0, -2.0, 0.5)]), [&header[..], &body].concat());
+    }
+
+    #[test]
+    fn an_ascii_file_of_another_program_is_read() {
+        let file = "ply\r\nformat ascii 1.0\r\ncomment by hand\r\nelement vertex 3\r\n\
+            property uchar red\r\nproperty double z\r\nproperty float x\r\nproperty float y\r\n\
+            element face 1\r\nproperty list uchar int vertex_indices\r\nend_header\r\n\
+            255 3.5 1.5 -2.5\r\n0 nan 0 0\r\n7 3 1 2e0\r\n3 0 1 2\r\n";
+        let expected = [Point3::new(1.5, -2.5, 3.5), Point3::new(1.0, 2.0, 3.0)];
+        assert_eq!(decode(file.as_bytes()).unwrap(), expected);
+    }
+
+    #[test]
+    fn binary_fields_are_found_where_the_header_says() {
+        let mut file =
+            b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty short a\n\
+            property double y\nproperty float x\nproperty uchar z\nend_header\n"
+                .to_vec();
+        file.extend([9, 9]);
+        file.extend(2.25_f64.to_le_bytes());
+        file.extend(1.5_f32.to_le_bytes());
+        file.push(200);
+        assert_eq!(decode(&file).unwrap(), [Point3::new(1.5, 2.25, 200.0)]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let good = String::from_utf8(encode(&[])).unwrap();
+        let with = |from: &str, to: &str| good.replace(from, to).into_bytes();
+        for (file, part) in [
+            (b"solid".to_vec(), "no PLY file"),
+            (good.as_bytes()[..40].to_vec(), "'end_header'"),
+            (
+                with("binary_little", "binary_big"),
+                "line 2 of the header, 'format binary_big_endian 1.0'",
+            ),
+            (with("vertex 0", "vertex many"), "not a number"),
+            (with("vertex 0", "vertex 18446744073709551615"), "but there are 0"),
+            (with("property float y", "property float w"), "no field 'y'"),
+            (with("float z", "half z"), "line 6"),
+            (with("property float z", "property list uchar float z"), "list"),
+            (with("element vertex", "element edge 1\nelement vertex"), "first element"),
+            (with("element vertex 0\n", ""), "'element vertex'"),
+        ] {
+            let error = decode(&file).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
+        let ascii = with("binary_little_endian", "ascii");
+        let one = String::from_utf8(ascii).unwrap().replace("vertex 0", "vertex 1") + "1 2 three\n";
+        let error = decode(one.as_bytes()).unwrap_err();
+        assert_eq!(error, PointFileError::Number { point: 0, text: "three".to_owned() });
+    }
+}

@@ -1,0 +1,236 @@
+//! What the two formats of point files have in common: a header of lines, then one record a point.
+
+use nalgebra::Point3;
+
+/// A file of points could not be read.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum PointFileError {
+    /// The first bytes are not those of the format.
+    #[error("this is no {format} file: it does not begin with '{expected}'")]
+    NotThisFormat {
+        /// The format that was expected.
+        format: &'static str,
+        /// How such a file begins.
+        expected: &'static str,
+    },
+    /// The header breaks off.
+    #[error("the header has no line '{expected}': the file is cut off or damaged")]
+    UnfinishedHeader {
+        /// The line that ends a header.
+        expected: &'static str,
+    },
+    /// A line of the header does not make sense.
+    #[error("line {line} of the header, '{text}': {reason}")]
+    Header {
+        /// Counted from 1.
+        line: usize,
+        /// What stands there, its first 80 characters.
+        text: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// The points have no such coordinate.
+    #[error("the points have no field '{field}'")]
+    MissingField {
+        /// x, y or z.
+        field: &'static str,
+    },
+    /// A field of a PCD file has no kind of number, or one that does not exist.
+    #[error("the lines SIZE and TYPE state no known kind of number for the field '{field}'")]
+    FieldKind {
+        /// The field's name, its first 80 characters.
+        field: String,
+    },
+    /// There are fewer points than the header states.
+    #[error("the header states {stated} points, but there are {found}: the file is cut off")]
+    Truncated {
+        /// How many points there should be.
+        stated: usize,
+        /// How many whole ones there are.
+        found: usize,
+    },
+    /// A number of an ASCII file is none.
+    #[error("point {point}: '{text}' is not a number")]
+    Number {
+        /// Counted from 0.
+        point: usize,
+        /// What stands there, its first 80 characters.
+        text: String,
+    },
+}
+
+impl PointFileError {
+    pub(crate) fn header(line: usize, text: &str, reason: &'static str) -> Self {
+        Self::Header { line, text: shortened(text), reason }
+    }
+}
+
+/// Enough of a text to recognise it by.
+fn shortened(text: &str) -> String {
+    text.chars().take(80).collect()
+}
+
+/// A number of a binary record.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    pub(crate) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    /// Reads from the beginning of `bytes`, least significant byte first; `None` where they do not
+    /// suffice.
+    fn read(self, bytes: &[u8]) -> Option<f32> {
+        Some(match self {
+            Self::I8 => f32::from(i8::from_le_bytes(*bytes.first_chunk()?)),
+            Self::U8 => f32::from(u8::from_le_bytes(*bytes.first_chunk()?)),
+            Self::I16 => f32::from(i16::from_le_bytes(*bytes.first_chunk()?)),
+            Self::U16 => f32::from(u16::from_le_bytes(*bytes.first_chunk()?)),
+            Self::I32 => i32::from_le_bytes(*bytes.first_chunk()?) as f32,
+            Self::U32 => u32::from_le_bytes(*bytes.first_chunk()?) as f32,
+            Self::I64 => i64::from_le_bytes(*bytes.first_chunk()?) as f32,
+            Self::U64 => u64::from_le_bytes(*bytes.first_chunk()?) as f32,
+            Self::F32 => f32::from_le_bytes(*bytes.first_chunk()?),
+            Self::F64 => f64::from_le_bytes(*bytes.first_chunk()?) as f32,
+        })
+    }
+}
+
+/// How the numbers stand after the header.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Encoding {
+    Ascii,
+    BinaryLittleEndian,
+}
+
+/// Where the coordinates stand in a record.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RecordLayout {
+    /// Offset in bytes, column in an ASCII line, and kind of x, y, z.
+    coordinates: [Option<(usize, usize, Scalar)>; 3],
+    bytes: usize,
+    columns: usize,
+}
+
+impl RecordLayout {
+    /// Adds a field of `count` numbers behind the others.
+    pub(crate) fn push(&mut self, name: &str, scalar: Scalar, count: usize) {
+        const NAMES: [&str; 3] = ["x", "y", "z"];
+        if let Some(axis) = NAMES.iter().position(|&axis| axis == name) {
+            self.coordinates[axis].get_or_insert((self.bytes, self.columns, scalar));
+        }
+        // A header that lies may overflow; a record of that size then finds no bytes.
+        self.bytes = self.bytes.saturating_add(scalar.size().saturating_mul(count));
+        self.columns = self.columns.saturating_add(count);
+    }
+
+    /// Reads `stated` records from `body`. Points with a coordinate that is not finite mark pixels
+    /// that saw nothing, and are left out.
+    pub(crate) fn decode(
+        &self,
+        encoding: Encoding,
+        body: &[u8],
+        stated: usize,
+    ) -> Result<Vec<Point3<f32>>, PointFileError> {
+        let [x, y, z] = self.coordinates;
+        let missing = |field| PointFileError::MissingField { field };
+        let axes = [x.ok_or(missing("x"))?, y.ok_or(missing("y"))?, z.ok_or(missing("z"))?];
+        let mut points_m = match encoding {
+            Encoding::Ascii => self.decode_ascii(axes, body, stated),
+            Encoding::BinaryLittleEndian => self.decode_binary(axes, body, stated),
+        }?;
+        points_m.retain(|point_m| point_m.iter().all(|value_m| value_m.is_finite()));
+        Ok(points_m)
+    }
+
+    fn decode_binary(
+        &self,
+        axes: [(usize, usize, Scalar); 3],
+        body: &[u8],
+        stated: usize,
+    ) -> Result<Vec<Point3<f32>>, PointFileError> {
+        // `axes` exist, so a record has bytes.
+        let found = body.len() / self.bytes.max(1);
+        if found < stated {
+            return Err(PointFileError::Truncated { stated, found });
+        }
+        let coordinate = |record: &[u8], (offset, _, scalar): (usize, usize, Scalar)| {
+            record.get(offset..).and_then(|bytes| scalar.read(bytes)).unwrap_or(f32::NAN)
+        };
+        let records = body.chunks_exact(self.bytes.max(1)).take(stated);
+        Ok(records.map(|record| Point3::from(axes.map(|axis| coordinate(record, axis)))).collect())
+    }
+
+    fn decode_ascii(
+        &self,
+        axes: [(usize, usize, Scalar); 3],
+        body: &[u8],
+        stated: usize,
+    ) -> Result<Vec<Point3<f32>>, PointFileError> {
+        let text = String::from_utf8_lossy(body);
+        let mut points_m = Vec::new();
+        let lines = text.lines().filter(|line| !line.trim().is_empty()).take(stated);
+        for (point, line) in lines.enumerate() {
+            let coordinate = |(_, column, _): (usize, usize, Scalar)| {
+                let word = line.split_ascii_whitespace().nth(column).unwrap_or_default();
+                let number = |_| PointFileError::Number { point, text: shortened(word) };
+                word.parse::<f32>().map_err(number)
+            };
+            let [x, y, z] = axes;
+            points_m.push(Point3::new(coordinate(x)?, coordinate(y)?, coordinate(z)?));
+        }
+        if points_m.len() < stated {
+            return Err(PointFileError::Truncated { stated, found: points_m.len() });
+        }
+        Ok(points_m)
+    }
+}
+
+/// A line of a header, numbered from 1.
+pub(crate) type HeaderLine<'a> = (usize, &'a str);
+
+/// The lines of a header up to and with the one that begins with `last`, and the bytes behind it.
+pub(crate) fn split_header<'a>(
+    bytes: &'a [u8],
+    last: &'static str,
+) -> Result<(Vec<HeaderLine<'a>>, &'a [u8]), PointFileError> {
+    let mut lines = Vec::new();
+    let mut rest = bytes;
+    while let Some(end) = rest.iter().position(|&byte| byte == b'\n') {
+        let (line, behind) = rest.split_at(end);
+        rest = behind.get(1..).unwrap_or_default();
+        // Bytes that are no text cannot belong to a header.
+        let Ok(line) = std::str::from_utf8(line) else { break };
+        let line = line.trim_end_matches('\r');
+        lines.push((lines.len() + 1, line));
+        if line.split_ascii_whitespace().next() == Some(last) {
+            return Ok((lines, rest));
+        }
+    }
+    Err(PointFileError::UnfinishedHeader { expected: last })
+}
+
+/// The coordinates of points one after the other, least significant byte first.
+pub(crate) fn append_binary(bytes: &mut Vec<u8>, points_m: &[Point3<f32>]) {
+    bytes.reserve(points_m.len() * 3 * size_of::<f32>());
+    for value_m in points_m.iter().flat_map(|point_m| point_m.iter()) {
+        bytes.extend_from_slice(&value_m.to_le_bytes());
+    }
+}

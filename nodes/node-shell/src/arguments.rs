@@ -1,0 +1,260 @@
+//! The arguments that every ROS 2 node takes: `--ros-args ... [--]`.
+
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+
+use crate::log::{LogDirective, LogLevel};
+use crate::names::{NameError, NodeIdentity, RemapRule};
+
+/// Where values of parameters come from, in the order of the command line; later ones win.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum ParameterSource {
+    /// `--params-file FILE`.
+    File(PathBuf),
+    /// `-p [node:]name:=value`.
+    Assignment {
+        /// The node that it is for; all of the process where it is absent.
+        node: Option<String>,
+        /// The parameter, with dots between its parts.
+        name: String,
+        /// The value, in YAML.
+        value: String,
+    },
+}
+
+/// What stood on the command line.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct RosArguments {
+    /// Topic remappings, in order.
+    pub remappings: Vec<RemapRule>,
+    /// Sources of parameter values, in order.
+    pub parameters: Vec<ParameterSource>,
+    /// What to log.
+    pub log: Vec<LogDirective>,
+    /// What stood outside `--ros-args ... --`, for the program itself.
+    pub own: Vec<String>,
+    node_names: Vec<RemapRule>,
+    namespaces: Vec<RemapRule>,
+}
+
+/// An argument that cannot be understood.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum ArgumentError {
+    /// No option of `--ros-args` has this name.
+    #[error(
+        "unknown ROS argument `{argument}`; accepted are -r FROM:=TO, -p NAME:=VALUE, --params-file \
+         FILE, --log-level LEVEL, and `--` to end them"
+    )]
+    Unknown {
+        /// The argument.
+        argument: String,
+    },
+    /// A ROS 2 option that this suite does not have.
+    #[error("the ROS argument `{argument}` is not supported here; leave it out")]
+    Unsupported {
+        /// The argument.
+        argument: String,
+    },
+    /// An option stands at the end, without its value.
+    #[error("`{option}` must be followed by {accepted}")]
+    NoValue {
+        /// The option.
+        option: String,
+        /// What its value looks like.
+        accepted: &'static str,
+    },
+    /// The value of an option has another form.
+    #[error("`{option} {value}` is not understood: accepted is {accepted}")]
+    BadValue {
+        /// The option.
+        option: String,
+        /// Its value.
+        value: String,
+        /// What its value looks like.
+        accepted: &'static str,
+    },
+    /// A name in a remapping breaks the rules for names.
+    #[error("`{option} {value}`: {source}")]
+    BadName {
+        /// The option.
+        option: String,
+        /// Its value.
+        value: String,
+        /// What is wrong with the name.
+        source: NameError,
+    },
+}
+
+const REMAPPING: &str = "FROM:=TO, as scan:=/laser/scan or __node:=left_detection";
+const ASSIGNMENT: &str = "NAME:=VALUE, as voxel_edge_m:=0.08";
+const FILE: &str = "the path of a YAML file";
+const LEVEL: &str = "debug, info, warn, error or fatal, or LOGGER:=LEVEL";
+
+impl RosArguments {
+    /// Parses the arguments of a program, without the program's own name at their front.
+    ///
+    /// # Errors
+    /// When an argument within `--ros-args` is unknown, unsupported or malformed.
+    pub fn parse<I>(arguments: I) -> Result<Self, ArgumentError>
+    where
+        I: IntoIterator,
+        I::Item: Into<String>,
+    {
+        let mut parsed = Self {
+            remappings: Vec::new(),
+            parameters: Vec::new(),
+            log: Vec::new(),
+            own: Vec::new(),
+            node_names: Vec::new(),
+            namespaces: Vec::new(),
+        };
+        let mut arguments = arguments.into_iter().map(Into::into);
+        let mut within_ros_args = false;
+        while let Some(argument) = arguments.next() {
+            if !within_ros_args {
+                if argument == "--ros-args" {
+                    within_ros_args = true;
+                } else {
+                    parsed.own.push(argument);
+                }
+                continue;
+            }
+            match argument.as_str() {
+                "--" => within_ros_args = false,
+                "--ros-args" => {}
+                _ => parsed.take_option(argument, &mut arguments)?,
+            }
+        }
+        Ok(parsed)
+    }
+
+    /// Who the node is that the program calls `default_name`.
+    ///
+    /// # Errors
+    /// When the default name breaks the rules for names.
+    pub fn identity(&self, default_name: &str) -> Result<NodeIdentity, NameError> {
+        let pick = |rules: &[RemapRule], otherwise: &str| {
+            rules
+                .iter()
+                .find(|rule| rule.is_for(default_name))
+                .map_or_else(|| otherwise.to_owned(), |rule| rule.to.clone())
+        };
+        NodeIdentity::new(&pick(&self.namespaces, "/"), &pick(&self.node_names, default_name))
+    }
+
+    fn take_option(
+        &mut self,
+        option: String,
+        rest: &mut impl Iterator<Item = String>,
+    ) -> Result<(), ArgumentError> {
+        let mut value = |accepted| match rest.next() {
+            Some(value) if value != "--" => Ok(value),
+            _ => Err(ArgumentError::NoValue { option: option.clone(), accepted }),
+        };
+        match option.as_str() {
+            "-r" | "--remap" => {
+                let value = value(REMAPPING)?;
+                self.take_remapping(option, value)
+            }
+            "-p" | "--param" => {
+                let value = value(ASSIGNMENT)?;
+                self.take_assignment(option, value)
+            }
+            "--params-file" => {
+                self.parameters.push(ParameterSource::File(PathBuf::from(value(FILE)?)));
+                Ok(())
+            }
+            "--log-level" => {
+                let value = value(LEVEL)?;
+                self.take_log_level(option, value)
+            }
+            // What they ask for is what this suite does anyway.
+            "--enable-stdout-logs" | "--disable-rosout-logs" => Ok(()),
+            "-e"
+            | "--enclave"
+            | "--log-config-file"
+            | "--log-file-name"
+            | "--enable-rosout-logs"
+            | "--disable-stdout-logs"
+            | "--enable-external-lib-logs"
+            | "--disable-external-lib-logs" => Err(ArgumentError::Unsupported { argument: option }),
+            _ => Err(ArgumentError::Unknown { argument: option }),
+        }
+    }
+
+    fn take_remapping(&mut self, option: String, value: String) -> Result<(), ArgumentError> {
+        let bad = |value: &str| ArgumentError::BadValue {
+            option: option.clone(),
+            value: value.to_owned(),
+            accepted: REMAPPING,
+        };
+        let (left, to) = value.split_once(":=").ok_or_else(|| bad(&value))?;
+        if left.starts_with("rosservice://") || to.is_empty() {
+            return Err(bad(&value));
+        }
+        let left = left.strip_prefix("rostopic://").unwrap_or(left);
+        let to = to.strip_prefix("rostopic://").unwrap_or(to);
+        let (node, from) = split_node(left);
+        let rule = RemapRule { node, from: from.to_owned(), to: to.to_owned() };
+        // Any node will do to check a name's form.
+        let probe = |namespace: &str, name: &str| NodeIdentity::new(namespace, name);
+        let checked = match from {
+            "__node" | "__name" => probe("/", to).map(|_| &mut self.node_names),
+            "__ns" if to.starts_with('/') => probe(to, "node").map(|_| &mut self.namespaces),
+            "__ns" => return Err(bad(&value)),
+            _ => probe("/", "node")
+                .and_then(|node| node.expand(from).and_then(|_| node.expand(to)))
+                .map(|_| &mut self.remappings),
+        };
+        match checked {
+            Ok(rules) => {
+                rules.push(rule);
+                Ok(())
+            }
+            Err(source) => Err(ArgumentError::BadName { option, value, source }),
+        }
+    }
+
+    fn take_assignment(&mut self, option: String, value: String) -> Result<(), ArgumentError> {
+        let assignment = value.split_once(":=").and_then(|(left, yaml)| {
+            let (node, name) = split_node(left);
+            let well_formed = !name.is_empty() && name.split('.').all(|part| !part.is_empty());
+            well_formed.then(|| ParameterSource::Assignment {
+                node,
+                name: name.to_owned(),
+                value: yaml.to_owned(),
+            })
+        });
+        match assignment {
+            Some(assignment) => {
+                self.parameters.push(assignment);
+                Ok(())
+            }
+            None => Err(ArgumentError::BadValue { option, value, accepted: ASSIGNMENT }),
+        }
+    }
+
+    fn take_log_level(&mut self, option: String, value: String) -> Result<(), ArgumentError> {
+        let (logger, level) = match value.split_once(":=") {
+            Some((logger, level)) => (Some(logger.to_owned()), level),
+            None => (None, value.as_str()),
+        };
+        match LogLevel::parse(level) {
+            Some(level) if logger.as_deref() != Some("") => {
+                self.log.push(LogDirective { logger, level });
+                Ok(())
+            }
+            _ => Err(ArgumentError::BadValue { option, value, accepted: LEVEL }),
+        }
+    }
+}
+
+/// Takes the `node:` off the front of `node:name`; a `:` cannot stand in a name.
+fn split_node(left: &str) -> (Option<String>, &str) {
+    match left.split_once(':') {
+        Some((node, name)) => (Some(node.to_owned()), name),
+        None => (None, left),
+    }
+}

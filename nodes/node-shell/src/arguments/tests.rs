@@ -1,0 +1,121 @@
+use super::*;
+
+fn parse(line: &str) -> Result<RosArguments, ArgumentError> {
+    RosArguments::parse(line.split_whitespace())
+}
+
+#[test]
+fn what_stands_outside_belongs_to_the_program() {
+    let parsed =
+        parse("bag.mcap --rate 2 --ros-args -r a:=b -- --loop --ros-args -p x:=1").unwrap();
+    assert_eq!(parsed.own, ["bag.mcap", "--rate", "2", "--loop"]);
+    assert_eq!(parsed.remappings.len(), 1);
+    assert_eq!(parsed.parameters.len(), 1);
+}
+
+#[test]
+fn nothing_is_taken_outside_ros_args() {
+    let parsed = parse("-r a:=b -p x:=1 __node:=z").unwrap();
+    assert_eq!(parsed.own.len(), 5);
+    assert!(parsed.remappings.is_empty() && parsed.parameters.is_empty());
+    assert_eq!(parsed.identity("detection").unwrap().full_name(), "/detection");
+}
+
+#[test]
+fn remappings_name_topics_the_node_and_its_namespace() {
+    let parsed = parse(
+        "--ros-args -r scan:=/laser/scan --remap other:scan:=x -r __node:=left -r __ns:=/robot \
+         -r rostopic://points:=cloud",
+    )
+    .unwrap();
+    let rule = |node: Option<&str>, from: &str, to: &str| RemapRule {
+        node: node.map(str::to_owned),
+        from: from.to_owned(),
+        to: to.to_owned(),
+    };
+    assert_eq!(
+        parsed.remappings,
+        [
+            rule(None, "scan", "/laser/scan"),
+            rule(Some("other"), "scan", "x"),
+            rule(None, "points", "cloud")
+        ]
+    );
+    let identity = parsed.identity("detection").unwrap();
+    assert_eq!(identity.full_name(), "/robot/left");
+    assert_eq!(identity.resolve(&parsed.remappings, "scan").unwrap(), "/laser/scan");
+}
+
+#[test]
+fn a_name_for_another_node_is_not_taken() {
+    let parsed = parse("--ros-args -r other:__node:=x -r detection:__ns:=/a").unwrap();
+    assert_eq!(parsed.identity("detection").unwrap().full_name(), "/a/detection");
+}
+
+#[test]
+fn parameters_keep_their_order() {
+    let parsed = parse(
+        "--ros-args -p a.b:=1 --params-file f.yaml --param node:c:=[1,2] --params-file g.yaml",
+    )
+    .unwrap();
+    let assignment = |node: Option<&str>, name: &str, value: &str| ParameterSource::Assignment {
+        node: node.map(str::to_owned),
+        name: name.to_owned(),
+        value: value.to_owned(),
+    };
+    assert_eq!(
+        parsed.parameters,
+        [
+            assignment(None, "a.b", "1"),
+            ParameterSource::File("f.yaml".into()),
+            assignment(Some("node"), "c", "[1,2]"),
+            ParameterSource::File("g.yaml".into()),
+        ]
+    );
+}
+
+#[test]
+fn a_value_may_hold_what_separates_names() {
+    let parsed = parse("--ros-args -p frame:=a:=b").unwrap();
+    let ParameterSource::Assignment { name, value, .. } = &parsed.parameters[0] else { panic!() };
+    assert_eq!((name.as_str(), value.as_str()), ("frame", "a:=b"));
+}
+
+#[test]
+fn log_levels_are_for_all_or_for_one() {
+    let parsed = parse("--ros-args --log-level DEBUG --log-level rustdds:=warn").unwrap();
+    assert_eq!(
+        parsed.log,
+        [
+            LogDirective { logger: None, level: LogLevel::Debug },
+            LogDirective { logger: Some("rustdds".into()), level: LogLevel::Warn }
+        ]
+    );
+}
+
+#[test]
+fn each_mistake_says_what_is_accepted() {
+    for (line, part) in [
+        ("--ros-args -r", "FROM:=TO"),
+        ("--ros-args -r --", "FROM:=TO"),
+        ("--ros-args -r a=b", "FROM:=TO"),
+        ("--ros-args -r a:=", "FROM:=TO"),
+        ("--ros-args -r :=b", "empty"),
+        ("--ros-args -r a:=1b", "digit"),
+        ("--ros-args -r __node:=a/b", "underscores"),
+        ("--ros-args -r __ns:=robot", "FROM:=TO"),
+        ("--ros-args -r __ns:=/robot/", "empty"),
+        ("--ros-args -r rosservice://a:=b", "FROM:=TO"),
+        ("--ros-args -p a", "NAME:=VALUE"),
+        ("--ros-args -p :=1", "NAME:=VALUE"),
+        ("--ros-args -p a..b:=1", "NAME:=VALUE"),
+        ("--ros-args --params-file", "YAML"),
+        ("--ros-args --log-level loud", "debug, info"),
+        ("--ros-args --log-level :=info", "debug, info"),
+        ("--ros-args a:=b", "unknown"),
+        ("--ros-args --enclave /x", "not supported"),
+    ] {
+        let error = parse(line).unwrap_err().to_string();
+        assert!(error.contains(part), "{line}: {error}");
+    }
+}

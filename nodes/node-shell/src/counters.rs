@@ -1,0 +1,171 @@
+//! What a node counts of itself, for `/diagnostics`.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// Messages received on one topic.
+#[derive(Debug, Default)]
+pub(crate) struct TopicCounters {
+    received: AtomicU64,
+    lost: AtomicU64,
+    malformed: AtomicU64,
+}
+
+impl TopicCounters {
+    pub(crate) fn count_received(&self, lost_before: u64) {
+        self.received.fetch_add(1, Ordering::Relaxed);
+        self.lost.fetch_add(lost_before, Ordering::Relaxed);
+    }
+
+    pub(crate) fn count_malformed(&self) {
+        self.malformed.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn received(&self) -> u64 {
+        self.received.load(Ordering::Relaxed)
+    }
+}
+
+/// What a node counts of itself. Clones share the counts.
+#[derive(Clone, Debug, Default)]
+pub struct Counters {
+    counts: Arc<Mutex<Counts>>,
+}
+
+#[derive(Debug, Default)]
+struct Counts {
+    received: BTreeMap<String, Arc<TopicCounters>>,
+    published: BTreeMap<String, Arc<AtomicU64>>,
+    cycles: u64,
+    drops: BTreeMap<String, u64>,
+    steps: BTreeMap<String, StepTimes>,
+}
+
+/// How long one step took, since the last snapshot.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct StepTimes {
+    runs: u32,
+    total_s: f64,
+    longest_s: f64,
+}
+
+/// The counts of one moment, as names with values.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct Snapshot {
+    /// Names with values, in a fixed order.
+    pub(crate) values: Vec<(String, String)>,
+    /// Cycles so far.
+    pub(crate) cycles: u64,
+    /// Drops so far, whatever the cause.
+    pub(crate) drops: u64,
+    /// Messages received, by topic.
+    pub(crate) received: BTreeMap<String, u64>,
+    /// Messages published, by topic.
+    pub(crate) published: BTreeMap<String, u64>,
+}
+
+impl Counters {
+    /// Counts one cycle that was processed.
+    pub fn count_cycle(&self) {
+        self.lock().cycles += 1;
+    }
+
+    /// Counts something that was dropped, by its cause.
+    pub fn count_drop(&self, cause: &str) {
+        *self.lock().drops.entry(cause.to_owned()).or_default() += 1;
+    }
+
+    /// Notes how long a step took.
+    pub fn note_step(&self, step: &str, duration: Duration) {
+        let mut counts = self.lock();
+        let times = counts.steps.entry(step.to_owned()).or_default();
+        let seconds = duration.as_secs_f64();
+        times.runs = times.runs.saturating_add(1);
+        times.total_s += seconds;
+        times.longest_s = times.longest_s.max(seconds);
+    }
+
+    pub(crate) fn of_subscription(&self, topic: &str) -> Arc<TopicCounters> {
+        Arc::clone(self.lock().received.entry(topic.to_owned()).or_default())
+    }
+
+    pub(crate) fn of_publisher(&self, topic: &str) -> Arc<AtomicU64> {
+        Arc::clone(self.lock().published.entry(topic.to_owned()).or_default())
+    }
+
+    /// Reads everything, and starts the times of the steps anew.
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        let mut counts = self.lock();
+        let mut snapshot = Snapshot {
+            cycles: counts.cycles,
+            drops: counts.drops.values().sum(),
+            ..Snapshot::default()
+        };
+        let mut put = |name: String, value: String| snapshot.values.push((name, value));
+        put("cycles".to_owned(), counts.cycles.to_string());
+        for (cause, count) in &counts.drops {
+            put(format!("dropped: {cause}"), count.to_string());
+        }
+        for (topic, one) in &counts.received {
+            put(format!("received {topic}"), one.received().to_string());
+            put(format!("lost {topic}"), one.lost.load(Ordering::Relaxed).to_string());
+            let malformed = one.malformed.load(Ordering::Relaxed);
+            if malformed > 0 {
+                put(format!("malformed {topic}"), malformed.to_string());
+            }
+        }
+        for (topic, published) in &counts.published {
+            put(format!("published {topic}"), published.load(Ordering::Relaxed).to_string());
+        }
+        for (step, times) in std::mem::take(&mut counts.steps) {
+            let mean_ms = times.total_s / f64::from(times.runs.max(1)) * 1e3;
+            put(format!("{step} mean ms"), format!("{mean_ms:.3}"));
+            put(format!("{step} max ms"), format!("{:.3}", times.longest_s * 1e3));
+        }
+        snapshot.received =
+            counts.received.iter().map(|(topic, one)| (topic.clone(), one.received())).collect();
+        snapshot.published = counts
+            .published
+            .iter()
+            .map(|(topic, one)| (topic.clone(), one.load(Ordering::Relaxed)))
+            .collect();
+        snapshot
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Counts> {
+        self.counts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value<'a>(snapshot: &'a Snapshot, name: &str) -> Option<&'a str> {
+        snapshot.values.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
+    }
+
+    #[test]
+    fn counts_add_up_and_times_start_anew() {
+        let counters = Counters::default();
+        counters.count_cycle();
+        counters.count_drop("no pose");
+        counters.count_drop("no pose");
+        counters.note_step("reduce", Duration::from_millis(2));
+        counters.note_step("reduce", Duration::from_millis(6));
+        let scan = counters.of_subscription("/scan");
+        scan.count_received(0);
+        scan.count_received(3);
+        let snapshot = counters.snapshot();
+        assert_eq!((snapshot.cycles, snapshot.drops), (1, 2));
+        assert_eq!(value(&snapshot, "dropped: no pose"), Some("2"));
+        assert_eq!(value(&snapshot, "received /scan"), Some("2"));
+        assert_eq!(value(&snapshot, "lost /scan"), Some("3"));
+        assert_eq!(value(&snapshot, "malformed /scan"), None);
+        assert_eq!(value(&snapshot, "reduce mean ms"), Some("4.000"));
+        assert_eq!(value(&snapshot, "reduce max ms"), Some("6.000"));
+        assert_eq!(value(&counters.snapshot(), "reduce mean ms"), None);
+    }
+}

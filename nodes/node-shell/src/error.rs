@@ -1,0 +1,92 @@
+//! What can go wrong in starting a node and its endpoints, and in publishing.
+
+use crate::arguments::ArgumentError;
+use crate::names::NameError;
+use crate::parameters::ParameterError;
+use crate::payload::PayloadError;
+use crate::transport::TransportError;
+
+/// A node, or one of its endpoints, could not be had.
+#[derive(Debug, thiserror::Error)]
+pub enum ShellError {
+    /// The command line is not understood.
+    #[error(transparent)]
+    Argument(#[from] ArgumentError),
+    /// The environment is not understood.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    /// A parameter is not understood.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A name breaks the rules.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// A node was started outside of a tokio runtime; this is a mistake in the program.
+    #[error("a node must be started within a tokio runtime")]
+    NoRuntime,
+    /// The process may not handle signals, or has no runtime for its tasks.
+    #[error("the process could not be set up: {0}")]
+    Process(std::io::Error),
+    /// The DDS participant could not be created.
+    #[error(
+        "the node could not join {transport}: {reason}; is the network up, and are there fewer than \
+         120 participants of this domain on this machine?"
+    )]
+    Join {
+        /// Where it was to join.
+        transport: String,
+        /// What the library says.
+        reason: String,
+    },
+    /// A publisher or subscription could not be created.
+    #[error("the {endpoint} on {topic} could not be created: {reason}")]
+    Endpoint {
+        /// What it was to be.
+        endpoint: &'static str,
+        /// Its topic.
+        topic: String,
+        /// What the library says.
+        reason: String,
+    },
+    /// The node was closed already.
+    #[error("the node is closed")]
+    Closed,
+}
+
+/// A message was not published.
+#[derive(Debug, thiserror::Error)]
+pub enum PublishError {
+    /// It could not be encoded.
+    #[error("a message for {topic} could not be encoded: {source}")]
+    Encode {
+        /// The topic.
+        topic: String,
+        /// Why.
+        source: msgs::cdr::CdrError,
+    },
+    /// Its bytes are no message that can be published.
+    #[error("a message for {topic} cannot be published: {source}")]
+    Payload {
+        /// The topic.
+        topic: String,
+        /// Why.
+        source: PayloadError,
+    },
+    /// A reliable subscriber is too far behind.
+    #[error(
+        "a message for {topic} was not taken: a reliable subscriber has not acknowledged the earlier \
+         ones; it may have died, and is given up within 50 s"
+    )]
+    NotAcknowledged {
+        /// The topic.
+        topic: String,
+    },
+    /// The library failed.
+    #[error("a message for {topic} was not sent: {reason}")]
+    Library {
+        /// The topic.
+        topic: String,
+        /// What it says.
+        reason: String,
+    },
+}

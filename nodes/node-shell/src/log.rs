@@ -1,0 +1,162 @@
+//! What a node prints: lines on stderr in the form that ROS 2 tools know.
+//!
+//! `[INFO] [1731140000.123456789] [detection]: text`
+
+use std::fmt;
+use std::io::IsTerminal;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use tracing::{Event, Level, Subscriber};
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::registry::LookupSpan;
+
+/// The DDS library warns once a datagram above 1500 bytes, some 80 lines a cloud; the client library
+/// tells of every topic that it creates.
+const QUIET_LIBRARIES: &str = "rustdds=error,ros2_client=error,mio=error";
+
+/// How grave a message is, by the names that ROS 2 has for it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum LogLevel {
+    /// For those who look for a fault.
+    Debug,
+    /// What goes as it should.
+    Info,
+    /// What may be wrong.
+    Warn,
+    /// What is wrong.
+    Error,
+    /// What ends the program; ROS 2 tells it from [`LogLevel::Error`], this suite does not.
+    Fatal,
+}
+
+impl LogLevel {
+    /// The level of that name, in any case.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        match name.to_ascii_lowercase().as_str() {
+            "debug" => Some(Self::Debug),
+            "info" => Some(Self::Info),
+            "warn" | "warning" => Some(Self::Warn),
+            "error" => Some(Self::Error),
+            "fatal" => Some(Self::Fatal),
+            _ => None,
+        }
+    }
+
+    fn filter(self) -> &'static str {
+        match self {
+            Self::Debug => "debug",
+            Self::Info => "info",
+            Self::Warn => "warn",
+            Self::Error | Self::Fatal => "error",
+        }
+    }
+}
+
+/// One `--log-level [logger:=]level`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct LogDirective {
+    /// The node or library that it is for; the suite's own code where it is absent.
+    pub logger: Option<String>,
+    /// The least level to print.
+    pub level: LogLevel,
+}
+
+/// Starts printing as the node `node_name`; does nothing when the process prints already.
+pub fn start(node_name: &str, directives: &[LogDirective]) {
+    let filter = filter_text(node_name, directives);
+    let format = RosFormat { node_name: node_name.to_owned() };
+    // An error means that somebody else has set up logging: theirs it is, then.
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(EnvFilter::new(filter))
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .event_format(format)
+        .try_init();
+}
+
+/// The filter for the directives; a later one wins over an earlier one for the same logger.
+fn filter_text(node_name: &str, directives: &[LogDirective]) -> String {
+    let level = directives
+        .iter()
+        .rev()
+        .find(|one| one.logger.is_none() || one.logger.as_deref() == Some(node_name))
+        .map_or(LogLevel::Info, |one| one.level);
+    let mut filter = format!("{},{QUIET_LIBRARIES}", level.filter());
+    for one in directives {
+        if let Some(logger) = one.logger.as_deref().filter(|logger| *logger != node_name) {
+            filter.push_str(&format!(",{}={}", logger.replace('.', "::"), one.level.filter()));
+        }
+    }
+    filter
+}
+
+struct RosFormat {
+    node_name: String,
+}
+
+impl<S, N> FormatEvent<S, N> for RosFormat
+where
+    S: Subscriber + for<'a> LookupSpan<'a>,
+    N: for<'a> FormatFields<'a> + 'static,
+{
+    fn format_event(
+        &self,
+        context: &FmtContext<'_, S, N>,
+        mut writer: Writer<'_>,
+        event: &Event<'_>,
+    ) -> fmt::Result {
+        let (name, colour) = match *event.metadata().level() {
+            Level::ERROR => ("ERROR", "\x1b[31m"),
+            Level::WARN => ("WARN", "\x1b[33m"),
+            Level::INFO => ("INFO", ""),
+            Level::DEBUG => ("DEBUG", "\x1b[32m"),
+            Level::TRACE => ("TRACE", "\x1b[32m"),
+        };
+        let coloured = writer.has_ansi_escapes() && !colour.is_empty();
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        if coloured {
+            writer.write_str(colour)?;
+        }
+        write!(
+            writer,
+            "[{name}] [{}.{:09}] [{}]: ",
+            now.as_secs(),
+            now.subsec_nanos(),
+            self.node_name
+        )?;
+        context.field_format().format_fields(writer.by_ref(), event)?;
+        if coloured {
+            writer.write_str("\x1b[0m")?;
+        }
+        writeln!(writer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn directive(logger: Option<&str>, level: LogLevel) -> LogDirective {
+        LogDirective { logger: logger.map(str::to_owned), level }
+    }
+
+    #[test]
+    fn the_default_is_info_with_quiet_libraries() {
+        assert_eq!(filter_text("detection", &[]), "info,rustdds=error,ros2_client=error,mio=error");
+    }
+
+    #[test]
+    fn the_node_is_meant_by_its_name_or_by_none() {
+        let for_all = directive(None, LogLevel::Debug);
+        let for_node = directive(Some("detection"), LogLevel::Warn);
+        assert!(filter_text("detection", std::slice::from_ref(&for_all)).starts_with("debug,"));
+        assert!(filter_text("detection", &[for_all, for_node]).starts_with("warn,"));
+        let for_library = directive(Some("rustdds.rtps"), LogLevel::Debug);
+        let filter = filter_text("detection", &[for_library]);
+        assert!(filter.starts_with("info,") && filter.ends_with(",rustdds::rtps=debug"));
+        assert!(EnvFilter::try_new(filter).is_ok());
+    }
+}

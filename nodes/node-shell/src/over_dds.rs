@@ -1,0 +1,260 @@
+//! Tests over real DDS: two nodes are two participants, in one process.
+
+use std::sync::atomic::{AtomicU16, Ordering};
+use std::time::Duration;
+
+use msgs::RosMessage;
+use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use msgs::sensor_msgs::{Image, LaserScan};
+use msgs::std_msgs::Header;
+
+use crate::{Node, Publisher, Qos, Role, RosArguments, Subscription, Transport};
+
+/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Nodes of one test, apart from those of all others by domain and namespace.
+struct Place {
+    transport: Transport,
+    namespace: String,
+}
+
+impl Place {
+    fn new() -> Self {
+        static COUNT: AtomicU16 = AtomicU16::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let process = std::process::id();
+        let domain = 1 + (process.wrapping_mul(13) + u32::from(count)) % 100;
+        let transport = Transport::on_domain(domain as u16).unwrap();
+        Self { transport, namespace: format!("/test_{process}_{count}") }
+    }
+
+    fn node(&self, name: &str) -> Node {
+        self.node_with(name, &[])
+    }
+
+    fn node_with(&self, name: &str, extra: &[&str]) -> Node {
+        let namespace = format!("__ns:={}", self.namespace);
+        let mut line = vec!["--ros-args", "-r", &namespace];
+        line.extend(extra);
+        let arguments = RosArguments::parse(line).unwrap();
+        Node::start_on(self.transport, name, &arguments).unwrap()
+    }
+}
+
+async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
+    match tokio::time::timeout(PATIENCE, wait).await {
+        Ok(value) => value,
+        Err(_) => panic!("waited in vain: {what}"),
+    }
+}
+
+async fn matched<M: RosMessage>(publisher: &Publisher<M>, subscription: &Subscription<M>) {
+    soon("the match", async {
+        publisher.wait_for_subscribers(1).await;
+        subscription.wait_for_publishers(1).await;
+    })
+    .await;
+}
+
+fn scan(beams: usize) -> LaserScan {
+    LaserScan {
+        header: Header { frame_id: "laser".to_owned(), ..Header::default() },
+        ranges: (0..beams).map(|beam| beam as f32 * 0.5).collect(),
+        ..LaserScan::default()
+    }
+}
+
+/// An image whose encoding is no multiple of four bytes.
+fn odd_image(bytes: usize) -> Image {
+    let image = Image { data: (0..bytes).map(|at| (at % 251) as u8).collect(), ..Image::default() };
+    assert_ne!(msgs::cdr::encode(&image).unwrap().len() % 4, 0);
+    image
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn messages_arrive_in_order_with_the_time_of_sending() {
+    let place = Place::new();
+    let (talker, listener) = (place.node("talker"), place.node("listener"));
+    {
+        let publisher = talker.publisher::<LaserScan>("scan", &Qos::reliable(10)).unwrap();
+        let subscription = listener.subscription::<LaserScan>("scan", &Qos::reliable(10)).unwrap();
+        assert_eq!(publisher.topic(), format!("{}/scan", place.namespace));
+        matched(&publisher, &subscription).await;
+        for beams in 0..10 {
+            publisher.publish(&scan(beams)).unwrap();
+        }
+        for beams in 0..10 {
+            let received = soon("a scan", subscription.next()).await;
+            assert_eq!(received.message, scan(beams));
+            assert!(received.sent.is_some());
+        }
+        assert_eq!(subscription.received_count(), 10);
+        assert!(subscription.try_next().is_none());
+    }
+    talker.close().await;
+    listener.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_large_message_of_odd_length_arrives_whole() {
+    let place = Place::new();
+    let (talker, listener) = (place.node("talker"), place.node("listener"));
+    {
+        let publisher = talker.publisher::<Image>("image", &Qos::sensor(5)).unwrap();
+        let subscription = listener.subscription::<Image>("image", &Qos::sensor(5)).unwrap();
+        matched(&publisher, &subscription).await;
+        let image = odd_image(150_001);
+        publisher.publish(&image).unwrap();
+        assert_eq!(soon("the image", subscription.next()).await.message, image);
+    }
+    talker.close().await;
+    listener.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn bytes_of_a_bag_arrive_as_the_message_that_they_are() {
+    let place = Place::new();
+    let (player, listener) = (place.node("player"), place.node("listener"));
+    {
+        let publisher = player.raw_publisher("image", Image::TYPE_NAME, &Qos::reliable(5)).unwrap();
+        let subscription = listener.subscription::<Image>("image", &Qos::sensor(5)).unwrap();
+        soon("the match", publisher.wait_for_subscribers(1)).await;
+        soon("the match", subscription.wait_for_publishers(1)).await;
+        let image = odd_image(9);
+        publisher.publish(&msgs::cdr::encode(&image).unwrap()).unwrap();
+        assert_eq!(soon("the image", subscription.next()).await.message, image);
+        assert!(publisher.publish(&[0, 0, 0, 0, 1]).is_err());
+    }
+    player.close().await;
+    listener.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_comes_late_gets_the_last_map() {
+    let place = Place::new();
+    let (mapper, viewer) = (place.node("mapper"), place.node("viewer"));
+    {
+        let publisher = mapper.publisher::<LaserScan>("map", &Qos::latched()).unwrap();
+        publisher.publish(&scan(1)).unwrap();
+        publisher.publish(&scan(2)).unwrap();
+        let subscription = viewer.subscription::<LaserScan>("map", &Qos::latched()).unwrap();
+        soon("the last map", async { while subscription.next().await.message != scan(2) {} }).await;
+    }
+    mapper.close().await;
+    viewer.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn remapped_topics_meet() {
+    let place = Place::new();
+    let talker = place.node_with("talker", &["-r", "scan:=/laser_of_the_test/scan"]);
+    let listener = place.node("listener");
+    {
+        let publisher = talker.publisher::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
+        assert_eq!(publisher.topic(), "/laser_of_the_test/scan");
+        let subscription =
+            listener.subscription::<LaserScan>("/laser_of_the_test/scan", &Qos::sensor(5)).unwrap();
+        matched(&publisher, &subscription).await;
+    }
+    talker.close().await;
+    listener.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_topic_of_another_type_is_not_ours() {
+    let place = Place::new();
+    let (talker, right, listener) =
+        (place.node("talker"), place.node("right"), place.node("listener"));
+    {
+        let wrong = talker.publisher::<Image>("scan", &Qos::reliable(5)).unwrap();
+        let subscription = listener.subscription::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
+        let right = right.publisher::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
+        matched(&right, &subscription).await;
+        wrong.publish(&odd_image(9)).unwrap();
+        right.publish(&scan(3)).unwrap();
+        assert_eq!(soon("the scan", subscription.next()).await.message, scan(3));
+        assert_eq!(subscription.publisher_count(), 1);
+    }
+    for node in [talker, right, listener] {
+        node.close().await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_peer_that_closes_is_gone_at_once() {
+    let place = Place::new();
+    let (talker, listener) = (place.node("talker"), place.node("listener"));
+    {
+        let subscription = listener.subscription::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
+        {
+            let publisher = talker.publisher::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
+            matched(&publisher, &subscription).await;
+        }
+        let closing = std::time::Instant::now();
+        talker.close().await;
+        assert!(closing.elapsed() < Duration::from_secs(1), "{:?}", closing.elapsed());
+        soon("the end of the match", async {
+            let mut changes = listener.matches();
+            while changes.iter().any(|one| one.topic.ends_with("/scan") && one.peers > 0) {
+                tokio::time::sleep(Duration::from_millis(5)).await;
+                changes = listener.matches();
+            }
+        })
+        .await;
+        assert_eq!(subscription.publisher_count(), 0);
+    }
+    listener.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_node_reports_its_peers_and_counts() {
+    let place = Place::new();
+    let (talker, observer) = (place.node("talker"), place.node("observer"));
+    {
+        let reports =
+            observer.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(50)).unwrap();
+        let image = talker.subscription::<Image>("image", &Qos::sensor(5)).unwrap();
+        let scans = talker.publisher::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
+        let heard = observer.subscription::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
+        matched(&scans, &heard).await;
+        talker.counters().count_cycle();
+        talker.counters().count_drop("no pose");
+        let expected = [
+            ("cycles", "1"),
+            ("dropped: no pose", "1"),
+            (&format!("publishers {}", image.topic()), "0"),
+            (&format!("subscribers {}", scans.topic()), "1"),
+        ]
+        .map(|(key, value)| (key.to_owned(), value.to_owned()));
+        let own_name = talker.full_name();
+        let status = soon("the report", async {
+            loop {
+                let array = reports.next().await.message;
+                let status = array.status.into_iter().find(|status| {
+                    let has = |(key, value): &(String, String)| {
+                        status.values.iter().any(|one| one.key == *key && one.value == *value)
+                    };
+                    status.name == own_name && expected.iter().all(has)
+                });
+                if let Some(status) = status {
+                    return status;
+                }
+            }
+        })
+        .await;
+        assert_eq!(status.level, DiagnosticStatus::WARN);
+        assert_eq!(status.message, format!("waiting for {}", image.topic()));
+        let matches = talker.matches();
+        assert!(matches.iter().any(|one| one.role == Role::Publisher && one.peers == 1));
+    }
+    talker.close().await;
+    observer.close().await;
+}
+
+#[test]
+fn without_a_runtime_there_is_no_node() {
+    let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();
+    let transport = Transport::on_domain(1).unwrap();
+    assert!(Node::start_on(transport, "talker", &arguments).is_err());
+}

@@ -1,0 +1,166 @@
+//! Values laid over the defaults, one by one, each checked by itself so that an error names its key.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::{ParameterError, ValueOrigin};
+
+/// The parameters so far: as a tree of values, and as the struct that it stands for.
+pub(super) struct Overlay<P> {
+    defaults: Value,
+    tree: Value,
+    parameters: P,
+}
+
+impl<P> Overlay<P>
+where
+    P: Serialize + DeserializeOwned + Default,
+{
+    pub(super) fn new() -> Result<Self, ParameterError> {
+        let parameters = P::default();
+        let defaults = serde_json::to_value(&parameters)
+            .map_err(|error| ParameterError::Defaults { reason: error.to_string() })?;
+        if !matches!(defaults, Value::Object(_) | Value::Null) {
+            return Err(ParameterError::Defaults { reason: "they are no struct".to_owned() });
+        }
+        Ok(Self { tree: defaults.clone(), defaults, parameters })
+    }
+
+    pub(super) fn finish(self) -> P {
+        self.parameters
+    }
+
+    /// Whether there is a parameter or a group of this name.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.default_of(key).is_some()
+    }
+
+    /// Every parameter with its default.
+    pub(super) fn leaves(&self) -> Vec<(String, &Value)> {
+        let mut leaves = Vec::new();
+        collect_leaves(&self.defaults, String::new(), &mut leaves);
+        leaves
+    }
+
+    /// Sets one parameter.
+    pub(super) fn set(
+        &mut self,
+        key: &str,
+        value: Value,
+        origin: ValueOrigin,
+    ) -> Result<(), ParameterError> {
+        let Some(default) = self.default_of(key) else {
+            return Err(self.unknown(key, origin));
+        };
+        let accepted = accepted_form(default);
+        let bad = |found: &Value, reason: String| ParameterError::BadValue {
+            key: key.to_owned(),
+            origin: origin.clone(),
+            found: found.to_string(),
+            accepted: accepted.clone(),
+            reason,
+        };
+        if default.is_object() {
+            let example = self
+                .leaves()
+                .into_iter()
+                .find(|(leaf, _)| leaf.starts_with(&format!("{key}.")))
+                .map_or_else(String::new, |(leaf, _)| format!(", as `{leaf}`"));
+            return Err(bad(&value, format!("it is a group of parameters{example}")));
+        }
+        if !same_kind(default, &value) {
+            return Err(bad(&value, "it has another type".to_owned()));
+        }
+        let mut candidate = self.tree.clone();
+        let found = value.clone();
+        let place = key.split('.').try_fold(&mut candidate, |group, part| {
+            group.as_object_mut().and_then(|group| group.get_mut(part))
+        });
+        if let Some(place) = place {
+            *place = value;
+        }
+        match serde_json::from_value(candidate.clone()) {
+            Ok(parameters) => {
+                self.parameters = parameters;
+                self.tree = candidate;
+                Ok(())
+            }
+            Err(error) => Err(bad(&found, error.to_string())),
+        }
+    }
+
+    fn default_of(&self, key: &str) -> Option<&Value> {
+        key.split('.').try_fold(&self.defaults, |group, part| group.as_object()?.get(part))
+    }
+
+    fn unknown(&self, key: &str, origin: ValueOrigin) -> ParameterError {
+        let known: Vec<String> = self.leaves().into_iter().map(|(leaf, _)| leaf).collect();
+        let nearest = known
+            .iter()
+            .map(|leaf| (edit_distance(key, leaf), leaf))
+            .min()
+            .filter(|(distance, leaf)| *distance <= leaf.len().max(3) / 3);
+        let hint = match nearest {
+            Some((_, leaf)) => format!("did you mean `{leaf}`?"),
+            None if known.is_empty() => "this node has no parameters".to_owned(),
+            None => format!("accepted are {}", known.join(", ")),
+        };
+        ParameterError::Unknown { key: key.to_owned(), origin, hint }
+    }
+}
+
+fn collect_leaves<'a>(value: &'a Value, key: String, leaves: &mut Vec<(String, &'a Value)>) {
+    match value {
+        Value::Object(group) => {
+            for (name, inner) in group {
+                let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                collect_leaves(inner, key, leaves);
+            }
+        }
+        Value::Null if key.is_empty() => {}
+        leaf => leaves.push((key, leaf)),
+    }
+}
+
+/// Whether a value has the type of the default. A whole number is accepted for a fractional one: no
+/// meaning is lost, and ROS 2's insistence on `1.0` only ever costs its users time. A parameter that
+/// is absent by default takes what its struct takes.
+fn same_kind(default: &Value, value: &Value) -> bool {
+    match default {
+        Value::Null | Value::Object(_) => true,
+        Value::Bool(_) => value.is_boolean(),
+        Value::String(_) => value.is_string(),
+        Value::Array(_) => value.is_array(),
+        Value::Number(number) if number.is_f64() => value.is_number(),
+        Value::Number(_) => value.is_i64() || value.is_u64(),
+    }
+}
+
+fn accepted_form(default: &Value) -> String {
+    match default {
+        Value::Null => "a value of its type, or null".to_owned(),
+        Value::Bool(_) => "true or false".to_owned(),
+        Value::Number(number) if number.is_f64() => format!("a number, as {number}"),
+        Value::Number(number) => format!("a whole number, as {number}"),
+        Value::String(text) => format!("text, as \"{text}\""),
+        Value::Array(_) => format!("a list, as {default}"),
+        Value::Object(_) => "a value for each of them".to_owned(),
+    }
+}
+
+/// The least number of insertions, deletions and substitutions between two names (Levenshtein).
+fn edit_distance(left: &str, right: &str) -> usize {
+    let right: Vec<char> = right.chars().collect();
+    let mut row: Vec<usize> = (0..=right.len()).collect();
+    for (i, one) in left.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, other) in right.iter().enumerate() {
+            let substituted = diagonal + usize::from(one != *other);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[right.len()]
+}

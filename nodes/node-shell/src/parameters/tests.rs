@@ -1,0 +1,217 @@
+use serde::Deserialize;
+
+use super::*;
+
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Input {
+    Depth,
+    Points,
+}
+
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+struct Voxel {
+    edge_m: f64,
+    least_points: u32,
+}
+
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+struct Parameters {
+    input: Input,
+    frame: String,
+    hold: bool,
+    window: u32,
+    tolerance_rad: f32,
+    rig_from_lidar: [f64; 6],
+    topics: Vec<String>,
+    save_to: Option<String>,
+    voxel: Voxel,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            input: Input::Depth,
+            frame: "map".to_owned(),
+            hold: true,
+            window: 3,
+            tolerance_rad: 0.0175,
+            rig_from_lidar: [0.0, 0.0, -0.05, 0.0, 0.0, 0.0],
+            topics: vec!["scan".to_owned()],
+            save_to: None,
+            voxel: Voxel { edge_m: 0.08, least_points: 1 },
+        }
+    }
+}
+
+fn assigned(assignments: &[(&str, &str)]) -> Result<Parameters, ParameterError> {
+    let assignments: Vec<_> = assignments
+        .iter()
+        .map(|(name, value)| Assignment { name: (*name).to_owned(), value: (*value).to_owned() })
+        .collect();
+    load("/detection", &[] as &[&Path], &assignments)
+}
+
+fn from_file(node_name: &str, text: &str) -> Result<Parameters, ParameterError> {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), text).unwrap();
+    load(node_name, &[file.path()], &[])
+}
+
+#[test]
+fn without_sources_the_defaults_stand() {
+    assert_eq!(assigned(&[]).unwrap(), Parameters::default());
+}
+
+#[test]
+fn every_type_of_value_is_read() {
+    let read = assigned(&[
+        ("input", "points"),
+        ("frame", "\"2\""),
+        ("hold", "false"),
+        ("window", "5"),
+        ("tolerance_rad", "1e-2"),
+        ("rig_from_lidar", "[1, 2.5, 0, 0, 0, -1]"),
+        ("topics", "[a, b]"),
+        ("save_to", "out.ply"),
+        ("voxel.edge_m", "1"),
+    ])
+    .unwrap();
+    let expected = Parameters {
+        input: Input::Points,
+        frame: "2".to_owned(),
+        hold: false,
+        window: 5,
+        tolerance_rad: 0.01,
+        rig_from_lidar: [1.0, 2.5, 0.0, 0.0, 0.0, -1.0],
+        topics: vec!["a".to_owned(), "b".to_owned()],
+        save_to: Some("out.ply".to_owned()),
+        voxel: Voxel { edge_m: 1.0, least_points: 1 },
+    };
+    assert_eq!(read, expected);
+}
+
+#[test]
+fn a_later_value_wins_and_null_takes_one_back() {
+    assert_eq!(assigned(&[("window", "5"), ("window", "7")]).unwrap().window, 7);
+    assert_eq!(assigned(&[("save_to", "a"), ("save_to", "null")]).unwrap().save_to, None);
+}
+
+#[test]
+fn yes_and_no_are_true_and_false_as_in_ros_2() {
+    assert!(!assigned(&[("hold", "no")]).unwrap().hold);
+    assert!(assigned(&[("hold", "false"), ("hold", "yes")]).unwrap().hold);
+}
+
+#[test]
+fn each_mistake_names_the_key_and_what_is_accepted() {
+    for (name, value, parts) in [
+        ("windw", "5", &["`windw`", "on the command line", "did you mean `window`"][..]),
+        ("completely_other", "5", &["`completely_other`", "accepted are", "voxel.edge_m"]),
+        ("voxel.edge", "5", &["did you mean `voxel.edge_m`"]),
+        ("voxel", "5", &["`voxel`", "a group", "`voxel.edge_m`"]),
+        ("window", "0.5", &["`window`", "a whole number, as 3", "not 0.5"]),
+        ("window", "-1", &["`window`", "invalid value"]),
+        ("hold", "1", &["true or false", "not 1"]),
+        ("hold", "maybe", &["true or false", "not \"maybe\""]),
+        ("frame", "no", &["text, as \"map\"", "not false"]),
+        ("topics.0", "x", &["unknown parameter `topics.0`"]),
+        ("frame", "2", &["`frame`", "text, as \"map\"", "not 2"]),
+        ("tolerance_rad", "wide", &["a number", "not \"wide\""]),
+        ("input", "cloud", &["`input`", "`depth` or `points`"]),
+        ("rig_from_lidar", "[1, 2]", &["`rig_from_lidar`", "length"]),
+        ("rig_from_lidar", "3", &["a list, as [0.0,"]),
+        ("save_to", "3", &["`save_to`", "string"]),
+        ("window", "[1", &["`window`", "YAML"]),
+        ("tolerance_rad", ".inf", &["`tolerance_rad`"]),
+        ("use_sim_time", "true", &["simulated time is not supported"]),
+        ("use_sim_time", "3", &["true or false"]),
+        ("a~/b", "3", &["unknown parameter"]),
+    ] {
+        let error = assigned(&[(name, value)]).unwrap_err().to_string();
+        for part in parts {
+            assert!(error.contains(part), "{name}:={value} should say {part:?}: {error}");
+        }
+    }
+    assert!(assigned(&[("use_sim_time", "false")]).is_ok());
+}
+
+#[test]
+fn a_file_has_sections_for_nodes() {
+    let text = "
+detection:
+  ros__parameters:
+    window: 7
+/**:
+  ros__parameters:
+    window: 4
+    frame: world
+    voxel: {edge_m: 0.1}
+    voxel.least_points: 2
+/robot:
+  detection:
+    ros__parameters: {hold: false}
+";
+    let root = from_file("/detection", text).unwrap();
+    assert_eq!((root.window, root.frame.as_str(), root.hold), (7, "world", true));
+    assert_eq!(root.voxel, Voxel { edge_m: 0.1, least_points: 2 });
+    let robot = from_file("/robot/detection", text).unwrap();
+    assert_eq!((robot.window, robot.frame.as_str(), robot.hold), (4, "world", false));
+    let other = from_file("/other", text).unwrap();
+    assert_eq!((other.window, other.hold), (4, true));
+}
+
+#[test]
+fn an_empty_file_or_section_changes_nothing() {
+    for text in
+        ["", "---\n", "detection:\n  ros__parameters:\n", "other: {ros__parameters: {x: 1}}"]
+    {
+        assert_eq!(from_file("/detection", text).unwrap(), Parameters::default(), "{text:?}");
+    }
+}
+
+#[test]
+fn mistakes_in_a_file_name_the_file() {
+    for (text, part) in [
+        ("a: [", "no valid YAML"),
+        ("- 1\n- 2\n", "no mapping"),
+        ("window: 3\n", "`window`"),
+        ("ros__parameters: {window: 3}\n", "ros__parameters"),
+        ("detection: {ros__parameters: 3}\n", "ros__parameters"),
+        ("detection: {window: 3}\n", "`window`"),
+        ("detection: {ros__parameters: {windw: 3}}\n", "did you mean `window`"),
+        ("detection: {ros__parameters: {window: x}}\n", "a whole number"),
+        ("detection: {ros__parameters: {window: 3, window: 4}}\n", "no valid YAML"),
+        ("/**: {ros__parameters: {use_sim_time: true}}\n", "simulated time"),
+    ] {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        let error = load::<Parameters>("/detection", &[file.path()], &[]).unwrap_err().to_string();
+        assert!(error.contains(part), "{text}: {error}");
+        assert!(error.contains(file.path().to_str().unwrap()), "{text}: {error}");
+    }
+    let error = load::<Parameters>("/x", &["/no/such/file.yaml"], &[]).unwrap_err().to_string();
+    assert!(error.contains("/no/such/file.yaml"), "{error}");
+}
+
+#[test]
+fn an_assignment_may_be_for_another_node() {
+    let sources = |node: &str| {
+        [ParameterSource::Assignment {
+            node: Some(node.to_owned()),
+            name: "window".to_owned(),
+            value: "9".to_owned(),
+        }]
+    };
+    let node = NodeIdentity::new("/robot", "detection").unwrap();
+    assert_eq!(of_node::<Parameters>(&node, &sources("detection")).unwrap().window, 9);
+    assert_eq!(of_node::<Parameters>(&node, &sources("other")).unwrap().window, 3);
+}
+
+#[test]
+fn parameters_describe_themselves() {
+    let described = describe::<Parameters>().unwrap();
+    assert!(described.contains(&("voxel.edge_m".to_owned(), "0.08".to_owned())));
+    assert!(described.contains(&("input".to_owned(), "\"depth\"".to_owned())));
+    assert_eq!(described.len(), 10);
+}

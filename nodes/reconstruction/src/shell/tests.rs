@@ -1,0 +1,117 @@
+use std::time::Duration;
+
+use geometry::{Cloud, Stamp};
+use msgs::stillmap_msgs::StageReport;
+use nalgebra::Point3;
+use node_shell::{RosArguments, Transport};
+
+use super::*;
+
+/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A node on a domain and in a namespace of this process.
+fn node(name: &str) -> Node {
+    let process = std::process::id();
+    let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
+    let namespace = format!("__ns:=/reconstruction_test_{process}");
+    let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
+    Node::start_on(transport, name, &arguments).unwrap()
+}
+
+async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
+    match tokio::time::timeout(PATIENCE, wait).await {
+        Ok(value) => value,
+        Err(_) => panic!("waited in vain: {what}"),
+    }
+}
+
+fn cloud(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> PointCloud2 {
+    convert::message_from_cloud(&Cloud {
+        stamp: Stamp::from_nanos(stamp_ns),
+        frame_id: frame_id.to_owned(),
+        points_m: points_m.iter().copied().map(Point3::from).collect(),
+    })
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn clouds_become_a_map_that_is_published_reported_and_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.ply");
+    let (own, peer) = (node("reconstruction"), node("peer"));
+    let shutdown = own.shutdown_signal();
+    let parameters = ReconstructionParameters {
+        map_publish_period_s: 0.05,
+        save_map_on_exit: path.to_str().unwrap().to_owned(),
+        config: ReconstructionConfig { voxel_edge_m: 1.0, ..ReconstructionConfig::default() },
+    };
+    let served = tokio::spawn(async move {
+        let result = serve(&own, parameters).await;
+        own.close().await;
+        result
+    });
+    {
+        let clouds = peer.publisher::<PointCloud2>("static_cloud", &Qos::reliable(5)).unwrap();
+        let maps = peer.subscription::<PointCloud2>("static_map", &Qos::latched()).unwrap();
+        let reports =
+            peer.subscription::<StageReport>("reconstruction/report", &Qos::reliable(5)).unwrap();
+        soon("the node", async {
+            clouds.wait_for_subscribers(1).await;
+            maps.wait_for_publishers(1).await;
+            reports.wait_for_publishers(1).await;
+        })
+        .await;
+
+        clouds.publish(&cloud(1_000, "map", &[[0.25, 0.5, 0.5], [5.5, 0.5, 0.5]])).unwrap();
+        clouds.publish(&cloud(2_000, "map", &[[0.75, 0.5, 0.5]])).unwrap();
+        clouds.publish(&cloud(3_000, "elsewhere", &[[0.75, 0.5, 0.5]])).unwrap();
+        for (counts, new) in [([2, 2, 2, 0], 0), ([1, 2, 0, 0], 1)] {
+            let report = soon("a report", reports.next()).await.message;
+            assert!(report.processed);
+            assert_eq!((report.counts.as_slice(), report.cycle), (counts.as_slice(), new));
+            assert_eq!(report.step_names, ["convert", "add"]);
+        }
+        let report = soon("the report of the drop", reports.next()).await.message;
+        assert!(!report.processed && report.drop_reason.contains("elsewhere"), "{report:?}");
+
+        let expected = [Point3::new(0.5, 0.5, 0.5), Point3::new(5.5, 0.5, 0.5)];
+        let map = soon("the map of both clouds", async {
+            loop {
+                let map = maps.next().await.message;
+                let map = convert::cloud_from_message(&map).unwrap();
+                if map.stamp == Stamp::from_nanos(2_000) {
+                    return map;
+                }
+            }
+        })
+        .await;
+        assert_eq!((map.frame_id.as_str(), map.points_m.as_slice()), ("map", &expected[..]));
+    }
+    shutdown.trigger();
+    soon("the end", served).await.unwrap().unwrap();
+    peer.close().await;
+    let saved = std::fs::read(&path).unwrap();
+    let expected = [Point3::new(0.5, 0.5, 0.5), Point3::new(5.5, 0.5, 0.5)];
+    assert_eq!(saved, geometry::ply::encode(&expected));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn what_cannot_be_saved_is_found_out_at_the_start() {
+    for (path, part) in
+        [("map.obj", ".ply or .pcd"), ("map", ".ply or .pcd"), ("/no/such/m.ply", "folder")]
+    {
+        let error = MapFile::new(path).err().unwrap().to_string();
+        assert!(error.contains(part), "{path}: {error}");
+    }
+    assert!(MapFile::new("").unwrap().is_none());
+    assert!(MapFile::new("map.PLY").unwrap().is_some());
+}
+
+#[test]
+fn a_period_is_positive() {
+    for seconds in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(period(seconds).is_err(), "{seconds}");
+    }
+    assert_eq!(period(0.5).unwrap(), Duration::from_millis(500));
+}

@@ -1,0 +1,113 @@
+//! One voxel's sum of points, and the hash of its key.
+
+use std::hash::{BuildHasherDefault, Hasher};
+
+use nalgebra::Point3;
+
+/// The sums count in units of 2^-60 m: every 32-bit coordinate of 2^-37 m or more is a whole number of
+/// them, so that sums are exact and do not depend on their order. 2^67 m fit into 128 bits.
+const UNITS_PER_METRE: f64 = (1u64 << 60) as f64;
+
+/// The points of one voxel, as much of them as their mean needs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct VoxelMean {
+    sum_units: [i128; 3],
+    points: u32,
+    /// The cycle that touched the voxel last.
+    pub(super) last_cycle: u32,
+}
+
+impl VoxelMean {
+    /// Takes in a point whose coordinates are finite. Sums and count stop at the largest number rather
+    /// than to turn around.
+    pub(super) fn add(&mut self, point: &Point3<f32>) {
+        for (sum, coordinate) in self.sum_units.iter_mut().zip(point.iter()) {
+            // The cast saturates.
+            *sum = sum.saturating_add((f64::from(*coordinate) * UNITS_PER_METRE) as i128);
+        }
+        self.points = self.points.saturating_add(1);
+    }
+
+    pub(super) fn mean(&self) -> Point3<f32> {
+        let units = f64::from(self.points.max(1)) * UNITS_PER_METRE;
+        Point3::from(self.sum_units.map(|sum| (sum as f64 / units) as f32))
+    }
+
+    pub(super) fn points(&self) -> u32 {
+        self.points
+    }
+}
+
+pub(super) type BuildVoxelHasher = BuildHasherDefault<VoxelHasher>;
+
+/// Mixes the three numbers of a voxel's key. The standard hasher is seeded at random and made against
+/// adversaries; a map of surfaces needs neither, and this is a few times faster.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct VoxelHasher {
+    state: u64,
+}
+
+impl Hasher for VoxelHasher {
+    fn write_i32(&mut self, number: i32) {
+        // An odd number with its bits spread evenly: 2^64 divided by the golden ratio.
+        const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+        self.state = (self.state.rotate_left(23) ^ u64::from(number as u32)).wrapping_mul(GOLDEN);
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.write_i32(i32::from(*byte));
+        }
+    }
+
+    fn finish(&self) -> u64 {
+        // The table takes its position from the low bits and its tags from the high ones, and a product
+        // mixes upwards only.
+        self.state ^ (self.state >> 32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+    use std::hash::BuildHasher;
+
+    use geometry::VoxelKey;
+
+    use super::*;
+
+    #[test]
+    fn the_mean_of_a_voxel_is_exact() {
+        let mut voxel = VoxelMean::default();
+        for x in [0.1f32, 0.3, -7.5] {
+            voxel.add(&Point3::new(x, 3.0e-9, -3.0e4));
+        }
+        let expected = (f64::from(0.1f32) + f64::from(0.3f32) - 7.5) / 3.0;
+        assert_eq!(voxel.mean(), Point3::new(expected as f32, 3.0e-9, -3.0e4));
+        assert_eq!(voxel.points(), 3);
+    }
+
+    #[test]
+    fn coordinates_beyond_all_measure_do_no_harm() {
+        let mut voxel = VoxelMean::default();
+        for _ in 0..3 {
+            voxel.add(&Point3::new(f32::MAX, f32::MIN, 1.0));
+        }
+        assert!(voxel.mean().iter().all(|coordinate| coordinate.is_finite()));
+        assert_eq!(voxel.mean().z, 1.0);
+    }
+
+    #[test]
+    fn a_room_of_keys_spreads_over_the_table() {
+        let hasher = BuildVoxelHasher::default();
+        let keys =
+            (-40..40).flat_map(|x| (-40..40).flat_map(move |y| (-10..10).map(move |z| (x, y, z))));
+        let hashes: Vec<u64> =
+            keys.map(|(x, y, z)| hasher.hash_one(VoxelKey { x, y, z })).collect();
+        let distinct: HashSet<u64> = hashes.iter().copied().collect();
+        assert_eq!(distinct.len(), hashes.len());
+        // 128,000 keys in 2^17 positions: by chance 62 % of the positions are taken; half is still good.
+        let positions: HashSet<u64> = hashes.iter().map(|hash| hash & 0x1_ffff).collect();
+        assert!(positions.len() > 65_536, "{} positions", positions.len());
+    }
+}

@@ -1,0 +1,168 @@
+//! One cycle's cloud into its static and dynamic parts.
+
+use geometry::{Cloud, DetectedCycle, DynamicZone, SegmentationCounts, SegmentedCycle};
+use nalgebra::Point3;
+
+use crate::angular::points_in_zone;
+use crate::config::{ConfigError, SegmentationConfig};
+use crate::depth_clustering::{depth_groups, nearest_group};
+
+/// A stage of [`Segmenter::step`], for whoever times them.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Step {
+    /// The angular stage, of all zones (3.2.5).
+    Angular,
+    /// The depth stage, of all zones (3.2.6).
+    DepthClustering,
+    /// The static part taken to the map frame (3.2.7).
+    Transform,
+}
+
+impl Step {
+    /// The step's name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Angular => "angular",
+            Self::DepthClustering => "depth_clustering",
+            Self::Transform => "transform",
+        }
+    }
+}
+
+/// A cycle that cannot be segmented.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum SegmentationError {
+    /// A bound of a zone is not a number, or the bounds are the wrong way round.
+    #[error(
+        "cycle {index}: the dynamic zone from {azimuth_min_rad} to {azimuth_max_rad} rad is none; its bounds \
+         must be finite and in this order"
+    )]
+    Zone {
+        /// The cycle.
+        index: u32,
+        /// The right-hand bound.
+        azimuth_min_rad: f64,
+        /// The left-hand bound.
+        azimuth_max_rad: f64,
+    },
+    /// The pose holds a number that is not finite: the static points would be lost.
+    #[error("cycle {index}: the pose map_from_rig holds a number that is not finite")]
+    Pose {
+        /// The cycle.
+        index: u32,
+    },
+}
+
+/// Where a point belongs.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Part {
+    /// PCL_ze: outside of every zone.
+    Static,
+    /// PCL_Oe: within a zone, behind the object.
+    InZone,
+    /// PCL_Din: the object.
+    Dynamic,
+}
+
+/// Cuts the moving object out of each cycle's cloud (Rec-HV 3.3.3). It remembers nothing from cycle to
+/// cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Segmenter {
+    depth_cell_m: f64,
+}
+
+impl Segmenter {
+    /// A segmenter with these parameters.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub fn new(config: SegmentationConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        Ok(Self { depth_cell_m: config.depth_cell_m })
+    }
+
+    /// Splits the cycle's reduced cloud: every point of it lands in exactly one of the two clouds, in
+    /// the order it had. `observe` is called at the end of each stage.
+    ///
+    /// A zone without points has no object. Each of several zones is handled by itself; a point of two
+    /// zones is dynamic if it is so in one of them.
+    ///
+    /// # Errors
+    /// When a zone or the pose holds numbers that mean nothing.
+    pub fn step(
+        &self,
+        cycle: &DetectedCycle,
+        mut observe: impl FnMut(Step),
+    ) -> Result<SegmentedCycle, SegmentationError> {
+        check(cycle)?;
+        let points_in_rig_m = &cycle.reduced_cloud.points_m;
+
+        // 3.2.5, eq. 6: the points between alpha1 and alpha2 are PCL_ZD, the others PCL_ze.
+        let in_zones: Vec<Vec<usize>> =
+            cycle.zones.iter().map(|zone| points_in_zone(points_in_rig_m, zone)).collect();
+        observe(Step::Angular);
+
+        // 3.2.6: of PCL_ZD, what is no farther than the nearest group is PCL_Din, the rest PCL_Oe.
+        let mut parts = vec![Part::Static; points_in_rig_m.len()];
+        for in_zone in &in_zones {
+            self.mark_object(points_in_rig_m, in_zone, &mut parts);
+        }
+        observe(Step::DepthClustering);
+
+        // Eq. 7: PCL_est = PCL_ze || PCL_Oe. Eq. 8: PCL_k = Mt_k * PCL_est.
+        let static_in_rig = part_of(&cycle.reduced_cloud, &parts, |part| part != Part::Dynamic);
+        let static_cloud = static_in_rig.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
+        let dynamic_cloud = part_of(&cycle.reduced_cloud, &parts, |part| part == Part::Dynamic);
+        observe(Step::Transform);
+
+        let counts = SegmentationCounts {
+            reduced: parts.len(),
+            in_zone: parts.iter().filter(|part| **part >= Part::InZone).count(),
+            dynamic: dynamic_cloud.points_m.len(),
+        };
+        Ok(SegmentedCycle { index: cycle.index, static_cloud, dynamic_cloud, counts })
+    }
+
+    /// Marks the points of one zone: the object up to x_max, and what lies behind it.
+    fn mark_object(&self, points_m: &[Point3<f32>], in_zone: &[usize], parts: &mut [Part]) {
+        let groups =
+            depth_groups(in_zone.iter().map(|index| points_m[*index].x), self.depth_cell_m);
+        let x_max_m = nearest_group(&groups).map(|object| object.max_x_m);
+        for &index in in_zone {
+            let is_object = x_max_m.is_some_and(|x_max_m| points_m[index].x <= x_max_m);
+            let part = if is_object { Part::Dynamic } else { Part::InZone };
+            parts[index] = parts[index].max(part);
+        }
+    }
+}
+
+fn check(cycle: &DetectedCycle) -> Result<(), SegmentationError> {
+    let index = cycle.index;
+    for &DynamicZone { azimuth_min_rad, azimuth_max_rad, .. } in &cycle.zones {
+        let in_order = azimuth_min_rad <= azimuth_max_rad;
+        if !(in_order && azimuth_min_rad.is_finite() && azimuth_max_rad.is_finite()) {
+            return Err(SegmentationError::Zone { index, azimuth_min_rad, azimuth_max_rad });
+        }
+    }
+    let pose = cycle.map_from_rig.to_homogeneous();
+    if pose.iter().all(|number| number.is_finite()) {
+        Ok(())
+    } else {
+        Err(SegmentationError::Pose { index })
+    }
+}
+
+/// The points of `cloud` whose part is `wanted`, in their order.
+fn part_of(cloud: &Cloud, parts: &[Part], wanted: impl Fn(Part) -> bool) -> Cloud {
+    let points_m = cloud
+        .points_m
+        .iter()
+        .zip(parts)
+        .filter_map(|(point, part)| wanted(*part).then_some(*point))
+        .collect();
+    Cloud { stamp: cloud.stamp, frame_id: cloud.frame_id.clone(), points_m }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,111 @@
+//! The node `segmentation`: reduced clouds with their zones in, static and dynamic clouds out.
+
+#[cfg(test)]
+mod tests;
+
+use std::process::ExitCode;
+
+use msgs::convert;
+use msgs::sensor_msgs::PointCloud2;
+use msgs::stillmap_msgs::ReducedCloud;
+use node_shell::{Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer};
+use serde::{Deserialize, Serialize};
+
+use crate::{SegmentationConfig, Segmenter};
+
+const PROGRAM: Program = Program {
+    name: "segmentation",
+    about: "Cuts what moves out of each reduced cloud, by the zone's angles and by depth.",
+    topics: "in  reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
+             out static_cloud (sensor_msgs/msg/PointCloud2, map frame), reliable
+             out dynamic_cloud (sensor_msgs/msg/PointCloud2, rig frame), reliable
+             out ~/report (stillmap_msgs/msg/StageReport), reliable",
+};
+
+/// Cycles that may wait here, or that a subscriber may be behind, without one being lost: seven
+/// seconds of the RPLIDAR A1.
+const CYCLES_KEPT: usize = 50;
+
+/// The parameters of the node.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SegmentationParameters {
+    /// The parameters of the method.
+    #[serde(flatten)]
+    pub config: SegmentationConfig,
+}
+
+/// Runs the node until SIGINT or SIGTERM, with the arguments behind the program's name.
+pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
+    PROGRAM.run(arguments, serve)
+}
+
+/// The node's body: serves until the node is to end.
+///
+/// # Errors
+/// When a parameter is out of its range, or a topic cannot be had.
+pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<(), NodeFailure> {
+    let mut stage = Stage {
+        segmenter: Segmenter::new(parameters.config)?,
+        next_cycle: 0,
+        static_clouds: node.publisher("static_cloud", &Qos::reliable(CYCLES_KEPT))?,
+        dynamic_clouds: node.publisher("dynamic_cloud", &Qos::reliable(CYCLES_KEPT))?,
+        reporter: StageReporter::new(node, PROGRAM.name)?,
+    };
+    let cycles = node.subscription::<ReducedCloud>("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?;
+    let shutdown = node.shutdown_signal();
+    loop {
+        tokio::select! {
+            biased;
+            () = shutdown.wait() => return Ok(()),
+            received = cycles.next() => stage.take(&received.message),
+        }
+    }
+}
+
+/// The core with its topics.
+struct Stage {
+    segmenter: Segmenter,
+    next_cycle: u32,
+    static_clouds: Publisher<PointCloud2>,
+    dynamic_clouds: Publisher<PointCloud2>,
+    reporter: StageReporter,
+}
+
+impl Stage {
+    fn take(&mut self, message: &ReducedCloud) {
+        self.next_cycle = message.cycle.wrapping_add(1);
+        let mut timer = StepTimer::start();
+        match self.segment(message, &mut timer) {
+            Ok(counts) => {
+                self.reporter.processed(message.header.clone(), message.cycle, &counts, &timer);
+            }
+            Err(error) => self.reporter.dropped(
+                message.header.clone(),
+                self.next_cycle,
+                ("segmentation failed", &error.to_string()),
+                &[],
+            ),
+        }
+    }
+
+    fn segment(
+        &self,
+        message: &ReducedCloud,
+        timer: &mut StepTimer,
+    ) -> Result<[(&'static str, u64); 4], NodeFailure> {
+        let cycle = convert::detected_cycle_from_message(message)?;
+        timer.end_of("convert");
+        let segmented = self.segmenter.step(&cycle, |step| timer.end_of(step.name()))?;
+        self.static_clouds.publish_or_warn(&convert::message_from_cloud(&segmented.static_cloud));
+        self.dynamic_clouds.publish_or_warn(&convert::message_from_cloud(&segmented.dynamic_cloud));
+        timer.end_of("publish");
+        let counts = segmented.counts;
+        Ok([
+            ("points_reduced", counts.reduced as u64),
+            ("points_in_zone", counts.in_zone as u64),
+            ("points_dynamic", counts.dynamic as u64),
+            ("points_static", segmented.static_cloud.points_m.len() as u64),
+        ])
+    }
+}

@@ -1,0 +1,108 @@
+use std::time::Duration;
+
+use geometry::{Cloud, DetectedCycle, DynamicZone, Stamp, ZoneSource};
+use msgs::stillmap_msgs::StageReport;
+use nalgebra::{Isometry3, Point3};
+use node_shell::{RosArguments, Transport};
+
+use super::*;
+
+/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A node on a domain and in a namespace of this process.
+fn node(name: &str) -> Node {
+    let process = std::process::id();
+    let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
+    let namespace = format!("__ns:=/segmentation_test_{process}");
+    let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
+    Node::start_on(transport, name, &arguments).unwrap()
+}
+
+async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
+    match tokio::time::timeout(PATIENCE, wait).await {
+        Ok(value) => value,
+        Err(_) => panic!("waited in vain: {what}"),
+    }
+}
+
+/// Ahead in the zone an object, behind it a wall; to the left, outside the zone, another wall.
+fn cycle() -> DetectedCycle {
+    let points_m = [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [1.0, 2.0, 0.0]].map(Point3::from).to_vec();
+    DetectedCycle {
+        index: 4,
+        scan_stamp: Stamp::from_nanos(1_000),
+        reduced_cloud: Cloud {
+            stamp: Stamp::from_nanos(2_000),
+            frame_id: "rig".to_owned(),
+            points_m,
+        },
+        points_before_reduction: 9,
+        map_from_rig: Isometry3::translation(10.0, 0.0, 0.0),
+        map_frame_id: "map".to_owned(),
+        zones: vec![DynamicZone {
+            azimuth_min_rad: -0.1,
+            azimuth_max_rad: 0.1,
+            peak_std_dev_m: 0.5,
+            source: ZoneSource::Measured,
+        }],
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_cycle_comes_out_in_two_parts_with_its_report() {
+    let (own, peer) = (node("segmentation"), node("peer"));
+    let shutdown = own.shutdown_signal();
+    let served = tokio::spawn(async move {
+        let result = serve(&own, SegmentationParameters::default()).await;
+        own.close().await;
+        result
+    });
+    {
+        let cycles = peer.publisher::<ReducedCloud>("reduced_cloud", &Qos::reliable(5)).unwrap();
+        let statics = peer.subscription::<PointCloud2>("static_cloud", &Qos::reliable(5)).unwrap();
+        let dynamics =
+            peer.subscription::<PointCloud2>("dynamic_cloud", &Qos::reliable(5)).unwrap();
+        let reports =
+            peer.subscription::<StageReport>("segmentation/report", &Qos::reliable(5)).unwrap();
+        soon("the node", async {
+            cycles.wait_for_subscribers(1).await;
+            statics.wait_for_publishers(1).await;
+            dynamics.wait_for_publishers(1).await;
+            reports.wait_for_publishers(1).await;
+        })
+        .await;
+
+        let message = convert::message_from_detected_cycle(&cycle());
+        cycles.publish(&message).unwrap();
+        let statics = soon("the static cloud", statics.next()).await.message;
+        let statics = convert::cloud_from_message(&statics).unwrap();
+        assert_eq!((statics.frame_id.as_str(), statics.stamp.as_nanos()), ("map", 2_000));
+        assert_eq!(statics.points_m, [[13.0, 0.0, 0.0], [11.0, 2.0, 0.0]].map(Point3::from));
+        let dynamics = soon("the dynamic cloud", dynamics.next()).await.message;
+        let dynamics = convert::cloud_from_message(&dynamics).unwrap();
+        assert_eq!((dynamics.frame_id.as_str(), dynamics.stamp.as_nanos()), ("rig", 2_000));
+        assert_eq!(dynamics.points_m, [Point3::new(1.0, 0.0, 0.0)]);
+        let report = soon("the report", reports.next()).await.message;
+        assert!(report.processed);
+        assert_eq!((report.cycle, &report.header), (4, &message.header));
+        assert_eq!(
+            report.count_names,
+            ["points_reduced", "points_in_zone", "points_dynamic", "points_static"]
+        );
+        assert_eq!(report.counts, [3, 2, 1, 2]);
+        assert_eq!(
+            report.step_names,
+            ["convert", "angular", "depth_clustering", "transform", "publish"]
+        );
+
+        let mut damaged = message;
+        damaged.zones[0].azimuth_max_rad = f64::NAN;
+        cycles.publish(&damaged).unwrap();
+        let report = soon("the report of the drop", reports.next()).await.message;
+        assert!(!report.processed && !report.drop_reason.is_empty(), "{report:?}");
+    }
+    shutdown.trigger();
+    soon("the end", served).await.unwrap().unwrap();
+    peer.close().await;
+}

@@ -1,0 +1,238 @@
+//! From solids to the depth image that a structured-light camera makes of them.
+//!
+//! Solids are drawn one after the other into a canvas, each within the bounds of its projection, and the
+//! nearest surface stays. What never moves is drawn once where the rig stands still. The canvas is then
+//! measured: shadow of the projector, loss of signal, disparity with noise, rounding.
+
+use geometry::CameraModel;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::noise::FrameNoise;
+use crate::solid::{STATIC_ID, Solid};
+use crate::{DepthCamera, Ray};
+
+/// Solids are clipped in front of this plane.
+const NEAR_PLANE_M: f64 = 0.01;
+/// How much the returned light varies from image to image.
+const STRENGTH_FLUTTER: f32 = 0.2;
+/// Projector columns closer than this belong to one surface, not to a thing and its shadow.
+const SHADOW_MARGIN_PX: f32 = 0.25;
+
+/// The noise-free view of the camera: for each pixel the nearest surface.
+#[derive(Clone, Debug)]
+pub(crate) struct Canvas {
+    /// Depth along the optical axis; infinite where there is nothing.
+    depth_m: Vec<f32>,
+    /// See [`Solid::strength`].
+    strength: Vec<f32>,
+    id: Vec<u16>,
+}
+
+/// What the camera reads.
+#[derive(Clone, Debug)]
+pub(crate) struct Reading {
+    /// 0 where nothing was measured.
+    pub(crate) depth_mm: Vec<u16>,
+    /// The object at each measured pixel.
+    pub(crate) labels: Vec<u16>,
+}
+
+impl Canvas {
+    pub(crate) fn new(camera: &CameraModel) -> Self {
+        let pixels = camera.width_px * camera.height_px;
+        Self {
+            depth_m: vec![f32::INFINITY; pixels],
+            strength: vec![0.0; pixels],
+            id: vec![STATIC_ID; pixels],
+        }
+    }
+
+    /// Draws a solid where it is the nearest.
+    pub(crate) fn draw(
+        &mut self,
+        camera: &CameraModel,
+        room_from_camera: &Isometry3<f64>,
+        solid: &Solid,
+        min_signal: f64,
+    ) {
+        let solid_from_camera = solid.solid_from_room * room_from_camera;
+        let Some(bounds) = Bounds::of(solid, &solid_from_camera, camera) else { return };
+        let origin = solid_from_camera * Point3::origin();
+        // The ray of a pixel is affine in its row and column.
+        let per_column = solid_from_camera * (Vector3::x() / camera.fx_px);
+        for row_px in bounds.rows.0..bounds.rows.1 {
+            let y = (row_px as f64 - camera.cy_px) / camera.fy_px;
+            let x_of_column_0 = -camera.cx_px / camera.fx_px;
+            let row_start = solid_from_camera * Vector3::new(x_of_column_0, y, 1.0);
+            for column_px in bounds.columns.0..bounds.columns.1 {
+                let ray = Ray { origin, direction: row_start + per_column * column_px as f64 };
+                let Some(hit) = solid.shape.intersect(&ray) else { continue };
+                let index = row_px * camera.width_px + column_px;
+                // The ray's direction has depth 1, so its parameter is the depth.
+                if (hit.parameter as f32) < self.depth_m[index] {
+                    let distance_m = hit.parameter * ray.direction.norm();
+                    let cos_incidence = hit.cos_incidence(&ray.direction);
+                    self.depth_m[index] = hit.parameter as f32;
+                    self.strength[index] =
+                        solid.strength(cos_incidence, distance_m, min_signal) as f32;
+                    self.id[index] = solid.id;
+                }
+            }
+        }
+    }
+
+    /// The true point of a pixel in the optical frame; `None` where there is nothing.
+    pub(crate) fn point_m(&self, camera: &CameraModel, index: usize) -> Option<Point3<f64>> {
+        let depth_m = f64::from(*self.depth_m.get(index)?);
+        let column = (index % camera.width_px) as f64;
+        let row = (index / camera.width_px) as f64;
+        depth_m.is_finite().then(|| {
+            Point3::new(
+                (column - camera.cx_px) / camera.fx_px * depth_m,
+                (row - camera.cy_px) / camera.fy_px * depth_m,
+                depth_m,
+            )
+        })
+    }
+}
+
+/// The rows and columns that a solid's projection can cover; ends exclusive.
+struct Bounds {
+    columns: (usize, usize),
+    rows: (usize, usize),
+}
+
+impl Bounds {
+    fn of(solid: &Solid, solid_from_camera: &Isometry3<f64>, camera: &CameraModel) -> Option<Self> {
+        let camera_from_solid = solid_from_camera.inverse();
+        let half_m = solid.half_extent_m();
+        let corners: [Point3<f64>; 8] = std::array::from_fn(|corner| {
+            let sign = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+            camera_from_solid
+                * Point3::new(sign(0) * half_m.x, sign(1) * half_m.y, sign(2) * half_m.z)
+        });
+        if corners.iter().all(|corner| corner.z < NEAR_PLANE_M) {
+            return None;
+        }
+        let (width_px, height_px) = (camera.width_px, camera.height_px);
+        if corners.iter().any(|corner| corner.z < NEAR_PLANE_M) {
+            // Part of it lies behind the camera: its projection has no bounds.
+            return Some(Self { columns: (0, width_px), rows: (0, height_px) });
+        }
+        let columns = corners.map(|c| camera.fx_px * c.x / c.z + camera.cx_px);
+        let rows = corners.map(|c| camera.fy_px * c.y / c.z + camera.cy_px);
+        let bounds =
+            Self { columns: whole_range(&columns, width_px), rows: whole_range(&rows, height_px) };
+        (bounds.columns.0 < bounds.columns.1 && bounds.rows.0 < bounds.rows.1).then_some(bounds)
+    }
+}
+
+/// The whole numbers from the least to the largest of `values` and below `end`; end exclusive.
+fn whole_range(values: &[f64], end: usize) -> (usize, usize) {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    // The casts saturate: what is left of the image starts at 0, what is right of it is cut off.
+    (least.floor() as usize, ((largest.ceil() + 1.0) as usize).min(end))
+}
+
+/// Measures canvases: the camera's limits and errors, worked out once.
+#[derive(Clone, Debug)]
+pub(crate) struct Sensor {
+    width_px: usize,
+    live_columns_px: usize,
+    shift_at_1m_px: f32,
+    depth_min_m: f32,
+    depth_max_m: f32,
+    steps_at_1m: f32,
+    noise_steps: f32,
+    dropout_ratio: f32,
+    /// The depth of each disparity in millimetres; 0 where it is out of range.
+    depth_mm_of_disparity: Vec<u16>,
+}
+
+impl Sensor {
+    pub(crate) fn new(config: &DepthCamera) -> Self {
+        let step_per_m = config.disparity_step_per_m;
+        let farthest_steps = (1.0 / (config.depth_min_m * step_per_m)).ceil() as usize;
+        let depth_mm_of_disparity = (0..=farthest_steps)
+            .map(|steps| 1.0 / (steps as f64 * step_per_m))
+            .map(|depth_m| {
+                let in_range = depth_m >= config.depth_min_m && depth_m <= config.depth_max_m;
+                if in_range { (depth_m * 1e3).round() as u16 } else { 0 }
+            })
+            .collect();
+        // Rounding alone deviates by sqrt(1/12) of a step; the rest is drawn.
+        let drawn_variance = config.disparity_noise_steps.powi(2) - 1.0 / 12.0;
+        Self {
+            width_px: config.camera.width_px,
+            live_columns_px: config.camera.width_px.saturating_sub(config.dead_columns_px),
+            shift_at_1m_px: (config.camera.fx_px * config.projector_baseline_m) as f32,
+            depth_min_m: config.depth_min_m as f32,
+            depth_max_m: config.depth_max_m as f32,
+            steps_at_1m: (1.0 / step_per_m) as f32,
+            noise_steps: drawn_variance.max(0.0).sqrt() as f32,
+            dropout_ratio: config.dropout_ratio as f32,
+            depth_mm_of_disparity,
+        }
+    }
+
+    /// What the camera reads of a canvas.
+    pub(crate) fn read(&self, canvas: &Canvas, noise: &FrameNoise) -> Reading {
+        let pixels = canvas.depth_m.len();
+        let mut reading = Reading { depth_mm: vec![0; pixels], labels: vec![STATIC_ID; pixels] };
+        self.for_each_lit(canvas, |index, depth_m| {
+            let draw = noise.draw(index);
+            let chance = draw.uniform();
+            let needed = 1.0 + STRENGTH_FLUTTER * (chance - 0.5);
+            if chance < self.dropout_ratio || canvas.strength[index] < needed {
+                return;
+            }
+            let steps = self.steps_at_1m / depth_m + self.noise_steps * draw.normal();
+            // The cast rounds down and saturates at 0, where the table has no depth.
+            let depth_mm =
+                self.depth_mm_of_disparity.get((steps + 0.5) as usize).copied().unwrap_or(0);
+            if depth_mm > 0 {
+                reading.depth_mm[index] = depth_mm;
+                reading.labels[index] = canvas.id[index];
+            }
+        });
+        reading
+    }
+
+    /// The pixels that a camera without noise and chance would measure.
+    pub(crate) fn measurable(&self, canvas: &Canvas) -> Vec<usize> {
+        let mut pixels = Vec::new();
+        self.for_each_lit(canvas, |index, depth_m| {
+            let in_range = depth_m >= self.depth_min_m && depth_m <= self.depth_max_m;
+            if in_range && canvas.strength[index] >= 1.0 {
+                pixels.push(index);
+            }
+        });
+        pixels.sort_unstable();
+        pixels
+    }
+
+    /// Calls `visit` with the index and depth of each pixel of the live columns that the projector lights.
+    ///
+    /// Seen from a projector right of the camera, a pixel at column `u` and depth `z` lies at column
+    /// `u - f b / z`. Going from right to left this falls steadily along what is lit; where it rises
+    /// above what it has been, something farther right and nearer stands in the light. Exact for things
+    /// that are wider than the baseline times their distance from the background over the
+    /// background's depth (3.5 cm for an object half way to it).
+    fn for_each_lit(&self, canvas: &Canvas, mut visit: impl FnMut(usize, f32)) {
+        for (row, depths_m) in canvas.depth_m.chunks_exact(self.width_px.max(1)).enumerate() {
+            let mut leftmost_px = f32::INFINITY;
+            for (column, &depth_m) in depths_m.iter().enumerate().rev() {
+                let projector_px = column as f32 - self.shift_at_1m_px / depth_m;
+                let lit = projector_px <= leftmost_px + SHADOW_MARGIN_PX;
+                leftmost_px = leftmost_px.min(projector_px);
+                if lit && column < self.live_columns_px && depth_m.is_finite() {
+                    visit(row * self.width_px + column, depth_m);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

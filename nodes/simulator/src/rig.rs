@@ -1,0 +1,45 @@
+//! The platform with its sensors.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{DepthCamera, Lidar, Path};
+
+/// The sensors and where they are carried. The rig's origin is the camera's optical centre, x forward.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rig {
+    /// The pose of the rig in the room, over time.
+    pub path: Path,
+    /// The 2D scanner.
+    pub lidar: Lidar,
+    /// The depth camera.
+    pub depth_camera: DepthCamera,
+    /// What tells the pose.
+    pub pose_source: PoseSource,
+}
+
+/// Where the published pose comes from: the truth, with as much noise as is asked for.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseSource {
+    /// The frame that the pose leads to: the rig's frame at the start.
+    pub map_frame_id: String,
+    /// Poses a second; the first at the start.
+    pub rate_hz: f64,
+    /// Standard deviation of each coordinate.
+    pub position_noise_m: f64,
+    /// Standard deviation of the rotation about each axis.
+    pub rotation_noise_rad: f64,
+}
+
+impl Default for PoseSource {
+    /// The truth at the rate of a Kinect's colour camera, which visual odometry would run at.
+    fn default() -> Self {
+        Self {
+            map_frame_id: "map".to_owned(),
+            rate_hz: 30.0,
+            position_noise_m: 0.0,
+            rotation_noise_rad: 0.0,
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! One furnished room.
+//!
+//! 5 m deep (x), 6 m wide (y), 2.6 m high, with doorways in the side walls that face each other, so
+//! that something can come in on one side and leave on the other. Furniture stands along the far wall;
+//! every step in depth that the scanner sees is below 0.7 m, as in the tidy rooms of Rec-HV, where the
+//! deviation of a still scene stays below 0.4 m (a step seen now and then deviates by 0.47 of its height).
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::{Body, Material, Shape};
+
+/// The room's extent along x, y and z. The floor is at z = 0, y = 0 in the middle, x = 0 at the rear wall.
+pub(crate) const DEPTH_M: f64 = 5.0;
+pub(crate) const WIDTH_M: f64 = 6.0;
+const HEIGHT_M: f64 = 2.6;
+const WALL_M: f64 = 0.1;
+/// The doorways reach from here to there along x.
+const DOOR_M: (f64, f64) = (2.0, 3.3);
+const DOOR_HEIGHT_M: f64 = 2.1;
+/// The corridors behind the doorways are this wide.
+const CORRIDOR_M: f64 = 1.2;
+
+/// The room and its furniture.
+pub(crate) fn furnished_room() -> Vec<Body> {
+    let mut bodies = shell();
+    bodies.extend(table());
+    bodies.extend(chair());
+    bodies.extend(shelf());
+    bodies.push(Body::cuboid(
+        "cabinet",
+        [4.55, -2.3, 0.0],
+        [5.0, -1.3, 0.95],
+        Material { reflectivity: 0.6, max_incidence_rad: 1.3 },
+    ));
+    bodies.push(Body {
+        name: "lamp".to_owned(),
+        shape: Shape::Sphere { radius_m: 0.12 },
+        pose: [4.78, -1.6, 1.07, 0.0, 0.0, 0.0],
+        material: Material::matt(0.7),
+    });
+    bodies
+}
+
+/// Walls, floor, ceiling and the corridors behind the doorways.
+fn shell() -> Vec<Body> {
+    let half_m = WIDTH_M / 2.0;
+    let outer_m = half_m + CORRIDOR_M;
+    let wall = |name: &str, min_m, max_m| Body::cuboid(name, min_m, max_m, Material::PLASTER);
+    let mut bodies = vec![
+        Body::cuboid(
+            "floor",
+            [-WALL_M, -outer_m, -WALL_M],
+            [DEPTH_M + WALL_M, outer_m, 0.0],
+            Material::POLISHED_TILE,
+        ),
+        wall(
+            "ceiling",
+            [-WALL_M, -outer_m, HEIGHT_M],
+            [DEPTH_M + WALL_M, outer_m, HEIGHT_M + WALL_M],
+        ),
+        wall("far wall", [DEPTH_M, -outer_m, 0.0], [DEPTH_M + WALL_M, outer_m, HEIGHT_M]),
+        wall("rear wall", [-WALL_M, -outer_m, 0.0], [0.0, outer_m, HEIGHT_M]),
+    ];
+    for (side, inner_m) in [("left", half_m), ("right", -half_m)] {
+        // The wall and the corridor lie beyond the room, whichever side that is.
+        let between = |a_m: f64, b_m: f64| (a_m.min(b_m), a_m.max(b_m));
+        let outwards = inner_m.signum();
+        let (near_m, far_m) = between(inner_m, inner_m + outwards * WALL_M);
+        let piece = |name: &str, x_m: (f64, f64), z_m: (f64, f64)| {
+            let name = format!("{side} wall {name}");
+            wall(&name, [x_m.0, near_m, z_m.0], [x_m.1, far_m, z_m.1])
+        };
+        bodies.push(piece("before the doorway", (0.0, DOOR_M.0), (0.0, HEIGHT_M)));
+        bodies.push(piece("behind the doorway", (DOOR_M.1, DEPTH_M), (0.0, HEIGHT_M)));
+        bodies.push(piece("above the doorway", DOOR_M, (DOOR_HEIGHT_M, HEIGHT_M)));
+        let (near_m, far_m) = between(outwards * outer_m, outwards * (outer_m + WALL_M));
+        let name = format!("{side} corridor");
+        bodies.push(wall(&name, [0.0, near_m, 0.0], [DEPTH_M, far_m, HEIGHT_M]));
+    }
+    bodies
+}
+
+/// A table against the far wall, with a monitor that is off.
+fn table() -> Vec<Body> {
+    let (x_m, y_m, top_m) = ((4.35, 4.97), (-1.1, 0.2), 0.75);
+    let mut bodies = vec![
+        Body::cuboid(
+            "table top",
+            [x_m.0, y_m.0, top_m - 0.03],
+            [x_m.1, y_m.1, top_m],
+            Material::WOOD,
+        ),
+        Body::cuboid("monitor", [4.7, -0.75, 0.83], [4.74, -0.2, 1.17], Material::BLACK_GLASS),
+        Body::cuboid(
+            "monitor foot",
+            [4.62, -0.6, top_m],
+            [4.82, -0.35, 0.83],
+            Material::DARK_PLASTIC,
+        ),
+    ];
+    for (x_m, y_m) in corners(x_m, y_m, 0.05) {
+        bodies.push(Body {
+            name: "table leg".to_owned(),
+            shape: Shape::Cylinder { radius_m: 0.03, height_m: top_m - 0.03 },
+            pose: [x_m, y_m, (top_m - 0.03) / 2.0, 0.0, 0.0, 0.0],
+            material: Material::WOOD,
+        });
+    }
+    bodies
+}
+
+/// A chair beside the table, its back to the wall.
+fn chair() -> Vec<Body> {
+    let (x_m, y_m, seat_m) = ((4.42, 4.84), (0.5, 0.92), 0.45);
+    let wood = Material::WOOD;
+    let mut bodies = vec![
+        Body::cuboid("chair seat", [x_m.0, y_m.0, seat_m - 0.04], [x_m.1, y_m.1, seat_m], wood),
+        Body {
+            name: "chair back".to_owned(),
+            shape: Shape::Box { size_m: [0.03, 0.42, 0.4] },
+            // Leaning back a little.
+            pose: [x_m.1 - 0.01, 0.71, 0.68, 0.0, 0.12, 0.0],
+            material: wood,
+        },
+    ];
+    for (x_m, y_m) in corners(x_m, y_m, 0.03) {
+        bodies.push(Body {
+            name: "chair leg".to_owned(),
+            shape: Shape::Cylinder { radius_m: 0.02, height_m: seat_m },
+            pose: [x_m, y_m, seat_m / 2.0, 0.0, 0.0, 0.0],
+            material: wood,
+        });
+    }
+    bodies
+}
+
+/// An open shelf with books against the far wall.
+fn shelf() -> Vec<Body> {
+    let (front_m, y_m, top_m) = (4.68, (1.25, 2.15), 1.8);
+    let wood = Material::WOOD;
+    let mut bodies = vec![
+        Body::cuboid("shelf side", [front_m, y_m.0, 0.0], [DEPTH_M, y_m.0 + 0.02, top_m], wood),
+        Body::cuboid("shelf side", [front_m, y_m.1 - 0.02, 0.0], [DEPTH_M, y_m.1, top_m], wood),
+        Body {
+            name: "shelf back".to_owned(),
+            shape: Shape::Rectangle { size_m: [top_m, y_m.1 - y_m.0] },
+            // Turned upright, facing the room.
+            pose: [DEPTH_M - 0.01, f64::midpoint(y_m.0, y_m.1), top_m / 2.0, 0.0, FRAC_PI_2, 0.0],
+            material: wood,
+        },
+    ];
+    for board in 0..6 {
+        let z_m = 0.02 + f64::from(board) * (top_m - 0.04) / 5.0;
+        bodies.push(Body::cuboid(
+            "shelf board",
+            [front_m, y_m.0, z_m - 0.02],
+            [DEPTH_M, y_m.1, z_m],
+            wood,
+        ));
+        // Rows of books of different length and depth; the top board stays empty.
+        if board < 5 {
+            let row = f64::from(board);
+            bodies.push(Body::cuboid(
+                "books",
+                [4.74 + 0.02 * row, y_m.0 + 0.04 + 0.03 * row, z_m],
+                [4.95, y_m.1 - 0.3 + 0.04 * row, z_m + 0.2 + 0.015 * row],
+                Material::matt(0.35 + 0.05 * row),
+            ));
+        }
+    }
+    bodies
+}
+
+/// The four corners of a rectangle, moved inwards.
+fn corners(x_m: (f64, f64), y_m: (f64, f64), inset_m: f64) -> [(f64, f64); 4] {
+    let (near_m, far_m) = (x_m.0 + inset_m, x_m.1 - inset_m);
+    let (right_m, left_m) = (y_m.0 + inset_m, y_m.1 - inset_m);
+    [(near_m, right_m), (near_m, left_m), (far_m, right_m), (far_m, left_m)]
+}

@@ -1,0 +1,135 @@
+//! Everything that a simulation depends on.
+
+use geometry::{Cloud, Stamp, pose_from_vector};
+use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
+
+use crate::depth_image::{Canvas, Sensor};
+use crate::{PoseSource, Rig, Samples, ScenarioError, Scene};
+
+/// A scene, a rig, a length of time and a seed. The same scenario gives the same samples, bit for bit.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// What it is called.
+    pub name: String,
+    /// Decides all noise.
+    pub seed: u64,
+    /// The stamp of the start.
+    pub start: Stamp,
+    /// How long it lasts.
+    pub duration_s: f64,
+    /// What there is to see.
+    pub scene: Scene,
+    /// What looks at it.
+    pub rig: Rig,
+}
+
+impl Scenario {
+    /// With another seed: the same scene, other noise.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// With depth images of another size, over the same field of view.
+    #[must_use]
+    pub fn with_depth_size(mut self, width_px: usize, height_px: usize) -> Self {
+        self.rig.depth_camera = self.rig.depth_camera.with_size(width_px, height_px);
+        self
+    }
+
+    /// Lasting longer or shorter; paths keep their times.
+    #[must_use]
+    pub fn with_duration_s(mut self, duration_s: f64) -> Self {
+        self.duration_s = duration_s;
+        self
+    }
+
+    /// Starting at another stamp.
+    #[must_use]
+    pub fn starting_at(mut self, start: Stamp) -> Self {
+        self.start = start;
+        self
+    }
+
+    /// With noise on the published pose: standard deviations of each coordinate and about each axis.
+    #[must_use]
+    pub fn with_pose_noise(mut self, position_noise_m: f64, rotation_noise_rad: f64) -> Self {
+        let pose_source =
+            PoseSource { position_noise_m, rotation_noise_rad, ..self.rig.pose_source };
+        self.rig.pose_source = pose_source;
+        self
+    }
+
+    /// Without anything that moves.
+    #[must_use]
+    pub fn without_objects(self) -> Self {
+        self.with_only_objects(&[])
+    }
+
+    /// With those objects only whose ids are given; the others never enter.
+    #[must_use]
+    pub fn with_only_objects(mut self, ids: &[u16]) -> Self {
+        self.scene.objects.retain(|object| ids.contains(&object.id));
+        self
+    }
+
+    /// Everything that the sensors publish, in the order of the stamps, with the truth beside it. Computed
+    /// as it is asked for.
+    ///
+    /// # Errors
+    /// When the scenario cannot be simulated; see [`Scenario::validate`].
+    pub fn samples(&self) -> Result<Samples, ScenarioError> {
+        Samples::new(self)
+    }
+
+    /// Takes a point of the room to the map, which is the rig's frame at the start.
+    #[must_use]
+    pub fn map_from_room(&self) -> Isometry3<f64> {
+        self.rig.path.pose_at(0.0).inverse()
+    }
+
+    /// The true pose of the rig in the map at a time, in seconds since the start.
+    #[must_use]
+    pub fn map_from_rig(&self, time_s: f64) -> Isometry3<f64> {
+        self.map_from_room() * self.rig.path.pose_at(time_s)
+    }
+
+    /// The true surface of the room without anything that moves, in the map: a point for every pixel that a
+    /// depth camera without noise would measure. A rig that moves looks once a second, or
+    /// 100 times where that would be more, which bounds the cloud.
+    ///
+    /// # Errors
+    /// When the scenario cannot be simulated; see [`Scenario::validate`].
+    pub fn static_scene_cloud(&self) -> Result<Cloud, ScenarioError> {
+        const MAX_LOOKS: f64 = 100.0;
+        self.validate()?;
+        let config = &self.rig.depth_camera;
+        let sensor = Sensor::new(config);
+        let solids = self.scene.static_solids();
+        let still = self.rig.path.is_still();
+        let period_s = (self.duration_s / MAX_LOOKS).max(1.0);
+        let looks = if still { 0 } else { (self.duration_s / period_s) as u32 };
+        let mut points_m = Vec::new();
+        for look in 0..=looks {
+            let room_from_camera = self.rig.path.pose_at(f64::from(look) * period_s)
+                * pose_from_vector(&config.rig_from_camera);
+            let map_from_camera = self.map_from_room() * room_from_camera;
+            let mut canvas = Canvas::new(&config.camera);
+            for solid in &solids {
+                canvas.draw(&config.camera, &room_from_camera, solid, config.min_signal);
+            }
+            points_m.extend(
+                sensor
+                    .measurable(&canvas)
+                    .into_iter()
+                    .filter_map(|index| canvas.point_m(&config.camera, index))
+                    .map(|point| (map_from_camera * point).cast::<f32>()),
+            );
+        }
+        let frame_id = self.rig.pose_source.map_frame_id.clone();
+        Ok(Cloud { stamp: self.start, frame_id, points_m })
+    }
+}

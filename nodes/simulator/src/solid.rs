@@ -1,0 +1,81 @@
+//! A body as rays meet it: its place worked out, its material's limits too.
+
+use geometry::LabelImage;
+use nalgebra::{Isometry3, Vector3};
+
+use crate::{Hit, Material, Ray, Shape};
+
+/// The label of everything that never moves.
+pub(crate) const STATIC_ID: u16 = LabelImage::STATIC;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Solid {
+    pub(crate) shape: Shape,
+    pub(crate) solid_from_room: Isometry3<f64>,
+    /// Which object it is a part of; [`STATIC_ID`] for none.
+    pub(crate) id: u16,
+    reflectivity: f64,
+    min_cos_incidence: f64,
+}
+
+/// What a ray meets in the room.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighting {
+    pub(crate) distance_m: f64,
+    pub(crate) id: u16,
+    /// See [`Solid::strength`].
+    pub(crate) strength: f64,
+}
+
+impl Solid {
+    pub(crate) fn new(
+        shape: Shape,
+        room_from_solid: &Isometry3<f64>,
+        material: &Material,
+        id: u16,
+    ) -> Self {
+        Self {
+            shape,
+            solid_from_room: room_from_solid.inverse(),
+            id,
+            reflectivity: material.reflectivity,
+            min_cos_incidence: material.max_incidence_rad.cos(),
+        }
+    }
+
+    /// How far the returned light is above the least that a sensor can use: 1 is just enough. The light
+    /// falls with the cosine of the angle of incidence (Lambert) and the square of the distance, and
+    /// nothing comes back from beyond the material's largest angle. `min_signal` is the least usable
+    /// reflectivity at one metre, seen squarely.
+    pub(crate) fn strength(&self, cos_incidence: f64, distance_m: f64, min_signal: f64) -> f64 {
+        let signal = self.reflectivity * cos_incidence / (distance_m * distance_m);
+        (signal / min_signal).min(cos_incidence / self.min_cos_incidence)
+    }
+
+    /// The half extents of the solid's cuboid hull, for bounds.
+    pub(crate) fn half_extent_m(&self) -> Vector3<f64> {
+        self.shape.half_extent_m()
+    }
+}
+
+/// The nearest of `solids` along a ray of direction length 1.
+pub(crate) fn nearest_sighting<'a>(
+    solids: impl Iterator<Item = &'a Solid>,
+    ray_in_room: &Ray,
+    min_signal: f64,
+) -> Option<Sighting> {
+    let mut nearest: Option<(Hit, Vector3<f64>, &Solid)> = None;
+    for solid in solids {
+        let ray = ray_in_room.transformed(&solid.solid_from_room);
+        if let Some(hit) = solid.shape.intersect(&ray)
+            && nearest.is_none_or(|(best, ..)| hit.parameter < best.parameter)
+        {
+            nearest = Some((hit, ray.direction, solid));
+        }
+    }
+    nearest.map(|(hit, direction, solid)| Sighting {
+        distance_m: hit.parameter,
+        id: solid.id,
+        strength: solid.strength(hit.cos_incidence(&direction), hit.parameter, min_signal),
+    })
+}

@@ -1,0 +1,280 @@
+//! What a scenario must be before anything is made of it.
+
+use std::f64::consts::FRAC_PI_2;
+
+use geometry::Distortion;
+
+use crate::{Body, DepthCamera, Figure, Lidar, Material, MovingObject, Path, Scenario, Shape};
+
+/// A scenario that cannot be simulated.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum ScenarioError {
+    /// A number is not what it must be.
+    #[error("{what} is {value}, but must be {accepted}")]
+    Number {
+        /// Which number of which part.
+        what: String,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        accepted: &'static str,
+    },
+    /// A path without a waypoint leads nowhere.
+    #[error("the path of {of} has no waypoint; give it at least one")]
+    EmptyPath {
+        /// Whose path.
+        of: String,
+    },
+    /// The waypoints of a path go back in time.
+    #[error(
+        "waypoint {index} of the path of {of}, at {time_s} s, is not later than the one before it"
+    )]
+    WaypointOrder {
+        /// Whose path.
+        of: String,
+        /// Which waypoint, from 0.
+        index: usize,
+        /// Its time.
+        time_s: f64,
+    },
+    /// An object carries the label of what never moves.
+    #[error("the object \"{name}\" has the id 0, which means static; give it 1 or more")]
+    StaticId {
+        /// The object's name.
+        name: String,
+    },
+    /// Two objects carry the same label.
+    #[error("two objects have the id {id}; every object needs its own")]
+    DuplicateId {
+        /// The label.
+        id: u16,
+    },
+    /// The images would have more pixels than this simulator draws.
+    #[error(
+        "an image of {width_px} x {height_px} pixels cannot be drawn: 1 to {MAX_PIXELS} pixels can"
+    )]
+    ImageSize {
+        /// Columns.
+        width_px: usize,
+        /// Rows.
+        height_px: usize,
+    },
+    /// The camera has a lens distortion.
+    #[error(
+        "the depth camera has a lens distortion; only rectified images (distortion None) are drawn"
+    )]
+    Distorted,
+    /// The scanner has too many beams.
+    #[error("the scanner has {beams} beams; it can have 1 to {MAX_BEAMS}")]
+    Beams {
+        /// How many.
+        beams: usize,
+    },
+}
+
+/// The largest image that is drawn: 16 times the one of a Kinect v1 and more.
+const MAX_PIXELS: usize = 1 << 23;
+/// The largest scan: ten beams to a degree and more.
+const MAX_BEAMS: usize = 1 << 14;
+/// The longest scenario.
+const MAX_DURATION_S: f64 = 86_400.0;
+/// The fastest sensor.
+const MAX_RATE_HZ: f64 = 1000.0;
+/// The largest length, so that nothing overflows on its way through 32-bit floats.
+const MAX_LENGTH_M: f64 = 1e6;
+
+type Checked = Result<(), ScenarioError>;
+
+impl Scenario {
+    /// Whether the scenario can be simulated; [`Scenario::samples`] asks this first.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its numbers.
+    pub fn validate(&self) -> Checked {
+        number(
+            "duration_s",
+            self.duration_s,
+            |v| (0.0..=MAX_DURATION_S).contains(&v),
+            "0 to 86400",
+        )?;
+        for body in &self.scene.bodies {
+            check_body(body, "the scene")?;
+        }
+        for (index, object) in self.scene.objects.iter().enumerate() {
+            check_object(object)?;
+            if self.scene.objects[..index].iter().any(|other| other.id == object.id) {
+                return Err(ScenarioError::DuplicateId { id: object.id });
+            }
+        }
+        check_path(&self.rig.path, "the rig")?;
+        check_lidar(&self.rig.lidar)?;
+        check_depth_camera(&self.rig.depth_camera)?;
+        let source = &self.rig.pose_source;
+        rate("pose_source.rate_hz", source.rate_hz)?;
+        not_negative("pose_source.position_noise_m", source.position_noise_m)?;
+        not_negative("pose_source.rotation_noise_rad", source.rotation_noise_rad)
+    }
+}
+
+fn check_object(object: &MovingObject) -> Checked {
+    let name = &object.name;
+    if object.id == 0 {
+        return Err(ScenarioError::StaticId { name: name.clone() });
+    }
+    check_path(&object.path, name)?;
+    match &object.figure {
+        Figure::Rigid(bodies) => bodies.iter().try_for_each(|body| check_body(body, name)),
+        Figure::Walker(walker) => {
+            positive(format!("height_m of {name}"), walker.height_m)?;
+            positive(format!("stride_m of {name}"), walker.stride_m)?;
+            check_material(&walker.clothes, name)?;
+            check_material(&walker.skin, name)
+        }
+    }
+}
+
+fn check_body(body: &Body, of: &str) -> Checked {
+    let name = format!("{} of {of}", body.name);
+    let sizes: &[f64] = match &body.shape {
+        Shape::Box { size_m } => size_m,
+        Shape::Cylinder { radius_m, height_m } => &[*radius_m, *height_m],
+        Shape::Capsule { radius_m, length_m } => {
+            not_negative(&format!("length_m of {name}"), *length_m)?;
+            &[*radius_m]
+        }
+        Shape::Sphere { radius_m } => &[*radius_m],
+        Shape::Rectangle { size_m } => size_m,
+    };
+    sizes.iter().try_for_each(|&size_m| positive(format!("a size of {name}"), size_m))?;
+    check_pose(&body.pose, &name)?;
+    check_material(&body.material, &name)
+}
+
+fn check_material(material: &Material, of: &str) -> Checked {
+    number(
+        &format!("reflectivity of {of}"),
+        material.reflectivity,
+        |v| (0.0..=1.0).contains(&v),
+        "0 to 1",
+    )?;
+    number(
+        &format!("max_incidence_rad of {of}"),
+        material.max_incidence_rad,
+        |v| v > 0.0 && v < FRAC_PI_2,
+        "above 0 and below pi/2",
+    )
+}
+
+fn check_path(path: &Path, of: &str) -> Checked {
+    if path.waypoints.is_empty() {
+        return Err(ScenarioError::EmptyPath { of: of.to_owned() });
+    }
+    let mut before_s = f64::NEG_INFINITY;
+    for (index, waypoint) in path.waypoints.iter().enumerate() {
+        let time_s = waypoint.time_s;
+        number(&format!("a waypoint's time_s of {of}"), time_s, f64::is_finite, "finite")?;
+        if time_s <= before_s {
+            return Err(ScenarioError::WaypointOrder { of: of.to_owned(), index, time_s });
+        }
+        before_s = time_s;
+        check_pose(&waypoint.pose, of)?;
+    }
+    Ok(())
+}
+
+fn check_pose(pose: &[f64; 6], of: &str) -> Checked {
+    pose.iter().try_for_each(|&value| {
+        number(&format!("the pose of {of}"), value, |v| v.abs() <= MAX_LENGTH_M, "-1e6 to 1e6")
+    })
+}
+
+fn check_lidar(lidar: &Lidar) -> Checked {
+    if !(1..=MAX_BEAMS).contains(&lidar.beams) {
+        return Err(ScenarioError::Beams { beams: lidar.beams });
+    }
+    check_pose(&lidar.rig_from_lidar, "the scanner")?;
+    rate("lidar.turn_rate_hz", lidar.turn_rate_hz)?;
+    // A start never deviates by more than 3.47 times this: 0.1 keeps turns in their order.
+    number("lidar.turn_jitter", lidar.turn_jitter, |v| (0.0..=0.1).contains(&v), "0 to 0.1")?;
+    not_negative("lidar.range_min_m", lidar.range_min_m)?;
+    positive("lidar.range_max_m", lidar.range_max_m)?;
+    not_negative("lidar.range_noise_m", lidar.range_noise_m)?;
+    not_negative("lidar.range_noise_ratio", lidar.range_noise_ratio)?;
+    positive("lidar.range_step_m", lidar.range_step_m)?;
+    not_negative("lidar.azimuth_spread_rad", lidar.azimuth_spread_rad)?;
+    ratio("lidar.dropout_ratio", lidar.dropout_ratio)?;
+    positive("lidar.min_signal", lidar.min_signal)
+}
+
+fn check_depth_camera(depth: &DepthCamera) -> Checked {
+    let camera = &depth.camera;
+    let (width_px, height_px) = (camera.width_px, camera.height_px);
+    let pixels = width_px.checked_mul(height_px);
+    if !pixels.is_some_and(|pixels| (1..=MAX_PIXELS).contains(&pixels)) {
+        return Err(ScenarioError::ImageSize { width_px, height_px });
+    }
+    if camera.distortion != Distortion::None {
+        return Err(ScenarioError::Distorted);
+    }
+    positive("depth_camera.camera.fx_px", camera.fx_px)?;
+    positive("depth_camera.camera.fy_px", camera.fy_px)?;
+    number("depth_camera.camera.cx_px", camera.cx_px, |v| v.abs() <= MAX_LENGTH_M, "-1e6 to 1e6")?;
+    number("depth_camera.camera.cy_px", camera.cy_px, |v| v.abs() <= MAX_LENGTH_M, "-1e6 to 1e6")?;
+    check_pose(&depth.rig_from_camera, "the depth camera")?;
+    rate("depth_camera.rate_hz", depth.rate_hz)?;
+    not_negative("depth_camera.first_image_s", depth.first_image_s)?;
+    number(
+        "depth_camera.depth_min_m",
+        depth.depth_min_m,
+        |v| (0.05..10.0).contains(&v),
+        "0.05 to 10",
+    )?;
+    number(
+        "depth_camera.depth_max_m",
+        depth.depth_max_m,
+        |v| v > depth.depth_min_m && v <= 65.535,
+        "above depth_min_m and at most 65.535",
+    )?;
+    number(
+        "depth_camera.disparity_step_per_m",
+        depth.disparity_step_per_m,
+        |v| (1e-4..=1.0).contains(&v),
+        "0.0001 to 1",
+    )?;
+    not_negative("depth_camera.disparity_noise_steps", depth.disparity_noise_steps)?;
+    not_negative("depth_camera.projector_baseline_m", depth.projector_baseline_m)?;
+    ratio("depth_camera.dropout_ratio", depth.dropout_ratio)?;
+    positive("depth_camera.min_signal", depth.min_signal)
+}
+
+fn number(
+    what: &str,
+    value: f64,
+    accepts: impl Fn(f64) -> bool,
+    accepted: &'static str,
+) -> Checked {
+    if accepts(value) {
+        Ok(())
+    } else {
+        Err(ScenarioError::Number { what: what.to_owned(), value, accepted })
+    }
+}
+
+fn positive(what: impl AsRef<str>, value: f64) -> Checked {
+    number(what.as_ref(), value, |v| v > 0.0 && v <= MAX_LENGTH_M, "positive, at most 1e6")
+}
+
+fn not_negative(what: &str, value: f64) -> Checked {
+    number(what, value, |v| (0.0..=MAX_LENGTH_M).contains(&v), "0 to 1e6")
+}
+
+fn rate(what: &str, value: f64) -> Checked {
+    number(what, value, |v| v > 0.0 && v <= MAX_RATE_HZ, "above 0, at most 1000")
+}
+
+fn ratio(what: &str, value: f64) -> Checked {
+    number(what, value, |v| (0.0..=1.0).contains(&v), "0 to 1")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,42 @@
+//! What went wrong, in a line, and what to do about it, in another.
+
+use std::fmt;
+
+/// Why a subcommand could not do its job.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    what: String,
+    mend: Option<String>,
+}
+
+impl Failure {
+    /// A failure that says what was wrong.
+    pub(crate) fn new(what: impl Into<String>) -> Self {
+        Self { what: what.into(), mend: None }
+    }
+
+    /// Adds what to do about it.
+    pub(crate) fn mend(self, mend: impl Into<String>) -> Self {
+        Self { mend: Some(mend.into()), ..self }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}", self.what)?;
+        match &self.mend {
+            Some(mend) => write!(formatter, "\n  {mend}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// How a subcommand that did its job ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Outcome {
+    /// All of it.
+    Complete,
+    /// All that the input allowed: part of it could not be read, or was lost on the way. What was
+    /// computed is written.
+    WithLosses,
+}

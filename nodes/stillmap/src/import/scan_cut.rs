@@ -1,0 +1,66 @@
+//! A laser scan cut from a depth image, for recordings that have no laser.
+
+use clap::Args;
+use geometry::{CameraModel, DepthImage, RayTable, Scan, ScanBand, ScanCutter, ScanFromDepth};
+
+use crate::failure::Failure;
+use crate::rig::rig_from_camera;
+
+/// Arguments that ask for a scan.
+#[derive(Args, Debug)]
+pub(crate) struct ScanCutArgs {
+    /// Add a LaserScan cut from the depth image at the scan plane
+    #[arg(long)]
+    scan_from_depth: bool,
+    /// Height of the scan plane above the camera's optical centre
+    #[arg(long, value_name = "M", default_value_t = -0.05, allow_negative_numbers = true)]
+    scan_height: f64,
+    /// Thickness of the layer that counts as the scan plane
+    #[arg(long, value_name = "M", default_value_t = 0.02)]
+    scan_band: f64,
+    /// Beams over the camera's view
+    #[arg(long, default_value_t = 90)]
+    scan_beams: usize,
+}
+
+/// Cuts scans; keeps what depends on the camera alone from image to image.
+pub(crate) struct ScanCut {
+    parameters: Option<ScanFromDepth>,
+    cutter: Option<(CameraModel, ScanCutter)>,
+}
+
+impl ScanCut {
+    /// A cutter of the scans that the arguments ask for, if they ask for any.
+    pub(crate) fn new(args: &ScanCutArgs) -> Self {
+        let parameters = args.scan_from_depth.then(|| ScanFromDepth {
+            band: ScanBand::Height {
+                plane_height_m: args.scan_height,
+                band_height_m: args.scan_band,
+            },
+            beams: args.scan_beams,
+            ..ScanFromDepth::default()
+        });
+        Self { parameters, cutter: None }
+    }
+
+    /// The scan of an image.
+    pub(crate) fn scan(
+        &mut self,
+        image: &DepthImage,
+        camera: &CameraModel,
+    ) -> Result<Option<Scan>, Failure> {
+        let Some(parameters) = &self.parameters else { return Ok(None) };
+        let cutter = match &mut self.cutter {
+            Some((known, cutter)) if known == camera => cutter,
+            cutter => {
+                let rays =
+                    RayTable::new(camera).map_err(|error| Failure::new(error.to_string()))?;
+                let new = ScanCutter::new(rays, &rig_from_camera(), parameters)
+                    .map_err(|error| Failure::new(format!("no scan can be cut: {error}")))?;
+                &mut cutter.insert((*camera, new)).1
+            }
+        };
+        let scan = cutter.cut(image).map_err(|error| Failure::new(error.to_string()))?;
+        Ok(Some(scan))
+    }
+}

@@ -1,0 +1,115 @@
+//! The front door of stillmap: one program, a file per subcommand. It composes the cores and the nodes
+//! of the workspace; no method lives here.
+
+mod demo;
+mod failure;
+mod import;
+mod info;
+mod node;
+mod progress;
+mod rig;
+mod run;
+mod sensor_bag;
+mod simulate;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use bag_player::shell::PlayOptions;
+use clap::{Parser, Subcommand};
+use node_shell::RosArguments;
+
+use failure::{Failure, Outcome};
+
+/// The exit code of a job that was done as far as its input allowed, with part of that input lost.
+const EXIT_WITH_LOSSES: u8 = 3;
+
+/// Maps what stays still: finds what moves by how the ranges of a 2D LiDAR vary, cuts it out of the
+/// cloud of an RGB-D camera, and builds the clean static 3D map.
+#[derive(Parser, Debug)]
+#[command(
+    name = "stillmap",
+    version,
+    after_help = "Start with: stillmap demo
+Exit codes: 0 done, 1 not done, 2 wrong arguments, 3 done with losses (what there is, is written)."
+)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// The main job on a simulated room, over DDS: map, pictures, report
+    Demo(demo::DemoArgs),
+    /// A bag through the whole pipeline
+    Run(run::RunArgs),
+    /// Play a bag onto DDS
+    Play(PlayOptions),
+    /// What is in a bag
+    Info(info::InfoArgs),
+    /// Turn recorded data sets into bags
+    #[command(subcommand)]
+    Import(import::ImportArgs),
+    /// A simulated room as a bag, with its truth
+    Simulate(simulate::SimulateArgs),
+    /// One node of the suite: detection, segmentation or reconstruction
+    Node(node::NodeArgs),
+}
+
+/// Runs the program with its arguments, the program's own name first.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let (arguments, ros) = match split_ros_arguments(arguments) {
+        Ok(split) => split,
+        Err(failure) => return fail(&failure),
+    };
+    let command_line = match CommandLine::try_parse_from(arguments) {
+        Ok(command_line) => command_line,
+        Err(error) => {
+            // Help and version come this way too, and are no errors.
+            let printed = error.print();
+            let code = u8::try_from(error.exit_code()).unwrap_or(1);
+            return if printed.is_ok() { ExitCode::from(code) } else { ExitCode::FAILURE };
+        }
+    };
+    let result = match command_line.command {
+        Command::Demo(args) => demo::run(&args),
+        Command::Run(args) => run::run(&args),
+        Command::Play(options) => return play(options, &ros),
+        Command::Info(args) => info::run(&args),
+        Command::Import(args) => import::run(args),
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Node(args) => return node::run(args),
+    };
+    match result {
+        Ok(Outcome::Complete) => ExitCode::SUCCESS,
+        Ok(Outcome::WithLosses) => ExitCode::from(EXIT_WITH_LOSSES),
+        Err(failure) => fail(&failure),
+    }
+}
+
+fn fail(failure: &Failure) -> ExitCode {
+    eprintln!("stillmap: {failure}");
+    ExitCode::FAILURE
+}
+
+/// The arguments of this program, and the ROS arguments that follow them. A node takes its own whole.
+fn split_ros_arguments(
+    arguments: impl IntoIterator<Item = OsString>,
+) -> Result<(Vec<OsString>, RosArguments), Failure> {
+    let mut own: Vec<OsString> = arguments.into_iter().collect();
+    let is_node = own.get(1).is_some_and(|command| command == "node");
+    let start = own.iter().position(|argument| argument == "--ros-args" && !is_node);
+    let ros = own.split_off(start.unwrap_or(own.len()));
+    // A path may be no UTF-8, a ROS argument always is.
+    let ros = ros.iter().map(|argument| argument.to_string_lossy().into_owned());
+    let ros = RosArguments::parse(ros).map_err(|error| Failure::new(error.to_string()))?;
+    Ok((own, ros))
+}
+
+fn play(options: PlayOptions, ros: &RosArguments) -> ExitCode {
+    match bag_player::shell::run_options(options, ros) {
+        Ok(code) => code,
+        Err(error) => fail(&Failure::new(error.to_string())),
+    }
+}

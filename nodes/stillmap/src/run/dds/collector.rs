@@ -1,0 +1,187 @@
+//! Listens to the three nodes and puts the run's record together.
+
+use std::collections::BTreeMap;
+
+use geometry::{SegmentationCounts, Stamp};
+use msgs::convert::{self, ConvertError};
+use msgs::diagnostic_msgs::DiagnosticArray;
+use msgs::sensor_msgs::PointCloud2;
+use msgs::stillmap_msgs::{ReducedCloud, StageReport};
+use nalgebra::Point3;
+use node_shell::{Node, Qos, RosArguments, ShellError, Subscription};
+
+use crate::run::recorder::{Recorder, Stage};
+
+/// Messages that may wait for the collector: more than a run of minutes makes while it is held up.
+const WAITING_MESSAGES: usize = 256;
+/// Diagnostics that may wait: one a second and node.
+const WAITING_DIAGNOSTICS: usize = 32;
+
+/// The collector's ears.
+pub(super) struct Collector {
+    node: Node,
+    diagnostics: Subscription<DiagnosticArray>,
+    reduced_clouds: Subscription<ReducedCloud>,
+    dynamic_clouds: Subscription<PointCloud2>,
+    static_map: Subscription<PointCloud2>,
+    reports: [Subscription<StageReport>; Stage::ALL.len()],
+    seen: Seen,
+}
+
+/// What has been heard so far.
+#[derive(Default)]
+pub(super) struct Seen {
+    /// Scans that detection has decided: processed or dropped.
+    pub(super) scans_decided: u64,
+    /// Counters of detection, as its last report has them.
+    pub(super) detection_counts: BTreeMap<String, u64>,
+    /// The stamp of the latest cycle's cloud.
+    pub(super) last_cloud: Option<Stamp>,
+    /// The latest map and the stamp of its last cycle.
+    pub(super) map: Option<(Stamp, Vec<Point3<f32>>)>,
+    /// Peers of each topic, by node: the nodes' own diagnostics.
+    peers: BTreeMap<(String, String), usize>,
+}
+
+impl Collector {
+    /// Joins the network in a namespace.
+    pub(super) fn start(namespace: &str) -> Result<Self, ShellError> {
+        let arguments = RosArguments::parse([
+            "--ros-args".to_owned(),
+            "-r".to_owned(),
+            format!("__ns:={namespace}"),
+            "-r".to_owned(),
+            format!("/diagnostics:={namespace}/diagnostics"),
+        ])?;
+        let node = Node::start("collector", &arguments)?;
+        let reliable = Qos::reliable(WAITING_MESSAGES);
+        let report = |stage: Stage| {
+            node.subscription::<StageReport>(&format!("{}/report", stage.name()), &reliable)
+        };
+        Ok(Self {
+            diagnostics: node.subscription("/diagnostics", &Qos::reliable(WAITING_DIAGNOSTICS))?,
+            reduced_clouds: node.subscription("reduced_cloud", &reliable)?,
+            dynamic_clouds: node.subscription("dynamic_cloud", &reliable)?,
+            static_map: node.subscription("static_map", &Qos::latched())?,
+            reports: [
+                report(Stage::Detection)?,
+                report(Stage::Segmentation)?,
+                report(Stage::Reconstruction)?,
+            ],
+            node,
+            seen: Seen::default(),
+        })
+    }
+
+    pub(super) fn seen(&self) -> &Seen {
+        &self.seen
+    }
+
+    /// Hears one message, whichever comes first. May be dropped while it waits.
+    /// Tells whether it was about a cycle.
+    pub(super) async fn hear(&mut self, recorder: &mut Recorder) -> Result<bool, ConvertError> {
+        let [detection, segmentation, reconstruction] = &self.reports;
+        let heard = tokio::select! {
+            received = self.diagnostics.next() => Heard::Diagnostics(received.message),
+            received = self.reduced_clouds.next() => Heard::ReducedCloud(received.message),
+            received = self.dynamic_clouds.next() => Heard::DynamicCloud(received.message),
+            received = self.static_map.next() => Heard::Map(received.message),
+            received = detection.next() => Heard::Report(Stage::Detection, received.message),
+            received = segmentation.next() => Heard::Report(Stage::Segmentation, received.message),
+            received = reconstruction.next() => Heard::Report(Stage::Reconstruction, received.message),
+        };
+        let about_a_cycle = !matches!(heard, Heard::Diagnostics(_));
+        self.seen.take(heard, recorder)?;
+        Ok(about_a_cycle)
+    }
+
+    /// Leaves the network.
+    pub(super) async fn close(self) -> Seen {
+        let Self { node, seen, .. } = self;
+        node.close().await;
+        seen
+    }
+}
+
+enum Heard {
+    Diagnostics(DiagnosticArray),
+    ReducedCloud(ReducedCloud),
+    DynamicCloud(PointCloud2),
+    Map(PointCloud2),
+    Report(Stage, StageReport),
+}
+
+impl Seen {
+    /// How many peers a node says that its topic has.
+    pub(super) fn peers(&self, node: &str, topic: &str) -> usize {
+        self.peers.get(&(node.to_owned(), topic.to_owned())).copied().unwrap_or(0)
+    }
+
+    fn take(&mut self, heard: Heard, recorder: &mut Recorder) -> Result<(), ConvertError> {
+        match heard {
+            Heard::Diagnostics(diagnostics) => self.take_diagnostics(diagnostics),
+            Heard::ReducedCloud(message) => {
+                let cycle = convert::detected_cycle_from_message(&message)?;
+                self.last_cloud = self.last_cloud.max(Some(cycle.reduced_cloud.stamp));
+                recorder.detected(cycle);
+            }
+            Heard::DynamicCloud(message) => {
+                let cloud = convert::cloud_from_message(&message)?;
+                recorder.dynamic_cloud(cloud);
+            }
+            Heard::Map(message) => {
+                let cloud = convert::cloud_from_message(&message)?;
+                self.map = Some((cloud.stamp, cloud.points_m));
+            }
+            Heard::Report(stage, report) => self.take_report(stage, report, recorder),
+        }
+        Ok(())
+    }
+
+    fn take_diagnostics(&mut self, diagnostics: DiagnosticArray) {
+        for status in diagnostics.status {
+            for pair in status.values {
+                // "subscribers TOPIC" and "publishers TOPIC".
+                let (Some((_, topic)), Ok(peers)) =
+                    (pair.key.split_once("ers "), pair.value.parse::<usize>())
+                else {
+                    continue;
+                };
+                self.peers.insert((status.name.clone(), topic.to_owned()), peers);
+            }
+        }
+    }
+
+    fn take_report(&mut self, stage: Stage, report: StageReport, recorder: &mut Recorder) {
+        let counts: BTreeMap<String, u64> =
+            report.count_names.into_iter().zip(report.counts).collect();
+        let count = |name: &str| counts.get(name).copied().unwrap_or(0) as usize;
+        if report.processed {
+            let names = report.step_names.iter().map(String::as_str);
+            let durations = names.zip(report.step_durations_s);
+            recorder.durations(report.cycle, stage, durations);
+        } else {
+            // What follows the semicolon are this one's own numbers.
+            let reason = report.drop_reason.split(';').next().unwrap_or_default();
+            recorder.dropped(stage.name(), reason, 1);
+        }
+        match stage {
+            Stage::Detection => {
+                self.scans_decided += 1;
+                self.detection_counts = counts;
+            }
+            Stage::Segmentation if report.processed => recorder.counts(
+                report.cycle,
+                SegmentationCounts {
+                    reduced: count("points_reduced"),
+                    in_zone: count("points_in_zone"),
+                    dynamic: count("points_dynamic"),
+                },
+            ),
+            Stage::Reconstruction if report.processed => {
+                recorder.map_points(report.cycle, count("voxels"));
+            }
+            Stage::Segmentation | Stage::Reconstruction => {}
+        }
+    }
+}

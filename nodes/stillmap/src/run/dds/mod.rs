@@ -1,0 +1,304 @@
+//! The pipeline over DDS: three nodes and a player, each a process of its own, in a namespace that no
+//! other run shares. This process only listens.
+
+mod collector;
+mod processes;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use evaluation::{RunRecord, Transport};
+
+use self::collector::{Collector, Seen};
+use self::processes::Process;
+use super::inputs::Inputs;
+use super::parameters::PipelineParameters;
+use super::recorder::{Recorder, RunName, Stage};
+use crate::failure::Failure;
+use crate::progress::Progress;
+
+/// The nodes must have found each other after this time; on one host it takes a fraction of a second.
+const LONGEST_DISCOVERY: Duration = Duration::from_secs(30);
+/// When the player has ended and nothing has been heard for this long, nothing more will come: longer
+/// than detection waits for the rest of a cycle.
+const LONGEST_SILENCE: Duration = Duration::from_secs(5);
+/// How often the processes are looked at while nothing is heard.
+const LOOK_AGAIN: Duration = Duration::from_millis(50);
+
+/// What a run over DDS yields.
+pub(crate) struct DdsRun {
+    pub(crate) record: RunRecord,
+    /// Why the run ended before its end, if it did.
+    pub(crate) trouble: Option<Failure>,
+}
+
+/// How to play.
+pub(crate) struct Playback<'a> {
+    pub(crate) bag: &'a Path,
+    pub(crate) bag_name: &'a str,
+    pub(crate) rate: f64,
+}
+
+/// Runs a bag through the nodes.
+pub(crate) fn run(
+    playback: &Playback<'_>,
+    inputs: &Inputs,
+    parameters: &PipelineParameters,
+    progress: &Progress,
+) -> Result<DdsRun, Failure> {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
+    runtime.block_on(async {
+        let namespace = format!("/stillmap_run_{}", std::process::id());
+        let collector = Collector::start(&namespace)
+            .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
+        let recorder = Recorder::new(parameters.reconstruction())
+            .map_err(|error| Failure::new(error.to_string()))?;
+        let mut run = Run { namespace, collector, recorder, nodes: Vec::new() };
+        for stage in Stage::ALL {
+            run.start_node(stage, inputs, parameters)?;
+        }
+        run.wait_for_discovery().await?;
+        let mut player = run.start_player(playback, inputs)?;
+        let trouble = run.listen(&mut player, inputs, progress).await.err();
+        run.finish(playback, trouble).await
+    })
+}
+
+struct Run {
+    namespace: String,
+    collector: Collector,
+    recorder: Recorder,
+    nodes: Vec<Process>,
+}
+
+impl Run {
+    fn start_node(
+        &mut self,
+        stage: Stage,
+        inputs: &Inputs,
+        parameters: &PipelineParameters,
+    ) -> Result<(), Failure> {
+        let mut arguments = vec!["node".to_owned(), stage.name().to_owned()];
+        arguments.extend(self.ros_arguments());
+        arguments.extend(parameters.node_arguments());
+        if stage == Stage::Detection {
+            arguments.extend(["-p".to_owned(), format!("input:={}", inputs.view.kind())]);
+        }
+        self.nodes.push(Process::start(stage.name(), &arguments, Stdio::null())?);
+        Ok(())
+    }
+
+    /// What keeps a process of this run to this run: its namespace, also for its diagnostics. Of its log
+    /// only trouble is of interest here.
+    fn ros_arguments(&self) -> Vec<String> {
+        let namespace = &self.namespace;
+        let namespace_rule = format!("__ns:={namespace}");
+        let diagnostics_rule = format!("/diagnostics:={namespace}/diagnostics");
+        ["--ros-args", "-r", &namespace_rule, "-r", &diagnostics_rule, "--log-level", "warn"]
+            .map(str::to_owned)
+            .to_vec()
+    }
+
+    /// Waits until every node has found those that it sends to and receives from, this process included.
+    async fn wait_for_discovery(&mut self) -> Result<(), Failure> {
+        let deadline = Instant::now() + LONGEST_DISCOVERY;
+        loop {
+            let missing = self.undiscovered();
+            if missing.is_empty() {
+                return Ok(());
+            }
+            self.check_nodes()?;
+            if Instant::now() >= deadline {
+                return Err(Failure::new(format!(
+                    "the nodes have not found each other within {} s; missing: {}",
+                    LONGEST_DISCOVERY.as_secs(),
+                    missing.join(", ")
+                ))
+                .mend("multicast on the loopback interface may be off or filtered; `--transport local` needs none"));
+            }
+            self.hear_for(LOOK_AGAIN).await?;
+        }
+    }
+
+    /// Connections of the pipeline that no node reports yet, as `node topic`.
+    fn undiscovered(&self) -> Vec<String> {
+        // Node, topic, and the peers that it must have: the next node and this process.
+        let connections = [
+            (Stage::Detection, "reduced_cloud", 2),
+            (Stage::Detection, "detection/report", 1),
+            (Stage::Segmentation, "reduced_cloud", 1),
+            (Stage::Segmentation, "static_cloud", 1),
+            (Stage::Segmentation, "dynamic_cloud", 1),
+            (Stage::Segmentation, "segmentation/report", 1),
+            (Stage::Reconstruction, "static_cloud", 1),
+            (Stage::Reconstruction, "static_map", 1),
+            (Stage::Reconstruction, "reconstruction/report", 1),
+        ];
+        let namespace = &self.namespace;
+        connections
+            .into_iter()
+            .filter(|(stage, topic, least)| {
+                let node = format!("{namespace}/{}", stage.name());
+                self.collector.seen().peers(&node, &format!("{namespace}/{topic}")) < *least
+            })
+            .map(|(stage, topic, _)| format!("{} {topic}", stage.name()))
+            .collect()
+    }
+
+    fn start_player(&self, playback: &Playback<'_>, inputs: &Inputs) -> Result<Process, Failure> {
+        let mut arguments = vec!["play".to_owned(), playback.bag.display().to_string()];
+        arguments.extend(["--json".to_owned(), "--rate".to_owned(), playback.rate.to_string()]);
+        // Its output is read after its end only: the summary is shorter than what a pipe holds.
+        for (name, topic) in inputs.by_node_name() {
+            let to = format!("{}/{name}", self.namespace);
+            arguments.extend(["--topics".to_owned(), topic.to_owned()]);
+            arguments.extend(["--remap".to_owned(), format!("{topic}:={to}")]);
+            arguments.extend(["--wait-for".to_owned(), to]);
+        }
+        arguments.extend(self.ros_arguments());
+        Process::start("player", &arguments, Stdio::piped())
+    }
+
+    /// Listens until the nodes have said all that there is to say.
+    async fn listen(
+        &mut self,
+        player: &mut Process,
+        inputs: &Inputs,
+        progress: &Progress,
+    ) -> Result<(), Failure> {
+        let mut last_heard = Instant::now();
+        let mut sent = None;
+        loop {
+            if self.hear_for(LOOK_AGAIN).await? {
+                last_heard = Instant::now();
+                progress.set(self.collector.seen().scans_decided);
+            }
+            self.check_nodes()?;
+            if sent.is_none() && player.ended()?.is_some() {
+                sent = Some(Sent::by(player)?);
+                last_heard = Instant::now();
+            }
+            let Some(sent) = &sent else { continue };
+            if self.has_all(sent, inputs) || last_heard.elapsed() >= LONGEST_SILENCE {
+                self.count_losses(sent, inputs);
+                return Ok(());
+            }
+        }
+    }
+
+    /// Hears one message, or none within a time. Diagnostics do not count as heard.
+    async fn hear_for(&mut self, longest: Duration) -> Result<bool, Failure> {
+        match tokio::time::timeout(longest, self.collector.hear(&mut self.recorder)).await {
+            Ok(Ok(heard)) => Ok(heard),
+            Ok(Err(error)) => {
+                self.recorder.dropped("collector", &error.to_string(), 1);
+                Ok(true)
+            }
+            Err(_) => Ok(false),
+        }
+    }
+
+    fn check_nodes(&mut self) -> Result<(), Failure> {
+        for node in &mut self.nodes {
+            if let Some(status) = node.ended()? {
+                return Err(Failure::new(format!("the node {} ended: {status}", node.name()))
+                    .mend("its own message stands above"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether every scan has been decided, every cycle has gone through, and the map holds the last one.
+    fn has_all(&self, sent: &Sent, inputs: &Inputs) -> bool {
+        let seen = self.collector.seen();
+        seen.scans_decided >= sent.messages_on(&inputs.scan)
+            && self.recorder.incomplete_cycles() == 0
+            && seen.map.as_ref().map(|(stamp, _)| *stamp) == seen.last_cloud
+    }
+
+    /// Counts what the player sent and detection did not receive.
+    fn count_losses(&mut self, sent: &Sent, inputs: &Inputs) {
+        let counts = &self.collector.seen().detection_counts;
+        for (name, topic) in inputs.by_node_name() {
+            let Some(received) = counts.get(received_counter(name)) else { continue };
+            let lost = sent.messages_on(topic).saturating_sub(*received);
+            self.recorder.dropped(topic, "lost between player and detection", lost);
+        }
+    }
+
+    async fn finish(
+        self,
+        playback: &Playback<'_>,
+        trouble: Option<Failure>,
+    ) -> Result<DdsRun, Failure> {
+        let Self { collector, recorder, nodes, .. } = self;
+        let mut trouble = trouble;
+        for mut node in nodes {
+            let status = node.stop()?;
+            if !status.success() && trouble.is_none() {
+                trouble =
+                    Some(Failure::new(format!("the node {} ended badly: {status}", node.name())));
+            }
+        }
+        let Seen { map, .. } = collector.close().await;
+        let name = RunName {
+            bag_name: playback.bag_name.to_owned(),
+            transport: Transport::Dds,
+            map_frame_id: recorder.map_frame_id(),
+        };
+        let static_map = map.map(|(_, points_m)| points_m).unwrap_or_default();
+        Ok(DdsRun { record: recorder.finish(static_map, name), trouble })
+    }
+}
+
+/// The counter of received messages that detection keeps for an input.
+fn received_counter(input: &str) -> &'static str {
+    match input {
+        "scan" => "scans_received",
+        "pose" => "poses_received",
+        "depth/camera_info" => "camera_infos_received",
+        "depth/image" => "images_received",
+        _ => "clouds_received",
+    }
+}
+
+/// What the player sent, by the bag's own topic names.
+struct Sent {
+    messages: BTreeMap<String, u64>,
+}
+
+impl Sent {
+    /// What a player that has ended says that it sent.
+    fn by(player: &mut Process) -> Result<Self, Failure> {
+        let output = player.output()?;
+        let summary: PlayedTopics = serde_json::from_str(&output).map_err(|_| {
+            Failure::new("the player ended without playing the bag")
+                .mend("its own message stands above")
+        })?;
+        let messages =
+            summary.topics.into_iter().map(|topic| (topic.topic, topic.published)).collect();
+        Ok(Self { messages })
+    }
+
+    fn messages_on(&self, topic: &str) -> u64 {
+        self.messages.get(topic).copied().unwrap_or(0)
+    }
+}
+
+/// The part of the player's summary that is of interest here.
+#[derive(serde::Deserialize)]
+struct PlayedTopics {
+    topics: Vec<PlayedTopic>,
+}
+
+#[derive(serde::Deserialize)]
+struct PlayedTopic {
+    topic: String,
+    published: u64,
+}

@@ -1,0 +1,182 @@
+//! Which topics of a bag the pipeline reads.
+
+use bag_player::BagInfo;
+use clap::Args;
+use msgs::RosMessage;
+use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+
+use crate::failure::Failure;
+use crate::sensor_bag;
+
+/// Topics that the user names; the rest is found by type.
+#[derive(Args, Debug, Default)]
+pub(crate) struct TopicArgs {
+    /// The LaserScan topic, where the bag has several
+    #[arg(long, value_name = "TOPIC")]
+    scan: Option<String>,
+    /// The depth image topic (16UC1 or 32FC1)
+    #[arg(long, value_name = "TOPIC")]
+    depth: Option<String>,
+    /// The CameraInfo topic of the depth image
+    #[arg(long, value_name = "TOPIC")]
+    camera_info: Option<String>,
+    /// A PointCloud2 topic, to be read in place of a depth image
+    #[arg(long, value_name = "TOPIC", conflicts_with_all = ["depth", "camera_info"])]
+    points: Option<String>,
+    /// The PoseStamped topic
+    #[arg(long, value_name = "TOPIC")]
+    pose: Option<String>,
+}
+
+/// The topics that a run reads.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct Inputs {
+    pub(crate) scan: String,
+    pub(crate) view: ViewTopics,
+    pub(crate) pose: String,
+    /// The topic of true labels, where the bag has it.
+    pub(crate) labels: Option<String>,
+}
+
+/// Where the points come from.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) enum ViewTopics {
+    /// A depth image and its calibration.
+    Depth { image: String, camera_info: String },
+    /// A ready cloud.
+    Points(String),
+}
+
+impl ViewTopics {
+    /// The value of detection's parameter `input`.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Depth { .. } => "depth",
+            Self::Points(_) => "points",
+        }
+    }
+}
+
+impl Inputs {
+    /// Chooses the topics of a bag: those that the user named, else the only one of its type, else the
+    /// one with the usual name.
+    pub(crate) fn choose(args: &TopicArgs, info: &BagInfo) -> Result<Self, Failure> {
+        let choose = Chooser { info };
+        let scan = choose.topic::<LaserScan>(&args.scan, "--scan", &["scan"])?;
+        let pose = choose.topic::<PoseStamped>(&args.pose, "--pose", &["pose"])?;
+        let view = match &args.points {
+            Some(points) => ViewTopics::Points(choose.topic::<PointCloud2>(
+                &Some(points.clone()),
+                "--points",
+                &[],
+            )?),
+            None => choose.view(args)?,
+        };
+        let labels = info
+            .topics
+            .iter()
+            .find(|topic| {
+                topic.topic == sensor_bag::TRUE_LABELS && topic.type_name == Image::TYPE_NAME
+            })
+            .map(|topic| topic.topic.clone());
+        Ok(Self { scan, view, pose, labels })
+    }
+
+    /// All topics that the nodes subscribe to, each with the name that the node knows it by.
+    pub(crate) fn by_node_name(&self) -> Vec<(&'static str, &str)> {
+        let mut topics = vec![("scan", self.scan.as_str()), ("pose", self.pose.as_str())];
+        match &self.view {
+            ViewTopics::Depth { image, camera_info } => {
+                topics.push(("depth/image", image));
+                topics.push(("depth/camera_info", camera_info));
+            }
+            ViewTopics::Points(points) => topics.push(("points", points)),
+        }
+        topics
+    }
+}
+
+struct Chooser<'a> {
+    info: &'a BagInfo,
+}
+
+impl Chooser<'_> {
+    fn view(&self, args: &TopicArgs) -> Result<ViewTopics, Failure> {
+        let has_depth = args.depth.is_some() || !self.of_type(Image::TYPE_NAME).is_empty();
+        if !has_depth && !self.of_type(PointCloud2::TYPE_NAME).is_empty() {
+            let points = self.topic::<PointCloud2>(&args.points, "--points", &["points"])?;
+            return Ok(ViewTopics::Points(points));
+        }
+        let image = self.topic::<Image>(&args.depth, "--depth", &["depth/image", "depth"])?;
+        // Drivers publish the calibration beside the image, under the same parent.
+        let parent = image.rsplit_once('/').map_or("", |(parent, _)| parent);
+        let beside = format!("{parent}/camera_info");
+        let named = args.camera_info.clone().or_else(|| {
+            self.of_type(CameraInfo::TYPE_NAME).contains(&beside.as_str()).then_some(beside)
+        });
+        let camera_info = self.topic::<CameraInfo>(&named, "--camera-info", &["depth"])?;
+        Ok(ViewTopics::Depth { image, camera_info })
+    }
+
+    /// The topic for messages of type `M`.
+    fn topic<M: RosMessage>(
+        &self,
+        named: &Option<String>,
+        option: &str,
+        usual_names: &[&str],
+    ) -> Result<String, Failure> {
+        let wanted = M::TYPE_NAME;
+        if let Some(named) = named {
+            let found = self.info.topics.iter().find(|topic| topic.topic == *named);
+            return match found {
+                Some(topic) if topic.type_name == wanted => Ok(named.clone()),
+                Some(topic) => Err(Failure::new(format!(
+                    "topic {named} carries {}, not {wanted}",
+                    topic.type_name
+                ))
+                .mend(self.candidates(wanted, option))),
+                None => Err(Failure::new(format!("the bag has no topic {named}"))
+                    .mend(self.candidates(wanted, option))),
+            };
+        }
+        let candidates = self.of_type(wanted);
+        let usual = |name: &&&str| usual_names.iter().any(|usual| name.contains(usual));
+        match candidates.as_slice() {
+            [] => Err(Failure::new(format!("the bag has no topic of type {wanted}"))
+                .mend(format!("{option} needs one; `stillmap info` lists what the bag holds"))),
+            [only] => Ok((*only).to_owned()),
+            several => {
+                let usual: Vec<&&str> = several.iter().filter(usual).collect();
+                match usual.as_slice() {
+                    [only] => Ok((**only).to_owned()),
+                    _ => Err(Failure::new(format!(
+                        "the bag has {} topics of type {wanted}",
+                        several.len()
+                    ))
+                    .mend(self.candidates(wanted, option))),
+                }
+            }
+        }
+    }
+
+    fn candidates(&self, type_name: &str, option: &str) -> String {
+        let names = self.of_type(type_name);
+        if names.is_empty() {
+            format!("no topic of the bag is of type {type_name}; `stillmap info` lists them all")
+        } else {
+            format!("choose with {option}: {}", names.join(", "))
+        }
+    }
+
+    /// The topics of a type that could be an input: the truth is none.
+    fn of_type(&self, type_name: &str) -> Vec<&str> {
+        self.info
+            .topics
+            .iter()
+            .filter(|topic| topic.type_name == type_name && topic.message_count > 0)
+            .map(|topic| topic.topic.as_str())
+            .filter(|topic| !topic.starts_with("/truth/"))
+            .collect()
+    }
+}

@@ -1,0 +1,217 @@
+//! Puts a run's record together out of what the stages say, in whatever order it arrives.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use evaluation::{CycleRecord, DropCount, RunRecord};
+use geometry::{Cloud, DetectedCycle, SegmentationCounts};
+use nalgebra::Point3;
+use reconstruction::{ConfigError, ReconstructionConfig, StaticMap};
+
+/// The only method so far, by its parameter's name.
+const METHOD: &str = "rec_hv";
+
+/// The three stages of the pipeline.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) enum Stage {
+    Detection,
+    Segmentation,
+    Reconstruction,
+}
+
+impl Stage {
+    /// All of them, in the order of the flow.
+    pub(crate) const ALL: [Self; 3] = [Self::Detection, Self::Segmentation, Self::Reconstruction];
+
+    /// The name of the stage and of its node.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Detection => "detection",
+            Self::Segmentation => "segmentation",
+            Self::Reconstruction => "reconstruction",
+        }
+    }
+}
+
+/// What is known of a cycle so far.
+#[derive(Default)]
+struct PartialCycle {
+    detected: Option<DetectedCycle>,
+    dynamic_points_m: Option<Vec<Point3<f32>>>,
+    counts: Option<SegmentationCounts>,
+    map_points: Option<usize>,
+    durations: [Option<Vec<(String, f64)>>; Stage::ALL.len()],
+}
+
+/// Collects what the stages say of each cycle.
+pub(crate) struct Recorder {
+    voxel_edge_m: f64,
+    unfiltered_map: StaticMap,
+    cycles: BTreeMap<u32, PartialCycle>,
+    drops: BTreeMap<(String, String), u64>,
+    unclaimed: VecDeque<Cloud>,
+}
+
+impl Recorder {
+    /// A recorder of a run whose map has these parameters.
+    pub(crate) fn new(map: &ReconstructionConfig) -> Result<Self, ConfigError> {
+        Ok(Self {
+            voxel_edge_m: map.voxel_edge_m,
+            unfiltered_map: StaticMap::new(*map)?,
+            cycles: BTreeMap::new(),
+            drops: BTreeMap::new(),
+            unclaimed: VecDeque::new(),
+        })
+    }
+
+    /// Detection's result. All of its points go into the map that shows what no removal would give.
+    pub(crate) fn detected(&mut self, cycle: DetectedCycle) {
+        let in_map = cycle.reduced_cloud.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
+        // Another frame than before is reconstruction's to refuse and to report.
+        let _ = self.unfiltered_map.add(&in_map);
+        let index = cycle.index;
+        self.partial(index).detected = Some(cycle);
+        self.claim_clouds();
+    }
+
+    /// The points that segmentation took for moving.
+    pub(crate) fn dynamic_points(&mut self, index: u32, points_m: Vec<Point3<f32>>) {
+        self.partial(index).dynamic_points_m = Some(points_m);
+    }
+
+    /// The moving points as a cloud that carries its stamp but not its cycle's number. It may come
+    /// before detection's own word of the cycle.
+    pub(crate) fn dynamic_cloud(&mut self, cloud: Cloud) {
+        self.unclaimed.push_back(cloud);
+        self.claim_clouds();
+    }
+
+    /// Points of each stage of the segmentation.
+    pub(crate) fn counts(&mut self, index: u32, counts: SegmentationCounts) {
+        self.partial(index).counts = Some(counts);
+    }
+
+    /// Points of the map after the cycle.
+    pub(crate) fn map_points(&mut self, index: u32, map_points: usize) {
+        self.partial(index).map_points = Some(map_points);
+    }
+
+    /// How long the steps of a stage took.
+    pub(crate) fn durations<'a>(
+        &mut self,
+        index: u32,
+        stage: Stage,
+        durations: impl IntoIterator<Item = (&'a str, f64)>,
+    ) {
+        let named = durations
+            .into_iter()
+            .map(|(step, duration_s)| (format!("{}/{step}", stage.name()), duration_s))
+            .collect();
+        self.partial(index).durations[stage as usize] = Some(named);
+    }
+
+    /// Something was lost.
+    pub(crate) fn dropped(&mut self, topic_or_stage: &str, reason: &str, count: u64) {
+        if count > 0 {
+            *self.drops.entry((topic_or_stage.to_owned(), reason.to_owned())).or_default() += count;
+        }
+    }
+
+    /// Cycles that some stage has yet to speak of.
+    pub(crate) fn incomplete_cycles(&self) -> usize {
+        self.cycles.values().filter(|partial| partial.first_silent_stage().is_some()).count()
+    }
+
+    /// The frame of the map, once a cycle has named it.
+    pub(crate) fn map_frame_id(&self) -> String {
+        let detected = self.cycles.values().find_map(|partial| partial.detected.as_ref());
+        detected.map(|cycle| cycle.map_frame_id.clone()).unwrap_or_default()
+    }
+
+    /// The record of the run. A cycle that a stage never spoke of is counted as dropped by it.
+    pub(crate) fn finish(mut self, static_map: Vec<Point3<f32>>, run: RunName) -> RunRecord {
+        let mut cycles = Vec::new();
+        for (index, partial) in std::mem::take(&mut self.cycles) {
+            let silent = partial.first_silent_stage();
+            match (partial.into_record(index), silent) {
+                (Some(cycle), _) => cycles.push(cycle),
+                (None, stage) => {
+                    let stage = stage.unwrap_or(Stage::Segmentation);
+                    self.dropped(stage.name(), "the cycle never came out of this stage", 1);
+                }
+            }
+        }
+        let drops = self
+            .drops
+            .into_iter()
+            .map(|((topic_or_stage, reason), count)| DropCount { topic_or_stage, reason, count })
+            .collect();
+        RunRecord {
+            bag_name: run.bag_name,
+            transport: run.transport,
+            method: METHOD.to_owned(),
+            voxel_edge_m: self.voxel_edge_m,
+            map_frame_id: run.map_frame_id,
+            cycles,
+            drops,
+            static_map,
+            unfiltered_map: self.unfiltered_map.points(),
+        }
+    }
+
+    /// Gives each cloud to the first cycle of its stamp that has none. Several cycles have one stamp
+    /// where the scanner is faster than the camera; their clouds come in their order.
+    fn claim_clouds(&mut self) {
+        for cloud in std::mem::take(&mut self.unclaimed) {
+            let owner = self.cycles.values_mut().find(|partial| {
+                let stamp = partial.detected.as_ref().map(|cycle| cycle.reduced_cloud.stamp);
+                partial.dynamic_points_m.is_none() && stamp == Some(cloud.stamp)
+            });
+            match owner {
+                Some(partial) => partial.dynamic_points_m = Some(cloud.points_m),
+                None => self.unclaimed.push_back(cloud),
+            }
+        }
+    }
+
+    fn partial(&mut self, index: u32) -> &mut PartialCycle {
+        self.cycles.entry(index).or_default()
+    }
+}
+
+/// What a run is called in its record.
+pub(crate) struct RunName {
+    pub(crate) bag_name: String,
+    pub(crate) transport: evaluation::Transport,
+    pub(crate) map_frame_id: String,
+}
+
+impl PartialCycle {
+    fn first_silent_stage(&self) -> Option<Stage> {
+        if self.detected.is_none() {
+            Some(Stage::Detection)
+        } else if self.counts.is_none() || self.dynamic_points_m.is_none() {
+            Some(Stage::Segmentation)
+        } else if self.map_points.is_none() {
+            Some(Stage::Reconstruction)
+        } else {
+            None
+        }
+    }
+
+    fn into_record(self, index: u32) -> Option<CycleRecord> {
+        let detected = self.detected?;
+        Some(CycleRecord {
+            index,
+            scan_stamp: detected.scan_stamp,
+            cloud_stamp: detected.reduced_cloud.stamp,
+            map_from_rig: detected.map_from_rig,
+            zones: detected.zones,
+            points_in: detected.points_before_reduction,
+            counts: self.counts?,
+            map_points: self.map_points?,
+            dynamic_points_m: self.dynamic_points_m?,
+            reduced_points_m: None,
+            step_durations_s: self.durations.into_iter().flatten().flatten().collect(),
+        })
+    }
+}

@@ -1,0 +1,123 @@
+//! A bag as the drivers would have recorded it: the one place that names the topics of the bags that
+//! this program makes.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use bag_player::{BagSummary, BagWriter, ChannelId, OfferedQos};
+use geometry::{CameraModel, Cloud, DepthImage, LabelImage, Scan, Stamp, StampedPose};
+use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
+use msgs::{RosMessage, convert, geometry_msgs::PoseStamped, std_msgs};
+
+use crate::failure::Failure;
+
+/// The scan, as rplidar_ros names it.
+pub(crate) const SCAN: &str = "/scan";
+/// The depth image, as the Kinect and RealSense drivers name it.
+pub(crate) const DEPTH: &str = "/camera/depth/image_raw";
+/// The calibration of the depth camera.
+pub(crate) const DEPTH_CAMERA_INFO: &str = "/camera/depth/camera_info";
+/// The colour image, compressed as image_transport does it.
+pub(crate) const COLOUR: &str = "/camera/rgb/image_raw/compressed";
+/// The pose of the rig.
+pub(crate) const POSE: &str = "/pose";
+/// True object ids, a number for each depth pixel.
+pub(crate) const TRUE_LABELS: &str = "/truth/labels";
+/// The cloud of the scene without its moving objects.
+pub(crate) const TRUE_EMPTY_SCENE: &str = "/truth/empty_scene";
+/// What the true objects are called: a JSON object from id to name.
+pub(crate) const TRUE_OBJECT_NAMES: &str = "/truth/object_names";
+/// The frame of the depth images.
+pub(crate) const DEPTH_FRAME: &str = "camera_depth_optical_frame";
+/// The frame that poses lead to.
+pub(crate) const MAP_FRAME: &str = "map";
+
+/// History depth of the sensors' publishers: that of `rmw_qos_profile_sensor_data`.
+const SENSOR_DEPTH: u32 = 5;
+/// History depth of other publishers: that of `rmw_qos_profile_default`.
+const RELIABLE_DEPTH: u32 = 10;
+
+/// Writes sensor data to a bag. Channels appear with their first message, so that a bag lists no
+/// topic that it does not hold.
+pub(crate) struct SensorBag {
+    writer: BagWriter,
+    channels: Vec<(&'static str, ChannelId)>,
+}
+
+impl SensorBag {
+    pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
+        let writer = BagWriter::create(path).map_err(|error| Failure::new(error.to_string()))?;
+        Ok(Self { writer, channels: Vec::new() })
+    }
+
+    pub(crate) fn scan(&mut self, scan: &Scan) -> Result<(), Failure> {
+        let message: LaserScan = convert::message_from_scan(scan);
+        self.write(SCAN, OfferedQos::sensor(SENSOR_DEPTH), scan.stamp, &message)
+    }
+
+    pub(crate) fn depth(&mut self, depth: &DepthImage) -> Result<(), Failure> {
+        let message: Image = convert::message_from_depth(depth);
+        self.write(DEPTH, OfferedQos::sensor(SENSOR_DEPTH), depth.stamp, &message)
+    }
+
+    pub(crate) fn camera(&mut self, camera: &CameraModel, stamp: Stamp) -> Result<(), Failure> {
+        let message: CameraInfo = convert::message_from_camera(camera, stamp, DEPTH_FRAME);
+        self.write(DEPTH_CAMERA_INFO, OfferedQos::sensor(SENSOR_DEPTH), stamp, &message)
+    }
+
+    pub(crate) fn colour(&mut self, stamp: Stamp, colour: &CompressedImage) -> Result<(), Failure> {
+        self.write(COLOUR, OfferedQos::sensor(SENSOR_DEPTH), stamp, colour)
+    }
+
+    pub(crate) fn pose(&mut self, pose: &StampedPose) -> Result<(), Failure> {
+        let message: PoseStamped = convert::message_from_pose(pose);
+        self.write(POSE, OfferedQos::reliable(RELIABLE_DEPTH), pose.stamp, &message)
+    }
+
+    pub(crate) fn labels(&mut self, labels: &LabelImage) -> Result<(), Failure> {
+        let message: Image = convert::message_from_labels(labels);
+        self.write(TRUE_LABELS, OfferedQos::reliable(RELIABLE_DEPTH), labels.stamp, &message)
+    }
+
+    pub(crate) fn empty_scene(&mut self, cloud: &Cloud) -> Result<(), Failure> {
+        let message: PointCloud2 = convert::message_from_cloud(cloud);
+        self.write(TRUE_EMPTY_SCENE, OfferedQos::latched(), cloud.stamp, &message)
+    }
+
+    pub(crate) fn object_names(
+        &mut self,
+        stamp: Stamp,
+        names: &BTreeMap<u16, String>,
+    ) -> Result<(), Failure> {
+        let data = serde_json::to_string(names)
+            .map_err(|error| Failure::new(format!("cannot write the object names: {error}")))?;
+        self.write(TRUE_OBJECT_NAMES, OfferedQos::latched(), stamp, &std_msgs::String { data })
+    }
+
+    /// Completes the bag; until then it stands under a temporary name.
+    pub(crate) fn finish(self) -> Result<BagSummary, Failure> {
+        self.writer.finish().map_err(|error| Failure::new(error.to_string()))
+    }
+
+    fn write<M: RosMessage>(
+        &mut self,
+        topic: &'static str,
+        qos: OfferedQos,
+        stamp: Stamp,
+        message: &M,
+    ) -> Result<(), Failure> {
+        let known = self.channels.iter().find(|(name, _)| *name == topic).map(|(_, id)| *id);
+        let channel = match known {
+            Some(channel) => channel,
+            None => {
+                let channel = self
+                    .writer
+                    .channel::<M>(topic, qos)
+                    .map_err(|error| Failure::new(error.to_string()))?;
+                self.channels.push((topic, channel));
+                channel
+            }
+        };
+        self.writer.write(channel, stamp, message).map_err(|error| Failure::new(error.to_string()))
+    }
+}

@@ -1,0 +1,190 @@
+//! What a user may give that is no good: each gets a message that names the thing and the mend, and an
+//! exit code other than 0.
+
+use std::path::Path;
+use std::process::Output;
+
+use msgs::sensor_msgs::Image;
+
+use crate::bags::{bag_of, pose, scan, small_room, ten_stamps, wall};
+use crate::program::{stillmap, summary};
+
+fn run(bag: &Path, out: &Path) -> Output {
+    stillmap(["run", bag.to_str().unwrap(), "--out", out.to_str().unwrap()])
+}
+
+/// Runs a bag, which must fail with all of `wanted` on stderr, in a few lines.
+fn refused(bag: &Path, wanted: &[&str]) {
+    let out = tempfile::tempdir().unwrap();
+    let output = run(bag, out.path());
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    for wanted in wanted {
+        assert!(stderr.contains(wanted), "'{wanted}' is not in: {stderr}");
+    }
+    assert!(stderr.lines().count() <= 6, "{stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+}
+
+#[test]
+fn a_file_that_is_no_bag() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("notes.txt");
+    std::fs::write(&file, "dear diary, today the robot fell down the stairs again").unwrap();
+    refused(&file, &["notes.txt", "MCAP"]);
+}
+
+#[test]
+fn a_file_that_is_not_there() {
+    refused(Path::new("/nowhere/room.mcap"), &["/nowhere/room.mcap"]);
+}
+
+#[test]
+fn an_empty_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("empty.mcap");
+    std::fs::write(&file, "").unwrap();
+    refused(&file, &["empty.mcap"]);
+}
+
+#[test]
+fn a_bag_without_messages() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = bag_of(folder.path(), "bare.mcap", |_| {});
+    refused(&bag, &["no topic of type sensor_msgs/msg/LaserScan", "stillmap info"]);
+}
+
+#[test]
+fn a_bag_without_one_of_the_topics() {
+    let folder = tempfile::tempdir().unwrap();
+    let without_pose = bag_of(folder.path(), "pose.mcap", |topics| {
+        topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/points", ten_stamps().map(|stamp| (stamp, wall(stamp, 100))));
+    });
+    refused(&without_pose, &["no topic of type geometry_msgs/msg/PoseStamped", "--pose"]);
+
+    let without_cloud = bag_of(folder.path(), "cloud.mcap", |topics| {
+        topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
+    });
+    refused(&without_cloud, &["sensor_msgs/msg/Image", "--depth"]);
+}
+
+#[test]
+fn a_topic_of_the_wrong_type() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = bag_of(folder.path(), "types.mcap", |topics| {
+        topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/points", ten_stamps().map(|stamp| (stamp, wall(stamp, 100))));
+        topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
+    });
+    let out = folder.path().join("out");
+    let arguments =
+        ["run", bag.to_str().unwrap(), "--scan", "/pose", "--out", out.to_str().unwrap()];
+    let output = stillmap(arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    let wanted = "topic /pose carries geometry_msgs/msg/PoseStamped, not sensor_msgs/msg/LaserScan";
+    assert!(stderr.contains(wanted), "{stderr}");
+    assert!(stderr.contains("--scan: /scan"), "{stderr}");
+}
+
+#[test]
+fn an_image_that_is_no_depth_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = bag_of(folder.path(), "colour.mcap", |topics| {
+        topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
+        let colour = |stamp| Image {
+            header: pose(stamp).header,
+            height: 1,
+            width: 2,
+            encoding: "rgb8".to_owned(),
+            is_bigendian: 0,
+            step: 6,
+            data: vec![0; 6],
+        };
+        topics.messages("/image", ten_stamps().map(|stamp| (stamp, colour(stamp))));
+        topics.messages(
+            "/camera_info",
+            ten_stamps().map(|stamp| {
+                let camera = geometry::CameraModel {
+                    width_px: 2,
+                    height_px: 1,
+                    fx_px: 1.0,
+                    fy_px: 1.0,
+                    cx_px: 0.5,
+                    cy_px: 0.0,
+                    distortion: geometry::Distortion::None,
+                };
+                (stamp, msgs::convert::message_from_camera(&camera, stamp, "camera"))
+            }),
+        );
+    });
+    refused(&bag, &["no scan became a cycle", "rgb8", "16UC1"]);
+}
+
+#[test]
+fn clouds_without_a_point() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = bag_of(folder.path(), "void.mcap", |topics| {
+        topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/points", ten_stamps().map(|stamp| (stamp, wall(stamp, 0))));
+        topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
+    });
+    refused(&bag, &["/points", "no point"]);
+}
+
+#[test]
+fn scans_without_a_return_still_map_what_the_camera_sees() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = bag_of(folder.path(), "blind.mcap", |topics| {
+        topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, f32::INFINITY))));
+        topics.messages("/points", ten_stamps().map(|stamp| (stamp, wall(stamp, 100))));
+        topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
+    });
+    let out = folder.path().join("out");
+    let output = run(&bag, &out);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{stderr}");
+    assert!(stderr.contains("/scan"), "{stderr}");
+    assert!(stderr.contains("no return"), "{stderr}");
+    let summary = summary(&out);
+    assert_eq!(summary["cycles"]["total"], 10);
+    assert_eq!(summary["cycles"]["detections"], 0);
+    assert!(summary["map"]["points"].as_u64().unwrap() > 5);
+}
+
+#[test]
+fn a_bag_that_was_cut_is_mapped_as_far_as_it_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = small_room(folder.path());
+    let bytes = std::fs::read(&whole).unwrap();
+    let cut = folder.path().join("cut.mcap");
+    std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
+
+    let (whole_out, cut_out) = (folder.path().join("whole"), folder.path().join("part"));
+    assert_eq!(run(&whole, &whole_out).status.code(), Some(0));
+    let output = run(&cut, &cut_out);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{stderr}");
+    assert!(stderr.contains("cut.mcap"), "{stderr}");
+    let cycles = |out: &Path| summary(out)["cycles"]["total"].as_u64().unwrap();
+    let (whole_cycles, cut_cycles) = (cycles(&whole_out), cycles(&cut_out));
+    assert!(cut_cycles * 2 > whole_cycles, "{cut_cycles} of {whole_cycles}");
+    assert!(cut_cycles < whole_cycles);
+    assert!(cut_out.join("map.ply").is_file() && cut_out.join("report.html").is_file());
+}
+
+#[test]
+fn a_failed_run_leaves_the_results_of_the_one_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    assert_eq!(run(&small_room(folder.path()), &out).status.code(), Some(0));
+    let map = std::fs::read(out.join("map.ply")).unwrap();
+
+    let bad = folder.path().join("bad.mcap");
+    std::fs::write(&bad, "no bag").unwrap();
+    assert_eq!(run(&bad, &out).status.code(), Some(1));
+    assert!(map == std::fs::read(out.join("map.ply")).unwrap());
+}

@@ -1,0 +1,92 @@
+//! A bag through the cores in one process.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::bags::small_room;
+use crate::program::{succeed, summary};
+
+/// Every file below a folder, by its path there.
+pub(crate) fn files_of(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_str().unwrap().to_owned();
+                files.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    files
+}
+
+#[test]
+fn two_runs_of_a_bag_write_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let run = |name: &str| {
+        let out = folder.path().join(name);
+        succeed([
+            "run",
+            bag.to_str().unwrap(),
+            "--transport",
+            "local",
+            "--no-timing",
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        files_of(&out)
+    };
+    let (first, second) = (run("first"), run("second"));
+    for name in ["map.ply", "map.pcd", "summary.json", "report.html"] {
+        assert!(first.contains_key(name), "{name} is missing");
+    }
+    assert!(first.keys().any(|name| name.starts_with("dynamic/cycle_")));
+    assert!(first.keys().eq(second.keys()));
+    for (name, bytes) in &first {
+        assert!(bytes == &second[name], "{name} differs");
+    }
+}
+
+#[test]
+fn the_times_are_all_that_differs_between_two_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let run = |name: &str| {
+        let out = folder.path().join(name);
+        succeed(["run", bag.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+        let mut summary = summary(&out);
+        let timing = summary.as_object_mut().unwrap().remove("timing").unwrap();
+        let mut files = files_of(&out);
+        files.remove("summary.json");
+        (files, summary, timing)
+    };
+    let (first_files, first_summary, timing) = run("first");
+    let (second_files, second_summary, _) = run("second");
+    assert_eq!(first_summary, second_summary);
+    assert!(first_files == second_files);
+    assert!(timing["cycle"]["median_ms"].as_f64().unwrap() > 0.0, "{timing}");
+    assert!(timing["steps"].as_array().unwrap().len() >= 8, "{timing}");
+}
+
+#[test]
+fn the_person_is_cut_out_and_the_room_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let out = folder.path().join("out");
+    succeed(["run", bag.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let summary = summary(&out);
+    assert_eq!(summary["drops"], serde_json::json!([]));
+    let truth = &summary["truth"];
+    let person = &truth["objects"][0];
+    assert_eq!(person["name"], "person");
+    let in_view = person["cycles_in_view"].as_u64().unwrap();
+    assert!(in_view >= 10, "{in_view}");
+    assert!(person["cycles_found"].as_u64().unwrap() * 10 >= in_view * 9, "{person}");
+    assert!(person["points"]["share"].as_f64().unwrap() > 0.7, "{person}");
+    assert!(truth["map"]["static_kept_share_of_unfiltered"].as_f64().unwrap() > 0.97, "{truth}");
+}

@@ -1,0 +1,14 @@
+//! What only the whole can show: the program as a user starts it, processes on DDS, recorded data.
+//! The modules stand in the order in which data flows.
+
+mod bad_input;
+mod bags;
+mod program;
+
+mod import;
+mod local_run;
+
+mod dds_run;
+mod restarted_node;
+
+mod recorded_kitchen;
