@@ -23,9 +23,9 @@ const ROBOT_PATH_X_M: f64 = 2.4;
 const PERSON_PATH_X_M: f64 = 2.9;
 /// Objects wait in the doorways, outside the scanner's forward quarter and the camera's view.
 const WAITING_Y_M: f64 = WIDTH_M / 2.0 - 0.1;
-/// The rig stands in the middle, half a metre before the rear wall; the camera at 18 cm, the first
-/// mounting of Rec-HV 3.4.2, from where the scanner at 13 cm meets the low robot.
-const RIG_POSE: [f64; 6] = [0.5, 0.0, 0.18, 0.0, 0.0, 0.0];
+/// The rig stands in the middle, half a metre before the rear wall; the camera at 120 cm and the scanner at
+/// 115 cm, the mounting of Rec-HV 3.4.2 for people. The floor comes into view at 2.8 m, behind both paths.
+const RIG_POSE: [f64; 6] = [0.5, 0.0, 1.2, 0.0, 0.0, 0.0];
 
 impl Scenario {
     /// A furnished room seen by a Kinect v1 and an RPLIDAR A1 that stand still. The robot crosses from left to
@@ -60,7 +60,8 @@ impl Scenario {
     }
 }
 
-/// The robot of Rec-HV 3.4.1: low, with a screen of 0.64 x 0.27 m at the side that it shows to the sensors.
+/// A robot with the speed and the screen of 0.64 x 0.27 m of Rec-HV 3.4.1. The thesis drives it low, past
+/// sensors at ankle height; here the screen stands on a mast, so that one mounting sees robot and person.
 fn robot(start_s: f64) -> MovingObject {
     let wheel = |x_m: f64, y_m: f64| Body {
         name: "wheel".to_owned(),
@@ -69,12 +70,12 @@ fn robot(start_s: f64) -> MovingObject {
         material: Material::DARK_PLASTIC,
     };
     let mut bodies = vec![
-        Body::cuboid("screen", [-0.32, -0.17, 0.04], [0.32, -0.16, 0.31], Material::CARD),
-        Body::cuboid("chassis", [-0.2, -0.15, 0.04], [0.2, 0.15, 0.14], Material::matt(0.5)),
-        Body::cuboid("controller", [-0.07, -0.05, 0.14], [0.07, 0.05, 0.2], Material::matt(0.4)),
+        Body::cuboid("chassis", [-0.22, -0.18, 0.04], [0.22, 0.18, 0.4], Material::matt(0.5)),
+        Body::cuboid("mast", [-0.03, -0.13, 0.4], [0.03, -0.07, 1.27], Material::matt(0.4)),
+        Body::cuboid("screen", [-0.32, -0.15, 1.0], [0.32, -0.13, 1.27], Material::CARD),
     ];
     for x_m in [-0.14, 0.14] {
-        bodies.extend([wheel(x_m, -0.14), wheel(x_m, 0.14)]);
+        bodies.extend([wheel(x_m, -0.19), wheel(x_m, 0.19)]);
     }
     let from_m = [ROBOT_PATH_X_M, WAITING_Y_M];
     let to_m = [ROBOT_PATH_X_M, -WAITING_Y_M];

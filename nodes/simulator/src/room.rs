@@ -51,7 +51,7 @@ fn shell() -> Vec<Body> {
             "floor",
             [-WALL_M, -outer_m, -WALL_M],
             [DEPTH_M + WALL_M, outer_m, 0.0],
-            Material::POLISHED_TILE,
+            Material::PLASTER,
         ),
         wall(
             "ceiling",

@@ -27,17 +27,6 @@ pub(crate) enum NodeName {
     Reconstruction,
 }
 
-impl NodeName {
-    /// The name on the command line and in the graph.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Detection => "detection",
-            Self::Segmentation => "segmentation",
-            Self::Reconstruction => "reconstruction",
-        }
-    }
-}
-
 /// Runs a node until it is told to stop.
 pub(crate) fn run(args: NodeArgs) -> ExitCode {
     match args.node {

@@ -63,8 +63,8 @@ fn numbered_depth_pictures_become_images_scans_and_labels() {
         .iter()
         .map(|image| convert::labels_from_message(image).unwrap())
         .collect();
-    assert_eq!(labels[0].label(3, 3), Some(0));
-    assert_eq!(labels[1].label(3, 3), Some(1));
+    assert_eq!(labels[0].object_id(3, 3), Some(0));
+    assert_eq!(labels[1].object_id(3, 3), Some(1));
 
     let scans: Vec<_> = messages::<LaserScan>(&bag, "/scan")
         .iter()

@@ -201,7 +201,7 @@ impl<'a> LocalPipeline<'a> {
         matched: &Matched<Scan, Arc<ViewMessage>>,
     ) -> Result<(), (Stage, CycleError)> {
         let cycle = self.detect(matched).map_err(|error| (Stage::Detection, error))?;
-        let index = cycle.index;
+        let (index, cloud_stamp) = (cycle.index, cycle.reduced_cloud.stamp);
 
         let mut timer = StepTimer::start();
         let segmented = self
@@ -218,8 +218,7 @@ impl<'a> LocalPipeline<'a> {
             .add(&segmented.static_cloud)
             .map_err(|error| (Stage::Reconstruction, error.into()))?;
         timer.end_of("add");
-        self.recorder.durations(index, Stage::Reconstruction, seconds(&timer));
-        self.recorder.map_points(index, self.map.len());
+        self.recorder.reconstructed(cloud_stamp, self.map.len(), seconds(&timer));
         Ok(())
     }
 

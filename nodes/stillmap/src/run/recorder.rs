@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use evaluation::{CycleRecord, DropCount, RunRecord};
-use geometry::{Cloud, DetectedCycle, SegmentationCounts};
+use geometry::{Cloud, DetectedCycle, SegmentationCounts, Stamp};
 use nalgebra::Point3;
 use reconstruction::{ConfigError, ReconstructionConfig, StaticMap};
 
@@ -32,6 +32,25 @@ impl Stage {
     }
 }
 
+/// What took how long, in the order of the steps.
+type StepDurations = Vec<(String, f64)>;
+
+/// The names of a stage's steps begin with the stage's own.
+fn of_stage<'a>(
+    stage: Stage,
+    durations: impl IntoIterator<Item = (&'a str, f64)>,
+) -> StepDurations {
+    let named = |(step, duration_s)| (format!("{}/{step}", stage.name()), duration_s);
+    durations.into_iter().map(named).collect()
+}
+
+/// What reconstruction says of a cycle.
+struct MapAddition {
+    cloud_stamp: Stamp,
+    map_points: usize,
+    durations: StepDurations,
+}
+
 /// What is known of a cycle so far.
 #[derive(Default)]
 struct PartialCycle {
@@ -39,7 +58,7 @@ struct PartialCycle {
     dynamic_points_m: Option<Vec<Point3<f32>>>,
     counts: Option<SegmentationCounts>,
     map_points: Option<usize>,
-    durations: [Option<Vec<(String, f64)>>; Stage::ALL.len()],
+    durations: [StepDurations; Stage::ALL.len()],
 }
 
 /// Collects what the stages say of each cycle.
@@ -48,7 +67,8 @@ pub(crate) struct Recorder {
     unfiltered_map: StaticMap,
     cycles: BTreeMap<u32, PartialCycle>,
     drops: BTreeMap<(String, String), u64>,
-    unclaimed: VecDeque<Cloud>,
+    unclaimed_clouds: VecDeque<Cloud>,
+    unclaimed_additions: VecDeque<MapAddition>,
 }
 
 impl Recorder {
@@ -59,7 +79,8 @@ impl Recorder {
             unfiltered_map: StaticMap::new(*map)?,
             cycles: BTreeMap::new(),
             drops: BTreeMap::new(),
-            unclaimed: VecDeque::new(),
+            unclaimed_clouds: VecDeque::new(),
+            unclaimed_additions: VecDeque::new(),
         })
     }
 
@@ -70,29 +91,32 @@ impl Recorder {
         let _ = self.unfiltered_map.add(&in_map);
         let index = cycle.index;
         self.partial(index).detected = Some(cycle);
-        self.claim_clouds();
+        self.claim();
     }
 
-    /// The points that segmentation took for moving.
-    pub(crate) fn dynamic_points(&mut self, index: u32, points_m: Vec<Point3<f32>>) {
-        self.partial(index).dynamic_points_m = Some(points_m);
-    }
-
-    /// The moving points as a cloud that carries its stamp but not its cycle's number. It may come
-    /// before detection's own word of the cycle.
+    /// The points that segmentation took for moving. A cloud carries its stamp but not its cycle's
+    /// number, and may come before detection's own word of the cycle.
     pub(crate) fn dynamic_cloud(&mut self, cloud: Cloud) {
-        self.unclaimed.push_back(cloud);
-        self.claim_clouds();
+        self.unclaimed_clouds.push_back(cloud);
+        self.claim();
+    }
+
+    /// The map after the cycle whose cloud has this stamp; reconstruction does not know its number.
+    pub(crate) fn reconstructed<'a>(
+        &mut self,
+        cloud_stamp: Stamp,
+        map_points: usize,
+        durations: impl IntoIterator<Item = (&'a str, f64)>,
+    ) {
+        let durations = of_stage(Stage::Reconstruction, durations);
+        let addition = MapAddition { cloud_stamp, map_points, durations };
+        self.unclaimed_additions.push_back(addition);
+        self.claim();
     }
 
     /// Points of each stage of the segmentation.
     pub(crate) fn counts(&mut self, index: u32, counts: SegmentationCounts) {
         self.partial(index).counts = Some(counts);
-    }
-
-    /// Points of the map after the cycle.
-    pub(crate) fn map_points(&mut self, index: u32, map_points: usize) {
-        self.partial(index).map_points = Some(map_points);
     }
 
     /// How long the steps of a stage took.
@@ -102,11 +126,7 @@ impl Recorder {
         stage: Stage,
         durations: impl IntoIterator<Item = (&'a str, f64)>,
     ) {
-        let named = durations
-            .into_iter()
-            .map(|(step, duration_s)| (format!("{}/{step}", stage.name()), duration_s))
-            .collect();
-        self.partial(index).durations[stage as usize] = Some(named);
+        self.partial(index).durations[stage as usize] = of_stage(stage, durations);
     }
 
     /// Something was lost.
@@ -158,19 +178,37 @@ impl Recorder {
         }
     }
 
-    /// Gives each cloud to the first cycle of its stamp that has none. Several cycles have one stamp
-    /// where the scanner is faster than the camera; their clouds come in their order.
-    fn claim_clouds(&mut self) {
-        for cloud in std::mem::take(&mut self.unclaimed) {
-            let owner = self.cycles.values_mut().find(|partial| {
-                let stamp = partial.detected.as_ref().map(|cycle| cycle.reduced_cloud.stamp);
-                partial.dynamic_points_m.is_none() && stamp == Some(cloud.stamp)
-            });
-            match owner {
+    /// Gives what carries a stamp only to the first cycle of that stamp that lacks it. Several cycles
+    /// have one stamp where the scanner is faster than the camera; what is theirs comes in their order.
+    fn claim(&mut self) {
+        for cloud in std::mem::take(&mut self.unclaimed_clouds) {
+            let lacks = |partial: &PartialCycle| partial.dynamic_points_m.is_none();
+            match self.first_of(cloud.stamp, lacks) {
                 Some(partial) => partial.dynamic_points_m = Some(cloud.points_m),
-                None => self.unclaimed.push_back(cloud),
+                None => self.unclaimed_clouds.push_back(cloud),
             }
         }
+        for addition in std::mem::take(&mut self.unclaimed_additions) {
+            let lacks = |partial: &PartialCycle| partial.map_points.is_none();
+            match self.first_of(addition.cloud_stamp, lacks) {
+                Some(partial) => {
+                    partial.map_points = Some(addition.map_points);
+                    partial.durations[Stage::Reconstruction as usize] = addition.durations;
+                }
+                None => self.unclaimed_additions.push_back(addition),
+            }
+        }
+    }
+
+    fn first_of(
+        &mut self,
+        cloud_stamp: Stamp,
+        lacks: impl Fn(&PartialCycle) -> bool,
+    ) -> Option<&mut PartialCycle> {
+        self.cycles.values_mut().find(|partial| {
+            let stamp = partial.detected.as_ref().map(|cycle| cycle.reduced_cloud.stamp);
+            stamp == Some(cloud_stamp) && lacks(partial)
+        })
     }
 
     fn partial(&mut self, index: u32) -> &mut PartialCycle {
@@ -211,7 +249,7 @@ impl PartialCycle {
             map_points: self.map_points?,
             dynamic_points_m: self.dynamic_points_m?,
             reduced_points_m: None,
-            step_durations_s: self.durations.into_iter().flatten().flatten().collect(),
+            step_durations_s: self.durations.into_iter().flatten().collect(),
         })
     }
 }

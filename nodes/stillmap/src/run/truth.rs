@@ -43,7 +43,6 @@ pub(crate) struct TruthReader {
 struct TruthTopics {
     depth: String,
     camera_info: String,
-    labels: String,
 }
 
 #[derive(Default)]
@@ -65,11 +64,7 @@ impl TruthReader {
         else {
             return Ok(None);
         };
-        let topics = TruthTopics {
-            depth: image.clone(),
-            camera_info: camera_info.clone(),
-            labels: labels.clone(),
-        };
+        let topics = TruthTopics { depth: image.clone(), camera_info: camera_info.clone() };
         let selection = Selection {
             topics: Some(vec![image.clone(), camera_info.clone(), labels.clone()]),
             ..Selection::default()
@@ -147,6 +142,10 @@ impl TruthReader {
 
 /// What the true objects are called, where the bag says it.
 pub(crate) fn object_names(bag: &Bag) -> Result<BTreeMap<u16, String>, TruthError> {
+    let has_names = bag.topics()?.iter().any(|topic| topic.topic == TRUE_OBJECT_NAMES);
+    if !has_names {
+        return Ok(BTreeMap::new());
+    }
     let selection =
         Selection { topics: Some(vec![TRUE_OBJECT_NAMES.to_owned()]), ..Selection::default() };
     match bag.messages(&selection)?.next() {

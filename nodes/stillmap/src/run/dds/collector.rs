@@ -33,14 +33,12 @@ pub(super) struct Collector {
 pub(super) struct Seen {
     /// Scans that detection has decided: processed or dropped.
     pub(super) scans_decided: u64,
-    /// Counters of detection, as its last report has them.
-    pub(super) detection_counts: BTreeMap<String, u64>,
     /// The stamp of the latest cycle's cloud.
     pub(super) last_cloud: Option<Stamp>,
     /// The latest map and the stamp of its last cycle.
     pub(super) map: Option<(Stamp, Vec<Point3<f32>>)>,
-    /// Peers of each topic, by node: the nodes' own diagnostics.
-    peers: BTreeMap<(String, String), usize>,
+    /// Numbers of the nodes' own diagnostics, by node and key.
+    diagnostics: BTreeMap<(String, String), u64>,
 }
 
 impl Collector {
@@ -112,9 +110,9 @@ enum Heard {
 }
 
 impl Seen {
-    /// How many peers a node says that its topic has.
-    pub(super) fn peers(&self, node: &str, topic: &str) -> usize {
-        self.peers.get(&(node.to_owned(), topic.to_owned())).copied().unwrap_or(0)
+    /// A number out of a node's latest diagnostics; 0 until it has said it.
+    pub(super) fn diagnostic(&self, node: &str, key: &str) -> u64 {
+        self.diagnostics.get(&(node.to_owned(), key.to_owned())).copied().unwrap_or(0)
     }
 
     fn take(&mut self, heard: Heard, recorder: &mut Recorder) -> Result<(), ConvertError> {
@@ -141,13 +139,9 @@ impl Seen {
     fn take_diagnostics(&mut self, diagnostics: DiagnosticArray) {
         for status in diagnostics.status {
             for pair in status.values {
-                // "subscribers TOPIC" and "publishers TOPIC".
-                let (Some((_, topic)), Ok(peers)) =
-                    (pair.key.split_once("ers "), pair.value.parse::<usize>())
-                else {
-                    continue;
-                };
-                self.peers.insert((status.name.clone(), topic.to_owned()), peers);
+                if let Ok(number) = pair.value.parse::<u64>() {
+                    self.diagnostics.insert((status.name.clone(), pair.key), number);
+                }
             }
         }
     }
@@ -156,32 +150,31 @@ impl Seen {
         let counts: BTreeMap<String, u64> =
             report.count_names.into_iter().zip(report.counts).collect();
         let count = |name: &str| counts.get(name).copied().unwrap_or(0) as usize;
-        if report.processed {
-            let names = report.step_names.iter().map(String::as_str);
-            let durations = names.zip(report.step_durations_s);
-            recorder.durations(report.cycle, stage, durations);
-        } else {
-            // What follows the semicolon are this one's own numbers.
-            let reason = report.drop_reason.split(';').next().unwrap_or_default();
-            recorder.dropped(stage.name(), reason, 1);
-        }
-        match stage {
-            Stage::Detection => {
-                self.scans_decided += 1;
-                self.detection_counts = counts;
+        let names = report.step_names.iter().map(String::as_str);
+        let durations = names.zip(report.step_durations_s);
+        match (stage, report.processed) {
+            (_, false) => {
+                // What follows the semicolon are this one's own numbers.
+                let reason = report.drop_reason.split(';').next().unwrap_or_default();
+                recorder.dropped(stage.name(), reason, 1);
             }
-            Stage::Segmentation if report.processed => recorder.counts(
-                report.cycle,
-                SegmentationCounts {
+            (Stage::Reconstruction, true) => {
+                let cloud_stamp = convert::stamp_from_time(report.header.stamp);
+                recorder.reconstructed(cloud_stamp, count("voxels"), durations);
+            }
+            (Stage::Segmentation, true) => {
+                let counts = SegmentationCounts {
                     reduced: count("points_reduced"),
                     in_zone: count("points_in_zone"),
                     dynamic: count("points_dynamic"),
-                },
-            ),
-            Stage::Reconstruction if report.processed => {
-                recorder.map_points(report.cycle, count("voxels"));
+                };
+                recorder.counts(report.cycle, counts);
+                recorder.durations(report.cycle, stage, durations);
             }
-            Stage::Segmentation | Stage::Reconstruction => {}
+            (Stage::Detection, true) => recorder.durations(report.cycle, stage, durations),
+        }
+        if stage == Stage::Detection {
+            self.scans_decided += 1;
         }
     }
 }

@@ -128,27 +128,30 @@ impl Run {
 
     /// Connections of the pipeline that no node reports yet, as `node topic`.
     fn undiscovered(&self) -> Vec<String> {
-        // Node, topic, and the peers that it must have: the next node and this process.
+        // Node, its own diagnostic, and the peers that it must have: the next node and this process.
         let connections = [
-            (Stage::Detection, "reduced_cloud", 2),
-            (Stage::Detection, "detection/report", 1),
-            (Stage::Segmentation, "reduced_cloud", 1),
-            (Stage::Segmentation, "static_cloud", 1),
-            (Stage::Segmentation, "dynamic_cloud", 1),
-            (Stage::Segmentation, "segmentation/report", 1),
-            (Stage::Reconstruction, "static_cloud", 1),
-            (Stage::Reconstruction, "static_map", 1),
-            (Stage::Reconstruction, "reconstruction/report", 1),
+            (Stage::Detection, "subscribers", "reduced_cloud", 2),
+            (Stage::Detection, "subscribers", "detection/report", 1),
+            (Stage::Segmentation, "publishers", "reduced_cloud", 1),
+            (Stage::Segmentation, "subscribers", "static_cloud", 1),
+            (Stage::Segmentation, "subscribers", "dynamic_cloud", 1),
+            (Stage::Segmentation, "subscribers", "segmentation/report", 1),
+            (Stage::Reconstruction, "publishers", "static_cloud", 1),
+            (Stage::Reconstruction, "subscribers", "static_map", 1),
+            (Stage::Reconstruction, "subscribers", "reconstruction/report", 1),
         ];
-        let namespace = &self.namespace;
         connections
             .into_iter()
-            .filter(|(stage, topic, least)| {
-                let node = format!("{namespace}/{}", stage.name());
-                self.collector.seen().peers(&node, &format!("{namespace}/{topic}")) < *least
-            })
-            .map(|(stage, topic, _)| format!("{} {topic}", stage.name()))
+            .filter(|(stage, peers, topic, least)| self.says(*stage, peers, topic) < *least)
+            .map(|(stage, peers, topic, _)| format!("{peers} of {topic} at {}", stage.name()))
             .collect()
+    }
+
+    /// What a node's diagnostics say of one of its topics.
+    fn says(&self, stage: Stage, what: &str, topic: &str) -> u64 {
+        let namespace = &self.namespace;
+        let node = format!("{namespace}/{}", stage.name());
+        self.collector.seen().diagnostic(&node, &format!("{what} {namespace}/{topic}"))
     }
 
     fn start_player(&self, playback: &Playback<'_>, inputs: &Inputs) -> Result<Process, Failure> {
@@ -186,7 +189,9 @@ impl Run {
             }
             let Some(sent) = &sent else { continue };
             if self.has_all(sent, inputs) || last_heard.elapsed() >= LONGEST_SILENCE {
-                self.count_losses(sent, inputs);
+                for (topic, lost) in self.losses(sent, inputs) {
+                    self.recorder.dropped(&topic, "lost between player and detection", lost);
+                }
                 return Ok(());
             }
         }
@@ -214,22 +219,24 @@ impl Run {
         Ok(())
     }
 
-    /// Whether every scan has been decided, every cycle has gone through, and the map holds the last one.
+    /// Whether detection has all that was sent, every scan has been decided, every cycle has gone
+    /// through, and the map holds the last one.
     fn has_all(&self, sent: &Sent, inputs: &Inputs) -> bool {
         let seen = self.collector.seen();
-        seen.scans_decided >= sent.messages_on(&inputs.scan)
+        self.losses(sent, inputs).is_empty()
+            && seen.scans_decided >= sent.messages_on(&inputs.scan)
             && self.recorder.incomplete_cycles() == 0
             && seen.map.as_ref().map(|(stamp, _)| *stamp) == seen.last_cloud
     }
 
-    /// Counts what the player sent and detection did not receive.
-    fn count_losses(&mut self, sent: &Sent, inputs: &Inputs) {
-        let counts = &self.collector.seen().detection_counts;
-        for (name, topic) in inputs.by_node_name() {
-            let Some(received) = counts.get(received_counter(name)) else { continue };
-            let lost = sent.messages_on(topic).saturating_sub(*received);
-            self.recorder.dropped(topic, "lost between player and detection", lost);
-        }
+    /// What the player sent and detection has not received, by topic. Diagnostics come once a second, so
+    /// that messages may be missing here for a moment only.
+    fn losses(&self, sent: &Sent, inputs: &Inputs) -> Vec<(String, u64)> {
+        let lost = |(name, topic): (&str, &str)| {
+            let received = self.says(Stage::Detection, "received", name);
+            (topic.to_owned(), sent.messages_on(topic).saturating_sub(received))
+        };
+        inputs.by_node_name().into_iter().map(lost).filter(|(_, lost)| *lost > 0).collect()
     }
 
     async fn finish(
@@ -254,17 +261,6 @@ impl Run {
         };
         let static_map = map.map(|(_, points_m)| points_m).unwrap_or_default();
         Ok(DdsRun { record: recorder.finish(static_map, name), trouble })
-    }
-}
-
-/// The counter of received messages that detection keeps for an input.
-fn received_counter(input: &str) -> &'static str {
-    match input {
-        "scan" => "scans_received",
-        "pose" => "poses_received",
-        "depth/camera_info" => "camera_infos_received",
-        "depth/image" => "images_received",
-        _ => "clouds_received",
     }
 }
 
