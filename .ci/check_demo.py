@@ -10,10 +10,10 @@ import sys
 
 # Bounds on the demo, well below what it reaches: they catch a broken pipeline, not a noisy machine.
 LEAST_CYCLES = 60
-LEAST_FOUND = 0.8  # of the cycles in which an object is in view
-LEAST_REMOVED = 0.75  # of an object's true points
-LEAST_KEPT = 0.97  # of the true static scene
-MOST_LEFT = 0.15  # of the voxels that only objects touched
+LEAST_FOUND = 0.95  # of the cycles in which an object is in view
+LEAST_REMOVED = 0.9  # of an object's true points
+LEAST_KEPT = 0.99  # of the true static scene
+MOST_LEFT = 0.05  # of the voxels that only objects touched
 
 
 def points_of_ply(path):

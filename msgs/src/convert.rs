@@ -7,6 +7,7 @@
 
 mod camera;
 mod cloud;
+mod compressed_depth;
 mod cycle;
 mod depth;
 mod error;
@@ -19,6 +20,9 @@ mod zone;
 
 pub use camera::{camera_from_message, message_from_camera};
 pub use cloud::{cloud_from_message, message_from_cloud};
+pub use compressed_depth::{
+    COMPRESSED_DEPTH_TOPIC, compressed_depth_from_message, compressed_message_from_depth,
+};
 pub use cycle::{detected_cycle_from_message, message_from_detected_cycle};
 pub use depth::{depth_from_message, message_from_depth};
 pub use error::ConvertError;

@@ -95,6 +95,14 @@ pub struct CycleStatistics {
     pub window_restarted: bool,
 }
 
+impl CycleStatistics {
+    /// Whether nothing could be found for want of returns.
+    #[must_use]
+    pub fn is_blind(&self) -> bool {
+        matches!(self.unmeasured, Some(Unmeasured::TooFewReturns { .. }))
+    }
+}
+
 /// A cycle that cannot be computed.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum DetectionError {

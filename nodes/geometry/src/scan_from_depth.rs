@@ -138,6 +138,8 @@ pub struct ScanCutter {
     /// The heights that belong to the scan, in the rig.
     heights_m: (f32, f32),
     /// A scan without returns, which each scan starts from.
+    /// Half of the height that a pixel in the middle of the image covers at a distance of 1.
+    half_row_pitch: f32,
     empty: Scan,
 }
 
@@ -180,8 +182,9 @@ impl ScanCutter {
             ranges_m: vec![f32::INFINITY; beams],
             ..Scan::default()
         };
+        let half_row_pitch = half_row_pitch(&rays);
         let projector = DepthProjector::new(rays, DepthLimits::default(), rig_from_camera, "");
-        Ok(Self { projector, rows_px, heights_m, empty })
+        Ok(Self { projector, rows_px, heights_m, half_row_pitch, empty })
     }
 
     /// The scan at the moment of a depth image, in its own frame (x forward, y left). A beam in whose
@@ -195,7 +198,10 @@ impl ScanCutter {
         self.projector.for_each_block(image, self.rows_px.clone(), |block| {
             for point in block.finite_points() {
                 let range_m = point.x.hypot(point.y);
-                let in_band = point.z >= lowest_m && point.z <= highest_m;
+                // A pixel shows a patch, not a point: far away the rows lie farther apart than a thin
+                // band is high, and the row whose patch meets the band is the one to take.
+                let margin_m = range_m * self.half_row_pitch;
+                let in_band = point.z + margin_m >= lowest_m && point.z - margin_m <= highest_m;
                 if !in_band || range_m < self.empty.range_min_m || range_m > self.empty.range_max_m
                 {
                     continue;
@@ -217,6 +223,19 @@ impl ScanCutter {
         let first_edge_rad = f64::from(self.empty.angle_min_rad) - increment_rad / 2.0;
         let beam = (azimuth_rad - first_edge_rad).rem_euclid(2.0 * PI) / increment_rad;
         (beam < self.empty.ranges_m.len() as f64).then_some(beam as usize)
+    }
+}
+
+/// Half of the distance between two rows in the middle of the image, at a depth of 1; 0 where the image
+/// has one row.
+fn half_row_pitch(rays: &RayTable) -> f32 {
+    let (column_px, row_px) = (rays.width_px() / 2, rays.height_px() / 2);
+    match (
+        rays.ray(column_px, row_px),
+        row_px.checked_sub(1).and_then(|row_px| rays.ray(column_px, row_px)),
+    ) {
+        (Some(row), Some(row_above)) => (row.y - row_above.y).abs() / 2.0,
+        _ => 0.0,
     }
 }
 

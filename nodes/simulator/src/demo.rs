@@ -24,7 +24,7 @@ const PERSON_PATH_X_M: f64 = 2.9;
 /// Objects wait in the doorways, outside the scanner's forward quarter and the camera's view.
 const WAITING_Y_M: f64 = WIDTH_M / 2.0 - 0.1;
 /// The rig stands in the middle, half a metre before the rear wall; the camera at 120 cm and the scanner at
-/// 115 cm, the mounting of Rec-HV 3.4.2 for people. The floor comes into view at 2.8 m, behind both paths.
+/// 115 cm, the third mounting of Rec-HV 3.4.2. The floor comes into view at 2.8 m, behind both paths.
 const RIG_POSE: [f64; 6] = [0.5, 0.0, 1.2, 0.0, 0.0, 0.0];
 
 impl Scenario {

@@ -28,8 +28,6 @@ impl Material {
     pub const DARK_PLASTIC: Self = Self::matt(0.2);
     /// A display that is off: near black. Depth cameras leave a hole there.
     pub const BLACK_GLASS: Self = Self { reflectivity: 0.03, max_incidence_rad: 0.7 };
-    /// A polished floor. A sensor 0.2 m above it looks along it at 65 degrees and more and sees nothing.
-    pub const POLISHED_TILE: Self = Self { reflectivity: 0.4, max_incidence_rad: 1.05 };
 
     /// A matt surface: visible up to 80 degrees of incidence.
     #[must_use]

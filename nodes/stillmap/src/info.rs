@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use bag_player::Bag;
 use clap::Args;
 
+use crate::console;
 use crate::failure::{Failure, Outcome};
 
 /// Arguments of `stillmap info`.
@@ -26,9 +27,9 @@ pub(crate) fn run(args: &InfoArgs) -> Result<Outcome, Failure> {
     if args.json {
         let json = serde_json::to_string_pretty(&info)
             .map_err(|error| Failure::new(format!("cannot print the information: {error}")))?;
-        println!("{json}");
+        console::print(format_args!("{json}"))?;
     } else {
-        println!("{info}");
+        console::print(format_args!("{info}"))?;
     }
     Ok(if info.losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }

@@ -1,6 +1,7 @@
 //! The front door of stillmap: one program, a file per subcommand. It composes the cores and the nodes
 //! of the workspace; no method lives here.
 
+mod console;
 mod demo;
 mod failure;
 mod import;
@@ -89,7 +90,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn fail(failure: &Failure) -> ExitCode {
-    eprintln!("stillmap: {failure}");
+    console::complain(failure);
     ExitCode::FAILURE
 }
 

@@ -5,6 +5,7 @@ mod bad_input;
 mod bags;
 mod program;
 
+mod config_files;
 mod import;
 mod local_run;
 

@@ -219,6 +219,7 @@ impl Stage {
             ("points_reduced", count(cycle.reduced_cloud.points_m.len())),
             ("beams", count(detected.statistics.beams)),
             ("filled_beams", count(detected.statistics.filled_beams)),
+            ("blind_scans", count(usize::from(detected.statistics.is_blind()))),
             ("high_variability_beams", count(detected.statistics.high_variability_beams)),
             ("zones", count(cycle.zones.len())),
         ]);

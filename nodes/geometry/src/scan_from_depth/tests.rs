@@ -199,3 +199,22 @@ fn parameters_that_describe_no_scan_are_refused() {
     );
     assert_eq!(error.unwrap_err(), ScanFromDepthError::NoView);
 }
+
+/// A band thinner than the distance between two rows once fell between them, and the scan was empty.
+#[test]
+fn a_band_thinner_than_a_row_still_meets_one_at_any_distance() {
+    let rig_from_camera = rig_from_camera(0.0, 0.0);
+    for distance_m in [0.6, 1.5, 3.0, 5.0, 7.5] {
+        for plane_height_m in [-0.05, -0.013, 0.0, 0.031] {
+            let band = ScanBand::Height { plane_height_m, band_height_m: 1e-3 };
+            let parameters = ScanFromDepth { band, beams: 40, ..ScanFromDepth::default() };
+            let cutter = ScanCutter::new(rays(), &rig_from_camera, &parameters).unwrap();
+            let scan = cutter.cut(&render(&rig_from_camera, wall(distance_m))).unwrap();
+            let middle_m = scan.measured_range_m(20);
+            assert!(
+                middle_m.is_some(),
+                "nothing at {distance_m} m in a plane at {plane_height_m} m"
+            );
+        }
+    }
+}

@@ -36,7 +36,7 @@ fn each_object_is_in_view_exactly_while_its_path_crosses_the_view() {
     for truth in truths(&scenario) {
         for object in &truth.objects {
             let position_m = object.map_from_object.translation.vector;
-            // How far the object reaches along y, and where its front and its back are.
+            // How far the object reaches along y: half the screen, a leg swung back.
             let half_m = if object.id == ROBOT_ID { 0.32 } else { 0.55 };
             let overlap_m = position_m.x * tangent - (position_m.y.abs() - half_m);
             if overlap_m < -0.2 {
@@ -48,14 +48,16 @@ fn each_object_is_in_view_exactly_while_its_path_crosses_the_view() {
             if let Some(centroid_m) = object.visible_centroid_m {
                 seen[usize::from(object.id - 1)] += 1;
                 assert!((centroid_m.x - position_m.x).abs() < 0.25);
-                // At the edge of the view only a foot or a corner may show.
+                // At the edge of the view only a foot or the end of the screen may show.
                 assert!((centroid_m.y - position_m.y).abs() < 0.6);
             }
         }
     }
-    // 2.6 m at 0.98 m/s and 3.7 m at 1.4 m/s, at 30 Hz.
-    assert!((70..=90).contains(&seen[0]), "robot in {} images", seen[0]);
-    assert!((70..=90).contains(&seen[1]), "person in {} images", seen[1]);
+    // The screen, 1.75 m away, is in view on 1.92 + 0.64 m, and the chassis's rear edge, 2.08 m away, on
+    // 2.29 + 0.44 m; at 0.98 m/s and 30 Hz in 78 and 84 images. The person, 2.4 m away, on 2.64 m and a reach of
+    // 0.1 m (the trunk) to 0.55 m on each side; at 1.4 m/s in 61 to 80 images.
+    assert!((78..=84).contains(&seen[0]), "robot in {} images", seen[0]);
+    assert!((61..=80).contains(&seen[1]), "person in {} images", seen[1]);
 }
 
 #[test]
@@ -99,7 +101,8 @@ fn the_room_is_empty_before_between_and_after_the_crossings() {
             crossing[usize::from(id - 1)] += i32::from(pixels > 0);
         }
     }
-    assert!(crossing[0] > 60 && crossing[1] > 50 && crossing[2] > 40, "{crossing:?}");
+    // Images and turns (as below), less the crossings' ends.
+    assert!(crossing[0] > 70 && crossing[1] > 55 && crossing[2] > 50, "{crossing:?}");
 }
 
 #[test]
@@ -139,7 +142,8 @@ fn without_objects_there_is_no_label_and_only_those_asked_for_enter() {
 }
 
 /// The deviation over three turns (Rec-HV eq. 3) of the empty room stays below the 0.4 m that Rec-HV takes
-/// for motion, and the crossings lift it above: the demo's room is of the kind that the method is for.
+/// for motion, and the crossings lift it above: the demo's room is of the kind that the method is for. Of the
+/// room come at most 0.17 m from its steps (module `room`), the rest from the noise of ranges.
 #[test]
 fn the_empty_room_is_quiet_and_the_crossings_are_not() {
     let largest_deviations_m = |scenario: &Scenario| -> Vec<f64> {
@@ -163,18 +167,21 @@ fn the_empty_room_is_quiet_and_the_crossings_are_not() {
             .map(|window| (0..91).map(|beam| deviation(window, beam)).fold(0.0, f64::max))
             .collect()
     };
-    for seed in 1..=3 {
+    // The screen, 1.75 m away, crosses 3.5 + 0.64 m at 0.98 m/s, the trunk, 2.4 m away, 4.8 + 0.2 m at 1.4 m/s and
+    // the hands up to 0.35 m more on each side: 4.2 and 3.6 to 4.1 s, 55 to 58 turns at 7 Hz. Each crossing stays in
+    // two windows more; where a window holds both of its sides once, the deviation is 0.47 of at least 1.7 m.
+    for seed in 1..=5 {
         let quiet = largest_deviations_m(&demo().with_seed(seed).without_objects());
         let largest_m = quiet.iter().copied().fold(0.0, f64::max);
         assert!(largest_m < 0.4, "seed {seed}: an empty room deviates by {largest_m} m");
         let lively = largest_deviations_m(&demo().with_seed(seed));
         let moving = lively.iter().filter(|&&deviation_m| deviation_m > 0.4).count();
-        assert!((40..=70).contains(&moving), "seed {seed}: motion in {moving} of {}", lively.len());
+        assert!((53..=64).contains(&moving), "seed {seed}: motion in {moving} of {}", lively.len());
     }
 }
 
 #[test]
-fn gaps_in_the_scan_are_as_frequent_as_in_a_room_with_furniture() {
+fn gaps_in_the_scan_are_the_monitor_and_as_many_as_in_a_room_with_reflecting_things() {
     let scans = scans(&demo().without_objects());
     let gaps: usize = scans
         .iter()
@@ -183,8 +190,17 @@ fn gaps_in_the_scan_are_as_frequent_as_in_a_room_with_furniture() {
         })
         .sum();
     let per_scan = gaps as f64 / scans.len() as f64;
-    // Rec-HV 4.1: about 8 of 90 in scene B, which is full of reflecting things; fewer here.
-    assert!((0.3..8.0).contains(&per_scan), "{per_scan} gaps in a quarter turn");
+    // The monitor is 4.2 m away and reaches from 0.2 to 0.75 m right of the middle. Beams are a degree apart and
+    // measured anywhere within their degree, so as many of them meet it as it is degrees wide: 7.4.
+    let monitor = ((0.75_f64 / 4.2).atan() - (0.2_f64 / 4.2).atan()).to_degrees();
+    let by_chance = 0.01 * (91.0 - monitor);
+    // What more is missing grazes the lamp or the sides of the shelf: less than a beam. Rec-HV 4.1 finds
+    // gaps in 94.4 % of the turns of scene B, which is full of reflecting things; Table 4 shows seven in a row.
+    let expected = monitor + by_chance;
+    assert!(
+        (expected - 0.4..expected + 1.0).contains(&per_scan),
+        "{per_scan} gaps in a quarter turn"
+    );
 }
 
 #[test]
@@ -192,15 +208,24 @@ fn the_empty_scene_cloud_lies_within_the_room_in_the_map_frame() {
     let scenario = Scenario::small();
     let cloud = scenario.static_scene_cloud().unwrap();
     assert_eq!(cloud.frame_id, "map");
-    // The lower half of the image looks at the polished floor.
+    // Two columns are dead and the monitor, 18 x 11 pixels, is black. What else is missing lies in shadow or is
+    // grazed: tops of furniture, the shelf's sides and the far edges of floor and ceiling.
     let pixels = 160 * 120;
-    assert!((pixels * 4 / 10..pixels * 6 / 10).contains(&cloud.points_m.len()));
+    let most = 158 * 120 - 18 * 11;
+    assert!((pixels * 8 / 10..most).contains(&cloud.points_m.len()), "{}", cloud.points_m.len());
+    // The camera stands 0.5 m before the rear wall, 1.2 m up in a room of 2.6 m. The lowest row looks at the floor
+    // 2.85 m away; at the far wall, 4.5 m away, the view is 2.5 m wide on both sides.
     for point in &cloud.points_m {
-        // The camera stands 0.5 m before the rear wall, 0.18 m up.
-        assert!((1.0..4.501).contains(&point.x), "{point}");
-        assert!(point.y.abs() < 3.0 && (-0.1801..2.42).contains(&point.z), "{point}");
+        assert!((2.85..4.501).contains(&point.x), "{point}");
+        assert!(point.y.abs() < 2.5 && (-1.2001..1.4001).contains(&point.z), "{point}");
     }
-    // Most of it is the far wall.
+    // The far wall's foot is 38 rows below the middle of the image and its top 45 rows above it, so the floor has
+    // the lowest 23 of the 120 rows and the ceiling the highest 14, less what is grazed and hidden.
+    for z_m in [-1.2, 1.4] {
+        let points = cloud.points_m.iter().filter(|point| (point.z - z_m).abs() < 1e-3).count();
+        assert!((8 * 158..23 * 158).contains(&points), "{points} points at a height of {z_m} m");
+    }
+    // The far wall covers 84 rows; the furniture before it takes less than 4.2 of its 13 m^2, seen a fifth larger.
     let wall = cloud.points_m.iter().filter(|point| (point.x - 4.5).abs() < 1e-3).count();
     assert!(wall * 3 > cloud.points_m.len(), "{wall} points of the far wall");
     assert_eq!(cloud, scenario.without_objects().static_scene_cloud().unwrap());

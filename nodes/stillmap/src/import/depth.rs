@@ -8,6 +8,7 @@ use nalgebra::Isometry3;
 
 use super::depth_png::{DepthUnit, numbered_pictures, read_depth, read_mask};
 use super::scan_cut::{ScanCut, ScanCutArgs};
+use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
 use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME, SensorBag};
@@ -83,7 +84,7 @@ pub(crate) fn import(args: &DepthArgs) -> Result<Outcome, Failure> {
     }
     let summary = bag.finish()?;
     progress.finish();
-    println!("{}: {} messages", args.output.display(), summary.message_count);
+    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
     Ok(Outcome::Complete)
 }
 

@@ -12,6 +12,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use super::depth::parse_intrinsics;
 use super::depth_png::{DepthUnit, read_depth};
 use super::scan_cut::{ScanCut, ScanCutArgs};
+use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
 use crate::rig::rig_from_camera;
@@ -96,7 +97,7 @@ pub(crate) fn import(args: &TumArgs) -> Result<Outcome, Failure> {
     }
     let summary = bag.finish()?;
     progress.finish();
-    println!("{}: {} messages", args.output.display(), summary.message_count);
+    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
     Ok(Outcome::Complete)
 }
 

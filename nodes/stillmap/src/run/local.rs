@@ -26,6 +26,7 @@ use crate::progress::Progress;
 pub(crate) struct LocalRun {
     pub(crate) record: RunRecord,
     pub(crate) losses: Vec<Loss>,
+    pub(crate) blind_scans: usize,
 }
 
 /// Runs a bag through the cores.
@@ -47,7 +48,8 @@ pub(crate) fn run(
     }
     pipeline.flush();
     let losses = messages.losses().to_vec();
-    Ok(LocalRun { record: pipeline.finish(bag_name), losses })
+    let blind_scans = pipeline.recorder.blind_scans();
+    Ok(LocalRun { record: pipeline.finish(bag_name), losses, blind_scans })
 }
 
 /// Why a message or a cycle came to nothing. The run goes on; the record counts it.
@@ -248,6 +250,9 @@ impl<'a> LocalPipeline<'a> {
             map_frame_id: &pose.frame_id,
         };
         let detected = self.detector.step(&input, |step| timer.end_of(step.name()))?;
+        if detected.statistics.is_blind() {
+            self.recorder.blind_scan();
+        }
         let cycle = detected.cycle;
         self.recorder.durations(cycle.index, Stage::Detection, seconds(&timer));
         Ok(cycle)

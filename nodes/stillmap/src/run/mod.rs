@@ -1,6 +1,7 @@
 //! `stillmap run`: a bag through the whole pipeline.
 
 mod dds;
+mod findings;
 mod inputs;
 mod local;
 mod output;
@@ -10,15 +11,17 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
-use bag_player::{Bag, BagInfo, Loss};
+use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
-use evaluation::{DynamicScoreRules, RunRecord, Summary};
+use evaluation::{DynamicScore, DynamicScoreRules, RunRecord, Summary};
 use geometry::{DepthLimits, pose_from_vector};
 
+use self::findings::Course;
 use self::inputs::{Inputs, TopicArgs};
 use self::output::OutputFolder;
 use self::parameters::{ParameterArgs, PipelineParameters};
 use self::truth::TruthReader;
+use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
 
@@ -39,7 +42,7 @@ pub(crate) struct RunArgs {
 }
 
 /// How a bag is run; `stillmap demo` shares these.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct HowArgs {
     /// How the stages are connected
     #[arg(long, value_enum)]
@@ -55,6 +58,13 @@ pub(crate) struct HowArgs {
     /// Print the summary as JSON
     #[arg(long)]
     json: bool,
+}
+
+impl HowArgs {
+    /// The same with one more parameter file, before all others.
+    pub(crate) fn with_parameters(&self, first: PathBuf) -> Self {
+        Self { parameters: self.parameters.after(first), ..self.clone() }
+    }
 }
 
 /// How the stages of a run are connected.
@@ -85,32 +95,36 @@ pub(crate) fn run_bag(
     let parameters = PipelineParameters::load(&how.parameters)?;
     let folder = OutputFolder::create(out)?;
 
-    let Finished { record, trouble, losses } = match transport {
+    let Finished { record, course, trouble } = match transport {
         TransportName::Local => run_locally(&bag, &info, &inputs, &parameters)?,
         TransportName::Dds => run_over_dds(bag_path, &info, &inputs, &parameters, how.rate)?,
     };
-    for loss in &losses {
-        eprintln!("stillmap: {}: {loss}", bag_path.display());
-    }
-
-    let summary = summarise(&bag, &inputs, &parameters, &record, !how.no_timing)?;
+    let (score, untold) = match score(&bag, &inputs, &parameters, &record) {
+        Ok(score) => (score, None),
+        Err(failure) => (None, Some(failure)),
+    };
+    let summary = Summary::of_run(&record, score, !how.no_timing)
+        .map_err(|error| Failure::new(error.to_string()))?;
     folder.write(&record, &summary)?;
-    tell(&folder, &summary, how.json)?;
 
-    if let Some(trouble) = trouble {
-        return Err(trouble);
+    let mut findings = findings::findings(&course, &record, &inputs);
+    findings.extend(untold);
+    for finding in &findings {
+        console::complain(finding);
     }
-    if record.cycles.is_empty() {
-        return Err(no_cycle(&record));
+    if let Some(failure) = trouble.or_else(|| findings::defeat(&record)) {
+        return Err(failure);
     }
-    Ok(if losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+    tell(&folder, &summary, how.json)?;
+    Ok(if findings.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }
 
 /// What either transport yields.
 struct Finished {
     record: RunRecord,
+    course: Course,
+    /// Why the run ended before its end, if it did.
     trouble: Option<Failure>,
-    losses: Vec<Loss>,
 }
 
 fn run_locally(
@@ -124,7 +138,8 @@ fn run_locally(
     let progress = Progress::new("mapping", messages);
     let run = local::run(bag, inputs, parameters, &bag_name(bag.path()), &progress)?;
     progress.finish();
-    Ok(Finished { record: run.record, trouble: None, losses: run.losses })
+    let course = Course { losses: run.losses, blind_scans: run.blind_scans, lost_messages: 0 };
+    Ok(Finished { record: run.record, course, trouble: None })
 }
 
 fn run_over_dds(
@@ -138,7 +153,12 @@ fn run_over_dds(
     let playback = dds::Playback { bag: bag_path, bag_name: &bag_name(bag_path), rate };
     let run = dds::run(&playback, inputs, parameters, &progress)?;
     progress.finish();
-    Ok(Finished { record: run.record, trouble: run.trouble, losses: info.losses.clone() })
+    let course = Course {
+        losses: info.losses.clone(),
+        blind_scans: run.blind_scans,
+        lost_messages: run.lost_messages,
+    };
+    Ok(Finished { record: run.record, course, trouble: run.trouble })
 }
 
 fn messages_on(info: &BagInfo, topic: &str) -> u64 {
@@ -150,30 +170,25 @@ fn bag_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-fn summarise(
+/// The score against the truth that the bag carries, if it carries any.
+fn score(
     bag: &Bag,
     inputs: &Inputs,
     parameters: &PipelineParameters,
     record: &RunRecord,
-    with_timing: bool,
-) -> Result<Summary, Failure> {
+) -> Result<Option<DynamicScore>, Failure> {
     let wrong = |error: &dyn std::error::Error| {
         Failure::new(format!("the truth in the bag cannot be used: {error}"))
     };
     let rig_from_camera = pose_from_vector(&parameters.detection().rig_from_camera);
     let truth = TruthReader::open(bag, inputs, rig_from_camera, DepthLimits::default())
         .map_err(|error| wrong(&error))?;
-    let score = match truth {
-        Some(mut truth) => {
-            let names = truth::object_names(bag).map_err(|error| wrong(&error))?;
-            let rules = DynamicScoreRules::default();
-            let score = evaluation::score_dynamic(record, &rules, &names, |stamp| truth.at(stamp))
-                .map_err(|error| wrong(&error))?;
-            Some(score)
-        }
-        None => None,
-    };
-    Summary::of_run(record, score, with_timing).map_err(|error| Failure::new(error.to_string()))
+    let Some(mut truth) = truth else { return Ok(None) };
+    let names = truth::object_names(bag).map_err(|error| wrong(&error))?;
+    let rules = DynamicScoreRules::default();
+    evaluation::score_dynamic(record, &rules, &names, |stamp| truth.at(stamp))
+        .map(Some)
+        .map_err(|error| wrong(&error))
 }
 
 fn tell(folder: &OutputFolder, summary: &Summary, json: bool) -> Result<(), Failure> {
@@ -181,30 +196,14 @@ fn tell(folder: &OutputFolder, summary: &Summary, json: bool) -> Result<(), Fail
         let json = summary
             .to_json()
             .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
-        print!("{json}");
-        return Ok(());
+        return console::print(json.trim_end());
     }
     for line in evaluation::headline(summary) {
-        println!("{line}");
+        console::print(line)?;
     }
     let path = folder.path().display();
-    println!(
+    console::print(format_args!(
         "map: {path}/map.ply, map.pcd; removed: {path}/dynamic/; figures: {path}/summary.json"
-    );
-    println!("report: {path}/report.html");
-    Ok(())
-}
-
-fn no_cycle(record: &RunRecord) -> Failure {
-    let reasons: Vec<String> = record
-        .drops
-        .iter()
-        .map(|drop| format!("{}: {} ({} times)", drop.topic_or_stage, drop.reason, drop.count))
-        .collect();
-    let what = "no scan became a cycle, so there is no map".to_owned();
-    if reasons.is_empty() {
-        Failure::new(what)
-    } else {
-        Failure::new(what).mend(reasons.join("\n  "))
-    }
+    ))?;
+    console::print(format_args!("report: {path}/report.html"))
 }

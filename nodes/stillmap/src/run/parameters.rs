@@ -24,6 +24,13 @@ pub(crate) struct ParameterArgs {
     files: Vec<PathBuf>,
 }
 
+impl ParameterArgs {
+    /// The same with one file before all others.
+    pub(crate) fn after(&self, first: PathBuf) -> Self {
+        Self { files: std::iter::once(first).chain(self.files.iter().cloned()).collect() }
+    }
+}
+
 /// The parameters of the whole pipeline.
 pub(crate) struct PipelineParameters {
     files: Vec<PathBuf>,

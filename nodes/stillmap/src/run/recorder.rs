@@ -67,6 +67,7 @@ pub(crate) struct Recorder {
     unfiltered_map: StaticMap,
     cycles: BTreeMap<u32, PartialCycle>,
     drops: BTreeMap<(String, String), u64>,
+    blind_scans: usize,
     unclaimed_clouds: VecDeque<Cloud>,
     unclaimed_additions: VecDeque<MapAddition>,
 }
@@ -79,6 +80,7 @@ impl Recorder {
             unfiltered_map: StaticMap::new(*map)?,
             cycles: BTreeMap::new(),
             drops: BTreeMap::new(),
+            blind_scans: 0,
             unclaimed_clouds: VecDeque::new(),
             unclaimed_additions: VecDeque::new(),
         })
@@ -127,6 +129,16 @@ impl Recorder {
         durations: impl IntoIterator<Item = (&'a str, f64)>,
     ) {
         self.partial(index).durations[stage as usize] = of_stage(stage, durations);
+    }
+
+    /// A scan in which nothing could be found, since it had no or hardly any returns.
+    pub(crate) fn blind_scan(&mut self) {
+        self.blind_scans += 1;
+    }
+
+    /// Scans in which nothing could be found for want of returns.
+    pub(crate) fn blind_scans(&self) -> usize {
+        self.blind_scans
     }
 
     /// Something was lost.

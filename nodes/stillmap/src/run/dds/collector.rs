@@ -171,7 +171,12 @@ impl Seen {
                 recorder.counts(report.cycle, counts);
                 recorder.durations(report.cycle, stage, durations);
             }
-            (Stage::Detection, true) => recorder.durations(report.cycle, stage, durations),
+            (Stage::Detection, true) => {
+                if count("blind_scans") > 0 {
+                    recorder.blind_scan();
+                }
+                recorder.durations(report.cycle, stage, durations);
+            }
         }
         if stage == Stage::Detection {
             self.scans_decided += 1;

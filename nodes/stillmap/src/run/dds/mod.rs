@@ -30,6 +30,10 @@ const LOOK_AGAIN: Duration = Duration::from_millis(50);
 /// What a run over DDS yields.
 pub(crate) struct DdsRun {
     pub(crate) record: RunRecord,
+    /// Scans in which nothing could be found for want of returns.
+    pub(crate) blind_scans: usize,
+    /// Messages that the player sent and detection never received.
+    pub(crate) lost_messages: u64,
     /// Why the run ended before its end, if it did.
     pub(crate) trouble: Option<Failure>,
 }
@@ -59,7 +63,7 @@ pub(crate) fn run(
             .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
         let recorder = Recorder::new(parameters.reconstruction())
             .map_err(|error| Failure::new(error.to_string()))?;
-        let mut run = Run { namespace, collector, recorder, nodes: Vec::new() };
+        let mut run = Run { namespace, collector, recorder, nodes: Vec::new(), lost_messages: 0 };
         for stage in Stage::ALL {
             run.start_node(stage, inputs, parameters)?;
         }
@@ -75,6 +79,7 @@ struct Run {
     collector: Collector,
     recorder: Recorder,
     nodes: Vec<Process>,
+    lost_messages: u64,
 }
 
 impl Run {
@@ -191,6 +196,7 @@ impl Run {
             if self.has_all(sent, inputs) || last_heard.elapsed() >= LONGEST_SILENCE {
                 for (topic, lost) in self.losses(sent, inputs) {
                     self.recorder.dropped(&topic, "lost between player and detection", lost);
+                    self.lost_messages += lost;
                 }
                 return Ok(());
             }
@@ -244,7 +250,7 @@ impl Run {
         playback: &Playback<'_>,
         trouble: Option<Failure>,
     ) -> Result<DdsRun, Failure> {
-        let Self { collector, recorder, nodes, .. } = self;
+        let Self { collector, recorder, nodes, lost_messages, .. } = self;
         let mut trouble = trouble;
         for mut node in nodes {
             let status = node.stop()?;
@@ -260,7 +266,9 @@ impl Run {
             map_frame_id: recorder.map_frame_id(),
         };
         let static_map = map.map(|(_, points_m)| points_m).unwrap_or_default();
-        Ok(DdsRun { record: recorder.finish(static_map, name), trouble })
+        let blind_scans = recorder.blind_scans();
+        let record = recorder.finish(static_map, name);
+        Ok(DdsRun { record, blind_scans, lost_messages, trouble })
     }
 }
 

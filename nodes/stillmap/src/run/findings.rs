@@ -1,0 +1,73 @@
+//! What is wrong with a run that came to its end all the same.
+
+use bag_player::Loss;
+use evaluation::RunRecord;
+
+use super::inputs::{Inputs, ViewTopics};
+use crate::failure::Failure;
+
+/// What a run was like, beside its record.
+pub(crate) struct Course {
+    /// What of the bag could not be read.
+    pub(crate) losses: Vec<Loss>,
+    /// Scans in which nothing could be found for want of returns.
+    pub(crate) blind_scans: usize,
+    /// Messages that were sent and never arrived.
+    pub(crate) lost_messages: u64,
+}
+
+/// What the user should know of a run, each with the mend; nothing where all is well.
+pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> Vec<Failure> {
+    let mut findings = Vec::new();
+    for loss in &course.losses {
+        findings.push(Failure::new(loss.to_string()));
+    }
+    if course.lost_messages > 0 {
+        findings.push(
+            Failure::new(format!(
+                "{} messages were lost on the way between the processes",
+                course.lost_messages
+            ))
+            .mend("play slower (--rate 0.5), or give sockets more room: sudo sysctl -w net.core.rmem_max=33554432"),
+        );
+    }
+    let cycles = record.cycles.len();
+    if course.blind_scans > 0 {
+        findings.push(
+            Failure::new(format!(
+                "{} of {cycles} scans on {} had no return to find motion by",
+                course.blind_scans, inputs.scan
+            ))
+            .mend("what moved meanwhile is in the map; look at the scanner's range_min and range_max, and at its mounting"),
+        );
+    }
+    let empty = record.cycles.iter().filter(|cycle| cycle.points_in == 0).count();
+    if empty > 0 {
+        let topic = match &inputs.view {
+            ViewTopics::Depth { image, .. } => image,
+            ViewTopics::Points(points) => points,
+        };
+        findings.push(
+            Failure::new(format!("{empty} of {cycles} clouds on {topic} had no point"))
+                .mend("a cloud of NaN or a depth image of zeros maps nothing: look at the camera"),
+        );
+    }
+    findings
+}
+
+/// Why a run is no success at all, if it is none: it has no cycle, or no point in its map.
+pub(crate) fn defeat(record: &RunRecord) -> Option<Failure> {
+    if record.cycles.is_empty() {
+        let reasons: Vec<String> = record
+            .drops
+            .iter()
+            .map(|drop| format!("{}: {} ({} times)", drop.topic_or_stage, drop.reason, drop.count))
+            .collect();
+        let failure = Failure::new("no scan became a cycle, so there is no map");
+        return Some(match reasons.is_empty() {
+            true => failure,
+            false => failure.mend(reasons.join("\n  ")),
+        });
+    }
+    record.static_map.is_empty().then(|| Failure::new("the map has no point"))
+}
