@@ -10,7 +10,7 @@ mod tests;
 use std::io::Cursor;
 
 use geometry::{DepthImage, DepthPixels};
-use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Limits};
+use png::{BitDepth, ColorType, Decoder, DeflateCompression, Encoder, Filter, Limits};
 
 use super::error::excerpt;
 use super::{ConvertError, stamp_from_time, time_from_stamp};
@@ -40,6 +40,9 @@ const PIXEL_BYTES: usize = 2;
 const MOST_INFLATION: usize = 1032;
 /// What the decoder may take besides the picture: rows and what stands in other chunks.
 const DECODER_BYTES: usize = 16 << 20;
+/// Of 614 kB of a Kinect it leaves 195 kB in 5 ms, of thirty a second. The fastest needs 2 ms and leaves
+/// as much, but twice as much of a simulated image; the default needs 40 ms for 5 % less (measured).
+const DEFLATE: DeflateCompression = DeflateCompression::Level(2);
 /// The farthest depth that 16 bits of millimetres hold.
 const FARTHEST_MM: f32 = 65_535.0;
 
@@ -165,11 +168,11 @@ pub fn compressed_message_from_depth(image: &DepthImage) -> Result<CompressedIma
 
 fn millimetres(depth_m: f32) -> u16 {
     let depth_mm = (depth_m * 1e3).round();
-    // NaN compares as nothing.
-    if depth_mm >= 1.0 && depth_mm <= FARTHEST_MM { depth_mm as u16 } else { 0 }
+    // No range contains NaN.
+    if (1.0..=FARTHEST_MM).contains(&depth_mm) { depth_mm as u16 } else { 0 }
 }
 
-/// Appends a picture. A depth camera sends thirty a second: the fast compression is meant for that.
+/// Appends a picture.
 fn write_picture(
     samples: &[u8],
     (width_px, height_px): (usize, usize),
@@ -185,7 +188,8 @@ fn write_picture(
     let mut encoder = Encoder::new(data, width, height);
     encoder.set_color(ColorType::Grayscale);
     encoder.set_depth(BitDepth::Sixteen);
-    encoder.set_compression(Compression::Fast);
+    encoder.set_deflate_compression(DEFLATE);
+    encoder.set_filter(Filter::Adaptive);
     let mut writer = encoder.write_header().map_err(|error| fail(&error))?;
     writer.write_image_data(samples).map_err(|error| fail(&error))?;
     writer.finish().map_err(|error| fail(&error))

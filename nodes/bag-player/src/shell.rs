@@ -9,6 +9,7 @@ use node_shell::{Node, NodeFailure, RosArguments, ShellError};
 use crate::bag::Bag;
 
 mod clock;
+mod compress;
 mod keys;
 mod offers;
 mod options;
@@ -54,6 +55,7 @@ Examples:
   bag-player kitchen.mcap --clock --wait-for /scan
   bag-player kitchen.mcap --rate 0.5 --start 10 --duration 5 --topics /scan,/depth/image
   bag-player kitchen.mcap --remap /camera/depth/image_raw:=/depth/image --json
+  bag-player kitchen.mcap --compress-depth /camera/depth/image_raw
 
 Exit codes: 0 everything was played; 1 it could not be played; 2 it was played, but a part of the bag
 could not be read or some messages were not sent; 130 interrupted.";

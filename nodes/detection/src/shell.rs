@@ -19,7 +19,9 @@ const PROGRAM: Program = Program {
     about: "Finds what moves by how the ranges of a 2D laser scanner vary, and reduces the cloud.",
     topics: "in  scan (sensor_msgs/msg/LaserScan), best effort
              in  depth/image (sensor_msgs/msg/Image: 16UC1 or 32FC1), best effort; with input:=depth
-             in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with input:=depth
+             in  depth/image/compressedDepth (sensor_msgs/msg/CompressedImage: png), best effort;
+                 with input:=compressed_depth
+             in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with both of these
              in  points (sensor_msgs/msg/PointCloud2), best effort; with input:=points
              in  pose (geometry_msgs/msg/PoseStamped: the rig in the map), best effort
              out reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
@@ -38,6 +40,9 @@ pub enum CloudInput {
     /// Depth images with the calibration of their camera: a tenth of a cloud's bytes.
     #[default]
     Depth,
+    /// The same as PNG pictures, a quarter of a depth image's bytes: for a machine whose kernel grants
+    /// too small a receive buffer for raw ones.
+    CompressedDepth,
     /// Clouds in the camera's optical frame.
     Points,
 }

@@ -70,4 +70,6 @@ pub use stage_report::StageReporter;
 pub use steps::StepTimer;
 pub use subscription::{Received, Subscription};
 pub use throttle::{Throttle, WARNING_PERIOD};
-pub use transport::{GrantedBuffer, MessageTooLarge, Transport, TransportError};
+pub use transport::{
+    GrantedBuffer, MessageTooLarge, RAISE_RECEIVE_BUFFER, Transport, TransportError,
+};

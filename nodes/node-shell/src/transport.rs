@@ -15,6 +15,9 @@ const WANTED_RECEIVE_BUFFER: usize = 32 << 20;
 /// 64 kB and therefore waste less of the buffer than those of 1.4 kB (measured).
 const LOOPBACK_GAIN: f64 = 1.9;
 
+/// What lets the kernel grant the receive buffer that is asked for.
+pub const RAISE_RECEIVE_BUFFER: &str = "sudo sysctl -w net.core.rmem_max=33554432";
+
 /// The highest domain for which every port number that DDS derives fits in 16 bits.
 const HIGHEST_DOMAIN: u16 = 232;
 
@@ -191,8 +194,8 @@ impl fmt::Display for GrantedBuffer {
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
     "messages of {} kB on {topic} are larger than the {} kB that the kernel lets a socket receive at \
-     once, so most will be lost; raise the limit on this machine: sudo sysctl -w \
-     net.core.rmem_max=33554432", bytes / 1000, largest_safe / 1000
+     once, so most will be lost; raise the limit on this machine: {}",
+    bytes / 1000, largest_safe / 1000, RAISE_RECEIVE_BUFFER
 )]
 pub struct MessageTooLarge {
     /// The topic.

@@ -20,3 +20,8 @@ pub(crate) fn complain(failure: &Failure) {
     // When even stderr is gone, there is nobody left to tell.
     let _ = writeln!(std::io::stderr(), "stillmap: {failure}");
 }
+
+/// Tells on stderr what is good to know.
+pub(crate) fn note(line: impl Display) {
+    let _ = writeln!(std::io::stderr(), "stillmap: {line}");
+}

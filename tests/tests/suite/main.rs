@@ -1,5 +1,12 @@
 //! What only the whole can show: the program as a user starts it, processes on DDS, recorded data.
 //! The modules stand in the order in which data flows.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a panic is a test's report, and its output belongs to it"
+)]
 
 mod bad_input;
 mod bags;

@@ -56,11 +56,6 @@ impl Running {
         kill_process(pid, Signal::INT).unwrap();
         self.child.wait().unwrap().success()
     }
-
-    /// Whether it has ended by itself.
-    pub(crate) fn has_ended(&mut self) -> bool {
-        self.child.try_wait().unwrap().is_some()
-    }
 }
 
 impl Drop for Running {

@@ -2,11 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use msgs::RosMessage;
+use msgs::convert::COMPRESSED_DEPTH_TOPIC;
+use msgs::sensor_msgs::CompressedImage;
 use node_shell::{Node, PublishError, Qos, RawPublisher, ShellError};
 
 use crate::info::TopicInfo;
 use crate::message::{BagMessage, full_type_name};
 use crate::qos::{Durability, OfferedQos, Reliability};
+use crate::shell::compress::DepthCompression;
 use crate::shell::options::PlayOptions;
 use crate::shell::summary::TopicSummary;
 
@@ -43,6 +47,7 @@ impl Offers {
     pub(super) fn create<'a>(
         node: &Node,
         options: &PlayOptions,
+        compression: &DepthCompression,
         topics: impl Iterator<Item = &'a TopicInfo>,
     ) -> Result<Self, ShellError> {
         let mut offers: BTreeMap<String, Offer> = BTreeMap::new();
@@ -57,9 +62,14 @@ impl Offers {
                 continue;
             }
             let qos = qos_of(topic);
-            let type_name = full_type_name(&topic.type_name);
-            let publisher =
-                node.raw_publisher(options.published_name(&topic.topic), &type_name, &qos)?;
+            let mut type_name = full_type_name(&topic.type_name);
+            let mut name = options.published_name(&topic.topic).to_owned();
+            if compression.includes(&topic.topic) {
+                // Below the name that the raw image would have after all remapping.
+                name = format!("{}/{COMPRESSED_DEPTH_TOPIC}", node.resolve(&name)?);
+                type_name = CompressedImage::TYPE_NAME.to_owned();
+            }
+            let publisher = node.raw_publisher(&name, &type_name, &qos)?;
             let summary = TopicSummary::new(&topic.topic, publisher.topic(), &type_name);
             offers.insert(topic.topic.clone(), Offer { publisher, type_name, summary });
         }
@@ -80,6 +90,12 @@ impl Offers {
             Err(_) => offer.summary.failed += 1,
         }
         Some(result)
+    }
+
+    pub(super) fn count_failed(&mut self, topic: &str) {
+        if let Some(offer) = self.0.get_mut(topic) {
+            offer.summary.failed += 1;
+        }
     }
 
     pub(super) fn count_late(&mut self, topic: &str, late_s: f64) {

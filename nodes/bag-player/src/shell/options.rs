@@ -41,6 +41,10 @@ pub struct PlayOptions {
     /// Publish a topic under another name (several times for several topics)
     #[arg(long, value_name = "FROM:=TO")]
     pub remap: Vec<Remap>,
+    /// Publish the depth images of this topic of the bag as PNG, below the topic's name as
+    /// .../compressedDepth (several times for several topics)
+    #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
+    pub compress_depth: Vec<String>,
     /// Wait until somebody subscribes to this topic, under the name it is published by (several times
     /// for several topics)
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
@@ -70,6 +74,7 @@ impl PlayOptions {
             clock: false,
             clock_hz: DEFAULT_CLOCK_HZ,
             remap: Vec::new(),
+            compress_depth: Vec::new(),
             wait_for: Vec::new(),
             wait_timeout_s: DEFAULT_WAIT_TIMEOUT_S,
             late_ms: DEFAULT_LATE_MS,
@@ -153,7 +158,7 @@ mod tests {
     fn every_option_is_taken() {
         let options = parse(
             "x.mcap --rate 2 --loop --start 1.5 --duration 3 --topics /a,b --topics /c --clock --clock-hz 50 \
-             --remap a:=/left/a --wait-for /left/a --wait-timeout 5 --late-ms 7 --json",
+             --remap a:=/left/a --compress-depth /d --compress-depth e --wait-for /left/a --wait-timeout 5 --late-ms 7 --json",
         )
         .unwrap();
         let expected = PlayOptions {
@@ -166,6 +171,7 @@ mod tests {
             clock: true,
             clock_hz: 50.0,
             remap: vec![Remap { from: "a".into(), to: "/left/a".into() }],
+            compress_depth: vec!["/d".into(), "e".into()],
             wait_for: vec!["/left/a".into()],
             wait_timeout_s: 5.0,
             late_ms: 7.0,

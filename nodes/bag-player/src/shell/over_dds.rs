@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::{Duration, Instant};
 
-use geometry::Stamp;
+use geometry::{DepthImage, DepthPixels, Stamp};
+use msgs::convert;
 use msgs::rosgraph_msgs::Clock;
-use msgs::sensor_msgs::LaserScan;
+use msgs::sensor_msgs::{CompressedImage, Image, LaserScan};
 use msgs::std_msgs::String as Text;
 use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
 use tempfile::TempDir;
@@ -167,6 +168,109 @@ async fn what_cannot_be_played_is_refused_in_words() {
     assert_eq!(hz, "--clock-hz must be more than 0 and at most 10000, not 0");
     let late = play(PlayOptions { late_ms: f64::NAN, ..options() }, &player).await;
     assert!(matches!(late, Err(PlayError::Number { option: "late-ms", .. })));
+    player.close().await;
+    listener.close().await;
+}
+
+fn depth_image(index: u32) -> DepthImage {
+    let pixels = (0..64 * 48).map(|pixel| (pixel * 7 + index * 1000) as u16).collect();
+    DepthImage::new(time(index), "camera".into(), (64, 48), DepthPixels::Millimetres(pixels))
+        .unwrap()
+}
+
+/// A bag of images: 20 depth images with, in the middle, one that was cut, and one of colours.
+fn bag_of_images() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bag.mcap");
+    let write = |path: &Path| -> Result<(), BagError> {
+        let mut writer = BagWriter::create(path)?;
+        let depth = writer.channel::<Image>("/depth/image", OfferedQos::reliable(50))?;
+        let colour = writer.channel::<Image>("/colour", OfferedQos::reliable(50))?;
+        let scans = writer.channel::<LaserScan>("/scan", OfferedQos::reliable(50))?;
+        for index in 0..20 {
+            let mut image = convert::message_from_depth(&depth_image(index));
+            if index == 10 {
+                image.data.truncate(100);
+            }
+            writer.write(depth, time(index), &image)?;
+            writer.write(scans, time(index), &scan(index))?;
+        }
+        let encoding = "rgb8".to_owned();
+        let image =
+            Image { encoding, width: 1, height: 1, step: 3, data: vec![0; 3], ..Image::default() };
+        writer.write(colour, time(20), &image)?;
+        writer.finish().map(drop)
+    };
+    write(&path).unwrap();
+    (folder, path)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn depth_images_arrive_compressed_below_their_name() {
+    let (_folder, path) = bag_of_images();
+    let (player, listener) = nodes();
+    {
+        let name = "/front/depth/compressedDepth";
+        let images = listener.subscription::<CompressedImage>(name, &Qos::reliable(50)).unwrap();
+        let options = PlayOptions {
+            topics: vec!["/depth/image".into(), "/scan".into()],
+            remap: vec!["/depth/image:=/front/depth".parse().unwrap()],
+            compress_depth: vec!["depth/image".into()],
+            wait_for: vec![name.into()],
+            wait_timeout_s: PATIENCE.as_secs_f64(),
+            ..PlayOptions::new(path)
+        };
+        let received = tokio::spawn(async move { receive(&images, 19).await });
+        let summary = play(options, &player).await.unwrap();
+        let received: Vec<DepthImage> = received
+            .await
+            .unwrap()
+            .iter()
+            .map(|message| convert::compressed_depth_from_message(message).unwrap())
+            .collect();
+        let expected: Vec<DepthImage> =
+            (0..20).filter(|index| *index != 10).map(depth_image).collect();
+        assert_eq!(received, expected);
+        let depth = &summary.topics[0];
+        assert_eq!((depth.topic.as_str(), depth.published_as.as_str()), ("/depth/image", name));
+        assert_eq!(depth.type_name, "sensor_msgs/msg/CompressedImage");
+        assert_eq!((depth.published, depth.failed), (19, 1));
+        assert_eq!((summary.topics[1].published, summary.is_complete()), (20, false));
+    }
+    player.close().await;
+    listener.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_no_depth_image_is_not_compressed() {
+    let (_folder, path) = bag_of_images();
+    let (player, listener) = nodes();
+    let refused = async |topic: &str, topics: &[&str]| {
+        let options = PlayOptions {
+            compress_depth: vec![topic.into()],
+            topics: topics.iter().map(|topic| (*topic).to_owned()).collect(),
+            ..PlayOptions::new(path.clone())
+        };
+        play(options, &player).await.unwrap_err().to_string()
+    };
+    let other = refused("/scan", &[]).await;
+    assert_eq!(
+        other,
+        "--compress-depth /scan: it carries sensor_msgs/msg/LaserScan, not sensor_msgs/msg/Image"
+    );
+    for (topic, topics) in [("/points", &[][..]), ("/depth/image", &["/scan"])] {
+        let unplayed = refused(topic, topics).await;
+        assert_eq!(
+            unplayed,
+            format!(
+                "--compress-depth {topic}: no such topic is played; the bag's images are /colour, \
+                 /depth/image"
+            )
+        );
+    }
+    let colour = refused("/colour", &["/colour"]).await;
+    assert!(colour.starts_with("--compress-depth: an image on /colour cannot be"), "{colour}");
+    assert!(colour.contains("\"rgb8\" is no depth image"), "{colour}");
     player.close().await;
     listener.close().await;
 }

@@ -14,6 +14,7 @@ use crate::info::BagInfo;
 use crate::message::{Selection, bare};
 use crate::schedule::{RateError, Schedule};
 use crate::shell::clock::{BagClock, CLOCK_TOPIC};
+use crate::shell::compress::DepthCompression;
 use crate::shell::offers::Offers;
 use crate::shell::options::PlayOptions;
 use crate::shell::player::{Played, Player};
@@ -60,6 +61,25 @@ pub enum PlayError {
         /// What is played.
         available: String,
     },
+    /// A topic to compress is not there.
+    #[error("--compress-depth {topic}: no such topic is played; the bag's images are {images}")]
+    CompressUnplayed {
+        /// The topic.
+        topic: String,
+        /// The topics that carry images.
+        images: String,
+    },
+    /// A topic to compress carries something else.
+    #[error("--compress-depth {topic}: it carries {type_name}, not sensor_msgs/msg/Image")]
+    CompressNoImages {
+        /// The topic.
+        topic: String,
+        /// What it carries.
+        type_name: String,
+    },
+    /// A topic to compress carries other images.
+    #[error("--compress-depth: {0}")]
+    CompressNoDepth(String),
     /// Nobody subscribed in time.
     #[error(
         "nobody subscribed to {topics} within {seconds} s; start the subscriber, or give it longer with --wait-timeout"
@@ -95,12 +115,13 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
     }
     // Asked first: a topic that is not in the bag is named before anything is published.
     let messages = bag.messages(&options.selection())?;
+    let compression = DepthCompression::checked(&options, &info)?;
     let wanted = |topic: &str| {
         (options.topics.is_empty() || options.topics.iter().any(|one| bare(one) == bare(topic)))
             && !(options.clock && options.published_name(topic) == CLOCK_TOPIC)
     };
     let played = info.topics.iter().filter(|topic| topic.is_playable() && wanted(&topic.topic));
-    let offers = Offers::create(node, &options, played)?;
+    let offers = Offers::create(node, &options, &compression, played)?;
     let clock = clock_period.map(|period| BagClock::start(node, period)).transpose()?;
 
     let shutdown = node.shutdown_signal();
@@ -110,7 +131,8 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
         player.wait_for_subscribers(node, &options.wait_for, patience).await?;
     }
     let started = Instant::now();
-    let Played { ending, passes, reader } = player.run(&bag, &options, messages).await?;
+    let Played { ending, passes, reader } =
+        player.run(&bag, &options, &compression, messages).await?;
     let duration_s = started.elapsed().as_secs_f64();
     if ending == Ending::Finished {
         sleep(LINGER).await;

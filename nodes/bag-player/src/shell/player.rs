@@ -11,6 +11,7 @@ use crate::message::{BagMessage, bare};
 use crate::messages::Messages;
 use crate::schedule::{Decision, Schedule};
 use crate::shell::clock::BagClock;
+use crate::shell::compress::{CompressError, DepthCompression};
 use crate::shell::keys::{Key, Keys};
 use crate::shell::offers::Offers;
 use crate::shell::options::PlayOptions;
@@ -127,9 +128,10 @@ impl Player {
         &mut self,
         bag: &Bag,
         options: &PlayOptions,
+        compression: &DepthCompression,
         messages: Messages,
     ) -> Result<Played, PlayError> {
-        let result = self.play_passes(bag, options, messages).await;
+        let result = self.play_passes(bag, options, compression, messages).await;
         self.status.clear();
         result
     }
@@ -138,9 +140,10 @@ impl Player {
         &mut self,
         bag: &Bag,
         options: &PlayOptions,
+        compression: &DepthCompression,
         messages: Messages,
     ) -> Result<Played, PlayError> {
-        let mut ahead = ReadAhead::start(messages).map_err(PlayError::Thread)?;
+        let mut ahead = ReadAhead::start(messages, compression).map_err(PlayError::Thread)?;
         let mut passes = 1;
         // Until a pass has read it all: what is known to be lost without reading.
         let mut reader = PassEnd { losses: bag.losses().to_vec(), ..PassEnd::default() };
@@ -160,8 +163,12 @@ impl Player {
             if ending.is_none() {
                 ending = match self.schedule.decide(now, stamp) {
                     Decision::Publish { late } => {
-                        if let Some(Ahead { message, .. }) = next.take() {
-                            self.publish(&message, late);
+                        match next.take() {
+                            Some(Ahead { fault: Some(fault), message, .. }) => {
+                                self.refuse(&message, &fault)?;
+                            }
+                            Some(Ahead { message, .. }) => self.publish(&message, late),
+                            None => {}
                         }
                         next = ahead.next().await?;
                         None
@@ -172,7 +179,8 @@ impl Player {
                         passes += 1;
                         reader = ahead.take_end();
                         let messages = bag.messages(&options.selection())?;
-                        ahead = ReadAhead::start(messages).map_err(PlayError::Thread)?;
+                        ahead =
+                            ReadAhead::start(messages, compression).map_err(PlayError::Thread)?;
                         next = ahead.next().await?;
                         None
                     }
@@ -216,13 +224,25 @@ impl Player {
             Some(Ok(())) if late > self.late_above => {
                 self.offers.count_late(&message.topic, late.as_secs_f64());
             }
-            Some(Err(error)) => {
-                self.failures_told += 1;
-                if self.failures_told <= FAILURES_TOLD {
-                    tracing::error!("{error}");
-                }
-            }
+            Some(Err(error)) => self.tell(&error),
             _ => {}
+        }
+    }
+
+    /// Counts a message that could not be compressed; a topic of other images is an error.
+    fn refuse(&mut self, message: &BagMessage, fault: &CompressError) -> Result<(), PlayError> {
+        if fault.is_no_depth() {
+            return Err(PlayError::CompressNoDepth(fault.to_string()));
+        }
+        self.offers.count_failed(&message.topic);
+        self.tell(fault);
+        Ok(())
+    }
+
+    fn tell(&mut self, failure: &dyn std::fmt::Display) {
+        self.failures_told += 1;
+        if self.failures_told <= FAILURES_TOLD {
+            tracing::error!("{failure}");
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Reading the bag ahead of the player, so that decompressing a chunk delays no message.
+//! Reading the bag ahead of the player, so that neither decompressing a chunk nor compressing an image
+//! delays a message.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -10,6 +11,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use crate::error::{BagError, Loss};
 use crate::message::BagMessage;
 use crate::messages::{Messages, Skipped};
+use crate::shell::compress::{CompressError, DepthCompression};
 
 /// What is read ahead at most, in KiB: three seconds of a depth camera, six of the largest clouds.
 const READ_AHEAD_KIB: u32 = 64 * 1024;
@@ -17,6 +19,8 @@ const READ_AHEAD_KIB: u32 = 64 * 1024;
 /// A message that was read, and its share of the read-ahead.
 pub(super) struct Ahead {
     pub(super) message: BagMessage,
+    /// Why the message could not be made what is to be published.
+    pub(super) fault: Option<CompressError>,
     _share: OwnedSemaphorePermit,
 }
 
@@ -43,13 +47,14 @@ pub(super) struct ReadAhead {
 
 impl ReadAhead {
     /// Starts reading. Must be called within a tokio runtime.
-    pub(super) fn start(messages: Messages) -> io::Result<Self> {
+    pub(super) fn start(messages: Messages, compression: &DepthCompression) -> io::Result<Self> {
         let (sender, queue) = mpsc::unbounded_channel();
         let share = Arc::new(Semaphore::new(READ_AHEAD_KIB as usize));
         let (runtime, available) = (Handle::current(), Arc::clone(&share));
+        let compression = compression.clone();
         std::thread::Builder::new()
             .name("bag-reader".to_owned())
-            .spawn(move || read(messages, &sender, &available, &runtime))?;
+            .spawn(move || read(messages, &compression, &sender, &available, &runtime))?;
         Ok(Self { queue, share, end: PassEnd::default() })
     }
 
@@ -81,18 +86,20 @@ impl Drop for ReadAhead {
 
 fn read(
     mut messages: Messages,
+    compression: &DepthCompression,
     sender: &mpsc::UnboundedSender<Item>,
     available: &Arc<Semaphore>,
     runtime: &Handle,
 ) {
     for message in messages.by_ref() {
         let item = match message {
-            Ok(message) => {
+            Ok(mut message) => {
+                let fault = compression.apply(&mut message).err();
                 // A message larger than all of the read-ahead comes alone.
                 let kib = (message.data.len() / 1024 + 1).min(READ_AHEAD_KIB as usize) as u32;
                 let share = runtime.block_on(Arc::clone(available).acquire_many_owned(kib));
                 let Ok(share) = share else { return };
-                Item::Message(Ahead { message, _share: share })
+                Item::Message(Ahead { message, fault, _share: share })
             }
             Err(error) => Item::Failed(error),
         };

@@ -1,13 +1,16 @@
 //! The node's subscriptions.
 
 use geometry::Stamp;
-use msgs::convert::stamp_from_time;
+use msgs::convert::{COMPRESSED_DEPTH_TOPIC, stamp_from_time};
 use msgs::geometry_msgs::PoseStamped;
-use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
 use node_shell::{Node, Qos, ShellError, Subscription};
 
 use super::CloudInput;
 use crate::Input;
+
+/// The depth images; the compressed ones have a name below it.
+const DEPTH_TOPIC: &str = "depth/image";
 
 /// Messages that may wait while a cycle is computed or the machine is busy. Each bounds the memory of
 /// its topic: ten depth images of a Kinect are 6 MB, ten clouds 50 MB; the small ones last for seconds.
@@ -21,6 +24,7 @@ const POSES_KEPT: usize = 200;
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum ViewMessage {
     Depth(Image),
+    CompressedDepth(CompressedImage),
     Points(PointCloud2),
 }
 
@@ -28,8 +32,17 @@ impl ViewMessage {
     pub(super) fn stamp(&self) -> Stamp {
         stamp_from_time(match self {
             Self::Depth(message) => message.header.stamp,
+            Self::CompressedDepth(message) => message.header.stamp,
             Self::Points(message) => message.header.stamp,
         })
+    }
+
+    /// Whether it is of use only with the calibration of its camera.
+    pub(super) fn needs_calibration(&self) -> bool {
+        match self {
+            Self::Depth(_) | Self::CompressedDepth(_) => true,
+            Self::Points(_) => false,
+        }
     }
 }
 
@@ -54,18 +67,25 @@ enum ViewInputs {
 }
 
 struct DepthInputs {
-    images: Subscription<Image>,
+    images: DepthImages,
     camera_infos: Subscription<CameraInfo>,
+}
+
+enum DepthImages {
+    Raw(Subscription<Image>),
+    Compressed(Subscription<CompressedImage>),
 }
 
 impl Inputs {
     pub(super) fn subscribe(node: &Node, input: CloudInput) -> Result<Self, ShellError> {
         let view = match input {
-            CloudInput::Depth => ViewInputs::Depth(Box::new(DepthInputs {
-                camera_infos: node
-                    .subscription("depth/camera_info", &Qos::sensor(CAMERA_INFOS_KEPT))?,
-                images: node.subscription("depth/image", &Qos::sensor(VIEWS_KEPT))?,
-            })),
+            CloudInput::Depth => ViewInputs::depth(node, |qos| {
+                Ok(DepthImages::Raw(node.subscription(DEPTH_TOPIC, qos)?))
+            })?,
+            CloudInput::CompressedDepth => ViewInputs::depth(node, |qos| {
+                let topic = format!("{DEPTH_TOPIC}/{COMPRESSED_DEPTH_TOPIC}");
+                Ok(DepthImages::Compressed(node.subscription(&topic, qos)?))
+            })?,
             CloudInput::Points => {
                 ViewInputs::Points(Box::new(node.subscription("points", &Qos::sensor(VIEWS_KEPT))?))
             }
@@ -105,6 +125,11 @@ impl Inputs {
         }
     }
 
+    /// Whether the images come as they are, and so with a size that the calibration tells.
+    pub(super) fn has_raw_images(&self) -> bool {
+        matches!(&self.view, ViewInputs::Depth(depth) if matches!(depth.images, DepthImages::Raw(_)))
+    }
+
     /// The topic of the calibration, where there is one.
     pub(super) fn camera_info_topic(&self) -> Option<&str> {
         match &self.view {
@@ -131,6 +156,16 @@ impl Inputs {
 }
 
 impl ViewInputs {
+    fn depth(
+        node: &Node,
+        subscribe: impl FnOnce(&Qos) -> Result<DepthImages, ShellError>,
+    ) -> Result<Self, ShellError> {
+        let camera_infos =
+            node.subscription("depth/camera_info", &Qos::sensor(CAMERA_INFOS_KEPT))?;
+        let images = subscribe(&Qos::sensor(VIEWS_KEPT))?;
+        Ok(Self::Depth(Box::new(DepthInputs { images, camera_infos })))
+    }
+
     async fn next(&self) -> Arrival {
         match self {
             Self::Depth(depth) => tokio::select! {
@@ -138,9 +173,32 @@ impl ViewInputs {
                 received = depth.camera_infos.next() => {
                     Arrival::CameraInfo(Box::new(received.message))
                 }
-                received = depth.images.next() => Arrival::View(ViewMessage::Depth(received.message)),
+                message = depth.images.next() => Arrival::View(message),
             },
             Self::Points(clouds) => Arrival::View(ViewMessage::Points(clouds.next().await.message)),
+        }
+    }
+}
+
+impl DepthImages {
+    async fn next(&self) -> ViewMessage {
+        match self {
+            Self::Raw(images) => ViewMessage::Depth(images.next().await.message),
+            Self::Compressed(images) => ViewMessage::CompressedDepth(images.next().await.message),
+        }
+    }
+
+    fn topic(&self) -> &str {
+        match self {
+            Self::Raw(images) => images.topic(),
+            Self::Compressed(images) => images.topic(),
+        }
+    }
+
+    fn received_count(&self) -> u64 {
+        match self {
+            Self::Raw(images) => images.received_count(),
+            Self::Compressed(images) => images.received_count(),
         }
     }
 }

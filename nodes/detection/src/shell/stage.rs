@@ -94,7 +94,7 @@ impl Stage {
 
     /// An image waits for the calibration of its camera, which many drivers send after it.
     fn take_view(&mut self, view: Arc<ViewMessage>) {
-        if matches!(&*view, ViewMessage::Depth(_)) && self.camera.is_none() {
+        if view.needs_calibration() && self.camera.is_none() {
             if self.uncalibrated.len() >= self.most_uncalibrated {
                 self.uncalibrated.pop_front();
             }
@@ -113,10 +113,12 @@ impl Stage {
             Ok(projector) => self.camera = Some((camera, projector)),
             Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
         }
-        // Two bytes a pixel are the least that a depth image has.
-        let image_bytes = camera.width_px.saturating_mul(camera.height_px).saturating_mul(2);
-        if let Err(too_large) = self.granted.check(self.inputs.view_topic(), image_bytes) {
-            tracing::warn!("{too_large}");
+        if self.inputs.has_raw_images() {
+            // Two bytes a pixel are the least that a depth image has.
+            let image_bytes = camera.width_px.saturating_mul(camera.height_px).saturating_mul(2);
+            if let Err(too_large) = self.granted.check(self.inputs.view_topic(), image_bytes) {
+                tracing::warn!("{too_large}");
+            }
         }
         for view in std::mem::take(&mut self.uncalibrated) {
             self.take_view(view);
@@ -135,7 +137,7 @@ impl Stage {
                 MatchEvent::Matched(matched) => self.cycle(&matched),
                 MatchEvent::Dropped(dropped) => {
                     let topics = self.missing_topics(&dropped);
-                    let reason = format!("{}; missing {topics}", dropped.cause);
+                    let reason = format!("missing {topics}; {}", dropped.cause);
                     self.drop_scan(dropped.stamp, &format!("missing {topics}"), &reason);
                 }
                 MatchEvent::Ignored { input: Input::Scan, stamp, .. } => {
@@ -189,7 +191,13 @@ impl Stage {
                 image = convert::depth_from_message(message)?;
                 View::Depth { image: &image, projector }
             }
-            (ViewMessage::Depth(_), None) => return Err("the camera has no calibration".into()),
+            (ViewMessage::CompressedDepth(message), Some((_, projector))) => {
+                image = convert::compressed_depth_from_message(message)?;
+                View::Depth { image: &image, projector }
+            }
+            (ViewMessage::Depth(_) | ViewMessage::CompressedDepth(_), None) => {
+                return Err("the camera has no calibration".into());
+            }
             (ViewMessage::Points(message), _) => {
                 cloud = convert::cloud_from_message(message)?;
                 View::PointsInCamera(&cloud)

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Scan, Stamp, StampedPose};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
-use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
+use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan};
 use msgs::stillmap_msgs::{DynamicZones, ReducedCloud, StageReport};
 use nalgebra::Isometry3;
 use node_shell::{Publisher, Qos, RosArguments, Shutdown, Subscription, Transport};
@@ -45,10 +45,17 @@ fn scan(stamp: Stamp) -> LaserScan {
     })
 }
 
-fn image(stamp: Stamp) -> Image {
+fn depth_image(stamp: Stamp) -> DepthImage {
     let pixels = DepthPixels::Millimetres(vec![1500; 12]);
-    let image = DepthImage::new(stamp, "camera_optical_frame".to_owned(), (4, 3), pixels).unwrap();
-    convert::message_from_depth(&image)
+    DepthImage::new(stamp, "camera_optical_frame".to_owned(), (4, 3), pixels).unwrap()
+}
+
+fn image(stamp: Stamp) -> Image {
+    convert::message_from_depth(&depth_image(stamp))
+}
+
+fn compressed_image(stamp: Stamp) -> CompressedImage {
+    convert::compressed_message_from_depth(&depth_image(stamp)).unwrap()
 }
 
 fn camera_info(width_px: usize) -> CameraInfo {
@@ -78,6 +85,7 @@ struct Bench {
     shutdown: Shutdown,
     scans: Publisher<LaserScan>,
     images: Publisher<Image>,
+    compressed_images: Publisher<CompressedImage>,
     camera_infos: Publisher<CameraInfo>,
     poses: Publisher<PoseStamped>,
     cycles: Subscription<ReducedCloud>,
@@ -88,9 +96,13 @@ struct Bench {
 
 impl Bench {
     async fn start(test: &str, max_wait_s: f64) -> Self {
+        Self::start_with(test, max_wait_s, CloudInput::Depth).await
+    }
+
+    async fn start_with(test: &str, max_wait_s: f64, input: CloudInput) -> Self {
         let (own, peer) = (node("detection", test), node("robot", test));
         let config = DetectionConfig { max_wait_s, ..DetectionConfig::default() };
-        let parameters = DetectionParameters { input: CloudInput::Depth, config };
+        let parameters = DetectionParameters { input, config };
         let shutdown = own.shutdown_signal();
         let served = tokio::spawn(async move {
             let result = serve(&own, parameters).await;
@@ -103,6 +115,7 @@ impl Bench {
             shutdown,
             scans: peer.publisher("scan", &qos).unwrap(),
             images: peer.publisher("depth/image", &qos).unwrap(),
+            compressed_images: peer.publisher("depth/image/compressedDepth", &qos).unwrap(),
             camera_infos: peer.publisher("depth/camera_info", &qos).unwrap(),
             poses: peer.publisher("pose", &qos).unwrap(),
             cycles: peer.subscription("reduced_cloud", &qos).unwrap(),
@@ -112,7 +125,11 @@ impl Bench {
         };
         soon("the node", async {
             bench.scans.wait_for_subscribers(1).await;
-            bench.images.wait_for_subscribers(1).await;
+            if input == CloudInput::CompressedDepth {
+                bench.compressed_images.wait_for_subscribers(1).await;
+            } else {
+                bench.images.wait_for_subscribers(1).await;
+            }
             bench.camera_infos.wait_for_subscribers(1).await;
             bench.poses.wait_for_subscribers(1).await;
             bench.cycles.wait_for_publishers(1).await;
@@ -183,6 +200,35 @@ async fn scan_image_and_pose_become_a_cycle_even_when_the_calibration_comes_last
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_compressed_image_is_as_good_as_a_raw_one() {
+    let bench = Bench::start_with("compressed", 0.5, CloudInput::CompressedDepth).await;
+    bench.compressed_images.publish(&compressed_image(at(1_010))).unwrap();
+    bench.scans.publish(&scan(at(1_000))).unwrap();
+    bench.poses.publish(&pose(at(1_000), 1.0)).unwrap();
+    bench.poses.publish(&pose(at(1_020), 3.0)).unwrap();
+    bench.camera_infos.publish(&camera_info(4)).unwrap();
+    let message = soon("the cycle", bench.cycles.next()).await.message;
+    let cycle = convert::detected_cycle_from_message(&message).unwrap();
+    assert_eq!((cycle.reduced_cloud.stamp, cycle.points_before_reduction), (at(1_010), 12));
+    assert!(cycle.reduced_cloud.points_m.iter().all(|point| (point.x - 1.5).abs() < 1e-5));
+    let report = bench.report().await;
+    assert_eq!(counts(&report).get("images_received"), Some(&1));
+
+    // A picture that cannot be read costs its scan, and the reason is said.
+    let mut damaged = compressed_image(at(2_000));
+    damaged.format = "16UC1; compressedDepth rvl".to_owned();
+    bench.compressed_images.publish(&damaged).unwrap();
+    bench.poses.publish(&pose(at(2_000), 3.0)).unwrap();
+    bench.scans.publish(&scan(at(2_000))).unwrap();
+    let report = bench.report().await;
+    let topic = bench.compressed_images.topic();
+    assert!(!report.processed, "{report:?}");
+    assert!(report.drop_reason.starts_with(topic), "{report:?}");
+    assert!(report.drop_reason.contains("\"rvl\""), "{report:?}");
+    bench.end().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_scan_without_its_pose_is_dropped_by_name_when_the_input_falls_silent() {
     let bench = Bench::start("silence", 0.1).await;
     bench.camera_infos.publish(&camera_info(4)).unwrap();
@@ -192,7 +238,7 @@ async fn a_scan_without_its_pose_is_dropped_by_name_when_the_input_falls_silent(
     assert!(!report.processed);
     assert_eq!(convert::stamp_from_time(report.header.stamp), at(1_000));
     assert!(
-        report.drop_reason.ends_with(&format!("missing {}", bench.poses.topic())),
+        report.drop_reason.starts_with(&format!("missing {};", bench.poses.topic())),
         "{report:?}"
     );
     bench.end().await;
@@ -212,7 +258,7 @@ async fn what_is_wrong_with_an_input_is_said() {
     bench.scans.publish(&scan(at(1_000))).unwrap();
     let report = bench.report().await;
     let topic = bench.camera_infos.topic();
-    assert!(report.drop_reason.ends_with(&format!("missing {topic}")), "{report:?}");
+    assert!(report.drop_reason.starts_with(&format!("missing {topic};")), "{report:?}");
 
     // The calibration of another camera: both sizes are named.
     bench.camera_infos.publish(&camera_info(5)).unwrap();

@@ -8,7 +8,7 @@ use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::{ReducedCloud, StageReport};
 use nalgebra::Point3;
-use node_shell::{Node, Qos, RosArguments, ShellError, Subscription};
+use node_shell::{GrantedBuffer, Node, Qos, RosArguments, ShellError, Subscription};
 
 use crate::run::recorder::{Recorder, Stage};
 
@@ -69,6 +69,11 @@ impl Collector {
             node,
             seen: Seen::default(),
         })
+    }
+
+    /// What the kernel grants the sockets of this run.
+    pub(super) fn granted_buffer(&self) -> GrantedBuffer {
+        self.node.granted_buffer()
     }
 
     pub(super) fn seen(&self) -> &Seen {

@@ -2,6 +2,7 @@
 //! other run shares. This process only listens.
 
 mod collector;
+mod feed;
 mod processes;
 
 use std::collections::BTreeMap;
@@ -12,10 +13,12 @@ use std::time::{Duration, Instant};
 use evaluation::{RunRecord, Transport};
 
 use self::collector::{Collector, Seen};
+use self::feed::{FedTopic, Feed};
 use self::processes::Process;
 use super::inputs::Inputs;
 use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
+use crate::console;
 use crate::failure::Failure;
 use crate::progress::Progress;
 
@@ -63,12 +66,17 @@ pub(crate) fn run(
             .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
         let recorder = Recorder::new(parameters.reconstruction())
             .map_err(|error| Failure::new(error.to_string()))?;
-        let mut run = Run { namespace, collector, recorder, nodes: Vec::new(), lost_messages: 0 };
+        let feed = Feed::choose(playback.bag, inputs, collector.granted_buffer());
+        if let Some(compression) = &feed.compression {
+            console::note(compression);
+        }
+        let mut run =
+            Run { namespace, feed, collector, recorder, nodes: Vec::new(), lost_messages: 0 };
         for stage in Stage::ALL {
-            run.start_node(stage, inputs, parameters)?;
+            run.start_node(stage, parameters)?;
         }
         run.wait_for_discovery().await?;
-        let mut player = run.start_player(playback, inputs)?;
+        let mut player = run.start_player(playback)?;
         let trouble = run.listen(&mut player, inputs, progress).await.err();
         run.finish(playback, trouble).await
     })
@@ -76,6 +84,7 @@ pub(crate) fn run(
 
 struct Run {
     namespace: String,
+    feed: Feed,
     collector: Collector,
     recorder: Recorder,
     nodes: Vec<Process>,
@@ -83,17 +92,12 @@ struct Run {
 }
 
 impl Run {
-    fn start_node(
-        &mut self,
-        stage: Stage,
-        inputs: &Inputs,
-        parameters: &PipelineParameters,
-    ) -> Result<(), Failure> {
+    fn start_node(&mut self, stage: Stage, parameters: &PipelineParameters) -> Result<(), Failure> {
         let mut arguments = vec!["node".to_owned(), stage.name().to_owned()];
         arguments.extend(self.ros_arguments());
         arguments.extend(parameters.node_arguments());
         if stage == Stage::Detection {
-            arguments.extend(["-p".to_owned(), format!("input:={}", inputs.view.kind())]);
+            arguments.extend(["-p".to_owned(), format!("input:={}", self.feed.input)]);
         }
         self.nodes.push(Process::start(stage.name(), &arguments, Stdio::null())?);
         Ok(())
@@ -159,15 +163,20 @@ impl Run {
         self.collector.seen().diagnostic(&node, &format!("{what} {namespace}/{topic}"))
     }
 
-    fn start_player(&self, playback: &Playback<'_>, inputs: &Inputs) -> Result<Process, Failure> {
+    fn start_player(&self, playback: &Playback<'_>) -> Result<Process, Failure> {
         let mut arguments = vec!["play".to_owned(), playback.bag.display().to_string()];
         arguments.extend(["--json".to_owned(), "--rate".to_owned(), playback.rate.to_string()]);
         // Its output is read after its end only: the summary is shorter than what a pipe holds.
-        for (name, topic) in inputs.by_node_name() {
-            let to = format!("{}/{name}", self.namespace);
-            arguments.extend(["--topics".to_owned(), topic.to_owned()]);
-            arguments.extend(["--remap".to_owned(), format!("{topic}:={to}")]);
-            arguments.extend(["--wait-for".to_owned(), to]);
+        for topic in &self.feed.topics {
+            let bag_topic = &topic.bag_topic;
+            let to = format!("{}/{}", self.namespace, topic.played_name);
+            arguments.extend(["--topics".to_owned(), bag_topic.clone()]);
+            arguments.extend(["--remap".to_owned(), format!("{bag_topic}:={to}")]);
+            if topic.is_compressed {
+                arguments.extend(["--compress-depth".to_owned(), bag_topic.clone()]);
+            }
+            let awaited = format!("{}/{}", self.namespace, topic.node_name());
+            arguments.extend(["--wait-for".to_owned(), awaited]);
         }
         arguments.extend(self.ros_arguments());
         Process::start("player", &arguments, Stdio::piped())
@@ -194,7 +203,7 @@ impl Run {
             }
             let Some(sent) = &sent else { continue };
             if self.has_all(sent, inputs) || last_heard.elapsed() >= LONGEST_SILENCE {
-                for (topic, lost) in self.losses(sent, inputs) {
+                for (topic, lost) in self.losses(sent) {
                     self.recorder.dropped(&topic, "lost between player and detection", lost);
                     self.lost_messages += lost;
                 }
@@ -229,7 +238,7 @@ impl Run {
     /// through, and the map holds the last one.
     fn has_all(&self, sent: &Sent, inputs: &Inputs) -> bool {
         let seen = self.collector.seen();
-        self.losses(sent, inputs).is_empty()
+        self.losses(sent).is_empty()
             && seen.scans_decided >= sent.messages_on(&inputs.scan)
             && self.recorder.incomplete_cycles() == 0
             && seen.map.as_ref().map(|(stamp, _)| *stamp) == seen.last_cloud
@@ -237,12 +246,14 @@ impl Run {
 
     /// What the player sent and detection has not received, by topic. Diagnostics come once a second, so
     /// that messages may be missing here for a moment only.
-    fn losses(&self, sent: &Sent, inputs: &Inputs) -> Vec<(String, u64)> {
-        let lost = |(name, topic): (&str, &str)| {
-            let received = self.says(Stage::Detection, "received", name);
-            (topic.to_owned(), sent.messages_on(topic).saturating_sub(received))
+    fn losses(&self, sent: &Sent) -> Vec<(String, u64)> {
+        let lost = |topic: &FedTopic| {
+            let received = self.says(Stage::Detection, "received", &topic.node_name());
+            let bag_topic = topic.bag_topic.clone();
+            let sent = sent.messages_on(&bag_topic);
+            (bag_topic, sent.saturating_sub(received))
         };
-        inputs.by_node_name().into_iter().map(lost).filter(|(_, lost)| *lost > 0).collect()
+        self.feed.topics.iter().map(lost).filter(|(_, lost)| *lost > 0).collect()
     }
 
     async fn finish(

@@ -1,0 +1,151 @@
+//! How the bag's topics reach detection: as they are, or depth images as PNG where the kernel's receive
+//! buffer is too small for raw ones.
+
+use std::fmt;
+use std::path::Path;
+
+use bag_player::{Bag, Selection};
+use geometry::{DepthImage, DepthPixels};
+use msgs::convert::{self, COMPRESSED_DEPTH_TOPIC};
+use msgs::sensor_msgs::Image;
+use node_shell::{GrantedBuffer, RAISE_RECEIVE_BUFFER};
+
+use crate::run::inputs::{Inputs, ViewTopics};
+
+/// What detection is fed with.
+pub(super) struct Feed {
+    /// The value of detection's parameter `input`.
+    pub(super) input: &'static str,
+    pub(super) topics: Vec<FedTopic>,
+    /// Why depth images are compressed, where they are.
+    pub(super) compression: Option<Compression>,
+}
+
+/// A topic of the bag on its way to detection.
+pub(super) struct FedTopic {
+    pub(super) bag_topic: String,
+    /// The name that the player's remapping gives it.
+    pub(super) played_name: &'static str,
+    pub(super) is_compressed: bool,
+}
+
+/// Depth images that are too large as they are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Compression {
+    raw_bytes: usize,
+    png_bytes: usize,
+    largest_safe: usize,
+    /// Whether metres are rounded to millimetres by it.
+    rounds: bool,
+}
+
+impl Feed {
+    /// Compares the bag's first depth image with what the kernel grants.
+    pub(super) fn choose(bag: &Path, inputs: &Inputs, granted: GrantedBuffer) -> Self {
+        let compression = match &inputs.view {
+            // What cannot be read here, the player and detection report.
+            ViewTopics::Depth { image, .. } => Compression::needed(bag, image, granted),
+            ViewTopics::Points(_) => None,
+        };
+        let topics = inputs.by_node_name().into_iter().map(|(name, topic)| FedTopic {
+            bag_topic: topic.to_owned(),
+            played_name: name,
+            is_compressed: compression.is_some() && name == "depth/image",
+        });
+        Self {
+            input: if compression.is_some() { "compressed_depth" } else { inputs.view.kind() },
+            topics: topics.collect(),
+            compression,
+        }
+    }
+}
+
+impl FedTopic {
+    /// The name that detection knows it by.
+    pub(super) fn node_name(&self) -> String {
+        if self.is_compressed {
+            format!("{}/{COMPRESSED_DEPTH_TOPIC}", self.played_name)
+        } else {
+            self.played_name.to_owned()
+        }
+    }
+}
+
+impl Compression {
+    fn needed(bag: &Path, topic: &str, granted: GrantedBuffer) -> Option<Self> {
+        let bag = Bag::open(bag).ok()?;
+        let selection = Selection { topics: Some(vec![topic.to_owned()]), ..Selection::default() };
+        let first = bag.messages(&selection).ok()?.next()?.ok()?;
+        let too_large = granted.check(topic, first.data.len()).err()?;
+        let image = convert::depth_from_message(&first.decode::<Image>().ok()?).ok()?;
+        Self::of(&image, first.data.len(), too_large.largest_safe)
+    }
+
+    fn of(image: &DepthImage, raw_bytes: usize, largest_safe: usize) -> Option<Self> {
+        let png_bytes = convert::compressed_message_from_depth(image).ok()?.data.len();
+        let rounds = matches!(image.pixels(), DepthPixels::Metres(_));
+        // An image of noise may grow.
+        (png_bytes < raw_bytes).then_some(Self { raw_bytes, png_bytes, largest_safe, rounds })
+    }
+}
+
+impl fmt::Display for Compression {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kb = |bytes: usize| bytes / 1000;
+        write!(
+            formatter,
+            "depth images of {} kB are larger than the {} kB that the kernel lets a socket receive at \
+             once: they travel as PNG of {} kB",
+            kb(self.raw_bytes),
+            kb(self.largest_safe),
+            kb(self.png_bytes)
+        )?;
+        if self.rounds {
+            write!(formatter, ", rounded to millimetres")?;
+        } else {
+            write!(formatter, ", which loses nothing")?;
+        }
+        if self.png_bytes > self.largest_safe {
+            write!(formatter, ", and even so some will be lost")?;
+        }
+        write!(formatter, "; raw ones need `{RAISE_RECEIVE_BUFFER}`")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use geometry::Stamp;
+
+    use super::*;
+
+    fn image(pixels: DepthPixels) -> DepthImage {
+        DepthImage::new(Stamp::default(), "camera".to_owned(), (100, 100), pixels).unwrap()
+    }
+
+    #[test]
+    fn the_line_says_what_is_done_and_how_to_avoid_it() {
+        let even = image(DepthPixels::Millimetres(vec![1500; 10_000]));
+        let compression = Compression::of(&even, 20_000, 15_000).unwrap();
+        let line = compression.to_string();
+        for part in ["20 kB", "15 kB", "which loses nothing", "sysctl -w net.core.rmem_max="] {
+            assert!(line.contains(part), "{line}");
+        }
+        assert!(!line.contains("will be lost") && !line.contains('\n'), "{line}");
+        let metres = image(DepthPixels::Metres(vec![1.5; 10_000]));
+        let line = Compression::of(&metres, 40_000, 10).unwrap().to_string();
+        assert!(line.contains("rounded to millimetres, and even so some will be lost"), "{line}");
+    }
+
+    #[test]
+    fn an_image_that_would_grow_stays_as_it_is() {
+        let mut state = 1_u32;
+        let noise = (0..10_000).map(|_| {
+            state ^= state << 13;
+            state ^= state >> 17;
+            state ^= state << 5;
+            state as u16
+        });
+        let image = image(DepthPixels::Millimetres(noise.collect()));
+        assert_eq!(Compression::of(&image, 20_000, 15_000), None);
+    }
+}
