@@ -40,8 +40,8 @@ const PIXEL_BYTES: usize = 2;
 const MOST_INFLATION: usize = 1032;
 /// What the decoder may take besides the picture: rows and what stands in other chunks.
 const DECODER_BYTES: usize = 16 << 20;
-/// Of 614 kB of a Kinect it leaves 195 kB in 5 ms, of thirty a second. The fastest needs 2 ms and leaves
-/// as much, but twice as much of a simulated image; the default needs 40 ms for 5 % less (measured).
+/// Measured: it leaves 195 of 434 kB of a Kinect and 130 of 614 kB of a simulated camera, in 5 ms of the
+/// 33 that there are. The fastest leaves 193 and 286 kB in 2 ms, the default 185 and 121 kB in 40 ms.
 const DEFLATE: DeflateCompression = DeflateCompression::Level(2);
 /// The farthest depth that 16 bits of millimetres hold.
 const FARTHEST_MM: f32 = 65_535.0;
@@ -144,8 +144,9 @@ fn metres(values: &[u16], header: &[u8]) -> Result<Vec<f32>, ConvertError> {
 }
 
 /// The message of a depth image, as `16UC1; compressedDepth png`. Millimetres come back as they are.
-/// Metres are rounded to millimetres, since the quantised form of `32FC1` is coarser than that from two
-/// metres on; what 16 bits cannot hold (beyond 65.535 m, below half a millimetre) becomes not measured.
+/// Metres are rounded to millimetres, since the quantised form of `32FC1` at its usual parameters is
+/// coarser than that beyond 3.2 m; what 16 bits cannot hold (beyond 65.535 m, below half a millimetre)
+/// becomes not measured.
 ///
 /// # Errors
 /// When the image has no pixels, or a side beyond 31 bits: no PNG picture is like that.

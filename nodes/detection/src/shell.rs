@@ -40,8 +40,8 @@ pub enum CloudInput {
     /// Depth images with the calibration of their camera: a tenth of a cloud's bytes.
     #[default]
     Depth,
-    /// The same as PNG pictures, a quarter of a depth image's bytes: for a machine whose kernel grants
-    /// too small a receive buffer for raw ones.
+    /// The same as PNG pictures, a fifth to a half of a depth image's bytes: for a machine whose kernel
+    /// grants too small a receive buffer for raw ones.
     CompressedDepth,
     /// Clouds in the camera's optical frame.
     Points,

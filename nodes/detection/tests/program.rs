@@ -53,7 +53,7 @@ fn what_it_cannot_do_it_says_in_one_line() {
         (&["bag.mcap"][..], "unknown argument `bag.mcap`"),
         (&["--ros-args", "-p", "voxel_edge:=1"], "did you mean `voxel_edge_m`"),
         (&["--ros-args", "-p", "voxel_edge_m:=-1"], "positive number of metres"),
-        (&["--ros-args", "-p", "input:=cloud"], "`depth` or `points`"),
+        (&["--ros-args", "-p", "input:=cloud"], "one of `depth`"),
         (&["--ros-args", "--params-file", "/no/such/file.yaml"], "/no/such/file.yaml"),
         (&["--ros-args", "-r", "scan"], "FROM:=TO"),
     ] {

@@ -2,6 +2,7 @@
 
 use bag_player::Loss;
 use evaluation::RunRecord;
+use node_shell::RAISE_RECEIVE_BUFFER;
 
 use super::inputs::{Inputs, ViewTopics};
 use crate::failure::Failure;
@@ -28,7 +29,9 @@ pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> 
                 "{} messages were lost on the way between the processes",
                 course.lost_messages
             ))
-            .mend("play slower (--rate 0.5), or give sockets more room: sudo sysctl -w net.core.rmem_max=33554432"),
+            .mend(format!(
+                "play slower (--rate 0.5), or give sockets more room: `{RAISE_RECEIVE_BUFFER}`"
+            )),
         );
     }
     let cycles = record.cycles.len();

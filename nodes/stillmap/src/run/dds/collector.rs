@@ -76,6 +76,11 @@ impl Collector {
         self.node.granted_buffer()
     }
 
+    /// Whether SIGINT or SIGTERM has asked this process to end.
+    pub(super) fn is_interrupted(&self) -> bool {
+        self.node.shutdown_signal().is_triggered()
+    }
+
     pub(super) fn seen(&self) -> &Seen {
         &self.seen
     }

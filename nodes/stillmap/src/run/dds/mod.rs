@@ -11,6 +11,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use evaluation::{RunRecord, Transport};
+use node_shell::RAISE_RECEIVE_BUFFER;
 
 use self::collector::{Collector, Seen};
 use self::feed::{FedTopic, Feed};
@@ -122,7 +123,7 @@ impl Run {
             if missing.is_empty() {
                 return Ok(());
             }
-            self.check_nodes()?;
+            self.check()?;
             if Instant::now() >= deadline {
                 return Err(Failure::new(format!(
                     "the nodes have not found each other within {} s; missing: {}",
@@ -196,7 +197,7 @@ impl Run {
                 last_heard = Instant::now();
                 progress.set(self.collector.seen().scans_decided);
             }
-            self.check_nodes()?;
+            self.check()?;
             if sent.is_none() && player.ended()?.is_some() {
                 sent = Some(Sent::by(player)?);
                 last_heard = Instant::now();
@@ -224,7 +225,12 @@ impl Run {
         }
     }
 
-    fn check_nodes(&mut self) -> Result<(), Failure> {
+    /// Whether the run can go on: nobody has interrupted it, and every node lives.
+    fn check(&mut self) -> Result<(), Failure> {
+        // On a terminal the nodes have had the same signal, and their ends are no news.
+        if self.collector.is_interrupted() {
+            return Err(Failure::new("interrupted; what was mapped until then is written"));
+        }
         for node in &mut self.nodes {
             if let Some(status) = node.ended()? {
                 return Err(Failure::new(format!("the node {} ended: {status}", node.name()))
@@ -270,7 +276,13 @@ impl Run {
                     Some(Failure::new(format!("the node {} ended badly: {status}", node.name())));
             }
         }
-        let Seen { map, .. } = collector.close().await;
+        let Seen { map, last_cloud, .. } = collector.close().await;
+        if map.as_ref().map(|(stamp, _)| *stamp) != last_cloud && trouble.is_none() {
+            trouble = Some(
+                Failure::new("the last map did not arrive: the one that is written is older")
+                    .mend(format!("a large map needs room on its way: `{RAISE_RECEIVE_BUFFER}`")),
+            );
+        }
         let name = RunName {
             bag_name: playback.bag_name.to_owned(),
             transport: Transport::Dds,
