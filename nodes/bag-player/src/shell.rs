@@ -29,7 +29,7 @@ pub use summary::{Ending, PlaySummary, TopicSummary};
 const NODE_NAME: &str = "bag_player";
 
 /// Exit code where the bag was played and something of it was lost on the way.
-const INCOMPLETE: u8 = 2;
+const INCOMPLETE: u8 = 3;
 
 /// Exit code of a process that was interrupted (128 + SIGINT, as shells have it).
 const INTERRUPTED: u8 = 130;
@@ -57,8 +57,8 @@ Examples:
   bag-player kitchen.mcap --remap /camera/depth/image_raw:=/depth/image --json
   bag-player kitchen.mcap --compress-depth /camera/depth/image_raw
 
-Exit codes: 0 everything was played; 1 it could not be played; 2 it was played, but a part of the bag
-could not be read or some messages were not sent; 130 interrupted.";
+Exit codes: 0 everything was played; 1 it could not be played; 2 wrong arguments; 3 it was played, but a
+part of the bag could not be read or some messages were not sent; 130 interrupted.";
 
 /// Runs the player with the arguments of a command line, without the program's own name.
 pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
@@ -80,7 +80,7 @@ fn try_run(arguments: impl IntoIterator<Item = String>) -> Result<ExitCode, Node
         Err(error) => {
             // Help and version are such "errors" too; clap knows where each belongs.
             error.print()?;
-            return Ok(if error.use_stderr() { ExitCode::FAILURE } else { ExitCode::SUCCESS });
+            return Ok(ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1)));
         }
     };
     run_options(cli.options, &ros)

@@ -2,8 +2,8 @@
 
 use geometry::{
     CameraModel, CameraModelError, Cloud, DepthCameraError, DepthImage, DepthLimits,
-    DepthProjector, DetectedCycle, DynamicZone, RayTable, Scan, VoxelAccumulator, VoxelGrid,
-    pose_from_vector,
+    DepthProjector, DetectedCycle, DynamicZone, RayTable, Scan, UnusablePose, VoxelAccumulator,
+    VoxelGrid, check_pose, pose_from_vector,
 };
 use nalgebra::Isometry3;
 
@@ -112,11 +112,9 @@ pub enum DetectionError {
     /// The depth image does not fit the camera.
     #[error(transparent)]
     DepthCamera(#[from] DepthCameraError),
-    /// The pose holds a number that is not finite.
-    #[error(
-        "the pose map_from_rig holds a number that is not finite: the pose source has lost its track"
-    )]
-    Pose,
+    /// The pose cannot carry a cloud.
+    #[error(transparent)]
+    Pose(#[from] UnusablePose),
 }
 
 /// Finds the dynamic zone of each cycle and reduces its cloud (Rec-HV 3.3.2).
@@ -294,13 +292,6 @@ impl Detector {
         let reduced = Cloud { stamp: cloud.stamp, frame_id: frame_id.clone(), points_m };
         Ok((reduced, cloud.points_m.len()))
     }
-}
-
-fn check_pose(map_from_rig: &Isometry3<f64>) -> Result<(), DetectionError> {
-    let translation = map_from_rig.translation.vector;
-    let is_finite =
-        translation.iter().chain(map_from_rig.rotation.coords.iter()).all(|v| v.is_finite());
-    if is_finite { Ok(()) } else { Err(DetectionError::Pose) }
 }
 
 #[cfg(test)]

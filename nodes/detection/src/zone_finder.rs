@@ -106,6 +106,8 @@ impl ZoneFinder {
     ///   width in a window, or that is just coming into view.
     /// - Of equal peaks the outer one bounds, of equally near candidates the one with the larger
     ///   deviations, then the right-hand one.
+    /// - Only the cycle's largest deviation must exceed the minimum. A candidate near the previous zone may
+    ///   have smaller ones, as long as they are above half of the largest.
     /// - No zone leaves the aperture.
     pub fn find(&mut self, azimuths_rad: &[f64], std_dev_m: &[f32]) -> ZoneSearch {
         let beams = azimuths_rad.len().min(std_dev_m.len());

@@ -70,8 +70,6 @@ pub struct CycleRecord {
     pub map_points: usize,
     /// The points that segmentation took for moving: reduced points in the rig frame.
     pub dynamic_points_m: Vec<Point3<f32>>,
-    /// All reduced points in the rig frame, where the run kept them.
-    pub reduced_points_m: Option<Vec<Point3<f32>>>,
     /// How long each step took, in the order of the steps. The names are unique within the cycle (say
     /// `detection/gap_fill`) and the steps do not overlap: their sum is the cycle's time.
     pub step_durations_s: Vec<(String, f64)>,
@@ -105,7 +103,6 @@ pub(crate) mod tests {
             counts: SegmentationCounts::default(),
             map_points: 0,
             dynamic_points_m: Vec::new(),
-            reduced_points_m: None,
             step_durations_s: Vec::new(),
         }
     }

@@ -5,7 +5,7 @@
 //!
 //! | name | origin and axes |
 //! |---|---|
-//! | `map` | the rig frame of the first cycle (the thesis' MF_0) |
+//! | `map` | whatever frame the poses lead to; the thesis takes the rig frame of the first cycle (MF_0) |
 //! | `rig` | origin at the camera's optical centre, x forward, y left, z up (REP-103); the thesis' O_k |
 //! | `camera` | the optical frame: same origin, x right, y down, z forward |
 //! | `lidar` | the scan's own frame; 5 cm below the rig on the thesis' platform |
@@ -38,8 +38,8 @@ pub use depth_projection::{DepthCameraError, DepthLimits, DepthProjector, Reduce
 pub use label::{LabelImage, LabelSizeError};
 pub use point_file::PointFileError;
 pub use pose::{
-    PoseBuffer, PoseLookupError, PosePushError, StampedPose, homogeneous_from_pose_vector,
-    pose_from_vector, pose_vector,
+    FARTHEST_POSE_M, PoseBuffer, PoseLookupError, PosePushError, StampedPose, UnusablePose,
+    check_pose, homogeneous_from_pose_vector, pose_from_vector, pose_vector,
 };
 pub use scan::Scan;
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};

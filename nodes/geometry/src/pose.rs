@@ -21,6 +21,45 @@ pub struct StampedPose {
     pub map_from_rig: Isometry3<f64>,
 }
 
+/// No pose may lie farther from the origin of its frame: there the single precision of clouds still steps
+/// by 8 mm, a tenth of the thesis' voxel; at the coordinates of a map grid (UTM) it would step by half a
+/// metre and collapse the cloud.
+pub const FARTHEST_POSE_M: f64 = 1e5;
+
+/// A pose cannot carry a cloud.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum UnusablePose {
+    /// A number of it is not finite.
+    #[error("the pose has a number that is not finite: its source has lost its track")]
+    NotFinite,
+    /// It lies beyond [`FARTHEST_POSE_M`].
+    #[error(
+        "the pose lies {distance_m:.0} m from the origin of its frame, and {FARTHEST_POSE_M} m is the most: \
+         use a frame with an origin near by"
+    )]
+    TooFar {
+        /// The distance from the origin.
+        distance_m: f64,
+    },
+}
+
+/// Whether clouds can be taken to the frame that a pose leads to.
+///
+/// # Errors
+/// When the pose has a number that is not finite, or lies too far from the origin.
+pub fn check_pose(pose: &Isometry3<f64>) -> Result<(), UnusablePose> {
+    let Isometry3 { translation, rotation } = pose;
+    let mut numbers = translation.vector.iter().chain(rotation.coords.iter());
+    if !numbers.all(|number| number.is_finite()) {
+        return Err(UnusablePose::NotFinite);
+    }
+    let distance_m = translation.vector.norm();
+    if distance_m > FARTHEST_POSE_M {
+        return Err(UnusablePose::TooFar { distance_m });
+    }
+    Ok(())
+}
+
 /// The pose of the thesis' vector Vt_k = (Px, Py, Pz, phi, beta, gamma) (Rec-HV 3.2.7): metres, then
 /// the angles of the matrix Rz(phi) * Ry(beta) * Rx(gamma) in radians. So phi is the yaw, beta the
 /// pitch and gamma the roll, as the printed matrix has it; the glossary swaps phi and gamma.

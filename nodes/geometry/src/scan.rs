@@ -38,12 +38,13 @@ impl Scan {
         f64::from(self.angle_min_rad) + index as f64 * f64::from(self.angle_increment_rad)
     }
 
-    /// The range of beam `index` if it is a real return: finite and within the sensor's limits.
+    /// The range of beam `index` if it is a real return: finite, positive and within the sensor's limits.
+    /// A range of 0 is none even where the sensor states 0 as its lower limit: nothing stands in it.
     #[must_use]
     pub fn measured_range_m(&self, index: usize) -> Option<f32> {
         let range_m = *self.ranges_m.get(index)?;
-        (range_m.is_finite() && range_m >= self.range_min_m && range_m <= self.range_max_m)
-            .then_some(range_m)
+        let within_limits = range_m >= self.range_min_m && range_m <= self.range_max_m;
+        (range_m.is_finite() && range_m > 0.0 && within_limits).then_some(range_m)
     }
 }
 
@@ -68,6 +69,15 @@ mod tests {
         let real = scan(vec![0.15, 3.697, 8.0]);
         let measured: Vec<_> = (0..3).filter_map(|index| real.measured_range_m(index)).collect();
         assert_eq!(measured, [0.15, 3.697, 8.0]);
+    }
+
+    #[test]
+    fn a_lower_limit_of_zero_makes_no_return_of_zero() {
+        for range_min_m in [0.0, -0.0, -1.0] {
+            let scan = Scan { range_min_m, ..scan(vec![0.0, -0.0, -0.5, 0.001]) };
+            let measured: Vec<_> = (0..4).map(|index| scan.measured_range_m(index)).collect();
+            assert_eq!(measured, [None, None, None, Some(0.001)]);
+        }
     }
 
     #[test]

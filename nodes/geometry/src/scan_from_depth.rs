@@ -16,7 +16,8 @@ use crate::{DepthCameraError, DepthImage, DepthLimits, DepthProjector, RayTable,
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ScanBand {
     /// Those that see a point in a layer parallel to the rig's XY plane, as a scanner mounted at that
-    /// height would. Which rows these are depends on the depth.
+    /// height would. Which rows these are depends on the depth. A pixel sees a patch as high as the
+    /// distance between two rows, and belongs to the layer when its patch meets it.
     Height {
         /// The middle of the layer, above (positive) or below the rig's origin.
         plane_height_m: f64,
@@ -137,9 +138,9 @@ pub struct ScanCutter {
     rows_px: Range<usize>,
     /// The heights that belong to the scan, in the rig.
     heights_m: (f32, f32),
-    /// A scan without returns, which each scan starts from.
     /// Half of the height that a pixel in the middle of the image covers at a distance of 1.
     half_row_pitch: f32,
+    /// A scan without returns, which each scan starts from.
     empty: Scan,
 }
 

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub enum ZoneSource {
     /// The variability of this cycle bounds it.
     Measured,
-    /// Nothing was found this cycle: an earlier zone, widened (Rec-HV 3.3.2.2).
+    /// Nothing was found this cycle: an earlier zone, perhaps widened.
     Held {
         /// Cycles since it was last measured, 1 or more.
         cycles: u32,

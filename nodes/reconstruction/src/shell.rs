@@ -31,7 +31,8 @@ const CYCLES_KEPT: usize = 50;
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ReconstructionParameters {
-    /// The map is published at most once in this time, and only when it has changed.
+    /// The map is published at most once in this time, and only when a cloud has come since and somebody
+    /// subscribes.
     pub map_publish_period_s: f64,
     /// Where the map is saved when the node ends: a path that ends in .ply or .pcd, or nothing.
     pub save_map_on_exit: String,
@@ -102,7 +103,8 @@ fn period(seconds: f64) -> Result<Duration, NodeFailure> {
 /// The core with its topics.
 struct Stage {
     map: StaticMap,
-    /// Whether the map differs from the one that was published last.
+    /// Whether a cloud has come since the map was published last, even one that changed nothing: the map's
+    /// stamp tells how far it has come.
     has_news: bool,
     cycles: u32,
     maps: Publisher<PointCloud2>,
@@ -118,7 +120,9 @@ impl Stage {
                     ("points_in", points_in as u64),
                     ("voxels", self.map.len() as u64),
                     ("voxels_new", addition.new_voxels as u64),
-                    ("voxels_refused", addition.refused_points as u64),
+                    ("points_refused", addition.refused_points as u64),
+                    ("points_not_finite", addition.not_finite_points as u64),
+                    ("map_bytes", self.map.memory_bytes() as u64),
                 ];
                 self.reporter.processed(message.header.clone(), self.cycles, &counts, &timer);
                 self.cycles = self.cycles.wrapping_add(1);
@@ -145,9 +149,10 @@ impl Stage {
         Ok((cloud.points_m.len(), addition))
     }
 
-    /// What is not taken now comes again at the next time.
+    /// What is not taken now comes again at the next time. The whole map is the one thing here whose cost
+    /// grows with it, so nobody gets it unasked; who subscribes later gets it at the next time.
     fn publish_news(&mut self) {
-        if self.has_news {
+        if self.has_news && self.maps.subscriber_count() > 0 {
             let message = convert::message_from_cloud(&self.map.cloud());
             self.has_news = !self.maps.publish_or_warn(&message);
         }

@@ -1,6 +1,8 @@
 //! One cycle's cloud into its static and dynamic parts.
 
-use geometry::{Cloud, DetectedCycle, DynamicZone, SegmentationCounts, SegmentedCycle};
+use geometry::{
+    Cloud, DetectedCycle, DynamicZone, SegmentationCounts, SegmentedCycle, UnusablePose, check_pose,
+};
 use nalgebra::Point3;
 
 use crate::angular::points_in_zone;
@@ -46,11 +48,13 @@ pub enum SegmentationError {
         /// The left-hand bound.
         azimuth_max_rad: f64,
     },
-    /// The pose holds a number that is not finite: the static points would be lost.
-    #[error("cycle {index}: the pose map_from_rig holds a number that is not finite")]
+    /// The pose cannot carry a cloud: the static points would be lost.
+    #[error("cycle {index}: {source}")]
     Pose {
         /// The cycle.
         index: u32,
+        /// Why.
+        source: UnusablePose,
     },
 }
 
@@ -145,12 +149,7 @@ fn check(cycle: &DetectedCycle) -> Result<(), SegmentationError> {
             return Err(SegmentationError::Zone { index, azimuth_min_rad, azimuth_max_rad });
         }
     }
-    let pose = cycle.map_from_rig.to_homogeneous();
-    if pose.iter().all(|number| number.is_finite()) {
-        Ok(())
-    } else {
-        Err(SegmentationError::Pose { index })
-    }
+    check_pose(&cycle.map_from_rig).map_err(|source| SegmentationError::Pose { index, source })
 }
 
 /// The points of `cloud` whose part is `wanted`, in their order.

@@ -57,10 +57,14 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
     loop {
         tokio::select! {
             biased;
-            () = shutdown.wait() => return Ok(()),
+            () = shutdown.wait() => break,
             received = cycles.next() => stage.take(&received.message),
         }
     }
+    while let Some(received) = cycles.try_next() {
+        stage.take(&received.message);
+    }
+    Ok(())
 }
 
 /// The core with its topics.

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::bags::small_room;
+use geometry::{CameraModel, DepthImage, DepthPixels, Distortion};
+use msgs::convert;
+
+use crate::bags::{bag_of, pose, scan, small_room, ten_stamps};
 use crate::program::{succeed, summary};
 
 /// Every file below a folder, by its path there.
@@ -89,4 +92,39 @@ fn the_person_is_cut_out_and_the_room_stays() {
     assert!(person["cycles_found"].as_u64().unwrap() * 5 >= in_view * 4, "{person}");
     assert!(person["points"]["share"].as_f64().unwrap() > 0.7, "{person}");
     assert!(truth["map"]["static_kept_share_of_unfiltered"].as_f64().unwrap() > 0.97, "{truth}");
+}
+
+/// Many drivers send the calibration behind the image. The images before the first one were once dropped.
+#[test]
+fn a_calibration_that_comes_late_loses_no_cycle() {
+    let folder = tempfile::tempdir().unwrap();
+    let camera = CameraModel {
+        width_px: 8,
+        height_px: 6,
+        fx_px: 6.0,
+        fy_px: 6.0,
+        cx_px: 3.5,
+        cy_px: 2.5,
+        distortion: Distortion::None,
+    };
+    let image = |stamp| {
+        let pixels = DepthPixels::Millimetres(vec![2000; 8 * 6]);
+        DepthImage::new(stamp, "camera".to_owned(), (8, 6), pixels).unwrap()
+    };
+    let bag = bag_of(folder.path(), "late.mcap", |topics| {
+        topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
+        let images = ten_stamps().map(|stamp| (stamp, convert::message_from_depth(&image(stamp))));
+        topics.messages("/depth/image_raw", images);
+        // The first calibration is logged behind the third image.
+        let infos = ten_stamps().skip(2).map(|stamp| {
+            let message = convert::message_from_camera(&camera, stamp, "camera");
+            (stamp.plus_seconds(0.001), message)
+        });
+        topics.messages("/depth/camera_info", infos);
+    });
+    let out = folder.path().join("out");
+    succeed(["run", bag.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let summary = summary(&out);
+    assert_eq!(summary["cycles"]["total"], 10, "{}", summary["drops"]);
 }

@@ -255,7 +255,7 @@ fn what_means_nothing_is_told_and_takes_no_number() {
         map_from_rig: &no_pose,
         map_frame_id: "map",
     };
-    assert_eq!(detector.step(&input, |_| ()), Err(DetectionError::Pose));
+    assert_eq!(detector.step(&input, |_| ()), Err(DetectionError::Pose(UnusablePose::NotFinite)));
 
     let aimless = Scan { angle_increment_rad: 0.0, ..scan(None) };
     let error = step_with(&mut detector, &aimless, View::PointsInRig(&nothing)).unwrap_err();

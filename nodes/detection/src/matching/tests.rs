@@ -1,4 +1,4 @@
-use geometry::PoseLookupError;
+use geometry::{PoseLookupError, UnusablePose};
 use nalgebra::Isometry3;
 use proptest::prelude::*;
 
@@ -119,7 +119,13 @@ fn a_pose_that_is_no_pose_is_refused_and_waited_for_still() {
     matcher.push_cloud(at(100), 100);
     matcher.push_scan(at(100), "scan");
     let events = matcher.push_pose(pose(105, f64::NAN));
-    assert_eq!(events, [MatchEvent::PoseRefused(PosePushError::NotFinite { stamp: at(105) })]);
+    assert_eq!(
+        events,
+        [MatchEvent::PoseRefused(PosePushError::Unusable {
+            stamp: at(105),
+            source: UnusablePose::NotFinite
+        })]
+    );
     assert_eq!(matched(matcher.push_pose(pose(110, 0.0))).scan, "scan");
 }
 

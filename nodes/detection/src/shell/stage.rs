@@ -97,6 +97,7 @@ impl Stage {
         if view.needs_calibration() && self.camera.is_none() {
             if self.uncalibrated.len() >= self.most_uncalibrated {
                 self.uncalibrated.pop_front();
+                self.counters.count_drop("image without a calibration");
             }
             self.uncalibrated.push_back(view);
             return;

@@ -175,6 +175,15 @@ fn no_beams_are_quiet() {
     assert!(matches!(search.unmeasured, Some(Unmeasured::Quiet { .. })));
 }
 
+/// Only the largest deviation of the cycle must exceed the minimum, not those that bound the zone.
+#[test]
+fn the_candidate_near_the_previous_zone_may_have_smaller_deviations() {
+    let mut finder = ZoneFinder::new(&DetectionConfig::default());
+    find(&mut finder, &[(1, 1.6), (44, 0.9)]);
+    let zone = find(&mut finder, &[(1, 0.6), (3, 0.34), (5, 0.39)]).zone.unwrap();
+    assert_eq!((zone.source, zone.peak_std_dev_m), (ZoneSource::Measured, 0.39));
+}
+
 proptest! {
     #[test]
     fn every_zone_is_within_the_aperture_and_the_right_way_round(

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use nalgebra::Isometry3;
 
-use super::StampedPose;
+use super::{StampedPose, UnusablePose, check_pose};
 use crate::Stamp;
 
 /// Rotations nearer to each other than this are taken for one: a fifth of a thousandth of an arc second.
@@ -51,11 +51,13 @@ pub enum PosePushError {
         /// The frame of this pose.
         found: String,
     },
-    /// A number of the pose is not finite.
-    #[error("the pose of stamp {} ns has a number that is not finite", .stamp.as_nanos())]
-    NotFinite {
+    /// The pose cannot carry a cloud.
+    #[error("at stamp {} ns {source}", .stamp.as_nanos())]
+    Unusable {
         /// The stamp of the pose.
         stamp: Stamp,
+        /// Why.
+        source: UnusablePose,
     },
 }
 
@@ -112,13 +114,11 @@ impl PoseBuffer {
     ///
     /// # Errors
     /// Leaves out a pose that is older than a whole full buffer, that has the stamp of another, that
-    /// is in another frame, or that is not finite. After any of them the buffer is as good as before.
+    /// is in another frame, or that cannot carry a cloud. After any of them the buffer is as good as before.
     pub fn push(&mut self, pose: StampedPose) -> Result<(), PosePushError> {
         let stamp = pose.stamp;
-        let Isometry3 { translation, rotation } = pose.map_from_rig;
-        if !translation.vector.iter().chain(rotation.coords.iter()).all(|value| value.is_finite()) {
-            return Err(PosePushError::NotFinite { stamp });
-        }
+        check_pose(&pose.map_from_rig)
+            .map_err(|source| PosePushError::Unusable { stamp, source })?;
         let place = self.poses.partition_point(|other| other.stamp < stamp);
         if let Some(other) = self.poses.front().filter(|other| other.frame_id != pose.frame_id) {
             let expected = other.frame_id.clone();

@@ -180,7 +180,8 @@ fn a_pose_that_does_not_belong_is_refused() {
     let error = buffer.push(other.clone()).unwrap_err();
     assert!(error.to_string().contains("'odom'") && error.to_string().contains("'map'"), "{error}");
     let error = buffer.push(pose(10, f64::NAN, 0.0)).unwrap_err();
-    assert_eq!(error, PosePushError::NotFinite { stamp: Stamp::from_nanos(10_000_000) });
+    let stamp = Stamp::from_nanos(10_000_000);
+    assert_eq!(error, PosePushError::Unusable { stamp, source: UnusablePose::NotFinite });
     assert_eq!(buffer.len(), 1);
     buffer.clear();
     assert!(buffer.is_empty() && buffer.newest().is_none());
@@ -204,4 +205,18 @@ proptest! {
         order.sort_unstable();
         prop_assert_eq!(shuffled, filled(&order));
     }
+}
+
+/// In the coordinates of a map grid, points 8 cm apart once fell together.
+#[test]
+fn a_pose_too_far_for_single_precision_is_refused() {
+    let at = |x_m: f64| Isometry3::translation(x_m, 0.0, 0.0);
+    assert_eq!(check_pose(&at(FARTHEST_POSE_M)), Ok(()));
+    let utm = at(4.5e6);
+    assert_eq!(check_pose(&utm), Err(UnusablePose::TooFar { distance_m: 4.5e6 }));
+    assert_eq!(check_pose(&at(f64::NAN)), Err(UnusablePose::NotFinite));
+    // What is let through keeps points apart that are a tenth of a voxel apart.
+    let point_m = at(FARTHEST_POSE_M).cast::<f32>() * nalgebra::Point3::new(0.0_f32, 0.0, 0.0);
+    let next_m = at(FARTHEST_POSE_M).cast::<f32>() * nalgebra::Point3::new(0.008_f32, 0.0, 0.0);
+    assert!(next_m.x > point_m.x);
 }

@@ -141,7 +141,7 @@ fn numbers_that_mean_nothing_are_told() {
     let mut lost = cycle(vec![], vec![]);
     lost.map_from_rig.translation.x = f64::NAN;
     let error = segmenter.step(&lost, |_| ()).unwrap_err();
-    assert_eq!(error, SegmentationError::Pose { index: 7 });
+    assert_eq!(error, SegmentationError::Pose { index: 7, source: UnusablePose::NotFinite });
     for depth_cell_m in [0.0, -0.08, f64::NAN] {
         let config = SegmentationConfig { depth_cell_m, ..SegmentationConfig::default() };
         let message = Segmenter::new(config).unwrap_err().to_string();

@@ -1,6 +1,7 @@
 //! The pipeline in one process: the cores called one after the other, as fast as they go. The same bag
 //! gives the same record, but for the times.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bag_player::{Bag, BagError, BagMessage, Loss, Selection};
@@ -8,7 +9,7 @@ use detection::{
     CycleInput, DetectionError, Detector, Dropped, Input, MatchEvent, Matched, Matcher, View,
 };
 use evaluation::{RunRecord, Transport};
-use geometry::{CameraModel, CameraModelError, DepthProjector, DetectedCycle, Scan};
+use geometry::{CameraModel, CameraModelError, DepthProjector, DetectedCycle, Scan, Stamp};
 use msgs::convert::{self, ConvertError};
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
@@ -87,6 +88,10 @@ struct LocalPipeline<'a> {
     segmenter: Segmenter,
     map: StaticMap,
     projector: Option<(CameraModel, DepthProjector)>,
+    /// Images that came before the calibration of their camera, which many drivers send after them; the
+    /// oldest goes when there are too many, as in the node.
+    uncalibrated: VecDeque<(Stamp, Arc<ViewMessage>)>,
+    most_uncalibrated: usize,
     recorder: Recorder,
 }
 
@@ -101,6 +106,8 @@ impl<'a> LocalPipeline<'a> {
             segmenter: Segmenter::new(*parameters.segmentation()).map_err(|error| wrong(&error))?,
             map: StaticMap::new(*parameters.reconstruction()).map_err(|error| wrong(&error))?,
             projector: None,
+            uncalibrated: VecDeque::new(),
+            most_uncalibrated: parameters.detection().max_waiting_clouds,
             recorder: Recorder::new(parameters.reconstruction()).map_err(|error| wrong(&error))?,
         })
     }
@@ -126,13 +133,12 @@ impl<'a> LocalPipeline<'a> {
         }
         match &self.inputs.view {
             ViewTopics::Depth { camera_info, .. } if topic == camera_info => {
-                self.take_camera(&message.decode::<CameraInfo>()?)?;
-                Ok(Vec::new())
+                self.take_camera(&message.decode::<CameraInfo>()?)
             }
             ViewTopics::Depth { .. } => {
                 let image = message.decode::<Image>()?;
                 let stamp = convert::stamp_from_time(image.header.stamp);
-                Ok(self.matcher.push_cloud(stamp, Arc::new(ViewMessage::Depth(image))))
+                Ok(self.take_image(stamp, Arc::new(ViewMessage::Depth(image))))
             }
             ViewTopics::Points(_) => {
                 let cloud = message.decode::<PointCloud2>()?;
@@ -142,12 +148,24 @@ impl<'a> LocalPipeline<'a> {
         }
     }
 
-    fn take_camera(&mut self, message: &CameraInfo) -> Result<(), CycleError> {
+    fn take_image(&mut self, stamp: Stamp, image: Arc<ViewMessage>) -> Vec<Event> {
+        if self.projector.is_some() {
+            return self.matcher.push_cloud(stamp, image);
+        }
+        if self.uncalibrated.len() >= self.most_uncalibrated {
+            self.uncalibrated.pop_front();
+        }
+        self.uncalibrated.push_back((stamp, image));
+        Vec::new()
+    }
+
+    fn take_camera(&mut self, message: &CameraInfo) -> Result<Vec<Event>, CycleError> {
         let camera = convert::camera_from_message(message)?;
         if self.projector.as_ref().is_none_or(|(known, _)| *known != camera) {
             self.projector = Some((camera, self.detector.depth_projector(&camera)?));
         }
-        Ok(())
+        let waiting = std::mem::take(&mut self.uncalibrated);
+        Ok(waiting.into_iter().flat_map(|(stamp, image)| self.take_image(stamp, image)).collect())
     }
 
     fn flush(&mut self) {

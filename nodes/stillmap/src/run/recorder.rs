@@ -260,7 +260,6 @@ impl PartialCycle {
             counts: self.counts?,
             map_points: self.map_points?,
             dynamic_points_m: self.dynamic_points_m?,
-            reduced_points_m: None,
             step_durations_s: self.durations.into_iter().flatten().collect(),
         })
     }
