@@ -194,7 +194,7 @@ impl StaticMap {
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         // The table is filled up to 7/8, and keeps one byte beside each entry.
-        let slots = self.voxels.capacity() / 7 * 8;
+        let slots = (self.voxels.capacity() * 8).div_ceil(7);
         slots * (size_of::<(VoxelKey, VoxelMean)>() + 1)
     }
 
