@@ -160,6 +160,14 @@ where
     from_sources(&node.full_name(), node.name(), sources)
 }
 
+/// Whether a parameter file has a section for the node with the full name `node_name` (as `/detection`).
+///
+/// # Errors
+/// When the file cannot be read as a parameter file.
+pub fn is_for(node_name: &str, file: &Path) -> Result<bool, ParameterError> {
+    Ok(!file::parameters_of(file, node_name)?.is_empty())
+}
+
 /// Every parameter with its default, in YAML, for a help text.
 ///
 /// # Errors

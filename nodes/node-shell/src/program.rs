@@ -98,7 +98,7 @@ impl Program {
         let mut help = format!(
             "{about}\n\nUsage: {name} [--ros-args [-r FROM:=TO] [-p NAME:=VALUE] [--params-file FILE]\n\
              \x20      [-r __node:=NAME] [-r __ns:=/NAMESPACE] [--log-level LEVEL]]\n\n\
-             Example: {name} --ros-args -r scan:=/laser/scan --params-file {name}.yaml\n\n\
+             Example: {name} --ros-args -r __ns:=/robot --params-file {name}.yaml\n\n\
              Topics:\n",
             about = self.about,
             name = self.name

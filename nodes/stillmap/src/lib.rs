@@ -19,8 +19,12 @@ use std::process::ExitCode;
 use bag_player::shell::PlayOptions;
 use clap::{Parser, Subcommand};
 use node_shell::RosArguments;
+use rustix::process::Signal;
 
 use failure::{Failure, Outcome};
+
+/// Set for a process that must not outlive the one that started it, not even one that was killed.
+pub(crate) const END_WITH_PARENT: &str = "STILLMAP_END_WITH_PARENT";
 
 /// The exit code of a job that was done as far as its input allowed, with part of that input lost.
 const EXIT_WITH_LOSSES: u8 = 3;
@@ -32,7 +36,8 @@ const EXIT_WITH_LOSSES: u8 = 3;
     name = "stillmap",
     version,
     after_help = "Start with: stillmap demo
-Exit codes: 0 done, 1 not done, 2 wrong arguments, 3 done with losses (what there is, is written)."
+Exit codes: 0 done, 1 not done, 2 a command line that cannot be read, 3 done with losses (what there
+is, is written), 130 playing was interrupted."
 )]
 struct CommandLine {
     #[command(subcommand)]
@@ -60,6 +65,10 @@ enum Command {
 
 /// Runs the program with its arguments, the program's own name first.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    if std::env::var_os(END_WITH_PARENT).is_some() {
+        // Where the kernel cannot do it, an owner that ends in order still ends its processes.
+        let _ = rustix::process::set_parent_process_death_signal(Some(Signal::TERM));
+    }
     let (arguments, ros) = match split_ros_arguments(arguments) {
         Ok(split) => split,
         Err(failure) => return fail(&failure),

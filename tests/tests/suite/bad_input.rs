@@ -7,7 +7,7 @@ use std::process::Output;
 use msgs::sensor_msgs::Image;
 
 use crate::bags::{bag_of, pose, scan, small_room, ten_stamps, wall};
-use crate::program::{stillmap, summary};
+use crate::program::{stillmap, stillmap_with_domain, summary};
 
 fn run(bag: &Path, out: &Path) -> Output {
     stillmap(["run", bag.to_str().unwrap(), "--out", out.to_str().unwrap()])
@@ -187,4 +187,41 @@ fn a_failed_run_leaves_the_results_of_the_one_before() {
     std::fs::write(&bad, "no bag").unwrap();
     assert_eq!(run(&bad, &out).status.code(), Some(1));
     assert!(map == std::fs::read(out.join("map.ply")).unwrap());
+}
+
+#[test]
+fn a_run_that_cannot_start_leaves_the_removed_clouds_of_the_one_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let (bag, out) = (small_room(folder.path()), folder.path().join("out"));
+    assert_eq!(run(&bag, &out).status.code(), Some(0));
+    let clouds = || std::fs::read_dir(out.join("dynamic")).unwrap().count();
+    let before = clouds();
+    assert!(before > 0);
+    let output = stillmap_with_domain(
+        "300",
+        ["run", bag.to_str().unwrap(), "--transport", "dds", "--out", out.to_str().unwrap()],
+    );
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("ROS_DOMAIN_ID=300"));
+    assert_eq!(clouds(), before);
+}
+
+#[test]
+fn a_parameter_file_for_no_node() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let file = folder.path().join("misspelt.yaml");
+    std::fs::write(&file, "detektion:\n  ros__parameters:\n    window_scans: 4\n").unwrap();
+    let out = folder.path().join("out");
+    let output = stillmap([
+        "run",
+        bag.to_str().unwrap(),
+        "--params-file",
+        file.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(1));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("misspelt.yaml") && stderr.contains("none of the nodes"), "{stderr}");
 }

@@ -8,6 +8,10 @@ use crate::program::{succeed, summary};
 fn the_run_over_dds_gives_the_local_map_point_for_point() {
     let folder = tempfile::tempdir().unwrap();
     let bag = small_room(folder.path());
+    // As ROS users write it: for a node that a run over DDS puts into a namespace. It was once ignored there.
+    let parameters = folder.path().join("parameters.yaml");
+    let text = "detection:\n  ros__parameters:\n    run_bound: outer_end\n    window_scans: 4\n";
+    std::fs::write(&parameters, text).unwrap();
     let run = |transport: &str| {
         let out = folder.path().join(transport);
         succeed([
@@ -15,6 +19,8 @@ fn the_run_over_dds_gives_the_local_map_point_for_point() {
             bag.to_str().unwrap(),
             "--transport",
             transport,
+            "--params-file",
+            parameters.to_str().unwrap(),
             "--out",
             out.to_str().unwrap(),
         ]);
@@ -27,6 +33,8 @@ fn the_run_over_dds_gives_the_local_map_point_for_point() {
         assert_eq!(summaries[0][key], summaries[1][key], "{key}");
     }
     let (mut local, mut dds) = (files_of(&local), files_of(&dds));
+    let effective = String::from_utf8(local["parameters.yaml"].clone()).unwrap();
+    assert!(effective.contains("\"window_scans\": 4"), "{effective}");
     for name in ["summary.json", "report.html"] {
         // These two name the transport.
         local.remove(name);

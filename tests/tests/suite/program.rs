@@ -15,6 +15,19 @@ pub(crate) fn stillmap<A: AsRef<OsStr>>(arguments: impl IntoIterator<Item = A>) 
         .unwrap()
 }
 
+/// Runs the program to its end on a DDS domain.
+pub(crate) fn stillmap_with_domain<A: AsRef<OsStr>>(
+    domain: &str,
+    arguments: impl IntoIterator<Item = A>,
+) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"))
+        .args(arguments)
+        .env("ROS_DOMAIN_ID", domain)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
 /// Runs the program, which must succeed; returns what it printed.
 pub(crate) fn succeed<A: AsRef<OsStr>>(arguments: impl IntoIterator<Item = A>) -> String {
     let output = stillmap(arguments);

@@ -35,6 +35,15 @@ pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> 
         );
     }
     let cycles = record.cycles.len();
+    let by_detection = record.drops.iter().filter(|drop| drop.topic_or_stage == "detection");
+    let dropped: u64 = by_detection.map(|drop| drop.count).sum();
+    // At the ends of a recording a few scans always lack their cloud or pose.
+    if dropped > cycles as u64 {
+        findings.push(
+            Failure::new(format!("{dropped} scans became no cycle, and {cycles} did"))
+                .mend("the drops in summary.json and report.html say what they lacked"),
+        );
+    }
     if course.blind_scans > 0 {
         findings.push(
             Failure::new(format!(

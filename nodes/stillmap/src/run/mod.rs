@@ -93,11 +93,25 @@ pub(crate) fn run_bag(
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
     let inputs = Inputs::choose(topics, &info)?;
     let parameters = PipelineParameters::load(&how.parameters)?;
+    if !(how.rate.is_finite() && how.rate > 0.0) {
+        return Err(Failure::new(format!("--rate {} is no speed", how.rate))
+            .mend("1 plays as recorded, 0.5 half as fast"));
+    }
     let folder = OutputFolder::create(out)?;
+    let parameters_file = folder.write_parameters(&parameters.to_yaml()?)?;
 
     let Finished { record, course, trouble } = match transport {
         TransportName::Local => run_locally(&bag, &info, &inputs, &parameters)?,
-        TransportName::Dds => run_over_dds(bag_path, &info, &inputs, &parameters, how.rate)?,
+        TransportName::Dds => {
+            let bag_name = bag_name(bag_path);
+            let playback = dds::Playback {
+                bag: bag_path,
+                bag_name: &bag_name,
+                rate: how.rate,
+                parameters: &parameters_file,
+            };
+            run_over_dds(&playback, &info, &inputs, &parameters)?
+        }
     };
     let (score, untold) = match score(&bag, &inputs, &parameters, &record) {
         Ok(score) => (score, None),
@@ -143,15 +157,13 @@ fn run_locally(
 }
 
 fn run_over_dds(
-    bag_path: &Path,
+    playback: &dds::Playback<'_>,
     info: &BagInfo,
     inputs: &Inputs,
     parameters: &PipelineParameters,
-    rate: f64,
 ) -> Result<Finished, Failure> {
     let progress = Progress::new("mapping", messages_on(info, &inputs.scan));
-    let playback = dds::Playback { bag: bag_path, bag_name: &bag_name(bag_path), rate };
-    let run = dds::run(&playback, inputs, parameters, &progress)?;
+    let run = dds::run(playback, inputs, parameters, &progress)?;
     progress.finish();
     let course = Course {
         losses: info.losses.clone(),

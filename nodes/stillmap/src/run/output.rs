@@ -18,11 +18,17 @@ pub(crate) struct OutputFolder {
 
 impl OutputFolder {
     /// Makes the folder before the work starts, so that a place that cannot be written is found out
-    /// first and not last. The removed clouds of an earlier run go, since they would mix with the new.
+    /// first and not last. What an earlier run left there stays until this one has results.
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
         let folder = Self { path: path.to_owned() };
         let dynamic = path.join(DYNAMIC_FOLDER);
         fs::create_dir_all(&dynamic).map_err(|error| cannot_write(&dynamic, &error))?;
+        Ok(folder)
+    }
+
+    /// The removed clouds of an earlier run would mix with the new ones.
+    fn clear_removed_clouds(&self) -> Result<(), Failure> {
+        let dynamic = self.path.join(DYNAMIC_FOLDER);
         for entry in fs::read_dir(&dynamic).map_err(|error| cannot_write(&dynamic, &error))? {
             let path = entry.map_err(|error| cannot_write(&dynamic, &error))?.path();
             let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
@@ -30,7 +36,14 @@ impl OutputFolder {
                 fs::remove_file(&path).map_err(|error| cannot_write(&path, &error))?;
             }
         }
-        Ok(folder)
+        Ok(())
+    }
+
+    /// Writes the parameters of a run, in the form that the nodes read; returns the file's path.
+    pub(crate) fn write_parameters(&self, yaml: &str) -> Result<PathBuf, Failure> {
+        const NAME: &str = "parameters.yaml";
+        self.write_file(NAME, yaml.as_bytes())?;
+        Ok(self.path.join(NAME))
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -41,6 +54,7 @@ impl OutputFolder {
     pub(crate) fn write(&self, record: &RunRecord, summary: &Summary) -> Result<(), Failure> {
         self.write_file("map.ply", &ply::encode(&record.static_map))?;
         self.write_file("map.pcd", &pcd::encode(&record.static_map))?;
+        self.clear_removed_clouds()?;
         for cycle in record.cycles.iter().filter(|cycle| !cycle.dynamic_points_m.is_empty()) {
             let name = format!("{DYNAMIC_FOLDER}/cycle_{:06}.ply", cycle.index);
             self.write_file(&name, &ply::encode(&cycle.dynamic_points_m))?;

@@ -1,6 +1,6 @@
 //! The parameters of the three nodes, read as the nodes themselves would read them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use detection::DetectionConfig;
@@ -33,7 +33,6 @@ impl ParameterArgs {
 
 /// The parameters of the whole pipeline.
 pub(crate) struct PipelineParameters {
-    files: Vec<PathBuf>,
     detection: DetectionParameters,
     segmentation: SegmentationParameters,
     reconstruction: ReconstructionParameters,
@@ -41,11 +40,13 @@ pub(crate) struct PipelineParameters {
 
 impl PipelineParameters {
     pub(crate) fn load(args: &ParameterArgs) -> Result<Self, Failure> {
+        for file in &args.files {
+            check_addressees(file)?;
+        }
         Ok(Self {
             detection: load(Stage::Detection, &args.files)?,
             segmentation: load(Stage::Segmentation, &args.files)?,
             reconstruction: load(Stage::Reconstruction, &args.files)?,
-            files: args.files.clone(),
         })
     }
 
@@ -61,13 +62,36 @@ impl PipelineParameters {
         &self.reconstruction.config
     }
 
-    /// The arguments that give a node of its own these parameters.
-    pub(crate) fn node_arguments(&self) -> Vec<String> {
-        self.files
-            .iter()
-            .flat_map(|file| ["--params-file".to_owned(), file.display().to_string()])
-            .collect()
+    /// All parameters as a ROS 2 parameter file for the three nodes, in whatever namespace. A node of its own
+    /// is given this and not the user's files: a section `/detection` would not be for one in a namespace.
+    pub(crate) fn to_yaml(&self) -> Result<String, Failure> {
+        let mut yaml = String::from("# The parameters of this run.\n");
+        yaml.push_str(&section(Stage::Detection, &self.detection)?);
+        yaml.push_str(&section(Stage::Segmentation, &self.segmentation)?);
+        yaml.push_str(&section(Stage::Reconstruction, &self.reconstruction)?);
+        Ok(yaml)
     }
+}
+
+/// A file that is for none of the nodes is a mistake: its sections are misspelt.
+fn check_addressees(file: &Path) -> Result<(), Failure> {
+    for stage in Stage::ALL {
+        let is_for = parameters::is_for(&format!("/{}", stage.name()), file)
+            .map_err(|error| Failure::new(error.to_string()))?;
+        if is_for {
+            return Ok(());
+        }
+    }
+    Err(Failure::new(format!("the parameter file {} is for none of the nodes", file.display()))
+        .mend("its sections must be named detection, segmentation or reconstruction (or /**/detection, ...)"))
+}
+
+/// The section of a node. JSON is YAML.
+fn section(stage: Stage, parameters: &impl Serialize) -> Result<String, Failure> {
+    let json = serde_json::to_string_pretty(parameters)
+        .map_err(|error| Failure::new(format!("cannot write the parameters: {error}")))?;
+    let indented = json.replace('\n', "\n    ");
+    Ok(format!("/**/{}:\n  ros__parameters:\n    {indented}\n", stage.name()))
 }
 
 fn load<P>(stage: Stage, files: &[PathBuf]) -> Result<P, Failure>

@@ -47,6 +47,8 @@ pub(crate) struct Playback<'a> {
     pub(crate) bag: &'a Path,
     pub(crate) bag_name: &'a str,
     pub(crate) rate: f64,
+    /// The parameters of the nodes.
+    pub(crate) parameters: &'a Path,
 }
 
 /// Runs a bag through the nodes.
@@ -74,7 +76,7 @@ pub(crate) fn run(
         let mut run =
             Run { namespace, feed, collector, recorder, nodes: Vec::new(), lost_messages: 0 };
         for stage in Stage::ALL {
-            run.start_node(stage, parameters)?;
+            run.start_node(stage, playback.parameters)?;
         }
         run.wait_for_discovery().await?;
         let mut player = run.start_player(playback)?;
@@ -93,10 +95,10 @@ struct Run {
 }
 
 impl Run {
-    fn start_node(&mut self, stage: Stage, parameters: &PipelineParameters) -> Result<(), Failure> {
+    fn start_node(&mut self, stage: Stage, parameters: &Path) -> Result<(), Failure> {
         let mut arguments = vec!["node".to_owned(), stage.name().to_owned()];
         arguments.extend(self.ros_arguments());
-        arguments.extend(parameters.node_arguments());
+        arguments.extend(["--params-file".to_owned(), parameters.display().to_string()]);
         if stage == Stage::Detection {
             arguments.extend(["-p".to_owned(), format!("input:={}", self.feed.input)]);
         }
@@ -234,7 +236,7 @@ impl Run {
         for node in &mut self.nodes {
             if let Some(status) = node.ended()? {
                 return Err(Failure::new(format!("the node {} ended: {status}", node.name()))
-                    .mend("its own message stands above"));
+                    .mend("its own message, if it could leave one, stands above; what was mapped until then is written"));
             }
         }
         Ok(())
@@ -263,10 +265,13 @@ impl Run {
     }
 
     async fn finish(
-        self,
+        mut self,
         playback: &Playback<'_>,
         trouble: Option<Failure>,
     ) -> Result<DdsRun, Failure> {
+        if trouble.is_some() {
+            self.recorder.dropped("bag", "the run ended before the bag did", 1);
+        }
         let Self { collector, recorder, nodes, lost_messages, .. } = self;
         let mut trouble = trouble;
         for mut node in nodes {

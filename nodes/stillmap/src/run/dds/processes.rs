@@ -1,11 +1,13 @@
 //! The processes of a run: the nodes and the player, each this same program.
 
 use std::io::Read;
+use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::END_WITH_PARENT;
 use crate::failure::Failure;
 
 /// A node ends within a second when it is told to; more than that is a fault, and it is killed.
@@ -25,6 +27,10 @@ impl Process {
         let start = || {
             Command::new(std::env::current_exe()?)
                 .args(arguments)
+                // A group of its own: Ctrl-C on the terminal is this process' to hear, which then ends the
+                // others in order. Told twice, a node would end at once and leave its work undone.
+                .process_group(0)
+                .env(END_WITH_PARENT, "1")
                 .stdin(Stdio::null())
                 .stdout(output)
                 .spawn()
