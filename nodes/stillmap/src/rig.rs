@@ -1,11 +1,11 @@
 //! The rig that recordings are read into.
 
-use std::f64::consts::FRAC_PI_2;
-
+use detection::DetectionConfig;
 use geometry::pose_from_vector;
 use nalgebra::Isometry3;
 
-/// The optical frame (x right, y down, z forward) in the rig frame (x forward, y left, z up), REP-103.
+/// The optical frame in the rig frame as detection has it by default, so that what is imported is read
+/// back as it was meant.
 pub(crate) fn rig_from_camera() -> Isometry3<f64> {
-    pose_from_vector(&[0.0, 0.0, 0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2])
+    pose_from_vector(&DetectionConfig::default().rig_from_camera)
 }
