@@ -12,7 +12,7 @@ use node_shell::{Node, NodeFailure, Program};
 use serde::{Deserialize, Serialize};
 
 use crate::DetectionConfig;
-use stage::Stage;
+pub use stage::{IMAGE_WITHOUT_CALIBRATION, Stage, UNUSABLE_MESSAGE_ON};
 
 const PROGRAM: Program = Program {
     name: "detection",

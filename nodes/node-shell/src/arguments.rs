@@ -13,6 +13,13 @@ use crate::names::{NameError, NodeIdentity, RemapRule};
 pub enum ParameterSource {
     /// `--params-file FILE`.
     File(PathBuf),
+    /// A parameter file that the program has in itself.
+    Text {
+        /// What messages call it.
+        name: String,
+        /// What it says.
+        yaml: String,
+    },
     /// `-p [node:]name:=value`.
     Assignment {
         /// The node that it is for; all of the process where it is absent.

@@ -62,6 +62,8 @@ pub(crate) struct Snapshot {
     pub(crate) drops: u64,
     /// Messages received, by topic.
     pub(crate) received: BTreeMap<String, u64>,
+    /// Messages missing between those received, by topic.
+    pub(crate) lost: BTreeMap<String, u64>,
     /// Messages published, by topic.
     pub(crate) published: BTreeMap<String, u64>,
 }
@@ -75,6 +77,12 @@ impl Counters {
     /// Counts something that was dropped, by its cause.
     pub fn count_drop(&self, cause: &str) {
         *self.lock().drops.entry(cause.to_owned()).or_default() += 1;
+    }
+
+    /// What was dropped so far, by cause.
+    #[must_use]
+    pub fn drops(&self) -> BTreeMap<String, u64> {
+        self.lock().drops.clone()
     }
 
     /// Notes how long a step took.
@@ -126,6 +134,9 @@ impl Counters {
         }
         snapshot.received =
             counts.received.iter().map(|(topic, one)| (topic.clone(), one.received())).collect();
+        let lost = |one: &TopicCounters| one.lost.load(Ordering::Relaxed);
+        snapshot.lost =
+            counts.received.iter().map(|(topic, one)| (topic.clone(), lost(one))).collect();
         snapshot.published = counts
             .published
             .iter()

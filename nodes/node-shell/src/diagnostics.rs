@@ -1,6 +1,10 @@
 //! The node's report about itself on `/diagnostics`: once a second, and at once when a peer comes or
-//! goes; and the warning when a topic has no publisher.
+//! goes; with what is not as it should be, and its mend.
 
+mod loss;
+mod missing;
+
+use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use msgs::builtin_interfaces::Time;
@@ -8,10 +12,13 @@ use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use msgs::std_msgs::Header;
 use tokio::time::Instant;
 
+use loss::{Loss, LossWatch};
+use missing::MissingWarning;
+
 use crate::counters::{Counters, Snapshot};
-use crate::graph::{Graph, Match, Role};
+use crate::graph::{Graph, Match, Role, Trouble};
 use crate::publisher::Publisher;
-use crate::throttle::WARNING_PERIOD;
+use crate::transport::ReceiveHealth;
 
 /// How often the node reports.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -23,6 +30,7 @@ pub(crate) struct Diagnostics {
     pub(crate) publisher: Publisher<DiagnosticArray>,
     pub(crate) graph: Graph,
     pub(crate) counters: Counters,
+    pub(crate) health: Arc<ReceiveHealth>,
 }
 
 impl Diagnostics {
@@ -31,17 +39,31 @@ impl Diagnostics {
         futures::pin_mut!(stop);
         let mut changes = self.graph.changes();
         let mut last = (Instant::now(), Snapshot::default());
-        let mut waiting_since = Instant::now();
+        let mut losses = LossWatch::new(Arc::clone(&self.health));
+        let mut missing_warning = MissingWarning::default();
         loop {
             let reported = Instant::now();
             changes.mark_unchanged();
             let (matches, snapshot) = (self.graph.matches(), self.counters.snapshot());
-            let message = self.report(&matches, &snapshot, (&last.1, reported - last.0));
-            if let Err(error) = self.publisher.publish(&message) {
+            let (datagrams_dropped, loss) = losses.look(reported, &matches, &snapshot);
+            let findings = Findings {
+                missing: missing(&matches),
+                troubles: self.graph.troubles(),
+                loss: loss.cloned(),
+                datagrams_dropped,
+            };
+            let message = self.report(&matches, &findings, &snapshot, (&last.1, reported - last.0));
+            if let Err(error) = self.publisher.publish(message) {
                 tracing::debug!("diagnostics: {error}");
             }
             last = (reported, snapshot);
-            waiting_since = warn_of_the_missing(&matches, waiting_since, reported);
+            if missing_warning.is_due(&findings.missing, reported) {
+                tracing::warn!(
+                    "nothing publishes {}; check that the driver runs, its topic's name (remap with \
+                     -r FROM:=TO), and ROS_DOMAIN_ID",
+                    findings.missing.join(", ")
+                );
+            }
 
             tokio::select! {
                 () = &mut stop => return,
@@ -53,18 +75,12 @@ impl Diagnostics {
     fn report(
         &self,
         matches: &[Match],
+        findings: &Findings<'_>,
         now: &Snapshot,
         (before, elapsed): (&Snapshot, Duration),
     ) -> DiagnosticArray {
-        let missing = missing(matches);
         let dropped = now.drops.saturating_sub(before.drops);
-        let (level, message) = if !missing.is_empty() {
-            (DiagnosticStatus::WARN, format!("waiting for {}", missing.join(", ")))
-        } else if dropped > 0 {
-            (DiagnosticStatus::WARN, format!("{dropped} dropped in the last report's time"))
-        } else {
-            (DiagnosticStatus::OK, "running".to_owned())
-        };
+        let (level, message) = findings.summary(dropped);
         let mut values: Vec<_> =
             now.values.iter().map(|(key, value)| pair(key, value.clone())).collect();
         for one in matches {
@@ -74,6 +90,10 @@ impl Diagnostics {
             };
             values.push(pair(&format!("{peers} {}", one.topic), one.peers.to_string()));
         }
+        for trouble in &findings.troubles {
+            values.push(pair(&format!("trouble {}", trouble.topic), trouble.text.clone()));
+        }
+        values.extend(self.receiving(findings));
         let seconds = elapsed.as_secs_f64();
         if seconds > 0.0 {
             let rate = |count: u64, earlier: Option<&u64>| {
@@ -100,6 +120,61 @@ impl Diagnostics {
                 values,
             }],
         }
+    }
+
+    /// What the process can receive, and what it lost.
+    fn receiving(&self, findings: &Findings<'_>) -> Vec<KeyValue> {
+        let granted = self.health.granted_buffer();
+        let mut values = vec![
+            pair("receive buffer KiB", (granted.bytes() / 1024).to_string()),
+            pair("largest safe message kB", (granted.largest_safe_message() / 1000).to_string()),
+        ];
+        if let Some(dropped) = findings.datagrams_dropped {
+            values.push(pair("datagrams dropped by the kernel", dropped.to_string()));
+        }
+        if let Some(loss) = &findings.loss {
+            values.push(pair("loss", loss.to_string()));
+        }
+        values
+    }
+}
+
+/// What is not as it should be.
+struct Findings<'a> {
+    /// The subscriptions that nobody publishes to.
+    missing: Vec<&'a str>,
+    /// Peers that do not fit.
+    troubles: Vec<Trouble>,
+    /// What the kernel dropped of late.
+    loss: Option<Loss>,
+    /// What it dropped in all, where it tells.
+    datagrams_dropped: Option<u64>,
+}
+
+impl Findings<'_> {
+    /// The level and the message of the report, with the cycles that the node dropped since the last.
+    fn summary(&self, dropped: u64) -> (u8, String) {
+        let mut level = DiagnosticStatus::OK;
+        let mut parts = Vec::new();
+        let mut add = |grave, text| {
+            level = level.max(grave);
+            parts.push(text);
+        };
+        for trouble in &self.troubles {
+            add(trouble.level(), format!("{}: {}", trouble.topic, trouble.short()));
+        }
+        if let Some(loss) = &self.loss {
+            add(DiagnosticStatus::WARN, loss.to_string());
+        }
+        if !self.missing.is_empty() {
+            add(DiagnosticStatus::WARN, format!("waiting for {}", self.missing.join(", ")));
+        } else if dropped > 0 {
+            add(DiagnosticStatus::WARN, format!("{dropped} dropped in the last report's time"));
+        }
+        if parts.is_empty() {
+            parts.push("running".to_owned());
+        }
+        (level, parts.join("; "))
     }
 }
 
@@ -128,24 +203,6 @@ fn missing(matches: &[Match]) -> Vec<&str> {
     topics
 }
 
-/// Warns once in a while of subscriptions without a publisher; returns since when there are such, or
-/// since when they were last warned of.
-fn warn_of_the_missing(matches: &[Match], waiting_since: Instant, now: Instant) -> Instant {
-    let missing = missing(matches);
-    if missing.is_empty() {
-        now
-    } else if now - waiting_since >= WARNING_PERIOD {
-        tracing::warn!(
-            "nothing publishes {}; check that the driver runs, its topic's name (remap with -r \
-             FROM:=TO), and ROS_DOMAIN_ID",
-            missing.join(", ")
-        );
-        now
-    } else {
-        waiting_since
-    }
-}
-
 fn pair(key: &str, value: String) -> KeyValue {
     KeyValue { key: key.to_owned(), value }
 }
@@ -162,6 +219,7 @@ fn wall_clock() -> Time {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::graph::TroubleKind;
 
     fn one(role: Role, topic: &str, peers: usize) -> Match {
         Match { role, topic: topic.to_owned(), peers }
@@ -178,12 +236,23 @@ mod tests {
     }
 
     #[test]
-    fn the_warning_comes_after_its_period_and_not_sooner() {
-        let matches = [one(Role::Subscription, "/scan", 0)];
-        let start = Instant::now();
-        let at = |seconds| start + Duration::from_secs(seconds);
-        assert_eq!(warn_of_the_missing(&matches, at(0), at(4)), at(0));
-        assert_eq!(warn_of_the_missing(&matches, at(0), at(5)), at(5));
-        assert_eq!(warn_of_the_missing(&[], at(0), at(3)), at(3));
+    fn the_gravest_finding_sets_the_level_and_each_is_told() {
+        let trouble = |kind| Trouble { topic: "/scan".to_owned(), kind, text: "text".to_owned() };
+        let mut findings = Findings {
+            missing: Vec::new(),
+            troubles: Vec::new(),
+            loss: None,
+            datagrams_dropped: None,
+        };
+        assert_eq!(findings.summary(0), (DiagnosticStatus::OK, "running".to_owned()));
+        assert_eq!(findings.summary(2).0, DiagnosticStatus::WARN);
+        findings.missing.push("/scan");
+        assert_eq!(findings.summary(2), (DiagnosticStatus::WARN, "waiting for /scan".to_owned()));
+        findings.troubles.push(trouble(TroubleKind::Incompatible));
+        assert_eq!(findings.summary(0).0, DiagnosticStatus::WARN);
+        findings.troubles.push(trouble(TroubleKind::OtherType));
+        let (level, message) = findings.summary(0);
+        assert_eq!(level, DiagnosticStatus::ERROR);
+        assert!(message.contains("/scan: ") && message.ends_with("waiting for /scan"), "{message}");
     }
 }

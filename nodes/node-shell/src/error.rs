@@ -64,6 +64,14 @@ pub enum PublishError {
         /// Why.
         source: msgs::cdr::CdrError,
     },
+    /// Its bytes are no message of the type that a subscription of the same process has.
+    #[error("a message for {topic} is no message of its type: {source}")]
+    Undecodable {
+        /// The topic.
+        topic: String,
+        /// Why.
+        source: msgs::cdr::CdrError,
+    },
     /// Its bytes are no message that can be published.
     #[error("a message for {topic} cannot be published: {source}")]
     Payload {

@@ -1,18 +1,29 @@
-//! Who is at the other end: which peers match the node's publishers and subscriptions.
+//! Who is at the other end: which peers match the node's publishers and subscriptions, in the same process
+//! and outside of it.
 //!
 //! This takes the place of the client library's own event loop, which keeps the incompatible offers to
 //! itself, takes `/clock` for a topic of another type, and does not compare types at all: the DDS
 //! library matches by the topic's name alone, so that a foreign message would be decoded as ours.
+
+mod names;
+mod open_endpoint;
+mod trouble;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use futures::StreamExt;
+use futures::stream::BoxStream;
 use rustdds::{DomainParticipant, DomainParticipantStatusEvent, GUID, QosPolicies, StatusEvented};
 use tokio::sync::watch;
 
-use crate::names::ros_type_name;
+use crate::exchange::{EndpointId, Exchange};
+use crate::host::Siblings;
+use names::{NodeNames, ParticipantNodes};
+pub(crate) use open_endpoint::OpenEndpoint;
+use trouble::End;
+pub(crate) use trouble::{Trouble, TroubleKind};
 
 /// Which end of a topic an endpoint is.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -58,49 +69,92 @@ struct Endpoint {
     role: Role,
     topic: String,
     dds_type: String,
+    /// Its name on the network; none where the host is on none.
+    guid: Option<GUID>,
+    /// Its peers on the network, those of this host among them.
     peers: BTreeSet<GUID>,
-    /// Peers that carry another type under the same name.
-    foreign: BTreeSet<GUID>,
+    /// Peers that do not fit.
+    misfits: BTreeMap<GUID, Misfit>,
+}
+
+/// Why a peer does not fit.
+#[derive(Clone, Debug)]
+enum Misfit {
+    OtherType(String),
+    Incompatible { offered: Box<QosPolicies>, requested: Box<QosPolicies> },
+}
+
+impl Endpoint {
+    fn trouble(&self, who: &str, misfit: &Misfit) -> Trouble {
+        let end = End { role: self.role, topic: &self.topic, dds_type: &self.dds_type };
+        match misfit {
+            Misfit::OtherType(other) => end.other_type(who, other),
+            Misfit::Incompatible { offered, requested } => {
+                end.incompatible(who, offered, requested)
+            }
+        }
+    }
 }
 
 /// The node's endpoints and their peers.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Graph {
-    endpoints: Arc<Mutex<BTreeMap<GUID, Endpoint>>>,
-    changes: Arc<watch::Sender<u64>>,
+    endpoints: Arc<Mutex<BTreeMap<EndpointId, Endpoint>>>,
+    names: Arc<Mutex<NodeNames>>,
+    exchange: Arc<Exchange>,
+    siblings: Siblings,
 }
 
 impl Graph {
-    pub(crate) fn new() -> Self {
-        Self { endpoints: Arc::default(), changes: Arc::new(watch::Sender::new(0)) }
+    pub(crate) fn new(exchange: Arc<Exchange>, siblings: Siblings) -> Self {
+        Self { endpoints: Arc::default(), names: Arc::default(), exchange, siblings }
     }
 
-    /// Creates an endpoint and enters it, so that no match can be seen before it is known.
+    /// Creates what an endpoint has on the network and enters it, so that no match can be seen before it
+    /// is known. `id` is its place in the exchange.
     pub(crate) fn enter<E, F>(
         &self,
-        role: Role,
-        topic: &str,
-        dds_type: &str,
-        create: impl FnOnce() -> Result<(GUID, E), F>,
-    ) -> Result<(GUID, E), F> {
+        id: EndpointId,
+        (role, topic, dds_type): (Role, &str, &str),
+        create: impl FnOnce() -> Result<Option<(GUID, E)>, F>,
+    ) -> Result<Option<E>, F> {
         let mut endpoints = self.lock();
-        let (guid, endpoint) = create()?;
+        let (guid, endpoint) = create()?.unzip();
         let entry = Endpoint {
             role,
             topic: topic.to_owned(),
             dds_type: dds_type.to_owned(),
+            guid,
             peers: BTreeSet::new(),
-            foreign: BTreeSet::new(),
+            misfits: BTreeMap::new(),
         };
-        endpoints.insert(guid, entry);
+        endpoints.insert(id, entry);
         drop(endpoints);
-        self.tell();
-        Ok((guid, endpoint))
+        self.exchange.tell();
+        Ok(endpoint)
     }
 
-    pub(crate) fn leave(&self, guid: GUID) {
-        self.lock().remove(&guid);
-        self.tell();
+    /// Gives an endpoint another name on the network; its peers have to find it anew.
+    pub(crate) fn renew<E, F>(
+        &self,
+        id: EndpointId,
+        create: impl FnOnce() -> Result<(GUID, E), F>,
+    ) -> Result<E, F> {
+        let mut endpoints = self.lock();
+        let (guid, created) = create()?;
+        if let Some(endpoint) = endpoints.get_mut(&id) {
+            endpoint.guid = Some(guid);
+            endpoint.peers.clear();
+            endpoint.misfits.clear();
+        }
+        drop(endpoints);
+        self.exchange.tell();
+        Ok(created)
+    }
+
+    pub(crate) fn leave(&self, id: EndpointId) {
+        self.lock().remove(&id);
+        self.exchange.leave(id);
     }
 
     /// How many endpoints are open.
@@ -108,24 +162,54 @@ impl Graph {
         self.lock().len()
     }
 
-    pub(crate) fn peers(&self, guid: GUID) -> usize {
-        self.lock().get(&guid).map_or(0, |endpoint| endpoint.peers.len())
+    /// How many peers an endpoint has, in this host and outside.
+    pub(crate) fn peers(&self, id: EndpointId) -> usize {
+        self.exchange.counterparts(id) + self.outside_peers(id)
+    }
+
+    /// How many peers an endpoint has outside of this host.
+    pub(crate) fn outside_peers(&self, id: EndpointId) -> usize {
+        self.lock().get(&id).map_or(0, |endpoint| self.outside(endpoint))
     }
 
     /// Whether `peer` sends another type than the endpoint reads.
-    pub(crate) fn is_foreign(&self, guid: GUID, peer: GUID) -> bool {
-        self.lock().get(&guid).is_some_and(|endpoint| endpoint.foreign.contains(&peer))
+    pub(crate) fn is_foreign(&self, id: EndpointId, peer: GUID) -> bool {
+        self.lock()
+            .get(&id)
+            .is_some_and(|one| matches!(one.misfits.get(&peer), Some(Misfit::OtherType(_))))
+    }
+
+    /// The peers that do not fit, as long as they are there; by topic.
+    pub(crate) fn troubles(&self) -> Vec<Trouble> {
+        let names = self.lock_names();
+        let mut troubles: Vec<_> = self
+            .lock()
+            .values()
+            .flat_map(|endpoint| {
+                let trouble =
+                    |(peer, misfit): (&GUID, _)| endpoint.trouble(&names.of(*peer), misfit);
+                endpoint.misfits.iter().map(trouble).collect::<Vec<_>>()
+            })
+            .collect();
+        troubles.sort_by(|a, b| (a.kind, &a.topic, &a.text).cmp(&(b.kind, &b.topic, &b.text)));
+        troubles.dedup();
+        troubles
+    }
+
+    /// The node that an endpoint of a peer belongs to, where that is known.
+    pub(crate) fn node_of(&self, endpoint: GUID) -> Option<String> {
+        self.lock_names().node_of(endpoint)
     }
 
     /// Every endpoint with its number of peers, by role and topic.
     pub(crate) fn matches(&self) -> Vec<Match> {
         let mut matches: Vec<_> = self
             .lock()
-            .values()
-            .map(|endpoint| Match {
+            .iter()
+            .map(|(id, endpoint)| Match {
                 role: endpoint.role,
                 topic: endpoint.topic.clone(),
-                peers: endpoint.peers.len(),
+                peers: self.exchange.counterparts(*id) + self.outside(endpoint),
             })
             .collect();
         matches.sort_by(|a, b| (a.role, &a.topic).cmp(&(b.role, &b.topic)));
@@ -134,16 +218,20 @@ impl Graph {
 
     /// Counts the changes; a receiver that waits for the next one misses none.
     pub(crate) fn changes(&self) -> watch::Receiver<u64> {
-        self.changes.subscribe()
+        self.exchange.changes()
     }
 
     /// Waits until the endpoint has at least `least` peers.
-    pub(crate) async fn wait_for_peers(&self, guid: GUID, least: usize) {
+    pub(crate) async fn wait_for_peers(&self, id: EndpointId, least: usize) {
         let mut changes = self.changes();
-        while self.peers(guid) < least {
-            // The sender lives in `self`, so the channel cannot close under the wait.
+        while self.peers(id) < least {
+            // The exchange holds the sender, so the channel cannot close under the wait.
             let _ = changes.changed().await;
         }
+    }
+
+    fn outside(&self, endpoint: &Endpoint) -> usize {
+        endpoint.peers.iter().filter(|peer| !self.siblings.contain(**peer)).count()
     }
 
     /// Follows the participant's events until `stop` resolves.
@@ -154,6 +242,10 @@ impl Graph {
     ) {
         let listener = participant.status_listener();
         let events = listener.as_async_status_stream();
+        let mut announced: BoxStream<'_, ParticipantNodes> = match names::announced(&participant) {
+            Some(announced) => announced.boxed(),
+            None => futures::stream::pending().boxed(),
+        };
         futures::pin_mut!(events);
         futures::pin_mut!(stop);
         loop {
@@ -163,6 +255,7 @@ impl Graph {
                     Some(event) => self.take(&event, &participant),
                     None => return,
                 },
+                Some(nodes) = announced.next() => self.lock_names().take(nodes),
             }
         }
     }
@@ -189,16 +282,25 @@ impl Graph {
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
                 self.lost(|peer| peer == guid);
             }
-            Event::ParticipantLost { id, .. } => self.lost(|peer| peer.prefix == *id),
+            Event::ParticipantLost { id, .. } => {
+                self.lost(|peer| peer.prefix == *id);
+                self.lock_names().forget(|prefix| prefix[..] == *id.as_ref());
+            }
             Event::RemoteReaderQosIncompatible {
-                local_writer, requested_qos, offered_qos, ..
+                local_writer,
+                remote_reader,
+                requested_qos,
+                offered_qos,
             } => {
-                self.incompatible(*local_writer, offered_qos, requested_qos);
+                self.incompatible((*local_writer, *remote_reader), offered_qos, requested_qos);
             }
             Event::RemoteWriterQosIncompatible {
-                local_reader, requested_qos, offered_qos, ..
+                local_reader,
+                remote_writer,
+                requested_qos,
+                offered_qos,
             } => {
-                self.incompatible(*local_reader, offered_qos, requested_qos);
+                self.incompatible((*local_reader, *remote_writer), offered_qos, requested_qos);
             }
             _ => {}
         }
@@ -206,21 +308,16 @@ impl Graph {
 
     fn matched(&self, own: GUID, peer: GUID, peer_type: Option<String>) {
         let mut endpoints = self.lock();
-        let Some(endpoint) = endpoints.get_mut(&own) else { return };
+        let Some(endpoint) = of_guid(&mut endpoints, own) else { return };
         match peer_type {
             Some(other) if other != endpoint.dds_type => {
-                endpoint.foreign.insert(peer);
-                tracing::error!(
-                    "{}: a {} there has the type {}, this node's {} has {}; they do not talk to each \
-                     other, remap one of them",
-                    endpoint.topic,
-                    endpoint.role.peers(),
-                    ros_type_name(&other),
-                    endpoint.role,
-                    ros_type_name(&endpoint.dds_type),
-                );
+                drop(endpoints);
+                self.misfit(own, peer, Misfit::OtherType(other));
+                return;
             }
             _ => {
+                // It may have been one that did not fit, and has changed what it offers.
+                endpoint.misfits.remove(&peer);
                 endpoint.peers.insert(peer);
                 tracing::debug!(
                     "{}: {} {}(s)",
@@ -231,102 +328,56 @@ impl Graph {
             }
         }
         drop(endpoints);
-        self.tell();
+        self.exchange.tell();
+    }
+
+    fn incompatible(
+        &self,
+        (own, peer): (GUID, GUID),
+        offered: &QosPolicies,
+        requested: &QosPolicies,
+    ) {
+        let (offered, requested) = (Box::new(offered.clone()), Box::new(requested.clone()));
+        self.misfit(own, peer, Misfit::Incompatible { offered, requested });
+    }
+
+    /// Notes a peer that does not fit, and tells of it when it is new.
+    fn misfit(&self, own: GUID, peer: GUID, misfit: Misfit) {
+        let who = self.lock_names().of(peer);
+        let mut endpoints = self.lock();
+        let Some(endpoint) = of_guid(&mut endpoints, own) else { return };
+        let trouble = endpoint.trouble(&who, &misfit);
+        endpoint.peers.remove(&peer);
+        if endpoint.misfits.insert(peer, misfit).is_none() {
+            match trouble.kind {
+                TroubleKind::OtherType => tracing::error!("{}: {}", trouble.topic, trouble.text),
+                TroubleKind::Incompatible => tracing::warn!("{}: {}", trouble.topic, trouble.text),
+            }
+        }
+        drop(endpoints);
+        self.exchange.tell();
     }
 
     fn lost(&self, is_lost: impl Fn(&GUID) -> bool) {
         for endpoint in self.lock().values_mut() {
             endpoint.peers.retain(|peer| !is_lost(peer));
-            endpoint.foreign.retain(|peer| !is_lost(peer));
+            endpoint.misfits.retain(|peer, _| !is_lost(peer));
         }
-        self.tell();
+        self.exchange.tell();
     }
 
-    fn incompatible(&self, own: GUID, offered: &QosPolicies, requested: &QosPolicies) {
-        let endpoints = self.lock();
-        let Some(endpoint) = endpoints.get(&own) else { return };
-        let policy = offered
-            .compliance_failure_wrt(requested)
-            .map_or_else(|| "one policy".to_owned(), |policy| format!("{policy:?}"));
-        tracing::warn!(
-            "{}: a {} there does not fit in its quality of service ({policy}: offered {}, requested \
-             {}); make the publisher offer more or the subscriber ask for less",
-            endpoint.topic,
-            endpoint.role.peers(),
-            in_words(offered),
-            in_words(requested),
-        );
-    }
-
-    fn tell(&self) {
-        self.changes.send_modify(|count| *count += 1);
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<GUID, Endpoint>> {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<EndpointId, Endpoint>> {
         self.endpoints.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn lock_names(&self) -> MutexGuard<'_, NodeNames> {
+        self.names.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-fn in_words(qos: &QosPolicies) -> String {
-    let reliability = if qos.is_reliable() { "reliable" } else { "best effort" };
-    let durability = match qos.durability() {
-        None | Some(rustdds::policy::Durability::Volatile) => "volatile",
-        Some(_) => "transient local",
-    };
-    format!("{reliability} and {durability}")
+fn of_guid(endpoints: &mut BTreeMap<EndpointId, Endpoint>, guid: GUID) -> Option<&mut Endpoint> {
+    endpoints.values_mut().find(|endpoint| endpoint.guid == Some(guid))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn guid(number: u8) -> GUID {
-        GUID::from_bytes([number; 16])
-    }
-
-    fn with_subscription() -> Graph {
-        let graph = Graph::new();
-        graph
-            .enter(Role::Subscription, "/scan", "a::msg::dds_::Scan_", || {
-                Ok::<_, std::convert::Infallible>((guid(1), ()))
-            })
-            .unwrap();
-        graph
-    }
-
-    #[test]
-    fn peers_come_and_go() {
-        let graph = with_subscription();
-        let type_name = Some("a::msg::dds_::Scan_".to_owned());
-        graph.matched(guid(1), guid(2), type_name.clone());
-        graph.matched(guid(1), guid(2), type_name.clone());
-        graph.matched(guid(1), guid(3), None);
-        graph.matched(guid(9), guid(3), type_name);
-        assert_eq!(graph.peers(guid(1)), 2);
-        graph.lost(|peer| *peer == guid(2));
-        assert_eq!(graph.peers(guid(1)), 1);
-        graph.leave(guid(1));
-        assert_eq!(graph.peers(guid(1)), 0);
-        assert_eq!(graph.open_endpoints(), 0);
-    }
-
-    #[test]
-    fn a_peer_of_another_type_is_none() {
-        let graph = with_subscription();
-        graph.matched(guid(1), guid(2), Some("a::msg::dds_::Other_".to_owned()));
-        assert_eq!(graph.peers(guid(1)), 0);
-        assert!(graph.is_foreign(guid(1), guid(2)));
-        assert!(!graph.is_foreign(guid(1), guid(3)));
-    }
-
-    #[tokio::test]
-    async fn waiting_ends_with_the_match() {
-        let graph = with_subscription();
-        let waiting = graph.clone();
-        let task = tokio::spawn(async move { waiting.wait_for_peers(guid(1), 2).await });
-        graph.matched(guid(1), guid(2), None);
-        graph.matched(guid(1), guid(3), None);
-        task.await.unwrap();
-        graph.wait_for_peers(guid(1), 1).await;
-    }
-}
+mod tests;

@@ -31,14 +31,21 @@
 //! });
 //! ```
 //!
-//! What is absent: parameter services, `/rosout`, `use_sim_time`, lifecycle, tf, services and actions.
+//! What is absent: parameter services, `/rosout`, `use_sim_time`, lifecycle, tf, clients of services,
+//! and actions.
 //! They come when a node needs them.
 
 pub mod arguments;
+mod assembly;
 mod counters;
 mod diagnostics;
 mod error;
+mod exchange;
 mod graph;
+mod host;
+#[cfg(test)]
+mod in_process;
+mod inbox;
 pub mod log;
 pub mod names;
 mod node;
@@ -49,10 +56,13 @@ mod payload;
 mod program;
 mod publisher;
 mod qos;
+mod reader;
+mod service;
 mod shutdown;
 mod stage_report;
 mod steps;
 mod subscription;
+mod survey;
 mod throttle;
 mod transport;
 
@@ -60,16 +70,20 @@ pub use arguments::RosArguments;
 pub use counters::Counters;
 pub use error::{PublishError, ShellError};
 pub use graph::{Match, Role};
+pub use host::Host;
 pub use node::Node;
 pub use payload::PayloadError;
 pub use program::{NodeFailure, Program};
 pub use publisher::{Publisher, RawPublisher};
 pub use qos::Qos;
+pub use service::{Request, Service};
 pub use shutdown::Shutdown;
 pub use stage_report::StageReporter;
 pub use steps::StepTimer;
 pub use subscription::{Received, Subscription};
+pub use survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
 pub use throttle::{Throttle, WARNING_PERIOD};
 pub use transport::{
-    GrantedBuffer, MessageTooLarge, RAISE_RECEIVE_BUFFER, Transport, TransportError,
+    Announcer, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined, MessageTooLarge,
+    RAISE_RECEIVE_BUFFER, ReceiveHealth, StaticPeer, Transport, TransportError,
 };

@@ -115,18 +115,15 @@ where
             Level::DEBUG => ("DEBUG", "\x1b[32m"),
             Level::TRACE => ("TRACE", "\x1b[32m"),
         };
+        // Several nodes may share a process: each works within a span of its own name.
+        let span = context.lookup_current();
+        let node_name = span.as_ref().map_or(self.node_name.as_str(), |span| span.name());
         let coloured = writer.has_ansi_escapes() && !colour.is_empty();
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         if coloured {
             writer.write_str(colour)?;
         }
-        write!(
-            writer,
-            "[{name}] [{}.{:09}] [{}]: ",
-            now.as_secs(),
-            now.subsec_nanos(),
-            self.node_name
-        )?;
+        write!(writer, "[{name}] [{}.{:09}] [{}]: ", now.as_secs(), now.subsec_nanos(), node_name)?;
         context.field_format().format_fields(writer.by_ref(), event)?;
         if coloured {
             writer.write_str("\x1b[0m")?;

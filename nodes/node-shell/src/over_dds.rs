@@ -1,5 +1,9 @@
 //! Tests over real DDS: two nodes are two participants, in one process.
 
+mod discovery;
+mod loss;
+mod troubles;
+
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
@@ -38,7 +42,7 @@ impl Place {
         let mut line = vec!["--ros-args", "-r", &namespace];
         line.extend(extra);
         let arguments = RosArguments::parse(line).unwrap();
-        Node::start_on(self.transport, name, &arguments).unwrap()
+        Node::start_on(self.transport.clone(), name, &arguments).unwrap()
     }
 }
 
@@ -82,11 +86,11 @@ async fn messages_arrive_in_order_with_the_time_of_sending() {
         assert_eq!(publisher.topic(), format!("{}/scan", place.namespace));
         matched(&publisher, &subscription).await;
         for beams in 0..10 {
-            publisher.publish(&scan(beams)).unwrap();
+            publisher.publish(scan(beams)).unwrap();
         }
         for beams in 0..10 {
             let received = soon("a scan", subscription.next()).await;
-            assert_eq!(received.message, scan(beams));
+            assert_eq!(*received.message, scan(beams));
             assert!(received.sent.is_some());
         }
         assert_eq!(subscription.received_count(), 10);
@@ -105,8 +109,8 @@ async fn a_large_message_of_odd_length_arrives_whole() {
         let subscription = listener.subscription::<Image>("image", &Qos::sensor(5)).unwrap();
         matched(&publisher, &subscription).await;
         let image = odd_image(150_001);
-        publisher.publish(&image).unwrap();
-        assert_eq!(soon("the image", subscription.next()).await.message, image);
+        publisher.publish(image.clone()).unwrap();
+        assert_eq!(*soon("the image", subscription.next()).await.message, image);
     }
     talker.close().await;
     listener.close().await;
@@ -123,7 +127,7 @@ async fn bytes_of_a_bag_arrive_as_the_message_that_they_are() {
         soon("the match", subscription.wait_for_publishers(1)).await;
         let image = odd_image(9);
         publisher.publish(&msgs::cdr::encode(&image).unwrap()).unwrap();
-        assert_eq!(soon("the image", subscription.next()).await.message, image);
+        assert_eq!(*soon("the image", subscription.next()).await.message, image);
         assert!(publisher.publish(&[0, 0, 0, 0, 1]).is_err());
     }
     player.close().await;
@@ -136,10 +140,11 @@ async fn who_comes_late_gets_the_last_map() {
     let (mapper, viewer) = (place.node("mapper"), place.node("viewer"));
     {
         let publisher = mapper.publisher::<LaserScan>("map", &Qos::latched()).unwrap();
-        publisher.publish(&scan(1)).unwrap();
-        publisher.publish(&scan(2)).unwrap();
+        publisher.publish(scan(1)).unwrap();
+        publisher.publish(scan(2)).unwrap();
         let subscription = viewer.subscription::<LaserScan>("map", &Qos::latched()).unwrap();
-        soon("the last map", async { while subscription.next().await.message != scan(2) {} }).await;
+        soon("the last map", async { while *subscription.next().await.message != scan(2) {} })
+            .await;
     }
     mapper.close().await;
     viewer.close().await;
@@ -171,9 +176,9 @@ async fn a_topic_of_another_type_is_not_ours() {
         let subscription = listener.subscription::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
         let right = right.publisher::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
         matched(&right, &subscription).await;
-        wrong.publish(&odd_image(9)).unwrap();
-        right.publish(&scan(3)).unwrap();
-        assert_eq!(soon("the scan", subscription.next()).await.message, scan(3));
+        wrong.publish(odd_image(9)).unwrap();
+        right.publish(scan(3)).unwrap();
+        assert_eq!(*soon("the scan", subscription.next()).await.message, scan(3));
         assert_eq!(subscription.publisher_count(), 1);
     }
     for node in [talker, right, listener] {
@@ -231,14 +236,14 @@ async fn the_node_reports_its_peers_and_counts() {
         let status = soon("the report", async {
             loop {
                 let array = reports.next().await.message;
-                let status = array.status.into_iter().find(|status| {
+                let status = array.status.iter().find(|status| {
                     let has = |(key, value): &(String, String)| {
                         status.values.iter().any(|one| one.key == *key && one.value == *value)
                     };
                     status.name == own_name && expected.iter().all(has)
                 });
                 if let Some(status) = status {
-                    return status;
+                    return status.clone();
                 }
             }
         })
@@ -257,4 +262,39 @@ fn without_a_runtime_there_is_no_node() {
     let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();
     let transport = Transport::on_domain(1).unwrap();
     assert!(Node::start_on(transport, "talker", &arguments).is_err());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_survey_tells_what_others_have() {
+    let place = Place::new();
+    let (talker, doctor) = (place.node("talker"), place.node("doctor"));
+    {
+        let scans = talker.publisher::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
+        let _images = talker.subscription::<Image>("image", &Qos::latched()).unwrap();
+        let survey = soon("the discovery", async {
+            loop {
+                let survey = doctor.survey();
+                let told = |one: &&crate::DiscoveredEndpoint| one.node == Some(talker.full_name());
+                let ours = |role| survey.iter().filter(told).any(|one| one.role == role);
+                let all = survey.iter().filter(told).count() >= 3;
+                if all && ours(Role::Publisher) && ours(Role::Subscription) {
+                    return survey;
+                }
+                tokio::time::sleep(Duration::from_millis(20)).await;
+            }
+        })
+        .await;
+        let scan = survey.iter().find(|one| one.topic == scans.topic()).unwrap();
+        assert_eq!((scan.role, &*scan.type_name), (Role::Publisher, LaserScan::TYPE_NAME));
+        assert_eq!(scan.qos.to_string(), "best effort, volatile");
+        assert_eq!(scan.participant.vendor(), "RustDDS");
+        assert_eq!(scan.owner(), format!("node {}", talker.full_name()));
+        assert!(!scan.addresses.is_empty());
+        let image = survey.iter().find(|one| one.topic.ends_with("/image")).unwrap();
+        assert_eq!(image.role, Role::Subscription);
+        assert!(image.qos.is_reliable() && image.qos.to_string().contains("transient local"));
+        assert!(survey.iter().all(|one| one.node != Some(doctor.full_name())));
+    }
+    talker.close().await;
+    doctor.close().await;
 }

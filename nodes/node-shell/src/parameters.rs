@@ -206,6 +206,12 @@ where
                     set(&key, value, origin.clone())?;
                 }
             }
+            ParameterSource::Text { name, yaml } => {
+                let origin = ValueOrigin::File(name.into());
+                for (key, value) in file::parameters_in(yaml, name.as_ref(), full_name)? {
+                    set(&key, value, origin.clone())?;
+                }
+            }
             ParameterSource::Assignment { node, name, value } => {
                 if node.as_deref().is_some_and(|node| node != short_name) {
                     continue;

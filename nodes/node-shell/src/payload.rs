@@ -47,27 +47,28 @@ pub(crate) struct Payload {
 impl Payload {
     /// Takes an encoded message, its header in front.
     pub(crate) fn from_encoded(mut encoded: Vec<u8>) -> Result<Self, PayloadError> {
-        check_header(&encoded)?;
+        Self::check(&encoded)?;
         encoded.drain(..HEADER);
         let padded = encoded.len().next_multiple_of(ALIGNMENT);
         encoded.resize(padded, 0);
         Ok(Self { body: encoded })
     }
 
+    /// Whether an encoded message can be taken.
+    pub(crate) fn check(encoded: &[u8]) -> Result<(), PayloadError> {
+        let Some([high, low, _, _]) = encoded.first_chunk::<HEADER>().copied() else {
+            return Err(PayloadError::TooShort { bytes: encoded.len() });
+        };
+        match [high, low] {
+            CDR_LE => Ok(()),
+            CDR_BE => Err(PayloadError::BigEndian),
+            other => Err(PayloadError::Encoding(u16::from_be_bytes(other))),
+        }
+    }
+
     /// The length on the wire.
     pub(crate) fn len(&self) -> usize {
         HEADER + self.body.len()
-    }
-}
-
-fn check_header(encoded: &[u8]) -> Result<(), PayloadError> {
-    let Some([high, low, _, _]) = encoded.first_chunk::<HEADER>().copied() else {
-        return Err(PayloadError::TooShort { bytes: encoded.len() });
-    };
-    match [high, low] {
-        CDR_LE => Ok(()),
-        CDR_BE => Err(PayloadError::BigEndian),
-        other => Err(PayloadError::Encoding(u16::from_be_bytes(other))),
     }
 }
 

@@ -6,40 +6,50 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use msgs::RosMessage;
 use ros2_client::WriteError;
-use rustdds::GUID;
 
 use crate::error::PublishError;
-use crate::graph::Graph;
+use crate::exchange::{Exchange, Message};
+use crate::graph::OpenEndpoint;
 use crate::payload::Payload;
 use crate::throttle::Throttle;
 use crate::transport::GrantedBuffer;
 
 /// Publishes messages of one type.
 pub struct Publisher<M> {
-    raw: RawPublisher,
+    outlet: Outlet,
     failed: Throttle,
     _message: PhantomData<fn(M)>,
 }
 
 impl<M: RosMessage> Publisher<M> {
-    pub(crate) fn new(raw: RawPublisher) -> Self {
-        Self { raw, failed: Throttle::for_warnings(), _message: PhantomData }
+    pub(crate) fn new(outlet: Outlet) -> Self {
+        Self { outlet, failed: Throttle::for_warnings(), _message: PhantomData }
     }
 
-    /// Publishes a message. Returns once the message is queued; with reliable delivery this may take up
-    /// to 0.1 s when subscribers are far behind.
+    /// Publishes a message. Subscriptions of the same host get this very value; for those outside it is
+    /// encoded, where there are any. Returns once the message is queued; with reliable delivery this may
+    /// take up to 0.1 s when subscribers are far behind.
     ///
     /// # Errors
     /// When it cannot be encoded, or is not taken.
-    pub fn publish(&self, message: &M) -> Result<(), PublishError> {
-        let encoded = msgs::cdr::encode(message)
-            .map_err(|source| PublishError::Encode { topic: self.raw.topic.to_string(), source })?;
-        self.raw.publish_owned(encoded)
+    pub fn publish(&self, message: impl Into<Arc<M>>) -> Result<(), PublishError> {
+        let message = message.into();
+        let shared = Message::Shared(Arc::<M>::clone(&message));
+        self.outlet.hand_over(&shared)?;
+        if self.outlet.is_awaited_outside() {
+            let encoded = msgs::cdr::encode(&*message).map_err(|source| PublishError::Encode {
+                topic: self.outlet.topic.to_string(),
+                source,
+            })?;
+            self.outlet.send(encoded)?;
+        }
+        self.outlet.count();
+        Ok(())
     }
 
     /// Publishes a message; when that fails, the failure is told of once in a while, and `false` comes
     /// back. For what is lost without harm, or comes again.
-    pub fn publish_or_warn(&self, message: &M) -> bool {
+    pub fn publish_or_warn(&self, message: impl Into<Arc<M>>) -> bool {
         match self.publish(message) {
             Ok(()) => true,
             Err(error) => {
@@ -54,101 +64,116 @@ impl<M: RosMessage> Publisher<M> {
     /// The topic, by its absolute name.
     #[must_use]
     pub fn topic(&self) -> &str {
-        &self.raw.topic
+        &self.outlet.topic
     }
 
     /// How many subscribers there are.
     #[must_use]
     pub fn subscriber_count(&self) -> usize {
-        self.raw.subscriber_count()
+        self.outlet.endpoint.peers()
     }
 
     /// Waits until there are at least `least` subscribers.
     pub async fn wait_for_subscribers(&self, least: usize) {
-        self.raw.wait_for_subscribers(least).await;
+        self.outlet.endpoint.wait_for_peers(least).await;
     }
 }
 
 /// Publishes messages that are encoded already, as those of a bag.
 pub struct RawPublisher {
-    topic: Arc<str>,
-    writer: ros2_client::Publisher<Payload>,
-    guid: GUID,
-    graph: Graph,
-    granted: GrantedBuffer,
-    warned_of_size: AtomicBool,
-    published: Arc<AtomicU64>,
+    outlet: Outlet,
 }
 
 impl RawPublisher {
-    pub(crate) fn new(
-        topic: &str,
-        writer: ros2_client::Publisher<Payload>,
-        graph: Graph,
-        granted: GrantedBuffer,
-        published: Arc<AtomicU64>,
-    ) -> Self {
-        Self {
-            topic: topic.into(),
-            guid: writer.guid(),
-            writer,
-            graph,
-            granted,
-            warned_of_size: AtomicBool::new(false),
-            published,
-        }
+    pub(crate) fn new(outlet: Outlet) -> Self {
+        Self { outlet }
     }
 
     /// Publishes an encoded message: its encapsulation header of four bytes, then its body in
-    /// little-endian CDR. The bytes are sent as they are, padded to a multiple of four.
+    /// little-endian CDR. The bytes are sent as they are, padded to a multiple of four; a subscription of
+    /// the same host decodes them.
     ///
     /// # Errors
-    /// When it has another encoding, or is not taken.
+    /// When it has another encoding, is no message of its type, or is not taken.
     pub fn publish(&self, encoded: &[u8]) -> Result<(), PublishError> {
-        self.publish_owned(encoded.to_vec())
+        Payload::check(encoded)
+            .map_err(|source| PublishError::Payload { topic: self.topic().to_owned(), source })?;
+        if self.outlet.is_awaited_here() {
+            self.outlet.hand_over(&Message::Encoded(encoded.into()))?;
+        }
+        if self.outlet.is_awaited_outside() {
+            self.outlet.send(encoded.to_vec())?;
+        }
+        self.outlet.count();
+        Ok(())
     }
 
     /// The topic, by its absolute name.
     #[must_use]
     pub fn topic(&self) -> &str {
-        &self.topic
+        &self.outlet.topic
     }
 
     /// How many subscribers there are.
     #[must_use]
     pub fn subscriber_count(&self) -> usize {
-        self.graph.peers(self.guid)
+        self.outlet.endpoint.peers()
     }
 
     /// Waits until there are at least `least` subscribers.
     pub async fn wait_for_subscribers(&self, least: usize) {
-        self.graph.wait_for_peers(self.guid, least).await;
+        self.outlet.endpoint.wait_for_peers(least).await;
+    }
+}
+
+/// The two ways out of a publisher: to the subscriptions of its host, and to those outside.
+pub(crate) struct Outlet {
+    pub(crate) topic: Arc<str>,
+    pub(crate) exchange: Arc<Exchange>,
+    pub(crate) endpoint: OpenEndpoint,
+    /// None where the host is on no network.
+    pub(crate) writer: Option<ros2_client::Publisher<Payload>>,
+    /// Whether messages are kept for those who come late.
+    pub(crate) keeps: bool,
+    pub(crate) granted: Option<GrantedBuffer>,
+    pub(crate) warned_of_size: AtomicBool,
+    pub(crate) published: Arc<AtomicU64>,
+}
+
+impl Outlet {
+    fn is_awaited_here(&self) -> bool {
+        self.keeps || self.endpoint.peers_in_host() > 0
     }
 
-    fn publish_owned(&self, encoded: Vec<u8>) -> Result<(), PublishError> {
+    /// A kept message is sent also when nobody is there yet: it is for those who come.
+    fn is_awaited_outside(&self) -> bool {
+        self.writer.is_some() && (self.keeps || self.endpoint.peers_outside() > 0)
+    }
+
+    fn hand_over(&self, message: &Message) -> Result<(), PublishError> {
+        self.exchange
+            .publish(self.endpoint.id(), message)
+            .map_err(|source| PublishError::Undecodable { topic: self.topic.to_string(), source })
+    }
+
+    fn send(&self, encoded: Vec<u8>) -> Result<(), PublishError> {
+        let Some(writer) = &self.writer else { return Ok(()) };
         let topic = || self.topic.to_string();
         let payload = Payload::from_encoded(encoded)
             .map_err(|source| PublishError::Payload { topic: topic(), source })?;
-        if let Err(too_large) = self.granted.check(&self.topic, payload.len())
+        if let Some(Err(too_large)) =
+            self.granted.map(|granted| granted.check(&self.topic, payload.len()))
             && !self.warned_of_size.swap(true, Ordering::Relaxed)
         {
             tracing::warn!("{too_large}");
         }
-        match self.writer.publish(payload) {
-            Ok(()) => {
-                self.published.fetch_add(1, Ordering::Relaxed);
-                Ok(())
-            }
-            Err(WriteError::WouldBlock { .. }) => {
-                Err(PublishError::NotAcknowledged { topic: topic() })
-            }
-            Err(error) => Err(PublishError::Library { topic: topic(), reason: error.to_string() }),
-        }
+        writer.publish(payload).map_err(|error| match error {
+            WriteError::WouldBlock { .. } => PublishError::NotAcknowledged { topic: topic() },
+            error => PublishError::Library { topic: topic(), reason: error.to_string() },
+        })
     }
-}
 
-impl Drop for RawPublisher {
-    fn drop(&mut self) {
-        self.graph.leave(self.guid);
+    fn count(&self) {
+        self.published.fetch_add(1, Ordering::Relaxed);
     }
 }

@@ -55,7 +55,7 @@ impl StageReporter {
         report.step_names = timer.steps().iter().map(|(step, _)| (*step).to_owned()).collect();
         report.step_durations_s =
             timer.steps().iter().map(|(_, duration)| duration.as_secs_f64()).collect();
-        self.publisher.publish_or_warn(&report);
+        self.publisher.publish_or_warn(report);
     }
 
     /// Reports a cycle that was dropped, and warns of it once in a while. `cause` is one of a few, by
@@ -76,7 +76,7 @@ impl StageReporter {
         }
         let mut report = self.report(header, cycle, counts);
         report.drop_reason = reason.to_owned();
-        self.publisher.publish_or_warn(&report);
+        self.publisher.publish_or_warn(report);
     }
 
     fn report(&self, header: Header, cycle: u32, counts: &[(&'static str, u64)]) -> StageReport {

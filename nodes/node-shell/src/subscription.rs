@@ -5,28 +5,30 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use geometry::Stamp;
 use msgs::RosMessage;
-use ros2_client::MessageInfo;
 use rustdds::GUID;
 
 use crate::counters::TopicCounters;
-use crate::graph::Graph;
+use crate::graph::OpenEndpoint;
+use crate::inbox::{self, Queue};
+use crate::reader::{self, Reader};
 use crate::throttle::Throttle;
 
 /// A message and when it was sent.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Received<M> {
-    /// The message.
-    pub message: M,
+    /// The message; where a node of the same host published it, the very value that it published.
+    pub message: Arc<M>,
     /// When its publisher sent it, by the publisher's wall clock; not when its data were measured.
     pub sent: Option<Stamp>,
 }
 
-/// Receives messages of one type.
+/// Receives messages of one type, from its own host and from outside.
 pub struct Subscription<M: RosMessage> {
     topic: Arc<str>,
-    reader: ros2_client::Subscription<M>,
-    guid: GUID,
-    graph: Graph,
+    queue: Arc<Queue<M>>,
+    endpoint: OpenEndpoint,
+    /// None where the host is on no network.
+    reader: Option<Reader<M>>,
     counters: Arc<TopicCounters>,
     sequence: Mutex<BTreeMap<GUID, i64>>,
     malformed: Throttle,
@@ -35,15 +37,16 @@ pub struct Subscription<M: RosMessage> {
 impl<M: RosMessage> Subscription<M> {
     pub(crate) fn new(
         topic: &str,
-        reader: ros2_client::Subscription<M>,
-        graph: Graph,
+        queue: Arc<Queue<M>>,
+        reader: Option<Reader<M>>,
+        endpoint: OpenEndpoint,
         counters: Arc<TopicCounters>,
     ) -> Self {
         Self {
             topic: topic.into(),
-            guid: reader.guid(),
+            queue,
+            endpoint,
             reader,
-            graph,
             counters,
             sequence: Mutex::default(),
             malformed: Throttle::for_warnings(),
@@ -55,31 +58,25 @@ impl<M: RosMessage> Subscription<M> {
     /// What cannot be decoded, and what a peer of another type sent, is counted, told of once in a
     /// while, and passed over.
     pub async fn next(&self) -> Received<M> {
-        loop {
-            match self.reader.async_take().await {
-                Ok((message, info)) => {
-                    if let Some(received) = self.accept(message, &info) {
-                        return received;
-                    }
-                }
-                Err(error) => self.refuse(&error),
-            }
+        tokio::select! {
+            biased;
+            taken = self.queue.next() => self.accept_from_host(taken),
+            received = self.next_from_outside() => received,
         }
     }
 
     /// The next message if it is here already.
     pub fn try_next(&self) -> Option<Received<M>> {
-        loop {
-            match self.reader.take() {
-                Ok(None) => return None,
-                Ok(Some((message, info))) => {
-                    if let Some(received) = self.accept(message, &info) {
-                        return Some(received);
-                    }
-                }
-                Err(error) => self.refuse(&error),
+        if let Some(taken) = self.queue.take() {
+            return Some(self.accept_from_host(taken));
+        }
+        let reader = self.reader.as_ref()?;
+        while let Some(taken) = reader.take() {
+            if let Some(received) = self.accept(reader, taken) {
+                return Some(received);
             }
         }
+        None
     }
 
     /// The topic, by its absolute name.
@@ -91,12 +88,12 @@ impl<M: RosMessage> Subscription<M> {
     /// How many publishers there are.
     #[must_use]
     pub fn publisher_count(&self) -> usize {
-        self.graph.peers(self.guid)
+        self.endpoint.peers()
     }
 
     /// Waits until there are at least `least` publishers.
     pub async fn wait_for_publishers(&self, least: usize) {
-        self.graph.wait_for_peers(self.guid, least).await;
+        self.endpoint.wait_for_peers(least).await;
     }
 
     /// How many messages were received so far.
@@ -105,25 +102,56 @@ impl<M: RosMessage> Subscription<M> {
         self.counters.received()
     }
 
-    fn accept(&self, message: M, info: &MessageInfo) -> Option<Received<M>> {
+    async fn next_from_outside(&self) -> Received<M> {
+        let Some(reader) = &self.reader else { return std::future::pending().await };
+        loop {
+            let taken = reader.next().await;
+            if let Some(received) = self.accept(reader, taken) {
+                return received;
+            }
+        }
+    }
+
+    fn accept_from_host(&self, taken: inbox::Taken<M>) -> Received<M> {
+        self.counters.count_received(taken.missed);
+        taken.received
+    }
+
+    fn accept(&self, reader: &Reader<M>, taken: reader::Taken<M>) -> Option<Received<M>> {
+        let (message, info) = match taken {
+            Ok(taken) => taken,
+            Err(error) => {
+                self.refuse(&error);
+                return None;
+            }
+        };
         let sender = GUID::from(info.publisher_gid());
-        if self.graph.is_foreign(self.guid, sender) {
+        if self.endpoint.is_sibling(sender) {
+            // It came through the exchange already.
+            return None;
+        }
+        if self.endpoint.is_foreign(sender) {
             self.counters.count_malformed();
             return None;
         }
-        self.count(sender, info.sequence_number());
+        let lost = self.lost_before(sender, info.sequence_number())?;
+        self.counters.count_received(lost);
+        reader.heard(&message, lost);
         let sent = info.source_timestamp().map(|time| Stamp::from_nanos(time.to_nanos()));
-        Some(Received { message, sent })
+        Some(Received { message: Arc::new(message), sent })
     }
 
-    /// Counts the message, and those missing between it and the last one of the same sender.
-    fn count(&self, sender: GUID, number: i64) {
+    /// How many messages are missing between this one and the last one of the same sender; none for a message
+    /// that was there before, which a new reader finds once more.
+    fn lost_before(&self, sender: GUID, number: i64) -> Option<u64> {
         let mut sequence = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
-        let lost = match sequence.insert(sender, number) {
-            Some(last) if number > last => number - last - 1,
-            _ => 0,
-        };
-        self.counters.count_received(u64::try_from(lost).unwrap_or(0));
+        let last = sequence.get(&sender).copied();
+        if last.is_some_and(|last| number <= last) {
+            return None;
+        }
+        sequence.insert(sender, number);
+        let lost = last.map_or(0, |last| number.saturating_sub(last).saturating_sub(1));
+        Some(u64::try_from(lost).unwrap_or(0))
     }
 
     fn refuse(&self, error: &ros2_client::ReadError) {
@@ -136,11 +164,5 @@ impl<M: RosMessage> Subscription<M> {
                 M::TYPE_NAME
             );
         }
-    }
-}
-
-impl<M: RosMessage> Drop for Subscription<M> {
-    fn drop(&mut self) {
-        self.graph.leave(self.guid);
     }
 }

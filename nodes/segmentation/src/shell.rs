@@ -8,7 +8,9 @@ use std::process::ExitCode;
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::ReducedCloud;
-use node_shell::{Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer};
+use node_shell::{
+    Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer, Subscription,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::{SegmentationConfig, Segmenter};
@@ -45,30 +47,22 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// # Errors
 /// When a parameter is out of its range, or a topic cannot be had.
 pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<(), NodeFailure> {
-    let mut stage = Stage {
-        segmenter: Segmenter::new(parameters.config)?,
-        next_cycle: 0,
-        static_clouds: node.publisher("static_cloud", &Qos::reliable(CYCLES_KEPT))?,
-        dynamic_clouds: node.publisher("dynamic_cloud", &Qos::reliable(CYCLES_KEPT))?,
-        reporter: StageReporter::new(node, PROGRAM.name)?,
-    };
-    let cycles = node.subscription::<ReducedCloud>("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?;
+    let mut stage = Stage::new(node, &parameters)?;
     let shutdown = node.shutdown_signal();
     loop {
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
-            received = cycles.next() => stage.take(&received.message),
+            received = stage.cycles.next() => stage.take(&received.message),
         }
     }
-    while let Some(received) = cycles.try_next() {
-        stage.take(&received.message);
-    }
+    stage.take_waiting();
     Ok(())
 }
 
 /// The core with its topics.
-struct Stage {
+pub struct Stage {
+    cycles: Subscription<ReducedCloud>,
     segmenter: Segmenter,
     next_cycle: u32,
     static_clouds: Publisher<PointCloud2>,
@@ -77,6 +71,28 @@ struct Stage {
 }
 
 impl Stage {
+    /// The stage that `node` is.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range, or a topic cannot be had.
+    pub fn new(node: &Node, parameters: &SegmentationParameters) -> Result<Self, NodeFailure> {
+        Ok(Self {
+            segmenter: Segmenter::new(parameters.config)?,
+            next_cycle: 0,
+            static_clouds: node.publisher("static_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            dynamic_clouds: node.publisher("dynamic_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            reporter: StageReporter::new(node, PROGRAM.name)?,
+            cycles: node.subscription("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
+        })
+    }
+
+    /// Takes every message that is here already.
+    pub fn take_waiting(&mut self) {
+        while let Some(received) = self.cycles.try_next() {
+            self.take(&received.message);
+        }
+    }
+
     fn take(&mut self, message: &ReducedCloud) {
         self.next_cycle = message.cycle.wrapping_add(1);
         let mut timer = StepTimer::start();
@@ -101,8 +117,8 @@ impl Stage {
         let cycle = convert::detected_cycle_from_message(message)?;
         timer.end_of("convert");
         let segmented = self.segmenter.step(&cycle, |step| timer.end_of(step.name()))?;
-        self.static_clouds.publish_or_warn(&convert::message_from_cloud(&segmented.static_cloud));
-        self.dynamic_clouds.publish_or_warn(&convert::message_from_cloud(&segmented.dynamic_cloud));
+        self.static_clouds.publish_or_warn(convert::message_from_cloud(&segmented.static_cloud));
+        self.dynamic_clouds.publish_or_warn(convert::message_from_cloud(&segmented.dynamic_cloud));
         timer.end_of("publish");
         let counts = segmented.counts;
         Ok([

@@ -1,5 +1,7 @@
 //! The node's subscriptions.
 
+use std::sync::Arc;
+
 use geometry::Stamp;
 use msgs::convert::{COMPRESSED_DEPTH_TOPIC, stamp_from_time};
 use msgs::geometry_msgs::PoseStamped;
@@ -23,9 +25,9 @@ const POSES_KEPT: usize = 200;
 /// is converted only once a scan has it.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum ViewMessage {
-    Depth(Image),
-    CompressedDepth(CompressedImage),
-    Points(PointCloud2),
+    Depth(Arc<Image>),
+    CompressedDepth(Arc<CompressedImage>),
+    Points(Arc<PointCloud2>),
 }
 
 impl ViewMessage {
@@ -48,10 +50,10 @@ impl ViewMessage {
 
 /// A message that arrived.
 pub(super) enum Arrival {
-    Scan(LaserScan),
+    Scan(Arc<LaserScan>),
     View(ViewMessage),
-    CameraInfo(Box<CameraInfo>),
-    Pose(PoseStamped),
+    CameraInfo(Arc<CameraInfo>),
+    Pose(Arc<PoseStamped>),
 }
 
 /// The node's subscriptions.
@@ -106,6 +108,14 @@ impl Inputs {
             received = self.scans.next() => Arrival::Scan(received.message),
             received = self.poses.next() => Arrival::Pose(received.message),
         }
+    }
+
+    /// The next message that is here already.
+    pub(super) fn try_next(&self) -> Option<Arrival> {
+        self.view
+            .try_next()
+            .or_else(|| self.scans.try_next().map(|received| Arrival::Scan(received.message)))
+            .or_else(|| self.poses.try_next().map(|received| Arrival::Pose(received.message)))
     }
 
     /// The absolute name of an input's topic.
@@ -170,12 +180,23 @@ impl ViewInputs {
         match self {
             Self::Depth(depth) => tokio::select! {
                 biased;
-                received = depth.camera_infos.next() => {
-                    Arrival::CameraInfo(Box::new(received.message))
-                }
+                received = depth.camera_infos.next() => Arrival::CameraInfo(received.message),
                 message = depth.images.next() => Arrival::View(message),
             },
             Self::Points(clouds) => Arrival::View(ViewMessage::Points(clouds.next().await.message)),
+        }
+    }
+
+    fn try_next(&self) -> Option<Arrival> {
+        match self {
+            Self::Depth(depth) => match depth.camera_infos.try_next() {
+                Some(received) => Some(Arrival::CameraInfo(received.message)),
+                None => depth.images.try_next().map(Arrival::View),
+            },
+            Self::Points(clouds) => {
+                let received = clouds.try_next()?;
+                Some(Arrival::View(ViewMessage::Points(received.message)))
+            }
         }
     }
 }
@@ -185,6 +206,17 @@ impl DepthImages {
         match self {
             Self::Raw(images) => ViewMessage::Depth(images.next().await.message),
             Self::Compressed(images) => ViewMessage::CompressedDepth(images.next().await.message),
+        }
+    }
+
+    fn try_next(&self) -> Option<ViewMessage> {
+        match self {
+            Self::Raw(images) => {
+                images.try_next().map(|received| ViewMessage::Depth(received.message))
+            }
+            Self::Compressed(images) => {
+                images.try_next().map(|received| ViewMessage::CompressedDepth(received.message))
+            }
         }
     }
 

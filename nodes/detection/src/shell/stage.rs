@@ -2,7 +2,6 @@
 //! warning.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use geometry::{CameraModel, DepthProjector, Scan, Stamp};
 use msgs::convert;
@@ -19,14 +18,19 @@ use crate::{CycleInput, Detected, Detector, Dropped, Input, MatchEvent, Matched,
 /// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
 
+/// The cause of a drop that costs no scan: how it begins, before the topic's name.
+pub const UNUSABLE_MESSAGE_ON: &str = "unusable message on ";
+/// The cause of a drop that costs no scan by itself: too many images before their camera's calibration.
+pub const IMAGE_WITHOUT_CALIBRATION: &str = "image without a calibration";
+
 /// The core with its topics.
-pub(super) struct Stage {
+pub struct Stage {
     inputs: Inputs,
-    matcher: Matcher<Scan, Arc<ViewMessage>>,
+    matcher: Matcher<Scan, ViewMessage>,
     detector: Detector,
     camera: Option<(CameraModel, DepthProjector)>,
     /// Images that came before the calibration of their camera.
-    uncalibrated: VecDeque<Arc<ViewMessage>>,
+    uncalibrated: VecDeque<ViewMessage>,
     most_uncalibrated: usize,
     rig_frame_id: String,
     next_cycle: u32,
@@ -34,12 +38,16 @@ pub(super) struct Stage {
     dynamic_zones: Publisher<DynamicZones>,
     reporter: StageReporter,
     counters: Counters,
-    granted: GrantedBuffer,
+    granted: Option<GrantedBuffer>,
     bad_input: Throttle,
 }
 
 impl Stage {
-    pub(super) fn new(node: &Node, parameters: &DetectionParameters) -> Result<Self, NodeFailure> {
+    /// The stage that `node` is.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range, or a topic cannot be had.
+    pub fn new(node: &Node, parameters: &DetectionParameters) -> Result<Self, NodeFailure> {
         let config = &parameters.config;
         let detector = Detector::new(config.clone())?;
         Ok(Self {
@@ -65,6 +73,13 @@ impl Stage {
         self.inputs.next().await
     }
 
+    /// Takes every message that is here already.
+    pub fn take_waiting(&mut self) {
+        while let Some(arrival) = self.inputs.try_next() {
+            self.take(arrival);
+        }
+    }
+
     /// Whether scans wait for their image or pose.
     pub(super) fn is_waiting(&self) -> bool {
         self.matcher.waiting_scans() > 0
@@ -87,17 +102,17 @@ impl Stage {
                 Ok(camera) => return self.take_camera(camera),
                 Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
             },
-            Arrival::View(message) => return self.take_view(Arc::new(message)),
+            Arrival::View(message) => return self.take_view(message),
         };
         self.handle(events);
     }
 
     /// An image waits for the calibration of its camera, which many drivers send after it.
-    fn take_view(&mut self, view: Arc<ViewMessage>) {
+    fn take_view(&mut self, view: ViewMessage) {
         if view.needs_calibration() && self.camera.is_none() {
             if self.uncalibrated.len() >= self.most_uncalibrated {
                 self.uncalibrated.pop_front();
-                self.counters.count_drop("image without a calibration");
+                self.counters.count_drop(IMAGE_WITHOUT_CALIBRATION);
             }
             self.uncalibrated.push_back(view);
             return;
@@ -117,7 +132,10 @@ impl Stage {
         if self.inputs.has_raw_images() {
             // Two bytes a pixel are the least that a depth image has.
             let image_bytes = camera.width_px.saturating_mul(camera.height_px).saturating_mul(2);
-            if let Err(too_large) = self.granted.check(self.inputs.view_topic(), image_bytes) {
+            let topic = self.inputs.view_topic();
+            if let Some(Err(too_large)) =
+                self.granted.map(|granted| granted.check(topic, image_bytes))
+            {
                 tracing::warn!("{too_large}");
             }
         }
@@ -127,12 +145,12 @@ impl Stage {
     }
 
     /// Drops the scans that wait: nothing more comes.
-    pub(super) fn give_up_waiting(&mut self) {
+    pub fn give_up_waiting(&mut self) {
         let events = self.matcher.flush();
         self.handle(events);
     }
 
-    fn handle(&mut self, events: Vec<MatchEvent<Scan, Arc<ViewMessage>>>) {
+    fn handle(&mut self, events: Vec<MatchEvent<Scan, ViewMessage>>) {
         for event in events {
             match event {
                 MatchEvent::Matched(matched) => self.cycle(&matched),
@@ -170,7 +188,7 @@ impl Stage {
         }
     }
 
-    fn cycle(&mut self, matched: &Matched<Scan, Arc<ViewMessage>>) {
+    fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>) {
         let mut timer = StepTimer::start();
         match self.detect(matched, &mut timer) {
             Ok(detected) => self.publish(&detected, &mut timer),
@@ -183,11 +201,11 @@ impl Stage {
 
     fn detect(
         &mut self,
-        matched: &Matched<Scan, Arc<ViewMessage>>,
+        matched: &Matched<Scan, ViewMessage>,
         timer: &mut StepTimer,
     ) -> Result<Detected, NodeFailure> {
         let (image, cloud);
-        let view = match (&*matched.cloud, &self.camera) {
+        let view = match (&matched.cloud, &self.camera) {
             (ViewMessage::Depth(message), Some((_, projector))) => {
                 image = convert::depth_from_message(message)?;
                 View::Depth { image: &image, projector }
@@ -217,8 +235,8 @@ impl Stage {
     fn publish(&mut self, detected: &Detected, timer: &mut StepTimer) {
         let cycle = &detected.cycle;
         self.next_cycle = cycle.index.wrapping_add(1);
-        self.reduced_clouds.publish_or_warn(&convert::message_from_detected_cycle(cycle));
-        self.dynamic_zones.publish_or_warn(&convert::message_from_zones(cycle));
+        self.reduced_clouds.publish_or_warn(convert::message_from_detected_cycle(cycle));
+        self.dynamic_zones.publish_or_warn(convert::message_from_zones(cycle));
         timer.end_of("publish");
 
         let count = |count: usize| count as u64;
@@ -244,7 +262,7 @@ impl Stage {
     /// Counts a message that is of no use, and tells of it once in a while.
     fn refuse(&self, input: Input, reason: &str) {
         let topic = self.inputs.topic(input);
-        self.counters.count_drop(&format!("unusable message on {topic}"));
+        self.counters.count_drop(&format!("{UNUSABLE_MESSAGE_ON}{topic}"));
         if let Some(held_back) = self.bad_input.pass() {
             tracing::warn!("{topic}: {reason} ({held_back} more since the last warning)");
         }

@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Scan, Stamp, StampedPose};
 use msgs::convert;
@@ -140,7 +141,7 @@ impl Bench {
         bench
     }
 
-    async fn report(&self) -> StageReport {
+    async fn report(&self) -> Arc<StageReport> {
         soon("a report", self.reports.next()).await.message
     }
 
@@ -159,11 +160,11 @@ fn counts(report: &StageReport) -> BTreeMap<&str, u64> {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn scan_image_and_pose_become_a_cycle_even_when_the_calibration_comes_last() {
     let bench = Bench::start("cycle", 0.5).await;
-    bench.images.publish(&image(at(1_010))).unwrap();
-    bench.scans.publish(&scan(at(1_000))).unwrap();
-    bench.poses.publish(&pose(at(1_000), 1.0)).unwrap();
-    bench.poses.publish(&pose(at(1_020), 3.0)).unwrap();
-    bench.camera_infos.publish(&camera_info(4)).unwrap();
+    bench.images.publish(image(at(1_010))).unwrap();
+    bench.scans.publish(scan(at(1_000))).unwrap();
+    bench.poses.publish(pose(at(1_000), 1.0)).unwrap();
+    bench.poses.publish(pose(at(1_020), 3.0)).unwrap();
+    bench.camera_infos.publish(camera_info(4)).unwrap();
 
     let message = soon("the cycle", bench.cycles.next()).await.message;
     let cycle = convert::detected_cycle_from_message(&message).unwrap();
@@ -202,11 +203,11 @@ async fn scan_image_and_pose_become_a_cycle_even_when_the_calibration_comes_last
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_compressed_image_is_as_good_as_a_raw_one() {
     let bench = Bench::start_with("compressed", 0.5, CloudInput::CompressedDepth).await;
-    bench.compressed_images.publish(&compressed_image(at(1_010))).unwrap();
-    bench.scans.publish(&scan(at(1_000))).unwrap();
-    bench.poses.publish(&pose(at(1_000), 1.0)).unwrap();
-    bench.poses.publish(&pose(at(1_020), 3.0)).unwrap();
-    bench.camera_infos.publish(&camera_info(4)).unwrap();
+    bench.compressed_images.publish(compressed_image(at(1_010))).unwrap();
+    bench.scans.publish(scan(at(1_000))).unwrap();
+    bench.poses.publish(pose(at(1_000), 1.0)).unwrap();
+    bench.poses.publish(pose(at(1_020), 3.0)).unwrap();
+    bench.camera_infos.publish(camera_info(4)).unwrap();
     let message = soon("the cycle", bench.cycles.next()).await.message;
     let cycle = convert::detected_cycle_from_message(&message).unwrap();
     assert_eq!((cycle.reduced_cloud.stamp, cycle.points_before_reduction), (at(1_010), 12));
@@ -217,9 +218,9 @@ async fn a_compressed_image_is_as_good_as_a_raw_one() {
     // A picture that cannot be read costs its scan, and the reason is said.
     let mut damaged = compressed_image(at(2_000));
     damaged.format = "16UC1; compressedDepth rvl".to_owned();
-    bench.compressed_images.publish(&damaged).unwrap();
-    bench.poses.publish(&pose(at(2_000), 3.0)).unwrap();
-    bench.scans.publish(&scan(at(2_000))).unwrap();
+    bench.compressed_images.publish(damaged).unwrap();
+    bench.poses.publish(pose(at(2_000), 3.0)).unwrap();
+    bench.scans.publish(scan(at(2_000))).unwrap();
     let report = bench.report().await;
     let topic = bench.compressed_images.topic();
     assert!(!report.processed, "{report:?}");
@@ -231,9 +232,9 @@ async fn a_compressed_image_is_as_good_as_a_raw_one() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_scan_without_its_pose_is_dropped_by_name_when_the_input_falls_silent() {
     let bench = Bench::start("silence", 0.1).await;
-    bench.camera_infos.publish(&camera_info(4)).unwrap();
-    bench.images.publish(&image(at(1_010))).unwrap();
-    bench.scans.publish(&scan(at(1_000))).unwrap();
+    bench.camera_infos.publish(camera_info(4)).unwrap();
+    bench.images.publish(image(at(1_010))).unwrap();
+    bench.scans.publish(scan(at(1_000))).unwrap();
     let report = bench.report().await;
     assert!(!report.processed);
     assert_eq!(convert::stamp_from_time(report.header.stamp), at(1_000));
@@ -248,23 +249,23 @@ async fn a_scan_without_its_pose_is_dropped_by_name_when_the_input_falls_silent(
 async fn what_is_wrong_with_an_input_is_said() {
     let bench = Bench::start("wrong", 0.4).await;
     // A scan that has no beam is decided at once.
-    bench.scans.publish(&LaserScan { ranges: Vec::new(), ..scan(at(500)) }).unwrap();
+    bench.scans.publish(LaserScan { ranges: Vec::new(), ..scan(at(500)) }).unwrap();
     let report = bench.report().await;
     assert!(report.drop_reason.contains("LaserScan"), "{report:?}");
 
     // An image without a calibration: the missing topic is the calibration's.
-    bench.images.publish(&image(at(1_000))).unwrap();
-    bench.poses.publish(&pose(at(1_000), 0.0)).unwrap();
-    bench.scans.publish(&scan(at(1_000))).unwrap();
+    bench.images.publish(image(at(1_000))).unwrap();
+    bench.poses.publish(pose(at(1_000), 0.0)).unwrap();
+    bench.scans.publish(scan(at(1_000))).unwrap();
     let report = bench.report().await;
     let topic = bench.camera_infos.topic();
     assert!(report.drop_reason.starts_with(&format!("missing {topic};")), "{report:?}");
 
     // The calibration of another camera: both sizes are named.
-    bench.camera_infos.publish(&camera_info(5)).unwrap();
-    bench.images.publish(&image(at(2_000))).unwrap();
-    bench.poses.publish(&pose(at(2_000), 0.0)).unwrap();
-    bench.scans.publish(&scan(at(2_000))).unwrap();
+    bench.camera_infos.publish(camera_info(5)).unwrap();
+    bench.images.publish(image(at(2_000))).unwrap();
+    bench.poses.publish(pose(at(2_000), 0.0)).unwrap();
+    bench.scans.publish(scan(at(2_000))).unwrap();
     let report = loop {
         let report = bench.report().await;
         if convert::stamp_from_time(report.header.stamp) == at(2_000) {
@@ -274,10 +275,10 @@ async fn what_is_wrong_with_an_input_is_said() {
     assert!(report.drop_reason.contains("4 x 3") && report.drop_reason.contains("5 x 3"));
 
     // The right one mends it, and the dropped scans took no number.
-    bench.camera_infos.publish(&camera_info(4)).unwrap();
-    bench.images.publish(&image(at(3_000))).unwrap();
-    bench.poses.publish(&pose(at(3_000), 0.0)).unwrap();
-    bench.scans.publish(&scan(at(3_000))).unwrap();
+    bench.camera_infos.publish(camera_info(4)).unwrap();
+    bench.images.publish(image(at(3_000))).unwrap();
+    bench.poses.publish(pose(at(3_000), 0.0)).unwrap();
+    bench.scans.publish(scan(at(3_000))).unwrap();
     let report = bench.report().await;
     assert!(report.processed && report.cycle == 0, "{report:?}");
     bench.end().await;

@@ -16,8 +16,17 @@ pub(super) fn parameters_of(
 ) -> Result<Vec<(String, Value)>, ParameterError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| ParameterError::Unreadable { path: path.to_owned(), source })?;
+    parameters_in(&text, path, full_name)
+}
+
+/// The same for the text of a file; `path` is what it is called.
+pub(super) fn parameters_in(
+    text: &str,
+    path: &Path,
+    full_name: &str,
+) -> Result<Vec<(String, Value)>, ParameterError> {
     let document: Value =
-        serde_saphyr::from_str(&text).map_err(|error| ParameterError::NotYaml {
+        serde_saphyr::from_str(text).map_err(|error| ParameterError::NotYaml {
             path: path.to_owned(),
             reason: error.without_snippet().to_string(),
         })?;

@@ -74,7 +74,7 @@ async fn a_cycle_comes_out_in_two_parts_with_its_report() {
         .await;
 
         let message = convert::message_from_detected_cycle(&cycle());
-        cycles.publish(&message).unwrap();
+        cycles.publish(message.clone()).unwrap();
         let statics = soon("the static cloud", statics.next()).await.message;
         let statics = convert::cloud_from_message(&statics).unwrap();
         assert_eq!((statics.frame_id.as_str(), statics.stamp.as_nanos()), ("map", 2_000));
@@ -98,7 +98,7 @@ async fn a_cycle_comes_out_in_two_parts_with_its_report() {
 
         let mut damaged = message;
         damaged.zones[0].azimuth_max_rad = f64::NAN;
-        cycles.publish(&damaged).unwrap();
+        cycles.publish(damaged).unwrap();
         let report = soon("the report of the drop", reports.next()).await.message;
         assert!(!report.processed && !report.drop_reason.is_empty(), "{report:?}");
     }

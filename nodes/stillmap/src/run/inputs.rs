@@ -29,6 +29,14 @@ pub(crate) struct TopicArgs {
     pose: Option<String>,
 }
 
+impl TopicArgs {
+    /// Whether the user names none.
+    pub(crate) fn is_empty(&self) -> bool {
+        let Self { scan, depth, camera_info, points, pose } = self;
+        [scan, depth, camera_info, points, pose].into_iter().all(Option::is_none)
+    }
+}
+
 /// The topics that a run reads.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Inputs {

@@ -1,8 +1,9 @@
 //! `stillmap run`: a bag through the whole pipeline.
 
+mod collector;
 mod dds;
 mod findings;
-mod inputs;
+pub(crate) mod inputs;
 mod local;
 mod output;
 mod parameters;
@@ -20,6 +21,7 @@ use self::findings::Course;
 use self::inputs::{Inputs, TopicArgs};
 use self::output::OutputFolder;
 use self::parameters::{ParameterArgs, PipelineParameters};
+pub(crate) use self::recorder::Stage;
 use self::truth::TruthReader;
 use crate::console;
 use crate::failure::{Failure, Outcome};

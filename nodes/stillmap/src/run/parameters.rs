@@ -8,7 +8,6 @@ use detection::shell::DetectionParameters;
 use node_shell::parameters::{self, Assignment};
 use reconstruction::ReconstructionConfig;
 use reconstruction::shell::ReconstructionParameters;
-use segmentation::SegmentationConfig;
 use segmentation::shell::SegmentationParameters;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -50,12 +49,20 @@ impl PipelineParameters {
         })
     }
 
-    pub(crate) fn detection(&self) -> &DetectionConfig {
-        &self.detection.config
+    pub(crate) fn detection_node(&self) -> &DetectionParameters {
+        &self.detection
     }
 
-    pub(crate) fn segmentation(&self) -> &SegmentationConfig {
-        &self.segmentation.config
+    pub(crate) fn segmentation_node(&self) -> &SegmentationParameters {
+        &self.segmentation
+    }
+
+    pub(crate) fn reconstruction_node(&self) -> &ReconstructionParameters {
+        &self.reconstruction
+    }
+
+    pub(crate) fn detection(&self) -> &DetectionConfig {
+        &self.detection.config
     }
 
     pub(crate) fn reconstruction(&self) -> &ReconstructionConfig {

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
 use evaluation::{CycleRecord, DropCount, RunRecord};
 use geometry::{Cloud, DetectedCycle, SegmentationCounts, Stamp};
 use nalgebra::Point3;
@@ -145,6 +146,16 @@ impl Recorder {
     pub(crate) fn dropped(&mut self, topic_or_stage: &str, reason: &str, count: u64) {
         if count > 0 {
             *self.drops.entry((topic_or_stage.to_owned(), reason.to_owned())).or_default() += count;
+        }
+    }
+
+    /// What detection counted as of no use, by the cause that it gave. Other causes come with a report of
+    /// the scan that they cost.
+    pub(crate) fn unusable(&mut self, cause: &str, count: u64) {
+        if let Some(topic) = cause.strip_prefix(UNUSABLE_MESSAGE_ON) {
+            self.dropped(topic, "unusable message", count);
+        } else if cause == IMAGE_WITHOUT_CALIBRATION {
+            self.dropped(Stage::Detection.name(), cause, count);
         }
     }
 

@@ -41,10 +41,12 @@ pub(super) struct Compression {
 
 impl Feed {
     /// Compares the bag's first depth image with what the kernel grants.
-    pub(super) fn choose(bag: &Path, inputs: &Inputs, granted: GrantedBuffer) -> Self {
+    pub(super) fn choose(bag: &Path, inputs: &Inputs, granted: Option<GrantedBuffer>) -> Self {
         let compression = match &inputs.view {
             // What cannot be read here, the player and detection report.
-            ViewTopics::Depth { image, .. } => Compression::needed(bag, image, granted),
+            ViewTopics::Depth { image, .. } => {
+                granted.and_then(|granted| Compression::needed(bag, image, granted))
+            }
             ViewTopics::Points(_) => None,
         };
         let topics = inputs.by_node_name().into_iter().map(|(name, topic)| FedTopic {

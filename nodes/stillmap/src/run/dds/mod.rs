@@ -1,9 +1,7 @@
 //! The pipeline over DDS: three nodes and a player, each a process of its own, in a namespace that no
 //! other run shares. This process only listens.
 
-mod collector;
 mod feed;
-mod processes;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,16 +9,16 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use evaluation::{RunRecord, Transport};
-use node_shell::RAISE_RECEIVE_BUFFER;
+use node_shell::{Node, RAISE_RECEIVE_BUFFER, RosArguments, ShellError};
 
-use self::collector::{Collector, Seen};
 use self::feed::{FedTopic, Feed};
-use self::processes::Process;
+use super::collector::{Collector, Seen};
 use super::inputs::Inputs;
 use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
 use crate::console;
 use crate::failure::Failure;
+use crate::processes::Process;
 use crate::progress::Progress;
 
 /// The nodes must have found each other after this time; on one host it takes a fraction of a second.
@@ -65,7 +63,7 @@ pub(crate) fn run(
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
         let namespace = format!("/stillmap_run_{}", std::process::id());
-        let collector = Collector::start(&namespace)
+        let collector = listen_in(&namespace)
             .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
         let recorder = Recorder::new(parameters.reconstruction())
             .map_err(|error| Failure::new(error.to_string()))?;
@@ -83,6 +81,18 @@ pub(crate) fn run(
         let trouble = run.listen(&mut player, inputs, progress).await.err();
         run.finish(playback, trouble).await
     })
+}
+
+/// Joins the network in a namespace, to listen there.
+fn listen_in(namespace: &str) -> Result<Collector, ShellError> {
+    let arguments = RosArguments::parse([
+        "--ros-args".to_owned(),
+        "-r".to_owned(),
+        format!("__ns:={namespace}"),
+        "-r".to_owned(),
+        format!("/diagnostics:={namespace}/diagnostics"),
+    ])?;
+    Collector::on(Node::start("collector", &arguments)?)
 }
 
 struct Run {
@@ -134,7 +144,7 @@ impl Run {
                 ))
                 .mend("multicast on the loopback interface may be off or filtered; `--transport local` needs none"));
             }
-            self.hear_for(LOOK_AGAIN).await?;
+            self.hear_for(LOOK_AGAIN).await;
         }
     }
 
@@ -195,7 +205,7 @@ impl Run {
         let mut last_heard = Instant::now();
         let mut sent = None;
         loop {
-            if self.hear_for(LOOK_AGAIN).await? {
+            if self.hear_for(LOOK_AGAIN).await {
                 last_heard = Instant::now();
                 progress.set(self.collector.seen().scans_decided);
             }
@@ -216,15 +226,9 @@ impl Run {
     }
 
     /// Hears one message, or none within a time. Diagnostics do not count as heard.
-    async fn hear_for(&mut self, longest: Duration) -> Result<bool, Failure> {
-        match tokio::time::timeout(longest, self.collector.hear(&mut self.recorder)).await {
-            Ok(Ok(heard)) => Ok(heard),
-            Ok(Err(error)) => {
-                self.recorder.dropped("collector", &error.to_string(), 1);
-                Ok(true)
-            }
-            Err(_) => Ok(false),
-        }
+    async fn hear_for(&mut self, longest: Duration) -> bool {
+        let heard = tokio::time::timeout(longest, self.collector.hear(&mut self.recorder)).await;
+        heard.unwrap_or(false)
     }
 
     /// Whether the run can go on: nobody has interrupted it, and every node lives.
@@ -271,6 +275,10 @@ impl Run {
     ) -> Result<DdsRun, Failure> {
         if trouble.is_some() {
             self.recorder.dropped("bag", "the run ended before the bag did", 1);
+        }
+        let detection = format!("{}/{}", self.namespace, Stage::Detection.name());
+        for (cause, count) in self.collector.seen().drops_of(&detection) {
+            self.recorder.unusable(cause, count);
         }
         let Self { collector, recorder, nodes, lost_messages, .. } = self;
         let mut trouble = trouble;

@@ -1,0 +1,119 @@
+//! How much memory the DDS library may hold for messages that will never be whole.
+//!
+//! It assembles a message out of its fragments, keeps up to 128 begun ones for each writer, and lets one go
+//! ten seconds after its last fragment: of clouds of 4.9 MB that are 600 MB. Nothing of its interface bounds
+//! this, but a reader that is dropped takes all of it along. So each best effort subscription watches what
+//! it lost, and its reader is replaced by a new one when that is too much.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// What a reader may hold of messages that are not whole. With the rest of a node, and ten whole messages of
+/// 4.9 MB, this stays below 200 MB.
+const MOST_BYTES: u64 = 96 << 20;
+
+/// The library lets a begun message go ten seconds after its last fragment, and looks every two.
+const KEPT: Duration = Duration::from_secs(12);
+
+/// How long a topic must have been silent before its reader is held to be the cause of growing memory.
+const SILENCE: Duration = Duration::from_secs(2);
+
+/// Watches one reader.
+#[derive(Debug)]
+pub(crate) struct AssemblyWatch {
+    /// Messages that were lost of late: when they were missed, and how many bytes they may have left.
+    lost: VecDeque<(Instant, u64)>,
+    last_heard: Instant,
+    /// The memory of the process when the silence began, or at the first look into it.
+    before_silence: Option<u64>,
+}
+
+impl AssemblyWatch {
+    /// A watch over a new reader, in a process with so much resident memory.
+    pub(crate) fn new(now: Instant, resident_bytes: Option<u64>) -> Self {
+        Self { lost: VecDeque::new(), last_heard: now, before_silence: resident_bytes }
+    }
+
+    /// Notes messages that were lost.
+    pub(crate) fn lost(&mut self, now: Instant, messages: u64, bytes_each: u64) {
+        self.lost.push_back((now, messages.saturating_mul(bytes_each)));
+    }
+
+    /// Notes that a message came.
+    pub(crate) fn heard(&mut self, now: Instant) {
+        self.last_heard = now;
+        self.before_silence = None;
+    }
+
+    /// Whether what was lost of late may hold too much.
+    pub(crate) fn lost_too_much(&mut self, now: Instant) -> bool {
+        while self.lost.front().is_some_and(|(when, _)| now.duration_since(*when) > KEPT) {
+            self.lost.pop_front();
+        }
+        self.lost.iter().fold(0_u64, |sum, (_, bytes)| sum.saturating_add(*bytes)) > MOST_BYTES
+    }
+
+    /// Whether nothing comes through and memory grows meanwhile: messages of which not one is ever whole
+    /// leave no gap between two that are.
+    pub(crate) fn grows_in_silence(&mut self, now: Instant, resident_bytes: u64) -> bool {
+        let before = *self.before_silence.get_or_insert(resident_bytes);
+        now.duration_since(self.last_heard) > SILENCE
+            && resident_bytes.saturating_sub(before) > MOST_BYTES
+    }
+}
+
+/// The resident memory of this process, where the system tells.
+pub(crate) fn resident_bytes() -> Option<u64> {
+    let statm = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: u64 = statm.split_whitespace().nth(1)?.parse().ok()?;
+    Some(pages.saturating_mul(rustix::param::page_size() as u64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MB: u64 = 1_000_000;
+
+    #[test]
+    fn what_was_lost_of_late_adds_up_and_is_forgotten() {
+        let start = Instant::now();
+        let at = |seconds| start + Duration::from_secs(seconds);
+        let mut watch = AssemblyWatch::new(start, None);
+        watch.lost(at(0), 10, 5 * MB);
+        watch.lost(at(6), 10, 5 * MB);
+        assert!(!watch.lost_too_much(at(6)));
+        watch.lost(at(7), 1, 5 * MB);
+        assert!(watch.lost_too_much(at(7)));
+        assert!(!watch.lost_too_much(at(13)));
+    }
+
+    #[test]
+    fn small_messages_never_cost_a_reader() {
+        let start = Instant::now();
+        let mut watch = AssemblyWatch::new(start, None);
+        for _ in 0..1000 {
+            watch.lost(start, 10, 5_000);
+        }
+        assert!(!watch.lost_too_much(start));
+    }
+
+    #[test]
+    fn memory_that_grows_while_nothing_comes_is_the_readers() {
+        let start = Instant::now();
+        let at = |seconds| start + Duration::from_secs(seconds);
+        let mut watch = AssemblyWatch::new(start, Some(50 * MB));
+        assert!(!watch.grows_in_silence(at(1), 500 * MB), "too early");
+        assert!(!watch.grows_in_silence(at(5), 100 * MB), "too little");
+        assert!(watch.grows_in_silence(at(5), 500 * MB));
+        watch.heard(at(5));
+        assert!(!watch.grows_in_silence(at(9), 510 * MB), "it did not grow since");
+        assert!(watch.grows_in_silence(at(10), 700 * MB));
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_process_has_memory() {
+        assert!(resident_bytes().unwrap() > 1_000_000);
+    }
+}

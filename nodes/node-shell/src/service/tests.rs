@@ -1,0 +1,145 @@
+//! A service over real DDS, asked by the library's own client.
+
+use std::time::Duration;
+
+use msgs::std_srvs::{SetBool, SetBoolRequest, SetBoolResponse};
+use ros2_client::dds::{Client, Context};
+use ros2_client::{NodeName, NodeOptions};
+
+use super::*;
+use crate::{Host, Node, RosArguments, Transport};
+
+/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// How long a client waits before it asks again: the first requests may go out before the match.
+const ASK_AGAIN: Duration = Duration::from_millis(300);
+
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+struct Ask(SetBoolRequest);
+impl ros2_client::Message for Ask {}
+
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+struct Answer(SetBoolResponse);
+impl ros2_client::Message for Answer {}
+
+fn transport() -> Transport {
+    Transport::on_domain((1 + std::process::id() % 100) as u16).unwrap()
+}
+
+fn namespace(test: &str) -> String {
+    format!("/service_test_{}_{test}", std::process::id())
+}
+
+fn server_node(test: &str) -> Node {
+    let rule = format!("__ns:={}", namespace(test));
+    let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
+    Node::start_on(transport(), "server", &arguments).unwrap()
+}
+
+/// A client with its node and context, in the order in which they must end.
+struct Asker {
+    client: Client<Ask, Answer>,
+    _node: ros2_client::Node,
+    _context: Context,
+}
+
+impl Asker {
+    fn new(test: &str) -> Self {
+        let participant = rustdds::DomainParticipant::new(transport().domain_id()).unwrap();
+        let context = Context::from_domain_participant(participant).unwrap();
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
+        let name = NodeName::new(&namespace(test), "asker").unwrap();
+        let mut node = context.new_node(name, options).unwrap();
+        let qos = QosProfile::default()
+            .reliability(Reliability::Reliable { when_full: WhenFull::DEFAULT })
+            .history(History::KeepLast { depth: DEPTH });
+        let client = node
+            .create_client(
+                ServiceMapping::Enhanced,
+                &Name::new(&format!("{}/server", namespace(test)), "switch").unwrap(),
+                &ServiceTypeName::new("std_srvs", "SetBool"),
+                qos.clone(),
+                qos,
+            )
+            .unwrap();
+        Self { client, _node: node, _context: context }
+    }
+
+    /// Asks until there is an answer to the latest question.
+    async fn ask(&self, data: bool) -> SetBoolResponse {
+        loop {
+            let question = self.client.async_send_request(Ask(SetBoolRequest { data }));
+            let id = question.await.unwrap();
+            let answer = self.client.async_receive_response(id);
+            if let Ok(answer) = tokio::time::timeout(ASK_AGAIN, answer).await {
+                return answer.unwrap().0;
+            }
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn each_client_gets_the_answer_to_its_own_request() {
+    let node = server_node("answers");
+    {
+        let service = node.service::<SetBool>("~/switch").unwrap();
+        assert_eq!(service.name(), format!("{}/server/switch", namespace("answers")));
+        let askers = [Asker::new("answers"), Asker::new("answers")];
+        let serve = async {
+            loop {
+                let request = service.next().await;
+                let data = request.message.data;
+                // Lengths of all four remainders, so that padding shows.
+                let message = format!("{data}");
+                request.respond(&SetBoolResponse { success: data, message }).unwrap();
+            }
+        };
+        let ask = async {
+            for _ in 0..5 {
+                let answers = futures::join!(askers[0].ask(true), askers[1].ask(false));
+                assert_eq!((answers.0.success, answers.0.message.as_str()), (true, "true"));
+                assert_eq!((answers.1.success, answers.1.message.as_str()), (false, "false"));
+            }
+        };
+        tokio::select! {
+            () = serve => {}
+            () = ask => {}
+            () = tokio::time::sleep(PATIENCE) => panic!("no answers within {PATIENCE:?}"),
+        }
+    }
+    node.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_request_that_is_none_is_passed_over() {
+    let node = server_node("malformed");
+    {
+        let service = node.service::<SetBool>("~/switch").unwrap();
+        let server = service.server.as_ref().unwrap();
+        let decode = |body| service.decode(server, RmwRequestId::default(), Body(body));
+        assert!(decode(vec![1]).unwrap().message.data);
+        assert!(decode(Vec::new()).is_err());
+        // A SetBool request has one byte, and at most seven of padding.
+        assert!(decode(vec![1; 40]).is_err());
+    }
+    node.close().await;
+}
+
+#[tokio::test]
+async fn on_no_network_nobody_asks() {
+    let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();
+    let node = Host::in_process().node("server", &arguments).unwrap();
+    let service = node.service::<SetBool>("~/switch").unwrap();
+    assert_eq!(service.name(), "/server/switch");
+    assert!(tokio::time::timeout(Duration::from_millis(20), service.next()).await.is_err());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_name_that_is_none_is_refused() {
+    let node = server_node("names");
+    for name in ["~/a b", "1st", ""] {
+        let error = node.service::<SetBool>(name).err().unwrap().to_string();
+        assert!(error.contains("is no"), "{error}");
+    }
+    node.close().await;
+}

@@ -1,0 +1,193 @@
+//! Makes the participant known to those whom the DDS library does not reach by itself.
+//!
+//! The library announces its participant by multicast, and on this machine to the first twelve
+//! participants. The announcer sends the same message to the further participants of this machine and
+//! to the static peers. One side is enough: who hears of a participant answers it directly.
+
+use std::collections::BTreeSet;
+use std::net::{Ipv4Addr, SocketAddrV4, ToSocketAddrs, UdpSocket};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use super::announcement::Participant;
+use super::{StaticPeer, ports};
+
+/// How many participants of this machine the library itself reaches.
+const REACHED_BY_THE_LIBRARY: u16 = 12;
+
+/// How many participants of a static peer are announced to; as ROS 2 does for its other DDS
+/// implementations.
+const PARTICIPANTS_OF_A_PEER: u16 = 32;
+
+/// The pauses after the first announcements: a peer that starts at the same time is met soon.
+const FIRST_PAUSES: [Duration; 4] = [
+    Duration::from_millis(100),
+    Duration::from_millis(300),
+    Duration::from_millis(600),
+    Duration::from_secs(1),
+];
+
+/// The pause between later announcements: a peer that was away is matched again within it.
+const PAUSE: Duration = Duration::from_secs(3);
+
+/// How often a name is looked up that could not be found, or may have got another address.
+const LOOKUP_PERIOD: Duration = Duration::from_secs(30);
+
+/// To whom to announce.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Audience {
+    pub(super) domain: u16,
+    pub(super) own_number: u16,
+    /// Whether to announce on this machine.
+    pub(super) this_machine: bool,
+    pub(super) peers: Vec<StaticPeer>,
+}
+
+/// Announces the participant until it is dropped, and then says that the participant leaves. To be
+/// dropped before the participant.
+#[derive(Debug)]
+pub struct Announcer {
+    /// Closing it ends the thread.
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Announcer {
+    pub(super) fn start(participant: Participant, audience: Audience) -> std::io::Result<Self> {
+        let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
+        // A full send buffer must not stop the thread; what is not sent now is sent in the next round.
+        socket.set_nonblocking(true)?;
+        let (stop, stopped) = channel();
+        let names = audience.host_names();
+        let (resolved, addresses) = channel();
+        if !names.is_empty() {
+            // It is not joined: a lookup may take many seconds. It ends when nobody listens.
+            std::thread::Builder::new()
+                .name("lookup of static peers".to_owned())
+                .spawn(move || look_up(&names, &resolved))?;
+        }
+        let thread = std::thread::Builder::new()
+            .name("announcer".to_owned())
+            .spawn(move || announce(&socket, &participant, &audience, &addresses, &stopped))?;
+        Ok(Self { stop: Some(stop), thread: Some(thread) })
+    }
+}
+
+impl Drop for Announcer {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::warn!("the thread that announces the participant has failed");
+        }
+    }
+}
+
+impl Audience {
+    fn host_names(&self) -> Vec<String> {
+        let name = |peer: &StaticPeer| match peer {
+            StaticPeer::Host(name) => Some(name.clone()),
+            StaticPeer::Address(_) => None,
+        };
+        self.peers.iter().filter_map(name).collect()
+    }
+
+    /// Every destination, with `resolved` in the place of the peers that are names.
+    fn destinations(&self, resolved: &[Ipv4Addr]) -> Vec<SocketAddrV4> {
+        let given = self.peers.iter().filter_map(|peer| match peer {
+            StaticPeer::Address(address) => Some(*address),
+            StaticPeer::Host(_) => None,
+        });
+        let hosts: BTreeSet<_> = given.chain(resolved.iter().copied()).collect();
+        let of_peers = hosts.into_iter().flat_map(|host| {
+            (0..PARTICIPANTS_OF_A_PEER).map(move |participant| (host, participant))
+        });
+        let here = REACHED_BY_THE_LIBRARY..ports::PARTICIPANTS_PER_HOST;
+        let here = here
+            .filter(|participant| self.this_machine && *participant != self.own_number)
+            .map(|participant| (Ipv4Addr::LOCALHOST, participant));
+        of_peers
+            .chain(here)
+            .filter_map(|(host, participant)| {
+                let port = ports::discovery_unicast(self.domain, participant)?;
+                Some(SocketAddrV4::new(host, port))
+            })
+            .collect()
+    }
+}
+
+fn announce(
+    socket: &UdpSocket,
+    participant: &Participant,
+    audience: &Audience,
+    addresses: &Receiver<Vec<Ipv4Addr>>,
+    stopped: &Receiver<()>,
+) {
+    let mut resolved = Vec::new();
+    let mut destinations = audience.destinations(&resolved);
+    let mut pauses = FIRST_PAUSES.into_iter();
+    let mut count = 0_u32;
+    loop {
+        if let Some(newest) = addresses.try_iter().last()
+            && newest != resolved
+        {
+            resolved = newest;
+            destinations = audience.destinations(&resolved);
+            // They have heard nothing yet.
+            pauses = FIRST_PAUSES.into_iter();
+        }
+        send(socket, &participant.announcement(count), &destinations);
+        count = count.saturating_add(1);
+        match stopped.recv_timeout(pauses.next().unwrap_or(PAUSE)) {
+            Err(RecvTimeoutError::Timeout) => {}
+            Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
+        }
+    }
+    send(socket, &participant.farewell(count), &destinations);
+}
+
+fn send(socket: &UdpSocket, message: &[u8], destinations: &[SocketAddrV4]) {
+    for destination in destinations {
+        // Most are nobody's, and a network may be down for a while: the next round tries again.
+        if let Err(error) = socket.send_to(message, destination) {
+            tracing::trace!("announcement to {destination}: {error}");
+        }
+    }
+}
+
+/// Looks the names up again and again, until nobody takes their addresses any more.
+fn look_up(names: &[String], resolved: &Sender<Vec<Ipv4Addr>>) {
+    let mut warned = BTreeSet::new();
+    loop {
+        let mut addresses = Vec::new();
+        for name in names {
+            match addresses_of(name) {
+                Ok(found) => addresses.extend(found),
+                Err(reason) if warned.insert(name) => tracing::warn!(
+                    "the static peer {name} is not found: {reason}; it is looked up again every {} s",
+                    LOOKUP_PERIOD.as_secs()
+                ),
+                Err(_) => {}
+            }
+        }
+        addresses.sort_unstable();
+        addresses.dedup();
+        if resolved.send(addresses).is_err() {
+            return;
+        }
+        std::thread::sleep(LOOKUP_PERIOD);
+    }
+}
+
+fn addresses_of(name: &str) -> Result<Vec<Ipv4Addr>, String> {
+    let found = (name, 0).to_socket_addrs().map_err(|error| error.to_string())?;
+    let addresses: Vec<_> = found
+        .filter_map(|address| match address.ip() {
+            std::net::IpAddr::V4(address) => Some(address),
+            std::net::IpAddr::V6(_) => None,
+        })
+        .collect();
+    if addresses.is_empty() { Err("it has no IPv4 address".to_owned()) } else { Ok(addresses) }
+}

@@ -1,0 +1,37 @@
+//! A DDS domain for one test, that no other test on this machine has at the same time.
+
+use std::net::{Ipv4Addr, UdpSocket};
+
+use super::{Transport, ports};
+
+/// Above 101 the ports are among those that the kernel gives out to whoever asks for any.
+const DOMAINS: std::ops::Range<u16> = 1..101;
+
+/// A domain that no other of these is on as long as this lives.
+pub(crate) struct FreeDomain {
+    number: u16,
+    /// Holds the domain's last port, which no participant comes to.
+    _guard: UdpSocket,
+}
+
+impl FreeDomain {
+    pub(crate) fn new() -> Self {
+        let first = std::process::id() as u16 % DOMAINS.len() as u16;
+        let in_turn = DOMAINS.cycle().skip(first.into()).take(DOMAINS.len());
+        in_turn.filter_map(Self::take).next().expect("no domain is free")
+    }
+
+    fn take(number: u16) -> Option<Self> {
+        let port = ports::data_unicast(number, ports::PARTICIPANTS_PER_HOST - 1)?;
+        let guard = UdpSocket::bind((Ipv4Addr::LOCALHOST, port)).ok()?;
+        Some(Self { number, _guard: guard })
+    }
+
+    pub(crate) fn number(&self) -> u16 {
+        self.number
+    }
+
+    pub(crate) fn transport(&self) -> Transport {
+        Transport::in_domain(self.number)
+    }
+}

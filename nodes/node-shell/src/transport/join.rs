@@ -1,0 +1,246 @@
+//! Joining the network: the participant with its sockets, its announcer and its health.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::sync::Arc;
+
+use rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity};
+
+use super::announcement::Participant;
+use super::announcer::{Announcer, Audience};
+use super::buffer::GrantedBuffer;
+use super::health::ReceiveHealth;
+use super::interfaces::{self, Interface};
+use super::multicast_bar::MulticastBar;
+use super::{DiscoveryRange, Transport, TransportError, ports, sockets};
+use crate::error::ShellError;
+
+/// The group that DDS uses for multicast.
+const MULTICAST_GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
+
+/// One participant on the network.
+pub struct Joined {
+    // The announcer says farewell, so it goes first.
+    /// Makes the participant known beyond what the DDS library does; `None` where nobody else is to
+    /// know of it.
+    pub announcer: Option<Announcer>,
+    /// The participant.
+    pub participant: DomainParticipant,
+    /// The receive buffer that the kernel grants.
+    pub granted: GrantedBuffer,
+    /// How well the participant receives.
+    pub health: Arc<ReceiveHealth>,
+}
+
+/// What the settings mean on this machine.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Plan {
+    /// The addresses to use; `None` means all.
+    networks: Option<Vec<Ipv4Addr>>,
+    multicast: bool,
+    this_machine: bool,
+    static_peers: bool,
+}
+
+impl Plan {
+    pub(super) fn is_loopback_only(&self) -> bool {
+        self.networks.as_ref().is_some_and(|all| all.iter().all(Ipv4Addr::is_loopback))
+    }
+
+    /// Whether the participant can hear multicast.
+    fn multicast_possible(&self, present: &[Interface]) -> bool {
+        present.iter().any(|one| one.multicast && one.addresses.iter().any(|a| self.uses(*a)))
+    }
+
+    /// What is to be announced of the participant; `None` when nobody is to know of it.
+    fn announced(
+        &self,
+        participant: &DomainParticipant,
+        present: &[Interface],
+        multicast_offered: bool,
+    ) -> Option<Participant> {
+        if !self.this_machine && !self.static_peers {
+            return None;
+        }
+        let (domain, number) = (participant.domain_id(), participant.participant_id());
+        let (discovery, data) =
+            (ports::discovery_unicast(domain, number)?, ports::data_unicast(domain, number)?);
+        let addresses: Vec<_> = present
+            .iter()
+            .flat_map(|one| one.addresses.iter().copied())
+            .filter(|address| self.uses(*address))
+            .collect();
+        let at = |port| addresses.iter().map(|one| SocketAddrV4::new(*one, port)).collect();
+        let group = |port| {
+            let address = SocketAddrV4::new(MULTICAST_GROUP, port);
+            if multicast_offered { vec![address] } else { Vec::new() }
+        };
+        Some(Participant {
+            guid: participant.guid().to_bytes(),
+            discovery_unicast: at(discovery),
+            discovery_multicast: group(ports::discovery_multicast(domain)),
+            data_unicast: at(data),
+            data_multicast: group(ports::data_multicast(domain)),
+        })
+    }
+
+    pub(super) fn uses(&self, address: Ipv4Addr) -> bool {
+        self.networks.as_ref().is_none_or(|networks| networks.contains(&address))
+    }
+}
+
+impl Transport {
+    /// Joins the network.
+    ///
+    /// # Errors
+    /// When an interface is not there, or the library refuses.
+    pub fn join(&self) -> Result<Joined, ShellError> {
+        Ok(self.join_announcing()?.0)
+    }
+
+    /// Joins the network; tells what is announced, too.
+    pub(super) fn join_announcing(&self) -> Result<(Joined, Option<Participant>), ShellError> {
+        let present = interfaces::of_this_machine();
+        let plan = self.plan(&present)?;
+        let multicast_offered = plan.multicast_possible(&present);
+        let bar = if plan.multicast || !multicast_offered { None } else { self.bar_multicast() };
+        let mut builder = DomainParticipantBuilder::new(self.domain_id)
+            .socket_receive_buffer_size(self.receive_buffer)
+            .same_host_loopback(plan.this_machine);
+        if let Some(networks) = &plan.networks {
+            builder = builder.with_only_networks(networks.iter().copied());
+        }
+        let multicast_offered = multicast_offered && bar.is_none();
+        // Participants of one process share the multicast ports, though not their sockets.
+        let before = sockets::own().unwrap_or_default();
+        let participant = builder.build().map_err(|error| ShellError::Join {
+            transport: self.to_string(),
+            reason: error.to_string(),
+        })?;
+        drop(bar);
+        let number = participant.participant_id();
+        let (granted, inodes) = self.receive_buffers(number, &before, plan.is_loopback_only());
+        let announced = plan.announced(&participant, &present, multicast_offered);
+        let announcer =
+            announced.as_ref().and_then(|announced| self.announcer(announced, number, &plan));
+        let health = Arc::new(ReceiveHealth::new(granted, inodes));
+        Ok((Joined { announcer, participant, granted, health }, announced))
+    }
+
+    pub(super) fn plan(&self, present: &[Interface]) -> Result<Plan, TransportError> {
+        let chosen = interfaces::choose(&self.interfaces, present)?;
+        let with_loopback = || {
+            // Processes of one machine talk over the loopback, whatever else they use.
+            let mut networks = chosen.clone();
+            if !networks.contains(&Ipv4Addr::LOCALHOST) {
+                networks.insert(0, Ipv4Addr::LOCALHOST);
+            }
+            networks
+        };
+        let chosen_networks = (!chosen.is_empty()).then(with_loopback);
+        let static_peers = !self.static_peers.is_empty();
+        Ok(match self.range {
+            DiscoveryRange::Subnet => Plan {
+                networks: chosen_networks,
+                multicast: true,
+                this_machine: true,
+                static_peers,
+            },
+            DiscoveryRange::Localhost => Plan {
+                networks: if static_peers {
+                    chosen_networks
+                } else {
+                    Some(vec![Ipv4Addr::LOCALHOST])
+                },
+                multicast: false,
+                this_machine: true,
+                static_peers,
+            },
+            DiscoveryRange::Off => Plan {
+                networks: Some(Vec::new()),
+                multicast: false,
+                this_machine: false,
+                static_peers: false,
+            },
+        })
+    }
+
+    fn bar_multicast(&self) -> Option<MulticastBar> {
+        MulticastBar::raise(self.domain_id)
+            .inspect_err(|error| {
+                tracing::warn!(
+                    "multicast could not be switched off ({error}): peers that the network's \
+                     multicast does not reach will hear nothing from this node"
+                );
+            })
+            .ok()
+    }
+
+    /// What the kernel grants the participant's sockets, after asking for more where that may be
+    /// had; and the sockets, where the kernel lists them.
+    fn receive_buffers(
+        &self,
+        number: u16,
+        before: &BTreeMap<u64, i32>,
+        loopback_only: bool,
+    ) -> (GrantedBuffer, Option<BTreeSet<u64>>) {
+        let multicast =
+            [ports::discovery_multicast(self.domain_id), ports::data_multicast(self.domain_id)];
+        let unicast = [
+            ports::discovery_unicast(self.domain_id, number),
+            ports::data_unicast(self.domain_id, number),
+        ];
+        let ports: Vec<_> = unicast.into_iter().flatten().chain(multicast).collect();
+        let found = sockets::own_at(&ports, before).inspect_err(|error| {
+            tracing::debug!("the kernel does not list sockets: {error}");
+        });
+        let found = found.ok().filter(|found| !found.is_empty());
+        let inodes =
+            found.as_ref().map(|found| found.iter().map(|(entry, _)| entry.inode).collect());
+        let mut least = None;
+        let mut forced = false;
+        for (_, handle) in found.iter().flatten() {
+            match sockets::grown_receive_buffer(*handle, self.receive_buffer) {
+                Ok(grown) => {
+                    forced |= grown.forced;
+                    least = Some(least.unwrap_or(usize::MAX).min(grown.bytes));
+                }
+                Err(error) => tracing::debug!("a socket's receive buffer is not seen: {error}"),
+            }
+        }
+        if forced {
+            tracing::info!(
+                "the receive buffer is {} KiB, beyond the kernel's net.core.rmem_max, since this \
+                 process may administrate the network",
+                self.receive_buffer / 1024
+            );
+        }
+        let bytes = least.unwrap_or_else(|| {
+            sockets::read_back(self.receive_buffer).unwrap_or_else(|error| {
+                tracing::warn!("the receive buffer of a socket could not be read back: {error}");
+                0
+            })
+        });
+        (GrantedBuffer::new(bytes, self.receive_buffer, loopback_only), inodes)
+    }
+
+    fn announcer(&self, announced: &Participant, number: u16, plan: &Plan) -> Option<Announcer> {
+        let audience = Audience {
+            domain: self.domain_id,
+            own_number: number,
+            this_machine: plan.this_machine,
+            peers: if plan.static_peers { self.static_peers.clone() } else { Vec::new() },
+        };
+        Announcer::start(announced.clone(), audience)
+            .inspect_err(|error| {
+                tracing::warn!(
+                    "the node announces itself by multicast alone ({error}): static peers, and more \
+                     than 12 nodes on this machine, may not be found"
+                );
+            })
+            .ok()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,100 @@
+use std::net::UdpSocket;
+
+use proptest::prelude::*;
+
+use super::*;
+
+const LIST: &str = "   sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  \
+                    timeout inode ref pointer drops\n 1218: 00000000:1CF3 00000000:0000 07 \
+                    00000000:00000000 00:00000000 00000000  1000        0 34567 2 0000000000000000 \
+                    812\n 9999: 0100007F:0035 00000000:0000 07 00000000:00000000 00:00000000 \
+                    00000000     0        0 77 2 ffff9c 0\n";
+
+#[test]
+fn the_kernels_list_is_understood() {
+    let entries = parse_list(LIST);
+    assert_eq!(
+        entries,
+        [
+            UdpSocketEntry { port: 7411, inode: 34_567, dropped: 812 },
+            UdpSocketEntry { port: 53, inode: 77, dropped: 0 },
+        ]
+    );
+}
+
+proptest! {
+    #[test]
+    fn no_list_is_a_fault(list in "\\PC{0,200}", cut in 0_usize..400) {
+        parse_list(&list);
+        if let Some(part) = LIST.get(..cut) {
+            prop_assert!(parse_list(part).len() <= 2);
+        }
+    }
+}
+
+#[test]
+fn the_kernel_grants_no_more_than_was_asked() {
+    let granted = read_back(64 << 10).unwrap();
+    assert!(granted > 0 && granted <= 64 << 10, "{granted}");
+}
+
+/// A socket of this process with what the kernel says of it; `None` where the kernel does not.
+fn listed_socket() -> Option<(UdpSocket, UdpSocketEntry, i32)> {
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let port = socket.local_addr().unwrap().port();
+    match own_at(&[port], &BTreeMap::new()) {
+        Ok(found) => {
+            assert_eq!(found.len(), 1, "{found:?}");
+            Some((socket, found[0].0, found[0].1))
+        }
+        Err(error) => {
+            println!(
+                "skipped: the kernel lists no sockets ({error}); drops cannot be counted here"
+            );
+            None
+        }
+    }
+}
+
+#[test]
+fn a_socket_that_overflows_counts_what_it_drops() {
+    let Some((socket, before, _)) = listed_socket() else { return };
+    assert_eq!(before.dropped, 0);
+    let address = socket.local_addr().unwrap();
+    let sender = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let granted = socket2::SockRef::from(&socket).recv_buffer_size().unwrap();
+    for _ in 0..granted / 10_000 {
+        sender.send_to(&[0; 30_000], address).unwrap();
+    }
+    let after = own_at(&[address.port()], &BTreeMap::new()).unwrap()[0].0;
+    assert!(after.dropped > 0, "{after:?}");
+    assert_eq!(after.inode, before.inode);
+}
+
+#[test]
+fn sockets_that_were_there_before_are_left_out() {
+    let Some((_socket, entry, _)) = listed_socket() else { return };
+    assert!(own_at(&[entry.port], &own().unwrap()).unwrap().is_empty());
+}
+
+#[test]
+fn a_buffer_is_read_and_grown_where_that_may_be_had() {
+    let Some((socket, _, number)) = listed_socket() else { return };
+    let socket = socket2::SockRef::from(&socket);
+    socket.set_recv_buffer_size(64 << 10).unwrap();
+    let beyond_the_limit = 256 << 20;
+    match grown_receive_buffer(number, beyond_the_limit) {
+        Ok(Grown { bytes, forced: true }) => {
+            assert_eq!(bytes, beyond_the_limit);
+            assert_eq!(socket.recv_buffer_size().unwrap(), 2 * beyond_the_limit);
+        }
+        Ok(Grown { bytes, forced: false }) => {
+            println!("skipped in part: no right to grow a buffer beyond the kernel's limit");
+            assert_eq!(bytes, 64 << 10);
+        }
+        Err(error) => println!("skipped: no second handle of a socket here ({error})"),
+    }
+    if let Ok(grown) = grown_receive_buffer(number, 1) {
+        assert!(!grown.forced, "a buffer is never made smaller");
+    }
+}
