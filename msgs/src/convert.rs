@@ -8,10 +8,13 @@
 mod camera;
 mod cloud;
 mod compressed_depth;
+mod compressed_error;
+mod compressed_image;
 mod cycle;
 mod depth;
 mod error;
 mod labels;
+mod picture;
 mod pose;
 mod rows;
 mod scan;
@@ -21,12 +24,20 @@ mod zone;
 pub use camera::{camera_from_message, message_from_camera};
 pub use cloud::{cloud_from_message, message_from_cloud};
 pub use compressed_depth::{
-    COMPRESSED_DEPTH_TOPIC, compressed_depth_from_message, compressed_message_from_depth,
+    COMPRESSED_DEPTH_TOPIC, DepthCodec, InverseDepth, MetresAs, RvlError,
+    compressed_depth_from_message, compressed_message_from_depth,
+    compressed_message_from_depth_with,
+};
+pub use compressed_error::CompressedImageError;
+pub use compressed_image::{
+    COMPRESSED_IMAGE_TOPIC, ImageCodec, compressed_message_from_image,
+    image_from_compressed_message,
 };
 pub use cycle::{detected_cycle_from_message, message_from_detected_cycle};
 pub use depth::{depth_from_message, message_from_depth};
 pub use error::ConvertError;
 pub use labels::{labels_from_message, message_from_labels};
+pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{
     isometry_from_pose, message_from_pose, pose_from_covariance_message, pose_from_isometry,
     pose_from_message, pose_from_odometry,

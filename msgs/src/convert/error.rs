@@ -2,6 +2,8 @@
 
 use geometry::{CameraModelError, DepthSizeError, LabelSizeError};
 
+use super::CompressedImageError;
+
 /// A message could not become geometry. Lengths, offsets and counts are those that the message states.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum ConvertError {
@@ -128,78 +130,9 @@ pub enum ConvertError {
         /// What was wanted, with its encodings.
         wanted: &'static str,
     },
-    /// A compressed image of another kind.
-    #[error(
-        "CompressedImage: format {format:?} is no compressed depth image; \"16UC1; compressedDepth \
-         png\" and \"32FC1; compressedDepth png\" are"
-    )]
-    CompressedDepthFormat {
-        /// The format, the start of it.
-        format: String,
-    },
-    /// A depth image by another codec.
-    #[error(
-        "CompressedImage: depth images by the codec {codec:?} are not read, those by png are; set the \
-         publisher's parameter compressedDepth.format to png"
-    )]
-    DepthCodec {
-        /// The codec, such as `rvl`.
-        codec: String,
-    },
-    /// A compressed depth image without its header.
-    #[error("CompressedImage: data has {data_bytes} bytes, less than the 12 of its header")]
-    CompressedDepthHeader {
-        /// What there is.
-        data_bytes: usize,
-    },
-    /// A header that no depth can be had by.
-    #[error(
-        "CompressedImage: depths quantised by the parameters {a} and {b} are none; both must be \
-         finite, and the first above 0"
-    )]
-    DepthQuantisation {
-        /// The first parameter.
-        a: f32,
-        /// The second.
-        b: f32,
-    },
-    /// The picture is damaged, or none.
-    #[error("CompressedImage: the PNG picture cannot be read: {reason}")]
-    Png {
-        /// What the decoder said.
-        reason: String,
-    },
-    /// A picture of colours, or of few bits.
-    #[error(
-        "CompressedImage: the pixels are {found}; those of a depth image are Grayscale of 16 bits"
-    )]
-    PictureOfOtherPixels {
-        /// What they are.
-        found: String,
-    },
-    /// A picture that cannot be in the data.
-    #[error(
-        "CompressedImage: a picture of {width} x {height} px cannot come out of {data_bytes} bytes; \
-         the message is damaged"
-    )]
-    PictureBeyondData {
-        /// Columns.
-        width: u32,
-        /// Rows.
-        height: u32,
-        /// What there is.
-        data_bytes: usize,
-    },
-    /// An image that cannot be a picture.
-    #[error("a depth image of {width_px} x {height_px} px cannot become a PNG picture: {reason}")]
-    NoPicture {
-        /// Columns.
-        width_px: usize,
-        /// Rows.
-        height_px: usize,
-        /// What the encoder said.
-        reason: String,
-    },
+    /// A compressed image is not what it claims to be, or an image cannot be compressed.
+    #[error(transparent)]
+    Compressed(#[from] CompressedImageError),
     /// The pixels do not make up the image.
     #[error(transparent)]
     DepthSize(#[from] DepthSizeError),

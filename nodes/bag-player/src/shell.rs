@@ -21,6 +21,7 @@ mod read_ahead;
 mod status;
 mod summary;
 
+pub use compress::{ColorCompression, ColorCompressionError, DepthFormat};
 pub use options::{PlayOptions, Remap, RemapError};
 pub use play::{PlayError, play};
 pub use summary::{Ending, PlaySummary, TopicSummary};
@@ -55,7 +56,8 @@ Examples:
   bag-player kitchen.mcap --clock --wait-for /scan
   bag-player kitchen.mcap --rate 0.5 --start 10 --duration 5 --topics /scan,/depth/image
   bag-player kitchen.mcap --remap /camera/depth/image_raw:=/depth/image --json
-  bag-player kitchen.mcap --compress-depth /camera/depth/image_raw
+  bag-player kitchen.mcap --compress-depth /camera/depth/image_raw --depth-format rvl
+  bag-player kitchen.mcap --compress-color /camera/color/image_raw=80
 
 Exit codes: 0 everything was played; 1 it could not be played; 2 wrong arguments; 3 it was played, but a
 part of the bag could not be read or some messages were not sent; 130 interrupted.";

@@ -34,8 +34,11 @@ fn message(format: &str, parameters: [f32; 2], picture: &[u8]) -> CompressedImag
     CompressedImage { format: format.to_owned(), data, ..CompressedImage::default() }
 }
 
-fn error_of(message: &CompressedImage) -> ConvertError {
-    compressed_depth_from_message(message).unwrap_err()
+fn error_of(message: &CompressedImage) -> CompressedImageError {
+    match compressed_depth_from_message(message) {
+        Err(ConvertError::Compressed(error)) => error,
+        other => panic!("{other:?}"),
+    }
 }
 
 fn image(size_px: (usize, usize), pixels: DepthPixels) -> DepthImage {
@@ -76,18 +79,18 @@ fn quantised_inverse_depth_becomes_metres() {
     assert_eq!(read.depth_m(3, 0), Some(1.0 / 253.0));
     for (a, b) in [(0.0, 1.0), (-1.0, 1.0), (f32::NAN, 1.0), (1.0, f32::INFINITY)] {
         let error = error_of(&message("32FC1; compressedDepth png", [a, b], &PICTURE));
-        assert!(matches!(error, ConvertError::DepthQuantisation { .. }), "{error}");
+        assert!(matches!(error, CompressedImageError::Quantisation { .. }), "{error}");
     }
 }
 
 #[test]
 fn messages_of_other_codecs_and_transports_are_named() {
-    let error = error_of(&message("16UC1; compressedDepth rvl", [0.0; 2], &[0; 9]));
-    assert_eq!(error, ConvertError::DepthCodec { codec: "rvl".to_owned() });
+    let error = error_of(&message("16UC1; compressedDepth zstd", [0.0; 2], &[0; 9]));
+    assert_eq!(error, CompressedImageError::DepthCodec { codec: "zstd".to_owned() });
     assert!(error.to_string().contains("compressedDepth.format"), "{error}");
     for format in ["", "png", "16UC1", "rgb8; jpeg compressed bgr8", "8UC1; compressedDepth png"] {
         let error = error_of(&message(format, [0.0; 2], &PICTURE));
-        assert_eq!(error, ConvertError::CompressedDepthFormat { format: format.to_owned() });
+        assert_eq!(error, CompressedImageError::NoDepthFormat { format: format.to_owned() });
     }
     let error = error_of(&message(&"é".repeat(1000), [0.0; 2], &PICTURE));
     assert!(error.to_string().len() < 350, "{error}");
@@ -97,15 +100,17 @@ fn messages_of_other_codecs_and_transports_are_named() {
 fn data_that_is_cut_anywhere_is_an_error_until_only_the_end_mark_is_missing() {
     let whole = message("16UC1; compressedDepth png", [0.0; 2], &PICTURE);
     let end_mark = HEADER_BYTES + PICTURE.len() - 12;
-    for length in 0..end_mark {
+    for data_bytes in 0..end_mark {
         let mut cut = whole.clone();
-        cut.data.truncate(length);
+        cut.data.truncate(data_bytes);
         let error = error_of(&cut);
-        match length {
-            0..HEADER_BYTES => {
-                assert_eq!(error, ConvertError::CompressedDepthHeader { data_bytes: length });
-            }
-            _ => assert!(matches!(error, ConvertError::Png { .. }), "{length}: {error}"),
+        if data_bytes < HEADER_BYTES {
+            let header_bytes = HEADER_BYTES;
+            let expected = CompressedImageError::Header { codec: "png", data_bytes, header_bytes };
+            assert_eq!(error, expected);
+        } else {
+            let is_damage = matches!(error, CompressedImageError::Picture { codec: "png", .. });
+            assert!(is_damage, "{data_bytes}: {error}");
         }
     }
 }
@@ -127,18 +132,82 @@ fn a_size_that_the_data_cannot_hold_is_refused_before_it_is_allocated() {
     let side = 0x7fff_ffff;
     assert_eq!(
         error_of(&message("16UC1; compressedDepth png", [0.0; 2], &picture)),
-        ConvertError::PictureBeyondData { width: side, height: side, data_bytes: PICTURE.len() }
+        CompressedImageError::BeyondData {
+            codec: "png",
+            width: side,
+            height: side,
+            data_bytes: PICTURE.len()
+        }
     );
 }
 
 #[test]
 fn pictures_of_other_pixels_are_named() {
     let mut picture = Vec::new();
-    let mut encoder = Encoder::new(&mut picture, 1, 1);
-    encoder.set_color(ColorType::Rgb);
-    encoder.write_header().unwrap().write_image_data(&[1, 2, 3]).unwrap();
+    write_png(&[1, 2, 3], Layout::Rgb8, (1, 1), &mut picture).unwrap();
     let error = error_of(&message("16UC1; compressedDepth png", [0.0; 2], &picture));
-    assert_eq!(error, ConvertError::PictureOfOtherPixels { found: "Rgb of 8 bits".to_owned() });
+    let found = "colours of 8 bits".to_owned();
+    let wanted = "a depth image, grey of 16 bits";
+    assert_eq!(error, CompressedImageError::OtherPixels { found, wanted });
+}
+
+/// The stream of `rvl/tests.rs`: 0, 0, 5, 6, 0, 4.
+const RVL_STREAM: [u8; 4] = [0x13, 0x21, 0xA1, 0x22];
+
+fn rvl_message(format: &str, parameters: [f32; 2], size_px: [u32; 2]) -> CompressedImage {
+    let sizes = size_px.iter().flat_map(|side| side.to_le_bytes());
+    message(format, parameters, &sizes.chain(RVL_STREAM).collect::<Vec<u8>>())
+}
+
+#[test]
+fn a_stream_worked_out_by_hand_is_read_and_written() {
+    let pixels = DepthPixels::Millimetres(vec![0, 0, 5, 6, 0, 4]);
+    for format in ["16UC1; compressedDepth rvl", "16UC1;compressedDepth rvl"] {
+        let read = compressed_depth_from_message(&rvl_message(format, [0.0; 2], [3, 2])).unwrap();
+        assert_eq!((read.width_px(), read.height_px()), (3, 2), "{format}");
+        assert_eq!(read.pixels(), &pixels, "{format}");
+    }
+    let image = image((3, 2), pixels);
+    let written =
+        compressed_message_from_depth_with(&image, DepthCodec::Rvl, MetresAs::default()).unwrap();
+    let expected = rvl_message("16UC1; compressedDepth rvl", [0.0; 2], [3, 2]);
+    assert_eq!((written.format, written.data), (expected.format, expected.data));
+
+    let read = rvl_message("32FC1; compressedDepth rvl", [10_100.0, -1009.0], [2, 3]);
+    let read = compressed_depth_from_message(&read).unwrap();
+    assert_eq!((read.depth_m(0, 0), read.depth_m(0, 1)), (None, Some(10_100.0 / 1014.0)));
+}
+
+#[test]
+fn streams_that_are_cut_or_of_other_sizes_are_named() {
+    let format = "16UC1; compressedDepth rvl";
+    let whole = rvl_message(format, [0.0; 2], [3, 2]);
+    for data_bytes in 0..whole.data.len() {
+        let mut cut = whole.clone();
+        cut.data.truncate(data_bytes);
+        let header = |header_bytes, data_bytes| CompressedImageError::Header {
+            codec: "rvl",
+            data_bytes,
+            header_bytes,
+        };
+        let expected = match data_bytes {
+            0..HEADER_BYTES => header(HEADER_BYTES, data_bytes),
+            12..20 => header(RVL_SIZE_BYTES, data_bytes - HEADER_BYTES),
+            _ => CompressedImageError::Rvl(RvlError::Ends { at_px: 0, pixels: 6 }),
+        };
+        assert_eq!(error_of(&cut), expected);
+    }
+    for [width, height] in [[u32::MAX; 2], [4097, 4096], [1 << 16, 1 << 16]] {
+        let error = error_of(&rvl_message(format, [0.0; 2], [width, height]));
+        let most_pixels = 16_777_216;
+        let expected = CompressedImageError::TooLarge { codec: "rvl", width, height, most_pixels };
+        assert_eq!(error, expected);
+    }
+    let error = error_of(&rvl_message(format, [0.0; 2], [4096, 4096]));
+    assert!(matches!(error, CompressedImageError::Rvl(RvlError::Ends { at_px: 6, .. })), "{error}");
+    // A PNG picture under the name of the other codec.
+    let error = error_of(&message(format, [0.0; 2], &PICTURE));
+    assert!(error.to_string().contains("\"rvl\" picture of 1196314761 x 169478669"), "{error}");
 }
 
 #[test]
@@ -156,7 +225,45 @@ fn metres_are_rounded_to_millimetres() {
 fn an_image_without_pixels_is_no_picture() {
     for size_px in [(0, 0), (3, 0), (0, 3)] {
         let error = compressed_message_from_depth(&image(size_px, DepthPixels::Metres(Vec::new())));
-        assert!(matches!(error, Err(ConvertError::NoPicture { .. })), "{error:?}");
+        assert!(is_no_picture(&error, "png"), "{error:?}");
+        for pixels in [DepthPixels::Metres(Vec::new()), DepthPixels::Millimetres(Vec::new())] {
+            let image = image(size_px, pixels);
+            let error =
+                compressed_message_from_depth_with(&image, DepthCodec::Rvl, MetresAs::default());
+            assert!(is_no_picture(&error, "rvl"), "{error:?}");
+        }
+    }
+    let large = image((1 << 13, 1 << 12), DepthPixels::Millimetres(vec![0; 1 << 25]));
+    let error = compressed_message_from_depth_with(&large, DepthCodec::Rvl, MetresAs::default());
+    assert!(is_no_picture(&error, "rvl"), "{error:?}");
+}
+
+fn is_no_picture(result: &Result<CompressedImage, ConvertError>, of: &str) -> bool {
+    let Err(ConvertError::Compressed(error)) = result else { return false };
+    matches!(error, CompressedImageError::NoPicture { codec, .. } if *codec == of)
+}
+
+#[test]
+fn metres_travel_as_inverse_depth_where_that_is_wanted() {
+    let depths_m = [1.5_f32, 9.9, 0.5, 12.0, 0.1, 0.0, f32::NAN, -1.0];
+    let image = image((4, 2), DepthPixels::Metres(depths_m.into()));
+    let as_inverse = MetresAs::InverseDepth(InverseDepth::default());
+    for (codec, format) in [
+        (DepthCodec::Png, "32FC1; compressedDepth png"),
+        (DepthCodec::Rvl, "32FC1; compressedDepth rvl"),
+    ] {
+        let message = compressed_message_from_depth_with(&image, codec, as_inverse).unwrap();
+        assert_eq!(message.format, format);
+        assert_eq!(message.data[4..8], 10_100.0_f32.to_le_bytes());
+        assert_eq!(message.data[8..12], (-1009.0_f32).to_le_bytes());
+        let read = compressed_depth_from_message(&message).unwrap();
+        for (column, row, depth_m) in [(0, 0, 1.5), (1, 0, 9.9), (2, 0, 0.5)] {
+            let read_m = read.depth_m(column, row).unwrap();
+            assert!((read_m - depth_m).abs() < depth_m * depth_m / 20_000.0, "{read_m}");
+        }
+        for (column, row) in [(3, 0), (0, 1), (1, 1), (2, 1), (3, 1)] {
+            assert_eq!(read.depth_m(column, row), None);
+        }
     }
 }
 
@@ -179,7 +286,7 @@ fn a_depth_image_of_a_room_is_a_third_of_its_raw_size() {
             pixels.push((focal_px * baseline_m / disparity_px * 1e3) as u16);
         }
     }
-    let raw_bytes = pixels.len() * PIXEL_BYTES;
+    let raw_bytes = pixels.len() * size_of::<u16>();
     let image = image((width_px as usize, height_px as usize), DepthPixels::Millimetres(pixels));
     let message = compressed_message_from_depth(&image).unwrap();
     assert!(message.data.len() < raw_bytes / 3, "{} of {raw_bytes} bytes", message.data.len());
@@ -192,10 +299,15 @@ proptest! {
         width in 1..40_usize,
         height in 1..40_usize,
         values in proptest::collection::vec(any::<u16>(), 1600),
+        codec in prop_oneof![Just(DepthCodec::Png), Just(DepthCodec::Rvl)],
+        metres_as in prop_oneof![
+            Just(MetresAs::Millimetres),
+            Just(MetresAs::InverseDepth(InverseDepth::default())),
+        ],
     ) {
         let pixels = DepthPixels::Millimetres(values[..width * height].to_vec());
         let image = image((width, height), pixels);
-        let message = compressed_message_from_depth(&image).unwrap();
+        let message = compressed_message_from_depth_with(&image, codec, metres_as).unwrap();
         prop_assert_eq!(&message.data[..HEADER_BYTES], &[0; HEADER_BYTES]);
         prop_assert_eq!(compressed_depth_from_message(&message), Ok(image));
     }
@@ -219,6 +331,24 @@ proptest! {
         message.data.extend(tail);
         if let Ok(read) = compressed_depth_from_message(&message) {
             prop_assert_eq!((read.width_px(), read.height_px()), (5, 5));
+        }
+    }
+
+    #[test]
+    fn streams_of_anything_are_survived(
+        is_metres in any::<bool>(),
+        parameters in any::<[u32; 2]>(),
+        size_px in prop_oneof![[0..40_u32, 0..40], [any::<u32>(), any::<u32>()]],
+        stream in proptest::collection::vec(any::<u8>(), 0..300),
+    ) {
+        let format =
+            if is_metres { "32FC1; compressedDepth rvl" } else { "16UC1; compressedDepth rvl" };
+        let sizes = size_px.iter().flat_map(|side| side.to_le_bytes());
+        let picture: Vec<u8> = sizes.chain(stream).collect();
+        let message = message(format, parameters.map(f32::from_bits), &picture);
+        if let Ok(read) = compressed_depth_from_message(&message) {
+            prop_assert_eq!((read.width_px() as u32, read.height_px() as u32), size_px.into());
+            prop_assert!(read.width_px() * read.height_px() <= MOST_RVL_PIXELS);
         }
     }
 

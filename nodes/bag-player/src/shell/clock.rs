@@ -41,7 +41,7 @@ impl BagClock {
         let Some(time) = time else { return };
         let (sec, nanosec) = time.secs_nanos();
         // The next tick brings a newer time: one that was not sent is not missed.
-        if let Err(error) = self.publisher.publish(&Clock { clock: Time { sec, nanosec } }) {
+        if let Err(error) = self.publisher.publish(Clock { clock: Time { sec, nanosec } }) {
             tracing::debug!("{error}");
         }
     }

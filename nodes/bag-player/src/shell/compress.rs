@@ -1,9 +1,14 @@
-//! Depth images as PNG: a fifth to a half of the bytes, for a network or a kernel that raw ones are too
-//! large for.
+//! Images on their way out, compressed as image_transport does it: depth without loss in a fifth to a
+//! half of the bytes, colours in a twentieth, for a network or a kernel that raw ones are too large for.
 
+use std::collections::BTreeMap;
+use std::str::FromStr;
 use std::sync::Arc;
 
-use msgs::convert::{self, ConvertError};
+use msgs::convert::{
+    self, COMPRESSED_DEPTH_TOPIC, COMPRESSED_IMAGE_TOPIC, ConvertError, DepthCodec, ImageCodec,
+    JpegQuality, JpegQualityError, MetresAs,
+};
 use msgs::sensor_msgs::{CompressedImage, Image};
 use msgs::{RosMessage, cdr};
 
@@ -13,10 +18,99 @@ use crate::message::{BagMessage, bare, full_type_name};
 use crate::shell::options::PlayOptions;
 use crate::shell::play::PlayError;
 
-/// The topics whose depth images are compressed.
-#[derive(Clone, Debug, Default)]
-pub(super) struct DepthCompression {
-    topics: Arc<[String]>,
+/// How depth images are coded.
+#[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum DepthFormat {
+    /// The smaller one for structured light, and read by every version of ROS
+    #[default]
+    Png,
+    /// The faster one; ROS 2 reads it since Jazzy
+    Rvl,
+}
+
+impl From<DepthFormat> for DepthCodec {
+    fn from(format: DepthFormat) -> Self {
+        match format {
+            DepthFormat::Png => Self::Png,
+            DepthFormat::Rvl => Self::Rvl,
+        }
+    }
+}
+
+/// A topic of colour or grey images to compress, and how well they are kept.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ColorCompression {
+    /// The topic of the bag.
+    pub topic: String,
+    /// How well its images are kept.
+    pub quality: JpegQuality,
+}
+
+/// What is none of the form `TOPIC` or `TOPIC=QUALITY`.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum ColorCompressionError {
+    /// There is no topic.
+    #[error("accepted is TOPIC or TOPIC=QUALITY, as /camera/color/image_raw=80")]
+    Topic,
+    /// The quality is none.
+    #[error(transparent)]
+    Quality(#[from] JpegQualityError),
+}
+
+impl FromStr for ColorCompression {
+    type Err = ColorCompressionError;
+
+    fn from_str(text: &str) -> Result<Self, ColorCompressionError> {
+        let (topic, quality) = match text.split_once('=') {
+            Some((topic, quality)) => (topic, quality.parse()?),
+            None => (text, JpegQuality::default()),
+        };
+        if topic.is_empty() {
+            return Err(ColorCompressionError::Topic);
+        }
+        Ok(Self { topic: topic.to_owned(), quality })
+    }
+}
+
+/// How the images of a topic are compressed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Codec {
+    Depth(DepthCodec),
+    Color(ImageCodec),
+}
+
+impl Codec {
+    /// The option that asks for it.
+    fn option(self) -> &'static str {
+        match self {
+            Self::Depth(_) => "compress-depth",
+            Self::Color(_) => "compress-color",
+        }
+    }
+
+    /// The last part of the compressed images' topic.
+    fn topic_part(self) -> &'static str {
+        match self {
+            Self::Depth(_) => COMPRESSED_DEPTH_TOPIC,
+            Self::Color(_) => COMPRESSED_IMAGE_TOPIC,
+        }
+    }
+
+    fn compress(self, image: &Image) -> Result<CompressedImage, ConvertError> {
+        match self {
+            Self::Depth(codec) => {
+                let image = convert::depth_from_message(image)?;
+                convert::compressed_message_from_depth_with(&image, codec, MetresAs::default())
+            }
+            Self::Color(codec) => convert::compressed_message_from_image(image, codec),
+        }
+    }
+}
+
+/// The topics whose images are compressed, by their bare names.
+#[derive(Clone, Debug)]
+pub(super) struct Compression {
+    codecs: Arc<BTreeMap<String, Codec>>,
     type_name: Arc<str>,
 }
 
@@ -27,8 +121,10 @@ pub(super) enum CompressError {
     #[error(transparent)]
     Bag(#[from] BagError),
     /// It is not what it claims to be.
-    #[error("an image on {topic} cannot be compressed: {source}")]
+    #[error("--{option}: an image on {topic} cannot be compressed: {source}")]
     Convert {
+        /// The option that asks for it.
+        option: &'static str,
         /// The topic.
         topic: String,
         /// Why.
@@ -45,58 +141,51 @@ pub(super) enum CompressError {
 }
 
 impl CompressError {
-    /// Whether the topic carries other images: then every one of them fails.
-    pub(super) fn is_no_depth(&self) -> bool {
+    /// Whether the topic carries images of another kind: then every one of them fails.
+    pub(super) fn is_of_topic(&self) -> bool {
         matches!(self, Self::Convert { source: ConvertError::Encoding { .. }, .. })
     }
 }
 
-impl DepthCompression {
+impl Compression {
     /// The topics that the options name.
     ///
     /// # Errors
-    /// When the bag has no such topic of images, or it is not played.
+    /// When the bag has no such topic of images, it is not played, or it is named twice.
     pub(super) fn checked(options: &PlayOptions, info: &BagInfo) -> Result<Self, PlayError> {
-        for topic in &options.compress_depth {
-            let same = |one: &str| bare(one) == bare(topic);
-            let is_played = options.topics.is_empty() || options.topics.iter().any(|one| same(one));
-            let known = info.topics.iter().filter(|known| same(&known.topic)).collect::<Vec<_>>();
-            if known.is_empty() || !is_played {
-                let images = info.topics.iter().filter(|known| is_image(&known.type_name));
-                let images: Vec<&str> = images.map(|known| known.topic.as_str()).collect();
-                return Err(PlayError::CompressUnplayed {
-                    topic: topic.clone(),
-                    images: if images.is_empty() { "none".to_owned() } else { images.join(", ") },
-                });
-            }
-            if let Some(other) = known.iter().find(|known| !is_image(&known.type_name)) {
-                return Err(PlayError::CompressNoImages {
-                    topic: topic.clone(),
-                    type_name: other.type_name.clone(),
-                });
+        let depth_codec = Codec::Depth(options.depth_format.into());
+        let depth = options.compress_depth.iter().map(|topic| (topic, depth_codec));
+        let color = options
+            .compress_color
+            .iter()
+            .map(|asked| (&asked.topic, Codec::Color(ImageCodec::Jpeg(asked.quality))));
+        let mut codecs = BTreeMap::new();
+        for (topic, codec) in depth.chain(color) {
+            check(topic, codec, options, info)?;
+            if let Some(other) = codecs.insert(bare(topic).to_owned(), codec)
+                && other != codec
+            {
+                return Err(PlayError::CompressTwice { topic: topic.clone() });
             }
         }
-        Ok(Self {
-            topics: options.compress_depth.clone().into(),
-            type_name: CompressedImage::TYPE_NAME.into(),
-        })
+        Ok(Self { codecs: Arc::new(codecs), type_name: CompressedImage::TYPE_NAME.into() })
     }
 
-    /// Whether a topic's images are compressed.
-    pub(super) fn includes(&self, topic: &str) -> bool {
-        self.topics.iter().any(|one| bare(one) == bare(topic))
+    /// What stands behind the name of a topic whose images are compressed.
+    pub(super) fn topic_part(&self, topic: &str) -> Option<&'static str> {
+        self.codecs.get(bare(topic)).map(|codec| codec.topic_part())
     }
 
     /// Compresses a message in place, if it is one of those that are compressed.
     pub(super) fn apply(&self, message: &mut BagMessage) -> Result<(), CompressError> {
-        if !self.includes(&message.topic) || !is_image(&message.type_name) {
+        let Some(codec) = self.codecs.get(bare(&message.topic)) else { return Ok(()) };
+        if !is_image(&message.type_name) {
             return Ok(());
         }
         let topic = || message.topic.to_string();
-        let image = message.decode::<Image>()?;
-        let compressed = convert::depth_from_message(&image)
-            .and_then(|image| convert::compressed_message_from_depth(&image))
-            .map_err(|source| CompressError::Convert { topic: topic(), source })?;
+        let compressed = codec.compress(&message.decode::<Image>()?).map_err(|source| {
+            CompressError::Convert { option: codec.option(), topic: topic(), source }
+        })?;
         message.data = cdr::encode(&compressed)
             .map_err(|source| CompressError::Encode { topic: topic(), source })?;
         message.type_name = Arc::clone(&self.type_name);
@@ -104,6 +193,58 @@ impl DepthCompression {
     }
 }
 
+/// Whether the bag has such a topic, it is played, and carries images.
+fn check(
+    topic: &str,
+    codec: Codec,
+    options: &PlayOptions,
+    info: &BagInfo,
+) -> Result<(), PlayError> {
+    let option = codec.option();
+    let same = |one: &str| bare(one) == bare(topic);
+    let is_played = options.topics.is_empty() || options.topics.iter().any(|one| same(one));
+    let known = info.topics.iter().filter(|known| same(&known.topic)).collect::<Vec<_>>();
+    if known.is_empty() || !is_played {
+        let images = info.topics.iter().filter(|known| is_image(&known.type_name));
+        let images: Vec<&str> = images.map(|known| known.topic.as_str()).collect();
+        return Err(PlayError::CompressUnplayed {
+            option,
+            topic: topic.to_owned(),
+            images: if images.is_empty() { "none".to_owned() } else { images.join(", ") },
+        });
+    }
+    match known.iter().find(|known| !is_image(&known.type_name)) {
+        Some(other) => Err(PlayError::CompressNoImages {
+            option,
+            topic: topic.to_owned(),
+            type_name: other.type_name.clone(),
+        }),
+        None => Ok(()),
+    }
+}
+
 fn is_image(type_name: &str) -> bool {
     full_type_name(type_name) == Image::TYPE_NAME
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_topic_may_say_how_well_its_images_are_kept() {
+        let plain: ColorCompression = "/color".parse().unwrap();
+        assert_eq!((plain.topic.as_str(), plain.quality.get()), ("/color", 95));
+        let asked: ColorCompression = "color=80".parse().unwrap();
+        assert_eq!((asked.topic.as_str(), asked.quality.get()), ("color", 80));
+        for (text, says) in [
+            ("", "accepted is TOPIC or TOPIC=QUALITY"),
+            ("=80", "accepted is TOPIC or TOPIC=QUALITY"),
+            ("/color=0", "\"0\" is no quality of a JPEG picture; 1 (worst) to 100 (best) are"),
+            ("/color=", "\"\" is no quality"),
+        ] {
+            let error = text.parse::<ColorCompression>().unwrap_err().to_string();
+            assert!(error.starts_with(says), "{text}: {error}");
+        }
+    }
 }

@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 
 use msgs::RosMessage;
-use msgs::convert::COMPRESSED_DEPTH_TOPIC;
 use msgs::sensor_msgs::CompressedImage;
 use node_shell::{Node, PublishError, Qos, RawPublisher, ShellError};
 
 use crate::info::TopicInfo;
 use crate::message::{BagMessage, full_type_name};
 use crate::qos::{Durability, OfferedQos, Reliability};
-use crate::shell::compress::DepthCompression;
+use crate::shell::compress::Compression;
 use crate::shell::options::PlayOptions;
 use crate::shell::summary::TopicSummary;
 
@@ -47,7 +46,7 @@ impl Offers {
     pub(super) fn create<'a>(
         node: &Node,
         options: &PlayOptions,
-        compression: &DepthCompression,
+        compression: &Compression,
         topics: impl Iterator<Item = &'a TopicInfo>,
     ) -> Result<Self, ShellError> {
         let mut offers: BTreeMap<String, Offer> = BTreeMap::new();
@@ -64,9 +63,9 @@ impl Offers {
             let qos = qos_of(topic);
             let mut type_name = full_type_name(&topic.type_name);
             let mut name = options.published_name(&topic.topic).to_owned();
-            if compression.includes(&topic.topic) {
+            if let Some(part) = compression.topic_part(&topic.topic) {
                 // Below the name that the raw image would have after all remapping.
-                name = format!("{}/{COMPRESSED_DEPTH_TOPIC}", node.resolve(&name)?);
+                name = format!("{}/{part}", node.resolve(&name)?);
                 type_name = CompressedImage::TYPE_NAME.to_owned();
             }
             let publisher = node.raw_publisher(&name, &type_name, &qos)?;

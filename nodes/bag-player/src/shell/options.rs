@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::message::{Selection, bare};
+use crate::shell::compress::{ColorCompression, DepthFormat};
 
 /// Rate of `/clock` that rosbag2 and the simulators use at least.
 const DEFAULT_CLOCK_HZ: f64 = 100.0;
@@ -41,10 +42,17 @@ pub struct PlayOptions {
     /// Publish a topic under another name (several times for several topics)
     #[arg(long, value_name = "FROM:=TO")]
     pub remap: Vec<Remap>,
-    /// Publish the depth images of this topic of the bag as PNG, below the topic's name as
-    /// .../compressedDepth (several times for several topics)
+    /// Publish the depth images of this topic of the bag compressed without loss, below the topic's name
+    /// as .../compressedDepth (several times for several topics)
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
     pub compress_depth: Vec<String>,
+    /// How depth images are compressed
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = DepthFormat::default())]
+    pub depth_format: DepthFormat,
+    /// Publish the colour or grey images of this topic of the bag as JPEG of a quality of 1 .. 100
+    /// (without it 95), below the topic's name as .../compressed (several times for several topics)
+    #[arg(long, value_name = "TOPIC[=QUALITY]", value_delimiter = ',', alias = "compress-colour")]
+    pub compress_color: Vec<ColorCompression>,
     /// Wait until somebody subscribes to this topic, under the name it is published by (several times
     /// for several topics)
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
@@ -75,6 +83,8 @@ impl PlayOptions {
             clock_hz: DEFAULT_CLOCK_HZ,
             remap: Vec::new(),
             compress_depth: Vec::new(),
+            depth_format: DepthFormat::default(),
+            compress_color: Vec::new(),
             wait_for: Vec::new(),
             wait_timeout_s: DEFAULT_WAIT_TIMEOUT_S,
             late_ms: DEFAULT_LATE_MS,
@@ -158,7 +168,8 @@ mod tests {
     fn every_option_is_taken() {
         let options = parse(
             "x.mcap --rate 2 --loop --start 1.5 --duration 3 --topics /a,b --topics /c --clock --clock-hz 50 \
-             --remap a:=/left/a --compress-depth /d --compress-depth e --wait-for /left/a --wait-timeout 5 --late-ms 7 --json",
+             --remap a:=/left/a --compress-depth /d --compress-depth e --depth-format rvl \
+             --compress-color /f,g=80 --compress-colour /h=1 --wait-for /left/a --wait-timeout 5 --late-ms 7 --json",
         )
         .unwrap();
         let expected = PlayOptions {
@@ -172,6 +183,8 @@ mod tests {
             clock_hz: 50.0,
             remap: vec![Remap { from: "a".into(), to: "/left/a".into() }],
             compress_depth: vec!["/d".into(), "e".into()],
+            depth_format: DepthFormat::Rvl,
+            compress_color: ["/f=95", "g=80", "/h=1"].map(|text| text.parse().unwrap()).into(),
             wait_for: vec!["/left/a".into()],
             wait_timeout_s: 5.0,
             late_ms: 7.0,

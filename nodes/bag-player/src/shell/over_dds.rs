@@ -12,7 +12,7 @@ use msgs::std_msgs::String as Text;
 use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
 use tempfile::TempDir;
 
-use super::{Ending, PlayError, PlayOptions, play};
+use super::{DepthFormat, Ending, PlayError, PlayOptions, play};
 use crate::{BagError, BagWriter, OfferedQos};
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
@@ -29,7 +29,7 @@ fn nodes() -> (Node, Node) {
     let domain = 101 + (std::process::id().wrapping_mul(7) + count) % 100;
     let transport = Transport::on_domain(domain as u16).unwrap();
     let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();
-    let start = |name: &str| Node::start_on(transport, name, &arguments).unwrap();
+    let start = |name: &str| Node::start_on(transport.clone(), name, &arguments).unwrap();
     (start("bag_player"), start("listener"))
 }
 
@@ -64,7 +64,7 @@ async fn receive<M: msgs::RosMessage>(subscription: &Subscription<M>, count: u32
     let mut received = Vec::new();
     while (received.len() as u32) < count {
         match tokio::time::timeout(PATIENCE, subscription.next()).await {
-            Ok(next) => received.push(next.message),
+            Ok(next) => received.push(M::clone(&next.message)),
             Err(_) => panic!("{} of {count} messages came", received.len()),
         }
     }
@@ -196,8 +196,8 @@ fn bag_of_images() -> (TempDir, PathBuf) {
             writer.write(scans, time(index), &scan(index))?;
         }
         let encoding = "rgb8".to_owned();
-        let image =
-            Image { encoding, width: 1, height: 1, step: 3, data: vec![0; 3], ..Image::default() };
+        let data = [200, 30, 20].repeat(8 * 8);
+        let image = Image { encoding, width: 8, height: 8, step: 24, data, ..Image::default() };
         writer.write(colour, time(20), &image)?;
         writer.finish().map(drop)
     };
@@ -208,23 +208,27 @@ fn bag_of_images() -> (TempDir, PathBuf) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn depth_images_arrive_compressed_below_their_name() {
     let (_folder, path) = bag_of_images();
-    let (player, listener) = nodes();
-    {
+    for (depth_format, format) in [
+        (DepthFormat::Png, "16UC1; compressedDepth png"),
+        (DepthFormat::Rvl, "16UC1; compressedDepth rvl"),
+    ] {
+        let (player, listener) = nodes();
         let name = "/front/depth/compressedDepth";
         let images = listener.subscription::<CompressedImage>(name, &Qos::reliable(50)).unwrap();
         let options = PlayOptions {
             topics: vec!["/depth/image".into(), "/scan".into()],
             remap: vec!["/depth/image:=/front/depth".parse().unwrap()],
             compress_depth: vec!["depth/image".into()],
+            depth_format,
             wait_for: vec![name.into()],
             wait_timeout_s: PATIENCE.as_secs_f64(),
-            ..PlayOptions::new(path)
+            ..PlayOptions::new(path.clone())
         };
         let received = tokio::spawn(async move { receive(&images, 19).await });
         let summary = play(options, &player).await.unwrap();
+        let received = received.await.unwrap();
+        assert!(received.iter().all(|message| message.format == format), "{format}");
         let received: Vec<DepthImage> = received
-            .await
-            .unwrap()
             .iter()
             .map(|message| convert::compressed_depth_from_message(message).unwrap())
             .collect();
@@ -236,6 +240,35 @@ async fn depth_images_arrive_compressed_below_their_name() {
         assert_eq!(depth.type_name, "sensor_msgs/msg/CompressedImage");
         assert_eq!((depth.published, depth.failed), (19, 1));
         assert_eq!((summary.topics[1].published, summary.is_complete()), (20, false));
+        player.close().await;
+        listener.close().await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn colour_images_arrive_as_jpeg_below_their_name() {
+    let (_folder, path) = bag_of_images();
+    let (player, listener) = nodes();
+    {
+        let name = "/colour/compressed";
+        let images = listener.subscription::<CompressedImage>(name, &Qos::reliable(5)).unwrap();
+        let options = PlayOptions {
+            topics: vec!["/colour".into()],
+            compress_color: vec!["colour=90".parse().unwrap()],
+            wait_for: vec![name.into()],
+            wait_timeout_s: PATIENCE.as_secs_f64(),
+            ..PlayOptions::new(path)
+        };
+        let received = tokio::spawn(async move { receive(&images, 1).await });
+        let summary = play(options, &player).await.unwrap();
+        let message = &received.await.unwrap()[0];
+        assert_eq!(message.format, "rgb8; jpeg compressed bgr8");
+        let image = convert::image_from_compressed_message(message).unwrap();
+        assert_eq!((image.encoding.as_str(), image.width, image.height), ("rgb8", 8, 8));
+        let wanted = [200_u8, 30, 20];
+        let is_near = |pixel: &[u8]| pixel.iter().zip(wanted).all(|(a, b)| a.abs_diff(b) < 5);
+        assert!(image.data.chunks(3).all(is_near), "{:?}", image.data);
+        assert_eq!(summary.topics[0].published_as, name);
     }
     player.close().await;
     listener.close().await;
@@ -271,6 +304,20 @@ async fn what_is_no_depth_image_is_not_compressed() {
     let colour = refused("/colour", &["/colour"]).await;
     assert!(colour.starts_with("--compress-depth: an image on /colour cannot be"), "{colour}");
     assert!(colour.contains("\"rgb8\" is no depth image"), "{colour}");
+
+    let refused = async |topic: &str, depth: &[&str]| {
+        let options = PlayOptions {
+            compress_depth: depth.iter().map(|topic| (*topic).to_owned()).collect(),
+            compress_color: vec![topic.parse().unwrap()],
+            ..PlayOptions::new(path.clone())
+        };
+        play(options, &player).await.unwrap_err().to_string()
+    };
+    let depth = refused("/depth/image", &[]).await;
+    assert!(depth.starts_with("--compress-color: an image on /depth/image cannot be"), "{depth}");
+    assert!(depth.contains("\"16UC1\" is no image for JPEG"), "{depth}");
+    let twice = refused("colour", &["/colour"]).await;
+    assert_eq!(twice, "colour is to be compressed twice, in different ways; name it once");
     player.close().await;
     listener.close().await;
 }

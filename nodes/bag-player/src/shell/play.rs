@@ -14,7 +14,7 @@ use crate::info::BagInfo;
 use crate::message::{Selection, bare};
 use crate::schedule::{RateError, Schedule};
 use crate::shell::clock::{BagClock, CLOCK_TOPIC};
-use crate::shell::compress::DepthCompression;
+use crate::shell::compress::Compression;
 use crate::shell::offers::Offers;
 use crate::shell::options::PlayOptions;
 use crate::shell::player::{Played, Player};
@@ -62,24 +62,34 @@ pub enum PlayError {
         available: String,
     },
     /// A topic to compress is not there.
-    #[error("--compress-depth {topic}: no such topic is played; the bag's images are {images}")]
+    #[error("--{option} {topic}: no such topic is played; the bag's images are {images}")]
     CompressUnplayed {
+        /// The option.
+        option: &'static str,
         /// The topic.
         topic: String,
         /// The topics that carry images.
         images: String,
     },
     /// A topic to compress carries something else.
-    #[error("--compress-depth {topic}: it carries {type_name}, not sensor_msgs/msg/Image")]
+    #[error("--{option} {topic}: it carries {type_name}, not sensor_msgs/msg/Image")]
     CompressNoImages {
+        /// The option.
+        option: &'static str,
         /// The topic.
         topic: String,
         /// What it carries.
         type_name: String,
     },
-    /// A topic to compress carries other images.
-    #[error("--compress-depth: {0}")]
-    CompressNoDepth(String),
+    /// A topic to compress carries images of another kind.
+    #[error("{0}")]
+    CompressOtherImages(String),
+    /// A topic is to be compressed in two ways.
+    #[error("{topic} is to be compressed twice, in different ways; name it once")]
+    CompressTwice {
+        /// The topic.
+        topic: String,
+    },
     /// Nobody subscribed in time.
     #[error(
         "nobody subscribed to {topics} within {seconds} s; start the subscriber, or give it longer with --wait-timeout"
@@ -115,7 +125,7 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
     }
     // Asked first: a topic that is not in the bag is named before anything is published.
     let messages = bag.messages(&options.selection())?;
-    let compression = DepthCompression::checked(&options, &info)?;
+    let compression = Compression::checked(&options, &info)?;
     let wanted = |topic: &str| {
         (options.topics.is_empty() || options.topics.iter().any(|one| bare(one) == bare(topic)))
             && !(options.clock && options.published_name(topic) == CLOCK_TOPIC)

@@ -11,7 +11,7 @@ use crate::message::{BagMessage, bare};
 use crate::messages::Messages;
 use crate::schedule::{Decision, Schedule};
 use crate::shell::clock::BagClock;
-use crate::shell::compress::{CompressError, DepthCompression};
+use crate::shell::compress::{CompressError, Compression};
 use crate::shell::keys::{Key, Keys};
 use crate::shell::offers::Offers;
 use crate::shell::options::PlayOptions;
@@ -128,7 +128,7 @@ impl Player {
         &mut self,
         bag: &Bag,
         options: &PlayOptions,
-        compression: &DepthCompression,
+        compression: &Compression,
         messages: Messages,
     ) -> Result<Played, PlayError> {
         let result = self.play_passes(bag, options, compression, messages).await;
@@ -140,7 +140,7 @@ impl Player {
         &mut self,
         bag: &Bag,
         options: &PlayOptions,
-        compression: &DepthCompression,
+        compression: &Compression,
         messages: Messages,
     ) -> Result<Played, PlayError> {
         let mut ahead = ReadAhead::start(messages, compression).map_err(PlayError::Thread)?;
@@ -231,8 +231,8 @@ impl Player {
 
     /// Counts a message that could not be compressed; a topic of other images is an error.
     fn refuse(&mut self, message: &BagMessage, fault: &CompressError) -> Result<(), PlayError> {
-        if fault.is_no_depth() {
-            return Err(PlayError::CompressNoDepth(fault.to_string()));
+        if fault.is_of_topic() {
+            return Err(PlayError::CompressOtherImages(fault.to_string()));
         }
         self.offers.count_failed(&message.topic);
         self.tell(fault);

@@ -11,7 +11,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use crate::error::{BagError, Loss};
 use crate::message::BagMessage;
 use crate::messages::{Messages, Skipped};
-use crate::shell::compress::{CompressError, DepthCompression};
+use crate::shell::compress::{CompressError, Compression};
 
 /// What is read ahead at most, in KiB: three seconds of a depth camera, six of the largest clouds.
 const READ_AHEAD_KIB: u32 = 64 * 1024;
@@ -47,7 +47,7 @@ pub(super) struct ReadAhead {
 
 impl ReadAhead {
     /// Starts reading. Must be called within a tokio runtime.
-    pub(super) fn start(messages: Messages, compression: &DepthCompression) -> io::Result<Self> {
+    pub(super) fn start(messages: Messages, compression: &Compression) -> io::Result<Self> {
         let (sender, queue) = mpsc::unbounded_channel();
         let share = Arc::new(Semaphore::new(READ_AHEAD_KIB as usize));
         let (runtime, available) = (Handle::current(), Arc::clone(&share));
@@ -86,7 +86,7 @@ impl Drop for ReadAhead {
 
 fn read(
     mut messages: Messages,
-    compression: &DepthCompression,
+    compression: &Compression,
     sender: &mpsc::UnboundedSender<Item>,
     available: &Arc<Semaphore>,
     runtime: &Handle,

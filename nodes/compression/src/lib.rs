@@ -1,0 +1,129 @@
+//! The node `compression`: raw images in, compressed ones out, in the formats of image_transport. It
+//! stands on the driver's machine, beside a driver that sends only raw images, so that what crosses the
+//! network is small: 30 depth images a second are 18 MB raw and 3 to 6 MB compressed, as many colour
+//! images 28 MB and 1 to 3 MB.
+//!
+//! Compressed images have their topic below that of the raw ones, wherever remapping puts those. An
+//! image that nobody wants compressed is not.
+
+mod parameters;
+#[cfg(test)]
+mod tests;
+
+use std::process::ExitCode;
+
+use msgs::convert::{self, COMPRESSED_DEPTH_TOPIC, COMPRESSED_IMAGE_TOPIC, ConvertError};
+use msgs::sensor_msgs::{CompressedImage, Image};
+use node_shell::{
+    Counters, Node, NodeFailure, Program, Publisher, Qos, Received, ShellError, StepTimer,
+    Subscription, Throttle,
+};
+
+pub use parameters::{ColorFormat, CompressionParameters, DepthFormat, DepthMetres, Images};
+
+const PROGRAM: Program = Program {
+    name: "compression",
+    about: "Publishes a camera's raw images compressed, as image_transport would.",
+    topics: "in  depth/image (sensor_msgs/msg/Image: 16UC1, 32FC1), best effort
+             in  color/image (sensor_msgs/msg/Image), best effort; with images:=color or both
+             out depth/image/compressedDepth (sensor_msgs/msg/CompressedImage), best effort
+             out color/image/compressed (sensor_msgs/msg/CompressedImage), best effort",
+};
+
+const DEPTH_TOPIC: &str = "depth/image";
+const COLOR_TOPIC: &str = "color/image";
+
+/// Images that may wait while one is compressed: later ones are worth more than all of them.
+const IMAGES_KEPT: usize = 2;
+/// Compressed images that a reader may be behind: that of sensors (REP-2003).
+const COMPRESSED_KEPT: usize = 5;
+
+/// Runs the node until SIGINT or SIGTERM, with the arguments behind the program's name.
+pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
+    PROGRAM.run(arguments, serve)
+}
+
+/// The node's body: serves until the node is to end.
+///
+/// # Errors
+/// When a parameter is out of its range, or a topic cannot be had.
+pub async fn serve(node: &Node, parameters: CompressionParameters) -> Result<(), NodeFailure> {
+    let (depth_codec, metres_as) = parameters.depth_codec()?;
+    let color_codec = parameters.color_codec()?;
+    let lane = |is_wanted: bool, topic, part| {
+        is_wanted.then(|| Lane::new(node, topic, part, parameters.reliable)).transpose()
+    };
+    let depth = lane(parameters.images.has_depth(), DEPTH_TOPIC, COMPRESSED_DEPTH_TOPIC)?;
+    let color = lane(parameters.images.has_color(), COLOR_TOPIC, COMPRESSED_IMAGE_TOPIC)?;
+    let shutdown = node.shutdown_signal();
+    loop {
+        tokio::select! {
+            biased;
+            () = shutdown.wait() => return Ok(()),
+            (lane, image) = next(depth.as_ref()) => lane.take(&image.message, |image| {
+                let image = convert::depth_from_message(image)?;
+                convert::compressed_message_from_depth_with(&image, depth_codec, metres_as)
+            }),
+            (lane, image) = next(color.as_ref()) => lane.take(&image.message, |image| {
+                convert::compressed_message_from_image(image, color_codec)
+            }),
+        }
+    }
+}
+
+/// The next image, where there is a lane for it at all.
+async fn next(lane: Option<&Lane>) -> (&Lane, Received<Image>) {
+    match lane {
+        Some(lane) => (lane, lane.images.next().await),
+        None => std::future::pending().await,
+    }
+}
+
+/// A topic of images and the one of what becomes of them.
+struct Lane {
+    images: Subscription<Image>,
+    compressed: Publisher<CompressedImage>,
+    counters: Counters,
+    failed: Throttle,
+}
+
+impl Lane {
+    fn new(node: &Node, topic: &str, part: &str, is_reliable: bool) -> Result<Self, ShellError> {
+        // Below the name that the raw image has after all remapping.
+        let compressed = format!("{}/{part}", node.resolve(topic)?);
+        let latched = false;
+        Ok(Self {
+            images: node.subscription(topic, &Qos::sensor(IMAGES_KEPT))?,
+            compressed: node
+                .publisher(&compressed, &Qos::new(is_reliable, latched, COMPRESSED_KEPT))?,
+            counters: node.counters(),
+            failed: Throttle::for_warnings(),
+        })
+    }
+
+    fn take(
+        &self,
+        image: &Image,
+        compress: impl FnOnce(&Image) -> Result<CompressedImage, ConvertError>,
+    ) {
+        if self.compressed.subscriber_count() == 0 {
+            return;
+        }
+        let mut timer = StepTimer::start();
+        match compress(image) {
+            Ok(compressed) => {
+                timer.end_of("compress");
+                if self.compressed.publish_or_warn(compressed) {
+                    self.counters.count_cycle();
+                }
+            }
+            Err(error) => {
+                self.counters.count_drop("compression failed");
+                if let Some(held_back) = self.failed.pass() {
+                    let topic = self.images.topic();
+                    tracing::warn!("{topic}: {error} ({held_back} more since the last warning)");
+                }
+            }
+        }
+    }
+}

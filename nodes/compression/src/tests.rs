@@ -1,0 +1,122 @@
+use std::time::Duration;
+
+use geometry::{DepthImage, DepthPixels, Stamp};
+use node_shell::{RosArguments, Transport};
+
+use super::*;
+
+/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A node on a domain and in a namespace of this process.
+fn node(name: &str, arguments: &[&str]) -> Node {
+    let process = std::process::id();
+    let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
+    let namespace = format!("__ns:=/compression_test_{process}");
+    let arguments = ["--ros-args", "-r", &namespace].into_iter().chain(arguments.iter().copied());
+    let arguments = RosArguments::parse(arguments).unwrap();
+    Node::start_on(transport, name, &arguments).unwrap()
+}
+
+async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
+    match tokio::time::timeout(PATIENCE, wait).await {
+        Ok(value) => value,
+        Err(_) => panic!("waited in vain: {what}"),
+    }
+}
+
+fn depth() -> DepthImage {
+    let pixels = (0..640 * 480).map(|pixel| (pixel % 640 + 500) as u16).collect();
+    let stamp = Stamp::from_nanos(77);
+    DepthImage::new(stamp, "camera".into(), (640, 480), DepthPixels::Millimetres(pixels)).unwrap()
+}
+
+fn color() -> Image {
+    let data = [200, 30, 20].repeat(16 * 16);
+    let encoding = "rgb8".to_owned();
+    Image { encoding, width: 16, height: 16, step: 48, data, ..Image::default() }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn images_come_out_compressed_below_their_remapped_name() {
+    let own = node("compression", &["-r", "depth/image:=/front/raw"]);
+    let peer = node("peer", &[]);
+    let counters = own.counters();
+    let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
+    let parameters = CompressionParameters {
+        images: Images::Both,
+        depth_format: DepthFormat::Rvl,
+        ..CompressionParameters::default()
+    };
+    let served = tokio::spawn(async move {
+        let result = tokio::select! {
+            result = serve(&own, parameters) => result,
+            _ = stopped => Ok(()),
+        };
+        own.close().await;
+        result
+    });
+    {
+        let qos = Qos::sensor(5);
+        let raw_depth = peer.publisher::<Image>("/front/raw", &qos).unwrap();
+        let raw_color = peer.publisher::<Image>("color/image", &qos).unwrap();
+        let depths =
+            peer.subscription::<CompressedImage>("/front/raw/compressedDepth", &qos).unwrap();
+        let colors = peer.subscription::<CompressedImage>("color/image/compressed", &qos).unwrap();
+        soon("the node", async {
+            raw_depth.wait_for_subscribers(1).await;
+            raw_color.wait_for_subscribers(1).await;
+            depths.wait_for_publishers(1).await;
+            colors.wait_for_publishers(1).await;
+        })
+        .await;
+
+        // Until the node knows of its subscribers it compresses nothing.
+        let message = convert::message_from_depth(&depth());
+        let received = soon("a depth image", async {
+            loop {
+                raw_depth.publish(message.clone()).unwrap();
+                let wait = tokio::time::timeout(Duration::from_millis(100), depths.next());
+                if let Ok(received) = wait.await {
+                    break received.message;
+                }
+            }
+        })
+        .await;
+        assert_eq!(received.format, "16UC1; compressedDepth rvl");
+        assert_eq!(convert::compressed_depth_from_message(&received), Ok(depth()));
+
+        // What is none is counted and told; what follows comes through.
+        raw_color.publish(Image { encoding: "32FC1".to_owned(), ..color() }).unwrap();
+        soon("the drop", async {
+            while counters.drops().is_empty() {
+                raw_color.publish(Image { encoding: "32FC1".to_owned(), ..color() }).unwrap();
+                tokio::time::sleep(Duration::from_millis(20)).await;
+            }
+        })
+        .await;
+        raw_color.publish(color()).unwrap();
+        let received = soon("a colour image", colors.next()).await.message;
+        let image = convert::image_from_compressed_message(&received).unwrap();
+        assert_eq!((image.encoding.as_str(), image.width, image.height), ("rgb8", 16, 16));
+    }
+    let _ = stop.send(());
+    served.await.unwrap().unwrap();
+    peer.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn parameters_out_of_their_range_are_named() {
+    let own = node("out_of_range", &[]);
+    let quality = CompressionParameters { jpeg_quality: 0, ..CompressionParameters::default() };
+    let error = serve(&own, quality).await.unwrap_err().to_string();
+    assert!(error.contains("\"0\" is no quality"), "{error}");
+    let metres = CompressionParameters {
+        depth_metres: DepthMetres::InverseDepth,
+        depth_max_m: 0.0,
+        ..CompressionParameters::default()
+    };
+    let error = serve(&own, metres).await.unwrap_err().to_string();
+    assert!(error.contains("both must be finite"), "{error}");
+    own.close().await;
+}
