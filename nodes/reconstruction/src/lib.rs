@@ -9,4 +9,4 @@ pub mod shell;
 pub mod static_map;
 
 pub use config::{ConfigError, Method, ReconstructionConfig};
-pub use static_map::{Addition, MapError, StaticMap};
+pub use static_map::{Addition, LISTENER_TOLERANCE_IN_EDGES, MapError, StaticMap};

@@ -1,6 +1,17 @@
 //! The node `reconstruction`: static clouds in, the static map out.
+//!
+//! # How to listen to the map
+//! Who needs it now and then subscribes to `static_map`: the whole map, latched, at once for a newcomer, then
+//! every `map_publish_period_s` while clouds come, when the input has paused for half a second, and when
+//! the service `~/publish_map` is called.
+//!
+//! Who wants to see it grow subscribes to `static_map_updates` too: points that are new or have moved, each
+//! in the place of the listener's point of the same voxel ([`StaticMap::take_changes`] has the rule). A whole
+//! map takes the place of everything, and is the cure for an update that was lost. A newcomer may get the
+//! whole map before the last one first, since the DDS library keeps it for a while.
 
 mod map_file;
+mod schedule;
 #[cfg(test)]
 mod tests;
 
@@ -9,31 +20,46 @@ use std::time::Duration;
 
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
-use node_shell::{Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer};
+use msgs::std_srvs::{Trigger, TriggerResponse};
+use node_shell::{
+    Node, NodeFailure, Program, PublishError, Publisher, Qos, Request, StageReporter, StepTimer,
+    Subscription, Throttle,
+};
 use serde::{Deserialize, Serialize};
-use tokio::time::MissedTickBehavior;
+use tokio::time::{Instant, MissedTickBehavior};
 
 use crate::{Addition, ReconstructionConfig, StaticMap};
 use map_file::MapFile;
+use schedule::{Following, Periods, Schedule, Subscribers};
 
 const PROGRAM: Program = Program {
     name: "reconstruction",
     about: "Builds the static map out of the static clouds of the cycles.",
     topics: "in  static_cloud (sensor_msgs/msg/PointCloud2, map frame), reliable
-             out static_map (sensor_msgs/msg/PointCloud2, map frame), reliable and transient local
-             out ~/report (stillmap_msgs/msg/StageReport), reliable",
+             out static_map (sensor_msgs/msg/PointCloud2, map frame), reliable and transient local: the whole map
+             out static_map_updates (sensor_msgs/msg/PointCloud2, map frame), reliable: points that are new or have moved
+             out ~/report (stillmap_msgs/msg/StageReport), reliable
+             srv ~/publish_map (std_srvs/srv/Trigger): publishes the whole map now",
 };
 
 /// Cycles that may wait here without one being lost: seven seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
+/// Updates that may wait for a subscriber: five seconds of the default period.
+const UPDATES_KEPT: usize = 10;
+/// How often the node looks who subscribes and what is due: within 0.1 s a newcomer is served.
+const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
 /// The parameters of the node.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ReconstructionParameters {
-    /// The map is published at most once in this time, and only when a cloud has come since and somebody
-    /// subscribes.
+    /// While clouds come, the whole map is published once in this time if somebody subscribes; and besides
+    /// when somebody new subscribes, when the input pauses, and on request.
     pub map_publish_period_s: f64,
+    /// Points that are new or have moved are published once in this time if somebody subscribes to them.
+    pub map_update_period_s: f64,
+    /// Points of one update, at most; the others come with the next one.
+    pub map_update_max_points: usize,
     /// Where the map is saved when the node ends: a path that ends in .ply or .pcd, or nothing.
     pub save_map_on_exit: String,
     /// The parameters of the method.
@@ -44,8 +70,12 @@ pub struct ReconstructionParameters {
 impl Default for ReconstructionParameters {
     fn default() -> Self {
         Self {
-            // Often enough to watch the map grow; a map of 10^5 points is 1.2 MB.
-            map_publish_period_s: 1.0,
+            // A map of 10^6 points is 12 MB; for those who watch it grow there are the updates.
+            map_publish_period_s: 10.0,
+            map_update_period_s: 0.5,
+            // 120 kB: such a message arrives whole where the kernel grants a socket only the 208 KiB that
+            // it does by default. 20,000 points a second are several times what a camera adds.
+            map_update_max_points: 10_000,
             save_map_on_exit: String::new(),
             config: ReconstructionConfig::default(),
         }
@@ -63,55 +93,86 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// When a parameter is out of its range, a topic cannot be had, or the map cannot be saved.
 pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<(), NodeFailure> {
     let map_file = MapFile::new(&parameters.save_map_on_exit)?;
-    let mut publish_time = tokio::time::interval(period(parameters.map_publish_period_s)?);
-    publish_time.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let mut stage = Stage {
-        map: StaticMap::new(parameters.config)?,
-        has_news: false,
-        cycles: 0,
-        maps: node.publisher("static_map", &Qos::latched())?,
-        reporter: StageReporter::new(node, PROGRAM.name)?,
-    };
-    let clouds = node.subscription::<PointCloud2>("static_cloud", &Qos::reliable(CYCLES_KEPT))?;
+    let mut stage = Stage::new(node, &parameters)?;
+    let publish_map = node.service::<Trigger>("~/publish_map")?;
     let shutdown = node.shutdown_signal();
+    let mut look_time = tokio::time::interval(LOOK_AGAIN);
+    look_time.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
-            _ = publish_time.tick() => stage.publish_news(),
-            received = clouds.next() => stage.take(&received.message),
+            request = publish_map.next() => stage.publish_on_request(request),
+            _ = look_time.tick() => stage.publish_what_is_due(),
+            received = stage.clouds.next() => stage.take(&received.message),
         }
     }
-    while let Some(received) = clouds.try_next() {
-        stage.take(&received.message);
-    }
+    stage.take_waiting();
     if let Some(map_file) = map_file {
         map_file.save(&stage.map)?;
     }
     Ok(())
 }
 
-fn period(seconds: f64) -> Result<Duration, NodeFailure> {
-    Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero()).ok_or_else(|| {
-        format!(
-            "parameter map_publish_period_s must be a positive number of seconds, not {seconds}"
-        )
-        .into()
+fn period(name: &str, seconds: f64) -> Result<Duration, NodeFailure> {
+    let period = Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero());
+    period.ok_or_else(|| {
+        format!("parameter {name} must be a positive number of seconds, not {seconds}").into()
     })
 }
 
 /// The core with its topics.
-struct Stage {
+pub struct Stage {
+    clouds: Subscription<PointCloud2>,
     map: StaticMap,
-    /// Whether a cloud has come since the map was published last, even one that changed nothing: the map's
-    /// stamp tells how far it has come.
-    has_news: bool,
+    schedule: Schedule,
     cycles: u32,
     maps: Publisher<PointCloud2>,
+    updates: Publisher<PointCloud2>,
+    most_update_points: usize,
+    map_failed: Throttle,
     reporter: StageReporter,
 }
 
 impl Stage {
+    /// The stage that `node` is.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range, or a topic cannot be had.
+    pub fn new(node: &Node, parameters: &ReconstructionParameters) -> Result<Self, NodeFailure> {
+        if parameters.map_update_max_points == 0 {
+            return Err("parameter map_update_max_points must be at least 1, not 0".into());
+        }
+        let periods = Periods {
+            map: period("map_publish_period_s", parameters.map_publish_period_s)?,
+            updates: period("map_update_period_s", parameters.map_update_period_s)?,
+        };
+        Ok(Self {
+            map: StaticMap::new(parameters.config)?,
+            schedule: Schedule::new(periods),
+            cycles: 0,
+            maps: node.publisher("static_map", &Qos::latched())?,
+            updates: node.publisher("static_map_updates", &Qos::reliable(UPDATES_KEPT))?,
+            most_update_points: parameters.map_update_max_points,
+            map_failed: Throttle::for_warnings(),
+            reporter: StageReporter::new(node, PROGRAM.name)?,
+            clouds: node.subscription("static_cloud", &Qos::reliable(CYCLES_KEPT))?,
+        })
+    }
+
+    /// Takes every message that is here already.
+    pub fn take_waiting(&mut self) {
+        while let Some(received) = self.clouds.try_next() {
+            self.take(&received.message);
+        }
+    }
+
+    /// The map so far.
+    #[must_use]
+    pub fn map(&self) -> &StaticMap {
+        &self.map
+    }
+
     fn take(&mut self, message: &PointCloud2) {
         let mut timer = StepTimer::start();
         match self.add(message, &mut timer) {
@@ -145,16 +206,67 @@ impl Stage {
         timer.end_of("convert");
         let addition = self.map.add(&cloud)?;
         timer.end_of("add");
-        self.has_news = true;
+        self.schedule.cloud_came(Instant::now());
         Ok((cloud.points_m.len(), addition))
     }
 
-    /// What is not taken now comes again at the next time. The whole map is the one thing here whose cost
-    /// grows with it, so nobody gets it unasked; who subscribes later gets it at the next time.
-    fn publish_news(&mut self) {
-        if self.has_news && self.maps.subscriber_count() > 0 {
-            let message = convert::message_from_cloud(&self.map.cloud());
-            self.has_news = !self.maps.publish_or_warn(&message);
+    /// The whole map is the one thing here whose cost grows with it, so nobody gets it unasked. Between two
+    /// of them there are the updates, whose cost goes with what is new.
+    fn publish_what_is_due(&mut self) {
+        let subscribers = Subscribers {
+            map: self.maps.subscriber_count(),
+            updates: self.updates.subscriber_count(),
+        };
+        let due = self.schedule.look(Instant::now(), subscribers);
+        match due.following {
+            Some(Following::Starts) => self.map.follow_changes(),
+            Some(Following::Ends) => self.map.unfollow_changes(),
+            None => {}
+        }
+        if due.map
+            && let Err(error) = self.publish_map()
+            && let Some(held_back) = self.map_failed.pass()
+        {
+            tracing::warn!("{error} ({held_back} more since the last warning)");
+        }
+        if due.update {
+            self.publish_update();
+        }
+    }
+
+    /// Publishes the whole map; returns the number of its points.
+    fn publish_map(&mut self) -> Result<usize, PublishError> {
+        let cloud = self.map.cloud_for_listeners();
+        let published = self.maps.publish(convert::message_from_cloud(&cloud));
+        self.schedule.map_tried(Instant::now(), published.is_ok());
+        published.map(|()| cloud.points_m.len())
+    }
+
+    fn publish_update(&mut self) {
+        let changes = self.map.take_changes(self.most_update_points);
+        if !changes.points_m.is_empty()
+            && !self.updates.publish_or_warn(convert::message_from_cloud(&changes))
+        {
+            self.schedule.update_failed();
+        }
+    }
+
+    /// Publishes the whole map whether or not somebody subscribes: it is there for those who come later.
+    fn publish_on_request(&mut self, request: Request<'_, Trigger>) {
+        let response = if self.cycles == 0 {
+            let message = "there is no map yet: no static cloud has come".to_owned();
+            TriggerResponse { success: false, message }
+        } else {
+            match self.publish_map() {
+                Ok(points) => {
+                    let message = format!("published the map of {points} points");
+                    TriggerResponse { success: true, message }
+                }
+                Err(error) => TriggerResponse { success: false, message: error.to_string() },
+            }
+        };
+        if let Err(error) = request.respond(&response) {
+            tracing::warn!("{error}");
         }
     }
 }

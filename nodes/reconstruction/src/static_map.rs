@@ -1,5 +1,6 @@
 //! The incremental voxel map (Rec-HV 3.2.8, 3.3.4, eq. 9).
 
+mod changes;
 mod voxel;
 
 use std::collections::HashMap;
@@ -9,6 +10,8 @@ use geometry::{Cloud, Stamp, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
 use crate::config::{ConfigError, ReconstructionConfig};
+use changes::Changes;
+pub use changes::LISTENER_TOLERANCE_IN_EDGES;
 use voxel::{BuildVoxelHasher, VoxelMean};
 
 /// What one cloud did to the map.
@@ -55,7 +58,8 @@ pub enum MapError {
 ///
 /// # Memory
 /// 80 bytes a voxel and a byte of the table, which is between 7/16 and 7/8 full: 93 to 185 bytes a voxel,
-/// and half as much again while the table grows. `max_voxels` bounds it.
+/// and half as much again while the table grows. While changes are followed, 12 to 24 bytes more for each
+/// voxel that waits. `max_voxels` bounds it.
 #[derive(Clone, Debug)]
 pub struct StaticMap {
     grid: VoxelGrid,
@@ -63,6 +67,8 @@ pub struct StaticMap {
     /// Looked up by key alone; its order reaches no result.
     voxels: HashMap<VoxelKey, VoxelMean, BuildVoxelHasher>,
     changed: Vec<VoxelKey>,
+    /// Present while somebody follows the changes.
+    changes: Option<Changes>,
     frame_id: Option<String>,
     stamp: Stamp,
     cycles: u32,
@@ -81,6 +87,7 @@ impl StaticMap {
             max_voxels: config.max_voxels,
             voxels: HashMap::default(),
             changed: Vec::new(),
+            changes: None,
             frame_id: None,
             stamp: Stamp::default(),
             cycles: 0,
@@ -135,6 +142,9 @@ impl StaticMap {
         if voxel.points() == 0 || voxel.last_cycle != self.cycles {
             voxel.last_cycle = self.cycles;
             self.changed.push(key);
+            if let Some(changes) = &mut self.changes {
+                changes.touched(key, &mut voxel.told);
+            }
         }
         voxel.add(point);
         addition.added_points += 1;
@@ -153,11 +163,12 @@ impl StaticMap {
     /// empty frame before the first cycle.
     #[must_use]
     pub fn cloud(&self) -> Cloud {
-        Cloud {
-            stamp: self.stamp,
-            frame_id: self.frame_id.clone().unwrap_or_default(),
-            points_m: self.points(),
-        }
+        self.cloud_of(self.points())
+    }
+
+    fn cloud_of(&self, points_m: Vec<Point3<f32>>) -> Cloud {
+        let frame_id = self.frame_id.clone().unwrap_or_default();
+        Cloud { stamp: self.stamp, frame_id, points_m }
     }
 
     /// The voxels that the latest cycle touched, in the order in which its points touched them.
@@ -190,18 +201,22 @@ impl StaticMap {
         self.refused_points
     }
 
-    /// About how many bytes the voxels take now.
+    /// About how many bytes the voxels and the changes that wait take now.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         // The table is filled up to 7/8, and keeps one byte beside each entry.
         let slots = (self.voxels.capacity() * 8).div_ceil(7);
-        slots * (size_of::<(VoxelKey, VoxelMean)>() + 1)
+        let waiting = self.changes.as_ref().map_or(0, Changes::memory_bytes);
+        slots * (size_of::<(VoxelKey, VoxelMean)>() + 1) + waiting
     }
 
-    /// Empties the map, its frame included.
+    /// Empties the map, its frame included. Who follows the changes has to start with a new map.
     pub fn clear(&mut self) {
         self.voxels = HashMap::default();
         self.changed.clear();
+        if let Some(changes) = &mut self.changes {
+            *changes = Changes::default();
+        }
         self.frame_id = None;
         self.stamp = Stamp::default();
         self.cycles = 0;

@@ -1,22 +1,52 @@
+mod listeners;
+
 use std::time::Duration;
 
 use geometry::{Cloud, Stamp};
 use msgs::stillmap_msgs::StageReport;
 use nalgebra::Point3;
-use node_shell::{RosArguments, Transport};
+use node_shell::{Host, RosArguments, Transport};
 
 use super::*;
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A node on a domain and in a namespace of this process.
-fn node(name: &str) -> Node {
-    let process = std::process::id();
-    let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
-    let namespace = format!("__ns:=/reconstruction_test_{process}");
-    let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
-    Node::start_on(transport, name, &arguments).unwrap()
+/// The nodes of one test, apart from those of all others by domain and namespace.
+struct Place {
+    transport: Transport,
+    arguments: RosArguments,
+}
+
+impl Place {
+    fn new(test: &str) -> Self {
+        let process = std::process::id();
+        let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
+        let namespace = format!("__ns:=/reconstruction_test_{process}_{test}");
+        let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
+        Self { transport, arguments }
+    }
+
+    /// The place of one process.
+    fn host(&self) -> Host {
+        Host::on(self.transport.clone()).unwrap()
+    }
+
+    fn node(&self, host: &Host, name: &str) -> Node {
+        host.node(name, &self.arguments).unwrap()
+    }
+}
+
+/// Lets the node serve until its host's shutdown is triggered.
+fn serving(
+    node: Node,
+    parameters: ReconstructionParameters,
+) -> tokio::task::JoinHandle<Result<(), NodeFailure>> {
+    tokio::spawn(async move {
+        let result = serve(&node, parameters).await;
+        node.close().await;
+        result
+    })
 }
 
 async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
@@ -34,39 +64,54 @@ fn cloud(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> PointCloud2 {
     })
 }
 
+/// Sends clouds without points until the node has reported the last of them: what it publishes before it
+/// knows of its subscriber is lost. Returns the cycle of the last one.
+async fn knock(clouds: &Publisher<PointCloud2>, reports: &Subscription<StageReport>) -> u32 {
+    for stamp_ns in 0..100 {
+        clouds.publish(cloud(stamp_ns, "map", &[])).unwrap();
+        let heard = async {
+            loop {
+                let report = reports.next().await.message;
+                if convert::stamp_from_time(report.header.stamp) == Stamp::from_nanos(stamp_ns) {
+                    return report.cycle;
+                }
+            }
+        };
+        if let Ok(cycle) = tokio::time::timeout(Duration::from_millis(200), heard).await {
+            return cycle;
+        }
+    }
+    panic!("waited in vain: a report");
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn clouds_become_a_map_that_is_published_reported_and_saved() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.ply");
-    let (own, peer) = (node("reconstruction"), node("peer"));
+    let test = Place::new("whole");
+    let (own, peer) = (test.node(&test.host(), "reconstruction"), test.node(&test.host(), "peer"));
     let shutdown = own.shutdown_signal();
     let parameters = ReconstructionParameters {
         map_publish_period_s: 0.05,
         save_map_on_exit: path.to_str().unwrap().to_owned(),
         config: ReconstructionConfig { voxel_edge_m: 1.0, ..ReconstructionConfig::default() },
+        ..ReconstructionParameters::default()
     };
-    let served = tokio::spawn(async move {
-        let result = serve(&own, parameters).await;
-        own.close().await;
-        result
-    });
+    let served = serving(own, parameters);
     {
         let clouds = peer.publisher::<PointCloud2>("static_cloud", &Qos::reliable(5)).unwrap();
         let reports =
             peer.subscription::<StageReport>("reconstruction/report", &Qos::reliable(5)).unwrap();
-        soon("the node", async {
-            clouds.wait_for_subscribers(1).await;
-            reports.wait_for_publishers(1).await;
-        })
-        .await;
+        soon("the node", clouds.wait_for_subscribers(1)).await;
+        let first_cycle = 1 + knock(&clouds, &reports).await;
 
-        clouds.publish(&cloud(1_000, "map", &[[0.25, 0.5, 0.5], [5.5, 0.5, 0.5]])).unwrap();
-        clouds.publish(&cloud(2_000, "map", &[[0.75, 0.5, 0.5]])).unwrap();
-        clouds.publish(&cloud(3_000, "elsewhere", &[[0.75, 0.5, 0.5]])).unwrap();
+        clouds.publish(cloud(1_000, "map", &[[0.25, 0.5, 0.5], [5.5, 0.5, 0.5]])).unwrap();
+        clouds.publish(cloud(2_000, "map", &[[0.75, 0.5, 0.5]])).unwrap();
+        clouds.publish(cloud(3_000, "elsewhere", &[[0.75, 0.5, 0.5]])).unwrap();
         for (points_in, voxels_new, cycle) in [(2, 2, 0), (1, 0, 1)] {
             let report = soon("a report", reports.next()).await.message;
             assert!(report.processed);
-            assert_eq!(report.cycle, cycle);
+            assert_eq!(report.cycle, first_cycle + cycle);
             let count = |name: &str| {
                 let index = report.count_names.iter().position(|known| known == name).unwrap();
                 report.counts[index]
@@ -121,7 +166,8 @@ fn what_cannot_be_saved_is_found_out_at_the_start() {
 #[test]
 fn a_period_is_positive() {
     for seconds in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(period(seconds).is_err(), "{seconds}");
+        let error = period("map_publish_period_s", seconds).unwrap_err().to_string();
+        assert!(error.contains("map_publish_period_s"), "{error}");
     }
-    assert_eq!(period(0.5).unwrap(), Duration::from_millis(500));
+    assert_eq!(period("map_update_period_s", 0.5).unwrap(), Duration::from_millis(500));
 }

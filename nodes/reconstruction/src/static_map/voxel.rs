@@ -4,6 +4,8 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 use nalgebra::Point3;
 
+use super::changes::Told;
+
 /// The sums count in units of 2^-60 m: every 32-bit coordinate of 2^-37 m or more is a whole number of
 /// them, so that sums are exact and do not depend on their order. 2^67 m fit into 128 bits.
 const UNITS_PER_METRE: f64 = (1u64 << 60) as f64;
@@ -15,6 +17,8 @@ pub(super) struct VoxelMean {
     points: u32,
     /// The cycle that touched the voxel last.
     pub(super) last_cycle: u32,
+    /// What listeners know of the voxel.
+    pub(super) told: Told,
 }
 
 impl VoxelMean {
@@ -22,12 +26,16 @@ impl VoxelMean {
     /// than to turn around.
     pub(super) fn add(&mut self, point: &Point3<f32>) {
         for (sum, coordinate) in self.sum_units.iter_mut().zip(point.iter()) {
-            // The cast saturates.
-            *sum = sum.saturating_add((f64::from(*coordinate) * UNITS_PER_METRE) as i128);
+            // Rounded down as the grid does it, or the mean of points just below 0 would stand in the voxel
+            // above. The cast saturates.
+            let units = (f64::from(*coordinate) * UNITS_PER_METRE).floor() as i128;
+            *sum = sum.saturating_add(units);
         }
         self.points = self.points.saturating_add(1);
     }
 
+    /// The mean lies in the voxel of the points: each rounding on the way keeps the order of numbers, and the
+    /// lowest and the highest of the points are 32-bit numbers themselves.
     pub(super) fn mean(&self) -> Point3<f32> {
         let units = f64::from(self.points.max(1)) * UNITS_PER_METRE;
         Point3::from(self.sum_units.map(|sum| (sum as f64 / units) as f32))
