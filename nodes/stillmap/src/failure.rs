@@ -19,6 +19,11 @@ impl Failure {
     pub(crate) fn mend(self, mend: impl Into<String>) -> Self {
         Self { mend: Some(mend.into()), ..self }
     }
+
+    /// Says in which part of the job it happened.
+    pub(crate) fn within(self, part: impl fmt::Display) -> Self {
+        Self { what: format!("{part}: {}", self.what), ..self }
+    }
 }
 
 impl fmt::Display for Failure {

@@ -1,17 +1,21 @@
 //! The front door of stillmap: one program, a file per subcommand. It composes the cores and the nodes
 //! of the workspace; no method lives here.
 
+mod bench;
 mod console;
 mod demo;
+mod doctor;
 mod failure;
 mod import;
 mod info;
 mod node;
+mod processes;
 mod progress;
 mod rig;
 mod run;
 mod sensor_bag;
 mod simulate;
+mod up;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -59,6 +63,13 @@ enum Command {
     Import(import::ImportArgs),
     /// A simulated room as a bag, with its truth
     Simulate(simulate::SimulateArgs),
+    /// What is wrong with this machine and the live graph, or with a bag, and what mends it
+    Doctor(doctor::DoctorArgs),
+    /// What the transport of this machine carries
+    #[command(subcommand)]
+    Bench(bench::BenchArgs),
+    /// The whole suite live, in one process, as ROS 2 nodes
+    Up(up::UpArgs),
     /// One node of the suite: detection, segmentation or reconstruction
     Node(node::NodeArgs),
 }
@@ -89,6 +100,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Doctor(args) => doctor::run(&args, &ros),
+        Command::Bench(args) => bench::run(args, &ros),
+        Command::Up(args) => up::run(&args, &ros),
         Command::Node(args) => return node::run(args),
     };
     match result {

@@ -16,7 +16,12 @@ mod config_files;
 mod import;
 mod local_run;
 
+mod bench;
 mod dds_run;
+mod doctor;
+mod foreign;
+mod network;
 mod restarted_node;
+mod up;
 
 mod recorded_kitchen;

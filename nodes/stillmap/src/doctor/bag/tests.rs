@@ -1,0 +1,196 @@
+//! Bags with one fault each.
+
+use std::path::{Path, PathBuf};
+
+use bag_player::{BagWriter, OfferedQos};
+use geometry::{CameraModel, Distortion, Stamp};
+use msgs::RosMessage;
+use msgs::convert;
+use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
+
+use super::*;
+use crate::doctor::finding::Severity;
+
+/// A bag of two seconds: images at 30 Hz, scans at 10 Hz, poses at 20 Hz.
+struct Recording {
+    scans: Vec<(Stamp, LaserScan)>,
+    images: Vec<(Stamp, Image)>,
+    infos: Vec<(Stamp, CameraInfo)>,
+    poses: Vec<(Stamp, PoseStamped)>,
+}
+
+const WIDTH_PX: u32 = 4;
+const HEIGHT_PX: u32 = 2;
+
+fn stamps(rate_hz: u32) -> impl Iterator<Item = Stamp> {
+    let start = Stamp::from_secs_nanos(100, 0);
+    (0..=2 * rate_hz).map(move |index| start.plus_seconds(f64::from(index) / f64::from(rate_hz)))
+}
+
+impl Recording {
+    fn healthy() -> Self {
+        let camera = CameraModel {
+            width_px: WIDTH_PX as usize,
+            height_px: HEIGHT_PX as usize,
+            fx_px: 2.0,
+            fy_px: 2.0,
+            cx_px: 1.5,
+            cy_px: 0.5,
+            distortion: Distortion::None,
+        };
+        let scan = |stamp| {
+            convert::message_from_scan(&geometry::Scan {
+                stamp,
+                frame_id: "laser".to_owned(),
+                angle_min_rad: -0.5,
+                angle_increment_rad: 0.1,
+                time_increment_s: 0.0,
+                scan_time_s: 0.1,
+                range_min_m: 0.1,
+                range_max_m: 8.0,
+                ranges_m: vec![2.0; 10],
+            })
+        };
+        let pose = |stamp| {
+            convert::message_from_pose(&geometry::StampedPose {
+                stamp,
+                frame_id: "map".to_owned(),
+                map_from_rig: nalgebra::Isometry3::identity(),
+            })
+        };
+        let info = |stamp| convert::message_from_camera(&camera, stamp, "camera");
+        let image = |stamp| Image {
+            header: info(stamp).header,
+            height: HEIGHT_PX,
+            width: WIDTH_PX,
+            encoding: "16UC1".to_owned(),
+            is_bigendian: 0,
+            step: WIDTH_PX * 2,
+            data: vec![1; (WIDTH_PX * HEIGHT_PX * 2) as usize],
+        };
+        Self {
+            scans: stamps(10).map(|stamp| (stamp, scan(stamp))).collect(),
+            images: stamps(30).map(|stamp| (stamp, image(stamp))).collect(),
+            infos: stamps(30).map(|stamp| (stamp, info(stamp))).collect(),
+            poses: stamps(20).map(|stamp| (stamp, pose(stamp))).collect(),
+        }
+    }
+
+    fn write(&self, folder: &Path) -> PathBuf {
+        let path = folder.join("bag.mcap");
+        let mut writer = BagWriter::create(&path).unwrap();
+        put(&mut writer, "/scan", &self.scans);
+        put(&mut writer, "/depth/image", &self.images);
+        put(&mut writer, "/depth/camera_info", &self.infos);
+        put(&mut writer, "/pose", &self.poses);
+        writer.finish().unwrap();
+        path
+    }
+
+    fn findings(&self) -> Vec<Finding> {
+        let folder = tempfile::tempdir().unwrap();
+        findings_of(&self.write(folder.path()))
+    }
+}
+
+fn put<M: RosMessage>(writer: &mut BagWriter, topic: &str, messages: &[(Stamp, M)]) {
+    if messages.is_empty() {
+        return;
+    }
+    let channel = writer.channel::<M>(topic, OfferedQos::reliable(10)).unwrap();
+    for (stamp, message) in messages {
+        writer.write(channel, *stamp, message).unwrap();
+    }
+}
+
+fn findings_of(path: &Path) -> Vec<Finding> {
+    let buffer =
+        ReceiveBuffer { granted_bytes: 1 << 20, asked_bytes: 1 << 20, largest_safe_bytes: 1 << 20 };
+    findings(&Bag::open(path).unwrap(), &TopicArgs::default(), Some(&buffer)).unwrap()
+}
+
+/// The one finding that is no OK.
+#[track_caller]
+fn only_fault(findings: &[Finding], severity: Severity, parts: &[&str]) {
+    let faults: Vec<_> = findings.iter().filter(|one| one.severity != Severity::Ok).collect();
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert_eq!(faults[0].severity, severity, "{faults:?}");
+    let line = faults[0].line(false);
+    for part in parts {
+        assert!(line.contains(part), "'{part}' is not in: {line}");
+    }
+}
+
+#[test]
+fn a_healthy_bag_has_nothing_but_ok() {
+    let findings = Recording::healthy().findings();
+    assert!(findings.iter().all(|one| one.severity == Severity::Ok), "{findings:?}");
+    let told = |part: &str| findings.iter().any(|one| one.what.contains(part));
+    assert!(told("reads /scan, /depth/image with /depth/camera_info, /pose"));
+    assert!(told("/scan: 21 messages at 10.0 Hz"));
+    assert!(told("21 of 21 scans"));
+    assert!(told("61 of 61 images"));
+}
+
+#[test]
+fn a_bag_without_poses_names_what_is_missing() {
+    let bag = Recording { poses: Vec::new(), ..Recording::healthy() };
+    let parts = ["no topic of type geometry_msgs/msg/PoseStamped", "--pose"];
+    only_fault(&bag.findings(), Severity::Error, &parts);
+}
+
+#[test]
+fn a_gap_of_the_scanner_is_found() {
+    let mut bag = Recording::healthy();
+    bag.scans.drain(8..14);
+    only_fault(&bag.findings(), Severity::Warn, &["/scan: 1 gaps", "0.700 s"]);
+}
+
+#[test]
+fn clocks_that_differ_are_found() {
+    let mut bag = Recording::healthy();
+    for (_, scan) in &mut bag.scans {
+        scan.header.stamp.sec += 60;
+    }
+    only_fault(&bag.findings(), Severity::Error, &["0 of 21 scans", "-59.000 s after", "chrony"]);
+}
+
+#[test]
+fn an_odometry_that_ends_early_is_found() {
+    let mut bag = Recording::healthy();
+    bag.poses.truncate(20);
+    only_fault(&bag.findings(), Severity::Warn, &["of 61 images", "poses reach from +0.0 s"]);
+}
+
+#[test]
+fn images_that_are_no_depth_are_found() {
+    let mut bag = Recording::healthy();
+    for (_, image) in &mut bag.images {
+        image.encoding = "rgb8".to_owned();
+    }
+    only_fault(&bag.findings(), Severity::Error, &["/depth/image: 61 of 61", "rgb8", "16UC1"]);
+}
+
+#[test]
+fn images_that_do_not_cross_dds_here_are_found() {
+    let mut bag = Recording::healthy();
+    for (_, image) in &mut bag.images {
+        (image.width, image.height, image.step) = (640, 900, 1280);
+        image.data = vec![1; 640 * 900 * 2];
+    }
+    let parts = ["/depth/image: messages of 1152 kB", "1048 kB", "--compress-depth /depth/image"];
+    only_fault(&bag.findings(), Severity::Warn, &parts);
+}
+
+#[test]
+fn a_bag_that_was_cut_is_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = Recording::healthy().write(folder.path());
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() / 4]).unwrap();
+    let findings = findings_of(&path);
+    let is_damage = |one: &&Finding| one.check == "damage" && one.severity == Severity::Error;
+    let Some(damage) = findings.iter().find(is_damage) else { panic!("{findings:?}") };
+    assert!(damage.line(false).contains("mcap recover"), "{damage:?}");
+}

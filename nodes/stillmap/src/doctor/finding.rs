@@ -1,0 +1,168 @@
+//! What the doctor finds: how grave it is, what it is, with the numbers that show it, and what mends it.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// How grave a finding is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Severity {
+    /// As it should be.
+    Ok,
+    /// Something is, or may soon be, lost or late.
+    Warn,
+    /// Something does not work.
+    Error,
+}
+
+impl Severity {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Warn => "warn",
+            Self::Error => "error",
+        }
+    }
+
+    /// The escape sequence of its colour on a terminal.
+    fn colour(self) -> &'static str {
+        match self {
+            Self::Ok => "\x1b[32m",
+            Self::Warn => "\x1b[33m",
+            Self::Error => "\x1b[31m",
+        }
+    }
+}
+
+/// Ends a colour on a terminal.
+const PLAIN: &str = "\x1b[0m";
+/// The width of the longest severity.
+const WORD_WIDTH: usize = 5;
+
+/// One finding.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub(crate) struct Finding {
+    pub(crate) severity: Severity,
+    /// Which check made it, for programs.
+    pub(crate) check: &'static str,
+    /// What it is, with the numbers that show it.
+    pub(crate) what: String,
+    /// The command or the setting that mends it; only what is as it should be has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) mend: Option<String>,
+}
+
+impl Finding {
+    pub(crate) fn ok(check: &'static str, what: impl Into<String>) -> Self {
+        Self { severity: Severity::Ok, check, what: what.into(), mend: None }
+    }
+
+    pub(crate) fn warn(
+        check: &'static str,
+        what: impl Into<String>,
+        mend: impl Into<String>,
+    ) -> Self {
+        Self { severity: Severity::Warn, check, what: what.into(), mend: Some(mend.into()) }
+    }
+
+    pub(crate) fn error(
+        check: &'static str,
+        what: impl Into<String>,
+        mend: impl Into<String>,
+    ) -> Self {
+        Self { severity: Severity::Error, check, what: what.into(), mend: Some(mend.into()) }
+    }
+
+    /// An error when `grave`, or else a warning.
+    pub(crate) fn grave_if(
+        grave: bool,
+        check: &'static str,
+        what: impl Into<String>,
+        mend: impl Into<String>,
+    ) -> Self {
+        if grave { Self::error(check, what, mend) } else { Self::warn(check, what, mend) }
+    }
+
+    /// The finding as a line; in colour for a terminal.
+    pub(crate) fn line(&self, in_colour: bool) -> String {
+        let word = self.severity.word();
+        let padding = " ".repeat(WORD_WIDTH - word.len());
+        let word = if in_colour {
+            format!("{}{word}{PLAIN}", self.severity.colour())
+        } else {
+            word.to_owned()
+        };
+        match &self.mend {
+            Some(mend) => format!("{word}{padding}  {}  ->  {mend}", self.what),
+            None => format!("{word}{padding}  {}", self.what),
+        }
+    }
+}
+
+/// How many findings there are of each severity.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
+pub(crate) struct Tally {
+    pub(crate) errors: usize,
+    pub(crate) warnings: usize,
+    pub(crate) ok: usize,
+}
+
+impl Tally {
+    pub(crate) fn of(findings: &[Finding]) -> Self {
+        let count =
+            |severity| findings.iter().filter(|finding| finding.severity == severity).count();
+        Self {
+            errors: count(Severity::Error),
+            warnings: count(Severity::Warn),
+            ok: count(Severity::Ok),
+        }
+    }
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let plural = |count: usize| if count == 1 { "" } else { "s" };
+        let Self { errors, warnings, ok } = self;
+        write!(
+            formatter,
+            "{errors} error{}, {warnings} warning{}, {ok} ok",
+            plural(*errors),
+            plural(*warnings)
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_finding_is_a_line_with_its_mend() {
+        let finding = Finding::warn("gaps", "/scan has a gap of 2.0 s", "record again");
+        assert_eq!(finding.line(false), "warn   /scan has a gap of 2.0 s  ->  record again");
+        assert_eq!(Finding::ok("gaps", "no gap").line(false), "ok     no gap");
+        assert!(finding.line(true).starts_with("\x1b[33mwarn\x1b[0m "));
+    }
+
+    #[test]
+    fn findings_are_counted_by_severity() {
+        let findings = [
+            Finding::ok("a", "x"),
+            Finding::error("a", "x", "y"),
+            Finding::grave_if(false, "a", "x", "y"),
+        ];
+        let tally = Tally::of(&findings);
+        assert_eq!(tally, Tally { errors: 1, warnings: 1, ok: 1 });
+        assert_eq!(tally.to_string(), "1 error, 1 warning, 1 ok");
+    }
+
+    #[test]
+    fn a_program_reads_the_same() {
+        let json = serde_json::to_value(Finding::error("types", "what", "mend")).unwrap();
+        let expected = serde_json::json!({
+            "severity": "error", "check": "types", "what": "what", "mend": "mend"
+        });
+        assert_eq!(json, expected);
+    }
+}

@@ -1,0 +1,48 @@
+use std::collections::BTreeSet;
+use std::net::Ipv4Addr;
+
+use node_shell::DiscoveryRange;
+
+use super::synthetic::*;
+use super::*;
+use crate::doctor::finding::Severity;
+use crate::doctor::machine::KernelLimits;
+
+const BUFFER: ReceiveBuffer =
+    ReceiveBuffer { granted_bytes: 32 << 20, asked_bytes: 32 << 20, largest_safe_bytes: 32 << 20 };
+
+fn machine() -> Machine {
+    Machine {
+        domain_id: 7,
+        range: DiscoveryRange::Subnet,
+        has_static_peers: false,
+        transport: "domain 7, all networks".to_owned(),
+        interfaces: Vec::new(),
+        own_addresses: BTreeSet::from([Ipv4Addr::LOCALHOST]),
+        limits: KernelLimits::default(),
+    }
+}
+
+#[test]
+fn a_healthy_graph_has_nothing_but_ok() {
+    let findings = view(healthy()).findings(&machine(), &BUFFER);
+    assert!(findings.iter().all(|one| one.severity == Severity::Ok), "{findings:?}");
+    tells(&findings[0], Severity::Ok, &["4 topics", "1 of Cyclone DDS", "3.0 s"]);
+}
+
+#[test]
+fn an_empty_graph_is_one_warning() {
+    let findings = view(Vec::new()).findings(&machine(), &BUFFER);
+    assert_eq!(findings.len(), 1);
+    tells(&findings[0], Severity::Warn, &["nobody was heard on domain 7 within 3.0 s"]);
+}
+
+#[test]
+fn what_the_kernel_dropped_meanwhile_is_found_with_the_buffers_mend() {
+    let mut graph = view(healthy());
+    graph.dropped = Some(KernelDrops { receive_buffer_full: 9, ..KernelDrops::default() });
+    let small = ReceiveBuffer { granted_bytes: 212_992, ..BUFFER };
+    let findings = graph.findings(&machine(), &small);
+    let dropped = findings.iter().find(|one| one.check == "dropped").unwrap();
+    tells(dropped, Severity::Warn, &["9 datagrams", "net.core.rmem_max"]);
+}

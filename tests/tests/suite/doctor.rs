@@ -1,0 +1,206 @@
+//! The doctor on live graphs with planted faults, and on bags.
+
+use std::process::{Command, Output, Stdio};
+use std::sync::atomic::{AtomicU16, Ordering};
+use std::time::Duration;
+
+use msgs::RosMessage;
+use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use node_shell::{Node, Publisher, Qos, RosArguments, Subscription, Transport};
+use serde_json::Value;
+
+use crate::bags::small_room;
+use crate::program::{stillmap, stillmap_with_domain};
+
+/// Longer than discovery takes on a busy machine.
+const LISTENING_S: &str = "6";
+/// How often the test's camera tells of itself meanwhile.
+const CAMERA_PERIOD: Duration = Duration::from_millis(50);
+
+/// A domain and a namespace that no other test has.
+struct Place {
+    domain_id: u16,
+    namespace: String,
+}
+
+impl Place {
+    fn new() -> Self {
+        static COUNT: AtomicU16 = AtomicU16::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let process = std::process::id();
+        let domain_id = 1 + (process.wrapping_mul(17) + u32::from(count)) % 100;
+        Self { domain_id: domain_id as u16, namespace: format!("/doctor_{process}_{count}") }
+    }
+
+    fn node(&self, name: &str) -> Node {
+        let namespace = format!("__ns:={}", self.namespace);
+        let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
+        let transport = Transport::on_domain(self.domain_id).unwrap();
+        Node::start_on(transport, name, &arguments).unwrap()
+    }
+
+    /// Lets the doctor look at this place, while `meanwhile` is done again and again.
+    async fn examine(
+        &self,
+        options: &[&str],
+        variables: &[(&str, &str)],
+        meanwhile: impl Fn(),
+    ) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"));
+        command
+            .args(["doctor", "--seconds", LISTENING_S])
+            .args(options)
+            .args(["--ros-args", "-r", &format!("__ns:={}", self.namespace)])
+            .env("ROS_DOMAIN_ID", self.domain_id.to_string())
+            .envs(variables.iter().copied())
+            .stdin(Stdio::null());
+        let running = tokio::task::spawn_blocking(move || command.output().unwrap());
+        while !running.is_finished() {
+            meanwhile();
+            tokio::time::sleep(CAMERA_PERIOD).await;
+        }
+        running.await.unwrap()
+    }
+
+    fn name(&self, topic: &str) -> String {
+        format!("{}/{topic}", self.namespace)
+    }
+}
+
+fn publisher<M: RosMessage>(node: &Node, topic: &str, qos: &Qos) -> Publisher<M> {
+    node.publisher(topic, qos).unwrap()
+}
+
+fn subscription<M: RosMessage>(node: &Node, topic: &str, qos: &Qos) -> Subscription<M> {
+    node.subscription(topic, qos).unwrap()
+}
+
+fn kinect() -> CameraInfo {
+    CameraInfo { width: 640, height: 480, ..CameraInfo::default() }
+}
+
+/// The one line that holds all of `parts`.
+#[track_caller]
+fn line_with<'a>(text: &'a str, parts: &[&str]) -> &'a str {
+    let mut lines = text.lines().filter(|line| parts.iter().all(|part| line.contains(part)));
+    let Some(line) = lines.next() else { panic!("no line holds {parts:?}:\n{text}") };
+    line
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn planted_faults_are_found_with_their_mends() {
+    let place = Place::new();
+    let (drivers, nodes) = (place.node("drivers"), place.node("nodes"));
+    let output = {
+        // Another type under the name of the scan.
+        let _scans = publisher::<Image>(&drivers, "scan", &Qos::reliable(5));
+        let _ranges = subscription::<LaserScan>(&nodes, "scan", &Qos::sensor(5));
+        // A quality of service that offers less than is requested.
+        let _poses = publisher::<PoseStamped>(&drivers, "pose", &Qos::sensor(5));
+        let _path = subscription::<PoseStamped>(&nodes, "pose", &Qos::reliable(5));
+        // Images larger than the receive buffer.
+        let _images = publisher::<Image>(&drivers, "depth/image", &Qos::sensor(5));
+        let _depths = subscription::<Image>(&nodes, "depth/image", &Qos::sensor(5));
+        let infos = publisher::<CameraInfo>(&drivers, "depth/camera_info", &Qos::sensor(5));
+        let small = [("STILLMAP_RECEIVE_BUFFER_KIB", "128")];
+        place.examine(&[], &small, || infos.publish(kinect()).unwrap()).await
+    };
+    drivers.close().await;
+    nodes.close().await;
+
+    let text = String::from_utf8(output.stdout).unwrap();
+    let error = |parts: &[&str]| {
+        let line = line_with(&text, parts);
+        assert!(line.starts_with("error ") && line.contains("  ->  "), "{line}");
+    };
+    let (scan, pose) = (place.name("scan"), place.name("pose"));
+    let (driver, node) =
+        (format!("node {}", place.name("drivers")), format!("node {}", place.name("nodes")));
+    error(&["receive buffer is 128 KiB", "(614 kB)", "unset STILLMAP_RECEIVE_BUFFER_KIB"]);
+    error(&[&format!("{scan} has 2 types"), &driver, &node, "sensor_msgs/msg/Image", "-r"]);
+    error(&[&format!("{pose}: the publisher of {driver} offers reliability best effort"), &node]);
+    error(&[&format!("nobody publishes {scan}"), &node]);
+    error(&[&place.name("depth/image"), "614 kB are more than the 131 kB", "640x480 pixels"]);
+    error(&[&format!("{} reports", place.name("nodes"))]);
+    // The listing.
+    line_with(&text, &["  publisher", &driver, "(RustDDS)", "best effort, volatile"]);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("errors") && stderr.lines().count() == 1, "{stderr}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_healthy_graph_is_left_alone() {
+    let place = Place::new();
+    let (drivers, nodes) = (place.node("drivers"), place.node("nodes"));
+    let output = {
+        let sensor = Qos::sensor(5);
+        let _scans = publisher::<LaserScan>(&drivers, "scan", &sensor);
+        let _ranges = subscription::<LaserScan>(&nodes, "scan", &sensor);
+        let _poses = publisher::<PoseStamped>(&drivers, "pose", &Qos::reliable(5));
+        let _path = subscription::<PoseStamped>(&nodes, "pose", &sensor);
+        let clouds = publisher::<PointCloud2>(&drivers, "points", &sensor);
+        let _cloud = subscription::<PointCloud2>(&nodes, "points", &sensor);
+        let small = || PointCloud2 { data: vec![0; 50_000], ..PointCloud2::default() };
+        place.examine(&["--json", "--measure"], &[], || clouds.publish(small()).unwrap()).await
+    };
+    drivers.close().await;
+    nodes.close().await;
+
+    let report = json(&output);
+    let findings = report["findings"].as_array().unwrap();
+    // What the machine grants is the machine's.
+    let of_the_graph = ["graph", "types", "qos", "inputs", "names", "sizes", "diagnostics"];
+    for finding in findings {
+        let check = finding["check"].as_str().unwrap();
+        assert!(!of_the_graph.contains(&check) || finding["severity"] == "ok", "{finding}");
+    }
+    let told = |part: &str| {
+        findings.iter().any(|finding| finding["what"].as_str().unwrap().contains(part))
+    };
+    assert!(told("all topics that the suite reads are published"), "{report}");
+    assert!(told(&format!("{}: 50 kB fit (measured", place.name("points"))), "{report}");
+    let topics = report["topics"].as_array().unwrap();
+    let scan = topics.iter().find(|topic| topic["topic"] == place.name("scan").as_str()).unwrap();
+    assert_eq!(scan["types"][0], "sensor_msgs/msg/LaserScan");
+    assert_eq!(scan["ends"].as_array().unwrap().len(), 2);
+    let errors = report["tally"]["errors"].as_u64().unwrap();
+    assert_eq!(output.status.code(), Some(i32::from(errors > 0)), "{report}");
+}
+
+#[test]
+fn an_environment_that_is_not_understood_is_the_one_finding() {
+    let output = stillmap_with_domain("300", ["doctor", "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let report = json(&output);
+    let findings = report["findings"].as_array().unwrap();
+    assert_eq!(findings.len(), 1);
+    assert!(findings[0]["what"].as_str().unwrap().contains("ROS_DOMAIN_ID=300"));
+    assert!(findings[0]["mend"].as_str().unwrap().contains("from 0 to 232"));
+}
+
+#[test]
+fn a_sound_bag_is_said_to_be_sound() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = stillmap(["doctor", small_room(folder.path()).to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    line_with(&text, &["ok ", "`stillmap run` reads /scan"]);
+    line_with(&text, &["ok ", "scans have an image or cloud within"]);
+    line_with(&text, &["0 errors"]);
+}
+
+#[test]
+fn what_is_no_bag_is_refused() {
+    let output = stillmap(["doctor", "/nowhere/room.mcap"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("/nowhere/room.mcap"));
+    let output = stillmap(["doctor", "--scan", "/scan"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no bag"));
+}

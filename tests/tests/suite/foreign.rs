@@ -1,0 +1,19 @@
+//! Peers of other makes: Cyclone DDS, its Python package, Fast DDS. Whatever the suite sends, they read
+//! the same message, and the other way round. `tests/peers/README.md` says what they are and how to
+//! get them; where one is missing, its tests say so in a line.
+
+mod build;
+mod cases;
+mod definitions;
+mod fill;
+mod idl;
+mod lengths;
+mod message_types;
+mod peer;
+mod place;
+
+mod by_name;
+mod drivers;
+mod latched;
+mod misfits;
+mod round_trips;

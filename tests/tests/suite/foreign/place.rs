@@ -1,0 +1,93 @@
+//! Where a test's nodes and peers meet, apart from those of all others; and the suite's own ends.
+
+use std::sync::atomic::{AtomicU16, Ordering};
+use std::time::Duration;
+
+use msgs::RosMessage;
+use node_shell::{Node, Publisher, RosArguments, Subscription, Transport};
+use tokio::sync::{Mutex, MutexGuard};
+use tokio::time::timeout;
+
+/// Longer than anything here takes on a busy machine; reached only by a fault.
+pub(super) const PATIENCE: Duration = Duration::from_secs(30);
+
+/// How often the first message is sent before the exchange counts as broken.
+///
+/// A reliable reader of Cyclone DDS takes what the first heartbeat after the match announces for history,
+/// which it does not want; and RustDDS may announce a sample a moment before it sends it. So the very first
+/// message after a match is lost now and then (one match in a hundred on a busy machine). Whoever answers
+/// one message is past that.
+pub(super) const GREETINGS: usize = 5;
+/// How long one of them may take.
+pub(super) const LONGEST_GREETING: Duration = Duration::from_secs(1);
+
+/// A domain and a namespace.
+pub(super) struct Place {
+    domain_id: u16,
+    namespace: String,
+    /// One at a time: the tests load the machine and measure times.
+    _alone: MutexGuard<'static, ()>,
+}
+
+impl Place {
+    pub(super) async fn new() -> Self {
+        static ALONE: Mutex<()> = Mutex::const_new(());
+        static COUNT: AtomicU16 = AtomicU16::new(0);
+        let alone = ALONE.lock().await;
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let process = std::process::id();
+        // Above 100 the ports are those that the kernel gives to anybody.
+        let domain_id = 1 + (process.wrapping_mul(13) + u32::from(count)) % 100;
+        let namespace = format!("/foreign_{process}_{count}");
+        Self { domain_id: domain_id as u16, namespace, _alone: alone }
+    }
+
+    pub(super) fn domain_id(&self) -> u16 {
+        self.domain_id
+    }
+
+    pub(super) fn namespace(&self) -> &str {
+        &self.namespace
+    }
+
+    /// A node of the suite in this place.
+    pub(super) fn node(&self, name: &str) -> Node {
+        let transport = Transport::on_domain(self.domain_id).unwrap();
+        let namespace = format!("__ns:={}", self.namespace);
+        let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
+        Node::start_on(transport, name, &arguments).unwrap()
+    }
+}
+
+/// The size up to which messages arrive whole at a node.
+pub(super) fn largest_safe_message(node: &Node) -> usize {
+    node.granted_buffer().expect("the node is on a network").largest_safe_message()
+}
+
+/// Publishes a message, which must be taken.
+pub(super) fn publish<M: RosMessage>(publisher: &Publisher<M>, message: &M) {
+    publisher.publish(message.clone()).unwrap();
+}
+
+/// The next message, if it comes in time.
+pub(super) async fn receive<M: RosMessage>(
+    subscription: &Subscription<M>,
+    longest: Duration,
+) -> Option<M> {
+    let received = timeout(longest, subscription.next()).await.ok()?;
+    let message: &M = &received.message;
+    Some(message.clone())
+}
+
+/// Waits until both ends have a peer.
+pub(super) async fn have_matched<M: RosMessage>(
+    publisher: &Publisher<M>,
+    subscription: &Subscription<M>,
+    longest: Duration,
+) -> bool {
+    let both = async {
+        publisher.wait_for_subscribers(1).await;
+        subscription.wait_for_publishers(1).await;
+    };
+    timeout(longest, both).await.is_ok()
+}

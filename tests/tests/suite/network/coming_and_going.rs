@@ -1,0 +1,196 @@
+//! Peers that end, vanish and return.
+
+use std::time::{Duration, Instant};
+
+use msgs::sensor_msgs::Image;
+use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
+
+use super::end::{End, PATIENCE, Published, Subscribed};
+use super::site::Site;
+
+/// A peer that returns is to be matched again within this time.
+const RETURN: Duration = Duration::from_secs(5);
+/// A peer that says good-bye is to be gone within this time.
+const FAREWELL: Duration = Duration::from_secs(1);
+/// A latched map is to reach who comes late within this time.
+const LATE_MAP: Duration = Duration::from_secs(2);
+/// The rate at which an interrupted link is looked at.
+const HZ: u64 = 50;
+
+async fn wait_for_publishers(subscription: &Subscription<Image>, count: usize) -> Duration {
+    let start = Instant::now();
+    while subscription.publisher_count() != count {
+        assert!(start.elapsed() < PATIENCE, "{} publishers", subscription.publisher_count());
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+    start.elapsed()
+}
+
+#[test]
+fn a_clean_end_is_seen_at_once_on_the_other_machine() {
+    let Some(site) = Site::new() else { return };
+    let (driver, compute, _) = site.two_machines();
+    let mut publisher =
+        End::publish(&driver, &[], "--topic image --bytes 100 --hz 10 --seconds 60");
+    let seen_after = compute.inside(|| async move {
+        let arguments = RosArguments::parse([""; 0]).unwrap();
+        let transport = Transport::on_domain(0).unwrap();
+        let node = Node::start_on(transport, "watcher", &arguments).unwrap();
+        let subscription = node.subscription::<Image>("/image", &Qos::sensor(5)).unwrap();
+        wait_for_publishers(&subscription, 1).await;
+        publisher.wait_for_match();
+        let ended = Instant::now();
+        let end = tokio::task::spawn_blocking(|| publisher.interrupt::<Published>());
+        wait_for_publishers(&subscription, 0).await;
+        let seen_after = ended.elapsed();
+        end.await.unwrap();
+        drop(subscription);
+        node.close().await;
+        seen_after
+    });
+    let Some(seen_after) = seen_after else { return };
+    println!("a clean end is seen after {seen_after:?}");
+    assert!(seen_after < FAREWELL, "{seen_after:?}");
+}
+
+#[test]
+fn a_killed_peer_that_returns_is_matched_again() {
+    let Some(site) = Site::new() else { return };
+    let (driver, compute, _) = site.two_machines();
+    let publish = "--topic scan --bytes 4000 --hz 20 --reliable --depth 50 --wait";
+    let subscriber =
+        End::subscribe(&compute, &[], "--topic scan --reliable --depth 50 --seconds 60");
+    let mut first = End::publish(&driver, &[], &format!("{publish} --seconds 60"));
+    first.wait_for_match();
+    first.kill();
+
+    let returned = Instant::now();
+    let mut second = End::publish(&driver, &[], &format!("{publish} --count 20"));
+    second.wait_for_match();
+    let matched_after = returned.elapsed();
+    let published: Published = second.finish();
+    let subscribed: Subscribed = subscriber.interrupt();
+    println!("a killed publisher that returns is matched after {matched_after:?}");
+    assert!(matched_after < RETURN, "{matched_after:?}");
+    assert_eq!((published.published, published.refused), (20, 0));
+    assert!(subscribed.received >= 20, "{subscribed:?}");
+    assert_eq!(subscribed.lost, Some(0), "{subscribed:?}");
+}
+
+#[test]
+fn a_killed_subscriber_that_returns_is_served_again() {
+    let Some(site) = Site::new() else { return };
+    let (driver, compute, _) = site.two_machines();
+    let subscribe = "--topic scan --reliable --depth 50";
+    let publisher = End::publish(
+        &driver,
+        &[],
+        "--topic scan --bytes 4000 --hz 20 --reliable --depth 50 --seconds 60",
+    );
+    let mut first = End::subscribe(&compute, &[], &format!("{subscribe} --seconds 60"));
+    first.wait_for_match();
+    first.kill();
+
+    let second: Subscribed =
+        End::subscribe(&compute, &[], &format!("{subscribe} --count 20")).finish();
+    let published: Published = publisher.interrupt();
+    let first_s = second.first_s.unwrap();
+    println!("a killed subscriber that returns is served after {first_s:.2} s");
+    assert!(Duration::from_secs_f64(first_s) < RETURN, "{first_s} s");
+    assert_eq!((second.received, second.lost), (20, Some(0)), "{second:?}");
+    assert_eq!(published.refused, 0, "{published:?}");
+}
+
+#[test]
+fn after_a_broken_link_messages_arrive_again() {
+    let Some(site) = Site::new() else { return };
+    let (driver, compute, link) = site.two_machines();
+    let subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 60");
+    let publish = format!("--topic scan --bytes 1000 --hz {HZ} --wait --seconds 60");
+    let publisher = End::publish(&driver, &[], &publish);
+    // Far more than discovery takes: a second of messages.
+    let flows = || {
+        let (before, start) = (compute.received_packets(link), Instant::now());
+        while compute.received_packets(link) < before + 2 * HZ {
+            assert!(start.elapsed() < PATIENCE, "no messages on the link");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    };
+    flows();
+    driver.set_up(link, false);
+    let down = Duration::from_secs(2);
+    // The length of the interruption is what is given; there is nothing to wait for in it.
+    std::thread::sleep(down);
+    driver.set_up(link, true);
+    flows();
+    publisher.interrupt::<Published>();
+    let subscribed: Subscribed = subscriber.interrupt();
+    let away = Duration::from_secs_f64(subscribed.lost.unwrap() as f64 / HZ as f64);
+    println!("a link that was down for {down:?} took the messages of {away:?}");
+    // What was lost beyond the interruption is how long the return took.
+    assert!(away < down + RETURN, "{subscribed:?}");
+    assert!(away > down / 2, "the link was down: {subscribed:?}");
+}
+
+#[test]
+fn nodes_that_started_apart_meet_when_the_link_comes_up() {
+    let Some(site) = Site::new() else { return };
+    let (driver, compute, link) = site.two_machines();
+    driver.set_up(link, false);
+    let mut publisher =
+        End::publish(&driver, &[], "--topic scan --bytes 1000 --hz 10 --seconds 60");
+    let mut subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 60");
+    // Both have announced themselves into the void by then.
+    for end in [&mut publisher, &mut subscriber] {
+        assert!(!end.finds_a_peer_within(Duration::from_secs(1)));
+    }
+    driver.set_up(link, true);
+    let up = Instant::now();
+    publisher.wait_for_match();
+    subscriber.wait_for_match();
+    let matched_after = up.elapsed();
+    println!("nodes that started apart meet {matched_after:?} after the link came up");
+    assert!(matched_after < RETURN, "{matched_after:?}");
+}
+
+#[test]
+fn who_comes_late_gets_the_map_of_the_other_machine() {
+    let Some(site) = Site::new() else { return };
+    let (driver, compute, _) = site.two_machines();
+    let mapper = End::publish(
+        &compute,
+        &[],
+        "--topic map --bytes 4000000 --hz 10 --count 3 --latched --linger 60",
+    );
+    let mut early = End::subscribe(&driver, &[], "--topic map --latched --seconds 60");
+    early.wait_for_match();
+    let late: Subscribed = End::subscribe(&driver, &[], "--topic map --latched --count 1").finish();
+    mapper.interrupt::<Published>();
+    let first_s = late.first_s.unwrap();
+    println!("a latched map of 4 MB reaches a late joiner after {first_s:.2} s");
+    assert!(Duration::from_secs_f64(first_s) < LATE_MAP, "{first_s} s");
+}
+
+/// The lease of our nodes is 50 s, and is looked at every two.
+const LONGER_THAN_THE_LEASE: Duration = Duration::from_secs(60);
+
+#[test]
+#[ignore = "takes 70 s"]
+fn after_a_link_was_broken_for_longer_than_the_lease_messages_arrive_again() {
+    let Some(site) = Site::new() else { return };
+    let (driver, compute, link) = site.two_machines();
+    let subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 120");
+    let publish = format!("--topic scan --bytes 1000 --hz {HZ} --wait --seconds 120");
+    let mut publisher = End::publish(&driver, &[], &publish);
+    publisher.wait_for_match();
+    driver.set_up(link, false);
+    std::thread::sleep(LONGER_THAN_THE_LEASE);
+    driver.set_up(link, true);
+    let (before, up) = (compute.received_packets(link), Instant::now());
+    while compute.received_packets(link) < before + 2 * HZ {
+        assert!(up.elapsed() < RETURN, "no messages {:?} after the link came up", up.elapsed());
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    publisher.interrupt::<Published>();
+    assert!(subscriber.interrupt::<Subscribed>().received > 2 * HZ);
+}

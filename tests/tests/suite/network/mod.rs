@@ -1,0 +1,12 @@
+//! Several machines: programs in network namespaces of their own, joined by veth pairs.
+//!
+//! A test makes its machines and they go with it; the network of the host it runs on is not touched.
+//! Where the kernel allows no namespaces, each test says so in one line and shows nothing.
+
+mod end;
+mod site;
+
+mod coming_and_going;
+mod discovery;
+mod loss;
+mod reach;
