@@ -13,8 +13,10 @@ use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
 
 /// The DDS library warns once a datagram above 1500 bytes, some 80 lines a cloud; the client library
-/// tells of every topic that it creates.
-const QUIET_LIBRARIES: &str = "rustdds=error,ros2_client=error,mio=error";
+/// tells of every topic that it creates. On a machine without a default route the DDS library calls it an
+/// error, at its end, that there is no multicast group to leave.
+const QUIET_LIBRARIES: &str =
+    "rustdds=error,rustdds::network::udp_listener=off,ros2_client=error,mio=error";
 
 /// How grave a message is, by the names that ROS 2 has for it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

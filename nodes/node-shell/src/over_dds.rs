@@ -257,6 +257,44 @@ async fn the_node_reports_its_peers_and_counts() {
     observer.close().await;
 }
 
+/// A new reader finds what the library's cache still holds; that is no news.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_reader_that_is_replaced_goes_on_where_the_last_one_stopped() {
+    let place = Place::new();
+    let (talker, listener) = (place.node("talker"), place.node("listener"));
+    {
+        let publisher = talker.publisher::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
+        let subscription = listener.subscription::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
+        matched(&publisher, &subscription).await;
+        for beams in 1..=4 {
+            publisher.publish(scan(beams)).unwrap();
+            assert_eq!(*soon("a message", subscription.next()).await.message, scan(beams));
+            subscription.renew_reader();
+            soon("the match", subscription.wait_for_publishers(1)).await;
+            soon("the other side's match", async {
+                // The talker sees the old reader go and the new one come; one that is there hears.
+                loop {
+                    publisher.publish(scan(100 + beams)).unwrap();
+                    let next =
+                        tokio::time::timeout(Duration::from_millis(100), subscription.next());
+                    if let Ok(received) = next.await {
+                        assert_eq!(*received.message, scan(100 + beams));
+                        break;
+                    }
+                }
+            })
+            .await;
+            while let Ok(late) =
+                tokio::time::timeout(Duration::from_millis(100), subscription.next()).await
+            {
+                assert_eq!(*late.message, scan(100 + beams));
+            }
+        }
+    }
+    talker.close().await;
+    listener.close().await;
+}
+
 #[test]
 fn without_a_runtime_there_is_no_node() {
     let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();

@@ -99,6 +99,14 @@ impl<M: RosMessage> Reader<M> {
         }
     }
 
+    /// Replaces the reader by a new one.
+    #[cfg(test)]
+    pub(crate) fn renew_now(&self) {
+        if let Some(renewal) = &self.renewal {
+            self.renew(renewal);
+        }
+    }
+
     fn renew(&self, renewal: &Renewal<M>) {
         match (renewal.make)() {
             Ok(reader) => {

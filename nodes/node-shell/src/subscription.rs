@@ -102,6 +102,14 @@ impl<M: RosMessage> Subscription<M> {
         self.counters.received()
     }
 
+    /// Replaces the reader, as when broken messages have filled the memory.
+    #[cfg(test)]
+    pub(crate) fn renew_reader(&self) {
+        if let Some(reader) = &self.reader {
+            reader.renew_now();
+        }
+    }
+
     async fn next_from_outside(&self) -> Received<M> {
         let Some(reader) = &self.reader else { return std::future::pending().await };
         loop {

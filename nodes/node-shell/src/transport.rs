@@ -25,6 +25,9 @@ pub use health::ReceiveHealth;
 pub use in_use::InterfaceInUse;
 pub use join::Joined;
 
+/// The group that DDS uses for multicast.
+const MULTICAST_GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
+
 /// What a socket is asked to buffer. A sample is sent as one unpaced burst, so this is the size of the
 /// largest message: a cloud of 307,200 points has 4.9 to 9.8 MB.
 pub(crate) const WANTED_RECEIVE_BUFFER: usize = 32 << 20;
@@ -106,8 +109,9 @@ impl Transport {
         Self { range, ..self }
     }
 
-    /// The same, looking for others on these machines too: IPv4 addresses or host names. With
-    /// [`DiscoveryRange::Localhost`] nothing goes by multicast: for networks that do not carry it.
+    /// The same, looking for others on these machines too: IPv4 addresses or host names. Such a node is
+    /// sent to directly, never by multicast, which networks with static peers often do not carry. With
+    /// [`DiscoveryRange::Localhost`] it does not announce itself by multicast either.
     ///
     /// # Errors
     /// When one of them is neither.

@@ -36,7 +36,7 @@ fn cycles() -> Vec<Cloud> {
         let mut point = |index: usize| {
             let (along, across) = (start_m + 4.0 * numbers.next(), 2.5 * numbers.next());
             let noise = 0.02 * numbers.next();
-            if index % 2 == 0 {
+            if index.is_multiple_of(2) {
                 Point3::new(along, across, noise)
             } else {
                 Point3::new(along, 2.5 + noise, across)
@@ -87,7 +87,9 @@ fn map(criterion: &mut Criterion) {
     let followed = {
         let mut map = StaticMap::new(ReconstructionConfig::default()).unwrap();
         map.follow_changes();
-        clouds.iter().for_each(|cloud| drop(map.add(cloud).unwrap()));
+        for cloud in &clouds {
+            map.add(cloud).unwrap();
+        }
         map
     };
     criterion.bench_function("an update of 10,000 points", |bench| {

@@ -70,7 +70,7 @@ enum Command {
     Bench(bench::BenchArgs),
     /// The whole suite live, in one process, as ROS 2 nodes
     Up(up::UpArgs),
-    /// One node of the suite: detection, segmentation or reconstruction
+    /// One node of the suite: detection, segmentation, reconstruction or compression
     Node(node::NodeArgs),
 }
 

@@ -25,6 +25,8 @@ pub(crate) enum NodeName {
     Segmentation,
     /// Static clouds to the static map
     Reconstruction,
+    /// A camera's raw images to compressed ones, beside a driver that sends only raw ones
+    Compression,
 }
 
 /// Runs a node until it is told to stop.
@@ -33,5 +35,6 @@ pub(crate) fn run(args: NodeArgs) -> ExitCode {
         NodeName::Detection => detection::shell::run(args.arguments),
         NodeName::Segmentation => segmentation::shell::run(args.arguments),
         NodeName::Reconstruction => reconstruction::shell::run(args.arguments),
+        NodeName::Compression => compression::run(args.arguments),
     }
 }

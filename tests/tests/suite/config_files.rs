@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use compression::CompressionParameters;
 use detection::shell::DetectionParameters;
 use node_shell::MessageTooLarge;
 use node_shell::parameters::{self, Assignment};
@@ -76,6 +77,7 @@ fn each_node_has_a_file_with_every_parameter_at_its_default() {
     holds_every_default::<DetectionParameters>("detection");
     holds_every_default::<SegmentationParameters>("segmentation");
     holds_every_default::<ReconstructionParameters>("reconstruction");
+    holds_every_default::<CompressionParameters>("compression");
 }
 
 #[test]

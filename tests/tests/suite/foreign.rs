@@ -17,3 +17,4 @@ mod drivers;
 mod latched;
 mod misfits;
 mod round_trips;
+mod services;

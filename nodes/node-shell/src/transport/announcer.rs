@@ -1,8 +1,9 @@
 //! Makes the participant known to those whom the DDS library does not reach by itself.
 //!
-//! The library announces its participant by multicast, and on this machine to the first twelve
-//! participants. The announcer sends the same message to the further participants of this machine and
-//! to the static peers. One side is enough: who hears of a participant answers it directly.
+//! The library announces its participant by multicast every ten seconds, and on this machine to the first
+//! twelve participants. The announcer sends the same message to the further participants of this machine,
+//! to the static peers, and by multicast more often: a network that comes back is used within a few seconds.
+//! One side is enough: who hears of a participant answers it directly.
 
 use std::collections::BTreeSet;
 use std::net::{Ipv4Addr, SocketAddrV4, ToSocketAddrs, UdpSocket};
@@ -10,8 +11,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use socket2::{Domain, Protocol, Socket, Type};
+
 use super::announcement::Participant;
-use super::{StaticPeer, ports};
+use super::{MULTICAST_GROUP, StaticPeer, ports};
 
 /// How many participants of this machine the library itself reaches.
 const REACHED_BY_THE_LIBRARY: u16 = 12;
@@ -41,7 +44,36 @@ pub(super) struct Audience {
     pub(super) own_number: u16,
     /// Whether to announce on this machine.
     pub(super) this_machine: bool,
+    /// The addresses of the interfaces to announce from by multicast.
+    pub(super) multicast_from: Vec<Ipv4Addr>,
     pub(super) peers: Vec<StaticPeer>,
+}
+
+/// The ways out: one for all unicast destinations, and one for each interface that carries multicast.
+struct Sockets {
+    unicast: UdpSocket,
+    multicast: Vec<UdpSocket>,
+}
+
+impl Sockets {
+    fn open(audience: &Audience) -> std::io::Result<Self> {
+        let unicast = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
+        // A full send buffer must not stop the thread; what is not sent now is sent in the next round.
+        unicast.set_nonblocking(true)?;
+        let from = |address: &Ipv4Addr| {
+            multicast_socket(*address)
+                .inspect_err(|error| tracing::debug!("no multicast from {address}: {error}"))
+                .ok()
+        };
+        Ok(Self { unicast, multicast: audience.multicast_from.iter().filter_map(from).collect() })
+    }
+}
+
+fn multicast_socket(interface: Ipv4Addr) -> std::io::Result<UdpSocket> {
+    let socket = Socket::new(Domain::IPV4, Type::DGRAM, Some(Protocol::UDP))?;
+    socket.set_multicast_if_v4(&interface)?;
+    socket.set_nonblocking(true)?;
+    Ok(socket.into())
 }
 
 /// Announces the participant until it is dropped, and then says that the participant leaves. To be
@@ -55,9 +87,7 @@ pub struct Announcer {
 
 impl Announcer {
     pub(super) fn start(participant: Participant, audience: Audience) -> std::io::Result<Self> {
-        let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
-        // A full send buffer must not stop the thread; what is not sent now is sent in the next round.
-        socket.set_nonblocking(true)?;
+        let sockets = Sockets::open(&audience)?;
         let (stop, stopped) = channel();
         let names = audience.host_names();
         let (resolved, addresses) = channel();
@@ -69,7 +99,7 @@ impl Announcer {
         }
         let thread = std::thread::Builder::new()
             .name("announcer".to_owned())
-            .spawn(move || announce(&socket, &participant, &audience, &addresses, &stopped))?;
+            .spawn(move || announce(&sockets, &participant, &audience, &addresses, &stopped))?;
         Ok(Self { stop: Some(stop), thread: Some(thread) })
     }
 }
@@ -119,7 +149,7 @@ impl Audience {
 }
 
 fn announce(
-    socket: &UdpSocket,
+    sockets: &Sockets,
     participant: &Participant,
     audience: &Audience,
     addresses: &Receiver<Vec<Ipv4Addr>>,
@@ -127,6 +157,7 @@ fn announce(
 ) {
     let mut resolved = Vec::new();
     let mut destinations = audience.destinations(&resolved);
+    let group = [SocketAddrV4::new(MULTICAST_GROUP, ports::discovery_multicast(audience.domain))];
     let mut pauses = FIRST_PAUSES.into_iter();
     let mut count = 0_u32;
     loop {
@@ -138,14 +169,18 @@ fn announce(
             // They have heard nothing yet.
             pauses = FIRST_PAUSES.into_iter();
         }
-        send(socket, &participant.announcement(count), &destinations);
+        let message = participant.announcement(count);
+        send(&sockets.unicast, &message, &destinations);
+        for socket in &sockets.multicast {
+            send(socket, &message, &group);
+        }
         count = count.saturating_add(1);
         match stopped.recv_timeout(pauses.next().unwrap_or(PAUSE)) {
             Err(RecvTimeoutError::Timeout) => {}
             Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
         }
     }
-    send(socket, &participant.farewell(count), &destinations);
+    send(&sockets.unicast, &participant.farewell(count), &destinations);
 }
 
 fn send(socket: &UdpSocket, message: &[u8], destinations: &[SocketAddrV4]) {

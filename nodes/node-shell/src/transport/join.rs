@@ -12,11 +12,11 @@ use super::buffer::GrantedBuffer;
 use super::health::ReceiveHealth;
 use super::interfaces::{self, Interface};
 use super::multicast_bar::MulticastBar;
-use super::{DiscoveryRange, Transport, TransportError, ports, sockets};
+use super::{DiscoveryRange, MULTICAST_GROUP, Transport, TransportError, ports, sockets};
 use crate::error::ShellError;
 
-/// The group that DDS uses for multicast.
-const MULTICAST_GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
+/// How often a participant is opened when the multicast ports are taken.
+const MULTICAST_ATTEMPTS: usize = 3;
 
 /// One participant on the network.
 pub struct Joined {
@@ -37,7 +37,11 @@ pub struct Joined {
 pub(super) struct Plan {
     /// The addresses to use; `None` means all.
     networks: Option<Vec<Ipv4Addr>>,
+    /// Whether to announce by multicast.
     multicast: bool,
+    /// Whether to offer peers to send by multicast. Who does is sent to by multicast alone, so this is
+    /// not for networks that may not carry it, as those are for which somebody lists static peers.
+    offers_multicast: bool,
     this_machine: bool,
     static_peers: bool,
 }
@@ -50,6 +54,16 @@ impl Plan {
     /// Whether the participant can hear multicast.
     fn multicast_possible(&self, present: &[Interface]) -> bool {
         present.iter().any(|one| one.multicast && one.addresses.iter().any(|a| self.uses(*a)))
+    }
+
+    /// The addresses from which to announce by multicast.
+    fn multicast_from(&self, present: &[Interface]) -> Vec<Ipv4Addr> {
+        present
+            .iter()
+            .filter(|one| self.multicast && one.multicast)
+            .flat_map(|one| one.addresses.iter().copied())
+            .filter(|address| self.uses(*address))
+            .collect()
     }
 
     /// What is to be announced of the participant; `None` when nobody is to know of it.
@@ -102,29 +116,63 @@ impl Transport {
     pub(super) fn join_announcing(&self) -> Result<(Joined, Option<Participant>), ShellError> {
         let present = interfaces::of_this_machine();
         let plan = self.plan(&present)?;
-        let multicast_offered = plan.multicast_possible(&present);
-        let bar = if plan.multicast || !multicast_offered { None } else { self.bar_multicast() };
+        // Participants of one process share the multicast ports, though not their sockets.
+        let before = sockets::own().unwrap_or_default();
+        let (participant, multicast_offered) = self.participant(&plan, &present, &before)?;
+        let number = participant.participant_id();
+        let (granted, inodes) = self.receive_buffers(number, &before, plan.is_loopback_only());
+        let announced = plan.announced(&participant, &present, multicast_offered);
+        let announcer = announced.as_ref().and_then(|announced| {
+            let multicast_from = plan.multicast_from(&present);
+            self.announcer(announced, (number, multicast_from), &plan)
+        });
+        let health = Arc::new(ReceiveHealth::new(granted, inodes));
+        Ok((Joined { announcer, participant, granted, health }, announced))
+    }
+
+    /// The participant, and whether it offers multicast.
+    fn participant(
+        &self,
+        plan: &Plan,
+        present: &[Interface],
+        before: &BTreeMap<u64, i32>,
+    ) -> Result<(DomainParticipant, bool), ShellError> {
+        let possible = plan.multicast_possible(present);
+        let bar = if plan.offers_multicast || !possible { None } else { self.bar_multicast() };
+        let offered = possible && bar.is_none();
+        let mut participant = self.build(plan)?;
+        for _ in 1..MULTICAST_ATTEMPTS {
+            if !offered || self.hears_multicast(before) {
+                break;
+            }
+            // Another process has just barred the ports for itself.
+            drop(participant);
+            participant = self.build(plan)?;
+        }
+        drop(bar);
+        let offered = offered && self.hears_multicast(before);
+        Ok((participant, offered))
+    }
+
+    fn build(&self, plan: &Plan) -> Result<DomainParticipant, ShellError> {
         let mut builder = DomainParticipantBuilder::new(self.domain_id)
             .socket_receive_buffer_size(self.receive_buffer)
             .same_host_loopback(plan.this_machine);
         if let Some(networks) = &plan.networks {
             builder = builder.with_only_networks(networks.iter().copied());
         }
-        let multicast_offered = multicast_offered && bar.is_none();
-        // Participants of one process share the multicast ports, though not their sockets.
-        let before = sockets::own().unwrap_or_default();
-        let participant = builder.build().map_err(|error| ShellError::Join {
+        builder.build().map_err(|error| ShellError::Join {
             transport: self.to_string(),
             reason: error.to_string(),
-        })?;
-        drop(bar);
-        let number = participant.participant_id();
-        let (granted, inodes) = self.receive_buffers(number, &before, plan.is_loopback_only());
-        let announced = plan.announced(&participant, &present, multicast_offered);
-        let announcer =
-            announced.as_ref().and_then(|announced| self.announcer(announced, number, &plan));
-        let health = Arc::new(ReceiveHealth::new(granted, inodes));
-        Ok((Joined { announcer, participant, granted, health }, announced))
+        })
+    }
+
+    /// Whether this process has opened a socket for multicast since `before`; taken for granted where the
+    /// kernel does not list sockets.
+    fn hears_multicast(&self, before: &BTreeMap<u64, i32>) -> bool {
+        let port = [ports::discovery_multicast(self.domain_id)];
+        sockets::own_at(&port, before).is_ok_and(|found| !found.is_empty())
+            || sockets::list().is_err()
     }
 
     pub(super) fn plan(&self, present: &[Interface]) -> Result<Plan, TransportError> {
@@ -143,6 +191,7 @@ impl Transport {
             DiscoveryRange::Subnet => Plan {
                 networks: chosen_networks,
                 multicast: true,
+                offers_multicast: !static_peers,
                 this_machine: true,
                 static_peers,
             },
@@ -153,12 +202,14 @@ impl Transport {
                     Some(vec![Ipv4Addr::LOCALHOST])
                 },
                 multicast: false,
+                offers_multicast: false,
                 this_machine: true,
                 static_peers,
             },
             DiscoveryRange::Off => Plan {
                 networks: Some(Vec::new()),
                 multicast: false,
+                offers_multicast: false,
                 this_machine: false,
                 static_peers: false,
             },
@@ -224,11 +275,17 @@ impl Transport {
         (GrantedBuffer::new(bytes, self.receive_buffer, loopback_only), inodes)
     }
 
-    fn announcer(&self, announced: &Participant, number: u16, plan: &Plan) -> Option<Announcer> {
+    fn announcer(
+        &self,
+        announced: &Participant,
+        (number, multicast_from): (u16, Vec<Ipv4Addr>),
+        plan: &Plan,
+    ) -> Option<Announcer> {
         let audience = Audience {
             domain: self.domain_id,
             own_number: number,
             this_machine: plan.this_machine,
+            multicast_from,
             peers: if plan.static_peers { self.static_peers.clone() } else { Vec::new() },
         };
         Announcer::start(announced.clone(), audience)

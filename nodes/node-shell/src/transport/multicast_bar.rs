@@ -16,7 +16,8 @@ const PATIENCE: Duration = Duration::from_millis(500);
 const RETRY: Duration = Duration::from_millis(5);
 
 /// Takes the multicast ports of a domain as long as it lives. It is to live for the few milliseconds in
-/// which a participant opens its sockets: a DDS program that starts in just these finds no multicast.
+/// which a participant opens its sockets: a DDS program that opens its own in just these finds the ports
+/// taken.
 #[derive(Debug)]
 pub(super) struct MulticastBar {
     _sockets: [Socket; 2],

@@ -27,12 +27,12 @@ fn parse_line(line: &str) -> Option<UdpSocketEntry> {
     })
 }
 
-/// The kernel's list of the UDP sockets of this network.
+/// The kernel's list of the UDP sockets of the network that this thread is on.
 ///
 /// # Errors
 /// Where the kernel has no such list.
 pub(super) fn list() -> std::io::Result<Vec<UdpSocketEntry>> {
-    Ok(parse_list(&std::fs::read_to_string("/proc/self/net/udp")?))
+    Ok(parse_list(&std::fs::read_to_string("/proc/thread-self/net/udp")?))
 }
 
 /// The sockets of this process, by inode, with their numbers.

@@ -103,8 +103,8 @@ mod tests {
         assert_eq!(reception(&[(1, 5), (1, 6), (1, 7)]), (3, Some(0), 0));
         assert_eq!(reception(&[(1, 5), (1, 9)]), (2, Some(3), 0));
         assert_eq!(reception(&[(1, 5), (1, 9), (1, 7)]), (3, Some(2), 1));
-        assert_eq!(reception(&[(1, 5), (1, 5), (1, 6)]), (3, Some(0), 1));
-        assert_eq!(reception(&[(1, 5), (1, 4)]), (2, Some(0), 1));
+        assert_eq!(reception(&[(1, 5), (1, 5), (1, 8)]), (3, Some(2), 1));
+        assert_eq!(reception(&[(1, 5), (1, 2)]), (2, Some(2), 1));
     }
 
     #[test]

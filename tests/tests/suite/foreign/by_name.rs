@@ -43,7 +43,9 @@ impl Exchange {
         }
         let cases = cases::<M>(&self.definitions, Floats::SaidInJson);
         let greeting = serde_json::to_value((M::TYPE_NAME, &cases[0].message)).unwrap();
-        self.greet(&publisher, &cases[0]).await;
+        if !self.greet(&publisher, &cases[0]).await {
+            return;
+        }
         for case in &cases {
             let said = serde_json::to_value((M::TYPE_NAME, &case.message)).unwrap();
             publish(&publisher, &case.message);
@@ -62,15 +64,16 @@ impl Exchange {
         }
     }
 
-    /// Sends a message until the peer hears it.
-    async fn greet<M: RosMessage>(&mut self, publisher: &Publisher<M>, greeting: &Case<M>) {
+    /// Sends a message until the peer hears it, and says whether it did.
+    async fn greet<M: RosMessage>(&mut self, publisher: &Publisher<M>, greeting: &Case<M>) -> bool {
         for _ in 0..GREETINGS {
             publish(publisher, &greeting.message);
             if self.peer.heard(LONGEST_GREETING).await.is_some() {
-                return;
+                return true;
             }
         }
         self.failures.push(format!("{}: {GREETINGS} greetings were not heard", M::TYPE_NAME));
+        false
     }
 
     async fn heard(&mut self) -> Option<Value> {

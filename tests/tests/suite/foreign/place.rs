@@ -15,7 +15,7 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(30);
 ///
 /// A reliable reader of Cyclone DDS takes what the first heartbeat after the match announces for history,
 /// which it does not want; and RustDDS may announce a sample a moment before it sends it. So the very first
-/// message after a match is lost now and then (one match in a hundred on a busy machine). Whoever answers
+/// message after a match is lost now and then (up to one match in ten on a busy machine). Whoever answers
 /// one message is past that.
 pub(super) const GREETINGS: usize = 5;
 /// How long one of them may take.

@@ -41,7 +41,9 @@ impl Exchange {
             return;
         }
         let cases = cases::<M>(&self.definitions, Floats::Any);
-        let late_greetings = self.greet(&publisher, &subscription, &cases[0]).await;
+        let Some(late_greetings) = self.greet(&publisher, &subscription, &cases[0]).await else {
+            return;
+        };
         for case in &cases {
             publish(&publisher, &case.message);
             self.trips += 1;
@@ -59,22 +61,23 @@ impl Exchange {
         }
     }
 
-    /// Sends a message until it is back; returns how many of those sent before may still be on the way.
+    /// Sends a message until it is back; returns how many of those sent before may still be on the
+    /// way, or nothing where none comes back.
     async fn greet<M: RosMessage>(
         &mut self,
         publisher: &Publisher<M>,
         subscription: &Subscription<M>,
         greeting: &Case<M>,
-    ) -> usize {
+    ) -> Option<usize> {
         for lost in 0..GREETINGS {
             publish(publisher, &greeting.message);
             if receive(subscription, LONGEST_GREETING).await.is_some() {
                 self.lost_greetings += lost;
-                return lost;
+                return Some(lost);
             }
         }
         self.failures.push(format!("{}: no answer to {GREETINGS} greetings", M::TYPE_NAME));
-        GREETINGS
+        None
     }
 }
 

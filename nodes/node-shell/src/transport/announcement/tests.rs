@@ -150,9 +150,7 @@ fn the_library_announces_the_same_in_localhost_mode() {
 
 #[test]
 fn the_library_announces_the_same_without_multicast() {
-    the_library_announces_the_same(|transport| {
-        transport.loopback_only().with_static_peers(["127.0.0.1"]).unwrap()
-    });
+    the_library_announces_the_same(|transport| transport.with_static_peers(["127.0.0.1"]).unwrap());
 }
 
 fn participant(addresses: usize) -> Participant {

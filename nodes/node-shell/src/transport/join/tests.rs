@@ -45,6 +45,8 @@ fn static_peers_of_a_local_node_are_reached_without_multicast() {
     let peers = plan(domain().loopback_only().with_static_peers(["10.0.0.3"]).unwrap());
     assert_eq!(peers.networks, None);
     assert!(peers.static_peers && !peers.multicast && peers.multicast_possible(&machine()));
+    let both = plan(domain().with_static_peers(["10.0.0.3"]).unwrap());
+    assert!(both.multicast && !both.offers_multicast, "announced by multicast, sent to directly");
 }
 
 #[test]
@@ -88,9 +90,9 @@ fn a_flood_of_datagrams_is_seen_as_dropped() {
 }
 
 #[test]
-fn without_multicast_none_is_offered() {
+fn with_static_peers_no_multicast_is_offered() {
     let domain = FreeDomain::new();
-    let transport = domain.transport().loopback_only().with_static_peers(["127.0.0.1"]).unwrap();
+    let transport = domain.transport().with_static_peers(["127.0.0.1"]).unwrap();
     let joined = transport.join().unwrap();
     let number = domain.number();
     let multicast = [ports::discovery_multicast(number), ports::data_multicast(number)];
@@ -112,4 +114,20 @@ fn an_interface_that_is_not_there_is_named() {
     let domain = FreeDomain::new();
     let error = domain.transport().with_interfaces(["enp0s99"]).join().err().unwrap().to_string();
     assert!(error.contains("enp0s99") && error.contains("127.0.0.1"), "{error}");
+}
+
+#[test]
+fn who_comes_upon_barred_ports_tries_again() {
+    let domain = FreeDomain::new();
+    let possible = domain.transport().plan(&interfaces::of_this_machine()).unwrap();
+    if !possible.multicast_possible(&interfaces::of_this_machine()) || sockets::list().is_err() {
+        println!("skipped: no multicast on this machine, or its sockets are not listed");
+        return;
+    }
+    let bar = MulticastBar::raise(domain.number()).unwrap();
+    let blocked = domain.transport().join_announcing().unwrap().1.unwrap();
+    assert!(blocked.discovery_multicast.is_empty(), "what is not heard is not announced");
+    drop(bar);
+    let free = domain.transport().join_announcing().unwrap().1.unwrap();
+    assert_eq!(free.discovery_multicast.len(), 1);
 }

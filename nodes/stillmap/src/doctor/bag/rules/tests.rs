@@ -110,9 +110,15 @@ fn clocks_that_differ_are_told_by_how_much() {
 #[test]
 fn poses_must_cover_the_images() {
     let view = every(0.1, 50);
-    tells(&coverage(&view, &every(0.05, 100), 0.7).unwrap(), Severity::Ok, &["50 of 50"]);
-    let half = coverage(&view, &every(0.05, 50), 0.7).unwrap();
-    tells(&half, Severity::Warn, &["25 of 50", "from +0.0 s to +2.5 s"]);
+    // Between the images, so that they are bracketed and not met.
+    let poses = |period_s, count| -> Vec<_> {
+        every(period_s, count).iter().map(|stamp| stamp.plus_seconds(-0.01)).collect()
+    };
+    tells(&coverage(&view, &poses(0.05, 100), 0.7).unwrap(), Severity::Ok, &["50 of 50"]);
+    let half = coverage(&view, &poses(0.05, 50), 0.7).unwrap();
+    tells(&half, Severity::Warn, &["25 of 50", "from -0.0 s to +2.4 s"]);
+    tells(&coverage(&view, &poses(1.0, 6), 0.7).unwrap(), Severity::Error, &["0 of 50"]);
+    tells(&coverage(&view, &view, 0.05).unwrap(), Severity::Ok, &["50 of 50"]);
     let elsewhere: Vec<_> = view.iter().map(|stamp| stamp.plus_seconds(-60.0)).collect();
     tells(&coverage(&view, &elsewhere, 0.7).unwrap(), Severity::Error, &["0 of 50", "-60.0 s"]);
     assert_eq!(coverage(&view, &[], 0.7), None);
