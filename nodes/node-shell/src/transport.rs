@@ -11,6 +11,7 @@ mod health;
 mod in_use;
 mod interfaces;
 mod join;
+mod listening;
 mod multicast_bar;
 mod ports;
 mod sockets;

@@ -62,6 +62,13 @@ pub(super) struct Participant {
 }
 
 impl Participant {
+    /// The part of its name that everything of the participant shares.
+    pub(super) fn prefix(&self) -> [u8; 12] {
+        let mut prefix = [0; 12];
+        prefix.copy_from_slice(&self.guid[..12]);
+        prefix
+    }
+
     /// The `count`th announcement.
     pub(super) fn announcement(&self, count: u32) -> Vec<u8> {
         let mut data = Parameters::new();
@@ -94,7 +101,7 @@ impl Participant {
         message.extend(b"RTPS");
         message.extend(HEADER_VERSION);
         message.extend(VENDOR);
-        message.extend(&self.guid[..12]);
+        message.extend(self.prefix());
 
         let number = FIRST_NUMBER + i64::from(count);
         let mut body = Vec::new();

@@ -14,6 +14,7 @@ use std::time::Duration;
 use socket2::{Domain, Protocol, Socket, Type};
 
 use super::announcement::Participant;
+use super::listening::MulticastListener;
 use super::{MULTICAST_GROUP, StaticPeer, ports};
 
 /// How many participants of this machine the library itself reaches.
@@ -46,6 +47,9 @@ pub(super) struct Audience {
     pub(super) this_machine: bool,
     /// The addresses of the interfaces to announce from by multicast.
     pub(super) multicast_from: Vec<Ipv4Addr>,
+    /// Whether to listen there too, since the participant does not: for whoever announces by multicast is
+    /// one more to announce to.
+    pub(super) listens: bool,
     pub(super) peers: Vec<StaticPeer>,
 }
 
@@ -53,10 +57,11 @@ pub(super) struct Audience {
 struct Sockets {
     unicast: UdpSocket,
     multicast: Vec<UdpSocket>,
+    listener: Option<MulticastListener>,
 }
 
 impl Sockets {
-    fn open(audience: &Audience) -> std::io::Result<Self> {
+    fn open(participant: &Participant, audience: &Audience) -> std::io::Result<Self> {
         let unicast = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
         // A full send buffer must not stop the thread; what is not sent now is sent in the next round.
         unicast.set_nonblocking(true)?;
@@ -65,7 +70,24 @@ impl Sockets {
                 .inspect_err(|error| tracing::debug!("no multicast from {address}: {error}"))
                 .ok()
         };
-        Ok(Self { unicast, multicast: audience.multicast_from.iter().filter_map(from).collect() })
+        let multicast = audience.multicast_from.iter().filter_map(from).collect();
+        let listener = audience.listens.then(|| {
+            let own = participant.prefix();
+            MulticastListener::open(audience.domain, own, &audience.multicast_from)
+                .inspect_err(|error| {
+                    tracing::warn!("who announces by multicast is not heard: {error}");
+                })
+                .ok()
+        });
+        Ok(Self { unicast, multicast, listener: listener.flatten() })
+    }
+
+    fn send(&self, message: &[u8], audience: &Audience, destinations: &[SocketAddrV4]) {
+        send(&self.unicast, message, destinations);
+        let group = SocketAddrV4::new(MULTICAST_GROUP, ports::discovery_multicast(audience.domain));
+        for socket in &self.multicast {
+            send(socket, message, &[group]);
+        }
     }
 }
 
@@ -87,7 +109,7 @@ pub struct Announcer {
 
 impl Announcer {
     pub(super) fn start(participant: Participant, audience: Audience) -> std::io::Result<Self> {
-        let sockets = Sockets::open(&audience)?;
+        let mut sockets = Sockets::open(&participant, &audience)?;
         let (stop, stopped) = channel();
         let names = audience.host_names();
         let (resolved, addresses) = channel();
@@ -99,7 +121,7 @@ impl Announcer {
         }
         let thread = std::thread::Builder::new()
             .name("announcer".to_owned())
-            .spawn(move || announce(&sockets, &participant, &audience, &addresses, &stopped))?;
+            .spawn(move || announce(&mut sockets, &participant, &audience, &addresses, &stopped))?;
         Ok(Self { stop: Some(stop), thread: Some(thread) })
     }
 }
@@ -124,13 +146,14 @@ impl Audience {
         self.peers.iter().filter_map(name).collect()
     }
 
-    /// Every destination, with `resolved` in the place of the peers that are names.
-    fn destinations(&self, resolved: &[Ipv4Addr]) -> Vec<SocketAddrV4> {
+    /// Every destination, with `resolved` in the place of the peers that are names, and those who were
+    /// `heard`.
+    fn destinations(&self, resolved: &[Ipv4Addr], heard: &BTreeSet<Ipv4Addr>) -> Vec<SocketAddrV4> {
         let given = self.peers.iter().filter_map(|peer| match peer {
             StaticPeer::Address(address) => Some(*address),
             StaticPeer::Host(_) => None,
         });
-        let hosts: BTreeSet<_> = given.chain(resolved.iter().copied()).collect();
+        let hosts: BTreeSet<_> = given.chain(resolved.iter().chain(heard).copied()).collect();
         let of_peers = hosts.into_iter().flat_map(|host| {
             (0..PARTICIPANTS_OF_A_PEER).map(move |participant| (host, participant))
         });
@@ -149,38 +172,36 @@ impl Audience {
 }
 
 fn announce(
-    sockets: &Sockets,
+    sockets: &mut Sockets,
     participant: &Participant,
     audience: &Audience,
     addresses: &Receiver<Vec<Ipv4Addr>>,
     stopped: &Receiver<()>,
 ) {
     let mut resolved = Vec::new();
-    let mut destinations = audience.destinations(&resolved);
-    let group = [SocketAddrV4::new(MULTICAST_GROUP, ports::discovery_multicast(audience.domain))];
+    let mut destinations = audience.destinations(&resolved, &BTreeSet::new());
+    let nobody = BTreeSet::new();
     let mut pauses = FIRST_PAUSES.into_iter();
     let mut count = 0_u32;
     loop {
-        if let Some(newest) = addresses.try_iter().last()
-            && newest != resolved
-        {
-            resolved = newest;
-            destinations = audience.destinations(&resolved);
+        let newest = addresses.try_iter().last().filter(|newest| *newest != resolved);
+        let listener = sockets.listener.as_mut();
+        let (heard, more_heard) = listener.map_or((&nobody, false), MulticastListener::machines);
+        if newest.is_some() || more_heard {
+            resolved = newest.unwrap_or(resolved);
+            destinations = audience.destinations(&resolved, heard);
             // They have heard nothing yet.
             pauses = FIRST_PAUSES.into_iter();
         }
-        let message = participant.announcement(count);
-        send(&sockets.unicast, &message, &destinations);
-        for socket in &sockets.multicast {
-            send(socket, &message, &group);
-        }
+        sockets.send(&participant.announcement(count), audience, &destinations);
         count = count.saturating_add(1);
         match stopped.recv_timeout(pauses.next().unwrap_or(PAUSE)) {
             Err(RecvTimeoutError::Timeout) => {}
             Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
         }
     }
-    send(&sockets.unicast, &participant.farewell(count), &destinations);
+    // By multicast too, as the announcements: see `Participant::farewell`.
+    sockets.send(&participant.farewell(count), audience, &destinations);
 }
 
 fn send(socket: &UdpSocket, message: &[u8], destinations: &[SocketAddrV4]) {

@@ -285,6 +285,7 @@ impl Transport {
             domain: self.domain_id,
             own_number: number,
             this_machine: plan.this_machine,
+            listens: plan.multicast && !plan.offers_multicast && !multicast_from.is_empty(),
             multicast_from,
             peers: if plan.static_peers { self.static_peers.clone() } else { Vec::new() },
         };
