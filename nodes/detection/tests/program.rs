@@ -30,9 +30,9 @@ fn was_told(child: &Child, signal: &str) -> bool {
 fn a_signal_ends_the_node_soon_and_well() {
     for name in ["INT", "TERM"] {
         let mut child = detection(&[]).stderr(Stdio::piped()).spawn().unwrap();
-        let mut first_line = String::new();
-        BufReader::new(child.stderr.take().unwrap()).read_line(&mut first_line).unwrap();
-        assert!(first_line.contains("node /detection on domain"), "{first_line}");
+        // Where the process may, it takes a larger receive buffer, and says so first.
+        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+        assert!(lines.any(|line| line.contains("node /detection on domain")));
         let told = Instant::now();
         assert!(was_told(&child, name));
         let status = loop {

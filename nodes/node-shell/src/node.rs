@@ -190,7 +190,7 @@ impl Node {
             }
         };
         let counters = self.counters.of_subscription(&absolute);
-        Ok(Subscription::new(&absolute, queue, reader, endpoint, counters))
+        Ok(Subscription::new((&absolute, qos.depth()), queue, reader, endpoint, counters))
     }
 
     /// A service, for those outside; it must be dropped before the node is closed.

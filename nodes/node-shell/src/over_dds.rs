@@ -257,6 +257,30 @@ async fn the_node_reports_its_peers_and_counts() {
     observer.close().await;
 }
 
+/// The library's cache once gave a reader of depth 1 the message before the newest one.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_slow_reader_gets_the_newest_messages() {
+    let place = Place::new();
+    let (talker, listener) = (place.node("talker"), place.node("listener"));
+    {
+        let publisher = talker.publisher::<LaserScan>("scan", &Qos::reliable(10)).unwrap();
+        let slow = listener.subscription::<LaserScan>("scan", &Qos::sensor(2)).unwrap();
+        let prompt = listener.subscription::<LaserScan>("scan", &Qos::reliable(10)).unwrap();
+        matched(&publisher, &slow).await;
+        matched(&publisher, &prompt).await;
+        soon("both matches", publisher.wait_for_subscribers(2)).await;
+        for beams in 1..=6 {
+            publisher.publish(scan(beams)).unwrap();
+        }
+        soon("the last", async { while *prompt.next().await.message != scan(6) {} }).await;
+        assert_eq!(*soon("the newest but one", slow.next()).await.message, scan(5));
+        assert_eq!(*soon("the newest", slow.next()).await.message, scan(6));
+        assert!(slow.try_next().is_none());
+    }
+    talker.close().await;
+    listener.close().await;
+}
+
 /// A new reader finds what the library's cache still holds; that is no news.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_reader_that_is_replaced_goes_on_where_the_last_one_stopped() {

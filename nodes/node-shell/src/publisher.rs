@@ -3,6 +3,7 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
 
 use msgs::RosMessage;
 use ros2_client::WriteError;
@@ -13,6 +14,11 @@ use crate::graph::OpenEndpoint;
 use crate::payload::Payload;
 use crate::throttle::Throttle;
 use crate::transport::GrantedBuffer;
+
+/// How long after its match a reader outside may still pass over what is sent to it: it has to hear of this
+/// writer in its turn, and Cyclone DDS takes what is sent before its first request of missing samples for
+/// history. No message of the protocol tells the end of that.
+const SETTLING: Duration = Duration::from_millis(100);
 
 /// Publishes messages of one type.
 pub struct Publisher<M> {
@@ -27,7 +33,7 @@ impl<M: RosMessage> Publisher<M> {
     }
 
     /// Publishes a message. Subscriptions of the same host get this very value; for those outside it is
-    /// encoded, where there are any. Returns once the message is queued; with reliable delivery this may
+    /// encoded, where there are any or nobody else takes it. Returns once the message is queued; with reliable delivery this may
     /// take up to 0.1 s when subscribers are far behind.
     ///
     /// # Errors
@@ -73,9 +79,10 @@ impl<M: RosMessage> Publisher<M> {
         self.outlet.endpoint.peers()
     }
 
-    /// Waits until there are at least `least` subscribers.
+    /// Waits until there are at least `least` subscribers, and those outside have had the time to know of
+    /// this publisher too.
     pub async fn wait_for_subscribers(&self, least: usize) {
-        self.outlet.endpoint.wait_for_peers(least).await;
+        self.outlet.wait_for_subscribers(least).await;
     }
 }
 
@@ -120,9 +127,10 @@ impl RawPublisher {
         self.outlet.endpoint.peers()
     }
 
-    /// Waits until there are at least `least` subscribers.
+    /// Waits until there are at least `least` subscribers, and those outside have had the time to know of
+    /// this publisher too.
     pub async fn wait_for_subscribers(&self, least: usize) {
-        self.outlet.endpoint.wait_for_peers(least).await;
+        self.outlet.wait_for_subscribers(least).await;
     }
 }
 
@@ -145,9 +153,21 @@ impl Outlet {
         self.keeps || self.endpoint.peers_in_host() > 0
     }
 
-    /// A kept message is sent also when nobody is there yet: it is for those who come.
+    /// Whether to encode and send. A kept message is for those who come later. One that somebody in this host
+    /// takes is sent only where somebody outside wants it too. One that nobody here takes is sent in any
+    /// case: a reader outside may be matched a moment before the graph tells.
     fn is_awaited_outside(&self) -> bool {
-        self.writer.is_some() && (self.keeps || self.endpoint.peers_outside() > 0)
+        self.writer.is_some()
+            && (self.keeps
+                || self.endpoint.peers_outside() > 0
+                || self.endpoint.peers_in_host() == 0)
+    }
+
+    async fn wait_for_subscribers(&self, least: usize) {
+        self.endpoint.wait_for_peers(least).await;
+        if self.endpoint.peers_outside() > 0 {
+            tokio::time::sleep(SETTLING).await;
+        }
     }
 
     fn hand_over(&self, message: &Message) -> Result<(), PublishError> {

@@ -71,7 +71,8 @@ impl<M: RosMessage> Reader<M> {
         }
     }
 
-    /// Notes a message that came, and how many were lost before it.
+    /// Notes a message that came while it was waited for, and how many were lost before it: those were not
+    /// displaced by later ones, but never whole.
     pub(crate) fn heard(&self, message: &M, lost: u64) {
         let Some(renewal) = &self.renewal else { return };
         let now = Instant::now();

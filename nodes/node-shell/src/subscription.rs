@@ -1,7 +1,7 @@
 //! Subscriptions to messages of one type.
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use geometry::Stamp;
 use msgs::RosMessage;
@@ -31,12 +31,21 @@ pub struct Subscription<M: RosMessage> {
     reader: Option<Reader<M>>,
     counters: Arc<TopicCounters>,
     sequence: Mutex<BTreeMap<GUID, i64>>,
+    /// Messages from outside that wait, `depth` of them at most.
+    waiting: Mutex<VecDeque<Waiting<M>>>,
+    depth: usize,
     malformed: Throttle,
+}
+
+/// A message from outside, and how many are missing before it.
+struct Waiting<M> {
+    received: Received<M>,
+    lost_before: u64,
 }
 
 impl<M: RosMessage> Subscription<M> {
     pub(crate) fn new(
-        topic: &str,
+        (topic, depth): (&str, usize),
         queue: Arc<Queue<M>>,
         reader: Option<Reader<M>>,
         endpoint: OpenEndpoint,
@@ -49,6 +58,8 @@ impl<M: RosMessage> Subscription<M> {
             reader,
             counters,
             sequence: Mutex::default(),
+            waiting: Mutex::default(),
+            depth,
             malformed: Throttle::for_warnings(),
         }
     }
@@ -70,13 +81,7 @@ impl<M: RosMessage> Subscription<M> {
         if let Some(taken) = self.queue.take() {
             return Some(self.accept_from_host(taken));
         }
-        let reader = self.reader.as_ref()?;
-        while let Some(taken) = reader.take() {
-            if let Some(received) = self.accept(reader, taken) {
-                return Some(received);
-            }
-        }
-        None
+        self.take_from_outside(self.reader.as_ref()?)
     }
 
     /// The topic, by its absolute name.
@@ -113,11 +118,32 @@ impl<M: RosMessage> Subscription<M> {
     async fn next_from_outside(&self) -> Received<M> {
         let Some(reader) = &self.reader else { return std::future::pending().await };
         loop {
-            let taken = reader.next().await;
-            if let Some(received) = self.accept(reader, taken) {
+            if let Some(received) = self.take_from_outside(reader) {
                 return received;
             }
+            // Nothing is here, so what is missing before the next message never was.
+            let taken = reader.next().await;
+            if let Some(waiting) = self.accept(taken) {
+                reader.heard(&waiting.received.message, waiting.lost_before);
+                self.lock_waiting().push_back(waiting);
+            }
         }
+    }
+
+    /// The next message from outside if it is here already. The library's own cache holds one message more
+    /// than it is told to, and gives the oldest first: a slow reader would always be a period behind.
+    fn take_from_outside(&self, reader: &Reader<M>) -> Option<Received<M>> {
+        let mut waiting = self.lock_waiting();
+        while let Some(taken) = reader.take() {
+            waiting.extend(self.accept(taken));
+        }
+        let mut lost = 0;
+        while waiting.len() > self.depth {
+            lost += waiting.pop_front().map_or(0, |displaced| displaced.lost_before + 1);
+        }
+        let next = waiting.pop_front()?;
+        self.counters.count_received(lost + next.lost_before);
+        Some(next.received)
     }
 
     fn accept_from_host(&self, taken: inbox::Taken<M>) -> Received<M> {
@@ -125,7 +151,7 @@ impl<M: RosMessage> Subscription<M> {
         taken.received
     }
 
-    fn accept(&self, reader: &Reader<M>, taken: reader::Taken<M>) -> Option<Received<M>> {
+    fn accept(&self, taken: reader::Taken<M>) -> Option<Waiting<M>> {
         let (message, info) = match taken {
             Ok(taken) => taken,
             Err(error) => {
@@ -142,11 +168,10 @@ impl<M: RosMessage> Subscription<M> {
             self.counters.count_malformed();
             return None;
         }
-        let lost = self.lost_before(sender, info.sequence_number())?;
-        self.counters.count_received(lost);
-        reader.heard(&message, lost);
+        let lost_before = self.lost_before(sender, info.sequence_number())?;
         let sent = info.source_timestamp().map(|time| Stamp::from_nanos(time.to_nanos()));
-        Some(Received { message: Arc::new(message), sent })
+        let received = Received { message: Arc::new(message), sent };
+        Some(Waiting { received, lost_before })
     }
 
     /// How many messages are missing between this one and the last one of the same sender; none for a message
@@ -160,6 +185,10 @@ impl<M: RosMessage> Subscription<M> {
         sequence.insert(sender, number);
         let lost = last.map_or(0, |last| number.saturating_sub(last).saturating_sub(1));
         Some(u64::try_from(lost).unwrap_or(0))
+    }
+
+    fn lock_waiting(&self) -> MutexGuard<'_, VecDeque<Waiting<M>>> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn refuse(&self, error: &ros2_client::ReadError) {
