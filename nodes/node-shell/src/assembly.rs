@@ -12,6 +12,10 @@ use std::time::{Duration, Instant};
 /// 4.9 MB, this stays below 200 MB.
 const MOST_BYTES: u64 = 64 << 20;
 
+/// The same where not one message comes through. What is begun before the next look, and until the library
+/// has let go of the last reader, comes on top.
+const MOST_BYTES_IN_SILENCE: u64 = 24 << 20;
+
 /// The library lets a begun message go ten seconds after its last fragment, and looks every two.
 const KEPT: Duration = Duration::from_secs(12);
 
@@ -62,7 +66,7 @@ impl AssemblyWatch {
             self.least_in_silence.map_or(resident_bytes, |least| least.min(resident_bytes));
         self.least_in_silence = Some(before);
         now.duration_since(self.last_heard) > SILENCE
-            && resident_bytes.saturating_sub(before) > MOST_BYTES
+            && resident_bytes.saturating_sub(before) > MOST_BYTES_IN_SILENCE
     }
 }
 
@@ -108,7 +112,7 @@ mod tests {
         let at = |seconds| start + Duration::from_secs(seconds);
         let mut watch = AssemblyWatch::new(start, Some(50 * MB));
         assert!(!watch.grows_in_silence(start, 500 * MB), "too early");
-        assert!(!watch.grows_in_silence(at(5), 100 * MB), "too little");
+        assert!(!watch.grows_in_silence(at(5), 70 * MB), "too little");
         assert!(watch.grows_in_silence(at(5), 500 * MB));
         watch.heard(at(5));
         assert!(!watch.grows_in_silence(at(9), 510 * MB), "it did not grow since");

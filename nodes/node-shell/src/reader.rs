@@ -11,7 +11,7 @@ use crate::assembly::{AssemblyWatch, resident_bytes};
 use crate::throttle::Throttle;
 
 /// How often a reader that waits looks after its memory.
-const LOOK_AFTER: Duration = Duration::from_millis(250);
+const LOOK_AFTER: Duration = Duration::from_millis(100);
 
 /// A message with what came along, or why it is none.
 pub(crate) type Taken<M> = Result<(M, MessageInfo), ReadError>;
