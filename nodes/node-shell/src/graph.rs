@@ -5,22 +5,24 @@
 //! itself, takes `/clock` for a topic of another type, and does not compare types at all: the DDS
 //! library matches by the topic's name alone, so that a foreign message would be decoded as ours.
 
+mod broken;
+mod follow;
 mod names;
 mod open_endpoint;
 mod trouble;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use futures::StreamExt;
-use futures::stream::BoxStream;
-use rustdds::{DomainParticipant, DomainParticipantStatusEvent, GUID, QosPolicies, StatusEvented};
+use rustdds::{GUID, QosPolicies};
 use tokio::sync::watch;
 
 use crate::exchange::{EndpointId, Exchange};
 use crate::host::Siblings;
-use names::{NodeNames, ParticipantNodes};
+use broken::Broken;
+pub(crate) use broken::{Prefix, Renew};
+use names::NodeNames;
 pub(crate) use open_endpoint::OpenEndpoint;
 use trouble::End;
 pub(crate) use trouble::{Trouble, TroubleKind};
@@ -64,7 +66,6 @@ pub struct Match {
 }
 
 /// One of the node's own endpoints.
-#[derive(Debug)]
 struct Endpoint {
     role: Role,
     topic: String,
@@ -75,6 +76,8 @@ struct Endpoint {
     peers: BTreeSet<GUID>,
     /// Peers that do not fit.
     misfits: BTreeMap<GUID, Misfit>,
+    /// What makes it anew on the network.
+    renewal: Option<Weak<dyn Renew>>,
 }
 
 /// Why a peer does not fit.
@@ -101,13 +104,20 @@ impl Endpoint {
 pub(crate) struct Graph {
     endpoints: Arc<Mutex<BTreeMap<EndpointId, Endpoint>>>,
     names: Arc<Mutex<NodeNames>>,
+    broken: Arc<Mutex<Broken>>,
     exchange: Arc<Exchange>,
     siblings: Siblings,
 }
 
 impl Graph {
     pub(crate) fn new(exchange: Arc<Exchange>, siblings: Siblings) -> Self {
-        Self { endpoints: Arc::default(), names: Arc::default(), exchange, siblings }
+        Self {
+            endpoints: Arc::default(),
+            names: Arc::default(),
+            broken: Arc::default(),
+            exchange,
+            siblings,
+        }
     }
 
     /// Creates what an endpoint has on the network and enters it, so that no match can be seen before it
@@ -127,6 +137,7 @@ impl Graph {
             guid,
             peers: BTreeSet::new(),
             misfits: BTreeMap::new(),
+            renewal: None,
         };
         endpoints.insert(id, entry);
         drop(endpoints);
@@ -150,6 +161,13 @@ impl Graph {
         drop(endpoints);
         self.exchange.tell();
         Ok(created)
+    }
+
+    /// From now on `renewal` is asked to make the endpoint anew where a link was down for too long.
+    pub(crate) fn renew_with(&self, id: EndpointId, renewal: Weak<dyn Renew>) {
+        if let Some(endpoint) = self.lock().get_mut(&id) {
+            endpoint.renewal = Some(renewal);
+        }
     }
 
     pub(crate) fn leave(&self, id: EndpointId) {
@@ -234,149 +252,17 @@ impl Graph {
         endpoint.peers.iter().filter(|peer| !self.siblings.contain(**peer)).count()
     }
 
-    /// Follows the participant's events until `stop` resolves.
-    pub(crate) async fn follow(
-        self,
-        participant: DomainParticipant,
-        stop: impl Future<Output = ()>,
-    ) {
-        let listener = participant.status_listener();
-        let events = listener.as_async_status_stream();
-        let mut announced: BoxStream<'_, ParticipantNodes> = match names::announced(&participant) {
-            Some(announced) => announced.boxed(),
-            None => futures::stream::pending().boxed(),
-        };
-        futures::pin_mut!(events);
-        futures::pin_mut!(stop);
-        loop {
-            tokio::select! {
-                () = &mut stop => return,
-                event = events.next() => match event {
-                    Some(event) => self.take(&event, &participant),
-                    None => return,
-                },
-                Some(nodes) = announced.next() => self.lock_names().take(nodes),
-            }
-        }
-    }
-
-    fn take(&self, event: &DomainParticipantStatusEvent, participant: &DomainParticipant) {
-        use DomainParticipantStatusEvent as Event;
-        match event {
-            Event::RemoteReaderMatched { local_writer, remote_reader } => {
-                let peer_type = participant
-                    .discovered_readers()
-                    .into_iter()
-                    .find(|reader| reader.subscription_topic_data.key() == *remote_reader)
-                    .map(|reader| reader.subscription_topic_data.type_name().clone());
-                self.matched(*local_writer, *remote_reader, peer_type);
-            }
-            Event::RemoteWriterMatched { local_reader, remote_writer } => {
-                let peer_type = participant
-                    .discovered_writers()
-                    .into_iter()
-                    .find(|writer| writer.publication_topic_data.key == *remote_writer)
-                    .map(|writer| writer.publication_topic_data.type_name);
-                self.matched(*local_reader, *remote_writer, peer_type);
-            }
-            Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
-                self.lost(|peer| peer == guid);
-            }
-            Event::ParticipantLost { id, .. } => {
-                self.lost(|peer| peer.prefix == *id);
-                self.lock_names().forget(|prefix| prefix[..] == *id.as_ref());
-            }
-            Event::RemoteReaderQosIncompatible {
-                local_writer,
-                remote_reader,
-                requested_qos,
-                offered_qos,
-            } => {
-                self.incompatible((*local_writer, *remote_reader), offered_qos, requested_qos);
-            }
-            Event::RemoteWriterQosIncompatible {
-                local_reader,
-                remote_writer,
-                requested_qos,
-                offered_qos,
-            } => {
-                self.incompatible((*local_reader, *remote_writer), offered_qos, requested_qos);
-            }
-            _ => {}
-        }
-    }
-
-    fn matched(&self, own: GUID, peer: GUID, peer_type: Option<String>) {
-        let mut endpoints = self.lock();
-        let Some(endpoint) = of_guid(&mut endpoints, own) else { return };
-        match peer_type {
-            Some(other) if other != endpoint.dds_type => {
-                drop(endpoints);
-                self.misfit(own, peer, Misfit::OtherType(other));
-                return;
-            }
-            _ => {
-                // It may have been one that did not fit, and has changed what it offers.
-                endpoint.misfits.remove(&peer);
-                endpoint.peers.insert(peer);
-                tracing::debug!(
-                    "{}: {} {}(s)",
-                    endpoint.topic,
-                    endpoint.peers.len(),
-                    endpoint.role.peers()
-                );
-            }
-        }
-        drop(endpoints);
-        self.exchange.tell();
-    }
-
-    fn incompatible(
-        &self,
-        (own, peer): (GUID, GUID),
-        offered: &QosPolicies,
-        requested: &QosPolicies,
-    ) {
-        let (offered, requested) = (Box::new(offered.clone()), Box::new(requested.clone()));
-        self.misfit(own, peer, Misfit::Incompatible { offered, requested });
-    }
-
-    /// Notes a peer that does not fit, and tells of it when it is new.
-    fn misfit(&self, own: GUID, peer: GUID, misfit: Misfit) {
-        let who = self.lock_names().of(peer);
-        let mut endpoints = self.lock();
-        let Some(endpoint) = of_guid(&mut endpoints, own) else { return };
-        let trouble = endpoint.trouble(&who, &misfit);
-        endpoint.peers.remove(&peer);
-        if endpoint.misfits.insert(peer, misfit).is_none() {
-            match trouble.kind {
-                TroubleKind::OtherType => tracing::error!("{}: {}", trouble.topic, trouble.text),
-                TroubleKind::Incompatible => tracing::warn!("{}: {}", trouble.topic, trouble.text),
-            }
-        }
-        drop(endpoints);
-        self.exchange.tell();
-    }
-
-    fn lost(&self, is_lost: impl Fn(&GUID) -> bool) {
-        for endpoint in self.lock().values_mut() {
-            endpoint.peers.retain(|peer| !is_lost(peer));
-            endpoint.misfits.retain(|peer, _| !is_lost(peer));
-        }
-        self.exchange.tell();
-    }
-
     fn lock(&self) -> MutexGuard<'_, BTreeMap<EndpointId, Endpoint>> {
         self.endpoints.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn lock_broken(&self) -> MutexGuard<'_, Broken> {
+        self.broken.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn lock_names(&self) -> MutexGuard<'_, NodeNames> {
         self.names.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-fn of_guid(endpoints: &mut BTreeMap<EndpointId, Endpoint>, guid: GUID) -> Option<&mut Endpoint> {
-    endpoints.values_mut().find(|endpoint| endpoint.guid == Some(guid))
 }
 
 #[cfg(test)]

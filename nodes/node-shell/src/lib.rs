@@ -48,6 +48,7 @@ mod in_process;
 mod inbox;
 pub mod log;
 pub mod names;
+mod network;
 mod node;
 #[cfg(test)]
 mod over_dds;
@@ -65,6 +66,7 @@ mod subscription;
 mod survey;
 mod throttle;
 mod transport;
+mod writer;
 
 pub use arguments::RosArguments;
 pub use counters::Counters;

@@ -1,17 +1,11 @@
 //! A ROS 2 node: its name, its parameters, its endpoints, and its participant on the network.
 
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, Weak};
 
 use msgs::{RosMessage, RosService};
-use ros2_client::{Context, NodeName, NodeOptions};
-use rustdds::{DomainParticipant, GUID, QosPolicies, RTPSEntity, Topic, TopicKind};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use tokio::sync::watch;
-use tokio::task::JoinHandle;
-use tracing::Instrument;
 
 use crate::arguments::RosArguments;
 use crate::counters::Counters;
@@ -22,21 +16,20 @@ use crate::graph::{Graph, Match, OpenEndpoint, Role};
 use crate::host::Host;
 use crate::inbox::Queue;
 use crate::names::{self, NodeIdentity};
+use crate::network::Network;
 use crate::parameters::{self, ParameterError};
-use crate::payload::Payload;
 use crate::publisher::{Outlet, Publisher, RawPublisher};
 use crate::qos::Qos;
-use crate::reader::{MakeReader, Reader, Renewal};
+use crate::reader::{MakeReader, Reader};
 use crate::service::Service;
 use crate::shutdown::Shutdown;
 use crate::subscription::Subscription;
 use crate::survey::{self, DiscoveredEndpoint};
-use crate::transport::{Announcer, GrantedBuffer, Joined, ReceiveHealth, Transport};
+use crate::transport::{GrantedBuffer, Transport};
+use crate::writer::{MakeWriter, Writer};
 
 /// The topic that nodes report about themselves on.
 const DIAGNOSTICS: &str = "/diagnostics";
-/// How long the node waits for its own tasks at the end.
-const LONGEST_CLOSE: Duration = Duration::from_millis(500);
 
 /// A running node.
 pub struct Node {
@@ -46,19 +39,6 @@ pub struct Node {
     counters: Counters,
     host: Host,
     network: Option<Network>,
-}
-
-/// What a node has on the network.
-struct Network {
-    granted: GrantedBuffer,
-    health: Arc<ReceiveHealth>,
-    /// Ends the node's own tasks; not the same as the host's shutdown, which only asks the program to end.
-    stop: watch::Sender<bool>,
-    tasks: Vec<JoinHandle<()>>,
-    // In the order in which they must end: the announcer, the node, then the context.
-    announcer: Option<Announcer>,
-    inner: Arc<Mutex<ros2_client::Node>>,
-    context: Context,
 }
 
 impl Node {
@@ -185,8 +165,11 @@ impl Node {
                     .map_err(|reason| endpoint_error("subscription", &absolute, reason))?;
                 let graph = self.graph.clone();
                 let remake: MakeReader<M> = Box::new(move || graph.renew(id, &make));
-                let renewal = (!qos.is_reliable()).then(|| Renewal::new(remake));
-                first.map(|first| Reader::new(&absolute, first, renewal))
+                first.map(|first| {
+                    let reader = Reader::new(&absolute, first, qos.is_reliable(), remake);
+                    self.graph.renew_with(id, reader.renewal());
+                    reader
+                })
             }
         };
         let counters = self.counters.of_subscription(&absolute);
@@ -205,21 +188,39 @@ impl Node {
         }
     }
 
+    #[cfg(test)]
+    pub(crate) fn graph(&self) -> &Graph {
+        &self.graph
+    }
+
     fn outlet(&self, topic: &str, type_name: &str, qos: &Qos) -> Result<Outlet, ShellError> {
         let absolute = self.resolve(topic)?;
         let dds_type = names::dds_type_name(type_name)?;
         let key = TopicKey { topic: absolute.clone(), dds_type: dds_type.clone() };
         let id = self.host.exchange().enter_publisher(key, qos);
         let endpoint = OpenEndpoint::new(id, &self.graph);
-        let writer = self.graph.enter(id, (Role::Publisher, &absolute, &dds_type), || {
-            let Some(network) = &self.network else { return Ok(None) };
-            let policies = qos.writer_policies();
-            let participant = network.context.domain_participant();
-            let writer = dds_topic(&participant, &absolute, &dds_type, &policies)
-                .and_then(|topic| network.publisher(&topic))
-                .map_err(|reason| endpoint_error("publisher", &absolute, reason))?;
-            Ok::<_, ShellError>(Some((writer.guid(), writer)))
-        })?;
+        let keeps = if qos.is_transient_local() { qos.depth() } else { 0 };
+        let writer = match &self.network {
+            None => self
+                .graph
+                .enter(id, (Role::Publisher, &absolute, &dds_type), || Ok::<_, ShellError>(None))?,
+            Some(network) => {
+                let make =
+                    network.writer_maker(&absolute, &dds_type, qos.writer_policies(type_name));
+                let first = self
+                    .graph
+                    .enter(id, (Role::Publisher, &absolute, &dds_type), || make().map(Some))
+                    .map_err(|reason| endpoint_error("publisher", &absolute, reason))?;
+                let graph = self.graph.clone();
+                let remake: MakeWriter = Box::new(move || graph.renew(id, &make));
+                first.map(|first| {
+                    let writer = Writer::new(&absolute, first, keeps, remake);
+                    let link: Weak<Writer> = Arc::downgrade(&writer);
+                    self.graph.renew_with(id, link);
+                    writer
+                })
+            }
+        };
         Ok(Outlet {
             topic: absolute.as_str().into(),
             exchange: Arc::clone(self.host.exchange()),
@@ -269,21 +270,11 @@ impl Node {
     /// and subscriptions must be dropped before.
     pub async fn close(mut self) {
         let Some(network) = self.network.take() else { return };
-        network.stop.send_replace(true);
-        let Network { tasks, announcer, inner, context, .. } = network;
-        for mut task in tasks {
-            if tokio::time::timeout(LONGEST_CLOSE, &mut task).await.is_err() {
-                tracing::warn!("a task of the node did not end by itself");
-                task.abort();
-            }
-        }
         let open = self.graph.open_endpoints();
         if open > 0 {
             tracing::warn!("the node closes with {open} publishers or subscriptions still open");
         }
-        drop(announcer);
-        drop(inner);
-        drop(context);
+        network.leave().await;
     }
 
     /// A node on no network has nobody to report to.
@@ -297,100 +288,12 @@ impl Node {
             counters: self.counters.clone(),
         };
         if let Some(network) = &mut self.network {
-            network
-                .tasks
-                .push(tokio::spawn(diagnostics.run(stopped(&network.stop)).in_current_span()));
+            network.spawn(|stop| diagnostics.run(stop));
         }
         Ok(())
     }
 }
 
-impl Network {
-    fn join(
-        transport: &Transport,
-        identity: &NodeIdentity,
-        graph: &Graph,
-        host: &Host,
-    ) -> Result<Self, ShellError> {
-        let join_error =
-            |reason: String| ShellError::Join { transport: transport.to_string(), reason };
-        let Joined { announcer, participant, granted, health } = transport.join()?;
-        host.siblings().enter(participant.guid());
-        let context = Context::from_domain_participant(participant.clone())
-            .map_err(|error| join_error(error.to_string()))?;
-        let name = NodeName::new(identity.namespace(), identity.name())
-            .map_err(|error| join_error(error.to_string()))?;
-        // The library's parameter services have a mapping that Cyclone's clients cannot call, and
-        // nothing of this suite writes to its rosout.
-        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        let inner =
-            context.new_node(name, options).map_err(|error| join_error(error.to_string()))?;
-        let stop = watch::Sender::new(false);
-        let follow =
-            tokio::spawn(graph.clone().follow(participant, stopped(&stop)).in_current_span());
-        tracing::info!("node {} on {transport}; receive buffer {granted}", identity.full_name());
-        Ok(Self {
-            granted,
-            health,
-            stop,
-            tasks: vec![follow],
-            announcer,
-            inner: Arc::new(Mutex::new(inner)),
-            context,
-        })
-    }
-
-    fn publisher(&self, topic: &Topic) -> Result<ros2_client::Publisher<Payload>, String> {
-        self.lock().create_publisher(topic, None).map_err(|error| error.to_string())
-    }
-
-    /// Makes readers of one topic, one after the other.
-    fn reader_maker<M: RosMessage>(
-        &self,
-        absolute: &str,
-        dds_type: &str,
-        qos: &Qos,
-    ) -> impl Fn() -> Result<(GUID, ros2_client::Subscription<M>), String> + Send + Sync + 'static
-    {
-        let participant = self.context.domain_participant();
-        let inner = Arc::clone(&self.inner);
-        let (absolute, dds_type) = (absolute.to_owned(), dds_type.to_owned());
-        let policies = qos.reader_policies();
-        move || {
-            let topic = dds_topic(&participant, &absolute, &dds_type, &policies)?;
-            let mut node = inner.lock().unwrap_or_else(PoisonError::into_inner);
-            let reader =
-                node.create_subscription(&topic, None).map_err(|error| error.to_string())?;
-            Ok((reader.guid(), reader))
-        }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, ros2_client::Node> {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// The library's profiles cannot express resource limits, so the topic is made on the participant and its
-/// policies hold for the endpoint.
-fn dds_topic(
-    participant: &DomainParticipant,
-    absolute: &str,
-    dds_type: &str,
-    qos: &QosPolicies,
-) -> Result<Topic, String> {
-    participant
-        .create_topic(names::dds_topic_name(absolute), dds_type.to_owned(), qos, TopicKind::NoKey)
-        .map_err(|error| error.to_string())
-}
-
 fn endpoint_error(endpoint: &'static str, topic: &str, reason: String) -> ShellError {
     ShellError::Endpoint { endpoint, topic: topic.to_owned(), reason }
-}
-
-/// Resolves once the node stops its tasks, or is gone.
-fn stopped(stop: &watch::Sender<bool>) -> impl Future<Output = ()> + Send + 'static {
-    let mut stop = stop.subscribe();
-    async move {
-        let _ = stop.wait_for(|stopped| *stopped).await;
-    }
 }

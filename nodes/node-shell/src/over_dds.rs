@@ -11,8 +11,11 @@ use msgs::RosMessage;
 use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use msgs::sensor_msgs::{Image, LaserScan};
 use msgs::std_msgs::Header;
+use rustdds::LostReason;
 
-use crate::{Node, Publisher, Qos, Role, RosArguments, Subscription, Transport};
+use crate::{
+    DiscoveredEndpoint, Node, Publisher, Qos, Role, RosArguments, Subscription, Transport,
+};
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -319,6 +322,42 @@ async fn a_reader_that_is_replaced_goes_on_where_the_last_one_stopped() {
     listener.close().await;
 }
 
+/// After a link was down for longer than the lease, the library matches new endpoints alone.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn endpoints_made_anew_after_a_broken_link_exchange_messages_again() {
+    let place = Place::new();
+    let (talker, listener) = (place.node("talker"), place.node("listener"));
+    {
+        let map = talker.publisher::<LaserScan>("map", &Qos::latched()).unwrap();
+        let scans = talker.publisher::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
+        let maps_heard = listener.subscription::<LaserScan>("map", &Qos::latched()).unwrap();
+        let scans_heard = listener.subscription::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
+        let aside = listener.subscription::<LaserScan>("aside", &Qos::sensor(5)).unwrap();
+        matched(&map, &maps_heard).await;
+        matched(&scans, &scans_heard).await;
+        map.publish(scan(7)).unwrap();
+        assert_eq!(*soon("the map", maps_heard.next()).await.message, scan(7));
+        let silence = LostReason::Timeout {
+            lease: rustdds::Duration::from_secs(50),
+            elapsed: rustdds::Duration::from_secs(51),
+        };
+        let told = |one: &DiscoveredEndpoint| one.node == Some(listener.full_name());
+        let prefix = talker.survey().into_iter().find(told).unwrap().participant.0;
+        talker.graph().participant_lost(prefix, &silence);
+        assert_eq!((map.subscriber_count(), scans.subscriber_count()), (0, 0));
+        talker.graph().participant_heard(prefix);
+        matched(&scans, &scans_heard).await;
+        // The map is there for those who come late; to the reader, its new writer is another one.
+        assert_eq!(*soon("the map again", maps_heard.next()).await.message, scan(7));
+        scans.wait_for_subscribers(1).await;
+        scans.publish(scan(3)).unwrap();
+        assert_eq!(*soon("a scan", scans_heard.next()).await.message, scan(3));
+        assert_eq!(aside.publisher_count(), 0);
+    }
+    talker.close().await;
+    listener.close().await;
+}
+
 #[test]
 fn without_a_runtime_there_is_no_node() {
     let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();
@@ -336,7 +375,7 @@ async fn a_survey_tells_what_others_have() {
         let survey = soon("the discovery", async {
             loop {
                 let survey = doctor.survey();
-                let told = |one: &&crate::DiscoveredEndpoint| one.node == Some(talker.full_name());
+                let told = |one: &&DiscoveredEndpoint| one.node == Some(talker.full_name());
                 let ours = |role| survey.iter().filter(told).any(|one| one.role == role);
                 let all = survey.iter().filter(told).count() >= 3;
                 if all && ours(Role::Publisher) && ours(Role::Subscription) {

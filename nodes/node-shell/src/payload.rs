@@ -14,6 +14,15 @@ const HEADER: usize = 4;
 const ALIGNMENT: usize = 4;
 /// Bytes of one word of the tuple.
 const WORD: usize = 16;
+/// Bytes of a count of bytes, and what its place must be a multiple of.
+const COUNT: usize = 4;
+/// A shorter body is encoded word by word in no time.
+const LONG_BODY: usize = 64 * 1024;
+/// Where in a long body the count of nearly all its bytes is looked for: behind the header, the fields and
+/// the like.
+const FRONT: usize = 1024;
+/// How much may follow those bytes.
+const BACK: usize = 256;
 /// Little-endian plain CDR, the encoding that the client library announces.
 const CDR_LE: [u8; 2] = [0, 1];
 const CDR_BE: [u8; 2] = [0, 0];
@@ -38,20 +47,20 @@ pub enum PayloadError {
     Encoding(u16),
 }
 
-/// A message body in little-endian CDR, padded.
+/// A message in little-endian CDR, its body padded.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Payload {
-    body: Vec<u8>,
+    /// Header and body.
+    encoded: Vec<u8>,
 }
 
 impl Payload {
     /// Takes an encoded message, its header in front.
     pub(crate) fn from_encoded(mut encoded: Vec<u8>) -> Result<Self, PayloadError> {
         Self::check(&encoded)?;
-        encoded.drain(..HEADER);
         let padded = encoded.len().next_multiple_of(ALIGNMENT);
         encoded.resize(padded, 0);
-        Ok(Self { body: encoded })
+        Ok(Self { encoded })
     }
 
     /// Whether an encoded message can be taken.
@@ -68,22 +77,64 @@ impl Payload {
 
     /// The length on the wire.
     pub(crate) fn len(&self) -> usize {
-        HEADER + self.body.len()
+        self.encoded.len()
+    }
+
+    fn body(&self) -> &[u8] {
+        &self.encoded[HEADER..]
     }
 }
 
 impl Serialize for Payload {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let (words, tail) = self.body.as_chunks::<WORD>();
-        let mut tuple = serializer.serialize_tuple(words.len() + tail.len())?;
+        let (before, counted, after) = around_counted_bytes(self.body());
+        // What follows the counted bytes starts anywhere, and single bytes need no alignment.
+        let (words, tail) = before.as_chunks::<WORD>();
+        let elements = words.len() + tail.len() + usize::from(counted.is_some()) + after.len();
+        let mut tuple = serializer.serialize_tuple(elements)?;
         for word in words {
             tuple.serialize_element(&u128::from_le_bytes(*word))?;
         }
         for byte in tail {
             tuple.serialize_element(byte)?;
         }
+        if let Some(counted) = counted {
+            tuple.serialize_element(&Counted(counted))?;
+        }
+        for byte in after {
+            tuple.serialize_element(byte)?;
+        }
         tuple.end()
     }
+}
+
+/// Bytes with their count in front, which the client library copies at once.
+struct Counted<'bytes>(&'bytes [u8]);
+
+impl Serialize for Counted<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(self.0)
+    }
+}
+
+/// Parts a body at a run of bytes with their count in front that makes up nearly all of it, as the pixels of
+/// an image do: word by word, such a body takes longer to encode than to send. Whether the four bytes were
+/// meant for a count does not matter: the parts' encodings are the body again.
+fn around_counted_bytes(body: &[u8]) -> (&[u8], Option<&[u8]>, &[u8]) {
+    if body.len() < LONG_BODY {
+        return (body, None, &[]);
+    }
+    let (places, _) = body[..FRONT].as_chunks::<COUNT>();
+    for (place, count) in places.iter().enumerate() {
+        let start = (place + 1) * COUNT;
+        let count = u32::from_le_bytes(*count) as usize;
+        let rest = body.len() - start;
+        if (rest.saturating_sub(BACK)..=rest).contains(&count) {
+            let (counted, after) = body[start..].split_at(count);
+            return (&body[..start - COUNT], Some(counted), after);
+        }
+    }
+    (body, None, &[])
 }
 
 #[cfg(test)]
@@ -121,5 +172,35 @@ mod tests {
             prop_assert!(sent[body.len()..].iter().all(|byte| *byte == 0));
             prop_assert!(sent.len() < body.len() + 4);
         }
+
+        #[test]
+        fn a_long_body_is_parted_without_a_change(
+            front in 0..FRONT + 16, back in 0..BACK + 16, seed in any::<u8>(), found in any::<bool>(),
+        ) {
+            let front = front.next_multiple_of(COUNT);
+            let bytes: Vec<u8> = (0..LONG_BODY + 5).map(|at| (at % 239) as u8 ^ seed).collect();
+            let mut encoded = vec![0, 1, 0, 0];
+            encoded.extend(std::iter::repeat_n(seed | 1, front));
+            let count = bytes.len() - if found { back.min(bytes.len()) } else { bytes.len() };
+            encoded.extend((count as u32).to_le_bytes());
+            encoded.extend(&bytes);
+            let payload = Payload::from_encoded(encoded.clone()).unwrap();
+            let near = found && front <= FRONT - COUNT && back <= BACK - ALIGNMENT;
+            prop_assert!(!near || around_counted_bytes(payload.body()).1.is_some());
+            let sent = encode(&payload);
+            prop_assert_eq!(&sent[..encoded.len() - HEADER], &encoded[HEADER..]);
+            prop_assert!(sent.len() < encoded.len() - HEADER + ALIGNMENT);
+        }
+    }
+
+    #[test]
+    fn the_pixels_of_an_image_are_copied_at_once() {
+        let image = msgs::sensor_msgs::Image {
+            encoding: "16UC1".to_owned(),
+            data: vec![7; 640 * 480 * 2 + 1],
+            ..Default::default()
+        };
+        let payload = Payload::from_encoded(msgs::cdr::encode(&image).unwrap()).unwrap();
+        assert_eq!(around_counted_bytes(payload.body()).1, Some(&image.data[..]));
     }
 }

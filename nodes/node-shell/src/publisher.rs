@@ -14,6 +14,7 @@ use crate::graph::OpenEndpoint;
 use crate::payload::Payload;
 use crate::throttle::Throttle;
 use crate::transport::GrantedBuffer;
+use crate::writer::Writer;
 
 /// How long after its match a reader outside may still pass over what is sent to it: it has to hear of this
 /// writer in its turn, and Cyclone DDS takes what is sent before its first request of missing samples for
@@ -140,7 +141,7 @@ pub(crate) struct Outlet {
     pub(crate) exchange: Arc<Exchange>,
     pub(crate) endpoint: OpenEndpoint,
     /// None where the host is on no network.
-    pub(crate) writer: Option<ros2_client::Publisher<Payload>>,
+    pub(crate) writer: Option<Arc<Writer>>,
     /// Whether messages are kept for those who come late.
     pub(crate) keeps: bool,
     pub(crate) granted: Option<GrantedBuffer>,
@@ -187,7 +188,7 @@ impl Outlet {
         {
             tracing::warn!("{too_large}");
         }
-        writer.publish(payload).map_err(|error| match error {
+        writer.write(payload).map_err(|error| match error {
             WriteError::WouldBlock { .. } => PublishError::NotAcknowledged { topic: topic() },
             error => PublishError::Library { topic: topic(), reason: error.to_string() },
         })

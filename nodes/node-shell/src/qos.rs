@@ -10,6 +10,15 @@ use rustdds::{QosPolicies, QosPolicyBuilder, policy};
 /// smaller window the writer would block, and so starve its other readers, because one of them died.
 const RELIABLE_WINDOW: usize = 1024;
 
+/// The same for messages of megabytes, two seconds of a camera: with a thousand of them, a reader that was
+/// killed would cost gigabytes before its lease ends. The library drops what is acknowledged every 6 s only,
+/// so a window of fewer would save nothing more.
+const RELIABLE_WINDOW_OF_BULK: usize = 64;
+
+/// The types with messages of megabytes.
+const BULK: [&str; 3] =
+    ["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2"];
+
 /// How a topic is delivered.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Qos {
@@ -63,11 +72,13 @@ impl Qos {
         self.depth
     }
 
-    pub(crate) fn writer_policies(&self) -> QosPolicies {
+    /// `type_name` as `sensor_msgs/msg/Image`.
+    pub(crate) fn writer_policies(&self, type_name: &str) -> QosPolicies {
         // A latched writer keeps what it holds for readers that come late, without any, so its limit
         // is its depth; a volatile one trims to its depth by itself.
         let window = if self.reliable && !self.transient_local {
-            RELIABLE_WINDOW.max(self.depth)
+            let is_bulk = BULK.contains(&type_name);
+            self.depth.max(if is_bulk { RELIABLE_WINDOW_OF_BULK } else { RELIABLE_WINDOW })
         } else {
             self.depth
         };
@@ -108,6 +119,8 @@ impl Qos {
 mod tests {
     use super::*;
 
+    const SMALL: &str = "sensor_msgs/msg/LaserScan";
+
     fn limit(policies: &QosPolicies) -> i32 {
         policies.resource_limits().unwrap().max_samples
     }
@@ -115,18 +128,23 @@ mod tests {
     #[test]
     fn every_profile_is_bounded() {
         assert_eq!(limit(&Qos::sensor(5).reader_policies()), 5);
-        assert_eq!(limit(&Qos::sensor(5).writer_policies()), 5);
+        assert_eq!(limit(&Qos::sensor(5).writer_policies(SMALL)), 5);
         assert_eq!(limit(&Qos::sensor(0).reader_policies()), 1);
         assert_eq!(limit(&Qos::reliable(10).reader_policies()), 10);
-        assert_eq!(limit(&Qos::reliable(10).writer_policies()), 1024);
-        assert_eq!(limit(&Qos::latched().writer_policies()), 1);
+        assert_eq!(limit(&Qos::reliable(10).writer_policies(SMALL)), 1024);
+        assert_eq!(limit(&Qos::reliable(10).writer_policies("sensor_msgs/msg/Image")), 64);
+        assert_eq!(limit(&Qos::reliable(100).writer_policies("sensor_msgs/msg/Image")), 100);
+        assert_eq!(limit(&Qos::latched().writer_policies("sensor_msgs/msg/PointCloud2")), 1);
         assert_eq!(limit(&Qos::latched().reader_policies()), 1);
     }
 
     #[test]
     fn offers_fit_requests_as_rep_2003_counts_on() {
         let fits = |offer: Qos, request: Qos| {
-            offer.writer_policies().compliance_failure_wrt(&request.reader_policies()).is_none()
+            offer
+                .writer_policies(SMALL)
+                .compliance_failure_wrt(&request.reader_policies())
+                .is_none()
         };
         for offer in [Qos::sensor(5), Qos::reliable(1), Qos::latched()] {
             assert!(fits(offer, Qos::sensor(5)), "{offer:?}");

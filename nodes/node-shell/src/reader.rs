@@ -1,13 +1,14 @@
 //! The end of a subscription on the network: a reader of the DDS library, which may be replaced by a new
 //! one under the subscription's hands.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
 use msgs::RosMessage;
 use ros2_client::{MessageInfo, ReadError};
 
 use crate::assembly::{AssemblyWatch, resident_bytes};
+use crate::graph::Renew;
 use crate::throttle::Throttle;
 
 /// How often a reader that waits looks after its memory.
@@ -23,35 +24,80 @@ pub(crate) type MakeReader<M> = Box<dyn Fn() -> Result<LibraryReader<M>, String>
 
 /// A reader, and what is needed to replace it.
 pub(crate) struct Reader<M> {
-    topic: Arc<str>,
-    current: Mutex<Arc<LibraryReader<M>>>,
-    renewal: Option<Renewal<M>>,
+    link: Arc<Link<M>>,
+    /// None for a reliable reader: the library never gives up what such a one has begun.
+    assembly: Option<Assembly>,
     /// Lives longer than one wait, which its owner may cut short again and again.
     next_look: Mutex<tokio::time::Instant>,
 }
 
-/// None for a reliable reader: the library never gives up what such a one has begun.
-pub(crate) struct Renewal<M> {
+/// The library's reader of the moment.
+struct Link<M> {
+    topic: Arc<str>,
+    current: Mutex<Arc<LibraryReader<M>>>,
     make: MakeReader<M>,
+}
+
+/// Watches over what comes in part only.
+struct Assembly {
     watch: Mutex<AssemblyWatch>,
     warnings: Throttle,
 }
 
-impl<M> Renewal<M> {
-    pub(crate) fn new(make: MakeReader<M>) -> Self {
-        let watch = AssemblyWatch::new(Instant::now(), resident_bytes());
-        Self { make, watch: Mutex::new(watch), warnings: Throttle::for_warnings() }
+impl<M> Link<M> {
+    /// Replaces the reader by a new one; `false` where that is refused.
+    fn renew(&self) -> bool {
+        match (self.make)() {
+            Ok(reader) => {
+                *self.lock() = Arc::new(reader);
+                true
+            }
+            Err(reason) => {
+                tracing::warn!("{}: {reason}", self.topic);
+                false
+            }
+        }
     }
 
-    fn watch(&self) -> MutexGuard<'_, AssemblyWatch> {
+    fn lock(&self) -> MutexGuard<'_, Arc<LibraryReader<M>>> {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<M: RosMessage> Renew for Link<M> {
+    fn renew(&self) {
+        self.renew();
+    }
+}
+
+impl Assembly {
+    fn new() -> Self {
+        let watch = AssemblyWatch::new(Instant::now(), resident_bytes());
+        Self { watch: Mutex::new(watch), warnings: Throttle::for_warnings() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, AssemblyWatch> {
         self.watch.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl<M: RosMessage> Reader<M> {
-    pub(crate) fn new(topic: &str, reader: LibraryReader<M>, renewal: Option<Renewal<M>>) -> Self {
+    pub(crate) fn new(
+        topic: &str,
+        first: LibraryReader<M>,
+        reliable: bool,
+        make: MakeReader<M>,
+    ) -> Self {
+        let link = Link { topic: topic.into(), current: Mutex::new(Arc::new(first)), make };
         let next_look = Mutex::new(tokio::time::Instant::now() + LOOK_AFTER);
-        Self { topic: topic.into(), current: Mutex::new(Arc::new(reader)), renewal, next_look }
+        let assembly = (!reliable).then(Assembly::new);
+        Self { link: Arc::new(link), assembly, next_look }
+    }
+
+    /// What makes the reader anew.
+    pub(crate) fn renewal(&self) -> Weak<dyn Renew> {
+        let link: Weak<Link<M>> = Arc::downgrade(&self.link);
+        link
     }
 
     /// The next message if it is here already.
@@ -74,9 +120,9 @@ impl<M: RosMessage> Reader<M> {
     /// Notes a message that came while it was waited for, and how many were lost before it: those were not
     /// displaced by later ones, but never whole.
     pub(crate) fn heard(&self, message: &M, lost: u64) {
-        let Some(renewal) = &self.renewal else { return };
+        let Some(assembly) = &self.assembly else { return };
         let now = Instant::now();
-        let mut watch = renewal.watch();
+        let mut watch = assembly.lock();
         watch.heard(now);
         if lost == 0 {
             return;
@@ -87,53 +133,37 @@ impl<M: RosMessage> Reader<M> {
         let too_much = watch.lost_too_much(now);
         drop(watch);
         if too_much {
-            self.renew(renewal);
+            self.start_anew(assembly);
         }
     }
 
     fn look_after_silence(&self) {
         *self.lock_next_look() = tokio::time::Instant::now() + LOOK_AFTER;
-        let (Some(renewal), Some(resident)) = (&self.renewal, resident_bytes()) else { return };
-        let grows = renewal.watch().grows_in_silence(Instant::now(), resident);
+        let (Some(assembly), Some(resident)) = (&self.assembly, resident_bytes()) else { return };
+        let grows = assembly.lock().grows_in_silence(Instant::now(), resident);
         if grows {
-            self.renew(renewal);
+            self.start_anew(assembly);
         }
     }
 
-    /// Replaces the reader by a new one.
-    #[cfg(test)]
-    pub(crate) fn renew_now(&self) {
-        if let Some(renewal) = &self.renewal {
-            self.renew(renewal);
+    fn start_anew(&self, assembly: &Assembly) {
+        if self.link.renew()
+            && let Some(held_back) = assembly.warnings.pass()
+        {
+            tracing::warn!(
+                "{}: so many messages came in part only that their rests filled the memory; they \
+                 are dropped ({held_back} more such since the last warning)",
+                self.link.topic
+            );
         }
-    }
-
-    fn renew(&self, renewal: &Renewal<M>) {
-        match (renewal.make)() {
-            Ok(reader) => {
-                *self.lock() = Arc::new(reader);
-                if let Some(held_back) = renewal.warnings.pass() {
-                    tracing::warn!(
-                        "{}: so many messages came in part only that their rests filled the memory; \
-                         they are dropped ({held_back} more such since the last warning)",
-                        self.topic
-                    );
-                }
-            }
-            Err(reason) => tracing::warn!("{}: {reason}", self.topic),
-        }
-        *renewal.watch() = AssemblyWatch::new(Instant::now(), resident_bytes());
+        *assembly.lock() = AssemblyWatch::new(Instant::now(), resident_bytes());
     }
 
     fn current(&self) -> Arc<LibraryReader<M>> {
-        Arc::clone(&self.lock())
+        Arc::clone(&self.link.lock())
     }
 
     fn lock_next_look(&self) -> MutexGuard<'_, tokio::time::Instant> {
         self.next_look.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Arc<LibraryReader<M>>> {
-        self.current.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

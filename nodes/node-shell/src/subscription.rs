@@ -111,7 +111,9 @@ impl<M: RosMessage> Subscription<M> {
     #[cfg(test)]
     pub(crate) fn renew_reader(&self) {
         if let Some(reader) = &self.reader {
-            reader.renew_now();
+            if let Some(link) = reader.renewal().upgrade() {
+                link.renew();
+            }
         }
     }
 

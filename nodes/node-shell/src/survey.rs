@@ -103,7 +103,8 @@ impl DiscoveredQos {
     /// That of a publisher of this suite.
     #[must_use]
     pub fn of_publisher(qos: &Qos) -> Self {
-        Self { role: Role::Publisher, policies: qos.writer_policies() }
+        // The limits, in which a writer's policies differ from a reader's, are told to nobody.
+        Self { role: Role::Publisher, policies: qos.reader_policies() }
     }
 
     /// That of a subscription of this suite.

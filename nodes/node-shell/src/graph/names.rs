@@ -48,22 +48,31 @@ impl NodeNames {
         }
     }
 
-    pub(super) fn forget(&mut self, is_lost: impl Fn(&[u8; 12]) -> bool) {
-        self.participants.retain(|prefix, _| !is_lost(prefix));
+    pub(super) fn forget(&mut self, participant: &[u8; 12]) {
+        self.participants.remove(participant);
     }
 
     /// Who an endpoint belongs to: a node when it is known, or else a participant.
     pub(super) fn of(&self, endpoint: GUID) -> String {
         let prefix = prefix(&endpoint.to_bytes());
         let nodes = self.nodes_of(&prefix);
-        let number = prefix.iter().fold(String::new(), |mut number, byte| {
-            let _ = write!(number, "{byte:02x}");
-            number
-        });
+        let number = in_hex(&prefix);
         match self.node_of(endpoint) {
             Some(node) => format!("node {node}"),
             None if nodes.is_empty() => format!("of participant {number}"),
             None => format!("of one of the {} nodes of participant {number}", nodes.len()),
+        }
+    }
+
+    /// Who a participant is: its nodes when they are known.
+    pub(super) fn of_participant(&self, prefix: [u8; 12]) -> String {
+        match self.nodes_of(&prefix) {
+            [] => format!("participant {}", in_hex(&prefix)),
+            [only] => format!("node {}", full_name(only)),
+            several => {
+                let names: Vec<_> = several.iter().map(full_name).collect();
+                format!("nodes {}", names.join(", "))
+            }
         }
     }
 
@@ -77,12 +86,23 @@ impl NodeNames {
             [only] => Some(only),
             _ => None,
         })?;
-        Some(format!("{}/{}", owner.namespace.trim_end_matches('/'), owner.name))
+        Some(full_name(owner))
     }
 
     fn nodes_of(&self, prefix: &[u8; 12]) -> &[NodeEndpoints] {
         self.participants.get(prefix).map_or(&[], Vec::as_slice)
     }
+}
+
+fn full_name(node: &NodeEndpoints) -> String {
+    format!("{}/{}", node.namespace.trim_end_matches('/'), node.name)
+}
+
+fn in_hex(prefix: &[u8; 12]) -> String {
+    prefix.iter().fold(String::new(), |mut number, byte| {
+        let _ = write!(number, "{byte:02x}");
+        number
+    })
 }
 
 fn prefix(guid: &[u8; 16]) -> [u8; 12] {
@@ -147,7 +167,9 @@ mod tests {
             nodes: vec![node("driver", guid(0xab, 1))],
         });
         assert_eq!(of(&names, 0xab, 9), "node /driver");
-        names.forget(|prefix| prefix == &[0xab; 12]);
+        assert_eq!(names.of_participant([0xab; 12]), "node /driver");
+        names.forget(&[0xab; 12]);
+        assert!(names.of_participant([0xab; 12]).starts_with("participant abab"));
         assert!(of(&names, 0xab, 1).starts_with("of participant"));
     }
 }

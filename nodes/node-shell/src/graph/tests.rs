@@ -62,7 +62,7 @@ fn a_peer_of_another_type_is_none() {
 fn a_misfit_is_a_trouble_as_long_as_it_is_there() {
     let (graph, id) = with_subscription();
     let (offered, requested) =
-        (Qos::sensor(5).writer_policies(), Qos::reliable(5).reader_policies());
+        (Qos::sensor(5).writer_policies("a/msg/Scan"), Qos::reliable(5).reader_policies());
     graph.incompatible((guid(1), guid(2)), &offered, &requested);
     graph.incompatible((guid(1), guid(2)), &offered, &requested);
     graph.matched(guid(1), guid(3), Some("a::msg::dds_::Other_".to_owned()));

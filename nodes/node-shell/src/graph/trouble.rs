@@ -128,7 +128,12 @@ mod tests {
     };
 
     fn incompatible(offer: Qos, request: Qos) -> String {
-        END.incompatible("node /driver", &offer.writer_policies(), &request.reader_policies()).text
+        END.incompatible(
+            "node /driver",
+            &offer.writer_policies("a/msg/Scan"),
+            &request.reader_policies(),
+        )
+        .text
     }
 
     #[test]

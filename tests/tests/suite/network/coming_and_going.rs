@@ -175,7 +175,6 @@ fn who_comes_late_gets_the_map_of_the_other_machine() {
 const LONGER_THAN_THE_LEASE: Duration = Duration::from_secs(60);
 
 #[test]
-#[ignore = "a known fault of RustDDS (see the limits in nodes/node-shell/README.md); takes 70 s"]
 fn after_a_link_was_broken_for_longer_than_the_lease_messages_arrive_again() {
     let Some(site) = Site::new() else { return };
     let (driver, compute, link) = site.two_machines();

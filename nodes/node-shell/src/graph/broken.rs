@@ -1,0 +1,58 @@
+//! Peers whose link was down for so long that the match has ended.
+//!
+//! When such a peer is heard again, the library knows its endpoints again but does not match them with those
+//! of ours that were there before (RustDDS 0.15). New endpoints it does match, so ours are made anew.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use crate::exchange::EndpointId;
+
+/// Something with an end on the network that can be made anew.
+pub(crate) trait Renew: Send + Sync {
+    /// Replaces the end on the network. What is kept for those who come late is offered again.
+    fn renew(&self);
+}
+
+/// The first twelve bytes of a participant's identity.
+pub(crate) type Prefix = [u8; 12];
+
+/// How many participants that fell silent are remembered.
+const MOST: usize = 256;
+
+/// The participants that fell silent, the latest at the end.
+#[derive(Default)]
+pub(super) struct Broken {
+    silent: VecDeque<Silent>,
+}
+
+struct Silent {
+    prefix: Prefix,
+    /// The endpoints that had no part in it.
+    unconcerned: BTreeSet<EndpointId>,
+}
+
+impl Broken {
+    /// Notes that a participant was given up, and which endpoints had no part in it. What comes back is one
+    /// that is not waited for any more.
+    pub(super) fn fell_silent(
+        &mut self,
+        prefix: Prefix,
+        unconcerned: BTreeSet<EndpointId>,
+    ) -> Option<Prefix> {
+        self.ended(prefix);
+        self.silent.push_back(Silent { prefix, unconcerned });
+        if self.silent.len() > MOST { self.silent.pop_front().map(|one| one.prefix) } else { None }
+    }
+
+    /// A participant ended; it will not come back under this identity.
+    pub(super) fn ended(&mut self, prefix: Prefix) {
+        self.silent.retain(|one| one.prefix != prefix);
+    }
+
+    /// A participant is heard. Where it had been given up: which endpoints need not be made anew. An endpoint
+    /// that was opened in between needs to, as the library did not know the peer then.
+    pub(super) fn heard(&mut self, prefix: Prefix) -> Option<BTreeSet<EndpointId>> {
+        let place = self.silent.iter().position(|one| one.prefix == prefix)?;
+        self.silent.remove(place).map(|one| one.unconcerned)
+    }
+}

@@ -1,0 +1,163 @@
+//! What a node has on the network: its participant, its announcer, and its own tasks.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use futures::FutureExt;
+use futures::future::BoxFuture;
+use msgs::RosMessage;
+use ros2_client::{Context, NodeName, NodeOptions};
+use rustdds::{DomainParticipant, GUID, QosPolicies, RTPSEntity, Topic, TopicKind};
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use tracing::Instrument;
+
+use crate::error::ShellError;
+use crate::graph::Graph;
+use crate::host::Host;
+use crate::names::{self, NodeIdentity};
+use crate::payload::Payload;
+use crate::qos::Qos;
+use crate::transport::{Announcer, GrantedBuffer, Joined, ReceiveHealth, Transport};
+
+/// How long the node waits for its own tasks at the end.
+const LONGEST_CLOSE: Duration = Duration::from_millis(500);
+
+/// What a node has on the network.
+pub(crate) struct Network {
+    pub(crate) granted: GrantedBuffer,
+    pub(crate) health: Arc<ReceiveHealth>,
+    /// Ends the node's own tasks; not the same as the host's shutdown, which only asks the program to end.
+    stop: watch::Sender<bool>,
+    tasks: Vec<JoinHandle<()>>,
+    // In the order in which they must end: the announcer, the node, then the context.
+    announcer: Option<Announcer>,
+    inner: Arc<Mutex<ros2_client::Node>>,
+    pub(crate) context: Context,
+}
+
+impl Network {
+    /// Joins the network as a node of `host`.
+    pub(crate) fn join(
+        transport: &Transport,
+        identity: &NodeIdentity,
+        graph: &Graph,
+        host: &Host,
+    ) -> Result<Self, ShellError> {
+        let join_error =
+            |reason: String| ShellError::Join { transport: transport.to_string(), reason };
+        let Joined { announcer, participant, granted, health } = transport.join()?;
+        host.siblings().enter(participant.guid());
+        let context = Context::from_domain_participant(participant.clone())
+            .map_err(|error| join_error(error.to_string()))?;
+        let name = NodeName::new(identity.namespace(), identity.name())
+            .map_err(|error| join_error(error.to_string()))?;
+        // The library's parameter services have a mapping that Cyclone's clients cannot call, and
+        // nothing of this suite writes to its rosout.
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
+        let inner =
+            context.new_node(name, options).map_err(|error| join_error(error.to_string()))?;
+        let stop = watch::Sender::new(false);
+        let follow =
+            tokio::spawn(graph.clone().follow(participant, stopped(&stop)).in_current_span());
+        tracing::info!("node {} on {transport}; receive buffer {granted}", identity.full_name());
+        Ok(Self {
+            granted,
+            health,
+            stop,
+            tasks: vec![follow],
+            announcer,
+            inner: Arc::new(Mutex::new(inner)),
+            context,
+        })
+    }
+
+    /// Makes writers of one topic, one after the other.
+    pub(crate) fn writer_maker(
+        &self,
+        absolute: &str,
+        dds_type: &str,
+        policies: QosPolicies,
+    ) -> impl Fn() -> Result<(GUID, ros2_client::Publisher<Payload>), String> + Send + Sync + 'static
+    {
+        let participant = self.context.domain_participant();
+        let inner = Arc::clone(&self.inner);
+        let (absolute, dds_type) = (absolute.to_owned(), dds_type.to_owned());
+        move || {
+            let topic = dds_topic(&participant, &absolute, &dds_type, &policies)?;
+            let mut node = inner.lock().unwrap_or_else(PoisonError::into_inner);
+            let writer = node.create_publisher(&topic, None).map_err(|error| error.to_string())?;
+            Ok((writer.guid(), writer))
+        }
+    }
+
+    /// Makes readers of one topic, one after the other.
+    pub(crate) fn reader_maker<M: RosMessage>(
+        &self,
+        absolute: &str,
+        dds_type: &str,
+        qos: &Qos,
+    ) -> impl Fn() -> Result<(GUID, ros2_client::Subscription<M>), String> + Send + Sync + 'static
+    {
+        let participant = self.context.domain_participant();
+        let inner = Arc::clone(&self.inner);
+        let (absolute, dds_type) = (absolute.to_owned(), dds_type.to_owned());
+        let policies = qos.reader_policies();
+        move || {
+            let topic = dds_topic(&participant, &absolute, &dds_type, &policies)?;
+            let mut node = inner.lock().unwrap_or_else(PoisonError::into_inner);
+            let reader =
+                node.create_subscription(&topic, None).map_err(|error| error.to_string())?;
+            Ok((reader.guid(), reader))
+        }
+    }
+
+    /// Lets a task of the node run until the node leaves the network.
+    pub(crate) fn spawn<F: Future<Output = ()> + Send + 'static>(
+        &mut self,
+        task: impl FnOnce(BoxFuture<'static, ()>) -> F,
+    ) {
+        let task = task(stopped(&self.stop).boxed());
+        self.tasks.push(tokio::spawn(task.in_current_span()));
+    }
+
+    /// Ends the node's tasks, then leaves in order.
+    pub(crate) async fn leave(self) {
+        self.stop.send_replace(true);
+        let Self { tasks, announcer, inner, context, .. } = self;
+        for mut task in tasks {
+            if tokio::time::timeout(LONGEST_CLOSE, &mut task).await.is_err() {
+                tracing::warn!("a task of the node did not end by itself");
+                task.abort();
+            }
+        }
+        drop(announcer);
+        drop(inner);
+        drop(context);
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, ros2_client::Node> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The library's profiles cannot express resource limits, so the topic is made on the participant and its
+/// policies hold for the endpoint.
+fn dds_topic(
+    participant: &DomainParticipant,
+    absolute: &str,
+    dds_type: &str,
+    qos: &QosPolicies,
+) -> Result<Topic, String> {
+    participant
+        .create_topic(names::dds_topic_name(absolute), dds_type.to_owned(), qos, TopicKind::NoKey)
+        .map_err(|error| error.to_string())
+}
+
+/// Resolves once the node stops its tasks, or is gone.
+fn stopped(stop: &watch::Sender<bool>) -> impl Future<Output = ()> + Send + 'static {
+    let mut stop = stop.subscribe();
+    async move {
+        let _ = stop.wait_for(|stopped| *stopped).await;
+    }
+}
