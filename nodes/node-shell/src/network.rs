@@ -31,7 +31,7 @@ pub(crate) struct Network {
     stop: watch::Sender<bool>,
     tasks: Vec<JoinHandle<()>>,
     // In the order in which they must end: the announcer, the node, then the context.
-    announcer: Option<Announcer>,
+    _announcer: Option<Announcer>,
     inner: Arc<Mutex<ros2_client::Node>>,
     pub(crate) context: Context,
 }
@@ -66,7 +66,7 @@ impl Network {
             health,
             stop,
             tasks: vec![follow],
-            announcer,
+            _announcer: announcer,
             inner: Arc::new(Mutex::new(inner)),
             context,
         })
@@ -121,19 +121,15 @@ impl Network {
         self.tasks.push(tokio::spawn(task.in_current_span()));
     }
 
-    /// Ends the node's tasks, then leaves in order.
-    pub(crate) async fn leave(self) {
+    /// Ends the node's own tasks.
+    pub(crate) async fn stop(&mut self) {
         self.stop.send_replace(true);
-        let Self { tasks, announcer, inner, context, .. } = self;
-        for mut task in tasks {
+        for mut task in self.tasks.drain(..) {
             if tokio::time::timeout(LONGEST_CLOSE, &mut task).await.is_err() {
                 tracing::warn!("a task of the node did not end by itself");
                 task.abort();
             }
         }
-        drop(announcer);
-        drop(inner);
-        drop(context);
     }
 
     pub(crate) fn lock(&self) -> MutexGuard<'_, ros2_client::Node> {

@@ -269,12 +269,13 @@ impl Node {
     /// Leaves the network in order, so that peers know at once and need not wait for 50 s. Publishers
     /// and subscriptions must be dropped before.
     pub async fn close(mut self) {
-        let Some(network) = self.network.take() else { return };
+        let Some(mut network) = self.network.take() else { return };
+        network.stop().await;
         let open = self.graph.open_endpoints();
         if open > 0 {
             tracing::warn!("the node closes with {open} publishers or subscriptions still open");
         }
-        network.leave().await;
+        drop(network);
     }
 
     /// A node on no network has nobody to report to.

@@ -110,10 +110,8 @@ impl<M: RosMessage> Subscription<M> {
     /// Replaces the reader, as when broken messages have filled the memory.
     #[cfg(test)]
     pub(crate) fn renew_reader(&self) {
-        if let Some(reader) = &self.reader {
-            if let Some(link) = reader.renewal().upgrade() {
-                link.renew();
-            }
+        if let Some(link) = self.reader.as_ref().and_then(|reader| reader.renewal().upgrade()) {
+            link.renew();
         }
     }
 

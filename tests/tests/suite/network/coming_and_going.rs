@@ -178,18 +178,25 @@ const LONGER_THAN_THE_LEASE: Duration = Duration::from_secs(60);
 fn after_a_link_was_broken_for_longer_than_the_lease_messages_arrive_again() {
     let Some(site) = Site::new() else { return };
     let (driver, compute, link) = site.two_machines();
-    let subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 120");
+    let mut subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 120");
     let publish = format!("--topic scan --bytes 1000 --hz {HZ} --wait --seconds 120");
     let mut publisher = End::publish(&driver, &[], &publish);
     publisher.wait_for_match();
     driver.set_up(link, false);
     std::thread::sleep(LONGER_THAN_THE_LEASE);
     driver.set_up(link, true);
-    let (before, up) = (compute.received_packets(link), Instant::now());
-    while compute.received_packets(link) < before + 2 * HZ {
-        assert!(up.elapsed() < RETURN, "no messages {:?} after the link came up", up.elapsed());
+    let up = Instant::now();
+    for end in [&mut subscriber, &mut publisher] {
+        assert!(end.wait_for_line(PATIENCE, |line| line.contains("is heard again")));
+    }
+    println!("after a link was broken the ends hear of each other after {:?}", up.elapsed());
+    assert!(up.elapsed() < RETURN, "{:?}", up.elapsed());
+    let (before, heard) = (compute.received_packets(link), Instant::now());
+    while compute.received_packets(link) < before + 3 * HZ {
+        assert!(heard.elapsed() < RETURN, "no messages {:?} after that", heard.elapsed());
         std::thread::sleep(Duration::from_millis(10));
     }
     publisher.interrupt::<Published>();
-    assert!(subscriber.interrupt::<Subscribed>().received > 2 * HZ);
+    let received = subscriber.interrupt::<Subscribed>().received;
+    assert!(received > 2 * HZ, "{received}");
 }
