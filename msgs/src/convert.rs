@@ -19,6 +19,7 @@ mod pose;
 mod rows;
 mod scan;
 mod stamp;
+mod track;
 mod zone;
 
 pub use camera::{camera_from_message, message_from_camera};
@@ -33,7 +34,10 @@ pub use compressed_image::{
     COMPRESSED_IMAGE_TOPIC, ImageCodec, compressed_message_from_image,
     image_from_compressed_message,
 };
-pub use cycle::{detected_cycle_from_message, message_from_detected_cycle};
+pub use cycle::{
+    detected_cycle_from_message, message_from_detected_cycle, message_from_segmented_cycle,
+    segmented_cycle_from_message,
+};
 pub use depth::{depth_from_message, message_from_depth};
 pub use error::ConvertError;
 pub use labels::{labels_from_message, message_from_labels};
@@ -44,4 +48,5 @@ pub use pose::{
 };
 pub use scan::{message_from_scan, scan_from_message};
 pub use stamp::{stamp_from_time, time_from_stamp};
+pub use track::{message_from_tracks, tracks_from_message};
 pub use zone::{message_from_zones, zones_from_message};

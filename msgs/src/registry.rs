@@ -48,6 +48,7 @@ macro_rules! for_each_message {
             $crate::stillmap_msgs::DynamicZone,
             $crate::stillmap_msgs::DynamicZones,
             $crate::stillmap_msgs::ReducedCloud,
+            $crate::stillmap_msgs::SegmentedCloud,
             $crate::stillmap_msgs::StageReport,
             $crate::stillmap_msgs::Track,
             $crate::stillmap_msgs::Tracks,

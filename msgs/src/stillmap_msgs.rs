@@ -20,6 +20,12 @@ pub struct DynamicZone {
     pub peak_std_dev_m: f32,
     /// Cycles since it was last measured: 0 when this cycle measured it.
     pub held_cycles: u32,
+    /// Whether the two distances are known.
+    pub has_returns: bool,
+    /// The distance of the nearest return that moved, from the z axis.
+    pub nearest_return_m: f32,
+    /// That of the farthest one.
+    pub farthest_return_m: f32,
 }
 ros_message!(DynamicZone, "stillmap_msgs");
 
@@ -50,12 +56,32 @@ pub struct ReducedCloud {
     pub map_frame_id: String,
     /// Pose of the rig in the map at the stamp of the cloud.
     pub map_from_rig: Pose,
+    /// The camera's optical centre in the rig frame: where the rays to the cloud's points start.
+    pub camera_in_rig: Point,
     /// Where something moves; empty when nothing does.
     pub zones: Vec<DynamicZone>,
     /// The reduced cloud; its header is the message's own.
     pub cloud: PointCloud2,
 }
 ros_message!(ReducedCloud, "stillmap_msgs");
+
+/// What segmentation hands to reconstruction: both parts of one cycle's cloud, and from where they were seen.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct SegmentedCloud {
+    /// Stamp of the cycle's cloud; the map frame.
+    pub header: Header,
+    /// The number of the cycle, counted from 0.
+    pub cycle: u32,
+    /// Pose of the rig in the map at the stamp of the cloud.
+    pub map_from_rig: Pose,
+    /// The camera's optical centre in the rig frame: where the rays to the points start.
+    pub camera_in_rig: Point,
+    /// What stays still, in the map frame; its header is the message's own.
+    pub static_cloud: PointCloud2,
+    /// What moves, in the rig frame.
+    pub dynamic_cloud: PointCloud2,
+}
+ros_message!(SegmentedCloud, "stillmap_msgs");
 
 /// What one stage of the pipeline did in one cycle.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]

@@ -1,15 +1,16 @@
 //! What belongs to one cycle.
 
-use geometry::{Cloud, DetectedCycle};
+use geometry::{Cloud, DetectedCycle, SegmentedCycle};
 
 use super::error::excerpt;
-use super::pose::header_of;
+use super::pose::{header_of, message_from_point, point_from_message};
 use super::zone::{messages_from_zones, zones_from_messages};
 use super::{
     ConvertError, cloud_from_message, isometry_from_pose, message_from_cloud, pose_from_isometry,
     stamp_from_time, time_from_stamp,
 };
-use crate::stillmap_msgs::ReducedCloud;
+use crate::std_msgs::Header;
+use crate::stillmap_msgs::{ReducedCloud, SegmentedCloud};
 
 /// The cycle of a message.
 ///
@@ -17,15 +18,7 @@ use crate::stillmap_msgs::ReducedCloud;
 /// When its cloud has another stamp or frame than the message itself, or its cloud, pose or zones are
 /// none.
 pub fn detected_cycle_from_message(message: &ReducedCloud) -> Result<DetectedCycle, ConvertError> {
-    let (own, cloud) = (&message.header, &message.cloud.header);
-    if own != cloud {
-        return Err(ConvertError::ForeignCloud {
-            cloud_stamp_ns: stamp_from_time(cloud.stamp).as_nanos(),
-            cloud_frame_id: excerpt(&cloud.frame_id),
-            cycle_stamp_ns: stamp_from_time(own.stamp).as_nanos(),
-            cycle_frame_id: excerpt(&own.frame_id),
-        });
-    }
+    check_own(&message.header, &message.cloud.header)?;
     let points = message.points_before_reduction;
     Ok(DetectedCycle {
         index: message.cycle,
@@ -35,6 +28,7 @@ pub fn detected_cycle_from_message(message: &ReducedCloud) -> Result<DetectedCyc
             .map_err(|_| ConvertError::PointCount { points })?,
         map_from_rig: isometry_from_pose(&message.map_from_rig)?,
         map_frame_id: message.map_frame_id.clone(),
+        camera_in_rig_m: point_from_message(&message.camera_in_rig)?,
         zones: zones_from_messages(&message.zones)?,
     })
 }
@@ -50,14 +44,59 @@ pub fn message_from_detected_cycle(cycle: &DetectedCycle) -> ReducedCloud {
         points_before_reduction: cycle.points_before_reduction as u64,
         map_frame_id: cycle.map_frame_id.clone(),
         map_from_rig: pose_from_isometry(&cycle.map_from_rig),
+        camera_in_rig: message_from_point(&cycle.camera_in_rig_m),
         zones: messages_from_zones(&cycle.zones),
         cloud: message_from_cloud(&cycle.reduced_cloud),
     }
 }
 
+/// The two parts of a cycle's cloud.
+///
+/// # Errors
+/// When the static cloud has another stamp or frame than the message itself, or a cloud or the pose is none.
+pub fn segmented_cycle_from_message(
+    message: &SegmentedCloud,
+) -> Result<SegmentedCycle, ConvertError> {
+    check_own(&message.header, &message.static_cloud.header)?;
+    Ok(SegmentedCycle {
+        index: message.cycle,
+        static_cloud: cloud_from_message(&message.static_cloud)?,
+        dynamic_cloud: cloud_from_message(&message.dynamic_cloud)?,
+        map_from_rig: isometry_from_pose(&message.map_from_rig)?,
+        camera_in_rig_m: point_from_message(&message.camera_in_rig)?,
+    })
+}
+
+/// The message of the two parts of a cycle's cloud.
+#[must_use]
+pub fn message_from_segmented_cycle(cycle: &SegmentedCycle) -> SegmentedCloud {
+    let Cloud { stamp, ref frame_id, .. } = cycle.static_cloud;
+    SegmentedCloud {
+        header: header_of(stamp, frame_id),
+        cycle: cycle.index,
+        map_from_rig: pose_from_isometry(&cycle.map_from_rig),
+        camera_in_rig: message_from_point(&cycle.camera_in_rig_m),
+        static_cloud: message_from_cloud(&cycle.static_cloud),
+        dynamic_cloud: message_from_cloud(&cycle.dynamic_cloud),
+    }
+}
+
+/// Refuses the cloud of another cycle.
+fn check_own(own: &Header, cloud: &Header) -> Result<(), ConvertError> {
+    if own == cloud {
+        return Ok(());
+    }
+    Err(ConvertError::ForeignCloud {
+        cloud_stamp_ns: stamp_from_time(cloud.stamp).as_nanos(),
+        cloud_frame_id: excerpt(&cloud.frame_id),
+        cycle_stamp_ns: stamp_from_time(own.stamp).as_nanos(),
+        cycle_frame_id: excerpt(&own.frame_id),
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use geometry::{DynamicZone, Stamp, ZoneSource, pose_from_vector};
+    use geometry::{DynamicZone, ReturnSpan, Stamp, ZoneSource, pose_from_vector};
     use nalgebra::Point3;
     use proptest::prelude::*;
 
@@ -77,18 +116,21 @@ mod tests {
             points_before_reduction: 307_200,
             map_from_rig: pose_from_vector(pose),
             map_frame_id: "map".to_owned(),
+            camera_in_rig_m: Point3::new(0.1, -0.02, 0.3),
             zones: vec![
                 DynamicZone {
                     azimuth_min_rad: -0.1,
                     azimuth_max_rad: 0.25,
                     peak_std_dev_m: 0.57,
                     source: ZoneSource::Measured,
+                    returns: None,
                 },
                 DynamicZone {
                     azimuth_min_rad: 3.0,
                     azimuth_max_rad: 3.5,
                     peak_std_dev_m: 0.41,
                     source: ZoneSource::Held { cycles: 3 },
+                    returns: Some(ReturnSpan { nearest_m: 1.5, farthest_m: 2.25 }),
                 },
             ],
         }
@@ -116,6 +158,25 @@ mod tests {
         assert_eq!(message.cycle, 7);
         assert_eq!(message.header, message_from_detected_cycle(&cycle).header);
         assert_eq!(zones_from_message(&message), Ok(cycle.zones));
+    }
+
+    #[test]
+    fn the_two_parts_of_a_cycle_come_back_from_the_wire() {
+        let cycle = cycle(vec![Point3::new(1.0, 2.0, 0.5)], &[0.1, 0.2, 0.3, 0.4, 0.0, 0.0]);
+        let static_cloud = Cloud { frame_id: "map".to_owned(), ..cycle.reduced_cloud.clone() };
+        let segmented = SegmentedCycle {
+            index: cycle.index,
+            static_cloud,
+            dynamic_cloud: cycle.reduced_cloud,
+            map_from_rig: cycle.map_from_rig,
+            camera_in_rig_m: cycle.camera_in_rig_m,
+        };
+        let bytes = cdr::encode(&message_from_segmented_cycle(&segmented)).unwrap();
+        let mut message: SegmentedCloud = cdr::decode(&bytes).unwrap();
+        assert_eq!(segmented_cycle_from_message(&message), Ok(segmented));
+        message.header.stamp.nanosec += 1;
+        let error = segmented_cycle_from_message(&message).unwrap_err();
+        assert!(matches!(error, ConvertError::ForeignCloud { .. }), "{error}");
     }
 
     #[test]

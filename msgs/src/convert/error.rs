@@ -246,6 +246,18 @@ pub enum ConvertError {
         /// Its largest deviation.
         peak_std_dev_m: f32,
     },
+    /// A zone's distances are none.
+    #[error(
+        "zone {index}: returns from {nearest_m} to {farthest_m} m; both must be finite, and in this order"
+    )]
+    ZoneReturns {
+        /// Which zone.
+        index: usize,
+        /// The distance of the nearest return.
+        nearest_m: f32,
+        /// The distance of the farthest return.
+        farthest_m: f32,
+    },
     /// The cloud of a cycle is not the cycle's own.
     #[error(
         "ReducedCloud: the cloud is of {cloud_stamp_ns} ns in frame {cloud_frame_id:?}, the cycle \

@@ -1,7 +1,7 @@
 //! Poses.
 
 use geometry::{Stamp, StampedPose};
-use nalgebra::{Isometry3, Quaternion as Numbers, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, Quaternion as Numbers, Translation3, UnitQuaternion};
 
 use super::{ConvertError, stamp_from_time, time_from_stamp};
 use crate::geometry_msgs::{
@@ -24,10 +24,7 @@ const EXACT: f64 = 1e-9;
 /// When the position is not finite, or the quaternion's squared length differs from 1 by more than
 /// 0.01, as that of the all-zero one does.
 pub fn isometry_from_pose(pose: &Pose) -> Result<Isometry3<f64>, ConvertError> {
-    let Point { x: x_m, y: y_m, z: z_m } = pose.position;
-    if ![x_m, y_m, z_m].iter().all(|value_m| value_m.is_finite()) {
-        return Err(ConvertError::Position { x_m, y_m, z_m });
-    }
+    let position = point_from_message(&pose.position)?;
     let QuaternionMessage { x, y, z, w } = pose.orientation;
     let numbers = Numbers::new(w, x, y, z);
     let excess = (numbers.norm_squared() - 1.0).abs();
@@ -38,7 +35,22 @@ pub fn isometry_from_pose(pose: &Pose) -> Result<Isometry3<f64>, ConvertError> {
     } else {
         return Err(ConvertError::Quaternion { x, y, z, w });
     };
-    Ok(Isometry3::from_parts(Translation3::new(x_m, y_m, z_m), rotation))
+    Ok(Isometry3::from_parts(Translation3::from(position), rotation))
+}
+
+/// The point of a message.
+pub(super) fn point_from_message(message: &Point) -> Result<Point3<f64>, ConvertError> {
+    let Point { x: x_m, y: y_m, z: z_m } = *message;
+    if [x_m, y_m, z_m].iter().all(|value_m| value_m.is_finite()) {
+        Ok(Point3::new(x_m, y_m, z_m))
+    } else {
+        Err(ConvertError::Position { x_m, y_m, z_m })
+    }
+}
+
+/// The message of a point.
+pub(super) fn message_from_point(point_m: &Point3<f64>) -> Point {
+    Point { x: point_m.x, y: point_m.y, z: point_m.z }
 }
 
 /// The pose of a rigid motion.

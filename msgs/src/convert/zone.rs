@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geometry::{DetectedCycle, DynamicZone, ZoneSource};
+use geometry::{DetectedCycle, DynamicZone, ReturnSpan, ZoneSource};
 
 use super::ConvertError;
 use super::pose::header_of;
@@ -46,12 +46,16 @@ pub(super) fn messages_from_zones(zones: &[DynamicZone]) -> Vec<ZoneMessage> {
                 ZoneSource::Measured => 0,
                 ZoneSource::Held { cycles } => cycles,
             },
+            has_returns: zone.returns.is_some(),
+            nearest_return_m: zone.returns.map_or(0.0, |span| span.nearest_m),
+            farthest_return_m: zone.returns.map_or(0.0, |span| span.farthest_m),
         })
         .collect()
 }
 
 fn zone_from_message(index: usize, message: &ZoneMessage) -> Result<DynamicZone, ConvertError> {
-    let ZoneMessage { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m, held_cycles } = *message;
+    let ZoneMessage { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m, held_cycles, .. } =
+        *message;
     // Comparisons with NaN are false, so that NaN is no wedge either.
     let is_wedge = azimuth_min_rad.abs() <= PI + ROUNDING_RAD
         && azimuth_max_rad >= azimuth_min_rad
@@ -66,7 +70,22 @@ fn zone_from_message(index: usize, message: &ZoneMessage) -> Result<DynamicZone,
         0 => ZoneSource::Measured,
         cycles => ZoneSource::Held { cycles },
     };
-    Ok(DynamicZone { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m, source })
+    let returns = returns_from_message(index, message)?;
+    Ok(DynamicZone { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m, source, returns })
+}
+
+fn returns_from_message(
+    index: usize,
+    message: &ZoneMessage,
+) -> Result<Option<ReturnSpan>, ConvertError> {
+    let (nearest_m, farthest_m) = (message.nearest_return_m, message.farthest_return_m);
+    if !message.has_returns {
+        return Ok(None);
+    }
+    if !(nearest_m >= 0.0 && farthest_m >= nearest_m && farthest_m.is_finite()) {
+        return Err(ConvertError::ZoneReturns { index, nearest_m, farthest_m });
+    }
+    Ok(Some(ReturnSpan { nearest_m, farthest_m }))
 }
 
 #[cfg(test)]
@@ -76,7 +95,7 @@ mod tests {
     use super::*;
 
     fn message(azimuth_min_rad: f64, azimuth_max_rad: f64, peak_std_dev_m: f32) -> ZoneMessage {
-        ZoneMessage { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m, held_cycles: 0 }
+        ZoneMessage { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m, ..ZoneMessage::default() }
     }
 
     #[test]
@@ -93,6 +112,16 @@ mod tests {
                 .unwrap_err();
             assert!(matches!(error, ConvertError::ZoneBounds { index: 1, .. }), "{error}");
         }
+        for (nearest_return_m, farthest_return_m) in [(2.0, 1.0), (f32::NAN, 1.0), (-1.0, 1.0)] {
+            let zone = ZoneMessage {
+                has_returns: true,
+                nearest_return_m,
+                farthest_return_m,
+                ..message(0.0, 1.0, 0.5)
+            };
+            let error = zones_from_messages(&[zone]).unwrap_err();
+            assert!(matches!(error, ConvertError::ZoneReturns { index: 0, .. }), "{error}");
+        }
         for peak in [f32::NAN, -0.1, f32::INFINITY] {
             let error = zones_from_messages(&[message(0.0, 1.0, peak)]).unwrap_err();
             assert!(matches!(error, ConvertError::ZonePeak { index: 0, .. }), "{error}");
@@ -106,13 +135,16 @@ mod tests {
             width_rad in 0.0..=TAU,
             peak_std_dev_m in 0.0..2.0_f32,
             held_cycles in prop_oneof![Just(0), any::<u32>()],
+            has_returns in any::<bool>(),
         ) {
             let source = match held_cycles {
                 0 => ZoneSource::Measured,
                 cycles => ZoneSource::Held { cycles },
             };
             let azimuth_max_rad = azimuth_min_rad + width_rad;
-            let zone = DynamicZone { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m, source };
+            let returns = has_returns.then_some(ReturnSpan { nearest_m: 1.25, farthest_m: 1.5 });
+            let zone =
+                DynamicZone { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m, source, returns };
             prop_assert_eq!(zones_from_messages(&messages_from_zones(&[zone])), Ok(vec![zone]));
         }
     }

@@ -208,6 +208,7 @@ impl Detector {
             points_before_reduction,
             map_from_rig: *input.map_from_rig,
             map_frame_id: input.map_frame_id.to_owned(),
+            camera_in_rig_m: self.rig_from_camera.translation.vector.into(),
             zones: search.zone.into_iter().collect::<Vec<DynamicZone>>(),
         };
         let statistics = CycleStatistics {

@@ -131,6 +131,7 @@ impl ZoneFinder {
             azimuth_max_rad: self.within_aperture(azimuths_rad[left] + self.tolerance_rad),
             peak_std_dev_m: std_dev_m[right..=left].iter().copied().fold(0.0, f32::max),
             source: ZoneSource::Measured,
+            returns: None,
         });
         let search = if found.is_some() {
             self.previous = found;
@@ -166,6 +167,7 @@ impl ZoneFinder {
                 azimuth_max_rad: self.within_aperture(previous.azimuth_max_rad + widening_rad),
                 peak_std_dev_m: previous.peak_std_dev_m,
                 source: ZoneSource::Held { cycles },
+                returns: None,
             })
         });
         ZoneSearch {

@@ -1,6 +1,6 @@
 //! What belongs to one cycle and travels together.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
 use crate::{Cloud, DynamicZone, Stamp};
@@ -21,11 +21,14 @@ pub struct DetectedCycle {
     pub map_from_rig: Isometry3<f64>,
     /// The frame that `map_from_rig` leads to.
     pub map_frame_id: String,
+    /// The camera's optical centre in the rig frame: where the rays to the cloud's points start.
+    pub camera_in_rig_m: Point3<f64>,
     /// Where something moves; empty when nothing does.
     pub zones: Vec<DynamicZone>,
 }
 
-/// What segmentation hands to reconstruction, and the moving part beside it.
+/// What segmentation hands to reconstruction: both parts of one cycle's cloud, and from where they were
+/// seen.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SegmentedCycle {
     /// The cycle's number, as detection gave it.
@@ -34,8 +37,10 @@ pub struct SegmentedCycle {
     pub static_cloud: Cloud,
     /// The moving points in the rig frame: the thesis' PCL_Din.
     pub dynamic_cloud: Cloud,
-    /// How many points each stage took.
-    pub counts: SegmentationCounts,
+    /// The pose of the rig when the cloud was measured.
+    pub map_from_rig: Isometry3<f64>,
+    /// The camera's optical centre in the rig frame: where the rays to the points start.
+    pub camera_in_rig_m: Point3<f64>,
 }
 
 /// Points of each stage of the segmentation, for Table 5 of the thesis.

@@ -27,6 +27,7 @@ mod rigid;
 mod scan;
 mod scan_from_depth;
 mod stamp;
+mod track;
 mod voxel;
 mod zone;
 
@@ -44,5 +45,6 @@ pub use pose::{
 pub use scan::Scan;
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use stamp::Stamp;
+pub use track::Track;
 pub use voxel::{VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelKey};
-pub use zone::{DynamicZone, ZoneSource};
+pub use zone::{DynamicZone, ReturnSpan, ZoneSource};

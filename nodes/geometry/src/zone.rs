@@ -36,6 +36,17 @@ pub struct DynamicZone {
     pub peak_std_dev_m: f32,
     /// Where it comes from.
     pub source: ZoneSource,
+    /// How far away what moves is, where the method knows it: Rec-HV as published does not.
+    pub returns: Option<ReturnSpan>,
+}
+
+/// The distances of the returns that moved, from the rig's z axis, in the XY plane.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ReturnSpan {
+    /// The nearest return's distance.
+    pub nearest_m: f32,
+    /// The farthest return's distance, at least `nearest_m`.
+    pub farthest_m: f32,
 }
 
 impl DynamicZone {

@@ -21,6 +21,7 @@ use std::time::Duration;
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::std_srvs::{Trigger, TriggerResponse};
+use msgs::stillmap_msgs::SegmentedCloud;
 use node_shell::{
     Node, NodeFailure, Program, PublishError, Publisher, Qos, Request, StageReporter, StepTimer,
     Subscription, Throttle,
@@ -35,7 +36,7 @@ use schedule::{Following, Periods, Schedule, Subscribers};
 const PROGRAM: Program = Program {
     name: "reconstruction",
     about: "Builds the static map out of the static clouds of the cycles.",
-    topics: "in  static_cloud (sensor_msgs/msg/PointCloud2, map frame), reliable
+    topics: "in  segmented_cloud (stillmap_msgs/msg/SegmentedCloud), reliable
              out static_map (sensor_msgs/msg/PointCloud2, map frame), reliable and transient local: the whole map
              out static_map_updates (sensor_msgs/msg/PointCloud2, map frame), reliable: points that are new or have moved
              out ~/report (stillmap_msgs/msg/StageReport), reliable
@@ -123,7 +124,7 @@ fn period(name: &str, seconds: f64) -> Result<Duration, NodeFailure> {
 
 /// The core with its topics.
 pub struct Stage {
-    clouds: Subscription<PointCloud2>,
+    clouds: Subscription<SegmentedCloud>,
     map: StaticMap,
     schedule: Schedule,
     cycles: u32,
@@ -156,7 +157,7 @@ impl Stage {
             most_update_points: parameters.map_update_max_points,
             map_failed: Throttle::for_warnings(),
             reporter: StageReporter::new(node, PROGRAM.name)?,
-            clouds: node.subscription("static_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            clouds: node.subscription("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
         })
     }
 
@@ -173,7 +174,7 @@ impl Stage {
         &self.map
     }
 
-    fn take(&mut self, message: &PointCloud2) {
+    fn take(&mut self, message: &SegmentedCloud) {
         let mut timer = StepTimer::start();
         match self.add(message, &mut timer) {
             Ok((points_in, addition)) => {
@@ -199,12 +200,13 @@ impl Stage {
 
     fn add(
         &mut self,
-        message: &PointCloud2,
+        message: &SegmentedCloud,
         timer: &mut StepTimer,
     ) -> Result<(usize, Addition), NodeFailure> {
-        let cloud = convert::cloud_from_message(message)?;
+        let cycle = convert::segmented_cycle_from_message(message)?;
+        let cloud = &cycle.static_cloud;
         timer.end_of("convert");
-        let addition = self.map.add(&cloud)?;
+        let addition = self.map.add(cloud)?;
         timer.end_of("add");
         self.schedule.cloud_came(Instant::now());
         Ok((cloud.points_m.len(), addition))

@@ -29,6 +29,7 @@ mod tests {
             azimuth_max_rad: max.to_radians(),
             peak_std_dev_m: 0.6,
             source: ZoneSource::Measured,
+            returns: None,
         }
     }
 

@@ -16,4 +16,4 @@ pub mod segmenter;
 pub mod shell;
 
 pub use config::{ConfigError, Method, SegmentationConfig};
-pub use segmenter::{SegmentationError, Segmenter, Step};
+pub use segmenter::{SegmentationError, Segmented, Segmenter, Step};

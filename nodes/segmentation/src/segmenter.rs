@@ -1,7 +1,8 @@
 //! One cycle's cloud into its static and dynamic parts.
 
 use geometry::{
-    Cloud, DetectedCycle, DynamicZone, SegmentationCounts, SegmentedCycle, UnusablePose, check_pose,
+    Cloud, DetectedCycle, DynamicZone, SegmentationCounts, SegmentedCycle, Track, UnusablePose,
+    check_pose,
 };
 use nalgebra::Point3;
 
@@ -30,6 +31,17 @@ impl Step {
             Self::Transform => "transform",
         }
     }
+}
+
+/// What segmentation makes of a cycle.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Segmented {
+    /// What reconstruction needs.
+    pub cycle: SegmentedCycle,
+    /// What moves, followed over the cycles, by rising id; empty where nothing is followed.
+    pub tracks: Vec<Track>,
+    /// How many points each stage took.
+    pub counts: SegmentationCounts,
 }
 
 /// A cycle that cannot be segmented.
@@ -95,10 +107,10 @@ impl Segmenter {
     /// # Errors
     /// When a zone or the pose holds numbers that mean nothing.
     pub fn step(
-        &self,
+        &mut self,
         cycle: &DetectedCycle,
         mut observe: impl FnMut(Step),
-    ) -> Result<SegmentedCycle, SegmentationError> {
+    ) -> Result<Segmented, SegmentationError> {
         check(cycle)?;
         let points_in_rig_m = &cycle.reduced_cloud.points_m;
 
@@ -125,7 +137,14 @@ impl Segmenter {
             in_zone: parts.iter().filter(|part| **part >= Part::InZone).count(),
             dynamic: dynamic_cloud.points_m.len(),
         };
-        Ok(SegmentedCycle { index: cycle.index, static_cloud, dynamic_cloud, counts })
+        let cycle = SegmentedCycle {
+            index: cycle.index,
+            static_cloud,
+            dynamic_cloud,
+            map_from_rig: cycle.map_from_rig,
+            camera_in_rig_m: cycle.camera_in_rig_m,
+        };
+        Ok(Segmented { cycle, tracks: Vec::new(), counts })
     }
 
     /// Marks the points of one zone: the object up to x_max, and what lies behind it.

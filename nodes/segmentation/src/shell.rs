@@ -7,20 +7,22 @@ use std::process::ExitCode;
 
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
-use msgs::stillmap_msgs::ReducedCloud;
+use msgs::stillmap_msgs::{ReducedCloud, SegmentedCloud, Tracks};
 use node_shell::{
     Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer, Subscription,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{SegmentationConfig, Segmenter};
+use crate::{SegmentationConfig, Segmented, Segmenter};
 
 const PROGRAM: Program = Program {
     name: "segmentation",
     about: "Cuts what moves out of each reduced cloud, by the zone's angles and by depth.",
     topics: "in  reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
+             out segmented_cloud (stillmap_msgs/msg/SegmentedCloud), reliable
              out static_cloud (sensor_msgs/msg/PointCloud2, map frame), reliable
              out dynamic_cloud (sensor_msgs/msg/PointCloud2, rig frame), reliable
+             out tracks (stillmap_msgs/msg/Tracks, map frame), reliable
              out ~/report (stillmap_msgs/msg/StageReport), reliable",
 };
 
@@ -67,6 +69,8 @@ pub struct Stage {
     next_cycle: u32,
     static_clouds: Publisher<PointCloud2>,
     dynamic_clouds: Publisher<PointCloud2>,
+    segmented_clouds: Publisher<SegmentedCloud>,
+    tracks: Publisher<Tracks>,
     reporter: StageReporter,
 }
 
@@ -81,6 +85,8 @@ impl Stage {
             next_cycle: 0,
             static_clouds: node.publisher("static_cloud", &Qos::reliable(CYCLES_KEPT))?,
             dynamic_clouds: node.publisher("dynamic_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            segmented_clouds: node.publisher("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            tracks: node.publisher("tracks", &Qos::reliable(CYCLES_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
             cycles: node.subscription("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
         })
@@ -110,22 +116,24 @@ impl Stage {
     }
 
     fn segment(
-        &self,
+        &mut self,
         message: &ReducedCloud,
         timer: &mut StepTimer,
     ) -> Result<[(&'static str, u64); 4], NodeFailure> {
         let cycle = convert::detected_cycle_from_message(message)?;
         timer.end_of("convert");
-        let segmented = self.segmenter.step(&cycle, |step| timer.end_of(step.name()))?;
-        self.static_clouds.publish_or_warn(convert::message_from_cloud(&segmented.static_cloud));
-        self.dynamic_clouds.publish_or_warn(convert::message_from_cloud(&segmented.dynamic_cloud));
+        let Segmented { cycle, tracks, counts } =
+            self.segmenter.step(&cycle, |step| timer.end_of(step.name()))?;
+        self.segmented_clouds.publish_or_warn(convert::message_from_segmented_cycle(&cycle));
+        self.static_clouds.publish_or_warn(convert::message_from_cloud(&cycle.static_cloud));
+        self.dynamic_clouds.publish_or_warn(convert::message_from_cloud(&cycle.dynamic_cloud));
+        self.tracks.publish_or_warn(convert::message_from_tracks(&cycle, &tracks));
         timer.end_of("publish");
-        let counts = segmented.counts;
         Ok([
             ("points_reduced", counts.reduced as u64),
             ("points_in_zone", counts.in_zone as u64),
             ("points_dynamic", counts.dynamic as u64),
-            ("points_static", segmented.static_cloud.points_m.len() as u64),
+            ("points_static", cycle.static_cloud.points_m.len() as u64),
         ])
     }
 }

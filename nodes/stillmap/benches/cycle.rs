@@ -96,7 +96,7 @@ impl Pipeline {
         let input = CycleInput { scan, view, map_from_rig: &map_from_rig, map_frame_id: "map" };
         let detected = self.detector.step(&input, |_| ()).unwrap();
         let segmented = self.segmenter.step(&detected.cycle, |_| ()).unwrap();
-        self.map.add(&segmented.static_cloud).unwrap();
+        self.map.add(&segmented.cycle.static_cloud).unwrap();
         self.map.len()
     }
 }

@@ -30,6 +30,7 @@ fn zone_ahead() -> DynamicZone {
         azimuth_max_rad: 0.1,
         peak_std_dev_m: 0.5,
         source: ZoneSource::Measured,
+        returns: None,
     }
 }
 

@@ -17,6 +17,7 @@ fn example() -> (RunRecord, Summary) {
         azimuth_max_rad: 0.1,
         peak_std_dev_m: 0.5,
         source: ZoneSource::Measured,
+        returns: None,
     };
     let cycles = (0..3).map(|index| {
         let mut record = cycle(index);

@@ -5,7 +5,13 @@ use crate::DropCount;
 use crate::run_record::tests::{cycle, run};
 
 fn zone(source: ZoneSource) -> DynamicZone {
-    DynamicZone { azimuth_min_rad: -0.1, azimuth_max_rad: 0.1, peak_std_dev_m: 0.5, source }
+    DynamicZone {
+        azimuth_min_rad: -0.1,
+        azimuth_max_rad: 0.1,
+        peak_std_dev_m: 0.5,
+        source,
+        returns: None,
+    }
 }
 
 fn counted(

@@ -6,7 +6,7 @@ use super::*;
 
 fn zone(azimuth_min_rad: f64, azimuth_max_rad: f64) -> DynamicZone {
     let source = ZoneSource::Measured;
-    DynamicZone { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m: 0.5, source }
+    DynamicZone { azimuth_min_rad, azimuth_max_rad, peak_std_dev_m: 0.5, source, returns: None }
 }
 
 /// Eq. 6 as the thesis means it: the angle from the y axis in the XY plane.

@@ -2,9 +2,9 @@ mod listeners;
 
 use std::time::Duration;
 
-use geometry::{Cloud, Stamp};
-use msgs::stillmap_msgs::StageReport;
-use nalgebra::Point3;
+use geometry::{Cloud, SegmentedCycle, Stamp};
+use msgs::stillmap_msgs::{SegmentedCloud, StageReport};
+use nalgebra::{Isometry3, Point3};
 use node_shell::{Host, RosArguments, Transport};
 
 use super::*;
@@ -56,17 +56,24 @@ async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
     }
 }
 
-fn cloud(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> PointCloud2 {
-    convert::message_from_cloud(&Cloud {
+fn cloud(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> SegmentedCloud {
+    let cloud = |frame_id: &str, points_m: &[[f32; 3]]| Cloud {
         stamp: Stamp::from_nanos(stamp_ns),
         frame_id: frame_id.to_owned(),
         points_m: points_m.iter().copied().map(Point3::from).collect(),
+    };
+    convert::message_from_segmented_cycle(&SegmentedCycle {
+        index: 0,
+        static_cloud: cloud(frame_id, points_m),
+        dynamic_cloud: cloud("rig", &[]),
+        map_from_rig: Isometry3::identity(),
+        camera_in_rig_m: Point3::origin(),
     })
 }
 
 /// Sends clouds without points until the node has reported the last of them: what it publishes before it
 /// knows of its subscriber is lost. Returns the cycle of the last one.
-async fn knock(clouds: &Publisher<PointCloud2>, reports: &Subscription<StageReport>) -> u32 {
+async fn knock(clouds: &Publisher<SegmentedCloud>, reports: &Subscription<StageReport>) -> u32 {
     for stamp_ns in 0..100 {
         clouds.publish(cloud(stamp_ns, "map", &[])).unwrap();
         let heard = async {
@@ -99,7 +106,8 @@ async fn clouds_become_a_map_that_is_published_reported_and_saved() {
     };
     let served = serving(own, parameters);
     {
-        let clouds = peer.publisher::<PointCloud2>("static_cloud", &Qos::reliable(5)).unwrap();
+        let clouds =
+            peer.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(5)).unwrap();
         let reports =
             peer.subscription::<StageReport>("reconstruction/report", &Qos::reliable(5)).unwrap();
         soon("the node", clouds.wait_for_subscribers(1)).await;

@@ -10,6 +10,7 @@ fn zone_deg(min: f64, max: f64) -> DynamicZone {
         azimuth_max_rad: max.to_radians(),
         peak_std_dev_m: 0.6,
         source: ZoneSource::Measured,
+        returns: None,
     }
 }
 
@@ -25,11 +26,12 @@ fn cycle(points_m: Vec<Point3<f32>>, zones: Vec<DynamicZone>) -> DetectedCycle {
         },
         map_from_rig: Isometry3::identity(),
         map_frame_id: "map".to_owned(),
+        camera_in_rig_m: Point3::origin(),
         zones,
     }
 }
 
-fn segmented(cycle: &DetectedCycle) -> SegmentedCycle {
+fn segmented(cycle: &DetectedCycle) -> Segmented {
     Segmenter::new(SegmentationConfig::default()).unwrap().step(cycle, |_| ()).unwrap()
 }
 
@@ -53,8 +55,8 @@ fn the_two_stages_take_the_object_and_leave_the_wall() {
 
     let wall_in_zone = wall.iter().filter(|p| p.y.atan2(p.x).to_degrees().abs() <= 6.0).count();
     assert!(wall_in_zone > robot.len());
-    assert_eq!(result.dynamic_cloud.points_m, robot);
-    assert_eq!(result.static_cloud.points_m, wall);
+    assert_eq!(result.cycle.dynamic_cloud.points_m, robot);
+    assert_eq!(result.cycle.static_cloud.points_m, wall);
     assert_eq!(
         result.counts,
         SegmentationCounts {
@@ -63,16 +65,19 @@ fn the_two_stages_take_the_object_and_leave_the_wall() {
             dynamic: robot.len(),
         }
     );
-    assert_eq!((result.index, result.static_cloud.stamp), (7, Stamp::from_nanos(2_000)));
-    assert_eq!((&*result.static_cloud.frame_id, &*result.dynamic_cloud.frame_id), ("map", "rig"));
+    assert_eq!((result.index, result.cycle.static_cloud.stamp), (7, Stamp::from_nanos(2_000)));
+    assert_eq!(
+        (&*result.cycle.static_cloud.frame_id, &*result.cycle.dynamic_cloud.frame_id),
+        ("map", "rig")
+    );
 }
 
 #[test]
 fn without_a_zone_everything_is_static() {
     let points = screen(4.0, -1.0..1.0);
     let result = segmented(&cycle(points.clone(), vec![]));
-    assert_eq!(result.static_cloud.points_m, points);
-    assert!(result.dynamic_cloud.points_m.is_empty());
+    assert_eq!(result.cycle.static_cloud.points_m, points);
+    assert!(result.cycle.dynamic_cloud.points_m.is_empty());
     assert_eq!((result.counts.in_zone, result.counts.dynamic), (0, 0));
 }
 
@@ -94,8 +99,8 @@ fn each_zone_has_its_own_nearest_group() {
     let zones = vec![zone_deg(20.0, 35.0), zone_deg(-25.0, -15.0)];
     let result = segmented(&cycle(points, zones));
     let objects: Vec<_> = near.into_iter().chain(far).collect();
-    assert_eq!(result.dynamic_cloud.points_m, objects);
-    assert_eq!(result.static_cloud.points_m, wall);
+    assert_eq!(result.cycle.dynamic_cloud.points_m, objects);
+    assert_eq!(result.cycle.static_cloud.points_m, wall);
 }
 
 #[test]
@@ -106,7 +111,7 @@ fn a_point_of_two_zones_is_counted_once_and_dynamic_if_it_is_so_in_one() {
     ];
     let result =
         segmented(&cycle(points.clone(), vec![zone_deg(-1.0, 10.0), zone_deg(-10.0, 1.0)]));
-    assert_eq!(result.dynamic_cloud.points_m, points);
+    assert_eq!(result.cycle.dynamic_cloud.points_m, points);
     assert_eq!((result.counts.in_zone, result.counts.dynamic), (2, 2));
 }
 
@@ -165,8 +170,8 @@ proptest! {
         prop_assert_eq!(counts.reduced, points.len());
         // Taking the points in their order, the next one is the next of one of the two clouds, and of
         // the dynamic one only within a zone.
-        let mut still = result.static_cloud.points_m.iter().peekable();
-        let mut moving = result.dynamic_cloud.points_m.iter().peekable();
+        let mut still = result.cycle.static_cloud.points_m.iter().peekable();
+        let mut moving = result.cycle.dynamic_cloud.points_m.iter().peekable();
         for point in &points {
             let in_zone = zones.iter().any(|zone| zone.contains(point));
             if in_zone && moving.peek() == Some(&point) {
@@ -180,7 +185,7 @@ proptest! {
         for zone in &zones {
             let mut held = points.iter().filter(|point| zone.contains(point)).peekable();
             if held.peek().is_some() {
-                prop_assert!(result.dynamic_cloud.points_m.iter().any(|point| zone.contains(point)));
+                prop_assert!(result.cycle.dynamic_cloud.points_m.iter().any(|point| zone.contains(point)));
             }
         }
     }

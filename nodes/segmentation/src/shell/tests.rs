@@ -40,11 +40,13 @@ fn cycle() -> DetectedCycle {
         points_before_reduction: 9,
         map_from_rig: Isometry3::translation(10.0, 0.0, 0.0),
         map_frame_id: "map".to_owned(),
+        camera_in_rig_m: Point3::origin(),
         zones: vec![DynamicZone {
             azimuth_min_rad: -0.1,
             azimuth_max_rad: 0.1,
             peak_std_dev_m: 0.5,
             source: ZoneSource::Measured,
+            returns: None,
         }],
     }
 }

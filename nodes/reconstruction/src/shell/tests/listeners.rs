@@ -43,7 +43,8 @@ async fn a_listener_gets_the_map_and_then_what_is_new_in_pieces() {
     };
     let served = serving(own, parameters);
     {
-        let clouds = peer.publisher::<PointCloud2>("static_cloud", &Qos::reliable(5)).unwrap();
+        let clouds =
+            peer.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(5)).unwrap();
         soon("the node", clouds.wait_for_subscribers(1)).await;
         // Before there is a listener.
         clouds.publish(cloud(1, "map", &[at(0.0), at(1.0)])).unwrap();
@@ -142,7 +143,8 @@ async fn who_asks_gets_the_map_published() {
         let answer = ask_for_the_map(&client).await;
         assert!(!answer.success && answer.message.contains("no static cloud"), "{answer:?}");
 
-        let clouds = peer.publisher::<PointCloud2>("static_cloud", &Qos::reliable(5)).unwrap();
+        let clouds =
+            peer.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(5)).unwrap();
         soon("the node", clouds.wait_for_subscribers(1)).await;
         clouds.publish(cloud(1, "map", &[at(0.0), at(1.0)])).unwrap();
         let mut answer = ask_for_the_map(&client).await;
@@ -191,7 +193,8 @@ async fn who_comes_late_has_a_map_of_four_megabytes_within_two_seconds() {
     }
     let served = serving(own, parameters());
     {
-        let clouds = feeder.publisher::<PointCloud2>("static_cloud", &Qos::reliable(5)).unwrap();
+        let clouds =
+            feeder.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(5)).unwrap();
         let reports =
             feeder.subscription::<StageReport>("reconstruction/report", &Qos::reliable(5)).unwrap();
         soon("the node", clouds.wait_for_subscribers(1)).await;

@@ -155,10 +155,10 @@ impl Run {
             (Stage::Detection, "subscribers", "reduced_cloud", 2),
             (Stage::Detection, "subscribers", "detection/report", 1),
             (Stage::Segmentation, "publishers", "reduced_cloud", 1),
-            (Stage::Segmentation, "subscribers", "static_cloud", 1),
+            (Stage::Segmentation, "subscribers", "segmented_cloud", 1),
             (Stage::Segmentation, "subscribers", "dynamic_cloud", 1),
             (Stage::Segmentation, "subscribers", "segmentation/report", 1),
-            (Stage::Reconstruction, "publishers", "static_cloud", 1),
+            (Stage::Reconstruction, "publishers", "segmented_cloud", 1),
             (Stage::Reconstruction, "subscribers", "static_map", 1),
             (Stage::Reconstruction, "subscribers", "reconstruction/report", 1),
         ];
