@@ -8,6 +8,8 @@
 //! No ROS, no files, no clock: bytes and text go out, and the same record gives the same bytes.
 
 mod chart;
+mod cloud_distance;
+mod correlation;
 mod dynamic_score;
 mod headline;
 mod pictures;
@@ -17,6 +19,8 @@ mod summary;
 mod timing;
 mod truth;
 
+pub use cloud_distance::{CloudDistance, CloudDistanceError, cloud_distance};
+pub use correlation::{Correlation, CorrelationError, LocalisedView, correlation};
 pub use dynamic_score::{
     CycleScore, DynamicScore, DynamicScoreRules, MapScore, ObjectCycleScore, ObjectScore,
     RemovedPoints, ScoreError, score_dynamic,
