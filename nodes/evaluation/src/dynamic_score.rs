@@ -11,6 +11,7 @@
 //! point ever did. Such a voxel should be empty in the final map; a voxel that static points touched should
 //! be there.
 
+mod labels;
 mod tally;
 #[cfg(test)]
 mod tests;
@@ -21,8 +22,9 @@ use geometry::{Stamp, VoxelEdgeError, VoxelGrid, VoxelKey};
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
+pub use self::labels::{LabelScore, MapAccuracy};
 use self::tally::{CycleTally, ObjectTally, RegionTally, share};
-use crate::{CycleRecord, RunRecord, TruthFrame};
+use crate::{CycleRecord, LabelledPoint, RunRecord, TruthFrame};
 
 /// The label of the static scene.
 const STATIC_LABEL: u16 = geometry::LabelImage::STATIC;
@@ -73,8 +75,14 @@ pub struct DynamicScore {
     pub object_points: RemovedPoints,
     /// The points of the static scene over all scored cycles: what is removed of them is removed wrongly.
     pub static_points: RemovedPoints,
+    /// Of each point, whether it was rightly taken for moving.
+    pub labels: LabelScore,
     /// The final map against the truth.
     pub map: MapScore,
+    /// The accuracies by points.
+    pub by_points: MapAccuracy,
+    /// The accuracies by voxels: rankings of methods differ between the two.
+    pub by_voxels: MapAccuracy,
     /// Each scored cycle.
     pub per_cycle: Vec<CycleScore>,
 }
@@ -88,6 +96,8 @@ pub struct CycleScore {
     pub object_points: RemovedPoints,
     /// The points of the static scene.
     pub static_points: RemovedPoints,
+    /// Of these, points that were removed and are not next to a moving one.
+    pub static_removed_off_borders: u64,
 }
 
 /// The score of one object.
@@ -206,13 +216,20 @@ pub fn score_dynamic<E: std::error::Error + 'static>(
         .iter()
         .map(|(&id, tally)| object_score(id, tally, object_names.get(&id), &scene, &map))
         .collect();
+    let object_points = RemovedPoints::sum(object_scores.iter().map(|object| object.points));
+    let static_points = RemovedPoints::sum(per_cycle.iter().map(|cycle| cycle.static_points));
+    let off_borders = per_cycle.iter().map(|cycle| cycle.static_removed_off_borders).sum();
+    let map = map_score(&scene, &objects, &map);
     Ok(DynamicScore {
         rules: *rules,
         cycles_scored: per_cycle.len(),
         cycles_without_truth: run.cycles.len() - per_cycle.len(),
-        object_points: RemovedPoints::sum(object_scores.iter().map(|object| object.points)),
-        static_points: RemovedPoints::sum(per_cycle.iter().map(|cycle| cycle.static_points)),
-        map: map_score(&scene, &objects, &map),
+        object_points,
+        static_points,
+        labels: LabelScore::of(object_points, static_points, off_borders),
+        by_points: MapAccuracy::by_points(object_points, static_points),
+        by_voxels: MapAccuracy::by_voxels(&map),
+        map,
         objects: object_scores,
         per_cycle,
     })
@@ -232,11 +249,18 @@ fn score_cycle(
     let map_from_rig: Isometry3<f32> = cycle.map_from_rig.cast();
     let mut static_now = CycleTally::default();
     let mut objects_now: BTreeMap<u16, CycleTally> = BTreeMap::new();
+    let of_objects = |point: &&LabelledPoint| point.object_id != STATIC_LABEL;
+    let borders = labels::with_neighbours(
+        &truth.points().iter().filter(of_objects).map(|p| grid.key(&p.point_in_rig)).collect(),
+    );
+    let mut static_removed_off_borders = 0;
     for point in truth.points() {
-        let removed = dynamic.contains(&grid.key(&point.point_in_rig));
+        let key = grid.key(&point.point_in_rig);
+        let removed = dynamic.contains(&key);
         let map_key = grid.key(&(map_from_rig * point.point_in_rig));
         if point.object_id == STATIC_LABEL {
             static_now.add_static(removed);
+            static_removed_off_borders += u64::from(removed && !borders.contains(&key));
             scene.touch(map_key);
         } else {
             let tally = objects_now.entry(point.object_id).or_default();
@@ -253,6 +277,7 @@ fn score_cycle(
         index: cycle.index,
         object_points: RemovedPoints::sum(objects_now.values().map(CycleTally::removed_points)),
         static_points: static_now.removed_points(),
+        static_removed_off_borders,
     }
 }
 

@@ -22,8 +22,8 @@ mod truth;
 pub use cloud_distance::{CloudDistance, CloudDistanceError, cloud_distance};
 pub use correlation::{Correlation, CorrelationError, LocalisedView, correlation};
 pub use dynamic_score::{
-    CycleScore, DynamicScore, DynamicScoreRules, MapScore, ObjectCycleScore, ObjectScore,
-    RemovedPoints, ScoreError, score_dynamic,
+    CycleScore, DynamicScore, DynamicScoreRules, LabelScore, MapAccuracy, MapScore,
+    ObjectCycleScore, ObjectScore, RemovedPoints, ScoreError, score_dynamic,
 };
 pub use headline::headline;
 pub use pictures::{MapPictures, PictureError, PictureFrame, View, ViewPictures, map_pictures};

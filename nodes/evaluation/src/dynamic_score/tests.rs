@@ -72,6 +72,31 @@ fn a_removed_point_is_one_whose_voxel_was_taken_for_moving() {
 }
 
 #[test]
+fn a_static_point_next_to_a_moving_one_is_at_the_border() {
+    let (person, beside, away) = (voxel(20, 0, 0), voxel(21, 0, 0), voxel(40, 0, 0));
+    let run = run(vec![with_removed(0, vec![zone_ahead()], &[person, beside, away])]);
+    let truth = [
+        points(PERSON, 80, person),
+        points(PERSON, 20, voxel(20, 3, 0)),
+        points(0, 50, beside),
+        points(0, 20, away),
+        points(0, 930, voxel(45, 0, 0)),
+    ]
+    .concat();
+    let score = score(&run, &[truth]);
+    assert_eq!((score.labels.recall, score.labels.static_removed_off_borders), (Some(0.8), 20));
+    assert_eq!(score.labels.precision, Some(0.8));
+    assert_eq!(score.labels.precision_with_borders, Some(80.0 / 150.0));
+    let by_points = score.by_points;
+    assert!((by_points.static_accuracy.unwrap() - 0.93).abs() < 1e-12);
+    assert_eq!(by_points.dynamic_accuracy, Some(0.8));
+    assert!((by_points.associated_accuracy.unwrap() - (0.93f64 * 0.8).sqrt()).abs() < 1e-12);
+    // The map is empty: no ghost, and nothing of the room.
+    let by_voxels = score.by_voxels;
+    assert_eq!((by_voxels.static_accuracy, by_voxels.dynamic_accuracy), (Some(0.0), Some(1.0)));
+}
+
+#[test]
 fn in_view_found_and_removed_are_different_things() {
     let ahead = voxel(20, 0, 0);
     let left = voxel(20, 20, 0);

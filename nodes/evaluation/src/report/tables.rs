@@ -176,6 +176,7 @@ fn truth_section(score: &DynamicScore) -> Markup {
                     tbody {
                         (row("of objects, removed", percent(score.object_points.share)))
                         (row("of the static scene, removed wrongly", percent(score.static_points.share)))
+                        (row("of what was removed, moving (borders of one voxel aside)", percent(score.labels.precision)))
                     }
                 }
                 table {
