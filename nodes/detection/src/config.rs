@@ -1,9 +1,13 @@
 //! The parameters of detection, their defaults, and where these come from.
 
+mod stillmap;
+
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use geometry::{PoseBuffer, VoxelEdgeError, VoxelGrid};
 use serde::{Deserialize, Serialize};
+
+pub use stillmap::{BeamOrder, StillmapConfig};
 
 /// How dynamic zones are found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
@@ -12,6 +16,9 @@ pub enum Method {
     /// The method as Rec-HV publishes it: one zone a cycle, a filled beam counts as measured.
     #[default]
     RecHv,
+    /// What ends where free space was seen is moving: several zones a cycle, on a platform that may move,
+    /// and a filled beam is no evidence.
+    Stillmap,
 }
 
 /// Which beam of a run of high variability bounds the zone.
@@ -68,6 +75,9 @@ pub struct DetectionConfig {
     pub max_waiting_clouds: usize,
     /// So many poses are kept.
     pub max_waiting_poses: usize,
+    /// What only the method `stillmap` reads.
+    #[serde(flatten)]
+    pub stillmap: StillmapConfig,
 }
 
 impl Default for DetectionConfig {
@@ -106,6 +116,7 @@ impl Default for DetectionConfig {
             max_waiting_clouds: 32,
             // One second of poses at 1 kHz.
             max_waiting_poses: 1024,
+            stillmap: StillmapConfig::default(),
         }
     }
 }
@@ -182,7 +193,8 @@ impl DetectionConfig {
             "at least 2",
             self.max_waiting_poses as f64,
             self.max_waiting_poses >= 2,
-        )
+        )?;
+        self.stillmap.validate()
     }
 }
 

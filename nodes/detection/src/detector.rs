@@ -1,17 +1,23 @@
 //! One cycle of detection, from scan, cloud and pose to the reduced cloud with its zones.
 
+mod found;
+mod surround;
+
 use geometry::{
     CameraModel, CameraModelError, Cloud, DepthCameraError, DepthImage, DepthLimits,
-    DepthProjector, DetectedCycle, DynamicZone, RayTable, Scan, UnusablePose, VoxelAccumulator,
+    DepthProjector, DetectedCycle, RayTable, Scan, Stamp, UnusablePose, VoxelAccumulator,
     VoxelGrid, check_pose, pose_from_vector,
 };
 use nalgebra::Isometry3;
 
 use crate::aperture::{Aperture, Beam, ScanAnglesError};
-use crate::config::{ConfigError, DetectionConfig};
+use crate::config::{ConfigError, DetectionConfig, Method};
 use crate::gap_fill::{FilledRanges, RangeLimits, TooFewReturns, fill_gaps};
+use crate::stillmap::{MotionFinder, MotionInput};
 use crate::variability::VariabilityWindow;
 use crate::zone_finder::{Unmeasured, ZoneFinder, ZoneSearch};
+use found::Found;
+use surround::Surround;
 
 /// What the camera saw in a cycle.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +33,16 @@ pub enum View<'a> {
         /// From its pixels to the rig frame.
         projector: &'a DepthProjector,
     },
+}
+
+impl View<'_> {
+    /// When it was seen: the cycle's pose is that of this moment.
+    fn stamp(&self) -> Stamp {
+        match self {
+            Self::PointsInCamera(cloud) | Self::PointsInRig(cloud) => cloud.stamp,
+            Self::Depth { image, .. } => image.stamp,
+        }
+    }
 }
 
 /// What one cycle is computed from.
@@ -82,12 +98,18 @@ pub struct Detected {
 pub struct CycleStatistics {
     /// Beams in the aperture: the thesis' l.
     pub beams: usize,
-    /// Of these, beams whose range was filled in. Without two returns none is.
+    /// Of these, beams whose range was filled in. Without two returns none is, and the method `stillmap`
+    /// fills nothing.
     pub filled_beams: usize,
     /// The largest deviation, once the window is full.
     pub max_std_dev_m: Option<f32>,
     /// Beams of high variability.
     pub high_variability_beams: usize,
+    /// Beams in measured zones that end where free space was seen; 0 with the method `rec_hv`, which does
+    /// not look for them.
+    pub moving_beams: usize,
+    /// Beams without a return, which say nothing of their own.
+    pub unknown_beams: usize,
     /// Why the cycle has no measured zone, if it has none.
     pub unmeasured: Option<Unmeasured>,
     /// The scan's angles or number of beams are not those of the scan before: the window has started
@@ -126,6 +148,9 @@ pub struct Detector {
     aperture: Option<Aperture>,
     window: VariabilityWindow,
     finder: ZoneFinder,
+    /// Of the method `stillmap`.
+    motion_finder: Option<MotionFinder>,
+    surround: Option<Surround>,
     voxels: VoxelAccumulator,
     next_index: u32,
 }
@@ -143,6 +168,11 @@ impl Detector {
             aperture: None,
             window: VariabilityWindow::new(config.window_scans),
             finder: ZoneFinder::new(&config),
+            motion_finder: match config.method {
+                Method::RecHv => None,
+                Method::Stillmap => Some(MotionFinder::new(&config)),
+            },
+            surround: None,
             voxels: VoxelAccumulator::new(VoxelGrid::new(config.voxel_edge_m)?),
             next_index: 0,
             config,
@@ -179,20 +209,13 @@ impl Detector {
     ) -> Result<Detected, DetectionError> {
         check_pose(input.map_from_rig)?;
 
-        // 3.2.1, eq. 1: the beams of the aperture. 3.2.1.1: a range for each of them.
+        // 3.2.1, eq. 1: the beams of the aperture.
         let (beams, window_restarted) = self.crop(input.scan)?;
-        let limits = RangeLimits { min_m: input.scan.range_min_m, max_m: input.scan.range_max_m };
-        let filled = fill_gaps(&beams, limits);
-        let filled_beams = filled.as_ref().map_or(0, FilledRanges::filled_beams);
-        observe(Step::GapFill);
-
-        // 3.2.1.2, eq. 2 and 3: mean and deviation of each beam over the window.
-        let deviations = self.deviations(filled);
-        observe(Step::Variability);
-
-        // 3.2.2, eq. 5: the angles between which something moves.
-        let search = self.find_zone(&beams, deviations);
-        observe(Step::ZoneSearch);
+        let found = if self.motion_finder.is_some() {
+            self.find_by_free_space(input, &beams, &mut observe)?
+        } else {
+            self.find_by_variability(input.scan, &beams, &mut observe)
+        };
 
         // 3.2.3: the voxel grid of the cloud.
         let (reduced_cloud, points_before_reduction) = self.reduce(input.view)?;
@@ -209,14 +232,16 @@ impl Detector {
             map_from_rig: *input.map_from_rig,
             map_frame_id: input.map_frame_id.to_owned(),
             camera_in_rig_m: self.rig_from_camera.translation.vector.into(),
-            zones: search.zone.into_iter().collect::<Vec<DynamicZone>>(),
+            zones: found.zones,
         };
         let statistics = CycleStatistics {
             beams: beams.len(),
-            filled_beams,
-            max_std_dev_m: search.max_std_dev_m,
-            high_variability_beams: search.high_variability_beams,
-            unmeasured: search.unmeasured,
+            filled_beams: found.filled_beams,
+            max_std_dev_m: found.max_std_dev_m,
+            high_variability_beams: found.high_variability_beams,
+            moving_beams: found.moving_beams,
+            unknown_beams: found.unknown_beams,
+            unmeasured: found.unmeasured,
             window_restarted,
         };
         Ok(Detected { cycle, statistics })
@@ -227,6 +252,65 @@ impl Detector {
         self.aperture = None;
         self.window.clear();
         self.finder.clear();
+        self.surround = None;
+        if let Some(motion_finder) = &mut self.motion_finder {
+            motion_finder.clear();
+        }
+    }
+
+    /// Rec-HV 3.2.1.1 to 3.2.2.
+    fn find_by_variability(
+        &mut self,
+        scan: &Scan,
+        beams: &[Beam],
+        observe: &mut impl FnMut(Step),
+    ) -> Found {
+        // 3.2.1.1: a range for each of the beams.
+        let limits = RangeLimits { min_m: scan.range_min_m, max_m: scan.range_max_m };
+        let filled = fill_gaps(beams, limits);
+        let filled_beams = filled.as_ref().map_or(0, FilledRanges::filled_beams);
+        observe(Step::GapFill);
+
+        // 3.2.1.2, eq. 2 and 3: mean and deviation of each beam over the window.
+        let deviations = self.deviations(filled);
+        observe(Step::Variability);
+
+        // 3.2.2, eq. 5: the angles between which something moves.
+        let search = self.find_zone(beams, deviations);
+        observe(Step::ZoneSearch);
+        let unknown_beams = beams.iter().filter(|beam| beam.range_m.is_none()).count();
+        Found::by_variability(search, filled_beams, unknown_beams)
+    }
+
+    /// The method `stillmap`: see [`crate::stillmap`].
+    fn find_by_free_space(
+        &mut self,
+        input: &CycleInput<'_>,
+        in_aperture: &[Beam],
+        observe: &mut impl FnMut(Step),
+    ) -> Result<Found, ScanAnglesError> {
+        let finder = self.motion_finder.get_or_insert_with(|| MotionFinder::new(&self.config));
+        let surround = match &mut self.surround {
+            Some(surround) if surround.fits(input.scan) => surround,
+            other => {
+                finder.clear_window();
+                other.insert(Surround::new(input.scan, &self.rig_from_lidar, in_aperture)?)
+            }
+        };
+        let beams = surround.beams(input.scan);
+        observe(Step::GapFill);
+        let motion_input = MotionInput {
+            scan: input.scan,
+            beams: &beams,
+            map_from_rig: input.map_from_rig,
+            map_frame_id: input.map_frame_id,
+            pose_stamp: input.view.stamp(),
+        };
+        let deviations = finder.take_in(&motion_input);
+        observe(Step::Variability);
+        let search = finder.find(&deviations, surround.within());
+        observe(Step::ZoneSearch);
+        Ok(Found::by_free_space(search))
     }
 
     /// The scan's beams in the aperture, and whether its geometry is another than before.

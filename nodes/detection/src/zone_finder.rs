@@ -35,6 +35,12 @@ pub enum Unmeasured {
         /// What it had to exceed.
         min_std_dev_m: f32,
     },
+    /// Nothing ends where free space was seen (the method `stillmap`).
+    #[error("none of the {returns} returns is an object in space seen free")]
+    NothingInFreeSpace {
+        /// Returns in the aperture.
+        returns: usize,
+    },
     /// The beams of high variability are one, or two side by side: they bound nothing.
     #[error("the {beams} beams of high variability lie side by side and bound nothing")]
     Unbounded {

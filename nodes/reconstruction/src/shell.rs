@@ -6,9 +6,20 @@
 //! the service `~/publish_map` is called.
 //!
 //! Who wants to see it grow subscribes to `static_map_updates` too: points that are new or have moved, each
-//! in the place of the listener's point of the same voxel ([`StaticMap::take_changes`] has the rule). A whole
-//! map takes the place of everything, and is the cure for an update that was lost. A newcomer may get the
-//! whole map before the last one first, since the DDS library keeps it for a while.
+//! in the place of the listener's point of the same voxel ([`StaticMap::take_changes`] has the rule). With the method
+//! `stillmap` voxels go, too: `static_map_removals` has their last points, each of which takes the listener's point
+//! of its voxel away. The two topics may overtake each other; of two messages that tell of the same voxel the one
+//! with the later stamp is right. A whole map takes the place of everything up to its stamp, and is the cure for an
+//! update that was lost. A newcomer may get the whole map before the last one first, since the DDS library keeps it
+//! for a while.
+//!
+//! A topic of its own, since a program such as RViz that shows `static_map_updates` as points would show a removal
+//! in the same message as a point too. RViz cannot take points away: it shows `static_map`, which after a removal
+//! comes after a quarter of its period.
+//!
+//! # Files
+//! `~/save_map` and `~/load_map` go to and from `map_file`. They are `std_srvs/srv/Trigger`, which every ROS 2
+//! installation can call without a package of ours. The node does nothing else meanwhile; clouds wait.
 
 mod map_file;
 mod schedule;
@@ -39,14 +50,22 @@ const PROGRAM: Program = Program {
     topics: "in  segmented_cloud (stillmap_msgs/msg/SegmentedCloud), reliable
              out static_map (sensor_msgs/msg/PointCloud2, map frame), reliable and transient local: the whole map
              out static_map_updates (sensor_msgs/msg/PointCloud2, map frame), reliable: points that are new or have moved
+             out static_map_removals (sensor_msgs/msg/PointCloud2, map frame), reliable: the last points of voxels that have gone
              out ~/report (stillmap_msgs/msg/StageReport), reliable
-             srv ~/publish_map (std_srvs/srv/Trigger): publishes the whole map now",
+             srv ~/publish_map (std_srvs/srv/Trigger): publishes the whole map now
+             srv ~/save_map (std_srvs/srv/Trigger): saves the map to the parameter map_file
+             srv ~/load_map (std_srvs/srv/Trigger): puts the map of map_file in the place of the map
+             srv ~/reset (std_srvs/srv/Trigger): empties the map",
 };
 
 /// Cycles that may wait here without one being lost: seven seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
 /// Updates that may wait for a subscriber: five seconds of the default period.
 const UPDATES_KEPT: usize = 10;
+/// A service has nothing to work on.
+const NO_MAP_FILE: &str = "the parameter map_file is empty: a path that ends in .ply, .pcd or .bt";
+/// The frame of a map that was loaded before the first cloud came (REP-105).
+const FRAME_OF_A_LOADED_MAP: &str = "map";
 /// How often the node looks who subscribes and what is due: within 0.1 s a newcomer is served.
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
@@ -61,8 +80,10 @@ pub struct ReconstructionParameters {
     pub map_update_period_s: f64,
     /// Points of one update, at most; the others come with the next one.
     pub map_update_max_points: usize,
-    /// Where the map is saved when the node ends: a path that ends in .ply or .pcd, or nothing.
+    /// Where the map is saved when the node ends: a path that ends in .ply, .pcd or .bt, or nothing.
     pub save_map_on_exit: String,
+    /// Where `~/save_map` saves the map, and `~/load_map` loads it from: such a path, or nothing.
+    pub map_file: String,
     /// The parameters of the method.
     #[serde(flatten)]
     pub config: ReconstructionConfig,
@@ -78,6 +99,7 @@ impl Default for ReconstructionParameters {
             // it does by default. 20,000 points a second are several times what a camera adds.
             map_update_max_points: 10_000,
             save_map_on_exit: String::new(),
+            map_file: String::new(),
             config: ReconstructionConfig::default(),
         }
     }
@@ -93,9 +115,13 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// # Errors
 /// When a parameter is out of its range, a topic cannot be had, or the map cannot be saved.
 pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<(), NodeFailure> {
-    let map_file = MapFile::new(&parameters.save_map_on_exit)?;
+    let map_file = MapFile::new("save_map_on_exit", &parameters.save_map_on_exit)?;
+    let kept_file = MapFile::new("map_file", &parameters.map_file)?;
     let mut stage = Stage::new(node, &parameters)?;
     let publish_map = node.service::<Trigger>("~/publish_map")?;
+    let save_map = node.service::<Trigger>("~/save_map")?;
+    let load_map = node.service::<Trigger>("~/load_map")?;
+    let reset = node.service::<Trigger>("~/reset")?;
     let shutdown = node.shutdown_signal();
     let mut look_time = tokio::time::interval(LOOK_AGAIN);
     look_time.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -103,7 +129,10 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
-            request = publish_map.next() => stage.publish_on_request(request),
+            request = publish_map.next() => respond(request, stage.publish_on_request()),
+            request = save_map.next() => respond(request, stage.save(kept_file.as_ref())),
+            request = load_map.next() => respond(request, stage.load(kept_file.as_ref())),
+            request = reset.next() => respond(request, Ok(stage.reset())),
             _ = look_time.tick() => stage.publish_what_is_due(),
             received = stage.clouds.next() => stage.take(&received.message),
         }
@@ -113,6 +142,17 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
         map_file.save(&stage.map)?;
     }
     Ok(())
+}
+
+/// Answers with what was done, or why it was not.
+fn respond(request: Request<'_, Trigger>, done: Result<String, NodeFailure>) {
+    let response = match done {
+        Ok(message) => TriggerResponse { success: true, message },
+        Err(error) => TriggerResponse { success: false, message: error.to_string() },
+    };
+    if let Err(error) = request.respond(&response) {
+        tracing::warn!("{error}");
+    }
 }
 
 fn period(name: &str, seconds: f64) -> Result<Duration, NodeFailure> {
@@ -130,6 +170,7 @@ pub struct Stage {
     cycles: u32,
     maps: Publisher<PointCloud2>,
     updates: Publisher<PointCloud2>,
+    removals: Publisher<PointCloud2>,
     most_update_points: usize,
     map_failed: Throttle,
     reporter: StageReporter,
@@ -154,6 +195,7 @@ impl Stage {
             cycles: 0,
             maps: node.publisher("static_map", &Qos::latched())?,
             updates: node.publisher("static_map_updates", &Qos::reliable(UPDATES_KEPT))?,
+            removals: node.publisher("static_map_removals", &Qos::reliable(UPDATES_KEPT))?,
             most_update_points: parameters.map_update_max_points,
             map_failed: Throttle::for_warnings(),
             reporter: StageReporter::new(node, PROGRAM.name)?,
@@ -184,6 +226,8 @@ impl Stage {
                     ("voxels_new", addition.new_voxels as u64),
                     ("points_refused", addition.refused_points as u64),
                     ("points_not_finite", addition.not_finite_points as u64),
+                    ("voxels_cleared", addition.cleared_voxels as u64),
+                    ("voxels_dropped", addition.dropped_voxels as u64),
                     ("map_bytes", self.map.memory_bytes() as u64),
                 ];
                 self.reporter.processed(message.header.clone(), self.cycles, &counts, &timer);
@@ -204,12 +248,14 @@ impl Stage {
         timer: &mut StepTimer,
     ) -> Result<(usize, Addition), NodeFailure> {
         let cycle = convert::segmented_cycle_from_message(message)?;
-        let cloud = &cycle.static_cloud;
         timer.end_of("convert");
-        let addition = self.map.add(cloud)?;
+        let addition = self.map.integrate(&cycle)?;
         timer.end_of("add");
         self.schedule.cloud_came(Instant::now());
-        Ok((cloud.points_m.len(), addition))
+        if addition.cleared_voxels + addition.dropped_voxels > 0 {
+            self.schedule.voxels_went();
+        }
+        Ok((cycle.static_cloud.points_m.len(), addition))
     }
 
     /// The whole map is the one thing here whose cost grows with it, so nobody gets it unasked. Between two
@@ -217,7 +263,7 @@ impl Stage {
     fn publish_what_is_due(&mut self) {
         let subscribers = Subscribers {
             map: self.maps.subscriber_count(),
-            updates: self.updates.subscriber_count(),
+            updates: self.updates.subscriber_count() + self.removals.subscriber_count(),
         };
         let due = self.schedule.look(Instant::now(), subscribers);
         match due.following {
@@ -246,29 +292,45 @@ impl Stage {
 
     fn publish_update(&mut self) {
         let changes = self.map.take_changes(self.most_update_points);
-        if !changes.points_m.is_empty()
-            && !self.updates.publish_or_warn(convert::message_from_cloud(&changes))
-        {
+        let is_told = [(&self.removals, &changes.removed), (&self.updates, &changes.updated)].map(
+            |(publisher, cloud)| {
+                cloud.points_m.is_empty()
+                    || publisher.publish_or_warn(convert::message_from_cloud(cloud))
+            },
+        );
+        if changes.is_incomplete || is_told.contains(&false) {
             self.schedule.update_failed();
         }
     }
 
     /// Publishes the whole map whether or not somebody subscribes: it is there for those who come later.
-    fn publish_on_request(&mut self, request: Request<'_, Trigger>) {
-        let response = if self.cycles == 0 {
-            let message = "there is no map yet: no static cloud has come".to_owned();
-            TriggerResponse { success: false, message }
-        } else {
-            match self.publish_map() {
-                Ok(points) => {
-                    let message = format!("published the map of {points} points");
-                    TriggerResponse { success: true, message }
-                }
-                Err(error) => TriggerResponse { success: false, message: error.to_string() },
-            }
-        };
-        if let Err(error) = request.respond(&response) {
-            tracing::warn!("{error}");
+    fn publish_on_request(&mut self) -> Result<String, NodeFailure> {
+        if self.map.frame_id().is_none() {
+            return Err("there is no map yet: no static cloud has come".into());
         }
+        let points = self.publish_map()?;
+        Ok(format!("published the map of {points} points"))
+    }
+
+    fn save(&self, file: Option<&MapFile>) -> Result<String, NodeFailure> {
+        let file = file.ok_or(NO_MAP_FILE)?;
+        let points = file.save(&self.map)?;
+        Ok(format!("saved a map of {points} points to {}", file.path().display()))
+    }
+
+    fn load(&mut self, file: Option<&MapFile>) -> Result<String, NodeFailure> {
+        let file = file.ok_or(NO_MAP_FILE)?;
+        let frame_id = self.map.frame_id().unwrap_or(FRAME_OF_A_LOADED_MAP).to_owned();
+        let voxels = file.load(&mut self.map, &frame_id)?;
+        self.schedule.map_replaced(Instant::now());
+        let path = file.path().display();
+        Ok(format!("loaded a map of {voxels} voxels in frame {frame_id:?} from {path}"))
+    }
+
+    fn reset(&mut self) -> String {
+        let voxels = self.map.len();
+        self.map.clear();
+        self.schedule.map_replaced(Instant::now());
+        format!("emptied the map of {voxels} voxels")
     }
 }

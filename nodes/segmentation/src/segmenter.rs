@@ -7,16 +7,21 @@ use geometry::{
 use nalgebra::Point3;
 
 use crate::angular::points_in_zone;
-use crate::config::{ConfigError, SegmentationConfig};
+use crate::config::{ConfigError, Method, SegmentationConfig};
 use crate::depth_clustering::{depth_groups, nearest_group};
+use crate::stillmap::{Judged, Stillmap};
 
 /// A stage of [`Segmenter::step`], for whoever times them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Step {
-    /// The angular stage, of all zones (3.2.5).
+    /// What is known of the points' places, asked and learned; of `stillmap` alone, and ends twice a cycle.
+    Evidence,
+    /// The angular stage, of all zones (3.2.5); in `stillmap` all seeds.
     Angular,
-    /// The depth stage, of all zones (3.2.6).
+    /// The depth stage, of all zones (3.2.6); in `stillmap` the growth from the seeds.
     DepthClustering,
+    /// The objects followed; of `stillmap` alone.
+    Tracking,
     /// The static part taken to the map frame (3.2.7).
     Transform,
 }
@@ -26,8 +31,10 @@ impl Step {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Evidence => "evidence",
             Self::Angular => "angular",
             Self::DepthClustering => "depth_clustering",
+            Self::Tracking => "tracking",
             Self::Transform => "transform",
         }
     }
@@ -81,11 +88,13 @@ enum Part {
     Dynamic,
 }
 
-/// Cuts the moving object out of each cycle's cloud (Rec-HV 3.3.3). It remembers nothing from cycle to
-/// cycle.
-#[derive(Clone, Copy, Debug)]
+/// Cuts the moving objects out of each cycle's cloud (Rec-HV 3.3.3). With the method of Rec-HV it remembers
+/// nothing from cycle to cycle.
+#[derive(Clone, Debug)]
 pub struct Segmenter {
     depth_cell_m: f64,
+    /// With that method.
+    stillmap: Option<Stillmap>,
 }
 
 impl Segmenter {
@@ -95,13 +104,17 @@ impl Segmenter {
     /// When a parameter is out of its range.
     pub fn new(config: SegmentationConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        Ok(Self { depth_cell_m: config.depth_cell_m })
+        let stillmap = match config.method {
+            Method::RecHv => None,
+            Method::Stillmap => Some(Stillmap::new(config)?),
+        };
+        Ok(Self { depth_cell_m: config.depth_cell_m, stillmap })
     }
 
     /// Splits the cycle's reduced cloud: every point of it lands in exactly one of the two clouds, in
     /// the order it had. `observe` is called at the end of each stage.
     ///
-    /// A zone without points has no object. Each of several zones is handled by itself; a point of two
+    /// With the method of Rec-HV, a zone without points has no object, and each of several zones is handled by itself; a point of two
     /// zones is dynamic if it is so in one of them.
     ///
     /// # Errors
@@ -112,6 +125,35 @@ impl Segmenter {
         mut observe: impl FnMut(Step),
     ) -> Result<Segmented, SegmentationError> {
         check(cycle)?;
+        let judged = match &mut self.stillmap {
+            Some(stillmap) => stillmap.step(cycle, &mut observe),
+            None => self.two_stages(cycle, &mut observe),
+        };
+        let Judged { is_dynamic, tracks, in_zone } = judged;
+
+        // Eq. 7: PCL_est = PCL_ze || PCL_Oe. Eq. 8: PCL_k = Mt_k * PCL_est.
+        let static_in_rig = part_of(&cycle.reduced_cloud, &is_dynamic, false);
+        let static_cloud = static_in_rig.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
+        let dynamic_cloud = part_of(&cycle.reduced_cloud, &is_dynamic, true);
+        observe(Step::Transform);
+
+        let counts = SegmentationCounts {
+            reduced: is_dynamic.len(),
+            in_zone,
+            dynamic: dynamic_cloud.points_m.len(),
+        };
+        let cycle = SegmentedCycle {
+            index: cycle.index,
+            static_cloud,
+            dynamic_cloud,
+            map_from_rig: cycle.map_from_rig,
+            camera_in_rig_m: cycle.camera_in_rig_m,
+        };
+        Ok(Segmented { cycle, tracks, counts })
+    }
+
+    /// The two stages of Rec-HV.
+    fn two_stages(&self, cycle: &DetectedCycle, observe: &mut impl FnMut(Step)) -> Judged {
         let points_in_rig_m = &cycle.reduced_cloud.points_m;
 
         // 3.2.5, eq. 6: the points between alpha1 and alpha2 are PCL_ZD, the others PCL_ze.
@@ -125,26 +167,11 @@ impl Segmenter {
             self.mark_object(points_in_rig_m, in_zone, &mut parts);
         }
         observe(Step::DepthClustering);
-
-        // Eq. 7: PCL_est = PCL_ze || PCL_Oe. Eq. 8: PCL_k = Mt_k * PCL_est.
-        let static_in_rig = part_of(&cycle.reduced_cloud, &parts, |part| part != Part::Dynamic);
-        let static_cloud = static_in_rig.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
-        let dynamic_cloud = part_of(&cycle.reduced_cloud, &parts, |part| part == Part::Dynamic);
-        observe(Step::Transform);
-
-        let counts = SegmentationCounts {
-            reduced: parts.len(),
+        Judged {
+            is_dynamic: parts.iter().map(|part| *part == Part::Dynamic).collect(),
+            tracks: Vec::new(),
             in_zone: parts.iter().filter(|part| **part >= Part::InZone).count(),
-            dynamic: dynamic_cloud.points_m.len(),
-        };
-        let cycle = SegmentedCycle {
-            index: cycle.index,
-            static_cloud,
-            dynamic_cloud,
-            map_from_rig: cycle.map_from_rig,
-            camera_in_rig_m: cycle.camera_in_rig_m,
-        };
-        Ok(Segmented { cycle, tracks: Vec::new(), counts })
+        }
     }
 
     /// Marks the points of one zone: the object up to x_max, and what lies behind it.
@@ -171,13 +198,13 @@ fn check(cycle: &DetectedCycle) -> Result<(), SegmentationError> {
     check_pose(&cycle.map_from_rig).map_err(|source| SegmentationError::Pose { index, source })
 }
 
-/// The points of `cloud` whose part is `wanted`, in their order.
-fn part_of(cloud: &Cloud, parts: &[Part], wanted: impl Fn(Part) -> bool) -> Cloud {
+/// The points of `cloud` that move, or those that do not, in their order.
+fn part_of(cloud: &Cloud, is_dynamic: &[bool], wanted: bool) -> Cloud {
     let points_m = cloud
         .points_m
         .iter()
-        .zip(parts)
-        .filter_map(|(point, part)| wanted(*part).then_some(*point))
+        .zip(is_dynamic)
+        .filter_map(|(point, is_dynamic)| (*is_dynamic == wanted).then_some(*point))
         .collect();
     Cloud { stamp: cloud.stamp, frame_id: cloud.frame_id.clone(), points_m }
 }

@@ -5,6 +5,7 @@ mod bench;
 mod console;
 mod demo;
 mod doctor;
+mod eval;
 mod failure;
 mod import;
 mod info;
@@ -63,6 +64,9 @@ enum Command {
     Import(import::ImportArgs),
     /// A simulated room as a bag, with its truth
     Simulate(simulate::SimulateArgs),
+    /// Scores of results against a reference
+    #[command(subcommand)]
+    Eval(eval::EvalArgs),
     /// What is wrong with this machine and the live graph, or with a bag, and what mends it
     Doctor(doctor::DoctorArgs),
     /// What the transport of this machine carries
@@ -100,6 +104,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Eval(args) => eval::run(&args),
         Command::Doctor(args) => doctor::run(&args, &ros),
         Command::Bench(args) => bench::run(args, &ros),
         Command::Up(args) => up::run(&args, &ros),

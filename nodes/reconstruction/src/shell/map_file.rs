@@ -1,13 +1,20 @@
 //! The map as a file.
 
+use std::fs::{self, File};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use geometry::{pcd, ply};
+use geometry::{VoxelGrid, VoxelKey, pcd, ply};
+use nalgebra::Point3;
 use node_shell::NodeFailure;
 
-use crate::StaticMap;
+use crate::{StaticMap, octomap};
 
-/// Where the map is saved, and how.
+/// The edge of an octomap is the map's when they differ by no more than this share: what a decimal number of
+/// six digits leaves, as octomap writes it.
+const SAME_EDGE: f64 = 1e-5;
+
+/// Where the map is saved, or loaded from, and how.
 pub(super) struct MapFile {
     path: PathBuf,
     format: Format,
@@ -16,12 +23,13 @@ pub(super) struct MapFile {
 enum Format {
     Ply,
     Pcd,
+    Octomap,
 }
 
 impl MapFile {
-    /// The file at `path`, whose format is told by its extension; none for an empty path. What cannot
-    /// be written is found out now, not when there is a map to lose.
-    pub(super) fn new(path: &str) -> Result<Option<Self>, NodeFailure> {
+    /// The file at the path that `parameter` has, whose format is told by its extension; none for an empty path.
+    /// What cannot be written is found out now, not when there is a map to lose.
+    pub(super) fn new(parameter: &str, path: &str) -> Result<Option<Self>, NodeFailure> {
         if path.is_empty() {
             return Ok(None);
         }
@@ -30,18 +38,18 @@ impl MapFile {
         let format = match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("ply") => Format::Ply,
             Some("pcd") => Format::Pcd,
+            Some("bt") => Format::Octomap,
             _ => {
                 return Err(format!(
-                    "parameter save_map_on_exit must end in .ply or .pcd, not {}",
+                    "parameter {parameter} must end in .ply, .pcd or .bt, not {}",
                     path.display()
                 )
                 .into());
             }
         };
-        let folder = path.parent().filter(|folder| *folder != Path::new(""));
-        if folder.is_some_and(|folder| !folder.is_dir()) {
+        if !folder_of(&path).is_dir() {
             return Err(format!(
-                "parameter save_map_on_exit: the folder of {} does not exist",
+                "parameter {parameter}: the folder of {} does not exist",
                 path.display()
             )
             .into());
@@ -49,22 +57,86 @@ impl MapFile {
         Ok(Some(Self { path, format }))
     }
 
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Saves the map under a temporary name first: a reader never finds half a file, and an earlier
-    /// map is lost only to a whole one.
-    pub(super) fn save(&self, map: &StaticMap) -> Result<(), NodeFailure> {
+    /// map is lost only to a whole one, also when the power fails. Returns the number of points.
+    pub(super) fn save(&self, map: &StaticMap) -> Result<usize, NodeFailure> {
         let points_m = map.points();
+        let failed = |reason: &dyn std::fmt::Display| {
+            format!("the map could not be saved to {}: {reason}", self.path.display())
+        };
         let bytes = match self.format {
             Format::Ply => ply::encode(&points_m),
             Format::Pcd => pcd::encode(&points_m),
+            Format::Octomap => {
+                let grid = map.grid();
+                let voxels: Vec<VoxelKey> = points_m.iter().map(|point| grid.key(point)).collect();
+                octomap::encode(grid.edge_m(), &voxels).map_err(|error| failed(&error))?
+            }
         };
-        let mut temporary = self.path.clone().into_os_string();
-        temporary.push(".part");
-        std::fs::write(&temporary, bytes)
-            .and_then(|()| std::fs::rename(&temporary, &self.path))
-            .map_err(|error| {
-                format!("the map could not be saved to {}: {error}", self.path.display())
-            })?;
+        write_whole(&self.path, &bytes).map_err(|error| failed(&error))?;
         tracing::info!("saved a map of {} points to {}", points_m.len(), self.path.display());
-        Ok(())
+        Ok(points_m.len())
     }
+
+    /// Puts the file's points, in `frame_id`, in the place of the map. Returns the number of voxels. When that
+    /// fails, the map is as it was.
+    pub(super) fn load(&self, map: &mut StaticMap, frame_id: &str) -> Result<usize, NodeFailure> {
+        let failed = |reason: &dyn std::fmt::Display| {
+            format!("the map could not be loaded from {}: {reason}", self.path.display())
+        };
+        let bytes = fs::read(&self.path).map_err(|error| failed(&error))?;
+        let points_m = match self.format {
+            Format::Ply => ply::decode(&bytes).map_err(|error| failed(&error))?,
+            Format::Pcd => pcd::decode(&bytes).map_err(|error| failed(&error))?,
+            Format::Octomap => {
+                let octree = octomap::decode(&bytes, map.max_voxels());
+                let octree = octree.map_err(|error| failed(&error))?;
+                let edge_m = map.grid().edge_m();
+                if (octree.edge_m - edge_m).abs() > SAME_EDGE * edge_m {
+                    let reason = format!(
+                        "its resolution is {} m, and voxel_edge_m is {edge_m} m",
+                        octree.edge_m
+                    );
+                    return Err(failed(&reason).into());
+                }
+                octree.voxels.into_iter().map(|voxel| centre(voxel, map.grid())).collect()
+            }
+        };
+        map.replace(&points_m, frame_id).map_err(|error| failed(&error))?;
+        tracing::info!("loaded a map of {} voxels from {}", map.len(), self.path.display());
+        Ok(map.len())
+    }
+}
+
+/// The middle of a voxel. Within octomap's reach it lies in that voxel also as a 32-bit number.
+fn centre(voxel: VoxelKey, grid: &VoxelGrid) -> Point3<f32> {
+    let middle = |cell: i32| ((f64::from(cell) + 0.5) * grid.edge_m()) as f32;
+    Point3::new(middle(voxel.x), middle(voxel.y), middle(voxel.z))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
+}
+
+/// Writes beside, makes sure that it is on the disk, and gives it the name; then the name is on the disk too.
+fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(".part");
+    let write = || {
+        let mut file = File::create(&temporary)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&temporary, path)
+    };
+    let written = write();
+    if written.is_err() {
+        // What is left of it helps nobody; that it cannot be removed says no more than the error.
+        let _ = fs::remove_file(&temporary);
+        return written;
+    }
+    File::open(folder_of(path))?.sync_all()
 }

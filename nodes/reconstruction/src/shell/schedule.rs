@@ -14,6 +14,10 @@ const INPUT_PAUSE: Duration = Duration::from_millis(500);
 /// Two whole maps have at least this time between them, whatever the reasons for them.
 const SHORTEST_BETWEEN_MAPS: Duration = Duration::from_millis(500);
 
+/// A listener to the whole map alone sees a voxel that has gone only by the next map, which then is due after
+/// this share of its period: 2.5 s of the default.
+const SHARE_AFTER_REMOVALS: u32 = 4;
+
 /// The periods that users set.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Periods {
@@ -62,6 +66,8 @@ pub(super) struct Schedule {
     news: Option<Instant>,
     /// Somebody has come who may not have seen a whole map yet, or has missed an update.
     is_awaited: bool,
+    /// Voxels have gone since the last whole map.
+    is_outdated: bool,
     last_map: Option<Instant>,
     last_update: Option<Instant>,
 }
@@ -73,6 +79,7 @@ impl Schedule {
             subscribers: Subscribers::default(),
             news: None,
             is_awaited: false,
+            is_outdated: false,
             last_map: None,
             last_update: None,
         }
@@ -81,6 +88,17 @@ impl Schedule {
     /// A cloud has come into the map.
     pub(super) fn cloud_came(&mut self, now: Instant) {
         self.news = Some(now);
+    }
+
+    /// Voxels have gone from the map.
+    pub(super) fn voxels_went(&mut self) {
+        self.is_outdated = true;
+    }
+
+    /// Another map has taken the map's place: only a whole map can tell.
+    pub(super) fn map_replaced(&mut self, now: Instant) {
+        self.news = Some(now);
+        self.is_awaited = true;
     }
 
     /// Some update did not go out: only a whole map can make up for it.
@@ -94,6 +112,7 @@ impl Schedule {
         if is_published {
             self.news = None;
             self.is_awaited = false;
+            self.is_outdated = false;
         }
     }
 
@@ -118,9 +137,10 @@ impl Schedule {
 
     fn is_map_due(&self, now: Instant) -> bool {
         let Some(last_cloud) = self.news else { return false };
+        let share = if self.is_outdated { SHARE_AFTER_REMOVALS } else { 1 };
         has_passed(SHORTEST_BETWEEN_MAPS, self.last_map, now)
             && (self.is_awaited
-                || has_passed(self.periods.map, self.last_map, now)
+                || has_passed(self.periods.map / share, self.last_map, now)
                 || has_passed(INPUT_PAUSE, Some(last_cloud), now))
     }
 }

@@ -162,13 +162,61 @@ async fn clouds_become_a_map_that_is_published_reported_and_saved() {
 #[test]
 fn what_cannot_be_saved_is_found_out_at_the_start() {
     for (path, part) in
-        [("map.obj", ".ply or .pcd"), ("map", ".ply or .pcd"), ("/no/such/m.ply", "folder")]
+        [("map.obj", ".ply, .pcd or"), ("map", "or .bt"), ("/no/such/m.ply", "folder")]
     {
-        let error = MapFile::new(path).err().unwrap().to_string();
-        assert!(error.contains(part), "{path}: {error}");
+        let error = MapFile::new("map_file", path).err().unwrap().to_string();
+        assert!(error.contains(part) && error.contains("map_file"), "{path}: {error}");
     }
-    assert!(MapFile::new("").unwrap().is_none());
-    assert!(MapFile::new("map.PLY").unwrap().is_some());
+    assert!(MapFile::new("map_file", "").unwrap().is_none());
+    assert!(MapFile::new("map_file", "map.PLY").unwrap().is_some());
+}
+
+fn map_of(voxel_edge_m: f64, max_voxels: usize) -> StaticMap {
+    let config =
+        ReconstructionConfig { voxel_edge_m, max_voxels, ..ReconstructionConfig::default() };
+    StaticMap::new(config).unwrap()
+}
+
+#[test]
+fn a_map_that_was_saved_is_loaded() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = [[-0.03_f32, 0.5, 0.02], [1.0, -2.0, 0.3], [0.07, 0.07, 9.0]].map(Point3::from);
+    let mut map = map_of(0.08, 10);
+    map.replace(&points, "map").unwrap();
+    let keys = |map: &StaticMap| -> Vec<_> {
+        map.points().iter().map(|point| map.grid().key(point)).collect()
+    };
+    for name in ["m.ply", "m.pcd", "m.bt"] {
+        let path = folder.path().join(name);
+        let file = MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap();
+        assert_eq!(file.save(&map).unwrap(), 3);
+        let mut loaded = map_of(0.08, 3);
+        loaded.replace(&[Point3::origin()], "map").unwrap();
+        assert_eq!(file.load(&mut loaded, "odom").unwrap(), 3);
+        assert_eq!((keys(&loaded), loaded.frame_id()), (keys(&map), Some("odom")));
+        if name != "m.bt" {
+            assert_eq!(loaded.points(), map.points());
+        }
+        // Too many: the path and the cause are told, and the map is as it was.
+        let mut small = map_of(0.08, 2);
+        small.replace(&points[..1], "map").unwrap();
+        let error = file.load(&mut small, "map").unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains('2'), "{error}");
+        assert_eq!(small.points(), points[..1]);
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "nothing temporary is left");
+    let path = folder.path().join("m.bt");
+    let file = MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap();
+    let error = file.load(&mut map_of(0.05, 10), "map").unwrap_err().to_string();
+    assert!(error.contains("0.08") && error.contains("0.05"), "{error}");
+    std::fs::remove_file(&path).unwrap();
+    let error = file.load(&mut map, "map").unwrap_err().to_string();
+    assert!(error.contains("m.bt"), "{error}");
+    assert_eq!(map.points(), {
+        let mut sorted = map_of(0.08, 10);
+        sorted.replace(&points, "map").unwrap();
+        sorted.points()
+    });
 }
 
 #[test]

@@ -1,14 +1,16 @@
-//! What listeners have to be told of: the voxels that are new, and those whose mean has moved.
+//! What listeners have to be told of: the voxels that are new, those whose mean has moved, and those that have
+//! gone.
 
 #[cfg(test)]
 mod tests;
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 
 use geometry::{Cloud, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
 use super::StaticMap;
+use super::voxel::BuildVoxelHasher;
 
 /// A listener that has been told of all changes holds each mean within this share of the voxel's edge:
 /// 5 mm of 8 cm, the noise of one depth reading at 1.5 m.
@@ -30,8 +32,9 @@ const UNTOLD_STEPS_SQUARED: i64 = {
 };
 
 /// Where in its voxel a mean stands, in 65535ths of the edge from the lower corner: all that has to be
-/// remembered of what was told, in six bytes that a voxel has to spare.
+/// remembered of what was told, in six bytes that a voxel has to spare. Packed, so that two more bytes fit beside.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[repr(Rust, packed)]
 struct Place([u16; 3]);
 
 impl Place {
@@ -57,42 +60,87 @@ impl Place {
 /// What listeners know of a voxel. Means nothing while changes are not followed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Told {
-    /// Whether all listeners know of the voxel; if so, where they were told that the mean stands.
-    is_told: bool,
     place: Place,
-    /// Whether the voxel stands in the queue.
-    is_waiting: bool,
+    /// Two flags in one byte, so that the evidence has room in what a voxel takes.
+    flags: u8,
 }
 
+/// All listeners know of the voxel, and were told that its mean stands at `place`.
+const IS_TOLD: u8 = 1;
+/// The voxel stands in the queue.
+const IS_WAITING: u8 = 2;
+
 impl Told {
+    /// Nobody knows of the voxel as it is now, and it stands in the queue.
+    const WAITING: Self = Self { place: Place([0; 3]), flags: IS_WAITING };
+
     fn tell(&mut self, place: Place) {
-        *self = Self { is_told: true, place, is_waiting: false };
+        *self = Self { place, flags: IS_TOLD };
     }
 
     fn is_news(&self, place: Place) -> bool {
-        !self.is_told || place.is_far_from(self.place)
+        self.flags & IS_TOLD == 0 || place.is_far_from(self.place)
+    }
+
+    fn is_waiting(&self) -> bool {
+        self.flags & IS_WAITING != 0
     }
 }
 
-/// The voxels that points have come to, each once, in the order in which they first did: who waits longest
-/// is told of first. Whether a mean has moved is looked at when its turn comes, so that a cycle pays next
-/// to nothing, and a voxel that is seen again and again until then is told of once.
+/// What a listener has to do to its copy of the map, as two clouds of the map's frame and stamp.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct MapChanges {
+    /// Points that are new or have moved: each takes the place of the listener's point of its voxel.
+    pub updated: Cloud,
+    /// Where voxels have gone, each by the mean that it had last: the listener's point of its voxel goes. The
+    /// listener may have none.
+    pub removed: Cloud,
+    /// More voxels went than could be remembered, `max_voxels`: listeners need the whole map.
+    pub is_incomplete: bool,
+}
+
+/// The voxels that points have come to, or that have gone, each once, in the order in which they first did:
+/// who waits longest is told of first. Whether a mean has moved is looked at when its turn comes, so that a
+/// cycle pays next to nothing, and a voxel that is seen again and again until then is told of once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Changes {
     waiting: VecDeque<VoxelKey>,
+    /// Those in the queue that are not in the map any more, with their last means. Looked up by key alone.
+    gone: HashMap<VoxelKey, Point3<f32>, BuildVoxelHasher>,
+    is_incomplete: bool,
 }
 
 impl Changes {
     /// Points have come to the voxel.
     pub(super) fn touched(&mut self, key: VoxelKey, told: &mut Told) {
-        if !told.is_waiting {
-            told.is_waiting = true;
+        if !told.is_waiting() {
+            told.flags |= IS_WAITING;
             self.waiting.push_back(key);
         }
     }
 
+    /// What listeners know of a voxel that the map has not had until now, or has again.
+    pub(super) fn told_of_new(&mut self, key: VoxelKey) -> Told {
+        let is_back = !self.gone.is_empty() && self.gone.remove(&key).is_some();
+        if is_back { Told::WAITING } else { Told::default() }
+    }
+
+    /// The voxel has gone.
+    pub(super) fn removed(&mut self, key: VoxelKey, told: &Told, mean: Point3<f32>) {
+        self.gone.insert(key, mean);
+        if !told.is_waiting() {
+            self.waiting.push_back(key);
+        }
+    }
+
+    /// Those that have gone and that listeners have not been told of.
+    pub(super) fn gone(&self) -> usize {
+        self.gone.len()
+    }
+
     pub(super) fn memory_bytes(&self) -> usize {
-        self.waiting.capacity() * size_of::<VoxelKey>()
+        let gone = self.gone.capacity() * size_of::<(VoxelKey, Point3<f32>)>();
+        self.waiting.capacity() * size_of::<VoxelKey>() + gone
     }
 }
 
@@ -104,6 +152,12 @@ impl StaticMap {
             voxel.told.tell(Place::of(&voxel.mean(), *key, &self.grid));
         }
         self.changes = Some(Changes::default());
+    }
+
+    /// More went than may be remembered: follows anew, for listeners that need the whole map.
+    pub(super) fn follow_changes_anew(&mut self) {
+        self.follow_changes();
+        self.changes = Some(Changes { is_incomplete: true, ..Changes::default() });
     }
 
     /// There are no listeners any more.
@@ -118,39 +172,51 @@ impl StaticMap {
     pub fn cloud_for_listeners(&mut self) -> Cloud {
         for key in self.changes.iter().flat_map(|changes| &changes.waiting) {
             if let Some(voxel) = self.voxels.get_mut(key) {
-                voxel.told.is_told = false;
+                voxel.told.flags &= !IS_TOLD;
             }
         }
         self.cloud()
     }
 
-    /// The points of the next voxels, at most so many, that are new or have moved since they were last taken
-    /// here (or since [`StaticMap::follow_changes`]), in the order in which they first changed; none when
-    /// changes are not followed. What does not fit waits, and comes before what changes later. Frame and
-    /// stamp are the map's.
+    /// The points of the next voxels, at most so many, that are new or have moved, or have gone, since they
+    /// were last taken here (or since [`StaticMap::follow_changes`]), in the order in which they first changed;
+    /// none when changes are not followed. What does not fit waits, and comes before what changes later. Frame
+    /// and stamp are the map's.
     ///
     /// A point takes the place of the listener's point of the same voxel, which is `floor(coordinate / edge)`
     /// along each axis, taken in 64 bits: [`VoxelGrid::key`]. A mean lies in the voxel that it stands for.
     /// Once nothing waits, a listener that started with the whole map and has applied all changes since has
-    /// every voxel, and each mean within [`LISTENER_TOLERANCE_IN_EDGES`].
-    pub fn take_changes(&mut self, most_points: usize) -> Cloud {
-        let waiting = self.changes.as_mut().map(|changes| &mut changes.waiting);
-        let mut points_m = Vec::new();
-        if let Some(waiting) = waiting {
-            points_m.reserve_exact(most_points.min(waiting.len()));
-            while points_m.len() < most_points {
-                let Some(key) = waiting.pop_front() else { break };
-                let Some(voxel) = self.voxels.get_mut(&key) else { continue };
-                voxel.told.is_waiting = false;
+    /// every voxel and no other, and each mean within [`LISTENER_TOLERANCE_IN_EDGES`].
+    ///
+    /// A voxel stands in one of the two clouds at most. A voxel that goes and comes back between two of these
+    /// calls stands in neither as gone. Clouds that were made between the same two cycles have the same stamp, and
+    /// no voxel changes then: of two that tell of the same voxel the one with the later stamp is right.
+    pub fn take_changes(&mut self, most_points: usize) -> MapChanges {
+        let (mut updated, mut removed) = (Vec::new(), Vec::new());
+        let mut is_incomplete = false;
+        if let Some(changes) = &mut self.changes {
+            is_incomplete = std::mem::take(&mut changes.is_incomplete);
+            updated.reserve_exact(most_points.min(changes.waiting.len()));
+            while updated.len() + removed.len() < most_points {
+                let Some(key) = changes.waiting.pop_front() else { break };
+                let Some(voxel) = self.voxels.get_mut(&key) else {
+                    removed.extend(changes.gone.remove(&key));
+                    continue;
+                };
+                voxel.told.flags &= !IS_WAITING;
                 let mean = voxel.mean();
                 let place = Place::of(&mean, key, &self.grid);
                 if voxel.told.is_news(place) {
                     voxel.told.tell(place);
-                    points_m.push(mean);
+                    updated.push(mean);
                 }
             }
         }
-        self.cloud_of(points_m)
+        MapChanges {
+            updated: self.cloud_of(updated),
+            removed: self.cloud_of(removed),
+            is_incomplete,
+        }
     }
 
     /// The voxels that wait to be looked at by [`StaticMap::take_changes`].

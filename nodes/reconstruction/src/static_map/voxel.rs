@@ -5,6 +5,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 use nalgebra::Point3;
 
 use super::changes::Told;
+use super::evidence::Evidence;
 
 /// The sums count in units of 2^-60 m: every 32-bit coordinate of 2^-37 m or more is a whole number of
 /// them, so that sums are exact and do not depend on their order. 2^67 m fit into 128 bits.
@@ -19,6 +20,8 @@ pub(super) struct VoxelMean {
     pub(super) last_cycle: u32,
     /// What listeners know of the voxel.
     pub(super) told: Told,
+    /// How sure it is that something stands there.
+    pub(super) evidence: Evidence,
 }
 
 impl VoxelMean {

@@ -65,7 +65,10 @@ fn the_two_stages_take_the_object_and_leave_the_wall() {
             dynamic: robot.len(),
         }
     );
-    assert_eq!((result.index, result.cycle.static_cloud.stamp), (7, Stamp::from_nanos(2_000)));
+    assert_eq!(
+        (result.cycle.index, result.cycle.static_cloud.stamp),
+        (7, Stamp::from_nanos(2_000))
+    );
     assert_eq!(
         (&*result.cycle.static_cloud.frame_id, &*result.cycle.dynamic_cloud.frame_id),
         ("map", "rig")
@@ -121,7 +124,7 @@ fn the_static_part_is_moved_by_the_matrix_of_equation_8() {
     let mut cycle = cycle(screen(4.0, -1.0..1.0), vec![]);
     cycle.map_from_rig = pose_from_vector(&vector);
     let matrix = homogeneous_from_pose_vector(&vector);
-    let moved = segmented(&cycle).static_cloud.points_m;
+    let moved = segmented(&cycle).cycle.static_cloud.points_m;
     for (before, after) in cycle.reduced_cloud.points_m.iter().zip(&moved) {
         let expected = matrix.transform_point(&before.cast::<f64>());
         assert!((after.cast::<f64>() - expected).norm() < 1e-5, "{after} is not {expected}");
@@ -131,14 +134,14 @@ fn the_static_part_is_moved_by_the_matrix_of_equation_8() {
 #[test]
 fn the_stages_are_told_in_their_order() {
     let mut steps = Vec::new();
-    let segmenter = Segmenter::new(SegmentationConfig::default()).unwrap();
+    let mut segmenter = Segmenter::new(SegmentationConfig::default()).unwrap();
     segmenter.step(&cycle(vec![], vec![]), |step| steps.push(step.name())).unwrap();
     assert_eq!(steps, ["angular", "depth_clustering", "transform"]);
 }
 
 #[test]
 fn numbers_that_mean_nothing_are_told() {
-    let segmenter = Segmenter::new(SegmentationConfig::default()).unwrap();
+    let mut segmenter = Segmenter::new(SegmentationConfig::default()).unwrap();
     for zone in [zone_deg(f64::NAN, 1.0), zone_deg(0.0, f64::INFINITY), zone_deg(2.0, 1.0)] {
         let error = segmenter.step(&cycle(vec![], vec![zone]), |_| ()).unwrap_err();
         assert!(matches!(error, SegmentationError::Zone { index: 7, .. }));

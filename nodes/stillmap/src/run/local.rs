@@ -88,7 +88,7 @@ impl LocalPipeline {
                 parameters.reconstruction_node(),
             )?,
             collector: Collector::on(host.node("collector", &arguments(inputs)?)?)?,
-            recorder: Recorder::new(parameters.reconstruction())?,
+            recorder: Recorder::new(parameters.reconstruction(), parameters.method_name())?,
             sensors: Sensors::new(&host.node("bag", &arguments(inputs)?)?, inputs)?,
         })
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use detection::DetectionConfig;
 use detection::shell::DetectionParameters;
 use node_shell::parameters::{self, Assignment};
@@ -21,12 +21,26 @@ pub(crate) struct ParameterArgs {
     /// A ROS 2 parameter file for the nodes; later ones override earlier ones
     #[arg(long = "params-file", value_name = "FILE")]
     files: Vec<PathBuf>,
+    /// The method of all three nodes, whatever the files say
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
+}
+
+/// The method of all three nodes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum MethodName {
+    /// Rec-HV as published
+    RecHv,
+    /// Free space, tracks and rays
+    Stillmap,
 }
 
 impl ParameterArgs {
     /// The same with one file before all others.
     pub(crate) fn after(&self, first: PathBuf) -> Self {
-        Self { files: std::iter::once(first).chain(self.files.iter().cloned()).collect() }
+        let files = std::iter::once(first).chain(self.files.iter().cloned()).collect();
+        Self { files, method: self.method }
     }
 }
 
@@ -42,11 +56,47 @@ impl PipelineParameters {
         for file in &args.files {
             check_addressees(file)?;
         }
-        Ok(Self {
+        let mut parameters = Self {
             detection: load(Stage::Detection, &args.files)?,
             segmentation: load(Stage::Segmentation, &args.files)?,
             reconstruction: load(Stage::Reconstruction, &args.files)?,
-        })
+        };
+        if let Some(method) = args.method {
+            parameters.set_method(method);
+        }
+        Ok(parameters)
+    }
+
+    fn set_method(&mut self, method: MethodName) {
+        let (detection, segmentation, reconstruction) = match method {
+            MethodName::RecHv => (
+                detection::Method::RecHv,
+                segmentation::Method::RecHv,
+                reconstruction::Method::RecHv,
+            ),
+            MethodName::Stillmap => (
+                detection::Method::Stillmap,
+                segmentation::Method::Stillmap,
+                reconstruction::Method::Stillmap,
+            ),
+        };
+        self.detection.config.method = detection;
+        self.segmentation.config.method = segmentation;
+        self.reconstruction.config.method = reconstruction;
+    }
+
+    /// The method by its name, for the report. Each node has its own; where they differ, the report says so.
+    pub(crate) fn method_name(&self) -> &'static str {
+        let of_stillmap = [
+            self.detection.config.method == detection::Method::Stillmap,
+            self.segmentation.config.method == segmentation::Method::Stillmap,
+            self.reconstruction.config.method == reconstruction::Method::Stillmap,
+        ];
+        match of_stillmap {
+            [true, true, true] => "stillmap",
+            [false, false, false] => "rec_hv",
+            _ => "mixed",
+        }
     }
 
     pub(crate) fn detection_node(&self) -> &DetectionParameters {

@@ -6,10 +6,7 @@ use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
 use evaluation::{CycleRecord, DropCount, RunRecord};
 use geometry::{Cloud, DetectedCycle, SegmentationCounts, Stamp};
 use nalgebra::Point3;
-use reconstruction::{ConfigError, ReconstructionConfig, StaticMap};
-
-/// The only method so far, by its parameter's name.
-const METHOD: &str = "rec_hv";
+use reconstruction::{ConfigError, Method, ReconstructionConfig, StaticMap};
 
 /// The three stages of the pipeline.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -65,6 +62,7 @@ struct PartialCycle {
 /// Collects what the stages say of each cycle.
 pub(crate) struct Recorder {
     voxel_edge_m: f64,
+    method_name: &'static str,
     unfiltered_map: StaticMap,
     cycles: BTreeMap<u32, PartialCycle>,
     drops: BTreeMap<(String, String), u64>,
@@ -74,11 +72,17 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// A recorder of a run whose map has these parameters.
-    pub(crate) fn new(map: &ReconstructionConfig) -> Result<Self, ConfigError> {
+    /// A recorder of a run whose map has these parameters, by a method of this name.
+    pub(crate) fn new(
+        map: &ReconstructionConfig,
+        method_name: &'static str,
+    ) -> Result<Self, ConfigError> {
+        // What is never removed: points stay, whatever is seen through them.
+        let unfiltered = ReconstructionConfig { method: Method::RecHv, ..*map };
         Ok(Self {
+            method_name,
             voxel_edge_m: map.voxel_edge_m,
-            unfiltered_map: StaticMap::new(*map)?,
+            unfiltered_map: StaticMap::new(unfiltered)?,
             cycles: BTreeMap::new(),
             drops: BTreeMap::new(),
             blind_scans: 0,
@@ -191,7 +195,7 @@ impl Recorder {
         RunRecord {
             bag_name: run.bag_name,
             transport: run.transport,
-            method: METHOD.to_owned(),
+            method: self.method_name.to_owned(),
             voxel_edge_m: self.voxel_edge_m,
             map_frame_id: run.map_frame_id,
             cycles,

@@ -124,3 +124,20 @@ fn a_lost_update_is_made_up_for_by_a_map() {
     clock.schedule.update_failed();
     assert_eq!(clock.maps_while_clouds_come(2_000..4_000, ONE_OF_EACH), [2_000]);
 }
+
+#[test]
+fn when_voxels_go_the_next_map_comes_earlier_once() {
+    let mut clock = Clock::new();
+    clock.maps_while_clouds_come(0..1_000, ONE);
+    clock.schedule.voxels_went();
+    assert_eq!(clock.maps_while_clouds_come(1_000..15_000, ONE), [2_500, 12_500]);
+}
+
+#[test]
+fn a_map_that_was_replaced_comes_at_once() {
+    let mut clock = Clock::new();
+    assert!(!clock.look(0, ONE).map);
+    clock.schedule.map_replaced(clock.at(100));
+    assert!(clock.look(100, ONE).map);
+    assert!(!clock.look(5_000, ONE).map);
+}

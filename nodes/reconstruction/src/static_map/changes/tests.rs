@@ -46,6 +46,13 @@ impl Listener {
         self.points.extend(points.iter().map(|point| (grid().key(point), *point)));
     }
 
+    fn apply_changes(&mut self, changes: &MapChanges) {
+        self.apply(&changes.updated.points_m);
+        for point in &changes.removed.points_m {
+            self.points.remove(&grid().key(point));
+        }
+    }
+
     /// The farthest that a point stands from the map's; `None` when the voxels are not the same.
     fn farthest_m(&self, map: &StaticMap) -> Option<f64> {
         let truth = Self::with(&map.points());
@@ -61,7 +68,7 @@ impl Listener {
 fn what_is_new_or_has_moved_is_told_once() {
     let mut map = empty_map(100);
     map.add(&cloud(&[[0.02, 0.0, 0.0]])).unwrap();
-    let told = |map: &mut StaticMap| map.take_changes(10).points_m;
+    let told = |map: &mut StaticMap| map.take_changes(10).updated.points_m;
     assert!(told(&mut map).is_empty(), "nobody follows");
     map.follow_changes();
     assert!(told(&mut map).is_empty(), "the map of the moment is known");
@@ -91,7 +98,7 @@ fn who_waits_longest_is_told_of_first_however_busy_others_are() {
             offset = 0.08 - offset;
             map.add(&cloud(&[at(0.0, offset); 40])).unwrap();
         }
-        told.extend(map.take_changes(1).points_m.iter().map(|point| grid().key(point).x));
+        told.extend(map.take_changes(1).updated.points_m.iter().map(|point| grid().key(point).x));
     }
     assert_eq!(told[..3], [0, 1, 2]);
 }
@@ -102,9 +109,9 @@ fn a_cleared_map_has_nothing_to_tell() {
     map.follow_changes();
     map.add(&cloud(&[[0.02, 0.0, 0.0]])).unwrap();
     map.clear();
-    assert!(map.take_changes(10).points_m.is_empty());
+    assert!(map.take_changes(10).updated.points_m.is_empty());
     map.add(&cloud(&[[0.02, 0.0, 0.0]])).unwrap();
-    let changes = map.take_changes(10);
+    let changes = map.take_changes(10).updated;
     assert_eq!((changes.points_m.len(), changes.stamp), (1, Stamp::from_nanos(5)));
     assert_eq!(changes.frame_id, "map");
 }
@@ -125,10 +132,41 @@ fn the_memory_of_the_queue_is_counted_and_bounded() {
     assert_eq!(followed.memory_bytes(), alone.memory_bytes());
 }
 
+#[test]
+fn what_goes_is_told_once_and_by_the_voxel_that_it_was() {
+    let mut map = empty_map(100);
+    map.add(&cloud(&[[0.02, 0.0, 0.0], [0.55, 0.0, 0.0], [0.75, 0.0, 0.0]])).unwrap();
+    map.follow_changes();
+    for x in [0.02, 0.55] {
+        map.remove(grid().key(&Point3::new(x, 0.0, 0.0)));
+    }
+    // One comes back before it is told of, elsewhere in its voxel: the new point stands for it.
+    map.add(&cloud(&[[0.58, 0.0, 0.0]])).unwrap();
+    let changes = map.take_changes(10);
+    assert_eq!(changes.removed.points_m, [Point3::new(0.02, 0.0, 0.0)]);
+    assert_eq!(changes.updated.points_m, [Point3::new(0.58, 0.0, 0.0)]);
+    let nothing = map.take_changes(10);
+    assert!(nothing.removed.points_m.is_empty() && nothing.updated.points_m.is_empty());
+}
+
+#[test]
+fn what_goes_and_is_not_asked_for_has_a_bound() {
+    let mut map = empty_map(10);
+    map.follow_changes();
+    for x in 0..100 {
+        map.add(&cloud(&[[x as f32, 0.0, 0.0]])).unwrap();
+        map.remove(grid().key(&Point3::new(x as f32, 0.0, 0.0)));
+        assert!(map.waiting_changes() <= 11);
+    }
+    assert!(map.take_changes(1).is_incomplete && !map.take_changes(1).is_incomplete);
+}
+
 /// What may happen to a map that is listened to.
 #[derive(Clone, Debug)]
 enum Event {
     Add(Vec<[f32; 3]>),
+    /// The voxels of these points go.
+    Remove(Vec<[f32; 3]>),
     Take(usize),
     /// Another listener comes, and gets the whole map of this moment.
     Listen,
@@ -137,9 +175,10 @@ enum Event {
 }
 
 fn events() -> impl Strategy<Value = Vec<Event>> {
-    let points = prop::collection::vec(prop::array::uniform3(-0.15f32..0.15), 0..30);
+    let points = |most| prop::collection::vec(prop::array::uniform3(-0.15f32..0.15), 0..most);
     let event = prop_oneof![
-        6 => points.prop_map(Event::Add),
+        6 => points(30).prop_map(Event::Add),
+        3 => points(20).prop_map(Event::Remove),
         4 => (0_usize..8).prop_map(Event::Take),
         1 => Just(Event::Listen),
         1 => Just(Event::FollowAnew),
@@ -172,13 +211,17 @@ proptest! {
                 Event::Add(points) => {
                     map.add(&cloud(&points)).unwrap();
                 }
+                Event::Remove(points) => {
+                    points.into_iter().for_each(|point| map.remove(grid().key(&point.into())));
+                }
                 Event::Take(most_points) => {
                     let waiting = map.waiting_changes();
-                    let told = map.take_changes(most_points).points_m;
-                    prop_assert!(told.len() <= most_points);
-                    prop_assert!(told.len() == most_points || map.waiting_changes() == 0);
-                    prop_assert!(map.waiting_changes() + told.len() <= waiting);
-                    listeners.iter_mut().for_each(|listener| listener.apply(&told));
+                    let changes = map.take_changes(most_points);
+                    let told = changes.updated.points_m.len() + changes.removed.points_m.len();
+                    prop_assert!(told <= most_points && !changes.is_incomplete);
+                    prop_assert!(told == most_points || map.waiting_changes() == 0);
+                    prop_assert!(map.waiting_changes() + told <= waiting);
+                    listeners.iter_mut().for_each(|listener| listener.apply_changes(&changes));
                 }
                 Event::Listen => listeners.push(Listener::with(&map.cloud_for_listeners().points_m)),
                 Event::FollowAnew => {
@@ -188,8 +231,8 @@ proptest! {
             }
         }
         while map.waiting_changes() > 0 {
-            let told = map.take_changes(7).points_m;
-            listeners.iter_mut().for_each(|listener| listener.apply(&told));
+            let changes = map.take_changes(7);
+            listeners.iter_mut().for_each(|listener| listener.apply_changes(&changes));
         }
         for listener in &mut listeners {
             let farthest_m = listener.farthest_m(&map);
@@ -197,7 +240,8 @@ proptest! {
                 farthest_m.is_some_and(|way_m| way_m <= LISTENER_TOLERANCE_IN_EDGES * EDGE_M),
                 "{farthest_m:?}"
             );
-            listener.apply(&map.points());
+            // A whole map takes the place of everything.
+            *listener = Listener::with(&map.points());
             prop_assert_eq!(listener.farthest_m(&map), Some(0.0));
         }
     }

@@ -65,7 +65,7 @@ pub(crate) fn run(
         let namespace = format!("/stillmap_run_{}", std::process::id());
         let collector = listen_in(&namespace)
             .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
-        let recorder = Recorder::new(parameters.reconstruction())
+        let recorder = Recorder::new(parameters.reconstruction(), parameters.method_name())
             .map_err(|error| Failure::new(error.to_string()))?;
         let feed = Feed::choose(playback.bag, inputs, collector.granted_buffer());
         if let Some(compression) = &feed.compression {

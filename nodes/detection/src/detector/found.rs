@@ -1,0 +1,48 @@
+//! What a method finds in a cycle, whichever it is.
+
+use geometry::DynamicZone;
+
+use crate::stillmap::MotionSearch;
+use crate::zone_finder::{Unmeasured, ZoneSearch};
+
+/// The zones, and what the statistics tell of them.
+pub(super) struct Found {
+    pub(super) zones: Vec<DynamicZone>,
+    pub(super) filled_beams: usize,
+    pub(super) max_std_dev_m: Option<f32>,
+    pub(super) high_variability_beams: usize,
+    pub(super) moving_beams: usize,
+    pub(super) unknown_beams: usize,
+    pub(super) unmeasured: Option<Unmeasured>,
+}
+
+impl Found {
+    pub(super) fn by_variability(
+        search: ZoneSearch,
+        filled_beams: usize,
+        unknown_beams: usize,
+    ) -> Self {
+        Self {
+            zones: search.zone.into_iter().collect(),
+            filled_beams,
+            max_std_dev_m: search.max_std_dev_m,
+            high_variability_beams: search.high_variability_beams,
+            moving_beams: 0,
+            unknown_beams,
+            unmeasured: search.unmeasured,
+        }
+    }
+
+    /// This method fills nothing in.
+    pub(super) fn by_free_space(search: MotionSearch) -> Self {
+        Self {
+            zones: search.zones,
+            filled_beams: 0,
+            max_std_dev_m: search.max_std_dev_m,
+            high_variability_beams: search.high_variability_beams,
+            moving_beams: search.moving_beams,
+            unknown_beams: search.unknown_beams,
+            unmeasured: search.unmeasured,
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Where the map's plane was seen free, and where background was seen.
+
+mod cell;
+mod grid;
+
+use nalgebra::Point2;
+
+use super::clearance::clear_distances_m;
+use super::turn::{Return, Turn, TurnBeam};
+use crate::config::StillmapConfig;
+use grid::RollingGrid;
+
+/// Cells are looked at in steps of this share of their edge, both ways. No place is then farther than 0.495
+/// edges from a step, so that none is stepped over.
+const SAMPLES_PER_CELL: f64 = 0.7;
+/// Two beams show the space between them free only where they are no farther apart: about a body's narrow
+/// side, which could stand between them otherwise. Beams of 1 degree are that far apart at 8.6 m.
+const WIDEST_WEDGE_M: f64 = 0.15;
+/// Above this rate of ends a place is background, or may be: one end in five looks.
+const MOST_STATIC_RATE: f64 = 0.2;
+/// Above this rate it is background as likely as not.
+const BACKGROUND_RATE: f64 = 0.5;
+/// Half of an observation of each kind is what is believed before any (Krichevsky and Trofimov).
+const PRIOR: f64 = 0.5;
+/// Evidence marks surfaces of at most so many cells between two returns: it bounds the work.
+const MOST_CELLS_BETWEEN: f64 = 64.0;
+
+/// What a return is, by the evidence.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Verdict {
+    /// It stands where free space was seen.
+    Moving {
+        /// How probable a return of the background is here.
+        static_rate: f64,
+    },
+    /// Neither was it seen free for sure, nor was background seen near by.
+    Unseen,
+    /// The evidence does not say.
+    Unsure,
+    /// It stands where background was seen.
+    Background,
+}
+
+/// The evidence of free space around the platform.
+#[derive(Clone, Debug)]
+pub(super) struct FreeSpace {
+    grid: RollingGrid,
+    reach_m: f64,
+    min_passes: f32,
+    memory_ms: u32,
+    stopped_ms: u32,
+}
+
+impl FreeSpace {
+    /// No evidence yet.
+    pub(super) fn new(config: &StillmapConfig) -> Self {
+        Self {
+            grid: RollingGrid::new(config.evidence_cell_m, config.evidence_cells_a_side()),
+            reach_m: config.evidence_reach_m,
+            // Counts fade a little below the whole number.
+            min_passes: config.min_passes as f32 - 0.5,
+            memory_ms: (config.evidence_memory_s * 1e3) as u32,
+            stopped_ms: (config.stopped_object_s * 1e3) as u32,
+        }
+    }
+
+    /// Forgets everything.
+    pub(super) fn clear(&mut self) {
+        self.grid.clear();
+    }
+
+    /// Rolls along with the platform.
+    pub(super) fn center_on(&mut self, origin_m: &Point2<f64>) {
+        self.grid.center_on(origin_m);
+    }
+
+    /// What the evidence before this cycle says of a return.
+    ///
+    /// Its own cell must have been free for sure in several cycles, and no background may have been seen as
+    /// near as the return's error reaches: the rate of static returns there, estimated from what was
+    /// counted, must be small. The passes need no margin of their own: they were counted with one.
+    pub(super) fn judge(&self, met: &Return, now_ms: u32) -> Verdict {
+        if f64::from(met.range_m) > self.reach_m {
+            return Verdict::Unsure;
+        }
+        let center = self.grid.key_of(&met.in_map_m);
+        let passes = self.grid.cell(center).map_or(0.0, |cell| cell.passes(now_ms, self.memory_ms));
+        let edge_m = self.grid.edge_m();
+        let around = (met.error_m / edge_m + 0.5).min(MOST_CELLS_BETWEEN).floor() as i64;
+        let mut ends = 0.0_f32;
+        for y in -around..=around {
+            for x in -around..=around {
+                if (x * x + y * y) > around * around {
+                    continue;
+                }
+                if let Some(cell) = self.grid.cell([center[0] + x, center[1] + y]) {
+                    ends = ends.max(cell.ends(now_ms, self.memory_ms));
+                }
+            }
+        }
+        let (passed, ended) = (f64::from(passes), f64::from(ends));
+        let static_rate = (ended + PRIOR) / (passed + ended + 2.0 * PRIOR);
+        if passes >= self.min_passes && static_rate <= MOST_STATIC_RATE {
+            Verdict::Moving { static_rate }
+        } else if ended < PRIOR {
+            Verdict::Unseen
+        } else if static_rate > BACKGROUND_RATE {
+            Verdict::Background
+        } else {
+            Verdict::Unsure
+        }
+    }
+
+    /// Takes in a turn whose beams of moving objects are marked in `is_claimed`.
+    pub(super) fn take_in(&mut self, turn: &Turn, is_claimed: &[bool], now_ms: u32) {
+        self.take_ends(turn, is_claimed, now_ms);
+        self.take_passes(turn, now_ms);
+    }
+
+    fn take_ends(&mut self, turn: &Turn, is_claimed: &[bool], now_ms: u32) {
+        let (memory_ms, stopped_ms) = (self.memory_ms, self.stopped_ms);
+        for (index, beam) in turn.beams.iter().enumerate() {
+            let Some(met) = &beam.met else { continue };
+            let key = self.grid.key_of(&met.in_map_m);
+            let claimed = is_claimed[index];
+            if let Some(cell) = self.grid.cell_mut(key) {
+                if claimed {
+                    cell.claim(now_ms, memory_ms, stopped_ms);
+                } else {
+                    cell.end(now_ms, memory_ms);
+                }
+            }
+            // Background goes on between two beams that met one surface: a later scan, from elsewhere, will
+            // end between them.
+            if let Some(next) = turn.next(index)
+                && let Some(next_met) = &turn.beams[next].met
+                && !claimed
+                && !is_claimed[next]
+                && turn.is_one_surface(met, next_met)
+            {
+                self.end_between(&met.in_map_m, &next_met.in_map_m, now_ms);
+            }
+        }
+    }
+
+    fn end_between(&mut self, from_m: &Point2<f64>, to_m: &Point2<f64>, now_ms: u32) {
+        let way_m = to_m - from_m;
+        let samples = (way_m.norm() / (SAMPLES_PER_CELL * self.grid.edge_m()))
+            .min(MOST_CELLS_BETWEEN)
+            .floor();
+        for sample in 1..=samples as u32 {
+            let point_m = from_m + way_m * (f64::from(sample) / (samples + 1.0));
+            let key = self.grid.key_of(&point_m);
+            let memory_ms = self.memory_ms;
+            if let Some(cell) = self.grid.cell_mut(key) {
+                cell.end(now_ms, memory_ms);
+            }
+        }
+    }
+
+    /// The space between each beam and the next, as far as both show it free.
+    fn take_passes(&mut self, turn: &Turn, now_ms: u32) {
+        // A cell is free where its middle is, and half of its diagonal around it.
+        let margin_m = std::f64::consts::FRAC_1_SQRT_2 * self.grid.edge_m();
+        let clear_m = clear_distances_m(turn, margin_m, self.reach_m);
+        for (index, beam) in turn.beams.iter().enumerate() {
+            if let Some(next) = turn.next(index) {
+                let far_m = clear_m[index].min(clear_m[next]);
+                self.pass_between(beam, &turn.beams[next], far_m, now_ms);
+            }
+        }
+    }
+
+    fn pass_between(&mut self, right: &TurnBeam, left: &TurnBeam, far_m: f64, now_ms: u32) {
+        let sample_m = SAMPLES_PER_CELL * self.grid.edge_m();
+        let memory_ms = self.memory_ms;
+        let spread = (left.direction - right.direction).norm();
+        let far_m = far_m.min(WIDEST_WEDGE_M / spread);
+        for ring in 0..(far_m / sample_m) as u32 {
+            let along_m = f64::from(ring) * sample_m;
+            let from_m = right.origin_m + right.direction * along_m;
+            let way_m = (left.origin_m + left.direction * along_m) - from_m;
+            let samples = (spread * along_m / sample_m).ceil().max(1.0);
+            for sample in 0..samples as u32 {
+                let point_m = from_m + way_m * (f64::from(sample) / samples);
+                let key = self.grid.key_of(&point_m);
+                if let Some(cell) = self.grid.cell_mut(key) {
+                    cell.pass(now_ms, memory_ms);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

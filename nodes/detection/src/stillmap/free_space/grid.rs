@@ -1,0 +1,148 @@
+//! Square cells of the map's plane around the platform, which roll along with it.
+
+use nalgebra::Point2;
+
+use super::cell::Cell;
+
+/// A cell's place in the map's plane, in cells from the origin.
+pub(super) type CellKey = [i64; 2];
+
+/// The cells of a square window. A cell of the map has one place in memory, whatever the window; the
+/// cells that come into the window take the places of those that leave it.
+#[derive(Clone, Debug)]
+pub(super) struct RollingGrid {
+    edge_m: f64,
+    cells_per_m: f64,
+    side: i64,
+    /// The cell in the window's lower corner.
+    corner: CellKey,
+    /// The corner's place in memory along each axis.
+    corner_place: CellKey,
+    cells: Vec<Cell>,
+}
+
+impl RollingGrid {
+    /// An empty window of `side` cells of `edge_m` each way; both are positive.
+    pub(super) fn new(edge_m: f64, side: usize) -> Self {
+        Self {
+            edge_m,
+            cells_per_m: 1.0 / edge_m,
+            side: side as i64,
+            corner: [0, 0],
+            corner_place: [0, 0],
+            cells: vec![Cell::EMPTY; side * side],
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.cells.fill(Cell::EMPTY);
+    }
+
+    pub(super) fn edge_m(&self) -> f64 {
+        self.edge_m
+    }
+
+    #[inline]
+    pub(super) fn key_of(&self, point_m: &Point2<f64>) -> CellKey {
+        [point_m.x, point_m.y].map(|along_m| {
+            // `floor` without the call that some targets make of it. The cast saturates, and turns NaN to 0:
+            // no number gets past the check of the window.
+            let along = along_m * self.cells_per_m;
+            let toward_zero = along as i64;
+            toward_zero.saturating_sub(i64::from(along < toward_zero as f64))
+        })
+    }
+
+    /// Rolls the window so that `center_m` is in its middle.
+    pub(super) fn center_on(&mut self, center_m: &Point2<f64>) {
+        let corner = self.key_of(center_m).map(|key| key.saturating_sub(self.side / 2));
+        let moved = [0, 1].map(|axis| corner[axis].saturating_sub(self.corner[axis]));
+        let before = self.corner;
+        self.corner = corner;
+        self.corner_place = corner.map(|key| key.rem_euclid(self.side));
+        if moved.iter().any(|cells| cells.saturating_abs() >= self.side) {
+            return self.clear();
+        }
+        for axis in [0, 1] {
+            // The lines that have come in: behind the old window when it moved up, before it otherwise.
+            let new_lines = if moved[axis] > 0 {
+                before[axis] + self.side..corner[axis] + self.side
+            } else {
+                corner[axis]..before[axis]
+            };
+            for line in new_lines {
+                let line = line.rem_euclid(self.side);
+                for other in 0..self.side {
+                    let place = if axis == 0 { [line, other] } else { [other, line] };
+                    self.cells[(place[1] * self.side + place[0]) as usize] = Cell::EMPTY;
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn place(&self, key: CellKey) -> Option<usize> {
+        let mut place = [0, 0];
+        for axis in [0, 1] {
+            let from_corner = key[axis].saturating_sub(self.corner[axis]);
+            if !(0..self.side).contains(&from_corner) {
+                return None;
+            }
+            // The same as the key modulo the side, without a division for each cell.
+            let along = self.corner_place[axis] + from_corner;
+            place[axis] = if along >= self.side { along - self.side } else { along };
+        }
+        Some((place[1] * self.side + place[0]) as usize)
+    }
+
+    pub(super) fn cell(&self, key: CellKey) -> Option<&Cell> {
+        self.place(key).map(|place| &self.cells[place])
+    }
+
+    pub(super) fn cell_mut(&mut self, key: CellKey) -> Option<&mut Cell> {
+        self.place(key).map(|place| &mut self.cells[place])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn a_place_far_out_or_no_number_is_outside_and_harms_nothing() {
+        let mut grid = RollingGrid::new(0.05, 16);
+        for far in [1e300, -1e300, f64::INFINITY, f64::NEG_INFINITY] {
+            let key = grid.key_of(&Point2::new(far, 0.0));
+            assert!(grid.cell(key).is_none());
+            grid.center_on(&Point2::new(far, far));
+            grid.center_on(&Point2::origin());
+        }
+        grid.center_on(&Point2::new(f64::NAN, 0.0));
+    }
+
+    proptest! {
+        /// What stays in the window is kept, what leaves it is forgotten.
+        #[test]
+        fn it_keeps_what_stays_and_forgets_what_leaves(
+            centers in prop::collection::vec((-40i64..40, -40i64..40), 1..8),
+            marked in (-20i64..20, -20i64..20),
+        ) {
+            let mut grid = RollingGrid::new(1.0, 16);
+            let key = [marked.0, marked.1];
+            grid.center_on(&Point2::new(marked.0 as f64 + 0.5, marked.1 as f64 + 0.5));
+            grid.cell_mut(key).unwrap().pass(1, 10);
+            let mut stayed = true;
+            for (x, y) in centers {
+                grid.center_on(&Point2::new(x as f64 + 0.5, y as f64 + 0.5));
+                stayed &= grid.cell(key).is_some();
+                let passes: f32 = grid.cells.iter().map(|cell| cell.passes(1, 10)).sum();
+                prop_assert_eq!(passes, if stayed { 1.0 } else { 0.0 });
+                if let Some(cell) = grid.cell(key) {
+                    prop_assert_eq!(cell.passes(1, 10), if stayed { 1.0 } else { 0.0 });
+                }
+            }
+        }
+    }
+}

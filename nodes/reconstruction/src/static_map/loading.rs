@@ -1,0 +1,65 @@
+//! A map that was saved takes the place of this one.
+
+use geometry::VoxelKey;
+use nalgebra::Point3;
+
+use super::{Addition, StaticMap};
+
+/// A point of a loaded map counts as so many points of its voxel's mean, and its voxel as seen in so many cycles: half
+/// of what the clamp of the evidence remembers (see [`crate::Method::Stillmap`]), since the map was sure of it
+/// when it was saved, and the place may have changed since. Five cycles in which something is seen behind it
+/// clear it.
+pub const LOADED_HITS: u32 = 2;
+
+/// A map does not fit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum LoadError {
+    /// More voxels than there may be.
+    #[error("the map would have {voxels} voxels, and max_voxels is {max_voxels}")]
+    TooManyVoxels {
+        /// Of the points, at the map's edge.
+        voxels: usize,
+        /// The bound.
+        max_voxels: usize,
+    },
+}
+
+impl StaticMap {
+    /// Puts these points, in `frame_id`, in the place of the whole map: each voxel is the mean of its points, with
+    /// [`LOADED_HITS`]. Points that are not finite are left out. The order of the points changes nothing. The
+    /// stamp stays. Who follows the changes has to start with a new map, as after [`StaticMap::clear`].
+    ///
+    /// # Errors
+    /// When the points need more than `max_voxels`, also where old voxels make room; the map is then as it was.
+    pub fn replace(
+        &mut self,
+        points_m: &[Point3<f32>],
+        frame_id: &str,
+    ) -> Result<Addition, LoadError> {
+        let is_finite = |point: &&Point3<f32>| point.iter().all(|number| number.is_finite());
+        let mut keyed: Vec<(VoxelKey, &Point3<f32>)> =
+            points_m.iter().filter(is_finite).map(|point| (self.grid.key(point), point)).collect();
+        keyed.sort_unstable_by_key(|(key, _)| *key);
+        let voxels = keyed.chunk_by(|a, b| a.0 == b.0).count();
+        if voxels > self.max_voxels {
+            return Err(LoadError::TooManyVoxels { voxels, max_voxels: self.max_voxels });
+        }
+        let stamp = self.stamp;
+        self.clear();
+        self.stamp = stamp;
+        self.frame_id = Some(frame_id.to_owned());
+        let mut addition =
+            Addition { not_finite_points: points_m.len() - keyed.len(), ..Addition::default() };
+        for _ in 0..LOADED_HITS {
+            // A cycle each, so that the evidence counts too.
+            self.cycles = self.cycles.wrapping_add(1);
+            self.changed.clear();
+            for (_, point) in &keyed {
+                self.add_point(point, &mut addition);
+            }
+        }
+        addition.added_points = keyed.len();
+        self.end_adding(&mut addition);
+        Ok(addition)
+    }
+}

@@ -1,0 +1,123 @@
+//! Where objects are known to be: the points that growth starts from.
+
+use geometry::{DetectedCycle, DynamicZone, ReturnSpan};
+use nalgebra::{Point3, Vector3};
+
+use crate::depth_clustering::{depth_groups, nearest_group};
+use crate::growth::{Candidates, Standing};
+use crate::tracking::Expected;
+use crate::{SegmentationConfig, angular::points_in_zone};
+
+/// The scanner's beam meets something this far above or below the points that are taken for the same thing,
+/// where nothing is known of the space around: a hand's breadth of the camera's rows.
+const SCAN_BAND_M: f64 = 0.25;
+/// Scanner and camera see the object up to half a cycle apart; it moves a cell or two meanwhile.
+const RANGE_TOLERANCE_CELLS: f64 = 1.5;
+/// So many points of a zone must stand where free space was seen for the others to be left to the growth.
+const MIN_CAME: usize = 3;
+
+/// The points that growth starts from.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Seeds {
+    /// All of them, ascending.
+    pub points: Vec<usize>,
+    /// For each point of the cycle, whether a zone lies on it and it is a seed.
+    pub is_of_zone: Vec<bool>,
+    /// Points of the cycle within a zone, whatever their distance.
+    pub in_zone: usize,
+}
+
+/// The seeds of a cycle: by its zones, by the objects expected in it, and by the number of points that
+/// stand together where free space was seen.
+#[must_use]
+pub fn seeds_of(
+    config: &SegmentationConfig,
+    cycle: &DetectedCycle,
+    points_in_map: &[Point3<f64>],
+    standings: &[Standing],
+    candidates: &Candidates<'_>,
+    expected: &[Expected],
+) -> Seeds {
+    let mut is_seed = vec![false; standings.len()];
+    let mut is_of_zone = vec![false; standings.len()];
+    let mut is_in_zone = vec![false; standings.len()];
+    for zone in &cycle.zones {
+        let in_zone = points_in_zone(&cycle.reduced_cloud.points_m, zone);
+        for &point in &in_zone {
+            is_in_zone[point] = true;
+        }
+        for point in zone_seeds(config, cycle, zone, &in_zone, standings) {
+            is_seed[point] = true;
+            is_of_zone[point] = true;
+        }
+    }
+    for expected in expected {
+        let half_m = expected.half_extent_m + Vector3::repeat(config.depth_cell_m);
+        for (point, standing) in standings.iter().enumerate() {
+            let may = standing.came() || (expected.may_be_new && *standing == Standing::New);
+            let offset_m = (points_in_map[point] - expected.centre_m).abs();
+            is_seed[point] |= may && offset_m <= half_m;
+        }
+    }
+    for group in came_groups(standings, candidates) {
+        let alone = group.iter().filter(|&&point| standings[point] == Standing::Came).count();
+        if alone >= config.min_unzoned_points {
+            group.iter().for_each(|&point| is_seed[point] = true);
+        }
+    }
+    let points = (0..is_seed.len()).filter(|&point| is_seed[point]).collect();
+    let in_zone = is_in_zone.iter().filter(|is_in| **is_in).count();
+    Seeds { points, is_of_zone, in_zone }
+}
+
+/// The points of a zone that the moving returns are of.
+fn zone_seeds(
+    config: &SegmentationConfig,
+    cycle: &DetectedCycle,
+    zone: &DynamicZone,
+    in_zone: &[usize],
+    standings: &[Standing],
+) -> Vec<usize> {
+    let point = |index: usize| &cycle.reduced_cloud.points_m[index];
+    let moving: Vec<usize> =
+        in_zone.iter().copied().filter(|&index| standings[index] != Standing::Still).collect();
+    let at_range: Vec<usize> = match zone.returns {
+        Some(ReturnSpan { nearest_m, farthest_m }) => {
+            let tolerance_m = RANGE_TOLERANCE_CELLS * config.depth_cell_m;
+            let span = f64::from(nearest_m) - tolerance_m..=f64::from(farthest_m) + tolerance_m;
+            let distance_m = |index: usize| f64::from(point(index).x.hypot(point(index).y));
+            moving.into_iter().filter(|&index| span.contains(&distance_m(index))).collect()
+        }
+        // Rec-HV 3.2.6: the nearest group is the object; of what has come, where something has.
+        None => {
+            let came: Vec<usize> =
+                moving.iter().copied().filter(|&index| standings[index].came()).collect();
+            let among = if came.len() >= MIN_CAME { came } else { moving };
+            let depths_m = among.iter().map(|&index| point(index).x);
+            let groups = depth_groups(depths_m, config.depth_cell_m);
+            let farthest_m = nearest_group(&groups).map(|group| group.max_x_m);
+            let is_nearest =
+                |index: &usize| farthest_m.is_some_and(|far_m| point(*index).x <= far_m);
+            among.into_iter().filter(is_nearest).collect()
+        }
+    };
+    let came: Vec<usize> =
+        at_range.iter().copied().filter(|&index| standings[index].came()).collect();
+    if came.len() >= MIN_CAME {
+        return came;
+    }
+    // Nothing was known to be free here: what the beam met, at the beam's own height.
+    at_range
+        .into_iter()
+        .filter(|&index| {
+            (f64::from(point(index).z) - config.scan_height_in_rig_m).abs() <= SCAN_BAND_M
+        })
+        .collect()
+}
+
+/// The connected groups of points that stand where free space was seen.
+fn came_groups(standings: &[Standing], candidates: &Candidates<'_>) -> Vec<Vec<usize>> {
+    let alone: Vec<usize> =
+        (0..standings.len()).filter(|&point| standings[point] == Standing::Came).collect();
+    candidates.grown_from(&alone, |point| standings[point].came())
+}

@@ -1,0 +1,213 @@
+//! The mode `stillmap`: what moves is what stands where free space was seen.
+//!
+//! A ray that passed a place says that it was free; what stands there later has come. What is behind an
+//! object that goes away was never seen free: it is background uncovered, not an object.
+
+#[cfg(test)]
+mod tests;
+
+use geometry::{DetectedCycle, Stamp, Track, VoxelGrid, VoxelKey};
+use nalgebra::Point3;
+
+use crate::evidence::{Evidence, EvidenceLimits, Known};
+use crate::floor::Floor;
+use crate::growth::{Candidates, Standing};
+use crate::seeds::{Seeds, seeds_of};
+use crate::tracking::{CycleCloud, Followings, MovingGroup, Tracker, View};
+use crate::{ConfigError, SegmentationConfig, Step};
+
+/// A stamp so much before the last one is the start of another run, not a late message.
+const ANOTHER_RUN_S: f64 = 1.0;
+
+/// What one cycle's points are.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Judged {
+    /// For each point of the reduced cloud, whether it moves.
+    pub is_dynamic: Vec<bool>,
+    /// The objects followed, by rising number.
+    pub tracks: Vec<Track>,
+    /// Points within a zone.
+    pub in_zone: usize,
+}
+
+/// Tells moving points by what earlier cycles saw.
+#[derive(Clone, Debug)]
+pub struct Stillmap {
+    config: SegmentationConfig,
+    grid: VoxelGrid,
+    evidence: Evidence,
+    tracker: Tracker,
+    view: View,
+    floor: Option<Floor>,
+    last: Option<Stamp>,
+}
+
+impl Stillmap {
+    /// One that has seen nothing.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub fn new(config: SegmentationConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        Ok(Self {
+            config,
+            grid: VoxelGrid::new(config.depth_cell_m)?,
+            evidence: evidence_of(&config),
+            tracker: Tracker::new(config),
+            view: View::default(),
+            floor: None,
+            last: None,
+        })
+    }
+
+    /// The bound on the memory that the evidence takes, in bytes.
+    #[must_use]
+    pub fn max_evidence_bytes(&self) -> usize {
+        self.evidence.max_bytes()
+    }
+
+    /// Voxels of evidence held now.
+    #[must_use]
+    pub fn evidence_voxels(&self) -> usize {
+        self.evidence.voxels()
+    }
+
+    /// Judges the points of a cycle, whose pose and zones are checked, and learns from it.
+    pub fn step(&mut self, cycle: &DetectedCycle, observe: &mut impl FnMut(Step)) -> Judged {
+        let stamp = cycle.reduced_cloud.stamp;
+        self.begin(stamp);
+        let points_in_map: Vec<Point3<f64>> = cycle
+            .reduced_cloud
+            .points_m
+            .iter()
+            .map(|point| cycle.map_from_rig * point.cast::<f64>())
+            .collect();
+        let camera_in_map = cycle.map_from_rig * cycle.camera_in_rig_m;
+        self.view.widen(cycle);
+        self.floor = self.floor_under(&points_in_map, &camera_in_map);
+        let standings = self.standings(&points_in_map, &camera_in_map);
+        observe(Step::Evidence);
+
+        let voxels: Vec<VoxelKey> =
+            points_in_map.iter().map(|point| self.grid.key(&point.cast::<f32>())).collect();
+        let candidates = Candidates::new(&standings, &voxels);
+        let expected = self.tracker.expect(stamp);
+        let seeds =
+            seeds_of(&self.config, cycle, &points_in_map, &standings, &candidates, &expected);
+        observe(Step::Angular);
+
+        let groups = self.groups(&points_in_map, &standings, &candidates, &seeds);
+        observe(Step::DepthClustering);
+
+        let cell_m = self.config.depth_cell_m;
+        let points_in_map = &points_in_map;
+        let cloud = CycleCloud { cycle, points_in_map, camera_in_map, view: self.view, cell_m };
+        let Followings { tracks, settled } = self.tracker.follow(&cloud, &groups);
+        observe(Step::Tracking);
+
+        let mut is_dynamic = vec![false; standings.len()];
+        for &point in groups.iter().flat_map(|group| &group.points) {
+            is_dynamic[point] = true;
+        }
+        for &point in &settled {
+            is_dynamic[point] = false;
+        }
+        self.evidence.record(&camera_in_map, points_in_map, &is_dynamic);
+        self.evidence.adopt(settled.iter().map(|&point| &points_in_map[point]));
+        observe(Step::Evidence);
+        Judged { is_dynamic, tracks, in_zone: seeds.in_zone }
+    }
+
+    fn begin(&mut self, stamp: Stamp) {
+        if self.last.is_some_and(|last| last.seconds_since(stamp) > ANOTHER_RUN_S) {
+            self.evidence = evidence_of(&self.config);
+            self.tracker.forget();
+            (self.view, self.floor) = (View::default(), None);
+        }
+        self.last = Some(stamp);
+        self.evidence.begin_cycle(stamp);
+    }
+
+    /// The floor that this cycle shows, or else the one known, unless things lie below that.
+    fn floor_under(&self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) -> Option<Floor> {
+        let near: Vec<Point3<f64>> = points_in_map
+            .iter()
+            .filter(|point| (*point - camera).norm() <= self.config.evidence_reach_m)
+            .copied()
+            .collect();
+        Floor::of(&near).or(self.floor.filter(|known| known.is_under(&near)))
+    }
+
+    /// How each point stands to what is known of its place.
+    fn standings(&self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) -> Vec<Standing> {
+        // A foot's lowest voxel holds more of the floor than of the foot.
+        let sole_m = self.config.depth_cell_m / 2.0;
+        points_in_map
+            .iter()
+            .map(|point| {
+                let in_reach = (point - camera).norm() <= self.config.evidence_reach_m;
+                let is_floor =
+                    self.floor.is_some_and(|floor| floor.height_above_m(point).abs() <= sole_m);
+                if !in_reach || is_floor {
+                    return Standing::Still;
+                }
+                match self.evidence.known(point) {
+                    Known::Background => Standing::Still,
+                    Known::Unknown => Standing::New,
+                    Known::Free if self.evidence.is_beside_surface(point) => {
+                        Standing::CameBesideSurface
+                    }
+                    Known::Free => Standing::Came,
+                }
+            })
+            .collect()
+    }
+
+    /// Grows the objects from their seeds. Through what has come they grow without bound; through places of
+    /// which nothing is known only as far as a body reaches.
+    fn groups(
+        &self,
+        points_in_map: &[Point3<f64>],
+        standings: &[Standing],
+        candidates: &Candidates<'_>,
+        seeds: &Seeds,
+    ) -> Vec<MovingGroup> {
+        let reach_m = self.config.max_object_width_m / 2.0;
+        let within_a_body = |point: &Point3<f64>| {
+            seeds.points.iter().any(|&seed| {
+                let seed = &points_in_map[seed];
+                (point.xy() - seed.xy()).norm() <= reach_m
+                    && (point.z - seed.z).abs() <= self.config.max_object_height_m
+            })
+        };
+        let is_low_enough = |point: &Point3<f64>| {
+            self.floor
+                .is_none_or(|floor| floor.height_above_m(point) <= self.config.max_object_height_m)
+        };
+        candidates
+            .grown_from(&seeds.points, |index| {
+                let point = &points_in_map[index];
+                standings[index].came() || (is_low_enough(point) && within_a_body(point))
+            })
+            .into_iter()
+            .map(|points| {
+                let is_alone = |point: &&usize| standings[**point] == Standing::Came;
+                let came = points.iter().filter(is_alone).count();
+                MovingGroup {
+                    in_zone: points.iter().any(|&point| seeds.is_of_zone[point]),
+                    came: 2 * came >= points.len(),
+                    points,
+                }
+            })
+            .collect()
+    }
+}
+
+fn evidence_of(config: &SegmentationConfig) -> Evidence {
+    Evidence::new(&EvidenceLimits {
+        edge_m: config.depth_cell_m,
+        reach_m: config.evidence_reach_m,
+        min_background_s: config.min_background_s,
+        max_voxels: config.max_evidence_voxels,
+    })
+}

@@ -1,0 +1,304 @@
+//! One object that is followed.
+
+use geometry::Track;
+use nalgebra::{Matrix2, Matrix3, Point3, Vector3};
+
+use super::Expected;
+use super::kalman::Filter;
+use super::observation::Observation;
+
+/// The squared Mahalanobis distance beyond which an observation is of another object: 99.9 % of two degrees
+/// of freedom.
+pub(super) const GATE: f64 = 13.8;
+/// How much of its shape a body shows differs from cycle to cycle: limbs swing. The centre's deviation.
+const SHAPE_NOISE_M: f64 = 0.02;
+/// The same for one end of it, which a swinging arm or foot moves more.
+const END_NOISE_M: f64 = 0.08;
+/// The centre of an object with both ends cut, or parted from another, may be anywhere in it.
+const CUT_NOISE_M: f64 = 0.25;
+/// Points beyond which the mean gets no better: their errors are not independent.
+const INDEPENDENT_POINTS: usize = 16;
+/// What the visible centre may jump by when other parts come into view, for telling objects apart.
+const APPEARANCE_NOISE_M: f64 = 0.12;
+/// The share of a new size that the estimate takes over.
+const SIZE_GAIN: f64 = 0.2;
+/// An object that stays within this of a place has not left it.
+const STAY_M: f64 = 0.3;
+/// A group so near to an object, beyond its size, is a part of it that the cloud has torn off.
+const FRAGMENT_M: f64 = 0.2;
+
+#[derive(Clone, Debug)]
+pub(super) struct Followed {
+    /// Its number, once it has passed its trial.
+    pub(super) id: Option<u32>,
+    /// The body's fixed point.
+    filter: Filter,
+    /// The centre of what was visible last.
+    seen_at_m: Point3<f64>,
+    /// From the fixed point to the centre of what is visible.
+    visible_offset_m: Vector3<f64>,
+    extent_m: Vector3<f64>,
+    /// From each end to the fixed point, along the direction across the view; as far as known.
+    from_left_m: Option<f64>,
+    from_right_m: Option<f64>,
+    /// Whether all of it was in view at once, so that the fixed point is the centre.
+    was_whole: bool,
+    born_s: f64,
+    seen_s: f64,
+    cycles: u32,
+    seen_cycles: u32,
+    unseen_cycles: u32,
+    /// Unseen cycles in which it should have been seen.
+    missed_cycles: u32,
+    is_in_view: bool,
+    hidden_s: f64,
+    birthplace_m: Point3<f64>,
+    /// The place that it has not left since `stays_since_s`.
+    stays_at_m: Point3<f64>,
+    stays_since_s: f64,
+    /// Something shows that it moves, or moved.
+    is_proven: bool,
+    zoned_s: f64,
+    is_ended: bool,
+}
+
+impl Followed {
+    pub(super) fn new(observation: &Observation, now_s: f64, cell_m: f64) -> Self {
+        let centre_m = observation.centre_m;
+        let centre_along_m = observation.across.dot(&centre_m.coords);
+        let is_whole = !observation.left.is_cut && !observation.right.is_cut;
+        Self {
+            id: None,
+            filter: Filter::at(&centre_m, &noise_m2(observation, cell_m)),
+            seen_at_m: centre_m,
+            visible_offset_m: Vector3::zeros(),
+            extent_m: observation.extent_m,
+            from_left_m: (!observation.left.is_cut)
+                .then_some(centre_along_m - observation.left.along_m),
+            from_right_m: (!observation.right.is_cut)
+                .then_some(centre_along_m - observation.right.along_m),
+            was_whole: is_whole,
+            born_s: now_s,
+            seen_s: now_s,
+            cycles: 1,
+            seen_cycles: 1,
+            unseen_cycles: 0,
+            missed_cycles: 0,
+            is_in_view: true,
+            hidden_s: 0.0,
+            birthplace_m: centre_m,
+            stays_at_m: centre_m,
+            stays_since_s: now_s,
+            is_proven: false,
+            zoned_s: now_s,
+            is_ended: false,
+        }
+    }
+
+    pub(super) fn predict(&mut self, dt_s: f64, acceleration_m_per_s2: f64) {
+        self.filter.predict(dt_s, acceleration_m_per_s2);
+        self.cycles = self.cycles.saturating_add(1);
+    }
+
+    pub(super) fn visible_centre_m(&self) -> Point3<f64> {
+        self.filter.position_m() + self.visible_offset_m
+    }
+
+    pub(super) fn expected(&self) -> Expected {
+        Expected {
+            centre_m: self.visible_centre_m(),
+            half_extent_m: self.extent_m / 2.0,
+            // What was uncovered by an object that went on, or while it was hidden, is none of it.
+            may_be_new: !self.is_proven && self.unseen_cycles == 0,
+        }
+    }
+
+    /// The squared Mahalanobis distance of an observation in the horizontal plane. Heights are left out: legs
+    /// go behind a table and come back.
+    pub(super) fn distance2(&self, observation: &Observation) -> f64 {
+        let innovation_m = (observation.centre_m - self.visible_centre_m()).xy();
+        let covariance_m2: Matrix2<f64> =
+            self.filter.position_covariance_m2().fixed_view::<2, 2>(0, 0)
+                + Matrix2::identity() * APPEARANCE_NOISE_M.powi(2);
+        covariance_m2
+            .try_inverse()
+            .map_or(f64::INFINITY, |inverse| (inverse * innovation_m).dot(&innovation_m))
+    }
+
+    /// Takes what a cycle shows of it.
+    pub(super) fn see(&mut self, observation: &Observation, now_s: f64, cell_m: f64) {
+        let across = observation.across;
+        let centre_m = observation.centre_m;
+        let centre_along_m = across.dot(&centre_m.coords);
+        let (left, right) = (observation.left, observation.right);
+        let by_left_m = self.from_left_m.map(|from_m| left.along_m + from_m);
+        let by_right_m = self.from_right_m.map(|from_m| right.along_m + from_m);
+        let along_m = match (left.is_cut, right.is_cut) {
+            (false, false) if !observation.is_split => {
+                self.become_whole(observation, by_left_m.or(by_right_m));
+                Some(centre_along_m)
+            }
+            (true, false) => by_right_m,
+            (false, true) => by_left_m,
+            _ => None,
+        };
+        let is_sure = !left.is_cut && !right.is_cut && !observation.is_split;
+        // Without any end to go by it is the visible centre, as unsure as that is.
+        let fixed_m = centre_m + across * (along_m.unwrap_or(centre_along_m) - centre_along_m);
+        let mut noise_m2 = noise_m2(observation, cell_m);
+        if !is_sure && along_m.is_some() && !observation.is_split {
+            let end_m2 = END_NOISE_M.powi(2) - CUT_NOISE_M.powi(2);
+            noise_m2 += across * across.transpose() * end_m2;
+        }
+        self.filter.update(&fixed_m, &noise_m2);
+        self.visible_offset_m = centre_m - fixed_m;
+        self.seen_at_m = centre_m;
+        if !is_sure && !observation.is_split {
+            // The end that is seen now tells the fixed point from here on, if it did not yet.
+            let fixed_along_m = across.dot(&self.filter.position_m().coords);
+            if !left.is_cut {
+                self.from_left_m.get_or_insert(fixed_along_m - left.along_m);
+            }
+            if !right.is_cut {
+                self.from_right_m.get_or_insert(fixed_along_m - right.along_m);
+            }
+        }
+        self.take_size(observation, is_sure);
+        self.seen_s = now_s;
+        self.seen_cycles = self.seen_cycles.saturating_add(1);
+        (self.unseen_cycles, self.missed_cycles, self.hidden_s) = (0, 0, 0.0);
+        self.is_in_view = true;
+        if (self.filter.position_m() - self.stays_at_m).xy().norm() > STAY_M {
+            (self.stays_at_m, self.stays_since_s) = (self.filter.position_m(), now_s);
+        }
+    }
+
+    /// All of it is in view: the fixed point becomes the centre, and the ends learn where it is.
+    fn become_whole(&mut self, observation: &Observation, told_by_end_m: Option<f64>) {
+        let across = observation.across;
+        let centre_along_m = across.dot(&observation.centre_m.coords);
+        if !self.was_whole {
+            // Until now the fixed point was where the centre of the first sliver was.
+            let told_m =
+                told_by_end_m.unwrap_or_else(|| across.dot(&self.filter.position_m().coords));
+            self.filter.shift(&(across * (centre_along_m - told_m)));
+            self.stays_at_m += across * (centre_along_m - told_m);
+            self.birthplace_m += across * (centre_along_m - told_m);
+            (self.from_left_m, self.from_right_m) = (None, None);
+            self.was_whole = true;
+        }
+        let learn = |known_m: Option<f64>, new_m: f64| {
+            Some(known_m.map_or(new_m, |known_m| known_m + SIZE_GAIN * (new_m - known_m)))
+        };
+        self.from_left_m = learn(self.from_left_m, centre_along_m - observation.left.along_m);
+        self.from_right_m = learn(self.from_right_m, centre_along_m - observation.right.along_m);
+    }
+
+    /// What is seen whole tells the size; a part of it only that it is no smaller.
+    fn take_size(&mut self, observation: &Observation, is_sure: bool) {
+        if is_sure {
+            self.extent_m += SIZE_GAIN * (observation.extent_m - self.extent_m);
+        } else if !observation.is_split {
+            self.extent_m = self.extent_m.sup(&observation.extent_m);
+        }
+    }
+
+    /// Nothing of it was seen.
+    pub(super) fn miss(&mut self, is_hidden: bool, now_s: f64, is_in_view: bool) {
+        self.unseen_cycles = self.unseen_cycles.saturating_add(1);
+        self.is_in_view = is_in_view;
+        if is_hidden {
+            self.hidden_s = now_s - self.seen_s;
+        } else {
+            self.missed_cycles = self.missed_cycles.saturating_add(1);
+        }
+    }
+
+    /// Takes the evidence that it moves: a zone on it while most of it stands where free space was seen, or
+    /// a way that it went. Free space alone may be a pose that jumped.
+    pub(super) fn believe(&mut self, came: bool, in_zone: bool, now_s: f64) {
+        let way_m = (self.filter.position_m() - self.birthplace_m).xy().norm();
+        self.is_proven |= (came && in_zone) || way_m > STAY_M;
+        if in_zone {
+            self.zoned_s = now_s;
+        }
+    }
+
+    /// For how long it has not left its place.
+    pub(super) fn stayed_s(&self, now_s: f64) -> f64 {
+        now_s - self.stays_since_s
+    }
+
+    /// For how long nothing has shown that it moves; 0 once something has.
+    pub(super) fn doubted_s(&self, now_s: f64) -> f64 {
+        if self.is_proven { 0.0 } else { now_s - self.zoned_s }
+    }
+
+    pub(super) fn end(&mut self) {
+        self.is_ended = true;
+    }
+
+    pub(super) fn is_confirmed(&self) -> bool {
+        self.id.is_some()
+    }
+
+    /// Whether it has not been seen of late, so that what is near is more likely another.
+    pub(super) fn is_lost(&self) -> bool {
+        const LOST_CYCLES: u32 = 3;
+        self.unseen_cycles > LOST_CYCLES
+    }
+
+    pub(super) fn earns_number(&self, min_seen_cycles: u32) -> bool {
+        self.id.is_none() && self.seen_cycles >= min_seen_cycles && !self.is_ended
+    }
+
+    /// Whether it is still followed.
+    pub(super) fn lives(
+        &self,
+        max_unseen_cycles: u32,
+        max_hidden_s: f64,
+        (trial_cycles, min_seen_cycles): (u32, u32),
+    ) -> bool {
+        let failed =
+            self.id.is_none() && self.cycles >= trial_cycles && self.seen_cycles < min_seen_cycles;
+        let has_left = self.unseen_cycles > 0 && !self.is_in_view;
+        let is_gone = self.missed_cycles > max_unseen_cycles || self.hidden_s > max_hidden_s;
+        !(self.is_ended || failed || has_left || is_gone)
+    }
+
+    /// Whether an observation lies within it, or right beside.
+    pub(super) fn covers(&self, observation: &Observation) -> bool {
+        let offset_m = (observation.centre_m - self.visible_centre_m()).abs();
+        let reach_m = self.extent_m / 2.0 + Vector3::repeat(FRAGMENT_M);
+        offset_m.x <= reach_m.x && offset_m.y <= reach_m.y && self.unseen_cycles == 0
+    }
+
+    pub(super) fn track(&self, now_s: f64) -> Option<Track> {
+        self.id.map(|id| Track {
+            id,
+            // What is seen is known better than the fixed point, the more so where an end is cut.
+            position_m: if self.unseen_cycles == 0 {
+                self.seen_at_m
+            } else {
+                self.visible_centre_m()
+            },
+            velocity_m_per_s: self.filter.velocity_m_per_s(),
+            extent_m: self.extent_m,
+            covariance: self.filter.covariance,
+            age_s: now_s - self.born_s,
+            unseen_cycles: self.unseen_cycles,
+        })
+    }
+}
+
+/// The measurement's covariance in the map: a mean over voxels of an edge, each uniform within it, and the
+/// shape's own change; across the view far more where an end is cut.
+fn noise_m2(observation: &Observation, cell_m: f64) -> Matrix3<f64> {
+    let independent = observation.points.len().clamp(1, INDEPENDENT_POINTS) as f64;
+    let mean_m2 = cell_m.powi(2) / 12.0 / independent + SHAPE_NOISE_M.powi(2);
+    let mut noise_m2 = Matrix3::identity() * mean_m2;
+    if observation.left.is_cut || observation.right.is_cut || observation.is_split {
+        noise_m2 += observation.across * observation.across.transpose() * CUT_NOISE_M.powi(2);
+    }
+    noise_m2
+}

@@ -1,0 +1,191 @@
+//! What one cycle shows of an object.
+
+use std::collections::BTreeMap;
+
+use geometry::DetectedCycle;
+use nalgebra::{Point3, Vector2, Vector3};
+
+/// One cycle's cloud in both frames, and what the camera can see.
+#[derive(Clone, Copy, Debug)]
+pub struct CycleCloud<'a> {
+    /// The cycle that the points are of.
+    pub cycle: &'a DetectedCycle,
+    /// Its points in the map, in their order.
+    pub points_in_map: &'a [Point3<f64>],
+    /// The camera in the map.
+    pub camera_in_map: Point3<f64>,
+    /// What the camera sees to the sides.
+    pub view: View,
+    /// The edge of a voxel.
+    pub cell_m: f64,
+}
+
+/// The camera's view to the sides, as slopes y / x from the camera. Nothing tells it but the points
+/// themselves, so it is the widest that was ever seen.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct View {
+    right: f64,
+    left: f64,
+}
+
+/// A point nearer to the camera's plane than this has no slope that means anything.
+const MIN_DEPTH_M: f64 = 0.1;
+/// Something nearer by this hides what is behind it; less is the depth of the object itself.
+const HIDING_M: f64 = 0.3;
+
+impl Default for View {
+    fn default() -> Self {
+        Self { right: f64::INFINITY, left: f64::NEG_INFINITY }
+    }
+}
+
+impl View {
+    /// Takes in what a cycle shows.
+    pub fn widen(&mut self, cycle: &DetectedCycle) {
+        for slope in cycle
+            .reduced_cloud
+            .points_m
+            .iter()
+            .filter_map(|point| slopes(cycle, &point.cast::<f64>()).map(|slopes| slopes.x))
+        {
+            self.right = self.right.min(slope);
+            self.left = self.left.max(slope);
+        }
+    }
+
+    /// Whether a point of the map lies in the view, by its bearing.
+    pub(super) fn contains(&self, cycle: &DetectedCycle, point_in_map: &Point3<f64>) -> bool {
+        let in_rig = cycle.map_from_rig.inverse_transform_point(point_in_map);
+        slopes(cycle, &in_rig).is_some_and(|slope| (self.right..=self.left).contains(&slope.x))
+    }
+}
+
+/// Sideways and upward slope of the ray from the camera to a point; `None` beside or behind the camera.
+fn slopes(cycle: &DetectedCycle, point_in_rig: &Point3<f64>) -> Option<Vector2<f64>> {
+    let ray = point_in_rig - cycle.camera_in_rig_m;
+    let finite = ray.iter().all(|value| value.is_finite());
+    (finite && ray.x > MIN_DEPTH_M).then(|| Vector2::new(ray.y, ray.z) / ray.x)
+}
+
+/// The visible surface of an object.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Observation {
+    /// Its points, by their indices.
+    pub(super) points: Vec<usize>,
+    /// The centre of the visible surface in the map, each direction counting the same.
+    pub(super) centre_m: Point3<f64>,
+    /// Its edge lengths along the axes of the map, a voxel included.
+    pub(super) extent_m: Vector3<f64>,
+    /// The horizontal direction in the map from its right to its left, seen from the camera.
+    pub(super) across: Vector3<f64>,
+    /// Its ends along `across`.
+    pub(super) left: End,
+    pub(super) right: End,
+    /// Its distance from the camera.
+    pub(super) distance_m: f64,
+    /// Whether predictions cut it out of a larger group.
+    pub(super) is_split: bool,
+}
+
+/// One end of the visible surface.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct End {
+    /// The coordinate along `across`.
+    pub(super) along_m: f64,
+    /// The sideways slope from the camera.
+    slope: f64,
+    /// It is not the object's own end: the view ends there, or something nearer hides the rest.
+    pub(super) is_cut: bool,
+}
+
+impl Observation {
+    /// What these points show; `None` where none lies before the camera.
+    pub(super) fn of(cloud: &CycleCloud<'_>, points: Vec<usize>, is_split: bool) -> Option<Self> {
+        let sloped: Vec<(Vector2<f64>, Point3<f64>)> = points
+            .iter()
+            .filter_map(|&index| {
+                let in_rig = cloud.cycle.reduced_cloud.points_m.get(index)?.cast::<f64>();
+                Some((slopes(cloud.cycle, &in_rig)?, *cloud.points_in_map.get(index)?))
+            })
+            .collect();
+        let centre_m = visible_centre_m(cloud, &sloped)?;
+        let towards = centre_m - cloud.camera_in_map;
+        let across = Vector3::z().cross(&towards).try_normalize(f64::EPSILON)?;
+        let (mut least, mut most) = (centre_m.coords, centre_m.coords);
+        let mut right = End { along_m: f64::INFINITY, slope: f64::INFINITY, is_cut: false };
+        let mut left = End { along_m: f64::NEG_INFINITY, slope: f64::NEG_INFINITY, is_cut: false };
+        for (slope, point) in &sloped {
+            least = least.inf(&point.coords);
+            most = most.sup(&point.coords);
+            let along_m = across.dot(&point.coords);
+            right.along_m = right.along_m.min(along_m);
+            left.along_m = left.along_m.max(along_m);
+            right.slope = right.slope.min(slope.x);
+            left.slope = left.slope.max(slope.x);
+        }
+        // The outermost voxel of the view may hold no point of the object, so one is allowed for.
+        let voxel_slope = cloud.cell_m / towards.norm().max(MIN_DEPTH_M);
+        right.is_cut = right.slope <= cloud.view.right + voxel_slope;
+        left.is_cut = left.slope >= cloud.view.left - voxel_slope;
+        Some(Self {
+            points,
+            centre_m,
+            extent_m: most - least + Vector3::repeat(cloud.cell_m),
+            across,
+            left,
+            right,
+            distance_m: towards.norm(),
+            is_split,
+        })
+    }
+
+    /// Marks the ends at which `other` stands before this.
+    pub(super) fn hide_behind(&mut self, other: &Self, cell_m: f64) {
+        if other.distance_m > self.distance_m - HIDING_M {
+            return;
+        }
+        let voxel_slope = cell_m / other.distance_m.max(MIN_DEPTH_M);
+        let hidden = |end: &End| {
+            (other.right.slope - voxel_slope..=other.left.slope + voxel_slope).contains(&end.slope)
+        };
+        self.left.is_cut |= hidden(&self.left);
+        self.right.is_cut |= hidden(&self.right);
+    }
+}
+
+/// The centre of a surface as the camera counts it: by pixels. The reduced cloud has a point for each voxel,
+/// of which a slanting surface fills many and shows little; so the points are gathered by their direction,
+/// in squares as wide as a voxel is there, and each square counts once. What is thinner than a voxel
+/// counts for too much that way, which the means of voxels cannot tell.
+fn visible_centre_m(
+    cloud: &CycleCloud<'_>,
+    sloped: &[(Vector2<f64>, Point3<f64>)],
+) -> Option<Point3<f64>> {
+    let sum_m: f64 = sloped.iter().map(|(_, point)| (point - cloud.camera_in_map).norm()).sum();
+    let square = cloud.cell_m / (sum_m / sloped.len() as f64).max(MIN_DEPTH_M);
+    let mut squares: BTreeMap<[i64; 2], (Vector3<f64>, f64)> = BTreeMap::new();
+    for (slope, point) in sloped {
+        let key = [slope.x, slope.y].map(|slope| (slope / square).floor() as i64);
+        let (sum_m, points) = squares.entry(key).or_insert((Vector3::zeros(), 0.0));
+        *sum_m += point.coords;
+        *points += 1.0;
+    }
+    let sum_m: Vector3<f64> = squares.values().map(|(sum_m, points)| sum_m / *points).sum();
+    (!squares.is_empty()).then(|| Point3::from(sum_m / squares.len() as f64))
+}
+
+/// Whether something stands before a place of the map: points of the cycle, clearly nearer, in the same
+/// direction to the width of a voxel.
+pub(super) fn is_hidden(cloud: &CycleCloud<'_>, place_in_map: &Point3<f64>) -> bool {
+    let in_rig = cloud.cycle.map_from_rig.inverse_transform_point(place_in_map);
+    let Some(direction) = slopes(cloud.cycle, &in_rig) else { return false };
+    let depth_m = in_rig.x - cloud.cycle.camera_in_rig_m.x;
+    let width = cloud.cell_m / depth_m;
+    cloud.cycle.reduced_cloud.points_m.iter().any(|point| {
+        let point = point.cast::<f64>();
+        slopes(cloud.cycle, &point).is_some_and(|slope| {
+            (slope - direction).amax() <= width
+                && point.x - cloud.cycle.camera_in_rig_m.x < depth_m - HIDING_M
+        })
+    })
+}

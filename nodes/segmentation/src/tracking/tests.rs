@@ -1,0 +1,129 @@
+use geometry::{Cloud, DetectedCycle};
+use nalgebra::Isometry3;
+
+use super::*;
+use crate::Method;
+
+const CELL_M: f64 = 0.08;
+
+/// A cycle whose points are screens, 0.4 m wide and 0.8 m high, at these places; and a frame of points that
+/// spans the view.
+fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>) {
+    let mut points_m = vec![Point3::new(4.0, 2.0, 0.0), Point3::new(4.0, -2.0, 0.0)];
+    let mut groups = Vec::new();
+    for &(x_m, y_m) in screens {
+        let first = points_m.len();
+        for column in 0..5 {
+            for row in 0..10 {
+                let (y_m, z_m) =
+                    (y_m - 0.16 + 0.08 * f64::from(column), -0.4 + 0.08 * f64::from(row));
+                points_m.push(Point3::new(x_m, y_m, z_m).cast::<f32>());
+            }
+        }
+        let points = (first..points_m.len()).collect();
+        groups.push(MovingGroup { points, in_zone: true, came: true });
+    }
+    let stamp = Stamp::from_nanos(index * 143_000_000);
+    let cycle = DetectedCycle {
+        index: index as u32,
+        scan_stamp: stamp,
+        points_before_reduction: points_m.len(),
+        reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m },
+        map_from_rig: Isometry3::identity(),
+        map_frame_id: "map".to_owned(),
+        camera_in_rig_m: Point3::origin(),
+        zones: Vec::new(),
+    };
+    (cycle, groups)
+}
+
+fn follow(tracker: &mut Tracker, index: i64, screens: &[(f64, f64)]) -> Vec<Track> {
+    let (cycle, groups) = cycle(index, screens);
+    let points_in_map: Vec<_> =
+        cycle.reduced_cloud.points_m.iter().map(|point| point.cast::<f64>()).collect();
+    let mut view = View::default();
+    view.widen(&cycle);
+    let cloud = CycleCloud {
+        cycle: &cycle,
+        points_in_map: &points_in_map,
+        camera_in_map: Point3::origin(),
+        view,
+        cell_m: CELL_M,
+    };
+    tracker.expect(cycle.reduced_cloud.stamp);
+    tracker.follow(&cloud, &groups).tracks
+}
+
+fn tracker() -> Tracker {
+    Tracker::new(SegmentationConfig { method: Method::Stillmap, ..SegmentationConfig::default() })
+}
+
+#[test]
+fn an_object_is_a_track_from_its_second_cycle_and_its_velocity_is_found() {
+    let mut tracker = tracker();
+    let mut tracks = Vec::new();
+    for index in 0..12 {
+        tracks = follow(&mut tracker, index, &[(2.0, -0.8 + 0.143 * index as f64)]);
+        assert_eq!(tracks.len(), usize::from(index > 0));
+    }
+    assert_eq!((tracks[0].id, tracks[0].unseen_cycles), (0, 0));
+    assert!((tracks[0].velocity_m_per_s - Vector3::new(0.0, 1.0, 0.0)).norm() < 0.1);
+    assert!((tracks[0].position_m - Point3::new(2.0, -0.8 + 0.143 * 11.0, -0.04)).norm() < 0.03);
+    assert!((tracks[0].extent_m - Vector3::new(0.08, 0.4, 0.8)).norm() < 0.02);
+    assert!((tracks[0].age_s - 11.0 * 0.143).abs() < 1e-9);
+}
+
+#[test]
+fn one_that_is_seen_once_is_none_and_one_that_is_gone_ends() {
+    let mut tracker = tracker();
+    follow(&mut tracker, 0, &[(2.0, 0.0)]);
+    for index in 1..5 {
+        assert_eq!(follow(&mut tracker, index, &[]), []);
+    }
+    for index in 5..8 {
+        follow(&mut tracker, index, &[(2.0, 0.5)]);
+    }
+    let unseen = follow(&mut tracker, 8, &[]);
+    assert_eq!((unseen[0].id, unseen[0].unseen_cycles), (0, 1));
+    for index in 9..30 {
+        follow(&mut tracker, index, &[]);
+    }
+    assert_eq!(follow(&mut tracker, 30, &[]), []);
+    // A number is used once.
+    follow(&mut tracker, 31, &[(2.0, 0.5)]);
+    assert_eq!(follow(&mut tracker, 32, &[(2.0, 0.5)])[0].id, 1);
+}
+
+#[test]
+fn one_behind_another_coasts_and_keeps_its_number() {
+    let mut tracker = tracker();
+    let far = |index: i64| (3.0, -1.0 + 0.143 * index as f64);
+    for index in 0..14 {
+        // From the third cycle on for five cycles it is hidden by one that stands nearer.
+        let hidden = (5..9).contains(&index);
+        let screens: &[(f64, f64)] =
+            if hidden { &[(1.5, -0.1)] } else { &[(1.5, -0.1), far(index)] };
+        let tracks = follow(&mut tracker, index, screens);
+        if index > 1 {
+            assert_eq!(tracks.iter().map(|track| track.id).collect::<Vec<_>>(), [0, 1]);
+            let off_m = (tracks[1].position_m.y - far(index).1).abs();
+            assert!(off_m < 0.15, "{off_m} m off in cycle {index}");
+        }
+    }
+}
+
+#[test]
+fn two_that_meet_in_one_group_are_parted_by_where_they_are_expected() {
+    let mut tracker = tracker();
+    let places = |index: i64| {
+        let way_m = 0.143 * index as f64;
+        [(2.0, -1.0 + way_m), (2.45, 1.0 - way_m)]
+    };
+    for index in 0..15 {
+        let tracks = follow(&mut tracker, index, &places(index));
+        if index > 1 {
+            assert_eq!(tracks.iter().map(|track| track.id).collect::<Vec<_>>(), [0, 1]);
+            assert!(tracks[0].velocity_m_per_s.y > 0.3 && tracks[1].velocity_m_per_s.y < -0.3);
+        }
+    }
+}
