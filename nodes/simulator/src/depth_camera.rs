@@ -5,9 +5,11 @@ use std::f64::consts::FRAC_PI_2;
 use geometry::{CameraModel, Distortion};
 use serde::{Deserialize, Serialize};
 
+use crate::StampError;
+
 /// A depth camera that triangulates a projected pattern, as the first Kinect does.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct DepthCamera {
     /// The pose of the optical frame in the rig: `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`.
     pub rig_from_camera: [f64; 6],
@@ -36,6 +38,15 @@ pub struct DepthCamera {
     pub dropout_ratio: f64,
     /// The least reflectivity that a target at 1 m, seen squarely, must have.
     pub min_signal: f64,
+    /// How its stamps deviate from when it measured.
+    pub stamps: StampError,
+}
+
+impl Default for DepthCamera {
+    /// The camera of Rec-HV.
+    fn default() -> Self {
+        Self::kinect_v1()
+    }
 }
 
 impl DepthCamera {
@@ -76,6 +87,7 @@ impl DepthCamera {
             dead_columns_px: 8,
             dropout_ratio: 0.001,
             min_signal: 0.01,
+            stamps: StampError::default(),
         }
     }
 

@@ -1,8 +1,8 @@
 //! From solids to the depth image that a structured-light camera makes of them.
 //!
 //! Solids are drawn one after the other into a canvas, each within the bounds of its projection, and the
-//! nearest surface stays. What never moves is drawn once where the rig stands still. The canvas is then
-//! measured: shadow of the projector, loss of signal, disparity with noise, rounding.
+//! nearest surface stays. What never moves is drawn once where the rig stands still. Panes of glass come last:
+//! they weaken what lies behind them. The canvas is then measured: shadow of the projector, loss of signal, disparity with noise, rounding.
 
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -47,7 +47,24 @@ impl Canvas {
         }
     }
 
-    /// Draws a solid where it is the nearest.
+    /// Draws solids: first all that cannot be seen through, then the panes before them.
+    pub(crate) fn draw_all<'a>(
+        &mut self,
+        camera: &CameraModel,
+        room_from_camera: &Isometry3<f64>,
+        solids: impl Iterator<Item = &'a Solid> + Clone,
+        min_signal: f64,
+    ) {
+        for solid in solids.clone().filter(|solid| !solid.is_pane()) {
+            self.draw(camera, room_from_camera, solid, min_signal);
+        }
+        for pane in solids.filter(|solid| solid.is_pane()) {
+            self.draw(camera, room_from_camera, pane, min_signal);
+        }
+    }
+
+    /// Draws a solid where it is the nearest. A pane weakens what has been drawn behind it, so it comes
+    /// after all that is not a pane.
     pub(crate) fn draw(
         &mut self,
         camera: &CameraModel,
@@ -72,6 +89,10 @@ impl Canvas {
                 if (hit.parameter as f32) < self.depth_m[index] {
                     let distance_m = hit.parameter * ray.direction.norm();
                     let cos_incidence = hit.cos_incidence(&ray.direction);
+                    if solid.is_pane() {
+                        self.strength[index] *= solid.weakening(cos_incidence) as f32;
+                        continue;
+                    }
                     self.depth_m[index] = hit.parameter as f32;
                     self.strength[index] =
                         solid.strength(cos_incidence, distance_m, min_signal) as f32;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::noise::{FrameNoise, Stream};
 use crate::solid::{STATIC_ID, Solid, nearest_sighting};
-use crate::{Path, Ray, Scene};
+use crate::{Path, Ray, Scene, StampError};
 
 /// A scanner that measures one beam after the other while it turns.
 ///
@@ -16,7 +16,7 @@ use crate::{Path, Ray, Scene};
 /// of the message is the first that was measured. The message's `time_increment_s` says nothing of that,
 /// here as there.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Lidar {
     /// The scanner's pose in the rig: `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`.
     pub rig_from_lidar: [f64; 6],
@@ -44,6 +44,15 @@ pub struct Lidar {
     pub dropout_ratio: f64,
     /// The least reflectivity that a target at 1 m, seen squarely, must have.
     pub min_signal: f64,
+    /// How its stamps deviate from when it measured.
+    pub stamps: StampError,
+}
+
+impl Default for Lidar {
+    /// The scanner of Rec-HV.
+    fn default() -> Self {
+        Self::rplidar_a1()
+    }
 }
 
 impl Lidar {
@@ -70,6 +79,7 @@ impl Lidar {
             azimuth_spread_rad: PI / 180.0,
             dropout_ratio: 0.01,
             min_signal: 0.8 / (12.0 * 12.0),
+            stamps: StampError::default(),
         }
     }
 
@@ -84,6 +94,11 @@ impl Lidar {
         (turn as f64 + jitter) / self.turn_rate_hz
     }
 
+    /// What turn `turn` is stamped with, in seconds since the start of the scenario.
+    pub(crate) fn turn_stamp_s(&self, seed: u64, turn: u64) -> f64 {
+        self.turn_start_s(seed, turn) + self.stamps.at(seed, Stream::ScanStamp, turn)
+    }
+
     /// The scan of a turn, and for each beam the object that it met.
     pub(crate) fn scan(&self, view: &LidarView<'_>, turn: u64) -> (Scan, Vec<u16>) {
         let start_s = self.turn_start_s(view.seed, turn);
@@ -91,7 +106,7 @@ impl Lidar {
         let gaps = self.beams.saturating_sub(1).max(1) as f64;
         let azimuth_step_rad = 2.0 * PI / self.beams.max(1) as f64;
         let scan = Scan {
-            stamp: view.start.plus_seconds(start_s),
+            stamp: view.start.plus_seconds(self.turn_stamp_s(view.seed, turn)),
             frame_id: self.frame_id.clone(),
             angle_min_rad: (PI - (self.beams as f64 - 1.0) * azimuth_step_rad) as f32,
             angle_increment_rad: azimuth_step_rad as f32,

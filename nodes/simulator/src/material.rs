@@ -11,6 +11,12 @@ pub struct Material {
     /// Beyond this angle between ray and normal it mirrors the light away and returns nothing; in
     /// `(0, pi/2)`. A matt surface stays visible to about 80 degrees, a polished one to much less.
     pub max_incidence_rad: f64,
+    /// The share of light that goes straight through, in `[0, 1]`; 0 for what cannot be seen through.
+    ///
+    /// What lets light through is a pane: it returns nothing itself, what lies behind it is seen
+    /// weakened, there and back, and beyond `max_incidence_rad` it mirrors the light away.
+    #[serde(default)]
+    pub transmission: f64,
 }
 
 impl Material {
@@ -27,11 +33,31 @@ impl Material {
     /// Dark plastic.
     pub const DARK_PLASTIC: Self = Self::matt(0.2);
     /// A display that is off: near black. Depth cameras leave a hole there.
-    pub const BLACK_GLASS: Self = Self { reflectivity: 0.03, max_incidence_rad: 0.7 };
+    pub const BLACK_GLASS: Self = Self::polished(0.03, 0.7);
+    /// Leaves: bright in the near infrared, whatever their shade of green.
+    pub const LEAVES: Self = Self::matt(0.5);
+    /// Dark wallpaper, dark wood: seen by a depth camera squarely at 5 m, lost where its light falls aslant.
+    pub const DARK: Self = Self::matt(0.3);
+    /// Black velvet, black leather: too dark for both sensors from about 3 m on.
+    pub const BLACK: Self = Self::matt(0.04);
+    /// Varnish and enamel: a fridge, a whiteboard, a cabinet of painted steel.
+    pub const VARNISH: Self = Self::polished(0.7, 0.6);
+    /// Bare polished metal: seen only where it faces the sensor, within 20 degrees.
+    pub const POLISHED_METAL: Self = Self::polished(0.6, 0.35);
+    /// Window glass: each face returns 4 % of what meets it squarely, so 92 % go through, and from 75
+    /// degrees on most is mirrored (Fresnel, refractive index 1.5).
+    pub const GLASS: Self =
+        Self { reflectivity: 0.0, max_incidence_rad: 1.309, transmission: 0.92 };
 
     /// A matt surface: visible up to 80 degrees of incidence.
     #[must_use]
     pub const fn matt(reflectivity: f64) -> Self {
-        Self { reflectivity, max_incidence_rad: 1.396 }
+        Self::polished(reflectivity, 1.396)
+    }
+
+    /// A surface that mirrors the light away beyond an angle of incidence.
+    #[must_use]
+    pub const fn polished(reflectivity: f64, max_incidence_rad: f64) -> Self {
+        Self { reflectivity, max_incidence_rad, transmission: 0.0 }
     }
 }

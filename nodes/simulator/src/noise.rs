@@ -18,6 +18,14 @@ pub(crate) enum Stream {
     TurnStart = 4,
     /// The error of a pose.
     Pose = 5,
+    /// How late a scan's stamp is.
+    ScanStamp = 6,
+    /// How late an image's stamp is.
+    ImageStamp = 7,
+    /// What varies between the runs of one experiment.
+    Variation = 8,
+    /// How a sensor is mounted beside where it is thought to be.
+    Mounting = 9,
 }
 
 /// The noise of one frame of one stream.

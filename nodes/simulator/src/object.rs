@@ -1,9 +1,9 @@
 //! What moves: its shape, and its way.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::solid::Solid;
+use crate::solid::{STATIC_ID, Solid};
 use crate::{Body, Path, Walker};
 
 /// Something that moves through the room.
@@ -18,6 +18,11 @@ pub struct MovingObject {
     pub figure: Figure,
     /// Where it goes: the pose of its frame in the room.
     pub path: Path,
+    /// From when to when it counts as an object, in seconds since the start: before and after, its surface
+    /// carries the label of what never moves, as that of a chair that nobody has moved yet. Always when
+    /// it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label_span_s: Option<[f64; 2]>,
 }
 
 /// The shape of a moving object, in its own frame.
@@ -31,15 +36,40 @@ pub enum Figure {
 }
 
 impl MovingObject {
+    /// The label of its surface at a time.
+    #[must_use]
+    pub fn label_at(&self, time_s: f64) -> u16 {
+        match self.label_span_s {
+            Some([from_s, until_s]) if time_s < from_s || time_s > until_s => STATIC_ID,
+            _ => self.id,
+        }
+    }
+
     pub(crate) fn solids(&self, time_s: f64) -> Vec<Solid> {
         let room_from_object = self.room_from_object(time_s);
+        let label = self.label_at(time_s);
         let parts = |bodies: &[Body]| {
-            bodies.iter().map(|body| body.solid(self.id, &room_from_object)).collect()
+            bodies.iter().map(|body| body.solid(label, &room_from_object)).collect()
         };
         match &self.figure {
             Figure::Rigid(bodies) => parts(bodies),
-            Figure::Walker(walker) => walker.solids(self.id, &room_from_object, &self.path, time_s),
+            Figure::Walker(walker) => walker.solids(label, &room_from_object, &self.path, time_s),
         }
+    }
+
+    /// The velocity in the map of the point of the object that is at `point_m` in the map, in m/s.
+    pub(crate) fn velocity_of(
+        &self,
+        time_s: f64,
+        map_from_room: &Isometry3<f64>,
+        point_m: &Point3<f64>,
+    ) -> Vector3<f64> {
+        /// Velocities are taken over this time, half before and half after.
+        const SPAN_S: f64 = 0.02;
+        let map_from_object = |time_s: f64| map_from_room * self.room_from_object(time_s);
+        let in_object_m = map_from_object(time_s).inverse_transform_point(point_m);
+        let at = |time_s: f64| map_from_object(time_s) * in_object_m;
+        (at(time_s + SPAN_S / 2.0) - at(time_s - SPAN_S / 2.0)) / SPAN_S
     }
 
     pub(crate) fn room_from_object(&self, time_s: f64) -> Isometry3<f64> {

@@ -1,8 +1,14 @@
 //! Where something is at which time.
 
+mod spline;
+mod written;
+
 use geometry::pose_from_vector;
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
+
+pub use spline::Spline;
+use written::WrittenPath;
 
 /// A pose at a time.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -15,9 +21,9 @@ pub struct Waypoint {
 }
 
 /// A way through the room: straight at constant speed from waypoint to waypoint, still before the first and
-/// after the last.
+/// after the last. A file may give a `spline` in place of the `waypoints`: see [`Spline`].
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "WrittenPath")]
 pub struct Path {
     /// At least one, their times increasing.
     pub waypoints: Vec<Waypoint>,
@@ -44,10 +50,46 @@ impl Path {
         Self { waypoints }
     }
 
+    /// The same way with a rest of `pause_s` at the time `at_s`; all that comes later comes so much later.
+    /// A pause that is not positive, or not on the way, changes nothing.
+    #[must_use]
+    pub fn pausing(&self, at_s: f64, pause_s: f64) -> Self {
+        let next = self.waypoints.partition_point(|waypoint| waypoint.time_s <= at_s);
+        let on_the_way = next > 0 && next < self.waypoints.len();
+        if !(on_the_way && pause_s > 0.0) {
+            return self.clone();
+        }
+        let before = &self.waypoints[next - 1];
+        let share = (at_s - before.time_s) / (self.waypoints[next].time_s - before.time_s);
+        let mut pose = before.pose;
+        for (value, to) in pose.iter_mut().zip(self.waypoints[next].pose).take(3) {
+            *value += (to - *value) * share;
+        }
+        let (roll_rad, pitch_rad, yaw_rad) = self.pose_at(at_s).rotation.euler_angles();
+        [pose[3], pose[4], pose[5]] = [yaw_rad, pitch_rad, roll_rad];
+        let mut waypoints = self.waypoints[..next].to_vec();
+        if before.time_s < at_s {
+            waypoints.push(Waypoint { time_s: at_s, pose });
+        }
+        waypoints.push(Waypoint { time_s: at_s + pause_s, pose });
+        waypoints.extend(
+            self.waypoints[next..]
+                .iter()
+                .map(|waypoint| Waypoint { time_s: waypoint.time_s + pause_s, ..*waypoint }),
+        );
+        Self { waypoints }
+    }
+
     /// Whether it never moves.
     #[must_use]
     pub fn is_still(&self) -> bool {
         self.waypoints.windows(2).all(|pair| pair[0].pose == pair[1].pose)
+    }
+
+    /// When it leaves its first waypoint.
+    #[must_use]
+    pub fn start_s(&self) -> f64 {
+        self.waypoints.first().map_or(0.0, |waypoint| waypoint.time_s)
     }
 
     /// When it gets to its last waypoint.
@@ -101,37 +143,4 @@ impl Path {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_straight_path_keeps_its_speed_and_rests_at_its_ends() {
-        let path = Path::straight(2.0, [1.0, 3.0], [1.0, -1.0], 0.5);
-        assert_eq!(path.end_s(), 10.0);
-        assert_eq!(path.position_at(0.0), Point3::new(1.0, 3.0, 0.0));
-        assert!((path.position_at(4.0) - Point3::new(1.0, 2.0, 0.0)).norm() < 1e-12);
-        assert_eq!(path.position_at(99.0), Point3::new(1.0, -1.0, 0.0));
-        assert!((path.distance_at(4.0) - 1.0).abs() < 1e-12);
-        assert!((path.distance_at(99.0) - 4.0).abs() < 1e-12);
-        // It faces where it goes: -y.
-        let forward = path.pose_at(3.0) * nalgebra::Vector3::x();
-        assert!((forward + nalgebra::Vector3::y()).norm() < 1e-12);
-        assert!(!path.is_still());
-    }
-
-    #[test]
-    fn a_still_path_and_one_without_speed_stay() {
-        let pose = [1.0, 2.0, 3.0, 0.5, 0.0, 0.0];
-        assert!(Path::still(pose).is_still());
-        assert_eq!(Path::still(pose).pose_at(-5.0), Path::still(pose).pose_at(5.0));
-        assert!(Path::straight(1.0, [0.0, 0.0], [1.0, 0.0], 0.0).is_still());
-    }
-
-    #[test]
-    fn headings_turn_the_short_way() {
-        let waypoint = |time_s, yaw| Waypoint { time_s, pose: [0.0, 0.0, 0.0, yaw, 0.0, 0.0] };
-        let path = Path { waypoints: vec![waypoint(0.0, 3.0), waypoint(1.0, -3.0)] };
-        let heading = path.pose_at(0.5) * nalgebra::Vector3::x();
-        assert!((heading + nalgebra::Vector3::x()).norm() < 1e-9);
-    }
-}
+mod tests;

@@ -13,22 +13,24 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use crate::scenes::Shell;
 use crate::{Body, Material, Shape};
 
 /// The room's extent along x, y and z. The floor is at z = 0, y = 0 in the middle, x = 0 at the rear wall.
 pub(crate) const DEPTH_M: f64 = 5.0;
 pub(crate) const WIDTH_M: f64 = 6.0;
-const HEIGHT_M: f64 = 2.6;
-const WALL_M: f64 = 0.1;
-/// The doorways reach from here to there along x.
-const DOOR_M: (f64, f64) = (2.0, 3.3);
-const DOOR_HEIGHT_M: f64 = 2.1;
-/// The corridors behind the doorways are this wide.
-const CORRIDOR_M: f64 = 1.2;
 
 /// The room and its furniture.
 pub(crate) fn furnished_room() -> Vec<Body> {
-    let mut bodies = shell();
+    let shell = Shell {
+        depth_m: DEPTH_M,
+        width_m: WIDTH_M,
+        height_m: 2.6,
+        door_m: (2.0, 3.3),
+        corridor_m: 1.2,
+        ..Shell::default()
+    };
+    let mut bodies = shell.bodies();
     bodies.extend(table());
     bodies.extend(chair());
     bodies.extend(shelf());
@@ -36,7 +38,7 @@ pub(crate) fn furnished_room() -> Vec<Body> {
         "cabinet",
         [4.55, -2.3, 0.0],
         [5.0, -1.3, 0.95],
-        Material { reflectivity: 0.6, max_incidence_rad: 1.3 },
+        Material::polished(0.6, 1.3),
     ));
     bodies.push(Body {
         name: "lamp".to_owned(),
@@ -44,45 +46,6 @@ pub(crate) fn furnished_room() -> Vec<Body> {
         pose: [4.78, -1.6, 1.07, 0.0, 0.0, 0.0],
         material: Material::matt(0.7),
     });
-    bodies
-}
-
-/// Walls, floor, ceiling and the corridors behind the doorways.
-fn shell() -> Vec<Body> {
-    let half_m = WIDTH_M / 2.0;
-    let outer_m = half_m + CORRIDOR_M;
-    let wall = |name: &str, min_m, max_m| Body::cuboid(name, min_m, max_m, Material::PLASTER);
-    let mut bodies = vec![
-        Body::cuboid(
-            "floor",
-            [-WALL_M, -outer_m, -WALL_M],
-            [DEPTH_M + WALL_M, outer_m, 0.0],
-            Material::PLASTER,
-        ),
-        wall(
-            "ceiling",
-            [-WALL_M, -outer_m, HEIGHT_M],
-            [DEPTH_M + WALL_M, outer_m, HEIGHT_M + WALL_M],
-        ),
-        wall("far wall", [DEPTH_M, -outer_m, 0.0], [DEPTH_M + WALL_M, outer_m, HEIGHT_M]),
-        wall("rear wall", [-WALL_M, -outer_m, 0.0], [0.0, outer_m, HEIGHT_M]),
-    ];
-    for (side, inner_m) in [("left", half_m), ("right", -half_m)] {
-        // The wall and the corridor lie beyond the room, whichever side that is.
-        let between = |a_m: f64, b_m: f64| (a_m.min(b_m), a_m.max(b_m));
-        let outwards = inner_m.signum();
-        let (near_m, far_m) = between(inner_m, inner_m + outwards * WALL_M);
-        let piece = |name: &str, x_m: (f64, f64), z_m: (f64, f64)| {
-            let name = format!("{side} wall {name}");
-            wall(&name, [x_m.0, near_m, z_m.0], [x_m.1, far_m, z_m.1])
-        };
-        bodies.push(piece("before the doorway", (0.0, DOOR_M.0), (0.0, HEIGHT_M)));
-        bodies.push(piece("behind the doorway", (DOOR_M.1, DEPTH_M), (0.0, HEIGHT_M)));
-        bodies.push(piece("above the doorway", DOOR_M, (DOOR_HEIGHT_M, HEIGHT_M)));
-        let (near_m, far_m) = between(outwards * outer_m, outwards * (outer_m + WALL_M));
-        let name = format!("{side} corridor");
-        bodies.push(wall(&name, [0.0, near_m, 0.0], [DEPTH_M, far_m, HEIGHT_M]));
-    }
     bodies
 }
 

@@ -11,6 +11,7 @@ use crate::depth_image::{Canvas, Reading, Sensor};
 use crate::lidar::LidarView;
 use crate::noise::{FrameNoise, Stream};
 use crate::solid::Solid;
+use crate::truth::Hull;
 use crate::{ObjectPose, ObjectPoses, Scenario, ScenarioError};
 
 /// One reading, with the truth beside it.
@@ -69,7 +70,7 @@ pub struct Samples {
     scenario: Scenario,
     statics: Vec<Solid>,
     sensor: Sensor,
-    /// What never moves, drawn once, where the rig stands still.
+    /// What never moves and is no pane, drawn once, where the rig stands still.
     still_background: Option<Canvas>,
     next_pose: u64,
     next_image: u64,
@@ -104,7 +105,7 @@ impl Samples {
     fn background(&self, room_from_camera: &Isometry3<f64>) -> Canvas {
         let config = &self.scenario.rig.depth_camera;
         let mut canvas = Canvas::new(&config.camera);
-        for solid in &self.statics {
+        for solid in self.statics.iter().filter(|solid| !solid.is_pane()) {
             canvas.draw(&config.camera, room_from_camera, solid, config.min_signal);
         }
         canvas
@@ -125,19 +126,33 @@ impl Samples {
         }
     }
 
+    /// When an image is taken, in seconds since the start.
+    fn image_s(&self, frame: u64) -> f64 {
+        let config = &self.scenario.rig.depth_camera;
+        config.first_image_s + frame as f64 / config.rate_hz
+    }
+
+    /// What it is stamped with.
+    fn image_stamp_s(&self, frame: u64) -> f64 {
+        let stamps = self.scenario.rig.depth_camera.stamps;
+        self.image_s(frame) + stamps.at(self.scenario.seed, Stream::ImageStamp, frame)
+    }
+
     /// A depth image, the camera info before it and the object poses after it.
-    fn image(&self, frame: u64, time_s: f64) -> Option<[Sample; 3]> {
+    fn image(&self, frame: u64) -> Option<[Sample; 3]> {
         let config = &self.scenario.rig.depth_camera;
         let camera = config.camera;
-        let stamp = self.scenario.start.plus_seconds(time_s);
+        let time_s = self.image_s(frame);
+        let stamp = self.scenario.start.plus_seconds(self.image_stamp_s(frame));
         let room_from_camera = self.room_from_camera(time_s);
         let mut canvas = match &self.still_background {
             Some(background) => background.clone(),
             None => self.background(&room_from_camera),
         };
-        for solid in &self.scenario.scene.moving_solids(time_s) {
-            canvas.draw(&camera, &room_from_camera, solid, config.min_signal);
-        }
+        let moving = self.scenario.scene.moving_solids(time_s);
+        let static_panes = self.statics.iter().filter(|solid| solid.is_pane());
+        let solids = moving.iter().chain(static_panes);
+        canvas.draw_all(&camera, &room_from_camera, solids, config.min_signal);
         let noise = FrameNoise::new(self.scenario.seed, Stream::DepthPixel, frame);
         let reading = self.sensor.read(&canvas, &noise);
         let truth = self.object_poses(stamp, time_s, &canvas, &reading);
@@ -176,13 +191,19 @@ impl Samples {
         let objects = objects
             .iter()
             .zip(seen)
-            .map(|(object, (visible_pixels, sum))| ObjectPose {
-                id: object.id,
-                name: object.name.clone(),
-                map_from_object: map_from_room * object.room_from_object(time_s),
-                visible_pixels,
-                visible_centroid_m: (visible_pixels > 0)
-                    .then(|| map_from_camera * Point3::from(sum / visible_pixels as f64)),
+            .map(|(object, (visible_pixels, sum))| {
+                let hull = Hull::of(&object.solids(time_s), &map_from_room);
+                ObjectPose {
+                    id: object.id,
+                    name: object.name.clone(),
+                    map_from_object: map_from_room * object.room_from_object(time_s),
+                    centre_m: hull.centre_m,
+                    extent_m: hull.extent_m,
+                    velocity_m_per_s: object.velocity_of(time_s, &map_from_room, &hull.centre_m),
+                    visible_pixels,
+                    visible_centroid_m: (visible_pixels > 0)
+                        .then(|| map_from_camera * Point3::from(sum / visible_pixels as f64)),
+                }
             })
             .collect();
         let frame_id = self.scenario.rig.pose_source.map_frame_id.clone();
@@ -205,11 +226,10 @@ impl Samples {
     fn advance(&mut self) -> bool {
         let rig = &self.scenario.rig;
         let pose_s = self.next_pose as f64 / rig.pose_source.rate_hz;
-        let image_s =
-            rig.depth_camera.first_image_s + self.next_image as f64 / rig.depth_camera.rate_hz;
+        let image_s = self.image_stamp_s(self.next_image);
         let turn_start = |turn| rig.lidar.turn_start_s(self.scenario.seed, turn);
         let scan_s = if turn_start(self.next_turn + 1) <= self.scenario.duration_s {
-            turn_start(self.next_turn)
+            rig.lidar.turn_stamp_s(self.scenario.seed, self.next_turn)
         } else {
             f64::INFINITY
         };
@@ -224,7 +244,7 @@ impl Samples {
             self.ready.push_back(Sample::Pose(self.pose(self.next_pose, pose_s)));
             self.next_pose += 1;
         } else if is_first(image_s) {
-            self.ready.extend(self.image(self.next_image, image_s).into_iter().flatten());
+            self.ready.extend(self.image(self.next_image).into_iter().flatten());
             self.next_image += 1;
         } else {
             self.ready.push_back(self.turn(self.next_turn));

@@ -5,11 +5,12 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
 use crate::depth_image::{Canvas, Sensor};
-use crate::{PoseSource, Rig, Samples, ScenarioError, Scene};
+use crate::noise::{FrameNoise, Stream};
+use crate::{PoseSource, Rig, Samples, ScenarioError, Scene, StampError};
 
 /// A scene, a rig, a length of time and a seed. The same scenario gives the same samples, bit for bit.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Scenario {
     /// What it is called.
     pub name: String,
@@ -23,6 +24,24 @@ pub struct Scenario {
     pub scene: Scene,
     /// What looks at it.
     pub rig: Rig,
+}
+
+/// The stamp of the start where nothing else is asked for: some moment of 2023, since drivers stamp with
+/// the wall clock.
+pub(crate) const START: Stamp = Stamp::from_secs_nanos(1_700_000_000, 0);
+
+impl Default for Scenario {
+    /// Ten seconds of nothing, seen by the rig of [`Rig::default`].
+    fn default() -> Self {
+        Self {
+            name: "scenario".to_owned(),
+            seed: 1,
+            start: START,
+            duration_s: 10.0,
+            scene: Scene::default(),
+            rig: Rig::default(),
+        }
+    }
 }
 
 impl Scenario {
@@ -60,6 +79,27 @@ impl Scenario {
         let pose_source =
             PoseSource { position_noise_m, rotation_noise_rad, ..self.rig.pose_source };
         self.rig.pose_source = pose_source;
+        self
+    }
+
+    /// With the depth camera's clock ahead of the scanner's and the pose's by `skew_s` (behind when
+    /// negative), and with stamps of both sensors that deviate by `jitter_s`.
+    #[must_use]
+    pub fn with_stamp_errors(mut self, skew_s: f64, jitter_s: f64) -> Self {
+        self.rig.depth_camera.stamps = StampError { skew_s, jitter_s };
+        self.rig.lidar.stamps = StampError { skew_s: 0.0, jitter_s };
+        self
+    }
+
+    /// With a scanner that is not quite where it is thought to be: each coordinate of its mounting, and its
+    /// rotation about each axis, deviates at random (by the seed) with these standard deviations.
+    #[must_use]
+    pub fn with_mounting_error(mut self, position_m: f64, rotation_rad: f64) -> Self {
+        let noise = FrameNoise::new(self.seed, Stream::Mounting, 0);
+        for (axis, value) in self.rig.lidar.rig_from_lidar.iter_mut().enumerate() {
+            let std_dev = if axis < 3 { position_m } else { rotation_rad };
+            *value += std_dev * f64::from(noise.draw(axis).normal());
+        }
         self
     }
 
@@ -118,9 +158,7 @@ impl Scenario {
                 * pose_from_vector(&config.rig_from_camera);
             let map_from_camera = self.map_from_room() * room_from_camera;
             let mut canvas = Canvas::new(&config.camera);
-            for solid in &solids {
-                canvas.draw(&config.camera, &room_from_camera, solid, config.min_signal);
-            }
+            canvas.draw_all(&config.camera, &room_from_camera, solids.iter(), config.min_signal);
             points_m.extend(
                 sensor
                     .measurable(&canvas)

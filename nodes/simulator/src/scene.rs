@@ -48,7 +48,7 @@ impl Body {
 
 /// A room with what stands in it and what moves through it.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Scene {
     /// Walls and furniture.
     pub bodies: Vec<Body>,

@@ -16,6 +16,7 @@ pub(crate) struct Solid {
     pub(crate) id: u16,
     reflectivity: f64,
     min_cos_incidence: f64,
+    transmission: f64,
 }
 
 /// What a ray meets in the room.
@@ -40,6 +41,7 @@ impl Solid {
             id,
             reflectivity: material.reflectivity,
             min_cos_incidence: material.max_incidence_rad.cos(),
+            transmission: material.transmission,
         }
     }
 
@@ -52,30 +54,46 @@ impl Solid {
         (signal / min_signal).min(cos_incidence / self.min_cos_incidence)
     }
 
+    /// Whether light goes through it; see [`Material::transmission`].
+    pub(crate) fn is_pane(&self) -> bool {
+        self.transmission > 0.0
+    }
+
+    /// How much weaker what lies behind this pane is seen, there and back: 0 where the pane mirrors.
+    pub(crate) fn weakening(&self, cos_incidence: f64) -> f64 {
+        if cos_incidence < self.min_cos_incidence { 0.0 } else { self.transmission.powi(2) }
+    }
+
     /// The half extents of the solid's cuboid hull, for bounds.
     pub(crate) fn half_extent_m(&self) -> Vector3<f64> {
         self.shape.half_extent_m()
     }
 }
 
-/// The nearest of `solids` along a ray of direction length 1.
+/// The nearest of `solids` along a ray of direction length 1, seen through the panes before it.
 pub(crate) fn nearest_sighting<'a>(
     solids: impl Iterator<Item = &'a Solid>,
     ray_in_room: &Ray,
     min_signal: f64,
 ) -> Option<Sighting> {
     let mut nearest: Option<(Hit, Vector3<f64>, &Solid)> = None;
+    let mut panes: Vec<(f64, f64)> = Vec::new();
     for solid in solids {
         let ray = ray_in_room.transformed(&solid.solid_from_room);
-        if let Some(hit) = solid.shape.intersect(&ray)
-            && nearest.is_none_or(|(best, ..)| hit.parameter < best.parameter)
-        {
+        let Some(hit) = solid.shape.intersect(&ray) else { continue };
+        if solid.is_pane() {
+            panes.push((hit.parameter, solid.weakening(hit.cos_incidence(&ray.direction))));
+        } else if nearest.is_none_or(|(best, ..)| hit.parameter < best.parameter) {
             nearest = Some((hit, ray.direction, solid));
         }
     }
-    nearest.map(|(hit, direction, solid)| Sighting {
-        distance_m: hit.parameter,
-        id: solid.id,
-        strength: solid.strength(hit.cos_incidence(&direction), hit.parameter, min_signal),
+    nearest.map(|(hit, direction, solid)| {
+        let strength = solid.strength(hit.cos_incidence(&direction), hit.parameter, min_signal);
+        let before = panes.iter().filter(|(parameter, _)| *parameter < hit.parameter);
+        Sighting {
+            distance_m: hit.parameter,
+            id: solid.id,
+            strength: before.fold(strength, |strength, (_, weakening)| strength * weakening),
+        }
     })
 }

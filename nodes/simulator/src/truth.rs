@@ -1,7 +1,9 @@
 //! What is true beside what the sensors read.
 
 use geometry::Stamp;
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::solid::Solid;
 
 /// Where every moving object is when a depth image is taken.
 #[derive(Clone, PartialEq, Debug)]
@@ -23,8 +25,37 @@ pub struct ObjectPose {
     pub name: String,
     /// Takes a point of the object's frame (on the floor under it, x in its direction) to the map.
     pub map_from_object: Isometry3<f64>,
+    /// The middle of the whole object, seen or not, in the map: of its hull along the axes of the map.
+    pub centre_m: Point3<f64>,
+    /// The edge lengths of that hull along the axes of the map.
+    pub extent_m: Vector3<f64>,
+    /// The velocity of that middle in the map, as a part of the object (limbs that swing do not count).
+    pub velocity_m_per_s: Vector3<f64>,
     /// Pixels of the depth image that carry its label.
     pub visible_pixels: usize,
     /// The mean of its true surface points at these pixels, in the map; `None` when there are none.
     pub visible_centroid_m: Option<Point3<f64>>,
+}
+
+/// What an object takes up, along the axes of the map. Each part counts with its own cuboid.
+pub(crate) struct Hull {
+    pub(crate) centre_m: Point3<f64>,
+    pub(crate) extent_m: Vector3<f64>,
+}
+
+impl Hull {
+    /// The hull of an object's parts; of none, a point in the map's origin.
+    pub(crate) fn of(solids: &[Solid], map_from_room: &Isometry3<f64>) -> Self {
+        let bounds = solids.iter().map(|solid| {
+            let map_from_solid = map_from_room * solid.solid_from_room.inverse();
+            let half_m =
+                map_from_solid.rotation.to_rotation_matrix().matrix().abs() * solid.half_extent_m();
+            let middle_m = map_from_solid.translation.vector;
+            (middle_m - half_m, middle_m + half_m)
+        });
+        let (least_m, most_m) = bounds
+            .reduce(|(least, most), (low, high)| (least.inf(&low), most.sup(&high)))
+            .unwrap_or_default();
+        Self { centre_m: Point3::from((least_m + most_m) / 2.0), extent_m: most_m - least_m }
+    }
 }

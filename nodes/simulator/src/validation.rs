@@ -4,7 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use geometry::Distortion;
 
-use crate::{Body, DepthCamera, Figure, Lidar, Material, MovingObject, Path, Scenario, Shape};
+use crate::{
+    Body, DepthCamera, Figure, Lidar, Material, MovingObject, Path, Scenario, Shape, StampError,
+};
 
 /// A scenario that cannot be simulated.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -78,6 +80,8 @@ const MAX_PIXELS: usize = 1 << 23;
 const MAX_BEAMS: usize = 1 << 14;
 /// The longest scenario.
 const MAX_DURATION_S: f64 = 86_400.0;
+/// The most that a clock is wrong: more is another day's recording.
+const MAX_SKEW_S: f64 = 3600.0;
 /// The fastest sensor.
 const MAX_RATE_HZ: f64 = 1000.0;
 /// The largest length, so that nothing overflows on its way through 32-bit floats.
@@ -122,11 +126,20 @@ fn check_object(object: &MovingObject) -> Checked {
         return Err(ScenarioError::StaticId { name: name.clone() });
     }
     check_path(&object.path, name)?;
+    for bound_s in object.label_span_s.into_iter().flatten() {
+        number(&format!("label_span_s of {name}"), bound_s, f64::is_finite, "finite")?;
+    }
     match &object.figure {
         Figure::Rigid(bodies) => bodies.iter().try_for_each(|body| check_body(body, name)),
         Figure::Walker(walker) => {
             positive(format!("height_m of {name}"), walker.height_m)?;
             positive(format!("stride_m of {name}"), walker.stride_m)?;
+            number(
+                &format!("gait_phase_rad of {name}"),
+                walker.gait_phase_rad,
+                |v| v.abs() <= MAX_LENGTH_M,
+                "-1e6 to 1e6",
+            )?;
             check_material(&walker.clothes, name)?;
             check_material(&walker.skin, name)
         }
@@ -162,7 +175,8 @@ fn check_material(material: &Material, of: &str) -> Checked {
         material.max_incidence_rad,
         |v| v > 0.0 && v < FRAC_PI_2,
         "above 0 and below pi/2",
-    )
+    )?;
+    ratio(&format!("transmission of {of}"), material.transmission)
 }
 
 fn check_path(path: &Path, of: &str) -> Checked {
@@ -203,7 +217,8 @@ fn check_lidar(lidar: &Lidar) -> Checked {
     positive("lidar.range_step_m", lidar.range_step_m)?;
     not_negative("lidar.azimuth_spread_rad", lidar.azimuth_spread_rad)?;
     ratio("lidar.dropout_ratio", lidar.dropout_ratio)?;
-    positive("lidar.min_signal", lidar.min_signal)
+    positive("lidar.min_signal", lidar.min_signal)?;
+    check_stamps("lidar.stamps", &lidar.stamps, lidar.turn_rate_hz)
 }
 
 fn check_depth_camera(depth: &DepthCamera) -> Checked {
@@ -244,7 +259,20 @@ fn check_depth_camera(depth: &DepthCamera) -> Checked {
     not_negative("depth_camera.disparity_noise_steps", depth.disparity_noise_steps)?;
     not_negative("depth_camera.projector_baseline_m", depth.projector_baseline_m)?;
     ratio("depth_camera.dropout_ratio", depth.dropout_ratio)?;
-    positive("depth_camera.min_signal", depth.min_signal)
+    positive("depth_camera.min_signal", depth.min_signal)?;
+    check_stamps("depth_camera.stamps", &depth.stamps, depth.rate_hz)
+}
+
+fn check_stamps(of: &str, stamps: &StampError, rate_hz: f64) -> Checked {
+    let (skew, jitter) = (format!("{of}.skew_s"), format!("{of}.jitter_s"));
+    number(&skew, stamps.skew_s, |v| v.abs() <= MAX_SKEW_S, "-3600 to 3600")?;
+    number(
+        &jitter,
+        stamps.jitter_s,
+        // A stamp never deviates by more than 3.47 times this: 0.1 keeps stamps in their order.
+        |v| v >= 0.0 && v * rate_hz <= 0.1,
+        "0 to a tenth of the sensor's period",
+    )
 }
 
 fn number(

@@ -14,12 +14,14 @@ use crate::{Material, Path, Shape};
 
 /// A person who walks along a path.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Walker {
     /// How tall the person is.
     pub height_m: f64,
     /// The way from one footfall to the next of the same foot.
     pub stride_m: f64,
+    /// Where in the gait the way begins: 0 with both legs upright, the left one coming forward.
+    pub gait_phase_rad: f64,
     /// Trousers and shirt.
     pub clothes: Material,
     /// Head and hands.
@@ -29,7 +31,13 @@ pub struct Walker {
 impl Default for Walker {
     /// A person of 1.75 m; two steps of 0.7 m make a stride.
     fn default() -> Self {
-        Self { height_m: 1.75, stride_m: 1.4, clothes: Material::CLOTH, skin: Material::SKIN }
+        Self {
+            height_m: 1.75,
+            stride_m: 1.4,
+            gait_phase_rad: 0.0,
+            clothes: Material::CLOTH,
+            skin: Material::SKIN,
+        }
     }
 }
 
@@ -67,6 +75,13 @@ struct Limb {
 }
 
 impl Walker {
+    /// A person of another height, whose steps are longer or shorter in proportion.
+    #[must_use]
+    pub fn of_height(height_m: f64) -> Self {
+        let usual = Self::default();
+        Self { height_m, stride_m: usual.stride_m * height_m / usual.height_m, ..usual }
+    }
+
     pub(crate) fn solids(
         &self,
         id: u16,
@@ -74,7 +89,7 @@ impl Walker {
         path: &Path,
         time_s: f64,
     ) -> Vec<Solid> {
-        let phase_rad = TAU * path.distance_at(time_s) / self.stride_m;
+        let phase_rad = TAU * path.distance_at(time_s) / self.stride_m + self.gait_phase_rad;
         let walked_m =
             path.distance_at(time_s + STOP_BLEND_S) - path.distance_at(time_s - STOP_BLEND_S);
         let effort = (walked_m / (2.0 * STOP_BLEND_S) / FULL_STEP_SPEED_M_PER_S).min(1.0);

@@ -7,6 +7,7 @@ use std::path::Path;
 use bag_player::{BagSummary, BagWriter, ChannelId, OfferedQos};
 use geometry::{CameraModel, Cloud, DepthImage, LabelImage, Scan, Stamp, StampedPose};
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
+use msgs::stillmap_msgs::Tracks;
 use msgs::{RosMessage, convert, geometry_msgs::PoseStamped, std_msgs};
 
 use crate::failure::Failure;
@@ -23,6 +24,10 @@ pub(crate) const COLOUR: &str = "/camera/rgb/image_raw/compressed";
 pub(crate) const POSE: &str = "/pose";
 /// True object ids, a number for each depth pixel.
 pub(crate) const TRUE_LABELS: &str = "/truth/labels";
+/// True object ids, a number for each beam: the scan itself, with the ids as intensities.
+pub(crate) const TRUE_SCAN_LABELS: &str = "/truth/scan_labels";
+/// Where the true objects are in each depth image.
+pub(crate) const TRUE_OBJECTS: &str = "/truth/objects";
 /// The cloud of the scene without its moving objects.
 pub(crate) const TRUE_EMPTY_SCENE: &str = "/truth/empty_scene";
 /// What the true objects are called: a JSON object from id to name.
@@ -77,6 +82,17 @@ impl SensorBag {
     pub(crate) fn labels(&mut self, labels: &LabelImage) -> Result<(), Failure> {
         let message: Image = convert::message_from_labels(labels);
         self.write(TRUE_LABELS, OfferedQos::reliable(RELIABLE_DEPTH), labels.stamp, &message)
+    }
+
+    /// The labels of a scan's beams, one for each; to be written after the scan.
+    pub(crate) fn scan_labels(&mut self, scan: &Scan, labels: &[u16]) -> Result<(), Failure> {
+        let intensities = labels.iter().map(|&label| f32::from(label)).collect();
+        let message = LaserScan { intensities, ..convert::message_from_scan(scan) };
+        self.write(TRUE_SCAN_LABELS, OfferedQos::reliable(RELIABLE_DEPTH), scan.stamp, &message)
+    }
+
+    pub(crate) fn objects(&mut self, stamp: Stamp, objects: &Tracks) -> Result<(), Failure> {
+        self.write(TRUE_OBJECTS, OfferedQos::reliable(RELIABLE_DEPTH), stamp, objects)
     }
 
     pub(crate) fn empty_scene(&mut self, cloud: &Cloud) -> Result<(), Failure> {

@@ -1,7 +1,6 @@
 //! The whole method in worlds of the plane, through the detector.
 
 mod any_input;
-mod cost;
 mod moving_platform;
 mod objects;
 mod still_platform;

@@ -1,3 +1,5 @@
+use std::f64::consts::FRAC_PI_2;
+
 use super::*;
 use crate::{ObjectPoses, Sample};
 use geometry::Scan;

@@ -95,7 +95,11 @@ fn the_projector_leaves_a_shadow_left_of_a_thing_and_none_right_of_it() {
 /// equals the nearest hit of its own ray among all solids.
 #[test]
 fn the_canvas_equals_casting_every_ray_by_itself() {
-    let scenario = Scenario::demo().with_depth_size(80, 60);
+    let mut scenario = Scenario::demo().with_depth_size(80, 60);
+    // A pane before what crosses, and one behind it.
+    let pane =
+        |x_m: f64| Body::cuboid("pane", [x_m, -1.0, 0.5], [x_m + 0.01, 0.5, 1.8], Material::GLASS);
+    scenario.scene.bodies.extend([pane(1.5), pane(4.0)]);
     let config = &scenario.rig.depth_camera;
     for time_s in [4.9, 11.3, 12.1] {
         let room_from_camera =
@@ -103,9 +107,7 @@ fn the_canvas_equals_casting_every_ray_by_itself() {
         let mut solids = scenario.scene.static_solids();
         solids.extend(scenario.scene.moving_solids(time_s));
         let mut canvas = Canvas::new(&config.camera);
-        for solid in &solids {
-            canvas.draw(&config.camera, &room_from_camera, solid, config.min_signal);
-        }
+        canvas.draw_all(&config.camera, &room_from_camera, solids.iter(), config.min_signal);
         let mut labelled = 0;
         for index in 0..80 * 60 {
             let (column, row) = ((index % 80) as f64, (index / 80) as f64);

@@ -133,3 +133,25 @@ fn turns_follow_each_other_unevenly_but_in_order() {
     assert!(lengths.iter().any(|&s| (s * 7.0 - 1.0).abs() > 0.003));
     assert!((starts[999] * 7.0 - 999.0).abs() < 0.02);
 }
+
+#[test]
+fn glass_is_seen_through_squarely_and_mirrors_what_grazes_it() {
+    let path = Path::still([0.0; 6]);
+    let pane = |x_m: f64| wall(x_m, Material::GLASS);
+    let ahead = |bodies| scan(&exact(), bodies, &path, 0).measured_range_m(179);
+    let behind_m = ahead(vec![pane(1.0), wall(3.0, Material::PLASTER)]).unwrap();
+    assert!((behind_m - 3.0).abs() < 1e-4, "{behind_m}");
+    // What stands before the glass hides it, and glass with nothing behind returns nothing.
+    assert!((ahead(vec![wall(1.0, Material::PLASTER), pane(2.0)]).unwrap() - 1.0).abs() < 1e-4);
+    assert_eq!(ahead(vec![pane(1.0)]), None);
+    // 3 m behind many panes is too weak: 0.92^2 of the light remains behind each.
+    let panes = |count: u8| (0..count).map(|at| pane(0.2 + 0.15 * f64::from(at)));
+    let dark = Material::matt(0.1);
+    let through = |count| ahead(panes(count).chain([wall(3.0, dark)]).collect());
+    assert!(through(1).is_some());
+    assert_eq!(through(12), None);
+    // 75 degrees are the limit.
+    let scan = scan(&exact(), vec![pane(0.2), wall(0.5, Material::PLASTER)], &path, 0);
+    assert!(scan.measured_range_m(179 + 70).is_some());
+    assert_eq!(scan.measured_range_m(179 + 78), None);
+}

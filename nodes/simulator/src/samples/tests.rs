@@ -60,11 +60,11 @@ fn the_same_seed_gives_the_same_samples_and_another_one_gives_others() {
 fn a_frame_does_not_depend_on_what_was_asked_for_before_it() {
     let scenario = quick();
     let mut samples = scenario.samples().unwrap();
-    let alone = samples.image(70, 2.35).unwrap();
+    let alone = samples.image(70).unwrap();
     for _ in 0..50 {
         samples.next();
     }
-    assert!(samples.image(70, 2.35).unwrap() == alone);
+    assert!(samples.image(70).unwrap() == alone);
 }
 
 #[test]
@@ -116,4 +116,51 @@ fn a_moving_rig_sees_the_far_wall_come_nearer() {
     let cloud = scenario.static_scene_cloud().unwrap();
     let still = quick().static_scene_cloud().unwrap();
     assert!(cloud.points_m.len() > 3 * still.points_m.len());
+}
+
+#[test]
+fn stamps_deviate_as_asked_for_and_stay_in_order_and_readings_are_the_same() {
+    let exact = quick();
+    let wrong = quick().with_stamp_errors(0.02, 0.003);
+    let images = |scenario: &Scenario| -> Vec<geometry::DepthImage> {
+        let image = |sample| match sample {
+            Sample::Depth { image, labels } => {
+                assert_eq!(image.stamp, labels.stamp);
+                Some(image)
+            }
+            _ => None,
+        };
+        scenario.samples().unwrap().filter_map(image).collect()
+    };
+    let (exact_images, wrong_images) = (images(&exact), images(&wrong));
+    let late_s: Vec<f64> = exact_images
+        .iter()
+        .zip(&wrong_images)
+        .map(|(exact, wrong)| {
+            assert_eq!(exact.pixels(), wrong.pixels());
+            wrong.stamp.seconds_since(exact.stamp)
+        })
+        .collect();
+    let mean_s = late_s.iter().sum::<f64>() / late_s.len() as f64;
+    let variance = late_s.iter().map(|s| (s - mean_s).powi(2)).sum::<f64>() / late_s.len() as f64;
+    assert!((mean_s - 0.02).abs() < 0.001, "mean {mean_s}");
+    assert!((variance.sqrt() - 0.003).abs() < 0.0007, "deviation {}", variance.sqrt());
+    let stamps: Vec<Stamp> = wrong.samples().unwrap().map(|sample| sample.stamp()).collect();
+    assert!(stamps.is_sorted());
+    // More jitter than keeps the order is refused.
+    assert!(quick().with_stamp_errors(0.0, 0.01).samples().is_err());
+}
+
+#[test]
+fn a_mounting_error_moves_the_scanner_by_the_seed() {
+    let mounting = |seed: u64| {
+        quick().with_seed(seed).with_mounting_error(0.01, 0.02).rig.lidar.rig_from_lidar
+    };
+    assert_eq!(mounting(1), mounting(1));
+    assert_ne!(mounting(1), mounting(2));
+    let nominal = quick().rig.lidar.rig_from_lidar;
+    for (axis, (wrong, right)) in mounting(1).iter().zip(nominal).enumerate() {
+        let std_dev = if axis < 3 { 0.01 } else { 0.02 };
+        assert!(*wrong != right && (wrong - right).abs() < 3.5 * std_dev);
+    }
 }

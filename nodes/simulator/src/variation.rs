@@ -1,0 +1,46 @@
+//! What differs between the runs of one experiment.
+
+use crate::noise::{FrameNoise, Stream};
+
+/// Draws of one thing that moves, a function of seed, thing and quantity.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Variation {
+    noise: FrameNoise,
+}
+
+/// What is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Quantity {
+    Speed,
+    Offset,
+    Start,
+    Direction,
+    GaitPhase,
+    Height,
+    ImagePhase,
+    PlaceOfPause,
+}
+
+impl Variation {
+    /// The thing that is the platform; objects have their ids.
+    pub(crate) const PLATFORM: u16 = 0;
+
+    pub(crate) fn new(seed: u64, thing: u16) -> Self {
+        Self { noise: FrameNoise::new(seed, Stream::Variation, u64::from(thing)) }
+    }
+
+    /// Within `[0, 1)`.
+    pub(crate) fn unit(&self, quantity: Quantity) -> f64 {
+        f64::from(self.noise.draw(quantity as usize).uniform())
+    }
+
+    /// Within `[-1, 1)`.
+    pub(crate) fn symmetric(&self, quantity: Quantity) -> f64 {
+        2.0 * self.unit(quantity) - 1.0
+    }
+
+    /// 1 or -1.
+    pub(crate) fn side(&self, quantity: Quantity) -> f64 {
+        if self.unit(quantity) < 0.5 { 1.0 } else { -1.0 }
+    }
+}

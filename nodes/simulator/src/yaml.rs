@@ -1,0 +1,80 @@
+//! Scenarios that users write.
+
+use crate::{Scenario, ScenarioError};
+
+/// A text that is no scenario.
+#[derive(Debug, thiserror::Error)]
+pub enum YamlError {
+    /// It is not YAML, or a key or a value is not what a scenario has; with line and column.
+    #[error("{0}")]
+    Unreadable(String),
+    /// It can be read, but not simulated.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
+impl Scenario {
+    /// A scenario from YAML. What is left out is as in [`Scenario::default`], the sensors as in
+    /// [`crate::Lidar::rplidar_a1`] and [`crate::DepthCamera::kinect_v1`]. `scenes/example.yaml` shows and
+    /// explains the keys.
+    ///
+    /// # Errors
+    /// When the text is not YAML, has a key or a value that a scenario has not, or says what cannot be
+    /// simulated.
+    pub fn from_yaml(text: &str) -> Result<Self, YamlError> {
+        let scenario: Self = serde_saphyr::from_str(text)
+            .map_err(|error| YamlError::Unreadable(error.without_snippet().to_string()))?;
+        scenario.validate()?;
+        Ok(scenario)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Figure, Sample};
+
+    const EXAMPLE: &str = include_str!("../scenes/example.yaml");
+
+    #[test]
+    fn the_example_is_a_scenario_and_shows_its_objects_to_both_sensors() {
+        let scenario = Scenario::from_yaml(EXAMPLE).unwrap();
+        assert_eq!(scenario.name, "example");
+        assert!(scenario.scene.objects.iter().any(|o| matches!(o.figure, Figure::Walker(_))));
+        let mut seen = std::collections::BTreeSet::new();
+        let mut met = std::collections::BTreeSet::new();
+        for sample in scenario.with_depth_size(80, 60).samples().unwrap() {
+            match sample {
+                Sample::Depth { labels, .. } => seen.extend(labels.object_ids().iter().copied()),
+                Sample::Scan { labels, .. } => met.extend(labels),
+                _ => {}
+            }
+        }
+        assert_eq!(seen.into_iter().collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(met.into_iter().collect::<Vec<_>>(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn what_is_left_out_is_as_by_default() {
+        let text = "duration_s: 2.0\nrig:\n  lidar:\n    turn_rate_hz: 5.5\n";
+        let scenario = Scenario::from_yaml(text).unwrap();
+        let mut expected = Scenario::default().with_duration_s(2.0);
+        expected.rig.lidar.turn_rate_hz = 5.5;
+        assert_eq!(scenario, expected);
+    }
+
+    #[test]
+    fn errors_name_the_line_and_the_key() {
+        let error = |text: &str| Scenario::from_yaml(text).unwrap_err().to_string();
+        let misspelt = error("name: x\nscene:\n  bodys: []\n");
+        assert!(misspelt.contains("bodys") && misspelt.contains("line 3"), "{misspelt}");
+        let no_number = error("seed: 1\nduration_s: long\n");
+        assert!(no_number.contains("line 2"), "{no_number}");
+        let both = error(
+            "rig:\n  path:\n    waypoints: []\n    spline: {start_s: 0, through_m: [], speed_m_per_s: 1}\n",
+        );
+        assert!(both.contains("either `waypoints` or a `spline`"), "{both}");
+        assert_eq!(error("duration_s: -1.0\n"), "duration_s is -1, but must be 0 to 86400");
+        assert!(error("- 1\n- 2\n").contains("line 1"));
+    }
+}
