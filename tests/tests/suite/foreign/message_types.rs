@@ -45,6 +45,7 @@ macro_rules! for_each_message_type {
             msgs::stillmap_msgs::DynamicZone,
             msgs::stillmap_msgs::DynamicZones,
             msgs::stillmap_msgs::ReducedCloud,
+            msgs::stillmap_msgs::SegmentedCloud,
             msgs::stillmap_msgs::StageReport,
             msgs::stillmap_msgs::Track,
             msgs::stillmap_msgs::Tracks,

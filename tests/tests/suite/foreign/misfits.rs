@@ -121,8 +121,8 @@ async fn another_type_is_named(make: Make) {
 
 async fn a_best_effort_offer_is_named(make: Make) {
     let place = Place::new().await;
-    let topic = format!("{}/static_cloud", place.namespace());
-    let arguments = [&topic, "sensor_msgs/msg/PointCloud2", "best_effort", "volatile"];
+    let topic = format!("{}/segmented_cloud", place.namespace());
+    let arguments = [&topic, "stillmap_msgs/msg/SegmentedCloud", "best_effort", "volatile"];
     let Some(_peer) = Peer::start(make, "offer", &place, &arguments).await else { return };
     let observer = Observer::start(&place);
     let mut node = LoggedNode::start("reconstruction", &place);
