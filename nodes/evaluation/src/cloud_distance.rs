@@ -6,7 +6,7 @@ mod tests;
 
 use std::collections::HashMap;
 
-use geometry::{VoxelEdgeError, VoxelGrid, VoxelKey};
+use geometry::{VoxelEdgeError, VoxelGrid, VoxelKey, is_finite};
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
@@ -145,8 +145,4 @@ fn ring_of(centre: VoxelKey, ring: i32) -> impl Iterator<Item = VoxelKey> {
             z: centre.z.saturating_add(z),
         })
     })
-}
-
-fn is_finite(point: &Point3<f32>) -> bool {
-    point.iter().all(|coordinate| coordinate.is_finite())
 }

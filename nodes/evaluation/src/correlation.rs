@@ -17,6 +17,7 @@
 #[cfg(test)]
 mod tests;
 
+use geometry::is_finite;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
@@ -117,10 +118,6 @@ pub fn correlation(
         top: of(LocalisedView::Top),
         side: of(LocalisedView::Side),
     })
-}
-
-fn is_finite(point: &Point3<f32>) -> bool {
-    point.iter().all(|coordinate| coordinate.is_finite())
 }
 
 fn view_correlation(

@@ -33,6 +33,12 @@ impl Cloud {
     }
 }
 
+/// Whether a point is somewhere: a cloud from outside may hold points without a number.
+#[must_use]
+pub fn is_finite(point_m: &Point3<f32>) -> bool {
+    point_m.iter().all(|value_m| value_m.is_finite())
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::FRAC_PI_2;

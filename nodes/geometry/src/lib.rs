@@ -32,7 +32,7 @@ mod voxel;
 mod zone;
 
 pub use camera::{CameraModel, CameraModelError, Distortion, RayTable};
-pub use cloud::Cloud;
+pub use cloud::{Cloud, is_finite};
 pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
 pub use depth::{DepthImage, DepthPixels, DepthSizeError};
 pub use depth_projection::{DepthCameraError, DepthLimits, DepthProjector, ReducedDepth};

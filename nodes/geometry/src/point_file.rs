@@ -156,7 +156,7 @@ impl RecordLayout {
             Encoding::Ascii => self.decode_ascii(axes, body, stated),
             Encoding::BinaryLittleEndian => self.decode_binary(axes, body, stated),
         }?;
-        points_m.retain(|point_m| point_m.iter().all(|value_m| value_m.is_finite()));
+        points_m.retain(crate::is_finite);
         Ok(points_m)
     }
 

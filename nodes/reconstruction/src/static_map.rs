@@ -175,7 +175,7 @@ impl StaticMap {
     }
 
     fn add_point(&mut self, point: &Point3<f32>, addition: &mut Addition) {
-        if !point.iter().all(|coordinate| coordinate.is_finite()) {
+        if !geometry::is_finite(point) {
             addition.not_finite_points += 1;
             return;
         }

@@ -85,7 +85,7 @@ impl VoxelAccumulator {
 
     /// Takes a point; leaves it out if a coordinate is not finite.
     pub fn push(&mut self, point_m: &Point3<f32>) {
-        if point_m.iter().all(|value_m| value_m.is_finite()) {
+        if crate::is_finite(point_m) {
             let index = self.cell_of(self.grid.key(point_m));
             if let Some(cell) = self.cells.get_mut(index) {
                 cell.add([point_m.x, point_m.y, point_m.z]);

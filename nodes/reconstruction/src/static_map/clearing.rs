@@ -69,7 +69,7 @@ impl Returns {
     fn refill(&mut self, cycle: &SegmentedCycle, grid: &VoxelGrid, addition: &mut Addition) {
         self.returns.clear();
         let mut push = |point_m: Point3<f32>, is_static: bool| {
-            let is_finite = point_m.iter().all(|coordinate| coordinate.is_finite());
+            let is_finite = geometry::is_finite(&point_m);
             if is_finite {
                 self.returns.push(Return { key: grid.key(&point_m), point_m, is_static });
             }

@@ -36,9 +36,11 @@ impl StaticMap {
         points_m: &[Point3<f32>],
         frame_id: &str,
     ) -> Result<Addition, LoadError> {
-        let is_finite = |point: &&Point3<f32>| point.iter().all(|number| number.is_finite());
-        let mut keyed: Vec<(VoxelKey, &Point3<f32>)> =
-            points_m.iter().filter(is_finite).map(|point| (self.grid.key(point), point)).collect();
+        let mut keyed: Vec<(VoxelKey, &Point3<f32>)> = points_m
+            .iter()
+            .filter(|point| geometry::is_finite(point))
+            .map(|point| (self.grid.key(point), point))
+            .collect();
         keyed.sort_unstable_by_key(|(key, _)| *key);
         let voxels = keyed.chunk_by(|a, b| a.0 == b.0).count();
         if voxels > self.max_voxels {
