@@ -86,6 +86,6 @@ pub use subscription::{Received, Subscription};
 pub use survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
 pub use throttle::{Throttle, WARNING_PERIOD};
 pub use transport::{
-    Announcer, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined, MessageTooLarge,
-    RAISE_RECEIVE_BUFFER, ReceiveHealth, StaticPeer, Transport, TransportError,
+    Announcer, BacklogWatch, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,
+    MessageTooLarge, RAISE_RECEIVE_BUFFER, ReceiveHealth, StaticPeer, Transport, TransportError,
 };

@@ -18,7 +18,7 @@ use crate::host::Host;
 use crate::names::{self, NodeIdentity};
 use crate::payload::Payload;
 use crate::qos::Qos;
-use crate::transport::{Announcer, GrantedBuffer, Joined, ReceiveHealth, Transport};
+use crate::transport::{Announcer, BacklogWatch, GrantedBuffer, Joined, ReceiveHealth, Transport};
 
 /// How long the node waits for its own tasks at the end.
 const LONGEST_CLOSE: Duration = Duration::from_millis(500);
@@ -30,8 +30,10 @@ pub(crate) struct Network {
     /// Ends the node's own tasks; not the same as the host's shutdown, which only asks the program to end.
     stop: watch::Sender<bool>,
     tasks: Vec<JoinHandle<()>>,
-    // In the order in which they must end: the announcer, the node, then the context.
+    // In the order in which they must end: the announcer, the watch with its handles of the sockets,
+    // the node, then the context.
     _announcer: Option<Announcer>,
+    _backlog: Option<BacklogWatch>,
     inner: Arc<Mutex<ros2_client::Node>>,
     pub(crate) context: Context,
 }
@@ -46,7 +48,7 @@ impl Network {
     ) -> Result<Self, ShellError> {
         let join_error =
             |reason: String| ShellError::Join { transport: transport.to_string(), reason };
-        let Joined { announcer, participant, granted, health } = transport.join()?;
+        let Joined { announcer, participant, granted, health, backlog } = transport.join()?;
         host.siblings().enter(participant.guid());
         let context = Context::from_domain_participant(participant.clone())
             .map_err(|error| join_error(error.to_string()))?;
@@ -67,6 +69,7 @@ impl Network {
             stop,
             tasks: vec![follow],
             _announcer: announcer,
+            _backlog: backlog,
             inner: Arc::new(Mutex::new(inner)),
             context,
         })

@@ -3,6 +3,7 @@
 
 mod announcement;
 mod announcer;
+mod backlog;
 mod buffer;
 mod environment;
 #[cfg(test)]
@@ -14,12 +15,14 @@ mod join;
 mod listening;
 mod multicast_bar;
 mod ports;
+mod receiving;
 mod sockets;
 
 use std::fmt;
 use std::net::Ipv4Addr;
 
 pub use announcer::Announcer;
+pub use backlog::BacklogWatch;
 pub use buffer::{GrantedBuffer, MessageTooLarge, RAISE_RECEIVE_BUFFER};
 pub use environment::TransportError;
 pub use health::ReceiveHealth;

@@ -1,6 +1,6 @@
 //! Joining the network: the participant with its sockets, its announcer and its health.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::Arc;
 
@@ -8,10 +8,12 @@ use rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity};
 
 use super::announcement::Participant;
 use super::announcer::{Announcer, Audience};
+use super::backlog::BacklogWatch;
 use super::buffer::GrantedBuffer;
 use super::health::ReceiveHealth;
 use super::interfaces::{self, Interface};
 use super::multicast_bar::MulticastBar;
+use super::receiving::Receiving;
 use super::{DiscoveryRange, MULTICAST_GROUP, Transport, TransportError, ports, sockets};
 use crate::error::ShellError;
 
@@ -30,6 +32,8 @@ pub struct Joined {
     pub granted: GrantedBuffer,
     /// How well the participant receives.
     pub health: Arc<ReceiveHealth>,
+    /// Keeps the participant from reading for ever; `None` where its sockets are not to be had.
+    pub backlog: Option<BacklogWatch>,
 }
 
 /// What the settings mean on this machine.
@@ -120,14 +124,15 @@ impl Transport {
         let before = sockets::own().unwrap_or_default();
         let (participant, multicast_offered) = self.participant(&plan, &present, &before)?;
         let number = participant.participant_id();
-        let (granted, inodes) = self.receive_buffers(number, &before, plan.is_loopback_only());
+        let Receiving { granted, inodes, backlog } =
+            self.receiving(number, &before, plan.is_loopback_only());
         let announced = plan.announced(&participant, &present, multicast_offered);
         let announcer = announced.as_ref().and_then(|announced| {
             let multicast_from = plan.multicast_from(&present);
             self.announcer(announced, (number, multicast_from), &plan)
         });
         let health = Arc::new(ReceiveHealth::new(granted, inodes));
-        Ok((Joined { announcer, participant, granted, health }, announced))
+        Ok((Joined { announcer, participant, granted, health, backlog }, announced))
     }
 
     /// The participant, and whether it offers multicast.
@@ -225,54 +230,6 @@ impl Transport {
                 );
             })
             .ok()
-    }
-
-    /// What the kernel grants the participant's sockets, after asking for more where that may be
-    /// had; and the sockets, where the kernel lists them.
-    fn receive_buffers(
-        &self,
-        number: u16,
-        before: &BTreeMap<u64, i32>,
-        loopback_only: bool,
-    ) -> (GrantedBuffer, Option<BTreeSet<u64>>) {
-        let multicast =
-            [ports::discovery_multicast(self.domain_id), ports::data_multicast(self.domain_id)];
-        let unicast = [
-            ports::discovery_unicast(self.domain_id, number),
-            ports::data_unicast(self.domain_id, number),
-        ];
-        let ports: Vec<_> = unicast.into_iter().flatten().chain(multicast).collect();
-        let found = sockets::own_at(&ports, before).inspect_err(|error| {
-            tracing::debug!("the kernel does not list sockets: {error}");
-        });
-        let found = found.ok().filter(|found| !found.is_empty());
-        let inodes =
-            found.as_ref().map(|found| found.iter().map(|(entry, _)| entry.inode).collect());
-        let mut least = None;
-        let mut forced = false;
-        for (_, handle) in found.iter().flatten() {
-            match sockets::grown_receive_buffer(*handle, self.receive_buffer) {
-                Ok(grown) => {
-                    forced |= grown.forced;
-                    least = Some(least.unwrap_or(usize::MAX).min(grown.bytes));
-                }
-                Err(error) => tracing::debug!("a socket's receive buffer is not seen: {error}"),
-            }
-        }
-        if forced {
-            tracing::info!(
-                "the receive buffer is {} KiB, beyond the kernel's net.core.rmem_max, since this \
-                 process may administrate the network",
-                self.receive_buffer / 1024
-            );
-        }
-        let bytes = least.unwrap_or_else(|| {
-            sockets::read_back(self.receive_buffer).unwrap_or_else(|error| {
-                tracing::warn!("the receive buffer of a socket could not be read back: {error}");
-                0
-            })
-        });
-        (GrantedBuffer::new(bytes, self.receive_buffer, loopback_only), inodes)
     }
 
     fn announcer(

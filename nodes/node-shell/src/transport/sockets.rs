@@ -71,32 +71,95 @@ pub(super) fn own_at(
     Ok(listed.filter_map(|entry| own.get(&entry.inode).map(|number| (entry, *number))).collect())
 }
 
-/// The receive buffer of one of this process' sockets, after asking the kernel for `wanted` bytes
-/// beyond its limit when it granted less; that needs the right to administrate the network.
-///
-/// # Errors
-/// Where another handle of the socket cannot be had, as in some containers.
+/// Another handle of one of this process' sockets: the library does not hand out its own.
 #[cfg(target_os = "linux")]
-pub(super) fn grown_receive_buffer(number: i32, wanted: usize) -> std::io::Result<Grown> {
-    use rustix::net::sockopt;
-    use rustix::process::{PidfdFlags, PidfdGetfdFlags, getpid, pidfd_getfd, pidfd_open};
+#[derive(Debug)]
+pub(super) struct SocketHandle(std::os::fd::OwnedFd);
 
-    // Another handle of the same socket: the library does not hand out its own.
-    let process = pidfd_open(getpid(), PidfdFlags::empty())?;
-    let socket = pidfd_getfd(process, number, PidfdGetfdFlags::empty())?;
-    // Linux reports the double, for its bookkeeping.
-    let granted = || sockopt::socket_recv_buffer_size(&socket).map(|reported| reported / 2);
-    let before = granted()?;
-    if before >= wanted || sockopt::set_socket_recv_buffer_size_force(&socket, wanted).is_err() {
-        return Ok(Grown { bytes: before, forced: false });
+#[cfg(target_os = "linux")]
+impl SocketHandle {
+    /// A handle of the socket that has this number.
+    ///
+    /// # Errors
+    /// Where there is none to be had, as in some containers.
+    pub(super) fn of(number: i32) -> std::io::Result<Self> {
+        use rustix::process::{PidfdFlags, PidfdGetfdFlags, getpid, pidfd_getfd, pidfd_open};
+
+        let process = pidfd_open(getpid(), PidfdFlags::empty())?;
+        Ok(Self(pidfd_getfd(process, number, PidfdGetfdFlags::empty())?))
     }
-    Ok(Grown { bytes: granted()?, forced: true })
+
+    /// The receive buffer, in bytes.
+    ///
+    /// # Errors
+    /// Where the kernel does not tell.
+    pub(super) fn receive_buffer(&self) -> std::io::Result<usize> {
+        // Linux reports the double, for its bookkeeping.
+        Ok(rustix::net::sockopt::socket_recv_buffer_size(&self.0)? / 2)
+    }
+
+    /// The receive buffer after asking the kernel for `wanted` bytes beyond its limit when it granted less;
+    /// that needs the right to administrate the network.
+    ///
+    /// # Errors
+    /// Where the kernel does not tell.
+    pub(super) fn grown_receive_buffer(&self, wanted: usize) -> std::io::Result<Grown> {
+        let before = self.receive_buffer()?;
+        if before >= wanted
+            || rustix::net::sockopt::set_socket_recv_buffer_size_force(&self.0, wanted).is_err()
+        {
+            return Ok(Grown { bytes: before, forced: false });
+        }
+        Ok(Grown { bytes: self.receive_buffer()?, forced: true })
+    }
+
+    /// Sets the receive buffer: beyond the kernel's limit where that may be had, up to it otherwise.
+    ///
+    /// # Errors
+    /// Where the kernel refuses.
+    pub(super) fn set_receive_buffer(&self, bytes: usize) -> std::io::Result<()> {
+        use rustix::net::sockopt;
+
+        sockopt::set_socket_recv_buffer_size_force(&self.0, bytes)
+            .or_else(|_| sockopt::set_socket_recv_buffer_size(&self.0, bytes))?;
+        Ok(())
+    }
+
+    /// Whether a datagram waits to be read.
+    ///
+    /// # Errors
+    /// Where the kernel does not tell.
+    pub(super) fn has_backlog(&self) -> std::io::Result<bool> {
+        Ok(rustix::io::ioctl_fionread(&self.0)? > 0)
+    }
 }
 
 /// Elsewhere there is no such handle.
 #[cfg(not(target_os = "linux"))]
-pub(super) fn grown_receive_buffer(_number: i32, _wanted: usize) -> std::io::Result<Grown> {
-    Err(std::io::ErrorKind::Unsupported.into())
+#[derive(Debug)]
+pub(super) enum SocketHandle {}
+
+#[cfg(not(target_os = "linux"))]
+impl SocketHandle {
+    pub(super) fn of(_number: i32) -> std::io::Result<Self> {
+        Err(std::io::ErrorKind::Unsupported.into())
+    }
+
+    pub(super) fn receive_buffer(&self) -> std::io::Result<usize> {
+        match *self {}
+    }
+
+    pub(super) fn grown_receive_buffer(&self, _wanted: usize) -> std::io::Result<Grown> {
+        match *self {}
+    }
+
+    pub(super) fn set_receive_buffer(&self, _bytes: usize) -> std::io::Result<()> {
+        match *self {}
+    }
+
+    pub(super) fn has_backlog(&self) -> std::io::Result<bool> {
+        match *self {}
+    }
 }
 
 /// A receive buffer, and whether it was grown beyond the kernel's limit.

@@ -57,6 +57,28 @@ impl Latencies {
     }
 }
 
+/// How old the messages were when they were taken, but for the last one: after that nothing newer was
+/// sent, so its age tells when its reader came for it and not how far the transport is behind.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Ages {
+    oldest_ms: Option<f64>,
+    last_ms: Option<f64>,
+}
+
+impl Ages {
+    /// Notes the age of a message.
+    pub(super) fn note(&mut self, seconds: f64) {
+        if let Some(before) = self.last_ms.replace(seconds * 1e3) {
+            self.oldest_ms = Some(self.oldest_ms.map_or(before, |oldest| oldest.max(before)));
+        }
+    }
+
+    /// The greatest age of a message that was not the last one.
+    pub(super) fn oldest_ms(&self) -> Option<f64> {
+        self.oldest_ms
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -85,5 +107,16 @@ mod tests {
         assert_eq!(found.median, 0.0);
         assert!(found.p99 >= 599_000.0 && found.p99 < 601_000.0, "{found:?}");
         assert_eq!(found.max, 1e15);
+    }
+
+    /// Regression: the last message, for which a slow reader comes when all is over, made a depth of 1 look late.
+    #[test]
+    fn the_last_message_has_no_age() {
+        let mut ages = Ages::default();
+        ages.note(0.5);
+        assert_eq!(ages.oldest_ms(), None);
+        ages.note(0.25);
+        ages.note(0.75);
+        assert_eq!(ages.oldest_ms(), Some(500.0));
     }
 }

@@ -7,7 +7,7 @@ use msgs::sensor_msgs::Image;
 use node_shell::{GrantedBuffer, Node, RosArguments, Shutdown, Subscription};
 use serde::{Deserialize, Serialize};
 
-use super::latency::{Latencies, LatencyMs};
+use super::latency::{Ages, Latencies, LatencyMs};
 use super::publish::{PublishArgs, until};
 use super::reception::Reception;
 use super::sample::{Number, now, sent};
@@ -66,7 +66,7 @@ pub(super) struct SubscribeReport {
     pub(super) first_s: Option<f64>,
     /// From the stamp to the moment when the message was taken.
     pub(super) latency_ms: Option<LatencyMs>,
-    /// The oldest message when it was taken.
+    /// The age of the oldest message when it was taken, of those after which another one came.
     pub(super) oldest_age_ms: Option<f64>,
     /// The most publishers at one time.
     pub(super) publishers_peak: usize,
@@ -108,6 +108,7 @@ pub(super) struct Receiver {
     started: Instant,
     reception: Reception,
     latencies: Latencies,
+    ages: Ages,
     publishers_peak: usize,
     first: Option<Moment>,
     last: Option<Moment>,
@@ -144,6 +145,7 @@ impl Receiver {
             started,
             reception: Reception::default(),
             latencies: Latencies::new()?,
+            ages: Ages::default(),
             publishers_peak: 0,
             first: None,
             last: None,
@@ -166,7 +168,7 @@ impl Receiver {
             out_of_order: self.reception.out_of_order(),
             first_s: self.first.map(|first| (first.at - self.started).as_secs_f64()),
             latency_ms: quantiles,
-            oldest_age_ms: quantiles.map(|quantiles| quantiles.max),
+            oldest_age_ms: self.ages.oldest_ms(),
             publishers_peak: self.publishers_peak,
             cpu_s: usage.cpu_s,
             wall_s: self.started.elapsed().as_secs_f64(),
@@ -197,7 +199,9 @@ impl Receiver {
     }
 
     fn take(&mut self, image: &Image) {
-        self.latencies.note(now().seconds_since(sent(image)));
+        let age_s = now().seconds_since(sent(image));
+        self.latencies.note(age_s);
+        self.ages.note(age_s);
         self.reception.note(Number::of(image));
         let moment = Moment::now();
         self.first.get_or_insert(moment);

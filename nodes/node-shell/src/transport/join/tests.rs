@@ -64,7 +64,10 @@ fn who_joins_knows_its_sockets_and_their_buffer() {
     assert_eq!(joined.granted.bytes(), 128 << 10);
     assert_eq!(joined.health.granted_buffer(), joined.granted);
     match joined.health.dropped_datagrams() {
-        Some(dropped) => assert_eq!(dropped, 0),
+        Some(dropped) => {
+            assert_eq!(dropped, 0);
+            assert_eq!(joined.backlog.is_some(), cfg!(target_os = "linux"), "watched");
+        }
         None => println!("skipped in part: the kernel lists no sockets here"),
     }
 }

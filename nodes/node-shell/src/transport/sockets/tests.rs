@@ -83,7 +83,8 @@ fn a_buffer_is_read_and_grown_where_that_may_be_had() {
     let socket = socket2::SockRef::from(&socket);
     socket.set_recv_buffer_size(64 << 10).unwrap();
     let beyond_the_limit = 256 << 20;
-    match grown_receive_buffer(number, beyond_the_limit) {
+    let grown = |wanted| SocketHandle::of(number)?.grown_receive_buffer(wanted);
+    match grown(beyond_the_limit) {
         Ok(Grown { bytes, forced: true }) => {
             assert_eq!(bytes, beyond_the_limit);
             assert_eq!(socket.recv_buffer_size().unwrap(), 2 * beyond_the_limit);
@@ -94,7 +95,36 @@ fn a_buffer_is_read_and_grown_where_that_may_be_had() {
         }
         Err(error) => println!("skipped: no second handle of a socket here ({error})"),
     }
-    if let Ok(grown) = grown_receive_buffer(number, 1) {
+    if let Ok(grown) = grown(1) {
         assert!(!grown.forced, "a buffer is never made smaller");
     }
+}
+
+#[test]
+fn a_backlog_is_seen_until_it_is_read_and_a_closed_buffer_takes_no_more() {
+    let Some((socket, _, number)) = listed_socket() else { return };
+    let handle = match SocketHandle::of(number) {
+        Ok(handle) => handle,
+        Err(error) => return println!("skipped: no second handle of a socket here ({error})"),
+    };
+    let granted = handle.receive_buffer().unwrap();
+    let sender = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let send = |times| {
+        for _ in 0..times {
+            sender.send_to(&[0; 1000], socket.local_addr().unwrap()).unwrap();
+        }
+    };
+    socket.set_nonblocking(true).unwrap();
+    let read_all = || std::iter::from_fn(|| socket.recv(&mut [0; 1000]).ok()).count();
+    assert!(!handle.has_backlog().unwrap());
+    send(10);
+    assert!(handle.has_backlog().unwrap());
+    handle.set_receive_buffer(0).unwrap();
+    send(10);
+    assert_eq!(read_all(), 10, "what came before the buffer was closed stays");
+    assert!(!handle.has_backlog().unwrap());
+    handle.set_receive_buffer(granted).unwrap();
+    assert_eq!(handle.receive_buffer().unwrap(), granted);
+    send(10);
+    assert_eq!(read_all(), 10);
 }
