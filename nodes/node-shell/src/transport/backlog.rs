@@ -3,24 +3,34 @@
 //! RustDDS 0.15 reads a socket until it is empty and handles the datagrams afterwards
 //! (`dp_event_loop.rs`, `messages_bounded(usize::MAX)`). Where it reads more slowly than others send, since the machine
 //! has no CPU time for it, the socket never is empty: memory grows with all that is sent, and nothing is
-//! delivered. So a socket that has not been empty for a while is closed to what is new until it has been
+//! delivered. So a socket in which much has waited for a while is closed to what is new until it has been
 //! read: the kernel drops that, as it does when a receive buffer is full, and it is counted as such.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::sockets::SocketHandle;
+use super::sockets::{self, SocketHandle};
 
-/// How long a socket may be read without becoming empty: several periods of a camera, in which it is
-/// read empty between two images even at 290 MB/s on two cores (measured).
+/// This part of its receive buffer is much. A library that keeps up has it lower again and again, even where
+/// datagrams come without a pause: 588 MB/s on two cores (measured).
+const MUCH: u64 = 8;
+/// How long that may last: several periods of a camera.
 const LONGEST_BACKLOG: Duration = Duration::from_millis(200);
-/// How often sockets are looked at that were empty.
-const IDLE_LOOK: Duration = Duration::from_millis(50);
-/// How often they are while one of them is not: often enough to meet the moments at which it is empty.
-const BUSY_LOOK: Duration = Duration::from_millis(5);
+/// How often sockets are looked at.
+const LOOK: Duration = Duration::from_millis(50);
+/// How often they are while much waits in one of them: often enough to meet the moments at which it does not.
+const BUSY_LOOK: Duration = Duration::from_millis(10);
 /// The kernel makes the least of it that it allows.
 const CLOSED: usize = 0;
+
+/// A socket that is to be watched.
+#[derive(Debug)]
+pub(super) struct ReceivingSocket {
+    /// As the kernel lists it.
+    pub(super) inode: u64,
+    pub(super) handle: SocketHandle,
+}
 
 /// Watches the sockets of a participant until it is dropped.
 #[derive(Debug)]
@@ -35,9 +45,9 @@ impl BacklogWatch {
     ///
     /// # Errors
     /// When there is no thread to be had.
-    pub(super) fn start(sockets: Vec<SocketHandle>) -> std::io::Result<Self> {
+    pub(super) fn start(sockets: Vec<ReceivingSocket>) -> std::io::Result<Self> {
         let (stop, stopped) = channel();
-        let mut watched: Vec<_> = sockets.into_iter().map(Watched::new).collect();
+        let mut watched: Vec<_> = sockets.into_iter().filter_map(Watched::new).collect();
         let thread = std::thread::Builder::new()
             .name("receive backlog".to_owned())
             .spawn(move || watch(&mut watched, &stopped))?;
@@ -58,14 +68,23 @@ impl Drop for BacklogWatch {
 fn watch(sockets: &mut Vec<Watched>, stopped: &Receiver<()>) {
     loop {
         let now = Instant::now();
-        sockets.retain_mut(|socket| {
-            socket
-                .look(now)
-                .inspect_err(|error| tracing::debug!("a socket is no longer watched: {error}"))
-                .is_ok()
-        });
+        match sockets::list() {
+            Ok(listed) => sockets.retain_mut(|socket| {
+                let found = listed.iter().find(|entry| entry.inode == socket.inode);
+                // While sockets come and go, the list may leave one out.
+                found.is_none_or(|entry| {
+                    socket
+                        .look(now, entry.waiting_bytes)
+                        .inspect_err(|error| {
+                            tracing::debug!("a socket is no longer watched: {error}");
+                        })
+                        .is_ok()
+                })
+            }),
+            Err(error) => tracing::debug!("the kernel does not list sockets: {error}"),
+        }
         let busy = sockets.iter().any(|socket| socket.backlog.since.is_some());
-        match stopped.recv_timeout(if busy { BUSY_LOOK } else { IDLE_LOOK }) {
+        match stopped.recv_timeout(if busy { BUSY_LOOK } else { LOOK }) {
             Err(RecvTimeoutError::Timeout) => {}
             Ok(()) | Err(RecvTimeoutError::Disconnected) => return,
         }
@@ -75,42 +94,57 @@ fn watch(sockets: &mut Vec<Watched>, stopped: &Receiver<()>) {
 /// A socket with its backlog.
 #[derive(Debug)]
 struct Watched {
-    socket: SocketHandle,
+    inode: u64,
+    handle: SocketHandle,
+    /// The receive buffer while the socket is open.
+    open_bytes: usize,
     backlog: Backlog,
-    /// What the receive buffer was when the socket was closed.
-    open_bytes: Option<usize>,
 }
 
 impl Watched {
-    fn new(socket: SocketHandle) -> Self {
-        Self { socket, backlog: Backlog::default(), open_bytes: None }
+    fn new(socket: ReceivingSocket) -> Option<Self> {
+        let ReceivingSocket { inode, handle } = socket;
+        let open_bytes = handle
+            .receive_buffer()
+            .inspect_err(|error| tracing::debug!("a socket is not watched: {error}"))
+            .ok()?;
+        Some(Self { inode, handle, open_bytes, backlog: Backlog::default() })
     }
 
-    fn look(&mut self, now: Instant) -> std::io::Result<()> {
-        match self.backlog.look(now, self.socket.has_backlog()?) {
-            None => {}
+    fn look(&mut self, now: Instant, waiting_bytes: u64) -> std::io::Result<()> {
+        // The kernel counts its own memory, and allows twice the receive buffer of it.
+        let much_bytes = 2 * self.open_bytes as u64 / MUCH;
+        let waiting = match waiting_bytes {
+            0 => Waiting::Nothing,
+            some if some < much_bytes => Waiting::Some,
+            _ => Waiting::Much,
+        };
+        match self.backlog.look(now, waiting) {
+            None => Ok(()),
             Some(Turn::Close) => {
-                self.open_bytes = Some(self.socket.receive_buffer()?);
-                self.socket.set_receive_buffer(CLOSED)?;
                 tracing::debug!(
                     "this node has had no CPU time to take what arrived for {LONGEST_BACKLOG:?}: what \
                      arrives is dropped until it has"
                 );
+                self.handle.set_receive_buffer(CLOSED)
             }
-            Some(Turn::Open) => {
-                if let Some(bytes) = self.open_bytes.take() {
-                    self.socket.set_receive_buffer(bytes)?;
-                }
-            }
+            Some(Turn::Open) => self.handle.set_receive_buffer(self.open_bytes),
         }
-        Ok(())
     }
+}
+
+/// What waits in a socket.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Waiting {
+    Nothing,
+    Some,
+    Much,
 }
 
 /// What is known of the backlog of one socket.
 #[derive(Clone, Copy, Default, Debug)]
 struct Backlog {
-    /// Since when the socket has not been seen empty.
+    /// Since when much has waited.
     since: Option<Instant>,
     closed: bool,
 }
@@ -123,14 +157,22 @@ enum Turn {
 }
 
 impl Backlog {
-    /// Notes whether datagrams wait; returns what is to be done.
-    fn look(&mut self, now: Instant, waiting: bool) -> Option<Turn> {
-        if !waiting {
+    /// Notes what waits; returns what is to be done.
+    fn look(&mut self, now: Instant, waiting: Waiting) -> Option<Turn> {
+        if self.closed {
+            // Not before it is empty does the library look at what it has read.
+            if waiting != Waiting::Nothing {
+                return None;
+            }
+            *self = Self::default();
+            return Some(Turn::Open);
+        }
+        if waiting != Waiting::Much {
             self.since = None;
-            return std::mem::take(&mut self.closed).then_some(Turn::Open);
+            return None;
         }
         let since = *self.since.get_or_insert(now);
-        if self.closed || now.duration_since(since) < LONGEST_BACKLOG {
+        if now.duration_since(since) < LONGEST_BACKLOG {
             return None;
         }
         self.closed = true;

@@ -78,7 +78,8 @@ mod tests {
 
     #[test]
     fn a_socket_listed_twice_or_not_at_all_changes_nothing() {
-        let entry = |inode, dropped| UdpSocketEntry { port: 7411, inode, dropped };
+        let entry =
+            |inode, dropped| UdpSocketEntry { port: 7411, inode, waiting_bytes: 0, dropped };
         let mut dropped = BTreeMap::from([(1, 0), (2, 0)]);
         let mut sum_after = |listed: &[UdpSocketEntry]| {
             take(&mut dropped, listed);

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::backlog::BacklogWatch;
+use super::backlog::{BacklogWatch, ReceivingSocket};
 use super::buffer::GrantedBuffer;
 use super::sockets::{self, SocketHandle, UdpSocketEntry};
 use super::{Transport, ports};
@@ -56,11 +56,11 @@ impl Transport {
     }
 
     /// The least of the sockets' receive buffers, after asking for more; `None` without a socket.
-    fn grow(&self, sockets: &[(u16, SocketHandle)]) -> Option<usize> {
+    fn grow(&self, sockets: &[(u16, ReceivingSocket)]) -> Option<usize> {
         let mut least = None;
         let mut forced = false;
         for (_, socket) in sockets {
-            match socket.grown_receive_buffer(self.receive_buffer) {
+            match socket.handle.grown_receive_buffer(self.receive_buffer) {
                 Ok(grown) => {
                     forced |= grown.forced;
                     least = Some(least.unwrap_or(usize::MAX).min(grown.bytes));
@@ -80,17 +80,17 @@ impl Transport {
 }
 
 /// Other handles of the sockets, each with its port.
-fn handles(found: &[(UdpSocketEntry, i32)]) -> Vec<(u16, SocketHandle)> {
+fn handles(found: &[(UdpSocketEntry, i32)]) -> Vec<(u16, ReceivingSocket)> {
     let handle = |(entry, number): &(UdpSocketEntry, i32)| {
         let handle = SocketHandle::of(*number)
             .inspect_err(|error| tracing::debug!("a socket is not to be had: {error}"));
-        Some((entry.port, handle.ok()?))
+        Some((entry.port, ReceivingSocket { inode: entry.inode, handle: handle.ok()? }))
     };
     found.iter().filter_map(handle).collect()
 }
 
 /// Watches those of the sockets that data comes by.
-fn watched(sockets: Vec<(u16, SocketHandle)>, data: &[u16]) -> Option<BacklogWatch> {
+fn watched(sockets: Vec<(u16, ReceivingSocket)>, data: &[u16]) -> Option<BacklogWatch> {
     let of_data = |(port, socket)| data.contains(&port).then_some(socket);
     let sockets: Vec<_> = sockets.into_iter().filter_map(of_data).collect();
     if sockets.is_empty() {

@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 pub(super) struct UdpSocketEntry {
     pub(super) port: u16,
     pub(super) inode: u64,
+    /// What waits to be read, in bytes of the kernel's memory, as it counts them against the receive buffer.
+    pub(super) waiting_bytes: u64,
     /// Datagrams that found the receive buffer full.
     pub(super) dropped: u64,
 }
@@ -20,9 +22,11 @@ pub(super) fn parse_list(list: &str) -> Vec<UdpSocketEntry> {
 fn parse_line(line: &str) -> Option<UdpSocketEntry> {
     let mut fields = line.split_ascii_whitespace();
     let port = fields.nth(1)?.rsplit_once(':')?.1;
+    let waiting_bytes = fields.nth(2)?.rsplit_once(':')?.1;
     Some(UdpSocketEntry {
         port: u16::from_str_radix(port, 16).ok()?,
-        inode: fields.nth(7)?.parse().ok()?,
+        waiting_bytes: u64::from_str_radix(waiting_bytes, 16).ok()?,
+        inode: fields.nth(4)?.parse().ok()?,
         dropped: fields.nth(2)?.parse().ok()?,
     })
 }
@@ -124,14 +128,6 @@ impl SocketHandle {
             .or_else(|_| sockopt::set_socket_recv_buffer_size(&self.0, bytes))?;
         Ok(())
     }
-
-    /// Whether a datagram waits to be read.
-    ///
-    /// # Errors
-    /// Where the kernel does not tell.
-    pub(super) fn has_backlog(&self) -> std::io::Result<bool> {
-        Ok(rustix::io::ioctl_fionread(&self.0)? > 0)
-    }
 }
 
 /// Elsewhere there is no such handle.
@@ -154,10 +150,6 @@ impl SocketHandle {
     }
 
     pub(super) fn set_receive_buffer(&self, _bytes: usize) -> std::io::Result<()> {
-        match *self {}
-    }
-
-    pub(super) fn has_backlog(&self) -> std::io::Result<bool> {
         match *self {}
     }
 }

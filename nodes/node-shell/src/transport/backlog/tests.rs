@@ -4,26 +4,28 @@ use super::super::sockets;
 use super::*;
 
 #[test]
-fn a_socket_that_is_never_empty_is_closed_until_it_is() {
+fn a_socket_in_which_much_waits_is_closed_until_it_is_empty() {
     let start = Instant::now();
     let mut backlog = Backlog::default();
     let mut at = |ms, waiting| backlog.look(start + Duration::from_millis(ms), waiting);
-    assert_eq!(at(0, true), None);
-    assert_eq!(at(199, true), None);
-    assert_eq!(at(200, true), Some(Turn::Close));
-    assert_eq!(at(500, true), None, "it is closed once");
-    assert_eq!(at(510, false), Some(Turn::Open));
-    assert_eq!(at(520, false), None, "it is opened once");
-    assert_eq!(at(530, true), None);
-    assert_eq!(at(730, true), Some(Turn::Close));
+    assert_eq!(at(0, Waiting::Much), None);
+    assert_eq!(at(199, Waiting::Much), None);
+    assert_eq!(at(200, Waiting::Much), Some(Turn::Close));
+    assert_eq!(at(500, Waiting::Much), None, "it is closed once");
+    assert_eq!(at(505, Waiting::Some), None, "it is not yet empty");
+    assert_eq!(at(510, Waiting::Nothing), Some(Turn::Open));
+    assert_eq!(at(520, Waiting::Nothing), None, "it is opened once");
+    assert_eq!(at(530, Waiting::Much), None);
+    assert_eq!(at(730, Waiting::Much), Some(Turn::Close));
 }
 
+/// Regression: a subscriber that kept up with 588 MB/s, its socket hardly ever empty, lost a third of it.
 #[test]
-fn a_socket_that_is_read_empty_now_and_then_stays_open() {
+fn a_socket_in_which_less_waits_now_and_then_stays_open() {
     let start = Instant::now();
     let mut backlog = Backlog::default();
     for look in 0..1000 {
-        let waiting = look % 30 != 0;
+        let waiting = if look % 15 == 0 { Waiting::Some } else { Waiting::Much };
         assert_eq!(backlog.look(start + look * BUSY_LOOK, waiting), None);
     }
 }
@@ -33,14 +35,17 @@ fn a_socket_that_is_read_empty_now_and_then_stays_open() {
 fn a_reader_that_falls_behind_gets_to_the_end_of_its_socket() {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let address = socket.local_addr().unwrap();
-    let handle = sockets::own_at(&[address.port()], &std::collections::BTreeMap::new())
-        .and_then(|found| SocketHandle::of(found[0].1));
-    let handle = match handle {
-        Ok(handle) => handle,
+    let watched =
+        sockets::own_at(&[address.port()], &std::collections::BTreeMap::new()).and_then(|found| {
+            let (entry, number) = found[0];
+            Ok(ReceivingSocket { inode: entry.inode, handle: SocketHandle::of(number)? })
+        });
+    let watched = match watched {
+        Ok(watched) => watched,
         Err(error) => return println!("skipped: no second handle of a socket here ({error})"),
     };
-    let granted = handle.receive_buffer().unwrap();
-    let _watch = BacklogWatch::start(vec![handle]).unwrap();
+    let granted = watched.handle.receive_buffer().unwrap();
+    let _watch = BacklogWatch::start(vec![watched]).unwrap();
     let (stop, stopped) = channel::<()>();
     let sender = std::thread::spawn(move || {
         let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
