@@ -46,5 +46,5 @@ pub use scan::Scan;
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use stamp::Stamp;
 pub use track::Track;
-pub use voxel::{VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelKey};
+pub use voxel::{RayCells, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelKey, VoxelRay};
 pub use zone::{DynamicZone, ReturnSpan, ZoneSource};

@@ -2,12 +2,14 @@
 
 mod accumulator;
 mod order;
+mod ray;
 #[cfg(test)]
 mod tests;
 
 use nalgebra::Point3;
 
 pub use accumulator::VoxelAccumulator;
+pub use ray::{RayCells, VoxelRay};
 
 /// The cell of a point: its coordinates divided by the edge, rounded down.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
@@ -51,6 +53,13 @@ impl VoxelGrid {
     #[must_use]
     pub fn edge_m(&self) -> f64 {
         self.edge_m
+    }
+
+    /// The middle of a cell.
+    #[must_use]
+    pub fn middle_m(&self, key: VoxelKey) -> Point3<f64> {
+        let VoxelKey { x, y, z } = key;
+        Point3::from([x, y, z].map(|cell| (f64::from(cell) + 0.5) * self.edge_m))
     }
 
     /// The cell of a point whose coordinates are finite.

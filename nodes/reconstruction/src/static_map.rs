@@ -5,7 +5,6 @@ mod changes;
 mod clearing;
 mod evidence;
 mod loading;
-mod ray;
 mod seen_order;
 mod voxel;
 

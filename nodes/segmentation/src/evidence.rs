@@ -6,15 +6,13 @@
 //! discretisation of Hornung et al., "OctoMap", 2013, section 5.1). Points of moving objects are neither:
 //! they say nothing about the background, and must not make one.
 
-mod ray;
 mod table;
 #[cfg(test)]
 mod tests;
 
-use geometry::Stamp;
+use geometry::{Stamp, VoxelGrid, VoxelRay};
 use nalgebra::Point3;
 
-use self::ray::walk;
 use self::table::CellTable;
 
 /// Cycles in which a place was passed before it counts as free. One may be a depth that was wrong, two
@@ -51,7 +49,7 @@ pub enum Known {
 /// Bounded evidence over the voxels of the map frame.
 #[derive(Clone, Debug)]
 pub struct Evidence {
-    edge_m: f64,
+    grid: VoxelGrid,
     reach_m: f64,
     min_background_ms: u32,
     table: CellTable,
@@ -62,8 +60,8 @@ pub struct Evidence {
 /// How an [`Evidence`] is laid out.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct EvidenceLimits {
-    /// The edge of the voxels.
-    pub edge_m: f64,
+    /// The voxels.
+    pub grid: VoxelGrid,
     /// Farther from the camera than this nothing is recorded.
     pub reach_m: f64,
     /// A place is background only so long after it was first hit.
@@ -77,7 +75,7 @@ impl Evidence {
     #[must_use]
     pub fn new(limits: &EvidenceLimits) -> Self {
         Self {
-            edge_m: limits.edge_m,
+            grid: limits.grid,
             reach_m: limits.reach_m,
             min_background_ms: (limits.min_background_s * 1e3) as u32,
             table: CellTable::new(limits.max_voxels),
@@ -191,7 +189,7 @@ impl Evidence {
         // The casts saturate; what lies beyond the table's keys has none.
         let [x, y, z]: [f64; 3] = point_in_map.coords.into();
         (x.is_finite() && y.is_finite() && z.is_finite())
-            .then(|| [x, y, z].map(|value_m| (value_m / self.edge_m).floor() as i64))
+            .then(|| [x, y, z].map(|value_m| (value_m / self.grid.edge_m()).floor() as i64))
     }
 
     fn end_at(&mut self, key: u64, dynamic: bool) {
@@ -212,26 +210,32 @@ impl Evidence {
     }
 
     fn pass(&mut self, camera_in_map: &Point3<f64>, point_in_map: &Point3<f64>) {
-        let to_voxels = |point: &Point3<f64>| point.coords / self.edge_m;
-        let (from, to) = (to_voxels(camera_in_map), to_voxels(point_in_map));
-        let length = (to - from).norm();
-        // A point beyond the reach still says that the way to it is free, as far as the reach goes.
-        let end = (length - END_MARGIN_VOXELS).min(self.reach_m / self.edge_m);
         let starts_in_reach = self.voxel(camera_in_map).and_then(table::key_of).is_some();
-        if !starts_in_reach || !end.is_finite() || end <= 0.0 {
+        let Some(ray) = VoxelRay::between(camera_in_map, point_in_map) else { return };
+        let edge_m = self.grid.edge_m();
+        // A point beyond the reach still says that the way to it is free, as far as the reach goes.
+        let end_m = (ray.length_m() - END_MARGIN_VOXELS * edge_m).min(self.reach_m);
+        if !starts_in_reach || end_m <= 0.0 {
             return;
         }
-        let direction = (to - from) / length;
+        let radius_m = PASS_RADIUS_VOXELS * edge_m;
         let mark = self.table.mark();
-        let table = &mut self.table;
-        walk(from, direction, end, PASS_RADIUS_VOXELS, |voxel| {
-            let Some(cell) = table::key_of(voxel).and_then(|key| table.entry(key)) else { return };
+        for key in ray.cells(&self.grid, end_m) {
+            // A middle behind the start or beyond the end was not passed.
+            let (along_m, aside_m2) = ray.along_and_aside(&self.grid.middle_m(key));
+            if along_m <= 0.0 || along_m >= end_m || aside_m2 > radius_m * radius_m {
+                continue;
+            }
+            let voxel = [key.x, key.y, key.z].map(i64::from);
+            let Some(cell) = table::key_of(voxel).and_then(|key| self.table.entry(key)) else {
+                continue;
+            };
             if cell.seen != mark {
                 cell.seen = mark;
                 cell.passes += 1;
                 cell.fade();
             }
-        });
+        }
     }
 }
 

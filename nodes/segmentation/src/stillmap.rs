@@ -49,10 +49,11 @@ impl Stillmap {
     /// When a parameter is out of its range.
     pub fn new(config: SegmentationConfig) -> Result<Self, ConfigError> {
         config.validate()?;
+        let grid = VoxelGrid::new(config.depth_cell_m)?;
         Ok(Self {
             config,
-            grid: VoxelGrid::new(config.depth_cell_m)?,
-            evidence: evidence_of(&config),
+            grid,
+            evidence: evidence_of(&config, grid),
             tracker: Tracker::new(config),
             view: View::default(),
             floor: None,
@@ -120,7 +121,7 @@ impl Stillmap {
 
     fn begin(&mut self, stamp: Stamp) {
         if self.last.is_some_and(|last| last.seconds_since(stamp) > ANOTHER_RUN_S) {
-            self.evidence = evidence_of(&self.config);
+            self.evidence = evidence_of(&self.config, self.grid);
             self.tracker.forget();
             (self.view, self.floor) = (View::default(), None);
         }
@@ -203,9 +204,9 @@ impl Stillmap {
     }
 }
 
-fn evidence_of(config: &SegmentationConfig) -> Evidence {
+fn evidence_of(config: &SegmentationConfig, grid: VoxelGrid) -> Evidence {
     Evidence::new(&EvidenceLimits {
-        edge_m: config.depth_cell_m,
+        grid,
         reach_m: config.evidence_reach_m,
         min_background_s: config.min_background_s,
         max_voxels: config.max_evidence_voxels,

@@ -16,11 +16,10 @@
 #[cfg(test)]
 mod tests;
 
-use geometry::{SegmentedCycle, VoxelGrid, VoxelKey};
+use geometry::{SegmentedCycle, VoxelGrid, VoxelKey, VoxelRay};
 use nalgebra::Point3;
 
 use super::blocks::{bit_of, block_of};
-use super::ray::Ray;
 use super::{Addition, StaticMap};
 
 /// Where a ray stops to clear, before its own end, in edges of the map's voxels.
@@ -105,8 +104,8 @@ impl Returns {
     }
 
     /// Whether a return says that the ray does not pass the voxel of `key` through free space.
-    fn contradict(&self, ray: &Ray, key: VoxelKey, grid: &VoxelGrid) -> bool {
-        let own_end_m = ray.length_m - OWN_END_IN_EDGES * grid.edge_m();
+    fn contradict(&self, ray: &VoxelRay, key: VoxelKey, grid: &VoxelGrid) -> bool {
+        let own_end_m = ray.length_m() - OWN_END_IN_EDGES * grid.edge_m();
         let grazes_m = GRAZES_IN_EDGES * grid.edge_m();
         self.around(key).any(|seen| {
             let (along_m, aside_squared) = ray.along_and_aside(&seen.point_m.cast());
@@ -129,7 +128,7 @@ impl StaticMap {
         let camera_in_map_m = cycle.map_from_rig * cycle.camera_in_rig_m;
         tables.passed.clear();
         for seen in &tables.returns.returns {
-            if let Some(ray) = Ray::between(&camera_in_map_m, &seen.point_m.cast()) {
+            if let Some(ray) = VoxelRay::between(&camera_in_map_m, &seen.point_m.cast()) {
                 self.find_passed(&ray, &tables.returns, &mut tables.passed);
             }
         }
@@ -147,10 +146,10 @@ impl StaticMap {
     }
 
     /// Appends the voxels that the ray passes.
-    fn find_passed(&self, ray: &Ray, returns: &Returns, passed: &mut Vec<VoxelKey>) {
+    fn find_passed(&self, ray: &VoxelRay, returns: &Returns, passed: &mut Vec<VoxelKey>) {
         let Some(occupied) = &self.occupied else { return };
-        let stop_m = ray.length_m - STOP_BEFORE_END_IN_EDGES * self.grid.edge_m();
-        let cone_slope = CONE_IN_EDGES * self.grid.edge_m() / ray.length_m;
+        let stop_m = ray.length_m() - STOP_BEFORE_END_IN_EDGES * self.grid.edge_m();
+        let cone_slope = CONE_IN_EDGES * self.grid.edge_m() / ray.length_m();
         // Looked up once for all steps within a block.
         let mut block = None;
         let mut bits = 0;

@@ -4,7 +4,7 @@ const EDGE_M: f64 = 0.08;
 
 fn evidence() -> Evidence {
     Evidence::new(&EvidenceLimits {
-        edge_m: EDGE_M,
+        grid: VoxelGrid::new(EDGE_M).unwrap(),
         reach_m: 8.0,
         min_background_s: 1.0,
         max_voxels: 100_000,
@@ -79,8 +79,12 @@ fn adopted_places_are_background_at_once() {
 
 #[test]
 fn numbers_that_mean_nothing_do_no_harm_and_the_bound_holds() {
-    let limits =
-        EvidenceLimits { edge_m: 0.01, reach_m: 8.0, min_background_s: 1.0, max_voxels: 500 };
+    let limits = EvidenceLimits {
+        grid: VoxelGrid::new(0.01).unwrap(),
+        reach_m: 8.0,
+        min_background_s: 1.0,
+        max_voxels: 500,
+    };
     let mut evidence = Evidence::new(&limits);
     let strange = [f64::NAN, f64::INFINITY, -1e300, 1e7, 0.0];
     let points: Vec<_> =

@@ -165,7 +165,7 @@ fn passed_plainly(map: &StaticMap, cycle: &SegmentedCycle) -> BTreeSet<VoxelKey>
     };
     let is_passed = |end: &Point3<f32>, key: VoxelKey| {
         let length = (end.cast::<f64>() - camera).norm();
-        let is_crossed = Ray::between(&camera, &end.cast())
+        let is_crossed = VoxelRay::between(&camera, &end.cast())
             .unwrap()
             .cells(&grid, length - 1.5)
             .any(|cell| cell == key);

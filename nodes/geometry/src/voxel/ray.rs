@@ -1,11 +1,12 @@
 //! A ray through the voxel grid.
 
-use geometry::{VoxelGrid, VoxelKey};
 use nalgebra::{Point3, Vector3};
 
-/// A ray is followed through so many voxels, and no farther: 160 m at an edge of 8 cm along the diagonal, far more
+use super::{VoxelGrid, VoxelKey};
+
+/// A ray is followed through so many voxels, and no farther: 370 m at an edge of 8 cm along the diagonal, far more
 /// than an RGB-D camera sees. It bounds what a point without measure costs.
-const MOST_CELLS: usize = 4096;
+const MOST_CELLS: usize = 8192;
 
 /// Cells farther from the origin than this are not walked: the numbers of cells stay in 32 bits, and a step in the
 /// grid stays a step in 64-bit floats.
@@ -13,16 +14,16 @@ const FARTHEST_CELL: f64 = (1u64 << 30) as f64;
 
 /// A straight line from a point where the camera stood to a point where it saw something.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Ray {
+pub struct VoxelRay {
     origin_m: Point3<f64>,
     direction: Vector3<f64>,
-    /// From the origin to the end.
-    pub(super) length_m: f64,
+    length_m: f64,
 }
 
-impl Ray {
+impl VoxelRay {
     /// The ray between two points; `None` when a number is not finite, or both are the same point.
-    pub(super) fn between(origin_m: &Point3<f64>, end_m: &Point3<f64>) -> Option<Self> {
+    #[must_use]
+    pub fn between(origin_m: &Point3<f64>, end_m: &Point3<f64>) -> Option<Self> {
         let way_m = end_m - origin_m;
         let length_m = way_m.norm();
         (length_m.is_finite() && length_m > 0.0).then(|| Self {
@@ -32,8 +33,15 @@ impl Ray {
         })
     }
 
+    /// From the origin to the end.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        self.length_m
+    }
+
     /// How far along the ray the foot of the point is, and the square of its distance from the ray's line.
-    pub(super) fn along_and_aside(&self, point_m: &Point3<f64>) -> (f64, f64) {
+    #[must_use]
+    pub fn along_and_aside(&self, point_m: &Point3<f64>) -> (f64, f64) {
         let way_m = point_m - self.origin_m;
         let along_m = way_m.dot(&self.direction);
         (along_m, (way_m - along_m * self.direction).norm_squared())
@@ -41,9 +49,10 @@ impl Ray {
 
     /// The cells that the ray crosses from its origin on up to `stop_m`, in their order (Amanatides & Woo, "A
     /// fast voxel traversal algorithm for ray tracing", 1987). None when it starts out of reach.
-    pub(super) fn cells(&self, grid: &VoxelGrid, stop_m: f64) -> Cells {
+    #[must_use]
+    pub fn cells(&self, grid: &VoxelGrid, stop_m: f64) -> RayCells {
         let edge_m = grid.edge_m();
-        let mut cells = Cells {
+        let mut cells = RayCells {
             cell: [0; 3],
             step: [0; 3],
             next_m: [f64::INFINITY; 3],
@@ -72,9 +81,9 @@ impl Ray {
     }
 }
 
-/// The walk of a [`Ray`].
+/// The walk of a [`VoxelRay`].
 #[derive(Clone, Debug)]
-pub(super) struct Cells {
+pub struct RayCells {
     cell: [i32; 3],
     step: [i32; 3],
     /// How far along the ray the next border of each axis is.
@@ -85,7 +94,7 @@ pub(super) struct Cells {
     left: usize,
 }
 
-impl Iterator for Cells {
+impl Iterator for RayCells {
     type Item = VoxelKey;
 
     fn next(&mut self) -> Option<VoxelKey> {
@@ -117,8 +126,8 @@ mod tests {
     use super::*;
 
     fn cells(origin: [f64; 3], end: [f64; 3], edge_m: f64) -> Vec<VoxelKey> {
-        let ray = Ray::between(&Point3::from(origin), &Point3::from(end)).unwrap();
-        ray.cells(&VoxelGrid::new(edge_m).unwrap(), ray.length_m).collect()
+        let ray = VoxelRay::between(&Point3::from(origin), &Point3::from(end)).unwrap();
+        ray.cells(&VoxelGrid::new(edge_m).unwrap(), ray.length_m()).collect()
     }
 
     #[test]
@@ -133,17 +142,18 @@ mod tests {
     fn what_has_no_measure_ends() {
         let origin = Point3::origin();
         for end in [f64::NAN, f64::INFINITY, 0.0] {
-            assert_eq!(Ray::between(&origin, &Point3::new(end, 0.0, 0.0)), None);
+            assert_eq!(VoxelRay::between(&origin, &Point3::new(end, 0.0, 0.0)), None);
         }
         assert_eq!(cells([0.0; 3], [1e30, 1e30, -1e30], 0.08).len(), MOST_CELLS);
         assert!(cells([1e20, 0.0, 0.0], [0.0; 3], 0.08).is_empty());
-        let ray = Ray::between(&origin, &Point3::new(1.0, 0.0, 0.0)).unwrap();
+        let ray = VoxelRay::between(&origin, &Point3::new(1.0, 0.0, 0.0)).unwrap();
         assert_eq!(ray.cells(&VoxelGrid::new(0.08).unwrap(), -0.1).count(), 0);
     }
 
     #[test]
     fn a_point_beside_a_ray() {
-        let ray = Ray::between(&Point3::new(1.0, 0.0, 0.0), &Point3::new(5.0, 0.0, 0.0)).unwrap();
+        let ray =
+            VoxelRay::between(&Point3::new(1.0, 0.0, 0.0), &Point3::new(5.0, 0.0, 0.0)).unwrap();
         assert_eq!(ray.along_and_aside(&Point3::new(3.0, 3.0, 4.0)), (2.0, 25.0));
         assert_eq!(ray.along_and_aside(&Point3::new(0.0, 0.0, 1.0)), (-1.0, 1.0));
     }
