@@ -14,6 +14,7 @@ mod cycle;
 mod depth;
 mod error;
 mod labels;
+mod marker;
 mod picture;
 mod pose;
 mod rows;
@@ -41,6 +42,7 @@ pub use cycle::{
 pub use depth::{depth_from_message, message_from_depth};
 pub use error::ConvertError;
 pub use labels::{labels_from_message, message_from_labels};
+pub use marker::markers_from_tracks;
 pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{
     isometry_from_pose, message_from_pose, pose_from_covariance_message, pose_from_isometry,

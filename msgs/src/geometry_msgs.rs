@@ -69,6 +69,16 @@ pub struct PoseStamped {
 }
 ros_message!(PoseStamped, "geometry_msgs");
 
+/// Poses of one moment.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct PoseArray {
+    /// The moment and the frame.
+    pub header: Header,
+    /// The poses.
+    pub poses: Vec<Pose>,
+}
+ros_message!(PoseArray, "geometry_msgs");
+
 /// A pose and how sure it is.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct PoseWithCovariance {

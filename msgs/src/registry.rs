@@ -13,6 +13,7 @@ macro_rules! for_each_message {
             $crate::diagnostic_msgs::KeyValue,
             $crate::geometry_msgs::Point,
             $crate::geometry_msgs::Pose,
+            $crate::geometry_msgs::PoseArray,
             $crate::geometry_msgs::PoseStamped,
             $crate::geometry_msgs::PoseWithCovariance,
             $crate::geometry_msgs::PoseWithCovarianceStamped,

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::{ReducedCloud, SegmentedCloud, Tracks};
+use msgs::visualization_msgs::MarkerArray;
 use node_shell::{
     Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer, Subscription,
 };
@@ -23,12 +24,16 @@ const PROGRAM: Program = Program {
              out static_cloud (sensor_msgs/msg/PointCloud2, map frame), reliable
              out dynamic_cloud (sensor_msgs/msg/PointCloud2, rig frame), reliable
              out tracks (stillmap_msgs/msg/Tracks, map frame), reliable
+             out track_markers (visualization_msgs/msg/MarkerArray, map frame), reliable, for a viewer
              out ~/report (stillmap_msgs/msg/StageReport), reliable",
 };
 
 /// Cycles that may wait here, or that a subscriber may be behind, without one being lost: seven
 /// seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
+
+/// A viewer needs the latest markers alone.
+const MARKERS_KEPT: usize = 1;
 
 /// The parameters of the node.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -71,6 +76,7 @@ pub struct Stage {
     dynamic_clouds: Publisher<PointCloud2>,
     segmented_clouds: Publisher<SegmentedCloud>,
     tracks: Publisher<Tracks>,
+    markers: Publisher<MarkerArray>,
     reporter: StageReporter,
 }
 
@@ -87,6 +93,7 @@ impl Stage {
             dynamic_clouds: node.publisher("dynamic_cloud", &Qos::reliable(CYCLES_KEPT))?,
             segmented_clouds: node.publisher("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
             tracks: node.publisher("tracks", &Qos::reliable(CYCLES_KEPT))?,
+            markers: node.publisher("track_markers", &Qos::reliable(MARKERS_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
             cycles: node.subscription("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
         })
@@ -128,6 +135,11 @@ impl Stage {
         self.static_clouds.publish_or_warn(convert::message_from_cloud(&cycle.static_cloud));
         self.dynamic_clouds.publish_or_warn(convert::message_from_cloud(&cycle.dynamic_cloud));
         self.tracks.publish_or_warn(convert::message_from_tracks(&cycle, &tracks));
+        if self.markers.subscriber_count() > 0 {
+            let map = &cycle.static_cloud;
+            let markers = convert::markers_from_tracks(map.stamp, &map.frame_id, &tracks);
+            self.markers.publish_or_warn(markers);
+        }
         timer.end_of("publish");
         Ok([
             ("points_reduced", counts.reduced as u64),

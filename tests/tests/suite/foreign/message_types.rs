@@ -16,6 +16,7 @@ macro_rules! for_each_message_type {
             msgs::diagnostic_msgs::KeyValue,
             msgs::geometry_msgs::Point,
             msgs::geometry_msgs::Pose,
+            msgs::geometry_msgs::PoseArray,
             msgs::geometry_msgs::PoseStamped,
             msgs::geometry_msgs::PoseWithCovariance,
             msgs::geometry_msgs::PoseWithCovarianceStamped,
