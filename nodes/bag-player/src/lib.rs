@@ -17,6 +17,7 @@ mod info;
 mod message;
 mod messages;
 mod qos;
+mod ros1;
 mod rosbag2;
 mod schedule;
 mod segment;
@@ -33,6 +34,7 @@ pub use info::{BagInfo, FileInfo, TopicInfo};
 pub use message::{BagMessage, CDR, Selection};
 pub use messages::{Messages, Skipped};
 pub use qos::{Durability, OfferedQos, Reliability};
+pub use ros1::{DefinitionError, LeftOut, Ros1Conversion, Ros1Error, TranscodeError, convert_ros1};
 pub use schedule::{Decision, RateError, Schedule};
 pub use writer::{BagSummary, BagWriter, ChannelId};
 

@@ -1,0 +1,47 @@
+//! Where the 2D scanner is on the rig: its pose is right when the scan lies on the surfaces that the depth
+//! camera sees. And the calibration of a camera as ROS writes it to a file.
+//!
+//! | module | step |
+//! |---|---|
+//! | [`returns`] | a scan's returns, each with how the rig moved between it and the image |
+//! | [`still`] | which returns are of what stands still: those that other cycles have too |
+//! | [`optics`] | what the depth image shows where a return comes to lie: a plane, or the edge of something near |
+//! | [`constraint`] | the distance of a return from there, and how it changes with the scanner's pose |
+//! | `steady` | which of these recur from cycle to cycle: what shows by chance takes sides |
+//! | [`fit`] | the correction that makes these distances small; what the bag does not tell is held |
+//! | [`mod@calibrate`] | all of them in turn, until nothing moves |
+//! | [`drift`] | the same for the last seconds of a live run: has the scanner been knocked? |
+//! | [`camera_file`] | camera_info YAML (`camera_calibration`, `camera_info_manager`) |
+//! | [`reprojection`] | the reprojection error of a camera, and what it comes to in metres (Rec-HV Annex 1) |
+//!
+//! # Frames
+//!
+//! Those of the crate `geometry`. A correction is six numbers `[x, y, z, about x, about y, about z]` in metres
+//! and radians: the scanner's origin is moved along the axes of the rig, and the scanner is turned about axes through
+//! its own origin that are parallel to the rig's.
+//!
+//! No ROS, no files, no clock.
+
+pub mod calibrate;
+pub mod camera_file;
+pub mod config;
+pub mod constraint;
+pub mod drift;
+pub mod fit;
+pub mod observability;
+pub mod optics;
+pub mod reprojection;
+pub mod returns;
+mod steady;
+pub mod still;
+#[cfg(test)]
+mod testing;
+
+pub use calibrate::{
+    Calibration, CalibrationError, CoordinateEstimate, Cycle, RigMounts, calibrate,
+};
+pub use config::{CalibrationConfig, ConfigError};
+pub use drift::{DriftConfig, DriftMonitor, Extrinsics};
+pub use observability::{Coordinate, Direction};
+pub use optics::DepthOptics;
+pub use returns::{LidarReturn, returns_of};

@@ -1,0 +1,47 @@
+//! Where a platform is by the scans of its 2D scanner alone: planar odometry for rigs and recordings without any pose.
+//!
+//! Each scan is laid onto a map of short lines that the scans before it have left, so that a standing platform does
+//! not drift and a moving one drifts only as fast as the map is renewed.
+//!
+//! | module | step | source |
+//! |---|---|---|
+//! | `turn` | the returns of a scan beyond the platform itself, each with when and how well it was measured; deskewed by the velocity | |
+//! | `local_line` | a line through the neighbours of each return on the same surface | |
+//! | `local_map` | the lines seen so far, refined by each scan, bounded | |
+//! | `registration` | the pose that lays the returns onto the lines: point to line, reweighted Gauss-Newton | Censi 2008 (PL-ICP); Chen and Medioni 1992 |
+//! | `observability` | which directions the lines tell; the others keep the prediction | Zhang, Kaess and Singh 2016 |
+//! | `velocity` | how fast the platform is, and how well that is known: the prediction | |
+//! | `search` | a coarse search where the prediction leads nowhere | Olson 2009 |
+//! | `uncertainty` | the covariance of a step, and of the pose since the start | |
+//! | `odometry` | all of them in turn | |
+//!
+//! # Frames
+//!
+//! | name | origin and axes |
+//! |---|---|
+//! | `odom` | the scanner's frame at the stamp of the first scan that was taken |
+//! | `lidar` | the scan's own frame at the stamp of the scan |
+//! | `middle` | the same in the middle of the turn |
+//!
+//! All are planar, x and y of the scan's frame. No ROS, no files, no clock.
+
+mod beam_order;
+mod config;
+mod local_line;
+mod local_map;
+mod observability;
+mod odometry;
+mod registration;
+mod scan_pose;
+mod search;
+#[cfg(test)]
+mod testing;
+mod turn;
+mod twist;
+mod uncertainty;
+mod velocity;
+
+pub use beam_order::BeamOrder;
+pub use config::{ConfigError, ScanOdometryConfig};
+pub use odometry::ScanOdometry;
+pub use scan_pose::{DegenerateDirection, MatchOutcome, MatchQuality, Refusal, ScanPose};
