@@ -1,5 +1,6 @@
 //! The node `detection`: scans, depth images (or clouds) and poses in, reduced clouds and zones out.
 
+mod extrinsics;
 mod inputs;
 mod stage;
 #[cfg(test)]
@@ -48,14 +49,36 @@ pub enum CloudInput {
 }
 
 /// The parameters of the node.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+///
+/// Every default stands in [`DetectionParameters::default`] and nowhere else.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct DetectionParameters {
     /// Where the cloud comes from.
     pub input: CloudInput,
+    /// The depth camera's calibration in place of the topic's: the path of a camera_info file in YAML; empty for
+    /// none.
+    pub camera_info_file: String,
+    /// So often it is checked whether the scan lies on the surfaces that the camera sees; 0 turns the check off.
+    pub extrinsics_check_period_s: f64,
+    /// By how much it may lie beside them.
+    pub extrinsics_limit_m: f64,
     /// The parameters of the method.
     #[serde(flatten)]
     pub config: DetectionConfig,
+}
+
+impl Default for DetectionParameters {
+    fn default() -> Self {
+        Self {
+            input: CloudInput::Depth,
+            camera_info_file: String::new(),
+            // A knock is told in some five seconds, for a few milliseconds of each.
+            extrinsics_check_period_s: 1.0,
+            extrinsics_limit_m: calibration::DriftConfig::default().limit_m,
+            config: DetectionConfig::default(),
+        }
+    }
 }
 
 /// Runs the node until SIGINT or SIGTERM, with the arguments behind the program's name.

@@ -14,6 +14,7 @@
 //! | `warp` | the deviation of the ranges with earlier scans seen from the present place (eq. 2, 3) |
 //! | `clearance` | how far each beam shows free space for sure |
 //! | `free_space` | the evidence, a rolling grid; the verdict on each return |
+//! | `travel` | narrow things that stand apart and go from place to place |
 //! | `runs` | which runs of moving beams are objects |
 //! | `zones` | their zones; zones of objects lost from sight |
 
@@ -21,6 +22,7 @@ mod clearance;
 mod free_space;
 mod motion;
 mod runs;
+mod travel;
 mod turn;
 mod warp;
 mod zones;
@@ -36,6 +38,7 @@ use crate::zone_finder::Unmeasured;
 use free_space::{FreeSpace, Verdict};
 use motion::PlatformMotion;
 use runs::moving_runs;
+use travel::Travellers;
 use turn::{Return, Turn, TurnInput};
 use warp::{WarpWindow, has_arrived};
 use zones::{FOUND_AGAIN_M, ZoneKeeper};
@@ -45,6 +48,9 @@ const LEAST_RETURNS: usize = 2;
 
 /// A new return beside a moving object is background, come into sight by chance, once in four times.
 const STATIC_RATE_BESIDE_AN_OBJECT: f64 = 0.25;
+
+/// A return of a thing that travels is background, matched by mistake, at most once in ten times.
+const STATIC_RATE_OF_A_TRAVELLER: f64 = 0.1;
 
 /// What the method looks at in one cycle.
 #[derive(Clone, Copy, Debug)]
@@ -96,6 +102,7 @@ pub struct MotionFinder {
     motion: PlatformMotion,
     window: WarpWindow,
     free_space: FreeSpace,
+    travellers: Travellers,
     keeper: ZoneKeeper,
     /// The stamp that the evidence's time counts from, and the last time.
     epoch: Option<(Stamp, u32)>,
@@ -110,6 +117,7 @@ impl MotionFinder {
             motion: PlatformMotion::new(&config.stillmap),
             window: WarpWindow::new(config.window_scans),
             free_space: FreeSpace::new(&config.stillmap),
+            travellers: Travellers::default(),
             keeper: ZoneKeeper::new(config),
             epoch: None,
             config: config.clone(),
@@ -125,11 +133,13 @@ impl MotionFinder {
     /// Forgets the scans of the window alone: another geometry of the scan changes nothing in the world.
     pub fn clear_window(&mut self) {
         self.window.clear();
+        self.travellers.clear();
     }
 
     fn clear_what_was_seen(&mut self) {
         self.window.clear();
         self.free_space.clear();
+        self.travellers.clear();
         self.keeper.clear();
         self.epoch = None;
     }
@@ -163,11 +173,18 @@ impl MotionFinder {
         if let Some(beam) = turn.beams.first() {
             self.free_space.center_on(&beam.origin_m);
         }
-        let verdicts: Vec<Option<Verdict>> = turn
+        let mut verdicts: Vec<Option<Verdict>> = turn
             .beams
             .iter()
             .map(|beam| beam.met.as_ref().map(|met| self.verdict(met, *now_ms)))
             .collect();
+        for beams in self.travellers.follow(turn, &verdicts, *now_ms) {
+            for verdict in verdicts[beams].iter_mut().flatten() {
+                if matches!(verdict, Verdict::Unseen | Verdict::Unsure) {
+                    *verdict = Verdict::Moving { static_rate: STATIC_RATE_OF_A_TRAVELLER };
+                }
+            }
+        }
 
         // Runs are looked for all round: what moves behind the rig is no background either.
         let smallest_m = self.config.stillmap.smallest_object_m;

@@ -41,6 +41,14 @@ struct Counts {
     cycles: u64,
     drops: BTreeMap<String, u64>,
     steps: BTreeMap<String, StepTimes>,
+    conditions: BTreeMap<String, Condition>,
+}
+
+/// How something is that the node watches.
+#[derive(Clone, PartialEq, Eq, Debug)]
+struct Condition {
+    text: String,
+    is_warning: bool,
 }
 
 /// How long one step took, since the last snapshot.
@@ -66,6 +74,8 @@ pub(crate) struct Snapshot {
     pub(crate) lost: BTreeMap<String, u64>,
     /// Messages published, by topic.
     pub(crate) published: BTreeMap<String, u64>,
+    /// What the node watches and is not as it should be.
+    pub(crate) warnings: Vec<String>,
 }
 
 impl Counters {
@@ -83,6 +93,13 @@ impl Counters {
     #[must_use]
     pub fn drops(&self) -> BTreeMap<String, u64> {
         self.lock().drops.clone()
+    }
+
+    /// Notes how something is that the node watches, under its name; it stays so until the next note. A
+    /// warning is told beside what is missing and lost.
+    pub fn note_condition(&self, name: &str, text: &str, is_warning: bool) {
+        let condition = Condition { text: text.to_owned(), is_warning };
+        self.lock().conditions.insert(name.to_owned(), condition);
     }
 
     /// Notes how long a step took.
@@ -113,6 +130,9 @@ impl Counters {
         };
         let mut put = |name: String, value: String| snapshot.values.push((name, value));
         put("cycles".to_owned(), counts.cycles.to_string());
+        for (name, condition) in &counts.conditions {
+            put(name.clone(), condition.text.clone());
+        }
         for (cause, count) in &counts.drops {
             put(format!("dropped: {cause}"), count.to_string());
         }
@@ -132,6 +152,9 @@ impl Counters {
             put(format!("{step} mean ms"), format!("{mean_ms:.3}"));
             put(format!("{step} max ms"), format!("{:.3}", times.longest_s * 1e3));
         }
+        let warnings = counts.conditions.iter().filter(|(_, condition)| condition.is_warning);
+        snapshot.warnings =
+            warnings.map(|(name, condition)| format!("{name}: {}", condition.text)).collect();
         snapshot.received =
             counts.received.iter().map(|(topic, one)| (topic.clone(), one.received())).collect();
         let lost = |one: &TopicCounters| one.lost.load(Ordering::Relaxed);
@@ -178,5 +201,20 @@ mod tests {
         assert_eq!(value(&snapshot, "reduce mean ms"), Some("4.000"));
         assert_eq!(value(&snapshot, "reduce max ms"), Some("6.000"));
         assert_eq!(value(&counters.snapshot(), "reduce mean ms"), None);
+    }
+
+    #[test]
+    fn a_condition_stays_until_the_next_note() {
+        let counters = Counters::default();
+        counters.note_condition("extrinsics", "off by 0.06 m", true);
+        for _ in 0..2 {
+            let snapshot = counters.snapshot();
+            assert_eq!(value(&snapshot, "extrinsics"), Some("off by 0.06 m"));
+            assert_eq!(snapshot.warnings, ["extrinsics: off by 0.06 m"]);
+        }
+        counters.note_condition("extrinsics", "ok", false);
+        let snapshot = counters.snapshot();
+        assert_eq!(value(&snapshot, "extrinsics"), Some("ok"));
+        assert!(snapshot.warnings.is_empty());
     }
 }

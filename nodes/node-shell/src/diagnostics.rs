@@ -51,6 +51,7 @@ impl Diagnostics {
                 troubles: self.graph.troubles(),
                 loss: loss.cloned(),
                 datagrams_dropped,
+                warnings: snapshot.warnings.clone(),
             };
             let message = self.report(&matches, &findings, &snapshot, (&last.1, reported - last.0));
             if let Err(error) = self.publisher.publish(message) {
@@ -149,6 +150,8 @@ struct Findings<'a> {
     loss: Option<Loss>,
     /// What it dropped in all, where it tells.
     datagrams_dropped: Option<u64>,
+    /// What the node watches and is not as it should be.
+    warnings: Vec<String>,
 }
 
 impl Findings<'_> {
@@ -165,6 +168,9 @@ impl Findings<'_> {
         }
         if let Some(loss) = &self.loss {
             add(DiagnosticStatus::WARN, loss.to_string());
+        }
+        for warning in &self.warnings {
+            add(DiagnosticStatus::WARN, warning.clone());
         }
         if !self.missing.is_empty() {
             add(DiagnosticStatus::WARN, format!("waiting for {}", self.missing.join(", ")));
@@ -243,8 +249,12 @@ mod tests {
             troubles: Vec::new(),
             loss: None,
             datagrams_dropped: None,
+            warnings: Vec::new(),
         };
         assert_eq!(findings.summary(0), (DiagnosticStatus::OK, "running".to_owned()));
+        findings.warnings.push("extrinsics: off".to_owned());
+        assert_eq!(findings.summary(0), (DiagnosticStatus::WARN, "extrinsics: off".to_owned()));
+        findings.warnings.clear();
         assert_eq!(findings.summary(2).0, DiagnosticStatus::WARN);
         findings.missing.push("/scan");
         assert_eq!(findings.summary(2), (DiagnosticStatus::WARN, "waiting for /scan".to_owned()));

@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 
+use calibration::DepthOptics;
 use geometry::{CameraModel, DepthProjector, Scan, Stamp};
 use msgs::convert;
 use msgs::std_msgs::Header;
@@ -11,8 +12,9 @@ use node_shell::{
     Counters, GrantedBuffer, Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, Throttle,
 };
 
+use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, ViewMessage};
-use super::{DetectionParameters, PROGRAM};
+use super::{DetectionParameters, PROGRAM, extrinsics};
 use crate::{CycleInput, Detected, Detector, Dropped, Input, MatchEvent, Matched, Matcher, View};
 
 /// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
@@ -29,6 +31,9 @@ pub struct Stage {
     matcher: Matcher<Scan, ViewMessage>,
     detector: Detector,
     camera: Option<(CameraModel, DepthProjector)>,
+    /// Whether the calibration comes from a file, and the topic's does not count.
+    camera_is_given: bool,
+    extrinsics: Option<ExtrinsicsCheck>,
     /// Images that came before the calibration of their camera.
     uncalibrated: VecDeque<ViewMessage>,
     most_uncalibrated: usize,
@@ -50,10 +55,17 @@ impl Stage {
     pub fn new(node: &Node, parameters: &DetectionParameters) -> Result<Self, NodeFailure> {
         let config = &parameters.config;
         let detector = Detector::new(config.clone())?;
+        let given = extrinsics::given_camera(&parameters.camera_info_file)?;
+        let camera = match given {
+            Some(camera) => Some((camera, detector.depth_projector(&camera)?)),
+            None => None,
+        };
         Ok(Self {
             detector,
             matcher: Matcher::new(config),
-            camera: None,
+            camera,
+            camera_is_given: given.is_some(),
+            extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
             uncalibrated: VecDeque::new(),
             most_uncalibrated: config.max_waiting_clouds,
             rig_frame_id: config.rig_frame_id.clone(),
@@ -122,7 +134,7 @@ impl Stage {
     }
 
     fn take_camera(&mut self, camera: CameraModel) {
-        if self.camera.as_ref().is_some_and(|(known, _)| *known == camera) {
+        if self.camera_is_given || self.camera.as_ref().is_some_and(|(known, _)| *known == camera) {
             return;
         }
         match self.detector.depth_projector(&camera) {
@@ -183,6 +195,9 @@ impl Stage {
                         from.seconds_since(to)
                     );
                     self.detector.forget();
+                    if let Some(check) = &mut self.extrinsics {
+                        check.forget();
+                    }
                 }
             }
         }
@@ -223,6 +238,13 @@ impl Stage {
             }
         };
         timer.end_of("convert");
+        if let (Some(check), View::Depth { image, projector }, Some((camera, _))) =
+            (&mut self.extrinsics, view, &self.camera)
+        {
+            let optics = DepthOptics { camera, rays: projector.rays() };
+            check.look(&matched.scan, image, optics, &matched.pose.map_from_rig);
+            timer.end_of("extrinsics_check");
+        }
         let input = CycleInput {
             scan: &matched.scan,
             view,

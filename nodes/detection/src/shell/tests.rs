@@ -103,7 +103,7 @@ impl Bench {
     async fn start_with(test: &str, max_wait_s: f64, input: CloudInput) -> Self {
         let (own, peer) = (node("detection", test), node("robot", test));
         let config = DetectionConfig { max_wait_s, ..DetectionConfig::default() };
-        let parameters = DetectionParameters { input, config };
+        let parameters = DetectionParameters { input, config, ..DetectionParameters::default() };
         let shutdown = own.shutdown_signal();
         let served = tokio::spawn(async move {
             let result = serve(&own, parameters).await;
@@ -281,6 +281,77 @@ async fn what_is_wrong_with_an_input_is_said() {
     bench.scans.publish(scan(at(3_000))).unwrap();
     let report = bench.report().await;
     assert!(report.processed && report.cycle == 0, "{report:?}");
+    bench.end().await;
+}
+
+/// A wall 3 m away, which the scanner has 6 cm farther.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_scan_beside_the_surfaces_is_a_warning_in_the_diagnostics() {
+    use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+    let bench = Bench::start("extrinsics", 0.5).await;
+    let reliable = Qos::reliable(50);
+    let diagnostics =
+        bench.peer.subscription::<DiagnosticArray>("/diagnostics", &reliable).unwrap();
+    let camera = CameraModel {
+        width_px: 160,
+        height_px: 120,
+        fx_px: 144.0,
+        fy_px: 144.0,
+        cx_px: 79.5,
+        cy_px: 59.5,
+        distortion: Distortion::None,
+    };
+    let wall = |stamp| {
+        let pixels = DepthPixels::Millimetres(vec![3000; 160 * 120]);
+        DepthImage::new(stamp, "camera_optical_frame".to_owned(), (160, 120), pixels).unwrap()
+    };
+    let turn = |stamp| {
+        let step_rad = 1_f32.to_radians();
+        let ranges_m = (0..81).map(|beam| 3.06 / ((beam as f32 - 40.0) * step_rad).cos()).collect();
+        convert::message_from_scan(&Scan {
+            stamp,
+            frame_id: "laser".to_owned(),
+            angle_min_rad: -40.0 * step_rad,
+            angle_increment_rad: step_rad,
+            range_max_m: 8.0,
+            ranges_m,
+            ..Scan::default()
+        })
+    };
+    bench
+        .camera_infos
+        .publish(convert::message_from_camera(&camera, at(0), "camera_optical_frame"))
+        .unwrap();
+    for cycle in 0..20 {
+        let stamp = at(1_000 + 500 * cycle);
+        bench.images.publish(convert::message_from_depth(&wall(stamp))).unwrap();
+        bench.poses.publish(pose(stamp, 0.0)).unwrap();
+        bench.scans.publish(turn(stamp)).unwrap();
+        // A scan is decided when the next image or pose has come.
+        if cycle > 0 {
+            assert!(bench.report().await.processed);
+        }
+    }
+    let warning = soon("a warning", async {
+        loop {
+            let message = diagnostics.next().await.message;
+            let own = message.status.iter().find(|status| status.name.ends_with("/detection"));
+            if let Some(status) = own
+                && status.message.contains("calibrate anew")
+            {
+                break status.clone();
+            }
+        }
+    })
+    .await;
+    assert_eq!(warning.level, DiagnosticStatus::WARN);
+    assert!(
+        warning.message.contains("extrinsics: the scan lies 0.06 m beside the surfaces"),
+        "{warning:?}"
+    );
+    let value = warning.values.iter().find(|pair| pair.key == "extrinsics").unwrap();
+    assert!(value.value.contains("limit 0.03 m"), "{value:?}");
+    drop(diagnostics);
     bench.end().await;
 }
 

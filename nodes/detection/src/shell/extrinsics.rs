@@ -1,0 +1,153 @@
+//! The running check of the mounts, and the calibration of a camera from a file.
+
+#[cfg(test)]
+mod tests;
+
+use calibration::camera_file::camera_from_yaml;
+use calibration::{
+    CalibrationConfig, DepthOptics, DriftConfig, DriftMonitor, Extrinsics, RigMounts, returns_of,
+};
+use geometry::{CameraModel, DepthImage, Scan, Stamp, pose_from_vector};
+use nalgebra::Isometry3;
+use node_shell::{Counters, NodeFailure, Throttle};
+
+use super::{CloudInput, DetectionParameters};
+use crate::ConfigError;
+
+/// The name of the check on `/diagnostics`.
+const CONDITION: &str = "extrinsics";
+/// While the platform moves farther than this from a cycle to the next, the scan and the image are not of one place and
+/// the cycle is left out: less than half of the limit, ...
+const STILL_M: f64 = 0.02;
+/// ... and less than half of it at 4 m.
+const STILL_RAD: f64 = 0.005;
+/// Poses so far apart say nothing of how fast the platform moves.
+const MAX_CYCLE_GAP_S: f64 = 1.0;
+
+/// The calibration in a file; none for an empty name.
+///
+/// # Errors
+/// When there is no such file, or it is none of a camera.
+pub(super) fn given_camera(path: &str) -> Result<Option<CameraModel>, NodeFailure> {
+    if path.is_empty() {
+        return Ok(None);
+    }
+    let within = |reason: String| format!("parameter camera_info_file: {path}: {reason}");
+    let text = std::fs::read_to_string(path).map_err(|error| within(error.to_string()))?;
+    let file = camera_from_yaml(&text).map_err(|error| within(error.to_string()))?;
+    Ok(Some(file.camera))
+}
+
+/// Looks now and then whether the scan lies on the surfaces that the camera sees.
+pub(super) struct ExtrinsicsCheck {
+    monitor: DriftMonitor,
+    mounts: RigMounts,
+    period_s: f64,
+    /// The scan that was looked at last.
+    looked: Option<Stamp>,
+    /// The scan before and where the rig was.
+    before: Option<(Stamp, Isometry3<f64>)>,
+    counters: Counters,
+    warned: Throttle,
+}
+
+impl ExtrinsicsCheck {
+    /// The check that the parameters ask for; none where it is turned off.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub(super) fn new(
+        parameters: &DetectionParameters,
+        counters: Counters,
+    ) -> Result<Option<Self>, ConfigError> {
+        let (period_s, limit_m) =
+            (parameters.extrinsics_check_period_s, parameters.extrinsics_limit_m);
+        let out_of_range =
+            |name, accepted, value| ConfigError::OutOfRange { name, accepted, value };
+        if !(period_s.is_finite() && period_s >= 0.0) {
+            let name = "extrinsics_check_period_s";
+            return Err(out_of_range(name, "0 or more seconds", period_s));
+        }
+        if !(limit_m.is_finite() && limit_m > 0.0) {
+            let name = "extrinsics_limit_m";
+            return Err(out_of_range(name, "a positive number of metres", limit_m));
+        }
+        if period_s == 0.0 {
+            counters.note_condition(CONDITION, "not checked: turned off", false);
+            return Ok(None);
+        }
+        if parameters.input == CloudInput::Points {
+            counters.note_condition(
+                CONDITION,
+                "not checked: clouds are not, depth images are",
+                false,
+            );
+            return Ok(None);
+        }
+        counters.note_condition(CONDITION, "not known yet", false);
+        let drift = DriftConfig { limit_m, ..DriftConfig::default() };
+        let config = &parameters.config;
+        Ok(Some(Self {
+            monitor: DriftMonitor::new(drift, CalibrationConfig::default()),
+            mounts: RigMounts {
+                rig_from_camera: pose_from_vector(&config.rig_from_camera),
+                rig_from_lidar: pose_from_vector(&config.rig_from_lidar),
+            },
+            period_s,
+            looked: None,
+            before: None,
+            counters,
+            warned: Throttle::for_warnings(),
+        }))
+    }
+
+    /// Takes a cycle, and looks at it if it is time and the platform stands still.
+    pub(super) fn look(
+        &mut self,
+        scan: &Scan,
+        image: &DepthImage,
+        optics: DepthOptics<'_>,
+        map_from_rig: &Isometry3<f64>,
+    ) -> Option<Extrinsics> {
+        let before = self.before.replace((scan.stamp, *map_from_rig));
+        let is_due =
+            self.looked.is_none_or(|looked| scan.stamp.seconds_since(looked) >= self.period_s);
+        if !is_due || !before.is_some_and(|before| is_still(before, (scan.stamp, *map_from_rig))) {
+            return None;
+        }
+        self.looked = Some(scan.stamp);
+        let returns = returns_of(scan, |_| Some(Isometry3::identity()));
+        let verdict = self.monitor.observe(&returns, image, optics, &self.mounts);
+        self.tell(&verdict);
+        Some(verdict)
+    }
+
+    /// Forgets what it has seen, as after a jump of the clock.
+    pub(super) fn forget(&mut self) {
+        self.monitor.clear();
+        self.looked = None;
+        self.before = None;
+    }
+
+    fn tell(&self, verdict: &Extrinsics) {
+        let text = verdict.to_string();
+        self.counters.note_condition(CONDITION, &text, verdict.is_wrong());
+        if verdict.is_wrong()
+            && let Some(held_back) = self.warned.pass()
+        {
+            tracing::warn!("{CONDITION}: {text} ({held_back} more since the last warning)");
+        }
+    }
+}
+
+/// Whether the platform has hardly moved from one cycle to the next.
+fn is_still(
+    (before, there): (Stamp, Isometry3<f64>),
+    (stamp, here): (Stamp, Isometry3<f64>),
+) -> bool {
+    let gap_s = stamp.seconds_since(before);
+    let way_m = (here.translation.vector - there.translation.vector).norm();
+    (0.0..MAX_CYCLE_GAP_S).contains(&gap_s)
+        && way_m < STILL_M
+        && here.rotation.angle_to(&there.rotation) < STILL_RAD
+}

@@ -1,0 +1,285 @@
+//! What stands apart and travels: the motion of an object whose ways have never been seen free.
+//!
+//! Free space tells nothing of one who stood before the scanner from the first scan on and walks away from
+//! it: every place that it reaches was hidden behind it. But it is a narrow thing with nothing near it to
+//! both sides, and it goes from place to place. Such things are followed over the scans, and one that
+//! has come some way is moving.
+//!
+//! Background that is merely uncovered does not travel: it is new where it is, and then it stays.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use nalgebra::{Point2, distance};
+
+use super::free_space::Verdict;
+use super::turn::Turn;
+
+/// Returns next to each other belong to one thing when they are no farther apart than this: a stride.
+const STRIDE_M: f64 = 0.4;
+/// A wider thing is furniture, or a part of the room: two persons side by side are narrower.
+const WIDEST_M: f64 = 1.0;
+/// Beams without a return that a thing may go over: black trousers.
+const MOST_EMPTY_BEAMS: usize = 3;
+/// A thing is seen past at a side where it has so much without a return beside it.
+const SEEN_PAST_M: f64 = 0.1;
+/// Faster than this nobody goes indoors: a run.
+const FASTEST_M_PER_S: f64 = 3.0;
+/// The middle of what is seen of a thing jumps by so much without motion: half a body.
+const JUMP_M: f64 = 0.2;
+/// A thing has travelled when it is so far from where it was: more than the middle of a standing person sways.
+const TRAVELLED_M: f64 = 0.25;
+/// Looked back no farther than this: in that time a slow walker goes [`TRAVELLED_M`].
+const LONGEST_LOOK_MS: u32 = 800;
+/// And no less: what moves so far at once is another thing that came into sight.
+const SHORTEST_LOOK_MS: u32 = 350;
+/// Places that a journey is made of, at least: with three of them a thing that came into sight beside another
+/// could pass for it.
+const LEAST_PLACES: usize = 4;
+/// The way from place to place may be longer than the journey by this factor: what merely sways goes back.
+const MOST_DETOUR: f64 = 1.5;
+/// One who has travelled may rest for so long between two steps.
+const REST_MS: u32 = 1_000;
+/// A journey counts only above this share of the platform's own: what is seen of a thing that stands changes as
+/// the platform goes by.
+const SHARE_OF_PLATFORM: f64 = 0.5;
+/// A platform that has not gone farther stands: its poses waver by so much.
+const STANDS_M: f64 = 0.05;
+
+/// The things that stood apart in the last scans.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Travellers {
+    things: Vec<Thing>,
+}
+
+/// A thing and where it was.
+#[derive(Clone, Debug)]
+struct Thing {
+    /// The latest place last.
+    places: VecDeque<Place>,
+    /// When it was last seen to have travelled.
+    travelled_ms: Option<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    now_ms: u32,
+    in_map_m: Point2<f64>,
+    platform_m: Point2<f64>,
+    is_half_hidden: bool,
+}
+
+/// A thing that stands apart in one turn.
+#[derive(Clone, Debug)]
+struct Apart {
+    beams: Range<usize>,
+    /// Background in front of it hides a part at one side: how much, changes as the platform moves.
+    is_half_hidden: bool,
+}
+
+/// What is beside a thing, at one side.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Beside {
+    /// What is farther away, or nothing.
+    Open,
+    /// Background that is nearer, and may hide a part of it.
+    Background,
+    /// Something else that is nearer: what it hides changes as it goes.
+    Other,
+}
+
+impl Travellers {
+    pub(super) fn clear(&mut self) {
+        self.things.clear();
+    }
+
+    /// Follows the things of the turn, one verdict a beam. Returns the beams of those that travel, run by run.
+    pub(super) fn follow(
+        &mut self,
+        turn: &Turn,
+        verdicts: &[Option<Verdict>],
+        now_ms: u32,
+    ) -> Vec<Range<usize>> {
+        let apart = things_apart(turn, verdicts);
+        let mut before = std::mem::take(&mut self.things);
+        let mut runs = Vec::new();
+        for (thing, beams) in matched(&mut before, turn, &apart, now_ms) {
+            if thing.travelled_ms.is_some_and(|at_ms| now_ms.saturating_sub(at_ms) <= REST_MS) {
+                runs.push(beams);
+            }
+            self.things.push(thing);
+        }
+        runs
+    }
+}
+
+/// Each thing that stands apart, with its past where it has one. The nearest pairs are matched first, so that a
+/// thing that came into sight beside a traveller does not take over its journey.
+fn matched(
+    before: &mut Vec<Thing>,
+    turn: &Turn,
+    apart: &[Apart],
+    now_ms: u32,
+) -> Vec<(Thing, Range<usize>)> {
+    let Some(platform_m) = turn.beams.first().map(|beam| beam.origin_m) else { return Vec::new() };
+    let places: Vec<Place> = apart
+        .iter()
+        .map(|one| Place {
+            now_ms,
+            in_map_m: middle_m(turn, &one.beams),
+            platform_m,
+            is_half_hidden: one.is_half_hidden,
+        })
+        .collect();
+    let mut pairs = Vec::new();
+    for (new, place) in places.iter().enumerate() {
+        for (old, thing) in before.iter().enumerate() {
+            let Some(last) = thing.places.back() else { continue };
+            let apart_m = distance(&last.in_map_m, &place.in_map_m);
+            let elapsed_s = f64::from(now_ms.saturating_sub(last.now_ms)) * 1e-3;
+            if apart_m <= JUMP_M + FASTEST_M_PER_S * elapsed_s {
+                pairs.push((apart_m, new, old));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    let mut past: Vec<Option<usize>> = vec![None; places.len()];
+    let mut is_taken = vec![false; before.len()];
+    for (_, new, old) in pairs {
+        if past[new].is_none() && !is_taken[old] {
+            past[new] = Some(old);
+            is_taken[old] = true;
+        }
+    }
+    let mut before: Vec<Option<Thing>> = before.drain(..).map(Some).collect();
+    let thing_of = |(place, old): (&Place, &Option<usize>)| {
+        let known = old.and_then(|old| before.get_mut(old)?.take());
+        let mut thing =
+            known.unwrap_or_else(|| Thing { places: VecDeque::new(), travelled_ms: None });
+        thing.arrive(*place);
+        thing
+    };
+    let beams = apart.iter().map(|one| one.beams.clone());
+    places.iter().zip(&past).map(thing_of).zip(beams).collect()
+}
+
+impl Thing {
+    fn arrive(&mut self, place: Place) {
+        self.places.push_back(place);
+        while self
+            .places
+            .front()
+            .is_some_and(|old| place.now_ms.saturating_sub(old.now_ms) > LONGEST_LOOK_MS)
+        {
+            self.places.pop_front();
+        }
+        if self.has_travelled() {
+            self.travelled_ms = Some(place.now_ms);
+        }
+    }
+
+    /// Whether it has come some way over the places that are remembered.
+    fn has_travelled(&self) -> bool {
+        let (Some(first), Some(last)) = (self.places.front(), self.places.back()) else {
+            return false;
+        };
+        if self.places.len() < LEAST_PLACES
+            || last.now_ms.saturating_sub(first.now_ms) < SHORTEST_LOOK_MS
+        {
+            return false;
+        }
+        let steps = self.places.iter().zip(self.places.iter().skip(1));
+        let way_m: f64 = steps.map(|(from, to)| distance(&from.in_map_m, &to.in_map_m)).sum();
+        let journey_m = distance(&first.in_map_m, &last.in_map_m);
+        let platform_m = distance(&first.platform_m, &last.platform_m);
+        if platform_m > STANDS_M && self.places.iter().any(|place| place.is_half_hidden) {
+            return false;
+        }
+        journey_m >= TRAVELLED_M + SHARE_OF_PLATFORM * platform_m
+            && way_m <= MOST_DETOUR * journey_m
+    }
+}
+
+/// The narrow things that have nothing near them: the room goes on behind them at both sides, or at one side and
+/// background hides a part of them at the other.
+fn things_apart(turn: &Turn, verdicts: &[Option<Verdict>]) -> Vec<Apart> {
+    let runs = runs_of_returns(turn);
+    let look = Look { turn, verdicts };
+    let apart = |index: usize| {
+        let beams = runs.get(index)?;
+        // At the ends of the scan nothing is known of what stands beside.
+        if !look.is_narrow(beams) || beams.start == 0 || beams.end == turn.beams.len() {
+            return None;
+        }
+        let right = index.checked_sub(1).and_then(|before| runs.get(before)).map(|run| run.end - 1);
+        let left = runs.get(index + 1).map(|next| next.start);
+        let is_half_hidden =
+            match (look.beside(beams.start, right), look.beside(beams.end - 1, left)) {
+                (Beside::Open, Beside::Open) => false,
+                (Beside::Open, Beside::Background) | (Beside::Background, Beside::Open) => true,
+                _ => return None,
+            };
+        Some(Apart { beams: beams.clone(), is_half_hidden })
+    };
+    (0..runs.len()).filter_map(apart).collect()
+}
+
+/// The runs of beams whose returns follow one another within a stride.
+fn runs_of_returns(turn: &Turn) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for (beam, met) in turn.beams.iter().enumerate().filter_map(|(at, b)| Some((at, b.met?))) {
+        let goes_on = runs.last().and_then(|run| {
+            let last = turn.beams.get(run.end - 1)?.met?;
+            let is_near = distance(&last.in_map_m, &met.in_map_m) <= STRIDE_M;
+            Some(is_near && beam - run.end <= MOST_EMPTY_BEAMS)
+        });
+        match runs.last_mut() {
+            Some(run) if goes_on == Some(true) => run.end = beam + 1,
+            _ => runs.push(beam..beam + 1),
+        }
+    }
+    runs
+}
+
+struct Look<'a> {
+    turn: &'a Turn,
+    verdicts: &'a [Option<Verdict>],
+}
+
+impl Look<'_> {
+    fn is_narrow(&self, beams: &Range<usize>) -> bool {
+        let place = |beam: usize| self.turn.beams.get(beam)?.met.map(|met| met.in_map_m);
+        let ends = place(beams.start).zip(place(beams.end - 1));
+        ends.is_some_and(|(right, left)| distance(&right, &left) <= WIDEST_M)
+    }
+
+    /// What is beside the beam at an edge of a thing, whose next return is that of beam `other`.
+    fn beside(&self, edge: usize, other: Option<usize>) -> Beside {
+        let range_m = |beam: usize| self.turn.beams.get(beam)?.met.map(|met| met.range_m);
+        let Some((other, other_m)) = other.and_then(|other| Some((other, range_m(other)?))) else {
+            return Beside::Open;
+        };
+        let Some(own_m) = range_m(edge) else { return Beside::Other };
+        let empty_beams = edge.abs_diff(other) - 1;
+        let empty_m = empty_beams as f64 * self.turn.step_rad * f64::from(own_m);
+        if own_m < other_m || empty_m >= SEEN_PAST_M {
+            Beside::Open
+        } else if self.verdicts.get(other) == Some(&Some(Verdict::Background)) {
+            Beside::Background
+        } else {
+            Beside::Other
+        }
+    }
+}
+
+/// The middle of what is seen of a thing.
+fn middle_m(turn: &Turn, beams: &Range<usize>) -> Point2<f64> {
+    let places = turn.beams[beams.clone()].iter().filter_map(|beam| beam.met);
+    let (sum, count) = places.fold((nalgebra::Vector2::zeros(), 0.0), |(sum, count), met| {
+        (sum + met.in_map_m.coords, count + 1.0)
+    });
+    Point2::from(sum / f64::max(count, 1.0))
+}
+
+#[cfg(test)]
+mod tests;
