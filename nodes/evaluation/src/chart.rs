@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use maud::{Markup, html};
 
-pub(crate) use self::axis::Axis;
+pub use self::axis::Axis;
 
 /// The drawing's own units: as wide as a phone's page, so that its text stays legible there.
 const WIDTH: f64 = 480.0;
@@ -19,27 +19,36 @@ const BOTTOM: f64 = 44.0;
 const DOT_RADIUS: f64 = 2.2;
 
 /// One chart: what it shows, its axes, and its series from back to front.
-pub(crate) struct Chart {
+#[derive(Clone, PartialEq, Debug)]
+pub struct Chart {
     /// Names the chart in the page's markup; unique within a page.
-    pub(crate) id: &'static str,
-    pub(crate) title: String,
+    pub id: String,
+    /// What it shows.
+    pub title: String,
     /// What a reader sees in it, for those who do not.
-    pub(crate) description: String,
-    pub(crate) x: Axis,
-    pub(crate) y: Axis,
-    pub(crate) series: Vec<Series>,
+    pub description: String,
+    /// The axis to the right.
+    pub x: Axis,
+    /// The axis upwards.
+    pub y: Axis,
+    /// What is drawn, from back to front.
+    pub series: Vec<Series>,
 }
 
 /// A series of a chart.
-pub(crate) struct Series {
-    pub(crate) name: String,
+#[derive(Clone, PartialEq, Debug)]
+pub struct Series {
+    /// What it is, for the legend.
+    pub name: String,
     /// The class that the page's style gives a colour.
-    pub(crate) class: &'static str,
-    pub(crate) marks: Marks,
+    pub class: &'static str,
+    /// Its values.
+    pub marks: Marks,
 }
 
 /// How a series is drawn.
-pub(crate) enum Marks {
+#[derive(Clone, PartialEq, Debug)]
+pub enum Marks {
     /// A line through points `(x, y)`.
     Line(Vec<(f64, f64)>),
     /// Upright bars `(x, from, to)`.
@@ -152,7 +161,8 @@ impl Chart {
 
 impl Marks {
     /// All values along the y axis.
-    pub(crate) fn values(&self) -> Vec<f64> {
+    #[must_use]
+    pub fn values(&self) -> Vec<f64> {
         match self {
             Self::Line(points) | Self::Dots(points) => points.iter().map(|point| point.1).collect(),
             Self::Bars(bars) => bars.iter().flat_map(|bar| [bar.1, bar.2]).collect(),
@@ -179,7 +189,7 @@ mod tests {
 
     fn chart(series: Vec<Series>) -> Chart {
         Chart {
-            id: "c",
+            id: "c".to_owned(),
             title: "A < B".to_owned(),
             description: "Rising.".to_owned(),
             x: Axis::spanning("time (s)", [0.0, 10.0]),

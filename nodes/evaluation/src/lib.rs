@@ -12,13 +12,16 @@ mod cloud_distance;
 mod correlation;
 mod dynamic_score;
 mod headline;
+mod page;
 mod pictures;
 mod report;
 mod run_record;
+mod scan_zones;
 mod summary;
 mod timing;
 mod truth;
 
+pub use chart::{Axis, Chart, Marks, Series};
 pub use cloud_distance::{CloudDistance, CloudDistanceError, cloud_distance};
 pub use correlation::{Correlation, CorrelationError, LocalisedView, correlation};
 pub use dynamic_score::{
@@ -26,9 +29,16 @@ pub use dynamic_score::{
     ObjectCycleScore, ObjectScore, RemovedPoints, ScoreError, score_dynamic,
 };
 pub use headline::headline;
-pub use pictures::{MapPictures, PictureError, PictureFrame, View, ViewPictures, map_pictures};
+pub use page::{
+    CellTone, Page, PageCell, PagePart, PagePicture, PageRow, PageSection, PageTable, page_html,
+};
+pub use pictures::{
+    CloudPicture, MapPictures, PictureError, PictureFrame, View, ViewPictures, cloud_pictures,
+    map_pictures,
+};
 pub use report::report_html;
 pub use run_record::{CycleRecord, DropCount, RunRecord, Transport};
+pub use scan_zones::{LabelledScan, ScanZoneScore, score_scan_zones};
 pub use summary::{
     CycleCounts, DropSummary, MapSummary, PointStatistics, StagePoints, Summary, ZoneShares,
 };

@@ -4,6 +4,7 @@
 //! so that two pictures can be compared by looking from one to the other.
 
 mod canvas;
+mod clouds;
 mod frame;
 #[cfg(test)]
 mod tests;
@@ -13,6 +14,7 @@ use nalgebra::Point3;
 
 pub(crate) use self::canvas::HEIGHT_COLOURS;
 use self::canvas::{Canvas, Colour, faded, height_colour};
+pub use self::clouds::{CloudPicture, cloud_pictures};
 pub use self::frame::{PictureFrame, View};
 use crate::{RunRecord, summary::voxels_kept_out};
 

@@ -13,7 +13,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::{PictureError, RunRecord, Summary, headline, map_pictures};
 
-const STYLE: &str = include_str!("report/style.css");
+pub(crate) const STYLE: &str = include_str!("report/style.css");
 
 /// The report page of `run`, whose figures are `summary`.
 ///

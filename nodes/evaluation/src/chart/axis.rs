@@ -10,7 +10,8 @@ const MILLIONS_STEP: f64 = 1e5;
 const MAX_GROUPED: f64 = 1e9;
 
 /// An axis from one round value to another.
-pub(crate) struct Axis {
+#[derive(Clone, PartialEq, Debug)]
+pub struct Axis {
     label: String,
     first: f64,
     last: f64,
@@ -19,7 +20,8 @@ pub(crate) struct Axis {
 
 impl Axis {
     /// An axis that holds all finite `values`, its ends at ticks. With no such value it goes from 0 to 1.
-    pub(crate) fn spanning(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
+    #[must_use]
+    pub fn spanning(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let finite = values.into_iter().filter(|value| value.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(value), high.max(value))
@@ -37,7 +39,8 @@ impl Axis {
     }
 
     /// An axis that ends where the `values` end, with ticks between.
-    pub(crate) fn within(label: &str, values: impl IntoIterator<Item = f64> + Clone) -> Self {
+    #[must_use]
+    pub fn within(label: &str, values: impl IntoIterator<Item = f64> + Clone) -> Self {
         let axis = Self::spanning(label, values.clone());
         let finite = || values.clone().into_iter().filter(|value| value.is_finite());
         let (low, high) = (finite().reduce(f64::min), finite().reduce(f64::max));
@@ -52,7 +55,8 @@ impl Axis {
     }
 
     /// Where a value lies between the ends: 0 at the first, 1 at the last.
-    pub(crate) fn position(&self, value: f64) -> f64 {
+    #[must_use]
+    pub fn position(&self, value: f64) -> f64 {
         ((value - self.first) / (self.last - self.first)).clamp(0.0, 1.0)
     }
 

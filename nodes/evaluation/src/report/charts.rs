@@ -105,7 +105,7 @@ fn bearing_chart(run: &RunRecord, truth: Option<&DynamicScore>, times: &CycleTim
     }
     let values: Vec<f64> = series.iter().flat_map(|series| series.marks.values()).collect();
     Chart {
-        id: "bearing",
+        id: "bearing".to_owned(),
         title: "Bearing of the dynamic zone".to_owned(),
         description,
         x: times.axis(),
@@ -132,7 +132,7 @@ fn removed_chart(score: &DynamicScore, times: &CycleTimes) -> Markup {
         })
         .collect();
     Chart {
-        id: "removed",
+        id: "removed".to_owned(),
         title: "True points removed, cycle by cycle".to_owned(),
         description: "For each cycle in which an object was in view, the share of its points that was removed."
             .to_owned(),
@@ -150,7 +150,7 @@ fn growth_chart(run: &RunRecord, times: &CycleTimes) -> Markup {
         run.cycles.last().map_or(0, |c| c.map_points),
     );
     Chart {
-        id: "growth",
+        id: "growth".to_owned(),
         title: "Growth of the map".to_owned(),
         description: format!("The map grows from {} to {} points.", grouped(first), grouped(last)),
         x: times.axis(),
@@ -177,7 +177,7 @@ fn stage_chart(run: &RunRecord, times: &CycleTimes) -> Markup {
     ];
     let values: Vec<f64> = series.iter().flat_map(|series| series.marks.values()).collect();
     Chart {
-        id: "stages",
+        id: "stages".to_owned(),
         title: "Points of each stage".to_owned(),
         description:
             "Points of the reduced cloud, of these in a zone, and of these taken for moving."

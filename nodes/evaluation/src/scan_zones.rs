@@ -1,0 +1,178 @@
+//! How well zones cover what moves in a scan, where the moving returns of a recording are labelled: a point for
+//! each leg of each person, as leg trackers are trained on.
+//!
+//! Labels do not say who walks and who stands. A label stays where another label is at the same place a while
+//! earlier or later; any other moves. A walker's leg stands for 0.6 s of a step, so the while is longer.
+
+use geometry::DynamicZone;
+use nalgebra::{Isometry3, Point3};
+use serde::{Deserialize, Serialize};
+
+/// A leg that is there this long after is a leg of one who stands.
+const WHILE_S: f64 = 1.0;
+/// A label is looked for up to so long after that while: a few scans.
+const LOOK_S: f64 = 0.5;
+/// Within this distance two labels are at one place: a leg's width and the noise of a cluster's middle.
+const SAME_PLACE_M: f64 = 0.15;
+
+/// One scan: what is labelled in it, and the zones that were found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct LabelledScan {
+    /// When it began, in seconds since any moment.
+    pub time_s: f64,
+    /// The pose of the rig.
+    pub map_from_rig: Isometry3<f64>,
+    /// The zones of its cycle.
+    pub zones: Vec<DynamicZone>,
+    /// The labelled places in the rig frame; `None` where the scan was not labelled.
+    pub labels_in_rig_m: Option<Vec<Point3<f64>>>,
+}
+
+/// The score of a recording.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct ScanZoneScore {
+    /// Scans.
+    pub scans: usize,
+    /// Of these, scans with a zone.
+    pub scans_with_zone: usize,
+    /// Zones of all scans.
+    pub zones: usize,
+    /// Scans that were labelled and hold nobody.
+    pub empty_scans: usize,
+    /// Zones of these.
+    pub zones_in_empty_scans: usize,
+    /// Labels.
+    pub labels: usize,
+    /// Of these, labels that move.
+    pub moving_labels: usize,
+    /// Of these, labels in the direction of a zone.
+    pub moving_labels_in_zone: usize,
+}
+
+impl ScanZoneScore {
+    /// The share of the moving labels that lie in a zone; none without one.
+    #[must_use]
+    pub fn found_share(&self) -> Option<f64> {
+        share(self.moving_labels_in_zone, self.moving_labels)
+    }
+
+    /// The share of scans with a zone; none without a scan.
+    #[must_use]
+    pub fn zone_share(&self) -> Option<f64> {
+        share(self.scans_with_zone, self.scans)
+    }
+}
+
+fn share(part: usize, whole: usize) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}
+
+/// Scores the scans of a recording, which are in the order of their times.
+#[must_use]
+pub fn score_scan_zones(scans: &[LabelledScan]) -> ScanZoneScore {
+    let mut score = ScanZoneScore { scans: scans.len(), ..ScanZoneScore::default() };
+    for (index, scan) in scans.iter().enumerate() {
+        score.zones += scan.zones.len();
+        score.scans_with_zone += usize::from(!scan.zones.is_empty());
+        let Some(labels) = &scan.labels_in_rig_m else { continue };
+        if labels.is_empty() {
+            score.empty_scans += 1;
+            score.zones_in_empty_scans += scan.zones.len();
+        }
+        score.labels += labels.len();
+        for label in labels {
+            if stays(&(scan.map_from_rig * label), index, scans) {
+                continue;
+            }
+            score.moving_labels += 1;
+            let in_zone = scan.zones.iter().any(|zone| zone.contains(&label.cast()));
+            score.moving_labels_in_zone += usize::from(in_zone);
+        }
+    }
+    score
+}
+
+/// Whether a label of scan `index` has another at its place a while earlier or later.
+fn stays(in_map_m: &Point3<f64>, index: usize, scans: &[LabelledScan]) -> bool {
+    let Some((before, from)) = scans.split_at_checked(index) else { return false };
+    let Some(now_s) = from.first().map(|scan| scan.time_s) else { return false };
+    let apart_s = |scan: &LabelledScan| (scan.time_s - now_s).abs();
+    let near = |scan: &&LabelledScan| apart_s(scan) <= WHILE_S + LOOK_S;
+    before.iter().rev().take_while(near).chain(from.iter().take_while(near)).any(|scan| {
+        let labels = scan.labels_in_rig_m.iter().flatten();
+        apart_s(scan) >= WHILE_S
+            && labels
+                .map(|label| scan.map_from_rig * label)
+                .any(|place_m| nalgebra::distance(&place_m.xy(), &in_map_m.xy()) <= SAME_PLACE_M)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use geometry::ZoneSource;
+
+    use super::*;
+
+    const PERIOD_S: f64 = 0.1;
+
+    fn zone(azimuth_min_rad: f64, azimuth_max_rad: f64) -> DynamicZone {
+        DynamicZone {
+            azimuth_min_rad,
+            azimuth_max_rad,
+            peak_std_dev_m: 1.0,
+            source: ZoneSource::Measured,
+            returns: None,
+        }
+    }
+
+    fn scan(index: usize, labels_in_rig_m: &[[f64; 2]], zones: Vec<DynamicZone>) -> LabelledScan {
+        let labels = labels_in_rig_m.iter().map(|&[x, y]| Point3::new(x, y, 0.0)).collect();
+        LabelledScan {
+            time_s: index as f64 * PERIOD_S,
+            map_from_rig: Isometry3::identity(),
+            zones,
+            labels_in_rig_m: Some(labels),
+        }
+    }
+
+    #[test]
+    fn who_walks_counts_and_who_stands_does_not() {
+        // One stands at 2 m ahead; one walks across at 1 m/s, 3 m ahead; zones see the left side only.
+        let scans: Vec<_> = (0..40)
+            .map(|index| {
+                let walker_m = [3.0, 2.0 - index as f64 * PERIOD_S];
+                scan(index, &[[2.0, 0.0], walker_m], vec![zone(0.01, 1.0)])
+            })
+            .collect();
+        let score = score_scan_zones(&scans);
+        assert_eq!((score.scans, score.scans_with_zone, score.zones), (40, 40, 40));
+        assert_eq!((score.labels, score.moving_labels), (80, 40));
+        assert_eq!(score.moving_labels_in_zone, 20);
+        assert_eq!(score.found_share(), Some(0.5));
+    }
+
+    #[test]
+    fn a_platform_that_moves_does_not_make_who_stands_a_walker() {
+        let scans: Vec<_> = (0..40)
+            .map(|index| {
+                let driven_m = 0.5 * index as f64 * PERIOD_S;
+                LabelledScan {
+                    map_from_rig: Isometry3::translation(driven_m, 0.0, 0.0),
+                    ..scan(index, &[[5.0 - driven_m, 1.0]], Vec::new())
+                }
+            })
+            .collect();
+        assert_eq!(score_scan_zones(&scans).moving_labels, 0);
+    }
+
+    #[test]
+    fn zones_where_nobody_is_are_counted() {
+        let mut scans =
+            vec![scan(0, &[], vec![zone(0.0, 0.1), zone(0.5, 0.6)]), scan(1, &[], vec![])];
+        scans.push(LabelledScan { labels_in_rig_m: None, ..scan(2, &[], vec![zone(0.0, 0.1)]) });
+        let score = score_scan_zones(&scans);
+        assert_eq!((score.empty_scans, score.zones_in_empty_scans), (2, 2));
+        assert_eq!((score.zones, score.found_share()), (3, None));
+        assert_eq!(score_scan_zones(&[]).zone_share(), None);
+    }
+}
