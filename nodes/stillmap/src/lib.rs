@@ -2,10 +2,12 @@
 //! of the workspace; no method lives here.
 
 mod bench;
+mod calibrate;
 mod console;
 mod demo;
 mod doctor;
 mod eval;
+mod experiments;
 mod failure;
 mod import;
 mod info;
@@ -16,6 +18,7 @@ mod rig;
 mod run;
 mod sensor_bag;
 mod simulate;
+mod trial;
 mod up;
 
 use std::ffi::OsString;
@@ -64,9 +67,13 @@ enum Command {
     Import(import::ImportArgs),
     /// A simulated room as a bag, with its truth
     Simulate(simulate::SimulateArgs),
+    /// Where the scanner is on the rig, by the surfaces that the depth camera sees
+    Calibrate(calibrate::CalibrateArgs),
     /// Scores of results against a reference
     #[command(subcommand)]
     Eval(eval::EvalArgs),
+    /// The eleven experiments of Rec-HV, run again: each published table beside ours
+    Experiments(experiments::ExperimentsArgs),
     /// What is wrong with this machine and the live graph, or with a bag, and what mends it
     Doctor(doctor::DoctorArgs),
     /// What the transport of this machine carries
@@ -104,7 +111,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Calibrate(args) => calibrate::run(&args),
         Command::Eval(args) => eval::run(&args),
+        Command::Experiments(args) => experiments::run(&args),
         Command::Doctor(args) => doctor::run(&args, &ros),
         Command::Bench(args) => bench::run(args, &ros),
         Command::Up(args) => up::run(&args, &ros),

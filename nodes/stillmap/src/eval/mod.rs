@@ -1,6 +1,7 @@
 //! `stillmap eval`: scores of results against a reference.
 
 mod map;
+mod scans;
 
 use clap::Subcommand;
 
@@ -11,10 +12,13 @@ use crate::failure::{Failure, Outcome};
 pub(crate) enum EvalArgs {
     /// A map against the empty scene: correlation by localised views, accuracy, completeness, F-score
     Map(map::MapArgs),
+    /// Detection on scans alone: zones where labelled legs move, and where nobody is
+    Scans(scans::ScansArgs),
 }
 
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome, Failure> {
     match args {
         EvalArgs::Map(args) => map::run(args),
+        EvalArgs::Scans(args) => scans::run(args),
     }
 }

@@ -2,6 +2,7 @@
 
 mod depth;
 mod depth_png;
+mod ros1;
 mod scan_cut;
 mod tum;
 
@@ -16,6 +17,8 @@ pub(crate) enum ImportArgs {
     Tum(tum::TumArgs),
     /// Numbered 16-bit depth pictures of a camera that stands still
     Depth(depth::DepthArgs),
+    /// A bag of ROS 1
+    Ros1(ros1::Ros1Args),
 }
 
 /// Runs `stillmap import`.
@@ -23,5 +26,6 @@ pub(crate) fn run(args: ImportArgs) -> Result<Outcome, Failure> {
     match args {
         ImportArgs::Tum(args) => tum::import(&args),
         ImportArgs::Depth(args) => depth::import(&args),
+        ImportArgs::Ros1(args) => ros1::import(&args),
     }
 }

@@ -6,7 +6,8 @@ mod findings;
 pub(crate) mod inputs;
 mod local;
 mod output;
-mod parameters;
+pub(crate) mod parameters;
+pub(crate) mod pipeline;
 mod recorder;
 mod truth;
 

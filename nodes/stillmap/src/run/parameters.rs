@@ -27,13 +27,24 @@ pub(crate) struct ParameterArgs {
 }
 
 /// The method of all three nodes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, ValueEnum, Serialize)]
 #[value(rename_all = "snake_case")]
-enum MethodName {
+#[serde(rename_all = "snake_case")]
+pub(crate) enum MethodName {
     /// Rec-HV as published
     RecHv,
     /// Free space, tracks and rays
     Stillmap,
+}
+
+impl MethodName {
+    /// As the parameter files have it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::RecHv => "rec_hv",
+            Self::Stillmap => "stillmap",
+        }
+    }
 }
 
 impl ParameterArgs {
@@ -67,6 +78,24 @@ impl PipelineParameters {
         Ok(parameters)
     }
 
+    /// The defaults of one method, with another edge of the voxels of the reduction and of the map where one
+    /// is given.
+    pub(crate) fn of_method(method: MethodName, voxel_edge_m: Option<f64>) -> Self {
+        let mut parameters = Self {
+            detection: DetectionParameters::default(),
+            segmentation: SegmentationParameters::default(),
+            reconstruction: ReconstructionParameters::default(),
+        };
+        parameters.set_method(method);
+        if let Some(edge_m) = voxel_edge_m {
+            parameters.detection.config.voxel_edge_m = edge_m;
+            // Rec-HV 3.2.6: the histogram's cells are those of the voxel grid.
+            parameters.segmentation.config.depth_cell_m = edge_m;
+            parameters.reconstruction.config.voxel_edge_m = edge_m;
+        }
+        parameters
+    }
+
     fn set_method(&mut self, method: MethodName) {
         let (detection, segmentation, reconstruction) = match method {
             MethodName::RecHv => (
@@ -93,8 +122,8 @@ impl PipelineParameters {
             self.reconstruction.config.method == reconstruction::Method::Stillmap,
         ];
         match of_stillmap {
-            [true, true, true] => "stillmap",
-            [false, false, false] => "rec_hv",
+            [true, true, true] => MethodName::Stillmap.name(),
+            [false, false, false] => MethodName::RecHv.name(),
             _ => "mixed",
         }
     }

@@ -1,0 +1,126 @@
+//! The rig's motion between a beam and an image.
+
+use detection::BeamOrder;
+use geometry::{PoseBuffer, Scan, Stamp, StampedPose};
+use nalgebra::Isometry3;
+
+/// Poses that differ by less over a whole bag are of a platform that stands still: less than the noise of a range ...
+const STILL_M: f64 = 0.02;
+/// ... and half of a beam's step.
+const STILL_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// The usual distance of what is met: by it a turn counts as a way.
+const USUAL_DISTANCE_M: f64 = 4.0;
+
+/// The poses of a bag.
+pub(super) struct Poses {
+    buffer: PoseBuffer,
+    first: Option<Isometry3<f64>>,
+    is_still: bool,
+    unusable: usize,
+}
+
+impl Poses {
+    /// Room for so many.
+    pub(super) fn new(capacity: usize, max_gap_s: f64) -> Self {
+        let buffer = PoseBuffer::new(capacity).with_max_gap_s(max_gap_s);
+        Self { buffer, first: None, is_still: true, unusable: 0 }
+    }
+
+    pub(super) fn push(&mut self, pose: StampedPose) {
+        let map_from_rig = pose.map_from_rig;
+        if self.buffer.push(pose).is_err() {
+            self.unusable += 1;
+            return;
+        }
+        let first = self.first.get_or_insert(map_from_rig);
+        let way_m = (map_from_rig.translation.vector - first.translation.vector).norm();
+        self.is_still &=
+            way_m < STILL_M && first.rotation.angle_to(&map_from_rig.rotation) < STILL_RAD;
+    }
+
+    /// A pose that could not be read.
+    pub(super) fn skip(&mut self) {
+        self.unusable += 1;
+    }
+
+    pub(super) fn unusable(&self) -> usize {
+        self.unusable
+    }
+
+    /// The pose of the rig; on a platform that stands still at any time.
+    pub(super) fn at(&self, stamp: Stamp) -> Option<Isometry3<f64>> {
+        if self.is_still {
+            return self.first;
+        }
+        self.buffer.at(stamp).ok().map(|pose| pose.map_from_rig)
+    }
+
+    /// How far the farthest returns move while the scanner turns once; `None` where the poses do not tell.
+    pub(super) fn motion_m(&self, from: Stamp, to: Stamp) -> Option<f64> {
+        let (from, to) = (self.at(from)?, self.at(to)?);
+        let way_m = (to.translation.vector - from.translation.vector).norm();
+        Some(way_m + USUAL_DISTANCE_M * from.rotation.angle_to(&to.rotation))
+    }
+}
+
+/// When a scanner measured a beam of its message.
+pub(super) fn beam_stamp(scan: &Scan, beam: usize, turn_s: f64, order: BeamOrder) -> Stamp {
+    let beams = scan.ranges_m.len();
+    let increment_s = f64::from(scan.time_increment_s);
+    let step_s = if increment_s > 0.0 && increment_s.is_finite() {
+        increment_s
+    } else {
+        turn_s / beams.max(1) as f64
+    };
+    let after_s = match order {
+        BeamOrder::Unknown => 0.5 * turn_s,
+        BeamOrder::FirstToLast => beam as f64 * step_s,
+        BeamOrder::LastToFirst => beams.saturating_sub(beam + 1) as f64 * step_s,
+    };
+    scan.stamp.plus_seconds(after_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pose(milliseconds: i64, x_m: f64) -> StampedPose {
+        StampedPose {
+            stamp: Stamp::from_nanos(milliseconds * 1_000_000),
+            frame_id: "map".to_owned(),
+            map_from_rig: Isometry3::translation(x_m, 0.0, 0.0),
+        }
+    }
+
+    #[test]
+    fn a_platform_that_stands_still_has_its_pose_at_any_time() {
+        let mut poses = Poses::new(10, 0.5);
+        assert_eq!(poses.at(Stamp::from_nanos(0)), None);
+        poses.push(pose(0, 1.0));
+        poses.push(pose(5_000, 1.01));
+        let far_away = Stamp::from_secs_nanos(100, 0);
+        assert_eq!(poses.at(far_away), Some(Isometry3::translation(1.0, 0.0, 0.0)));
+        assert_eq!(poses.motion_m(Stamp::from_nanos(0), far_away), Some(0.0));
+        poses.push(pose(5_100, 1.11));
+        assert_eq!(poses.at(far_away), None);
+        let between = poses.at(Stamp::from_nanos(5_050_000_000)).unwrap();
+        assert!((between.translation.x - 1.06).abs() < 1e-9);
+        poses.push(pose(5_100, 3.0));
+        poses.skip();
+        assert_eq!(poses.unusable(), 2);
+    }
+
+    #[test]
+    fn beams_are_measured_in_their_order() {
+        let scan = Scan { ranges_m: vec![1.0; 11], time_increment_s: 0.01, ..Scan::default() };
+        let after = |beam, order| beam_stamp(&scan, beam, 0.1, order).seconds_since(scan.stamp);
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
+        assert!(near(after(3, BeamOrder::FirstToLast), 0.03));
+        assert!(near(after(3, BeamOrder::LastToFirst), 0.07));
+        assert!(near(after(3, BeamOrder::Unknown), 0.05));
+        let silent = Scan { time_increment_s: 0.0, ..scan };
+        let after =
+            beam_stamp(&silent, 5, 0.11, BeamOrder::FirstToLast).seconds_since(silent.stamp);
+        assert!(near(after, 0.05));
+    }
+}

@@ -1,0 +1,109 @@
+//! What a calibration is told as: text, JSON, and a parameter file.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use calibration::{Calibration, Coordinate};
+use serde::Serialize;
+
+use crate::console;
+use crate::failure::Failure;
+
+/// What is printed for programs.
+#[derive(Serialize)]
+struct Json<'a> {
+    bag: String,
+    #[serde(flatten)]
+    found: &'a Calibration,
+}
+
+pub(super) fn print_json(bag: &Path, found: &Calibration) -> Result<(), Failure> {
+    let json = Json { bag: bag.display().to_string(), found };
+    let json = serde_json::to_string_pretty(&json)
+        .map_err(|error| Failure::new(format!("cannot print the calibration: {error}")))?;
+    console::print(json)
+}
+
+pub(super) fn print(found: &Calibration, written: Option<&Path>) -> Result<(), Failure> {
+    for line in lines(found) {
+        console::print(line)?;
+    }
+    match written {
+        Some(path) => console::print(format_args!("parameters: {}", path.display())),
+        None => console::print(parameters(found).trim_end()),
+    }
+}
+
+fn lines(found: &Calibration) -> Vec<String> {
+    let mut lines: Vec<String> = found.coordinates.iter().map(line).collect();
+    lines.extend(found.not_observable.iter().cloned());
+    lines.push(format!(
+        "{} returns on planes and {} on edges of {} cycles count; {} fit nothing, {} are of what moves",
+        found.plane_returns, found.edges, found.cycles, found.outliers, found.moving_returns
+    ));
+    lines.push(format!(
+        "distance from the surfaces (root mean square): {:.4} m before, {:.4} m after",
+        found.rms_before_m, found.rms_after_m
+    ));
+    lines
+}
+
+/// A coordinate, its correction and its standard deviation.
+fn line(one: &calibration::CoordinateEstimate) -> String {
+    let (correction, std_dev) = if one.coordinate.is_shift() {
+        (format!("{:+.4} m", one.correction), format!("{:.4} m", one.std_dev))
+    } else {
+        let degrees = |radians: f64| radians.to_degrees();
+        (format!("{:+.3} deg", degrees(one.correction)), format!("{:.3} deg", degrees(one.std_dev)))
+    };
+    let how = if one.is_estimated() {
+        ""
+    } else if one.is_held() {
+        "   held: as it was, the deviation is that of a ruler"
+    } else {
+        "   in part: known only together with another"
+    };
+    format!("{:<6} {correction:>12}   std dev {std_dev:>11}{how}", one.coordinate.name())
+}
+
+/// Writes the parameter file, under a temporary name first: a reader never finds half a file.
+pub(super) fn write_parameters(
+    path: &Path,
+    bag: &Path,
+    found: &Calibration,
+) -> Result<(), Failure> {
+    let name = bag.file_name().unwrap_or(bag.as_os_str()).to_string_lossy();
+    let mut text = format!("# Where `stillmap calibrate {name}` found the scanner.\n");
+    for line in lines(found) {
+        text.push_str(&format!("#   {line}\n"));
+    }
+    text.push_str(&parameters(found));
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(".part");
+    fs::write(&temporary, text)
+        .and_then(|()| fs::rename(&temporary, path))
+        .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
+}
+
+/// The sections of a parameter file.
+fn parameters(found: &Calibration) -> String {
+    // A tenth of a millimetre, a thousandth of a degree.
+    let numbers: Vec<String> =
+        found.rig_from_lidar.iter().map(|number| format!("{:.6}", number + 0.0)).collect();
+    let mut text = String::new();
+    let _ = write!(
+        text,
+        "/**/detection:\n  ros__parameters:\n    # [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]\n    \
+         rig_from_lidar: [{}]\n",
+        numbers.join(", ")
+    );
+    if !found.of(Coordinate::Z).is_held() {
+        let [_, _, z_m, ..] = found.rig_from_lidar;
+        let _ = write!(
+            text,
+            "/**/segmentation:\n  ros__parameters:\n    scan_height_in_rig_m: {z_m:.6}\n"
+        );
+    }
+    text
+}

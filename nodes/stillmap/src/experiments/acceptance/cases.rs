@@ -1,0 +1,130 @@
+//! The scenarios that the targets are measured on.
+
+use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName};
+
+use crate::experiments::runs::Run;
+use crate::experiments::settings::Settings;
+
+/// Scenarios that differ in the seed alone.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Case {
+    pub(super) name: String,
+    pub(super) runs: Vec<Run>,
+}
+
+/// Which cases a target is for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Set {
+    Crossings,
+    Empty,
+    EmptySwaying,
+    CrossingsSwaying,
+    Tours,
+    ThreeCrossing,
+    Pausing,
+}
+
+/// All cases.
+pub(super) struct Cases {
+    pub(super) crossings: Vec<Case>,
+    empty: Vec<Case>,
+    empty_swaying: Vec<Case>,
+    crossings_swaying: Vec<Case>,
+    tours: Vec<Case>,
+    three_crossing: Vec<Case>,
+    pausing: Vec<Case>,
+}
+
+/// Where the targets name scenes, these.
+const NAMED_SCENES: [SceneName; 3] = [SceneName::B, SceneName::E, SceneName::G];
+const OBJECTS: [(CrossingObject, &str); 2] =
+    [(CrossingObject::Robot, "robot"), (CrossingObject::Person, "person")];
+pub(super) const PAUSE_S: f64 = 10.0;
+
+impl Cases {
+    pub(super) fn of(settings: &Settings) -> Self {
+        let named: Vec<SceneName> =
+            NAMED_SCENES.into_iter().filter(|scene| settings.scenes.contains(scene)).collect();
+        let in_named = |what: &str, runs: &dyn Fn(SceneName) -> Vec<Run>| -> Vec<Case> {
+            let case =
+                |&scene: &SceneName| Case { name: format!("{scene}, {what}"), runs: runs(scene) };
+            named.iter().map(case).collect()
+        };
+        let seeded = |of: &dyn Fn(u64) -> Scenario| -> Vec<Run> {
+            settings.seeds().map(|seed| Run::new(settings.sized(of(seed)))).collect()
+        };
+        let swaying = |(object, name): (CrossingObject, &str)| {
+            in_named(name, &|scene| settings.crossings_while_swaying(scene, object))
+        };
+        let mut tours = vec![Case { name: "C, 0.036 m/s".to_owned(), runs: settings.slow_tours() }];
+        tours.extend(in_named("0.2 m/s", &|scene| {
+            let tour = |seed| settings.compared_with_itself_empty(Scenario::touring(scene, seed));
+            settings.seeds().map(tour).collect()
+        }));
+        Self {
+            crossings: crossings(settings),
+            empty: in_named("empty", &|scene| settings.empty(scene, Platform::Still)),
+            empty_swaying: in_named("empty", &|scene| settings.empty(scene, Platform::Sway)),
+            crossings_swaying: OBJECTS.into_iter().flat_map(swaying).collect(),
+            tours,
+            three_crossing: in_named("three crossing", &|scene| {
+                seeded(&|seed| Scenario::three_crossing(scene, seed))
+            }),
+            pausing: in_named("person pausing", &|scene| {
+                seeded(&|seed| Scenario::pausing(scene, PAUSE_S, seed))
+            }),
+        }
+    }
+
+    pub(super) fn set(&self, set: Set) -> &[Case] {
+        match set {
+            Set::Crossings => &self.crossings,
+            Set::Empty => &self.empty,
+            Set::EmptySwaying => &self.empty_swaying,
+            Set::CrossingsSwaying => &self.crossings_swaying,
+            Set::Tours => &self.tours,
+            Set::ThreeCrossing => &self.three_crossing,
+            Set::Pausing => &self.pausing,
+        }
+    }
+
+    pub(super) fn into_runs(self) -> Vec<Run> {
+        [
+            self.crossings,
+            self.empty,
+            self.empty_swaying,
+            self.crossings_swaying,
+            self.tours,
+            self.three_crossing,
+            self.pausing,
+        ]
+        .into_iter()
+        .flatten()
+        .flat_map(|case| case.runs)
+        .collect()
+    }
+}
+
+fn crossings(settings: &Settings) -> Vec<Case> {
+    let mut cases = Vec::new();
+    for &scene in &settings.scenes {
+        for (object, name) in OBJECTS {
+            for &path in &settings.paths {
+                cases.push(crossing(settings, scene, (object, name), path));
+            }
+        }
+    }
+    cases
+}
+
+fn crossing(
+    settings: &Settings,
+    scene: SceneName,
+    (object, name): (CrossingObject, &str),
+    path: PathName,
+) -> Case {
+    Case {
+        name: format!("{scene}, {name}, path {path:?}"),
+        runs: settings.crossings(scene, object, path),
+    }
+}

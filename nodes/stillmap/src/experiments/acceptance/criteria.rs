@@ -1,0 +1,319 @@
+//! What is measured of each case, and what it must be.
+
+use simulator::Scenario;
+
+use super::cases::{Case, PAUSE_S, Set};
+use crate::experiments::figures::{RunFigures, Sighting};
+use crate::experiments::positions::{Along, MEAN_OF_POINTS, PositionErrors, TRACK};
+use crate::experiments::runs::Runs;
+use crate::experiments::table::{Cell, Figure, Unit};
+use crate::trial::MethodName;
+
+/// A figure and what it must be.
+pub(super) struct Criterion {
+    pub(super) name: &'static str,
+    pub(super) set: Set,
+    unit: Unit,
+    /// None where it is told and not demanded.
+    pub(super) target: Option<Target>,
+    /// Where more is better.
+    more_is_better: bool,
+    over_seeds: OverSeeds,
+    value: Value,
+}
+
+/// What a figure must be.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Target {
+    AtLeast(f64),
+    MoreThan(f64),
+    AtMost(f64),
+    LessThan(f64),
+}
+
+/// How the seeds of a case become one figure.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum OverSeeds {
+    Median,
+    /// Of what a seed either has or has not.
+    Mean,
+}
+
+/// What this command does not measure, with its target.
+pub(super) const NOT_RUN: [(&str, &str); 4] = [
+    ("recorded kitchen: ghost voxels left, background kept", "at most 2 %, at least 95 %"),
+    (
+        "recorded legs: clusters in a zone, zones where nobody is",
+        "at least 90 %, less than 1 in 100 scans",
+    ),
+    ("recorded moving robot, alone: scans with a zone", "less than 5 %"),
+    ("an hour's tour: map in its bound, cost of last minute to first", "yes, within 20 %"),
+];
+
+type Value = fn(&Scenario, &RunFigures) -> Option<f64>;
+
+/// A median over the seeds that has a target.
+fn at(set: Set, name: &'static str, unit: Unit, target: Target, value: Value) -> Criterion {
+    Criterion {
+        name,
+        set,
+        unit,
+        target: Some(target),
+        more_is_better: matches!(target, Target::AtLeast(_) | Target::MoreThan(_)),
+        over_seeds: OverSeeds::Median,
+        value,
+    }
+}
+
+fn crossing(name: &'static str, unit: Unit, target: Target, value: Value) -> Criterion {
+    at(Set::Crossings, name, unit, target, value)
+}
+
+/// Told beside the others and not demanded.
+fn told(criterion: Criterion) -> Criterion {
+    Criterion { target: None, ..criterion }
+}
+
+/// All of them, in the order of the table.
+pub(super) fn all() -> Vec<Criterion> {
+    use Target::{AtLeast, AtMost, LessThan, MoreThan};
+    vec![
+        crossing("found, of the cycles in both views", Unit::Share, AtLeast(1.0), found),
+        told(crossing(
+            "half of it removed, of the same cycles",
+            Unit::Share,
+            AtLeast(1.0),
+            removed,
+        )),
+        crossing("label recall", Unit::Share, AtLeast(0.98), |_, run| run.labels?.recall),
+        crossing(
+            "label precision, borders of one voxel aside",
+            Unit::Share,
+            AtLeast(0.97),
+            |_, run| run.labels?.precision,
+        ),
+        crossing("static map wrongly removed", Unit::Share, LessThan(0.005), |_, run| {
+            run.labels?.static_map_lost
+        }),
+        crossing("depth of the centroid, mean error", Unit::Metres, AtMost(0.02), |_, run| {
+            Some(position(run, Along::Depth)?.mean_m)
+        }),
+        crossing("depth of the centroid, RMSE", Unit::Metres, AtMost(0.03), |_, run| {
+            Some(position(run, Along::Depth)?.rmse_m)
+        }),
+        crossing("centroid in the plane, mean error", Unit::Metres, AtMost(0.02), |_, run| {
+            Some(position(run, Along::Plane)?.mean_m)
+        }),
+        crossing("centroid in the plane, RMSE", Unit::Metres, AtMost(0.03), |_, run| {
+            Some(position(run, Along::Plane)?.rmse_m)
+        }),
+        Criterion {
+            target: None,
+            ..crossing("cycles in view with a position", Unit::Share, AtLeast(1.0), |_, run| {
+                Some(position(run, Along::Depth)?.given_share)
+            })
+        },
+        crossing(
+            "correlation with a measured empty scene, still",
+            Unit::Share,
+            AtLeast(0.97),
+            correlation,
+        ),
+        told(crossing(
+            "correlation with the true surface, still",
+            Unit::Share,
+            AtLeast(0.97),
+            correlation_with_surface,
+        )),
+        told(at(
+            Set::Empty,
+            "the same of a scene in which nothing moved",
+            Unit::Share,
+            AtLeast(0.97),
+            correlation_with_surface,
+        )),
+        crossing("ghost voxels left", Unit::Count, AtMost(0.0), ghost_voxels),
+        at(
+            Set::Empty,
+            "empty scene: cycles without a zone",
+            Unit::Share,
+            MoreThan(0.99),
+            without_zone,
+        ),
+        at(
+            Set::EmptySwaying,
+            "empty scene, swaying platform: cycles without a zone",
+            Unit::Share,
+            MoreThan(0.99),
+            without_zone,
+        ),
+        Criterion {
+            target: None,
+            ..at(
+                Set::CrossingsSwaying,
+                "swaying platform, path A: found, of the cycles in both views",
+                Unit::Share,
+                AtLeast(1.0),
+                found,
+            )
+        },
+        at(
+            Set::Tours,
+            "correlation with a measured empty scene, on tour",
+            Unit::Share,
+            AtLeast(0.97),
+            correlation,
+        ),
+        Criterion {
+            over_seeds: OverSeeds::Mean,
+            ..at(
+                Set::ThreeCrossing,
+                "three crossing: seeds without an identity switch",
+                Unit::Share,
+                AtLeast(0.9),
+                keeps_identities,
+            )
+        },
+        at(
+            Set::Pausing,
+            "pausing 10 s: recall before",
+            Unit::Share,
+            AtLeast(0.98),
+            |scenario, run| recall_in(scenario, run, Phase::Before),
+        ),
+        at(
+            Set::Pausing,
+            "pausing 10 s: recall during",
+            Unit::Share,
+            AtLeast(0.98),
+            |scenario, run| recall_in(scenario, run, Phase::During),
+        ),
+        at(
+            Set::Pausing,
+            "pausing 10 s: recall after",
+            Unit::Share,
+            AtLeast(0.98),
+            |scenario, run| recall_in(scenario, run, Phase::After),
+        ),
+        at(Set::Pausing, "pausing 10 s: ghost voxels left", Unit::Count, AtMost(0.0), ghost_voxels),
+    ]
+}
+
+impl Criterion {
+    /// The figure of a case by a method; none where it was not run, or no seed has it.
+    pub(super) fn figure(&self, case: &Case, runs: &Runs, method: MethodName) -> Option<Figure> {
+        let of_run =
+            |run| runs.of(run, method).and_then(|figures| (self.value)(&run.scenario, figures));
+        let values: Vec<f64> = case.runs.iter().filter_map(of_run).collect();
+        match self.over_seeds {
+            OverSeeds::Median => Figure::median(self.unit, values),
+            OverSeeds::Mean if values.is_empty() => None,
+            OverSeeds::Mean => {
+                let mean = values.iter().sum::<f64>() / values.len() as f64;
+                Some(Figure { values: values.len(), ..Figure::one(self.unit, mean) })
+            }
+        }
+    }
+
+    /// The case whose figure is worst; the first of equals.
+    pub(super) fn worst<'c>(&self, figures: Vec<(&'c Case, Figure)>) -> Option<(&'c Case, Figure)> {
+        let badness =
+            |figure: &Figure| if self.more_is_better { -figure.median } else { figure.median };
+        figures.into_iter().rev().max_by(|a, b| badness(&a.1).total_cmp(&badness(&b.1)))
+    }
+
+    pub(super) fn is_met(&self, figure: &Figure) -> bool {
+        let value = figure.median;
+        match self.target {
+            None => true,
+            Some(Target::AtLeast(least)) => value >= least,
+            Some(Target::MoreThan(bound)) => value > bound,
+            Some(Target::AtMost(most)) => value <= most,
+            Some(Target::LessThan(bound)) => value < bound,
+        }
+    }
+
+    pub(super) fn target_cell(&self) -> Cell {
+        let figure = |value| Figure::as_printed(self.unit, value).text();
+        match self.target {
+            None => Cell::Absent,
+            Some(Target::AtLeast(least)) => Cell::words(format!("at least {}", figure(least))),
+            Some(Target::MoreThan(bound)) => Cell::words(format!("more than {}", figure(bound))),
+            Some(Target::AtMost(most)) => Cell::words(format!("at most {}", figure(most))),
+            Some(Target::LessThan(bound)) => Cell::words(format!("less than {}", figure(bound))),
+        }
+    }
+}
+
+fn found(_: &Scenario, run: &RunFigures) -> Option<f64> {
+    run.object()?.found_share()
+}
+
+/// By the position that the method has: the track, or the mean of points where nothing is tracked.
+fn position(run: &RunFigures, along: Along) -> Option<PositionErrors> {
+    let position_of = match run.method {
+        MethodName::RecHv => MEAN_OF_POINTS,
+        MethodName::Stillmap => TRACK,
+    };
+    PositionErrors::of(&run.object()?.sightings, position_of, along)
+}
+
+/// By the thesis' own view, with a map of the empty scene as the thesis has it.
+fn correlation(_: &Scenario, run: &RunFigures) -> Option<f64> {
+    Some(run.map.correlation_with_measured?.front)
+}
+
+/// With the true surface, which no sensor sees without noise and gaps.
+fn correlation_with_surface(_: &Scenario, run: &RunFigures) -> Option<f64> {
+    Some(run.map.correlation?.front)
+}
+
+fn removed(_: &Scenario, run: &RunFigures) -> Option<f64> {
+    run.object()?.removed_share()
+}
+
+fn ghost_voxels(_: &Scenario, run: &RunFigures) -> Option<f64> {
+    Some(run.labels?.ghost_voxels as f64)
+}
+
+fn without_zone(_: &Scenario, run: &RunFigures) -> Option<f64> {
+    let without = run.cycles.iter().filter(|cycle| cycle.zones.is_empty()).count();
+    (!run.cycles.is_empty()).then(|| without as f64 / run.cycles.len() as f64)
+}
+
+/// rec_hv follows nothing, so it has no identities to keep.
+fn keeps_identities(_: &Scenario, run: &RunFigures) -> Option<f64> {
+    let kept = if run.identity_switches == 0 { 1.0 } else { 0.0 };
+    (run.method == MethodName::Stillmap).then_some(kept)
+}
+
+/// A part of a crossing with a pause.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Phase {
+    Before,
+    During,
+    After,
+}
+
+/// Of the object's points in a phase, the share that was removed.
+pub(super) fn recall_in(scenario: &Scenario, run: &RunFigures, phase: Phase) -> Option<f64> {
+    let [from_s, until_s] = pause_s(scenario)?;
+    let is_in = |sighting: &&Sighting| match phase {
+        Phase::Before => sighting.time_s < from_s,
+        Phase::During => (from_s..=until_s).contains(&sighting.time_s),
+        Phase::After => sighting.time_s > until_s,
+    };
+    let sightings = || run.object().into_iter().flat_map(|object| &object.sightings).filter(is_in);
+    let points: u64 = sightings().map(|sighting| sighting.points).sum();
+    let removed: u64 = sightings().map(|sighting| sighting.points_removed).sum();
+    (points > 0).then(|| removed as f64 / points as f64)
+}
+
+/// From when to when the first object rests.
+fn pause_s(scenario: &Scenario) -> Option<[f64; 2]> {
+    let waypoints = &scenario.scene.objects.first()?.path.waypoints;
+    let rests = |pair: &&[simulator::Waypoint]| {
+        pair[0].pose == pair[1].pose && pair[1].time_s - pair[0].time_s >= 0.99 * PAUSE_S
+    };
+    waypoints.windows(2).find(rests).map(|pair| [pair[0].time_s, pair[1].time_s])
+}

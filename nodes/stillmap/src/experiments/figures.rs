@@ -1,0 +1,359 @@
+//! What is kept of a trial: a few numbers a cycle instead of its clouds and labels.
+
+use std::collections::BTreeMap;
+
+use evaluation::{
+    CloudDistance, Correlation, CycleRecord, DynamicScore, ObjectCycleScore, correlation,
+};
+use geometry::{Stamp, Track, ZoneSource};
+use nalgebra::Point3;
+use serde::Serialize;
+use simulator::{ObjectPose, Scenario};
+
+use super::identity::{IdentityCycle, identity_switches};
+use crate::trial::{MethodName, Trial, TrialCycle};
+
+/// What one method made of one scenario.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub(crate) struct RunFigures {
+    pub(crate) scenario: String,
+    pub(crate) seed: u64,
+    pub(crate) method: MethodName,
+    pub(crate) map: MapFigures,
+    /// Of each point, whether it was rightly taken for moving; none where nothing was labelled.
+    pub(crate) labels: Option<LabelFigures>,
+    /// Of all objects together.
+    pub(crate) identity_switches: usize,
+    /// Inputs that were lost on the way.
+    pub(crate) dropped: u64,
+    /// The rest is too long for the JSON file.
+    #[serde(skip)]
+    pub(crate) cycles: Vec<CycleFigures>,
+    #[serde(skip)]
+    pub(crate) objects: Vec<ObjectFigures>,
+    #[serde(skip)]
+    pub(crate) clouds: Option<Clouds>,
+}
+
+/// The final map.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub(crate) struct MapFigures {
+    pub(crate) points: usize,
+    /// Of the map that the same clouds give when nothing is removed.
+    pub(crate) points_without_removal: usize,
+    /// With the true surface of the empty scene.
+    pub(crate) correlation: Option<Correlation>,
+    /// With a map of the empty scene, as far as the run has one to compare with.
+    pub(crate) correlation_with_measured: Option<Correlation>,
+    pub(crate) distance: Option<CloudDistance>,
+}
+
+/// The dynamic label of the points, and what it left in the map.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub(crate) struct LabelFigures {
+    pub(crate) recall: Option<f64>,
+    /// Without the borders of one voxel.
+    pub(crate) precision: Option<f64>,
+    pub(crate) precision_with_borders: Option<f64>,
+    /// Static points that were removed, of all that were seen.
+    pub(crate) static_points_removed: Option<f64>,
+    /// The static scene's voxels of the map without removal that the final map lacks, as a share.
+    pub(crate) static_map_lost: Option<f64>,
+    /// Voxels of the final map that only objects ever touched.
+    pub(crate) ghost_voxels: usize,
+}
+
+/// A cycle.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct CycleFigures {
+    /// Since the start of the scenario.
+    pub(crate) time_s: f64,
+    pub(crate) zones: Vec<ZoneFigures>,
+    /// Points as they came, reduced, in a zone (PCL_ZD), taken for moving (PCL_Din).
+    pub(crate) points_in: usize,
+    pub(crate) reduced: usize,
+    pub(crate) in_zone: usize,
+    pub(crate) dynamic: usize,
+    pub(crate) map_points: usize,
+    /// How long its steps took together.
+    pub(crate) duration_ms: f64,
+    /// The map so far against the empty scene.
+    pub(crate) correlation: Option<Correlation>,
+    /// Where the rig was.
+    pub(crate) rig_m: Point3<f64>,
+}
+
+/// A zone, in degrees left of forward.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct ZoneFigures {
+    pub(crate) right_deg: f64,
+    pub(crate) left_deg: f64,
+    pub(crate) is_measured: bool,
+}
+
+/// An object of the scene.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct ObjectFigures {
+    /// Each cycle whose image shows a part of it.
+    pub(crate) sightings: Vec<Sighting>,
+}
+
+/// An object in a cycle whose image shows a part of it. Positions in the map.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Sighting {
+    /// Which of the run's cycles.
+    pub(crate) cycle: usize,
+    pub(crate) time_s: f64,
+    /// Whether enough of it is in the image to count: the rule of [`evaluation::DynamicScoreRules`].
+    pub(crate) in_camera: bool,
+    /// Whether, besides, a beam of the scanner's aperture met it.
+    pub(crate) in_both: bool,
+    pub(crate) found: bool,
+    pub(crate) removed: bool,
+    /// Its points, and how many of them were removed.
+    pub(crate) points: u64,
+    pub(crate) points_removed: u64,
+    pub(crate) azimuth_deg: f64,
+    /// The mean of its surface that the image shows.
+    pub(crate) true_m: Point3<f64>,
+    /// The mean of all points that were taken for moving: what Rec-HV takes for the object's position.
+    pub(crate) mean_of_points_m: Option<Point3<f64>>,
+    /// The position of the nearest track.
+    pub(crate) track_m: Option<Point3<f64>>,
+}
+
+/// The clouds of a run, for pictures; in the map.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Clouds {
+    pub(crate) edge_m: f64,
+    pub(crate) map: Vec<Point3<f32>>,
+    pub(crate) without_removal: Vec<Point3<f32>>,
+    pub(crate) empty_scene: Vec<Point3<f32>>,
+    pub(crate) path: Vec<Point3<f32>>,
+}
+
+/// For each scan, how many beams met each object.
+pub(crate) type BeamsOnObjects = BTreeMap<Stamp, BTreeMap<u16, usize>>;
+
+impl RunFigures {
+    /// What is kept of `trial`; of its clouds nothing, unless they are to be drawn.
+    pub(crate) fn of(
+        trial: Trial,
+        scenario: &Scenario,
+        beams: &BeamsOnObjects,
+        reference_m: Option<&[Point3<f32>]>,
+        keeps_clouds: bool,
+    ) -> Self {
+        let score = trial.score.as_ref();
+        let record = &trial.record;
+        let cycles = || record.cycles.iter().zip(&trial.cycles);
+        let objects = scenario
+            .scene
+            .objects
+            .iter()
+            .map(|object| ObjectFigures {
+                sightings: sightings(&trial, scenario, beams, object.id),
+            })
+            .collect();
+        let in_view = in_view(score);
+        let identities = cycles().map(|(record, cycle)| identity_cycle(record, cycle, &in_view));
+        Self {
+            scenario: trial.scenario_name.clone(),
+            seed: trial.seed,
+            method: trial.method,
+            map: MapFigures {
+                points: record.static_map.len(),
+                points_without_removal: record.unfiltered_map.len(),
+                correlation: trial.correlation,
+                correlation_with_measured: reference_m.and_then(|reference_m| {
+                    correlation(reference_m, &record.static_map, record.voxel_edge_m).ok()
+                }),
+                distance: trial.distance,
+            },
+            labels: score.map(LabelFigures::of),
+            identity_switches: identity_switches(identities),
+            dropped: record.drops.iter().map(|drop| drop.count).sum(),
+            cycles: cycles()
+                .map(|(record, cycle)| CycleFigures::of(record, cycle, scenario))
+                .collect(),
+            objects,
+            clouds: keeps_clouds.then(|| Clouds::of(trial)),
+        }
+    }
+
+    /// The first object, of scenarios that have one.
+    pub(crate) fn object(&self) -> Option<&ObjectFigures> {
+        self.objects.first()
+    }
+
+    /// The cycles in which the image shows enough of any object.
+    pub(crate) fn cycles_in_view(&self) -> impl Iterator<Item = &CycleFigures> {
+        self.cycles.iter().enumerate().filter_map(|(index, cycle)| {
+            let shows = |sighting: &Sighting| sighting.cycle == index && sighting.in_camera;
+            self.objects.iter().any(|o| o.sightings.iter().any(shows)).then_some(cycle)
+        })
+    }
+
+    /// So many cycles from the first one in which an object is in view: what the thesis takes for a run.
+    pub(crate) fn cycles_from_entry(&self, count: usize) -> &[CycleFigures] {
+        let in_view = |object: &ObjectFigures| {
+            object.sightings.iter().find(|sighting| sighting.in_camera).map(|s| s.cycle)
+        };
+        let first = self.objects.iter().filter_map(in_view).min().unwrap_or(0);
+        let end = (first + count).min(self.cycles.len());
+        self.cycles.get(first..end).unwrap_or_default()
+    }
+}
+
+impl ObjectFigures {
+    /// Of the cycles in which both sensors have it, the share in which it was found; none without such a cycle.
+    pub(crate) fn found_share(&self) -> Option<f64> {
+        self.share_in_both(|sighting| sighting.found)
+    }
+
+    /// Of the same cycles, the share in which at least half of its pixels were removed.
+    pub(crate) fn removed_share(&self) -> Option<f64> {
+        self.share_in_both(|sighting| sighting.removed)
+    }
+
+    fn share_in_both(&self, is: fn(&Sighting) -> bool) -> Option<f64> {
+        let in_both = self.sightings.iter().filter(|sighting| sighting.in_both);
+        let (found, all) = in_both.fold((0_usize, 0_usize), |(found, all), sighting| {
+            (found + usize::from(is(sighting)), all + 1)
+        });
+        (all > 0).then(|| found as f64 / all as f64)
+    }
+}
+
+impl LabelFigures {
+    fn of(score: &DynamicScore) -> Self {
+        Self {
+            recall: score.labels.recall,
+            precision: score.labels.precision,
+            precision_with_borders: score.labels.precision_with_borders,
+            static_points_removed: score.static_points.share,
+            static_map_lost: score.map.static_kept_share_of_unfiltered.map(|kept| 1.0 - kept),
+            ghost_voxels: score.map.object_only_left,
+        }
+    }
+}
+
+impl CycleFigures {
+    fn of(record: &CycleRecord, cycle: &TrialCycle, scenario: &Scenario) -> Self {
+        Self {
+            time_s: record.scan_stamp.seconds_since(scenario.start),
+            zones: record
+                .zones
+                .iter()
+                .map(|zone| ZoneFigures {
+                    right_deg: zone.azimuth_min_rad.to_degrees(),
+                    left_deg: zone.azimuth_max_rad.to_degrees(),
+                    is_measured: zone.source == ZoneSource::Measured,
+                })
+                .collect(),
+            points_in: record.points_in,
+            reduced: record.counts.reduced,
+            in_zone: record.counts.in_zone,
+            dynamic: record.counts.dynamic,
+            map_points: record.map_points,
+            duration_ms: 1e3
+                * record.step_durations_s.iter().map(|(_, time_s)| time_s).sum::<f64>(),
+            correlation: cycle.correlation,
+            rig_m: record.map_from_rig.translation.vector.into(),
+        }
+    }
+
+    pub(crate) fn has_measured_zone(&self) -> bool {
+        self.zones.iter().any(|zone| zone.is_measured)
+    }
+}
+
+impl Clouds {
+    fn of(trial: Trial) -> Self {
+        let position =
+            |cycle: &CycleRecord| cycle.map_from_rig.translation.vector.cast::<f32>().into();
+        Self {
+            edge_m: trial.record.voxel_edge_m,
+            path: trial.record.cycles.iter().map(position).collect(),
+            map: trial.record.static_map,
+            without_removal: trial.record.unfiltered_map,
+            empty_scene: trial.empty_scene_m,
+        }
+    }
+}
+
+/// The scores of each object in each cycle, by the cycle's number and the object's label.
+fn object_scores(score: Option<&DynamicScore>) -> BTreeMap<(u32, u16), ObjectCycleScore> {
+    let objects = score.into_iter().flat_map(|score| &score.objects);
+    objects
+        .flat_map(|object| {
+            object.per_cycle.iter().map(|cycle| ((cycle.index, object.object_id), *cycle))
+        })
+        .collect()
+}
+
+fn in_view(score: Option<&DynamicScore>) -> BTreeMap<(u32, u16), bool> {
+    object_scores(score).into_iter().map(|(key, score)| (key, score.in_view)).collect()
+}
+
+fn sightings(trial: &Trial, scenario: &Scenario, beams: &BeamsOnObjects, id: u16) -> Vec<Sighting> {
+    let scores = object_scores(trial.score.as_ref());
+    trial
+        .record
+        .cycles
+        .iter()
+        .zip(&trial.cycles)
+        .enumerate()
+        .filter_map(|(index, (record, cycle))| {
+            let score = scores.get(&(record.index, id))?;
+            let pose = cycle.truth.objects.iter().find(|object| object.id == id)?;
+            let true_m = pose.visible_centroid_m?;
+            let beams = beams.get(&record.scan_stamp).and_then(|beams| beams.get(&id));
+            Some(Sighting {
+                cycle: index,
+                time_s: record.scan_stamp.seconds_since(scenario.start),
+                in_camera: score.in_view,
+                in_both: score.in_view && beams.is_some_and(|beams| *beams > 0),
+                found: score.found,
+                removed: score.removed,
+                points: score.points.points,
+                points_removed: score.points.removed,
+                azimuth_deg: score.azimuth_rad.to_degrees(),
+                true_m,
+                mean_of_points_m: mean_of_points_m(record),
+                track_m: nearest_track(&cycle.tracks, &true_m).map(|track| track.position_m),
+            })
+        })
+        .collect()
+}
+
+/// The mean of the points that were taken for moving, in the map.
+fn mean_of_points_m(record: &CycleRecord) -> Option<Point3<f64>> {
+    let points = &record.dynamic_points_m;
+    let sum = points.iter().map(|point| point.coords.cast::<f64>()).sum::<nalgebra::Vector3<f64>>();
+    (!points.is_empty()).then(|| record.map_from_rig * Point3::from(sum / points.len() as f64))
+}
+
+fn nearest_track<'t>(tracks: &'t [Track], to_m: &Point3<f64>) -> Option<&'t Track> {
+    let apart_m = |track: &Track| (track.position_m - to_m).xy().norm();
+    tracks.iter().min_by(|a, b| apart_m(a).total_cmp(&apart_m(b)))
+}
+
+fn identity_cycle(
+    record: &CycleRecord,
+    cycle: &TrialCycle,
+    in_view: &BTreeMap<(u32, u16), bool>,
+) -> IdentityCycle {
+    let is_in_view =
+        |object: &&ObjectPose| in_view.get(&(record.index, object.id)).is_some_and(|seen| *seen);
+    let objects = cycle.truth.objects.iter().filter(is_in_view);
+    IdentityCycle {
+        objects: objects
+            .filter_map(|object| Some((object.id, object.visible_centroid_m?)))
+            .collect(),
+        tracks: cycle.tracks.iter().map(|track| (track.id, track.position_m)).collect(),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;
