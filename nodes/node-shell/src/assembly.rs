@@ -59,8 +59,17 @@ impl AssemblyWatch {
     }
 
     /// Whether nothing comes through and memory grows meanwhile: messages of which not one is ever whole
-    /// leave no gap between two that are.
-    pub(crate) fn grows_in_silence(&mut self, now: Instant, resident_bytes: u64) -> bool {
+    /// leave no gap between two that are. Where nobody publishes, it is others' memory that grows.
+    pub(crate) fn grows_in_silence(
+        &mut self,
+        now: Instant,
+        resident_bytes: u64,
+        has_publishers: bool,
+    ) -> bool {
+        if !has_publishers {
+            self.least_in_silence = None;
+            return false;
+        }
         // What the last reader held is given back only a while after it is dropped.
         let before =
             self.least_in_silence.map_or(resident_bytes, |least| least.min(resident_bytes));
@@ -111,12 +120,12 @@ mod tests {
         let start = Instant::now();
         let at = |seconds| start + Duration::from_secs(seconds);
         let mut watch = AssemblyWatch::new(start, Some(50 * MB));
-        assert!(!watch.grows_in_silence(start, 500 * MB), "too early");
-        assert!(!watch.grows_in_silence(at(5), 70 * MB), "too little");
-        assert!(watch.grows_in_silence(at(5), 500 * MB));
+        assert!(!watch.grows_in_silence(start, 500 * MB, true), "too early");
+        assert!(!watch.grows_in_silence(at(5), 70 * MB, true), "too little");
+        assert!(watch.grows_in_silence(at(5), 500 * MB, true));
         watch.heard(at(5));
-        assert!(!watch.grows_in_silence(at(9), 510 * MB), "it did not grow since");
-        assert!(watch.grows_in_silence(at(10), 700 * MB));
+        assert!(!watch.grows_in_silence(at(9), 510 * MB, true), "it did not grow since");
+        assert!(watch.grows_in_silence(at(10), 700 * MB, true));
     }
 
     /// The bound was once raised by each reader that was replaced.
@@ -125,13 +134,25 @@ mod tests {
         let start = Instant::now();
         let at = |seconds| start + Duration::from_secs(seconds);
         let mut watch = AssemblyWatch::new(start, Some(150 * MB));
-        assert!(!watch.grows_in_silence(at(1), 50 * MB));
-        assert!(watch.grows_in_silence(at(2), 130 * MB));
+        assert!(!watch.grows_in_silence(at(1), 50 * MB, true));
+        assert!(watch.grows_in_silence(at(2), 130 * MB, true));
     }
 
     #[test]
     #[cfg(target_os = "linux")]
     fn the_process_has_memory() {
         assert!(resident_bytes().unwrap() > 1_000_000);
+    }
+
+    /// Regression: while one topic's broken messages filled the memory, another that nobody published was said to
+    /// suffer and its reader made anew.
+    #[test]
+    fn memory_that_grows_while_nobody_publishes_is_that_of_others() {
+        let start = Instant::now();
+        let at = |ms| start + Duration::from_millis(ms);
+        let mut watch = AssemblyWatch::new(start, Some(50 * MB));
+        assert!(!watch.grows_in_silence(at(400), 500 * MB, false));
+        assert!(!watch.grows_in_silence(at(500), 500 * MB, true), "what was there before counts");
+        assert!(watch.grows_in_silence(at(600), 600 * MB, true));
     }
 }

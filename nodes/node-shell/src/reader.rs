@@ -106,13 +106,13 @@ impl<M: RosMessage> Reader<M> {
     }
 
     /// Waits for the next message. May be dropped while it waits: no message is lost by that.
-    pub(crate) async fn next(&self) -> Taken<M> {
+    pub(crate) async fn next(&self, has_publishers: impl Fn() -> bool) -> Taken<M> {
         loop {
             let reader = self.current();
             let next_look = *self.lock_next_look();
             match tokio::time::timeout_at(next_look, reader.async_take()).await {
                 Ok(taken) => return taken,
-                Err(_) => self.look_after_silence(),
+                Err(_) => self.look_after_silence(has_publishers()),
             }
         }
     }
@@ -137,10 +137,10 @@ impl<M: RosMessage> Reader<M> {
         }
     }
 
-    fn look_after_silence(&self) {
+    fn look_after_silence(&self, has_publishers: bool) {
         *self.lock_next_look() = tokio::time::Instant::now() + LOOK_AFTER;
         let (Some(assembly), Some(resident)) = (&self.assembly, resident_bytes()) else { return };
-        let grows = assembly.lock().grows_in_silence(Instant::now(), resident);
+        let grows = assembly.lock().grows_in_silence(Instant::now(), resident, has_publishers);
         if grows {
             self.start_anew(assembly);
         }

@@ -122,7 +122,7 @@ impl<M: RosMessage> Subscription<M> {
                 return received;
             }
             // Nothing is here, so what is missing before the next message never was.
-            let taken = reader.next().await;
+            let taken = reader.next(|| self.publisher_count() > 0).await;
             if let Some(waiting) = self.accept(taken) {
                 reader.heard(&waiting.received.message, waiting.lost_before);
                 self.lock_waiting().push_back(waiting);
