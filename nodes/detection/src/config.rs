@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use geometry::{PoseBuffer, VoxelEdgeError, VoxelGrid};
 use serde::{Deserialize, Serialize};
 
-pub use stillmap::{BeamOrder, StillmapConfig};
+pub use stillmap::StillmapConfig;
 
 /// How dynamic zones are found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]

@@ -24,7 +24,7 @@ pub mod stillmap;
 pub mod variability;
 pub mod zone_finder;
 
-pub use config::{BeamOrder, ConfigError, DetectionConfig, Method, RunBound, StillmapConfig};
+pub use config::{ConfigError, DetectionConfig, Method, RunBound, StillmapConfig};
 pub use detector::{CycleInput, CycleStatistics, Detected, DetectionError, Detector, Step, View};
 pub use matching::{DropCause, Dropped, Input, MatchEvent, Matched, Matcher};
 pub use zone_finder::Unmeasured;

@@ -42,7 +42,7 @@ pub use pose::{
     FARTHEST_POSE_M, PoseBuffer, PoseLookupError, PosePushError, StampedPose, UnusablePose,
     check_pose, homogeneous_from_pose_vector, pose_from_vector, pose_vector,
 };
-pub use scan::Scan;
+pub use scan::{BeamOrder, Scan};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use stamp::Stamp;
 pub use track::Track;

@@ -4,6 +4,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::Stamp;
 
+/// The order in which a scanner measures the beams of its message.
+///
+/// `LaserScan` defines `time_increment` as the time from a beam to the next, but the common drivers of
+/// scanners that turn clockwise (`rplidar_ros`) turn the readings round and leave the increment positive.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BeamOrder {
+    /// Not known: every beam is taken for measured in the middle of the turn, and the motion of the platform
+    /// within the turn makes it less sure.
+    #[default]
+    Unknown,
+    /// The first beam of the message is the first that was measured (REP-138).
+    FirstToLast,
+    /// The last beam of the message is the first that was measured.
+    LastToFirst,
+}
+
 /// A 2D laser scan, the content of `sensor_msgs/LaserScan` (REP-138).
 ///
 /// Beam `i` points at the azimuth `angle_min_rad + i * angle_increment_rad`, measured from the scan

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use crate::BeamOrder;
+use geometry::BeamOrder;
 
 /// The parameters of [`crate::ScanOdometry`].
 ///

@@ -25,7 +25,6 @@
 //!
 //! All are planar, x and y of the scan's frame. No ROS, no files, no clock.
 
-mod beam_order;
 mod config;
 mod local_line;
 mod local_map;
@@ -41,7 +40,6 @@ mod twist;
 mod uncertainty;
 mod velocity;
 
-pub use beam_order::BeamOrder;
 pub use config::{ConfigError, ScanOdometryConfig};
 pub use odometry::ScanOdometry;
 pub use scan_pose::{DegenerateDirection, MatchOutcome, MatchQuality, Refusal, ScanPose};

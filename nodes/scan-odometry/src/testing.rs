@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use geometry::{Scan, Stamp};
+use geometry::{BeamOrder, Scan, Stamp};
 use nalgebra::{Isometry2, Point2, Vector2};
 
-use crate::{BeamOrder, ScanOdometry, ScanOdometryConfig, ScanPose};
+use crate::{ScanOdometry, ScanOdometryConfig, ScanPose};
 
 /// Numbers of mean 0 and deviation 1, always the same (a linear congruential generator: 12 uniform numbers, less 6).
 pub(crate) struct Normal(u64);

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use geometry::{Scan, Stamp};
+use geometry::{BeamOrder, Scan, Stamp};
 use nalgebra::{Point2, UnitComplex, Vector2};
 
+use crate::ScanOdometryConfig;
 use crate::twist::Twist;
-use crate::{BeamOrder, ScanOdometryConfig};
 
 /// A turn that takes longer is not one: the increment is wrong.
 const LONGEST_TURN_S: f64 = 1.0;

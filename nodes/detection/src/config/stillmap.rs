@@ -2,26 +2,10 @@
 
 use std::f64::consts::PI;
 
+use geometry::BeamOrder;
 use serde::{Deserialize, Serialize};
 
 use super::ConfigError;
-
-/// The order in which a scanner measures the beams of its message.
-///
-/// `LaserScan` defines `time_increment` as the time from a beam to the next, but the common drivers of
-/// scanners that turn clockwise (`rplidar_ros`) turn the readings round and leave the increment positive.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum BeamOrder {
-    /// Not known: every beam is taken for measured in the middle of the turn, and the motion of the platform
-    /// within the turn adds to the uncertainty of the beam.
-    #[default]
-    Unknown,
-    /// The first beam of the message is the first that was measured (REP-138).
-    FirstToLast,
-    /// The last beam of the message is the first that was measured.
-    LastToFirst,
-}
 
 /// The parameters of the method `stillmap`; their names share the file with those of the other method.
 ///

@@ -1,11 +1,11 @@
 //! One turn of the scanner, laid out in the map's horizontal plane.
 
-use geometry::{Scan, Stamp};
+use geometry::{BeamOrder, Scan, Stamp};
 use nalgebra::{Isometry3, Point2, Point3, Vector2};
 
 use super::motion::Motion;
 use crate::aperture::Beam;
-use crate::config::{BeamOrder, StillmapConfig};
+use crate::config::StillmapConfig;
 
 /// Bounds stand at so many standard deviations: one beam in eighty is beyond, and no conclusion hangs on one.
 pub(super) const SIGMAS: f64 = 2.5;

@@ -2,7 +2,7 @@
 
 use bag_player::BagMessage;
 use calibration::{Cycle, returns_of};
-use detection::BeamOrder;
+use geometry::BeamOrder;
 use geometry::{CameraModel, DepthImage, Scan, Stamp};
 use msgs::convert;
 use msgs::sensor_msgs::{CameraInfo, Image};

@@ -1,6 +1,6 @@
 //! The rig's motion between a beam and an image.
 
-use detection::BeamOrder;
+use geometry::BeamOrder;
 use geometry::{PoseBuffer, Scan, Stamp, StampedPose};
 use nalgebra::Isometry3;
 

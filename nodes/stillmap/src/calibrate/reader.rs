@@ -3,7 +3,7 @@
 
 use bag_player::{Bag, BagInfo, BagMessage, Loss, Selection};
 use calibration::Cycle;
-use detection::BeamOrder;
+use geometry::BeamOrder;
 use geometry::{CameraModel, Scan, Stamp};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;

@@ -110,11 +110,7 @@ pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
 
 /// Odometry of a scanner that turns as detection has it.
 fn scan_odometry(config: &DetectionConfig) -> Result<ScanOdometry, Failure> {
-    let beam_order = match config.stillmap.beam_order {
-        detection::BeamOrder::Unknown => scan_odometry::BeamOrder::Unknown,
-        detection::BeamOrder::FirstToLast => scan_odometry::BeamOrder::FirstToLast,
-        detection::BeamOrder::LastToFirst => scan_odometry::BeamOrder::LastToFirst,
-    };
+    let beam_order = config.stillmap.beam_order;
     let config = ScanOdometryConfig { beam_order, ..ScanOdometryConfig::default() };
     ScanOdometry::new(config).map_err(failure)
 }

@@ -1,11 +1,11 @@
 //! Whatever comes, there is a pose of finite numbers, and the memory is bounded.
 
-use geometry::{Scan, Stamp};
+use geometry::{BeamOrder, Scan, Stamp};
 use proptest::prelude::*;
 
 use super::*;
 use crate::testing::{Normal, Scanner, World};
-use crate::{BeamOrder, ScanOdometry, ScanOdometryConfig};
+use crate::{ScanOdometry, ScanOdometryConfig};
 
 fn any_range() -> impl Strategy<Value = f32> {
     prop_oneof![

@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::*;
 use crate::testing::{Normal, Post, Scanner, World, follow};
-use crate::{BeamOrder, DegenerateDirection, MatchOutcome, ScanOdometry, ScanOdometryConfig};
+use crate::{DegenerateDirection, MatchOutcome, ScanOdometry, ScanOdometryConfig};
+use geometry::BeamOrder;
 
 /// Along the corridor, at 0.5 m/s, the scanner turned by 0.3 rad.
 fn driving(time_s: f64) -> Isometry2<f64> {

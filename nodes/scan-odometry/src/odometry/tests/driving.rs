@@ -7,7 +7,8 @@ use simulator::{Platform, Sample, Scenario, SceneName};
 
 use super::*;
 use crate::testing::{Normal, Post, Scanner, World, follow, legs};
-use crate::{BeamOrder, ScanOdometry, ScanOdometryConfig};
+use crate::{ScanOdometry, ScanOdometryConfig};
+use geometry::BeamOrder;
 
 const SCANS: usize = 200;
 const WAY_M: f64 = 10.0;

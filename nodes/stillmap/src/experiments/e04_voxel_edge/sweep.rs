@@ -6,10 +6,11 @@ use detection::{CycleInput, DetectionConfig, Detector, View};
 use geometry::{CameraModel, DepthImage, DynamicZone, Scan, ZoneSource};
 use nalgebra::Isometry3;
 use reconstruction::{ReconstructionConfig, StaticMap};
-use segmentation::{SegmentationConfig, Segmenter};
+use segmentation::Segmenter;
 use simulator::{Sample, Scenario};
 
 use crate::failure::Failure;
+use crate::run::parameters::PipelineParameters;
 use crate::trial::MethodName;
 
 /// A voxel grid that joins hardly any two points: pixels of a Kinect are 1.7 mm apart at 1 m.
@@ -83,37 +84,12 @@ struct Pipeline {
 
 impl Pipeline {
     fn new(method: MethodName, edge_m: f64) -> Result<Self, Failure> {
-        let (detection, segmentation, reconstruction) = match method {
-            MethodName::RecHv => (
-                detection::Method::RecHv,
-                segmentation::Method::RecHv,
-                reconstruction::Method::RecHv,
-            ),
-            MethodName::Stillmap => (
-                detection::Method::Stillmap,
-                segmentation::Method::Stillmap,
-                reconstruction::Method::Stillmap,
-            ),
-        };
-        let detection = DetectionConfig {
-            method: detection,
-            voxel_edge_m: edge_m,
-            ..DetectionConfig::default()
-        };
-        let segmentation = SegmentationConfig {
-            method: segmentation,
-            depth_cell_m: edge_m,
-            ..SegmentationConfig::default()
-        };
-        let reconstruction = ReconstructionConfig {
-            method: reconstruction,
-            voxel_edge_m: edge_m,
-            max_voxels: MAX_VOXELS,
-            ..ReconstructionConfig::default()
-        };
+        let parameters = PipelineParameters::of_method(method, Some(edge_m));
+        let reconstruction =
+            ReconstructionConfig { max_voxels: MAX_VOXELS, ..*parameters.reconstruction() };
         Ok(Self {
-            detector: Detector::new(detection).map_err(failure)?,
-            segmenter: Segmenter::new(segmentation).map_err(failure)?,
+            detector: Detector::new(parameters.detection().clone()).map_err(failure)?,
+            segmenter: Segmenter::new(parameters.segmentation_node().config).map_err(failure)?,
             map: StaticMap::new(reconstruction).map_err(failure)?,
         })
     }
