@@ -1,0 +1,1 @@
+//! Which feature of one image is which of another.

@@ -1,0 +1,1 @@
+//! The pose that explains matches.
