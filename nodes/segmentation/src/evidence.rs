@@ -96,6 +96,14 @@ impl Evidence {
         self.table.max_bytes()
     }
 
+    /// Whether nothing ever ended in a place, nor a surface is beside it.
+    #[must_use]
+    pub fn is_untouched(&self, point_in_map: &Point3<f64>) -> bool {
+        let cell =
+            self.voxel(point_in_map).and_then(table::key_of).and_then(|key| self.table.get(key));
+        cell.is_none_or(|cell| cell.hits == 0) && !self.is_beside_surface(point_in_map)
+    }
+
     /// What is known of the place of a point of the map.
     #[must_use]
     pub fn known(&self, point_in_map: &Point3<f64>) -> Known {
@@ -169,6 +177,16 @@ impl Evidence {
         }
         for point in points_in_map {
             self.pass(camera_in_map, point);
+        }
+    }
+
+    /// Takes places for free at once: the camera would have seen what stands there now.
+    pub fn take_for_free<'a>(&mut self, points_in_map: impl IntoIterator<Item = &'a Point3<f64>>) {
+        for point in points_in_map {
+            let key = self.voxel(point).and_then(table::key_of);
+            if let Some(cell) = key.and_then(|key| self.table.entry(key)) {
+                cell.passes = cell.passes.max(MIN_PASSES);
+            }
         }
     }
 

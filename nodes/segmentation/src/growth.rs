@@ -12,6 +12,8 @@ pub enum Standing {
     Still,
     /// Nothing is known of its place.
     New,
+    /// No ray has passed its place, but the camera would have seen it there before (module `recent_views`).
+    Arrived,
     /// In a place that was seen free, with a surface in a voxel beside it: what the noise of depth and
     /// of the pose throws off a surface, or an object that stands close to one.
     CameBesideSurface,
@@ -24,6 +26,12 @@ impl Standing {
     #[must_use]
     pub fn came(self) -> bool {
         matches!(self, Self::Came | Self::CameBesideSurface)
+    }
+
+    /// Whether it was not there before, by rays or by what the camera would have seen.
+    #[must_use]
+    pub fn is_newcomer(self) -> bool {
+        self.came() || self == Self::Arrived
     }
 
     /// How many voxels lie between it and what it is linked to, at most, and one. The reduced cloud leaves

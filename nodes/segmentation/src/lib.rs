@@ -11,6 +11,7 @@
 //! | module | step |
 //! |---|---|
 //! | [`evidence`] | which places of the map were seen free, and where something has stood for long |
+//! | [`recent_views`] | which places the last cycles would have shown taken |
 //! | [`floor`] | the lowest horizontal plane |
 //! | [`seeds`] | where objects are known to be: by zones, by tracks, by what has come into free space |
 //! | [`growth`] | the objects grown from the seeds through the cloud |
@@ -25,12 +26,14 @@ pub mod depth_clustering;
 pub mod evidence;
 pub mod floor;
 pub mod growth;
+pub mod recent_views;
 pub mod seeds;
 pub mod segmenter;
 #[cfg(feature = "ros")]
 pub mod shell;
 pub mod stillmap;
 pub mod tracking;
+pub mod view;
 
 pub use config::{ConfigError, Method, SegmentationConfig};
 pub use segmenter::{SegmentationError, Segmented, Segmenter, Step};

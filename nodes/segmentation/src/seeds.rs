@@ -13,7 +13,7 @@ use crate::{SegmentationConfig, angular::points_in_zone};
 const SCAN_BAND_M: f64 = 0.25;
 /// Scanner and camera see the object up to half a cycle apart; it moves a cell or two meanwhile.
 const RANGE_TOLERANCE_CELLS: f64 = 1.5;
-/// So many points of a zone must stand where free space was seen for the others to be left to the growth.
+/// So many points of a zone must be newcomers to their places for the others to be left to the growth.
 const MIN_CAME: usize = 3;
 
 /// The points that growth starts from.
@@ -54,7 +54,7 @@ pub fn seeds_of(
     for expected in expected {
         let half_m = expected.half_extent_m + Vector3::repeat(config.depth_cell_m);
         for (point, standing) in standings.iter().enumerate() {
-            let may = standing.came() || (expected.may_be_new && *standing == Standing::New);
+            let may = standing.is_newcomer() || (expected.may_be_new && *standing == Standing::New);
             let offset_m = (points_in_map[point] - expected.centre_m).abs();
             is_seed[point] |= may && offset_m <= half_m;
         }
@@ -90,9 +90,9 @@ fn zone_seeds(
         }
         // Rec-HV 3.2.6: the nearest group is the object; of what has come, where something has.
         None => {
-            let came: Vec<usize> =
-                moving.iter().copied().filter(|&index| standings[index].came()).collect();
-            let among = if came.len() >= MIN_CAME { came } else { moving };
+            let newcomers: Vec<usize> =
+                moving.iter().copied().filter(|&index| standings[index].is_newcomer()).collect();
+            let among = if newcomers.len() >= MIN_CAME { newcomers } else { moving };
             let depths_m = among.iter().map(|&index| point(index).x);
             let groups = depth_groups(depths_m, config.depth_cell_m);
             let farthest_m = nearest_group(&groups).map(|group| group.max_x_m);
@@ -101,10 +101,10 @@ fn zone_seeds(
             among.into_iter().filter(is_nearest).collect()
         }
     };
-    let came: Vec<usize> =
-        at_range.iter().copied().filter(|&index| standings[index].came()).collect();
-    if came.len() >= MIN_CAME {
-        return came;
+    let newcomers: Vec<usize> =
+        at_range.iter().copied().filter(|&index| standings[index].is_newcomer()).collect();
+    if newcomers.len() >= MIN_CAME {
+        return newcomers;
     }
     // Nothing was known to be free here: what the beam met, at the beam's own height.
     at_range

@@ -12,8 +12,10 @@ use nalgebra::Point3;
 use crate::evidence::{Evidence, EvidenceLimits, Known};
 use crate::floor::Floor;
 use crate::growth::{Candidates, Standing};
+use crate::recent_views::RecentViews;
 use crate::seeds::{Seeds, seeds_of};
-use crate::tracking::{CycleCloud, Followings, MovingGroup, Tracker, View};
+use crate::tracking::{CycleCloud, Followings, MovingGroup, Tracker};
+use crate::view::View;
 use crate::{ConfigError, SegmentationConfig, Step};
 
 /// A stamp so much before the last one is the start of another run, not a late message.
@@ -38,6 +40,7 @@ pub struct Stillmap {
     evidence: Evidence,
     tracker: Tracker,
     view: View,
+    recent_views: RecentViews,
     floor: Option<Floor>,
     last: Option<Stamp>,
 }
@@ -56,6 +59,7 @@ impl Stillmap {
             evidence: evidence_of(&config, grid),
             tracker: Tracker::new(config),
             view: View::default(),
+            recent_views: RecentViews::default(),
             floor: None,
             last: None,
         })
@@ -113,6 +117,13 @@ impl Stillmap {
         for &point in &settled {
             is_dynamic[point] = false;
         }
+        let arrived = points_in_map.iter().zip(standings.iter().zip(&is_dynamic)).filter_map(
+            |(point, (standing, dynamic))| {
+                (*dynamic && *standing == Standing::Arrived).then_some(point)
+            },
+        );
+        self.evidence.take_for_free(arrived);
+        self.recent_views.remember(cycle, &self.view, cell_m);
         self.evidence.record(&camera_in_map, points_in_map, &is_dynamic);
         self.evidence.adopt(settled.iter().map(|&point| &points_in_map[point]));
         observe(Step::Evidence);
@@ -124,6 +135,7 @@ impl Stillmap {
             self.evidence = evidence_of(&self.config, self.grid);
             self.tracker.forget();
             (self.view, self.floor) = (View::default(), None);
+            self.recent_views.clear();
         }
         self.last = Some(stamp);
         self.evidence.begin_cycle(stamp);
@@ -154,6 +166,7 @@ impl Stillmap {
                 }
                 match self.evidence.known(point) {
                     Known::Background => Standing::Still,
+                    Known::Unknown if self.has_arrived(point) => Standing::Arrived,
                     Known::Unknown => Standing::New,
                     Known::Free if self.evidence.is_beside_surface(point) => {
                         Standing::CameBesideSurface
@@ -162,6 +175,10 @@ impl Stillmap {
                 }
             })
             .collect()
+    }
+
+    fn has_arrived(&self, point_in_map: &Point3<f64>) -> bool {
+        self.evidence.is_untouched(point_in_map) && self.recent_views.was_empty(point_in_map)
     }
 
     /// Grows the objects from their seeds. Through what has come they grow without bound; through places of
@@ -192,7 +209,9 @@ impl Stillmap {
             })
             .into_iter()
             .map(|points| {
-                let is_alone = |point: &&usize| standings[**point] == Standing::Came;
+                let is_alone = |point: &&usize| {
+                    matches!(standings[**point], Standing::Came | Standing::Arrived)
+                };
                 let came = points.iter().filter(is_alone).count();
                 MovingGroup {
                     in_zone: points.iter().any(|&point| seeds.is_of_zone[point]),

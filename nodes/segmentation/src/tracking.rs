@@ -18,7 +18,7 @@ mod tests;
 use geometry::{Stamp, Track};
 use nalgebra::{Point3, Vector3};
 
-pub use self::observation::{CycleCloud, View};
+pub use self::observation::CycleCloud;
 
 use self::assignment::assign;
 use self::clusters::clusters;
@@ -135,7 +135,7 @@ impl Tracker {
                 None => followed.miss(
                     is_hidden(cloud, &followed.visible_centre_m()),
                     self.now_s,
-                    cloud.view.contains(cloud.cycle, &followed.visible_centre_m()),
+                    cloud.view.has_bearing_of(cloud.cycle, &followed.visible_centre_m()),
                 ),
             }
         }

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use geometry::DetectedCycle;
 use nalgebra::{Point3, Vector2, Vector3};
 
+use crate::view::{MIN_DEPTH_M, View, slopes};
+
 /// One cycle's cloud in both frames, and what the camera can see.
 #[derive(Clone, Copy, Debug)]
 pub struct CycleCloud<'a> {
@@ -20,52 +22,8 @@ pub struct CycleCloud<'a> {
     pub cell_m: f64,
 }
 
-/// The camera's view to the sides, as slopes y / x from the camera. Nothing tells it but the points
-/// themselves, so it is the widest that was ever seen.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct View {
-    right: f64,
-    left: f64,
-}
-
-/// A point nearer to the camera's plane than this has no slope that means anything.
-const MIN_DEPTH_M: f64 = 0.1;
 /// Something nearer by this hides what is behind it; less is the depth of the object itself.
 const HIDING_M: f64 = 0.3;
-
-impl Default for View {
-    fn default() -> Self {
-        Self { right: f64::INFINITY, left: f64::NEG_INFINITY }
-    }
-}
-
-impl View {
-    /// Takes in what a cycle shows.
-    pub fn widen(&mut self, cycle: &DetectedCycle) {
-        for slope in cycle
-            .reduced_cloud
-            .points_m
-            .iter()
-            .filter_map(|point| slopes(cycle, &point.cast::<f64>()).map(|slopes| slopes.x))
-        {
-            self.right = self.right.min(slope);
-            self.left = self.left.max(slope);
-        }
-    }
-
-    /// Whether a point of the map lies in the view, by its bearing.
-    pub(super) fn contains(&self, cycle: &DetectedCycle, point_in_map: &Point3<f64>) -> bool {
-        let in_rig = cycle.map_from_rig.inverse_transform_point(point_in_map);
-        slopes(cycle, &in_rig).is_some_and(|slope| (self.right..=self.left).contains(&slope.x))
-    }
-}
-
-/// Sideways and upward slope of the ray from the camera to a point; `None` beside or behind the camera.
-fn slopes(cycle: &DetectedCycle, point_in_rig: &Point3<f64>) -> Option<Vector2<f64>> {
-    let ray = point_in_rig - cycle.camera_in_rig_m;
-    let finite = ray.iter().all(|value| value.is_finite());
-    (finite && ray.x > MIN_DEPTH_M).then(|| Vector2::new(ray.y, ray.z) / ray.x)
-}
 
 /// The visible surface of an object.
 #[derive(Clone, PartialEq, Debug)]
@@ -125,8 +83,8 @@ impl Observation {
         }
         // The outermost voxel of the view may hold no point of the object, so one is allowed for.
         let voxel_slope = cloud.cell_m / towards.norm().max(MIN_DEPTH_M);
-        right.is_cut = right.slope <= cloud.view.right + voxel_slope;
-        left.is_cut = left.slope >= cloud.view.left - voxel_slope;
+        right.is_cut = right.slope <= cloud.view.least.x + voxel_slope;
+        left.is_cut = left.slope >= cloud.view.most.x - voxel_slope;
         Some(Self {
             points,
             centre_m,

@@ -3,6 +3,7 @@ use nalgebra::Isometry3;
 
 use super::*;
 use crate::Method;
+use crate::view::View;
 
 const CELL_M: f64 = 0.08;
 

@@ -1,0 +1,91 @@
+use geometry::{Cloud, Stamp};
+use nalgebra::{Point3, Translation3};
+
+use super::*;
+
+const CELL_M: f64 = 0.08;
+
+/// A cycle that shows these points of the rig frame.
+fn cycle_of(points_m: Vec<Point3<f32>>, x_m: f64) -> DetectedCycle {
+    DetectedCycle {
+        index: 0,
+        scan_stamp: Stamp::default(),
+        points_before_reduction: points_m.len(),
+        reduced_cloud: Cloud { stamp: Stamp::default(), frame_id: "rig".to_owned(), points_m },
+        map_from_rig: Translation3::new(x_m, 0.0, 0.0).into(),
+        map_frame_id: "map".to_owned(),
+        camera_in_rig_m: Point3::origin(),
+        zones: Vec::new(),
+    }
+}
+
+/// A frame of points at 3 m around a view in which nothing comes back.
+fn rim() -> Vec<Point3<f32>> {
+    vec![Point3::new(3.0, -1.5, -1.0), Point3::new(3.0, 1.5, 1.0)]
+}
+
+fn views_of(cycles: usize, points_m: &[Point3<f32>]) -> RecentViews {
+    let (mut views, mut view) = (RecentViews::default(), View::default());
+    for _ in 0..cycles {
+        let cycle = cycle_of(points_m.to_vec(), 0.0);
+        view.widen(&cycle);
+        views.remember(&cycle, &view, CELL_M);
+    }
+    views
+}
+
+#[test]
+fn a_place_before_black_is_empty_once_enough_cycles_have_shown_nothing_there() {
+    let place = Point3::new(2.0, 0.3, 0.1);
+    assert!(!views_of(MIN_EMPTY - 1, &rim()).was_empty(&place));
+    assert!(views_of(MIN_EMPTY, &rim()).was_empty(&place));
+}
+
+#[test]
+fn what_was_seen_or_hidden_or_out_of_view_was_not_empty() {
+    let mut points_m = rim();
+    points_m.push(Point3::new(2.0, 0.3, 0.1));
+    let views = views_of(VIEWS, &points_m);
+    for (place, why) in [
+        (Point3::new(2.0, 0.3, 0.1), "seen"),
+        (Point3::new(2.05, 0.32, 0.1), "seen, in the voxel beside"),
+        (Point3::new(2.9, 0.43, 0.14), "hidden"),
+        (Point3::new(2.0, 1.5, 0.1), "beyond the left border"),
+        (Point3::new(2.0, 0.3, 1.0), "above the upper border"),
+        (Point3::new(-2.0, 0.3, 0.1), "behind the camera"),
+        (Point3::new(f64::NAN, 0.3, 0.1), "nowhere"),
+    ] {
+        assert!(!views.was_empty(&place), "{why}");
+    }
+    assert!(views.was_empty(&Point3::new(1.5, 0.3, 0.1)), "clearly before what was seen");
+    assert!(views.was_empty(&Point3::new(2.0, -0.3, 0.1)), "in another direction");
+}
+
+#[test]
+fn each_cycle_is_asked_from_where_its_camera_was() {
+    let (mut views, mut view) = (RecentViews::default(), View::default());
+    for step in 0..MIN_EMPTY {
+        let cycle = cycle_of(rim(), 0.5 * step as f64);
+        view.widen(&cycle);
+        views.remember(&cycle, &view, CELL_M);
+    }
+    // In view from the first place; too near to the last one's to lie between its borders.
+    assert!(!views.was_empty(&Point3::new(1.8, 0.6, 0.0)));
+    assert!(views.was_empty(&Point3::new(1.8, 0.2, 0.0)));
+}
+
+#[test]
+fn only_the_last_cycles_count_and_none_after_a_new_start() {
+    let place = Point3::new(2.0, 0.3, 0.1);
+    let (mut views, mut view) = (views_of(VIEWS, &rim()), View::default());
+    let taken = cycle_of([rim(), vec![place.cast()]].concat(), 0.0);
+    view.widen(&taken);
+    for _ in 0..=VIEWS - MIN_EMPTY {
+        assert!(views.was_empty(&place));
+        views.remember(&taken, &view, CELL_M);
+    }
+    assert!(!views.was_empty(&place));
+    let mut views = views_of(VIEWS, &rim());
+    views.clear();
+    assert!(!views.was_empty(&place));
+}
