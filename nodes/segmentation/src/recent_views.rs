@@ -20,8 +20,8 @@ const VIEWS: usize = 8;
 const MIN_EMPTY: usize = 3;
 /// The squares in which directions are gathered are so wide: a voxel of the thesis at 3 m.
 const SQUARE_SLOPE: f64 = 0.027;
-/// Squares along a side at most: a view of 120 degrees.
-const MOST_SQUARES: f64 = 128.0;
+/// Squares along a side: a view of 120 degrees.
+const SQUARES: usize = 128;
 /// What a point hides reaches so far around it: half the diagonal of its voxel.
 const HALF_DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// What was met must lie so many voxels behind a place for that to have been empty: a point is the mean over a
@@ -39,11 +39,9 @@ pub struct RecentViews {
 struct Frame {
     map_from_rig: Isometry3<f64>,
     camera_in_rig_m: Point3<f64>,
-    view: View,
-    columns: usize,
-    rows: usize,
     /// Row by row from the lower right; infinite where nothing was met.
     nearest_m: Vec<f32>,
+    /// The edge of the voxels that its points are means of.
     cell_m: f64,
 }
 
@@ -53,78 +51,64 @@ impl RecentViews {
         self.frames.clear();
     }
 
-    /// Whether a place of the map was in view and empty in enough of the cycles remembered.
+    /// Whether a place of the map was in view and empty in enough of the cycles remembered. The camera has had the
+    /// same view then as now, whether or not anything came back from its borders.
     #[must_use]
-    pub fn was_empty(&self, place_in_map: &Point3<f64>) -> bool {
-        let empty = self.frames.iter().filter(|frame| frame.was_empty(place_in_map));
+    pub fn was_empty(&self, place_in_map: &Point3<f64>, view: &View) -> bool {
+        let empty = self.frames.iter().filter(|frame| frame.was_empty(place_in_map, view));
         empty.take(MIN_EMPTY).count() == MIN_EMPTY
     }
 
     /// Remembers a cycle. `cell_m` is the edge of the voxels that its points are means of.
-    pub fn remember(&mut self, cycle: &DetectedCycle, view: &View, cell_m: f64) {
-        if let Some(frame) = Frame::of(cycle, view, cell_m) {
-            if self.frames.len() == VIEWS {
-                self.frames.pop_front();
-            }
-            self.frames.push_back(frame);
+    pub fn remember(&mut self, cycle: &DetectedCycle, cell_m: f64) {
+        if self.frames.len() == VIEWS {
+            self.frames.pop_front();
         }
+        self.frames.push_back(Frame::of(cycle, cell_m));
     }
 }
 
 impl Frame {
-    /// `None` where the cycle shows nothing.
-    fn of(cycle: &DetectedCycle, view: &View, cell_m: f64) -> Option<Self> {
-        let size = (view.most - view.least) / SQUARE_SLOPE;
-        if !size.iter().all(|size| size.is_finite() && *size >= 0.0) {
-            return None;
-        }
-        let [columns, rows] = [size.x, size.y].map(|size| size.min(MOST_SQUARES) as usize + 1);
+    fn of(cycle: &DetectedCycle, cell_m: f64) -> Self {
         let mut frame = Self {
             map_from_rig: cycle.map_from_rig,
             camera_in_rig_m: cycle.camera_in_rig_m,
-            view: *view,
-            columns,
-            rows,
-            nearest_m: vec![f32::INFINITY; columns * rows],
+            nearest_m: vec![f32::INFINITY; SQUARES * SQUARES],
             cell_m,
         };
         for point in &cycle.reduced_cloud.points_m {
             frame.take(&point.cast());
         }
-        Some(frame)
+        frame
     }
 
     fn take(&mut self, point_in_rig: &Point3<f64>) {
         let Some(slopes) = slopes_from(&self.camera_in_rig_m, point_in_rig) else { return };
         let depth_m = point_in_rig.x - self.camera_in_rig_m.x;
         let reach = Vector2::repeat(HALF_DIAGONAL * self.cell_m / depth_m.max(MIN_DEPTH_M));
-        let (least, most) = (self.square(&(slopes - reach)), self.square(&(slopes + reach)));
+        let (least, most) = (square(&(slopes - reach)), square(&(slopes + reach)));
         for row in least[1]..=most[1] {
             for column in least[0]..=most[0] {
-                if let Some(nearest_m) = self.nearest_m.get_mut(row * self.columns + column) {
+                if let Some(nearest_m) = self.nearest_m.get_mut(row * SQUARES + column) {
                     *nearest_m = nearest_m.min(depth_m as f32);
                 }
             }
         }
     }
 
-    /// Column and row of a direction, or of the nearest one in view.
-    fn square(&self, slopes: &Vector2<f64>) -> [usize; 2] {
-        let from_corner = (slopes - self.view.least) / SQUARE_SLOPE;
-        // The casts saturate at 0.
-        [
-            (from_corner.x as usize).min(self.columns - 1),
-            (from_corner.y as usize).min(self.rows - 1),
-        ]
-    }
-
-    fn was_empty(&self, place_in_map: &Point3<f64>) -> bool {
+    fn was_empty(&self, place_in_map: &Point3<f64>, view: &View) -> bool {
         let in_rig = self.map_from_rig.inverse_transform_point(place_in_map);
         let Some(slopes) = slopes_from(&self.camera_in_rig_m, &in_rig) else { return false };
-        let is_in_view = slopes >= self.view.least && slopes <= self.view.most;
-        let [column, row] = self.square(&slopes);
-        let nearest_m = self.nearest_m.get(row * self.columns + column);
+        let [column, row] = square(&slopes);
+        let nearest_m = self.nearest_m.get(row * SQUARES + column);
         let depth_m = in_rig.x - self.camera_in_rig_m.x + BEHIND_VOXELS * self.cell_m;
-        is_in_view && nearest_m.is_some_and(|nearest_m| f64::from(*nearest_m) > depth_m)
+        view.contains(&slopes) && nearest_m.is_some_and(|nearest_m| f64::from(*nearest_m) > depth_m)
     }
+}
+
+/// Column and row of a direction, or of the nearest one that has any.
+fn square(slopes: &Vector2<f64>) -> [usize; 2] {
+    let from_corner = slopes / SQUARE_SLOPE + Vector2::repeat(0.5 * SQUARES as f64);
+    // The casts saturate at 0.
+    [from_corner.x, from_corner.y].map(|from_corner| (from_corner as usize).min(SQUARES - 1))
 }

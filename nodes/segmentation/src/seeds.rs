@@ -13,6 +13,9 @@ use crate::{SegmentationConfig, angular::points_in_zone};
 const SCAN_BAND_M: f64 = 0.25;
 /// Scanner and camera see the object up to half a cycle apart; it moves a cell or two meanwhile.
 const RANGE_TOLERANCE_CELLS: f64 = 1.5;
+/// A body is wider below or above than where the scanner meets it by so much at each side: the arms, the foot of a
+/// pole.
+const ASIDE_M: f64 = 0.3;
 /// So many points of a zone must be newcomers to their places for the others to be left to the growth.
 const MIN_CAME: usize = 3;
 
@@ -46,7 +49,8 @@ pub fn seeds_of(
         for &point in &in_zone {
             is_in_zone[point] = true;
         }
-        for point in zone_seeds(config, cycle, zone, &in_zone, standings) {
+        let beside = points_beside(cycle, zone, standings);
+        for point in zone_seeds(config, cycle, zone, &[in_zone, beside].concat(), standings) {
             is_seed[point] = true;
             is_of_zone[point] = true;
         }
@@ -112,6 +116,24 @@ fn zone_seeds(
         .filter(|&index| {
             (f64::from(point(index).z) - config.scan_height_in_rig_m).abs() <= SCAN_BAND_M
         })
+        .collect()
+}
+
+/// The newcomers beside a zone, away from any surface.
+fn points_beside(cycle: &DetectedCycle, zone: &DynamicZone, standings: &[Standing]) -> Vec<usize> {
+    let Some(ReturnSpan { nearest_m, .. }) = zone.returns else { return Vec::new() };
+    let aside_rad = ASIDE_M.atan2(f64::from(nearest_m));
+    let widened = DynamicZone {
+        azimuth_min_rad: zone.azimuth_min_rad - aside_rad,
+        azimuth_max_rad: zone.azimuth_max_rad + aside_rad,
+        ..*zone
+    };
+    let points_m = &cycle.reduced_cloud.points_m;
+    let in_zone = points_in_zone(points_m, zone);
+    points_in_zone(points_m, &widened)
+        .into_iter()
+        .filter(|point| matches!(standings[*point], Standing::Came | Standing::Arrived))
+        .filter(|point| in_zone.binary_search(point).is_err())
         .collect()
 }
 

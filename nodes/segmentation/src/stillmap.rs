@@ -123,7 +123,7 @@ impl Stillmap {
             },
         );
         self.evidence.take_for_free(arrived);
-        self.recent_views.remember(cycle, &self.view, cell_m);
+        self.recent_views.remember(cycle, cell_m);
         self.evidence.record(&camera_in_map, points_in_map, &is_dynamic);
         self.evidence.adopt(settled.iter().map(|&point| &points_in_map[point]));
         observe(Step::Evidence);
@@ -178,7 +178,8 @@ impl Stillmap {
     }
 
     fn has_arrived(&self, point_in_map: &Point3<f64>) -> bool {
-        self.evidence.is_untouched(point_in_map) && self.recent_views.was_empty(point_in_map)
+        self.evidence.is_untouched(point_in_map)
+            && self.recent_views.was_empty(point_in_map, &self.view)
     }
 
     /// Grows the objects from their seeds. Through what has come they grow without bound; through places of

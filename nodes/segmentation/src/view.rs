@@ -32,6 +32,11 @@ impl View {
         }
     }
 
+    /// Whether a direction lies within all its borders.
+    pub(crate) fn contains(&self, slopes: &Vector2<f64>) -> bool {
+        *slopes >= self.least && *slopes <= self.most
+    }
+
     /// Whether a point of the map lies between its right and left borders, however high.
     pub(crate) fn has_bearing_of(&self, cycle: &DetectedCycle, point_in_map: &Point3<f64>) -> bool {
         let in_rig = cycle.map_from_rig.inverse_transform_point(point_in_map);

@@ -24,28 +24,33 @@ fn rim() -> Vec<Point3<f32>> {
     vec![Point3::new(3.0, -1.5, -1.0), Point3::new(3.0, 1.5, 1.0)]
 }
 
-fn views_of(cycles: usize, points_m: &[Point3<f32>]) -> RecentViews {
+/// The views of so many cycles alike, and the camera's view.
+fn views_of(cycles: usize, points_m: &[Point3<f32>]) -> (RecentViews, View) {
     let (mut views, mut view) = (RecentViews::default(), View::default());
     for _ in 0..cycles {
         let cycle = cycle_of(points_m.to_vec(), 0.0);
         view.widen(&cycle);
-        views.remember(&cycle, &view, CELL_M);
+        views.remember(&cycle, CELL_M);
     }
-    views
+    (views, view)
 }
 
 #[test]
 fn a_place_before_black_is_empty_once_enough_cycles_have_shown_nothing_there() {
     let place = Point3::new(2.0, 0.3, 0.1);
-    assert!(!views_of(MIN_EMPTY - 1, &rim()).was_empty(&place));
-    assert!(views_of(MIN_EMPTY, &rim()).was_empty(&place));
+    let was_empty = |cycles| {
+        let (views, view) = views_of(cycles, &rim());
+        views.was_empty(&place, &view)
+    };
+    assert!(!was_empty(MIN_EMPTY - 1));
+    assert!(was_empty(MIN_EMPTY));
 }
 
 #[test]
 fn what_was_seen_or_hidden_or_out_of_view_was_not_empty() {
     let mut points_m = rim();
     points_m.push(Point3::new(2.0, 0.3, 0.1));
-    let views = views_of(VIEWS, &points_m);
+    let (views, view) = views_of(VIEWS, &points_m);
     for (place, why) in [
         (Point3::new(2.0, 0.3, 0.1), "seen"),
         (Point3::new(2.05, 0.32, 0.1), "seen, in the voxel beside"),
@@ -55,10 +60,20 @@ fn what_was_seen_or_hidden_or_out_of_view_was_not_empty() {
         (Point3::new(-2.0, 0.3, 0.1), "behind the camera"),
         (Point3::new(f64::NAN, 0.3, 0.1), "nowhere"),
     ] {
-        assert!(!views.was_empty(&place), "{why}");
+        assert!(!views.was_empty(&place, &view), "{why}");
     }
-    assert!(views.was_empty(&Point3::new(1.5, 0.3, 0.1)), "clearly before what was seen");
-    assert!(views.was_empty(&Point3::new(2.0, -0.3, 0.1)), "in another direction");
+    assert!(views.was_empty(&Point3::new(1.5, 0.3, 0.1), &view), "clearly before what was seen");
+    assert!(views.was_empty(&Point3::new(2.0, -0.3, 0.1), &view), "in another direction");
+}
+
+/// A black floor shows the lower border of the view not before something stands on it.
+#[test]
+fn a_border_that_nothing_came_back_from_was_in_view_all_the_same() {
+    let (views, mut view) = views_of(VIEWS, &rim());
+    let foot = Point3::new(2.0, 0.125, -0.875);
+    assert!(!views.was_empty(&foot, &view));
+    view.widen(&cycle_of(vec![foot.cast()], 0.0));
+    assert!(views.was_empty(&foot, &view));
 }
 
 #[test]
@@ -67,25 +82,24 @@ fn each_cycle_is_asked_from_where_its_camera_was() {
     for step in 0..MIN_EMPTY {
         let cycle = cycle_of(rim(), 0.5 * step as f64);
         view.widen(&cycle);
-        views.remember(&cycle, &view, CELL_M);
+        views.remember(&cycle, CELL_M);
     }
     // In view from the first place; too near to the last one's to lie between its borders.
-    assert!(!views.was_empty(&Point3::new(1.8, 0.6, 0.0)));
-    assert!(views.was_empty(&Point3::new(1.8, 0.2, 0.0)));
+    assert!(!views.was_empty(&Point3::new(1.8, 0.6, 0.0), &view));
+    assert!(views.was_empty(&Point3::new(1.8, 0.2, 0.0), &view));
 }
 
 #[test]
 fn only_the_last_cycles_count_and_none_after_a_new_start() {
     let place = Point3::new(2.0, 0.3, 0.1);
-    let (mut views, mut view) = (views_of(VIEWS, &rim()), View::default());
+    let (mut views, view) = views_of(VIEWS, &rim());
     let taken = cycle_of([rim(), vec![place.cast()]].concat(), 0.0);
-    view.widen(&taken);
     for _ in 0..=VIEWS - MIN_EMPTY {
-        assert!(views.was_empty(&place));
-        views.remember(&taken, &view, CELL_M);
+        assert!(views.was_empty(&place, &view));
+        views.remember(&taken, CELL_M);
     }
-    assert!(!views.was_empty(&place));
-    let mut views = views_of(VIEWS, &rim());
+    assert!(!views.was_empty(&place, &view));
+    let (mut views, view) = views_of(VIEWS, &rim());
     views.clear();
-    assert!(!views.was_empty(&place));
+    assert!(!views.was_empty(&place, &view));
 }
