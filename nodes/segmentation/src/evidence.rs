@@ -96,12 +96,12 @@ impl Evidence {
         self.table.max_bytes()
     }
 
-    /// Whether nothing ever ended in a place, nor a surface is beside it.
+    /// Whether hardly anything ever ended in a place, and no surface is beside it.
     #[must_use]
     pub fn is_untouched(&self, point_in_map: &Point3<f64>) -> bool {
-        let cell =
-            self.voxel(point_in_map).and_then(table::key_of).and_then(|key| self.table.get(key));
-        cell.is_none_or(|cell| cell.hits == 0) && !self.is_beside_surface(point_in_map)
+        let key = self.voxel(point_in_map).and_then(table::key_of);
+        let hits = key.and_then(|key| self.table.get(key)).map_or(0, |cell| cell.hits);
+        hits < MIN_HITS && !self.is_beside_surface(point_in_map)
     }
 
     /// What is known of the place of a point of the map.

@@ -34,6 +34,12 @@ impl Standing {
         self.came() || self == Self::Arrived
     }
 
+    /// Whether it was not there before, and no surface is beside it that noise may have thrown it off.
+    #[must_use]
+    pub fn came_alone(self) -> bool {
+        matches!(self, Self::Came | Self::Arrived)
+    }
+
     /// How many voxels lie between it and what it is linked to, at most, and one. The reduced cloud leaves
     /// an empty voxel here and there within a surface; only in space known to be free is it certain that
     /// what lies across the gap is no background.

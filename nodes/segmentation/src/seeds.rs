@@ -132,7 +132,7 @@ fn points_beside(cycle: &DetectedCycle, zone: &DynamicZone, standings: &[Standin
     let in_zone = points_in_zone(points_m, zone);
     points_in_zone(points_m, &widened)
         .into_iter()
-        .filter(|point| matches!(standings[*point], Standing::Came | Standing::Arrived))
+        .filter(|point| standings[*point].came_alone())
         .filter(|point| in_zone.binary_search(point).is_err())
         .collect()
 }

@@ -117,14 +117,20 @@ impl Stillmap {
         for &point in &settled {
             is_dynamic[point] = false;
         }
-        let arrived = points_in_map.iter().zip(standings.iter().zip(&is_dynamic)).filter_map(
-            |(point, (standing, dynamic))| {
-                (*dynamic && *standing == Standing::Arrived).then_some(point)
-            },
-        );
+        let arrived = (0..standings.len())
+            .filter(|&point| is_dynamic[point] && standings[point] == Standing::Arrived)
+            .map(|point| &points_in_map[point]);
         self.evidence.take_for_free(arrived);
         self.recent_views.remember(cycle, cell_m);
         self.evidence.record(&camera_in_map, points_in_map, &is_dynamic);
+        // What has come to a place is no background before it has stayed: it ends there in the evidence, and
+        // is left out of the static scene until that knows it.
+        for (dynamic, standing) in is_dynamic.iter_mut().zip(&standings) {
+            *dynamic |= standing.came_alone();
+        }
+        for &point in &settled {
+            is_dynamic[point] = false;
+        }
         self.evidence.adopt(settled.iter().map(|&point| &points_in_map[point]));
         observe(Step::Evidence);
         Judged { is_dynamic, tracks, in_zone: seeds.in_zone }
@@ -210,9 +216,7 @@ impl Stillmap {
             })
             .into_iter()
             .map(|points| {
-                let is_alone = |point: &&usize| {
-                    matches!(standings[**point], Standing::Came | Standing::Arrived)
-                };
+                let is_alone = |point: &&usize| standings[**point].came_alone();
                 let came = points.iter().filter(is_alone).count();
                 MovingGroup {
                     in_zone: points.iter().any(|&point| seeds.is_of_zone[point]),

@@ -211,6 +211,13 @@ impl ObjectFigures {
         self.share_in_both(|sighting| sighting.found)
     }
 
+    /// Of the same cycles, the share in which a zone held it or at least half of its pixels were removed. A zone
+    /// is as wide as what the scanner meets; an object that goes out of the camera's view feet last is found by
+    /// its track.
+    pub(crate) fn found_or_removed_share(&self) -> Option<f64> {
+        self.share_in_both(|sighting| sighting.found || sighting.removed)
+    }
+
     /// Of the same cycles, the share in which at least half of its pixels were removed.
     pub(crate) fn removed_share(&self) -> Option<f64> {
         self.share_in_both(|sighting| sighting.removed)

@@ -78,7 +78,13 @@ fn told(criterion: Criterion) -> Criterion {
 pub(super) fn all() -> Vec<Criterion> {
     use Target::{AtLeast, AtMost, LessThan, MoreThan};
     vec![
-        crossing("found, of the cycles in both views", Unit::Share, AtLeast(1.0), found),
+        crossing(
+            "found (in a zone, or half of it removed), of the cycles in both views",
+            Unit::Share,
+            AtLeast(1.0),
+            found,
+        ),
+        told(crossing("in a zone, of the same cycles", Unit::Share, AtLeast(1.0), in_zone)),
         told(crossing(
             "half of it removed, of the same cycles",
             Unit::Share,
@@ -246,6 +252,10 @@ impl Criterion {
 }
 
 fn found(_: &Scenario, run: &RunFigures) -> Option<f64> {
+    run.object()?.found_or_removed_share()
+}
+
+fn in_zone(_: &Scenario, run: &RunFigures) -> Option<f64> {
     run.object()?.found_share()
 }
 
