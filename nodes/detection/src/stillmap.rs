@@ -15,12 +15,14 @@
 //! | `clearance` | how far each beam shows free space for sure |
 //! | `free_space` | the evidence, a rolling grid; the verdict on each return |
 //! | `travel` | narrow things that stand apart and go from place to place |
+//! | `proof` | what a thing must show where the platform moves |
 //! | `runs` | which runs of moving beams are objects |
 //! | `zones` | their zones; zones of objects lost from sight |
 
 mod clearance;
 mod free_space;
 mod motion;
+mod proof;
 mod runs;
 mod travel;
 mod turn;
@@ -37,11 +39,12 @@ use crate::config::DetectionConfig;
 use crate::zone_finder::Unmeasured;
 use free_space::{FreeSpace, Verdict};
 use motion::PlatformMotion;
+use proof::{CLUTTER_M, Proof, Proofs};
 use runs::moving_runs;
 use travel::Travellers;
 use turn::{Return, Turn, TurnInput};
 use warp::{WarpWindow, has_arrived};
-use zones::{FOUND_AGAIN_M, ZoneKeeper};
+use zones::{FOUND_AGAIN_M, MovingBeams, ZoneKeeper};
 
 /// A scan with fewer returns in the aperture says nothing, as in Rec-HV, which needs two for a line.
 const LEAST_RETURNS: usize = 2;
@@ -73,6 +76,7 @@ pub struct Deviations {
     turn: Turn,
     std_dev_m: Option<Vec<Option<f32>>>,
     now_ms: u32,
+    platform_moves: bool,
 }
 
 /// What the method finds in one cycle.
@@ -103,6 +107,7 @@ pub struct MotionFinder {
     window: WarpWindow,
     free_space: FreeSpace,
     travellers: Travellers,
+    proofs: Proofs,
     keeper: ZoneKeeper,
     /// The stamp that the evidence's time counts from, and the last time.
     epoch: Option<(Stamp, u32)>,
@@ -118,6 +123,7 @@ impl MotionFinder {
             window: WarpWindow::new(config.window_scans),
             free_space: FreeSpace::new(&config.stillmap),
             travellers: Travellers::default(),
+            proofs: Proofs::default(),
             keeper: ZoneKeeper::new(config),
             epoch: None,
             config: config.clone(),
@@ -140,6 +146,7 @@ impl MotionFinder {
         self.window.clear();
         self.free_space.clear();
         self.travellers.clear();
+        self.proofs.clear();
         self.keeper.clear();
         self.epoch = None;
     }
@@ -164,12 +171,17 @@ impl MotionFinder {
         if turn.beams.iter().any(|beam| beam.met.is_some()) {
             self.window.push(turn.clone());
         }
-        Deviations { std_dev_m: self.window.std_dev_m(), turn, now_ms }
+        Deviations {
+            std_dev_m: self.window.std_dev_m(),
+            turn,
+            now_ms,
+            platform_moves: motion.moves,
+        }
     }
 
     /// The zones of the cycle, and the evidence that it adds.
     pub fn find(&mut self, deviations: &Deviations, within: &Range<usize>) -> MotionSearch {
-        let Deviations { turn, std_dev_m, now_ms } = deviations;
+        let Deviations { turn, std_dev_m, now_ms, platform_moves } = deviations;
         if let Some(beam) = turn.beams.first() {
             self.free_space.center_on(&beam.origin_m);
         }
@@ -190,15 +202,17 @@ impl MotionFinder {
         let smallest_m = self.config.stillmap.smallest_object_m;
         let runs = [0..within.start, within.clone(), within.end..turn.beams.len()]
             .map(|part| moving_runs(turn, &verdicts, part, smallest_m));
+        let runs: Vec<Range<usize>> = runs.into_iter().flatten().map(|run| run.beams).collect();
+        let runs = self.proven(turn, runs, *now_ms, *platform_moves);
         let mut is_claimed = vec![false; turn.beams.len()];
-        for run in runs.iter().flatten() {
+        for run in &runs {
             is_claimed[run.beams.clone()].fill(true);
         }
         self.free_space.take_in(turn, &is_claimed, *now_ms);
 
-        let [_, runs_in_aperture, _] = runs;
-        let measured: Vec<Range<usize>> =
-            runs_in_aperture.into_iter().map(|run| run.beams).collect();
+        let is_in_aperture =
+            |run: &MovingBeams| within.start <= run.beams.start && run.beams.end <= within.end;
+        let measured: Vec<MovingBeams> = runs.into_iter().filter(is_in_aperture).collect();
         let none = Vec::new();
         let std_dev_m = std_dev_m.as_ref().unwrap_or(&none);
         let unknown = vec![None; turn.beams.len()];
@@ -206,6 +220,30 @@ impl MotionFinder {
             if std_dev_m.len() == turn.beams.len() { std_dev_m } else { &unknown };
         let zones = self.keeper.zones(turn, &measured, known_m, within);
         self.search(&verdicts, zones, &measured, known_m, within)
+    }
+
+    /// The runs that count as moving: all of them from a still platform.
+    fn proven(
+        &mut self,
+        turn: &Turn,
+        runs: Vec<Range<usize>>,
+        now_ms: u32,
+        platform_moves: bool,
+    ) -> Vec<MovingBeams> {
+        let is_in_clutter = |beams: &Range<usize>| {
+            turn.beams[beams.clone()]
+                .iter()
+                .filter_map(|beam| beam.met)
+                .any(|met| self.free_space.has_ends_near(&met.in_map_m, CLUTTER_M, now_ms))
+        };
+        let proofs = self.proofs.of(turn, &runs, is_in_clutter, now_ms);
+        let counts = |(beams, proof): (Range<usize>, Proof)| match proof {
+            _ if !platform_moves => Some(MovingBeams { beams, may_be_held: true }),
+            Proof::Travelled => Some(MovingBeams { beams, may_be_held: true }),
+            Proof::InEmptySpace => Some(MovingBeams { beams, may_be_held: false }),
+            Proof::None => None,
+        };
+        runs.into_iter().zip(proofs).filter_map(counts).collect()
     }
 
     /// What the evidence says of a return; where there is none, what the objects of the cycle before say.
@@ -232,7 +270,7 @@ impl MotionFinder {
         &self,
         verdicts: &[Option<Verdict>],
         zones: Vec<DynamicZone>,
-        measured: &[Range<usize>],
+        measured: &[MovingBeams],
         std_dev_m: &[Option<f32>],
         within: &Range<usize>,
     ) -> MotionSearch {
@@ -243,7 +281,8 @@ impl MotionFinder {
         let high_variability_beams =
             in_aperture.iter().flatten().filter(|deviation_m| **deviation_m > least_m).count();
         let is_moving = |beam: &usize| matches!(verdicts[*beam], Some(Verdict::Moving { .. }));
-        let moving_beams = measured.iter().flat_map(Clone::clone).filter(is_moving).count();
+        let moving_beams =
+            measured.iter().flat_map(|run| run.beams.clone()).filter(is_moving).count();
         let unknown_beams =
             verdicts[within.clone()].iter().filter(|verdict| verdict.is_none()).count();
         let returns = within.len() - unknown_beams;

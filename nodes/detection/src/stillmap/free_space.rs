@@ -77,27 +77,16 @@ impl FreeSpace {
     /// What the evidence before this cycle says of a return.
     ///
     /// Its own cell must have been free for sure in several cycles, and no background may have been seen as
-    /// near as the return's error reaches: the rate of static returns there, estimated from what was
-    /// counted, must be small. The passes need no margin of their own: they were counted with one.
+    /// near as the return's error reaches: the rate of static returns there, estimated from all that was
+    /// counted (a thin thing ends now in this cell and now in that one), must be small. The passes need no margin of their own: they were counted with one.
     pub(super) fn judge(&self, met: &Return, now_ms: u32) -> Verdict {
         if f64::from(met.range_m) > self.reach_m {
             return Verdict::Unsure;
         }
         let center = self.grid.key_of(&met.in_map_m);
         let passes = self.grid.cell(center).map_or(0.0, |cell| cell.passes(now_ms, self.memory_ms));
-        let edge_m = self.grid.edge_m();
-        let around = (met.error_m / edge_m + 0.5).min(MOST_CELLS_BETWEEN).floor() as i64;
-        let mut ends = 0.0_f32;
-        for y in -around..=around {
-            for x in -around..=around {
-                if (x * x + y * y) > around * around {
-                    continue;
-                }
-                if let Some(cell) = self.grid.cell([center[0] + x, center[1] + y]) {
-                    ends = ends.max(cell.ends(now_ms, self.memory_ms));
-                }
-            }
-        }
+        let radius_m = met.error_m + 0.5 * self.grid.edge_m();
+        let ends: f32 = self.ends_around(&met.in_map_m, radius_m, now_ms).sum();
         let (passed, ended) = (f64::from(passes), f64::from(ends));
         let static_rate = (ended + PRIOR) / (passed + ended + 2.0 * PRIOR);
         if passes >= self.min_passes && static_rate <= MOST_STATIC_RATE {
@@ -109,6 +98,27 @@ impl FreeSpace {
         } else {
             Verdict::Unsure
         }
+    }
+
+    /// Whether background was seen within `radius_m` of a place: an end at least as it counts for one.
+    pub(super) fn has_ends_near(&self, place_m: &Point2<f64>, radius_m: f64, now_ms: u32) -> bool {
+        self.ends_around(place_m, radius_m, now_ms).any(|ends| f64::from(ends) >= PRIOR)
+    }
+
+    /// How often something ended in each of the cells around a place.
+    fn ends_around(
+        &self,
+        place_m: &Point2<f64>,
+        radius_m: f64,
+        now_ms: u32,
+    ) -> impl Iterator<Item = f32> {
+        let center = self.grid.key_of(place_m);
+        let around = (radius_m / self.grid.edge_m()).min(MOST_CELLS_BETWEEN).floor() as i64;
+        (-around..=around)
+            .flat_map(move |y| (-around..=around).map(move |x| [x, y]))
+            .filter(move |[x, y]| x * x + y * y <= around * around)
+            .filter_map(move |[x, y]| self.grid.cell([center[0] + x, center[1] + y]))
+            .map(move |cell| cell.ends(now_ms, self.memory_ms))
     }
 
     /// Takes in a turn whose beams of moving objects are marked in `is_claimed`.

@@ -13,6 +13,10 @@ const LONGEST_TWIST_S: f64 = 1.0;
 const JUMP_SLACK_M: f64 = 0.3;
 /// The same of the rotation.
 const JUMP_SLACK_RAD: f64 = 0.3;
+/// A platform that has not gone farther stands: its poses waver by so much.
+const STANDS_M: f64 = 0.05;
+/// The same of the rotation: five standard deviations of half a degree.
+const STANDS_RAD: f64 = 0.045;
 /// Steps of the pose that tell whether it is noisy: a second and a half at 7 Hz.
 const STEPS_KEPT: usize = 10;
 
@@ -53,6 +57,8 @@ pub(super) struct Motion {
     pub(super) twist: Twist,
     /// How much the velocity differs from the one before: what a constant twist may be wrong by.
     pub(super) twist_change: Twist,
+    /// Whether the platform has gone some way of late, or turned.
+    pub(super) moves: bool,
     /// Standard deviation of the position.
     pub(super) pose_noise_m: f64,
     /// Standard deviation of the heading.
@@ -70,6 +76,8 @@ pub(super) struct PlatformMotion {
     previous: Option<Previous>,
     /// Length and angle of the last steps.
     steps: VecDeque<(f64, f64)>,
+    /// The poses that they started from.
+    places: VecDeque<Isometry3<f64>>,
 }
 
 #[derive(Clone, Debug)]
@@ -90,12 +98,14 @@ impl PlatformMotion {
             noise_rad: config.pose_noise_rad,
             previous: None,
             steps: VecDeque::new(),
+            places: VecDeque::new(),
         }
     }
 
     pub(super) fn clear(&mut self) {
         self.previous = None;
         self.steps.clear();
+        self.places.clear();
     }
 
     /// Takes in the pose of the next cycle.
@@ -112,6 +122,7 @@ impl PlatformMotion {
             jumped: false,
             twist: Twist::STILL,
             twist_change: Twist::STILL,
+            moves: false,
             pose_noise_m: 0.0,
             pose_noise_rad: 0.0,
         };
@@ -132,10 +143,13 @@ impl PlatformMotion {
                 || previous.map_frame_id != map_frame_id;
             if motion.jumped {
                 self.steps.clear();
+                self.places.clear();
             } else {
                 if self.steps.len() == STEPS_KEPT {
                     self.steps.pop_front();
+                    self.places.pop_front();
                 }
+                self.places.push_back(previous.map_from_rig);
                 self.steps.push_back((step_m, step_rad));
                 if passed_s > 0.0 && passed_s <= LONGEST_TWIST_S {
                     motion.twist = Twist {
@@ -153,6 +167,10 @@ impl PlatformMotion {
         let largest = |of: fn(&(f64, f64)) -> f64| self.steps.iter().map(of).fold(0.0, f64::max);
         motion.pose_noise_m = self.noise_m.min(largest(|step| step.0));
         motion.pose_noise_rad = self.noise_rad.min(largest(|step| step.1));
+        motion.moves = self.places.iter().any(|place| {
+            let way = place.inv_mul(map_from_rig);
+            way.translation.vector.norm() > STANDS_M || way.rotation.angle() > STANDS_RAD
+        });
         self.previous = Some(Previous {
             stamp,
             map_from_rig: *map_from_rig,

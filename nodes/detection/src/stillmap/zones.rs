@@ -16,6 +16,15 @@ pub(super) const FOUND_AGAIN_M: f64 = 0.6;
 /// What a return behind a zone must be farther away, beside its own error, to be seen past the object.
 const BEHIND_M: f64 = 0.1;
 
+/// The beams of one object.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct MovingBeams {
+    /// From its first beam to behind its last one.
+    pub(super) beams: Range<usize>,
+    /// Whether its zone is kept when it is lost from sight.
+    pub(super) may_be_held: bool,
+}
+
 /// Makes zones, and remembers those of the last cycles.
 #[derive(Clone, Debug)]
 pub(super) struct ZoneKeeper {
@@ -31,6 +40,7 @@ struct Remembered {
     zone: DynamicZone,
     right_in_map_m: Point3<f64>,
     left_in_map_m: Point3<f64>,
+    may_be_held: bool,
 }
 
 impl ZoneKeeper {
@@ -67,7 +77,7 @@ impl ZoneKeeper {
     pub(super) fn zones(
         &mut self,
         turn: &Turn,
-        runs: &[Range<usize>],
+        runs: &[MovingBeams],
         std_dev_m: &[Option<f32>],
         within: &Range<usize>,
     ) -> Vec<DynamicZone> {
@@ -99,7 +109,7 @@ impl ZoneKeeper {
     fn measured(
         &self,
         turn: &Turn,
-        run: &Range<usize>,
+        MovingBeams { beams: run, may_be_held }: &MovingBeams,
         std_dev_m: &[Option<f32>],
     ) -> Option<Remembered> {
         let returns = || run.clone().filter_map(|beam| turn.beams[beam].met.as_ref());
@@ -128,7 +138,7 @@ impl ZoneKeeper {
         };
         let (right_in_map_m, left_in_map_m) =
             (turn.map_from_rig * first.in_rig_m, turn.map_from_rig * last.in_rig_m);
-        Some(Remembered { zone, right_in_map_m, left_in_map_m })
+        Some(Remembered { zone, right_in_map_m, left_in_map_m, may_be_held: *may_be_held })
     }
 
     /// A zone of the cycles before, as it is seen now, unless most of its beams see past where it was: then
@@ -150,7 +160,7 @@ impl ZoneKeeper {
             nearest_m,
             farthest_m: (nearest_m + depth_m).max(distances_m[0]).max(distances_m[1]),
         };
-        if cycles > self.max_held_cycles || left_rad < right_rad {
+        if !old.may_be_held || cycles > self.max_held_cycles || left_rad < right_rad {
             return None;
         }
         let widening_rad = turn.step_rad + self.tolerance_rad;
