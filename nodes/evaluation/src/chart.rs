@@ -189,7 +189,7 @@ impl Marks {
     }
 
     /// All points; of a bar its two ends.
-    pub(crate) fn points(&self) -> Box<dyn Iterator<Item = (f64, f64)> + '_> {
+    pub fn points(&self) -> Box<dyn Iterator<Item = (f64, f64)> + '_> {
         match self {
             Self::Line(points) | Self::Dots(points) => Box::new(points.iter().copied()),
             Self::Bars(bars) => {
