@@ -189,6 +189,7 @@ impl Marks {
     }
 
     /// All points; of a bar its two ends.
+    #[must_use]
     pub fn points(&self) -> Box<dyn Iterator<Item = (f64, f64)> + '_> {
         match self {
             Self::Line(points) | Self::Dots(points) => Box::new(points.iter().copied()),

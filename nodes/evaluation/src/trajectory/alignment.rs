@@ -96,10 +96,13 @@ impl FoundAlignment {
     }
 }
 
-/// The transform for pairs of poses (estimate, reference), at least one.
+/// A pose of the estimate and the one of the reference.
+type PosePair = (Isometry3<f64>, Isometry3<f64>);
+
+/// The transform for pairs of poses, at least one.
 pub(super) fn align(
     alignment: Alignment,
-    pairs: &[(Isometry3<f64>, Isometry3<f64>)],
+    pairs: &[PosePair],
 ) -> Result<FoundAlignment, AlignmentError> {
     match (alignment, pairs.first()) {
         (Alignment::None, _) | (_, None) => {
@@ -127,11 +130,10 @@ struct Moments {
 }
 
 impl Moments {
-    fn of(pairs: &[(Isometry3<f64>, Isometry3<f64>)]) -> Self {
+    fn of(pairs: &[PosePair]) -> Self {
         let count = pairs.len() as f64;
-        let centre_m = |of: fn(&(Isometry3<f64>, Isometry3<f64>)) -> Vector3<f64>| {
-            pairs.iter().map(of).sum::<Vector3<f64>>() / count
-        };
+        let centre_m =
+            |of: fn(&PosePair) -> Vector3<f64>| pairs.iter().map(of).sum::<Vector3<f64>>() / count;
         let estimate_centre_m = centre_m(|pair| pair.0.translation.vector);
         let reference_centre_m = centre_m(|pair| pair.1.translation.vector);
         let (mut estimate_variance_m2, mut covariance_m2) = (0.0, Matrix3::zeros());
@@ -199,7 +201,7 @@ mod tests {
     use super::super::testing::{pose, walk};
     use super::*;
 
-    type Pairs = Vec<(Isometry3<f64>, Isometry3<f64>)>;
+    type Pairs = Vec<PosePair>;
 
     /// The walk, and the same moved, turned and scaled down.
     fn moved(turn_rad: [f64; 3], scale: f64) -> (FoundAlignment, Pairs) {
