@@ -37,7 +37,7 @@ fn estimate() -> Vec<(Stamp, PoseStamped)> {
 fn odometry(pose: &PoseStamped) -> Odometry {
     Odometry {
         header: pose.header.clone(),
-        pose: PoseWithCovariance { pose: pose.pose.clone(), ..Default::default() },
+        pose: PoseWithCovariance { pose: pose.pose, ..Default::default() },
         ..Default::default()
     }
 }
@@ -48,7 +48,7 @@ fn transform(stamp: Stamp, pose: &PoseStamped, child: &str) -> TransformStamped 
         child_frame_id: child.to_owned(),
         transform: Transform {
             translation: Vector3 { x: at.x, y: at.y, z: at.z },
-            rotation: pose.pose.orientation.clone(),
+            rotation: pose.pose.orientation,
         },
         ..Default::default()
     };
