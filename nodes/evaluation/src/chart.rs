@@ -11,7 +11,7 @@ pub use self::axis::Axis;
 
 /// The drawing's own units: as wide as a phone's page, so that its text stays legible there.
 const WIDTH: f64 = 480.0;
-const HEIGHT: f64 = 264.0;
+const PLOT_HEIGHT: f64 = 186.0;
 const LEFT: f64 = 68.0;
 const RIGHT: f64 = 8.0;
 const TOP: f64 = 34.0;
@@ -55,6 +55,8 @@ pub enum Marks {
     Bars(Vec<(f64, f64, f64)>),
     /// Dots at `(x, y)`.
     Dots(Vec<(f64, f64)>),
+    /// Lines, each through points `(x, y)` of its own.
+    Paths(Vec<Vec<(f64, f64)>>),
 }
 
 impl Chart {
@@ -64,7 +66,7 @@ impl Chart {
         html! {
             figure.chart {
                 figcaption { (self.title) }
-                svg viewBox=(format!("0 0 {WIDTH} {HEIGHT}")) role="img"
+                svg viewBox=(format!("0 0 {WIDTH} {}", number(self.height()))) role="img"
                     aria-labelledby=(format!("{title_id} {description_id}")) {
                     title id=(title_id) { (self.title) }
                     desc id=(description_id) { (self.description) }
@@ -81,7 +83,7 @@ impl Chart {
     }
 
     fn render_axes(&self) -> Markup {
-        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
+        let (right, bottom) = (WIDTH - RIGHT, self.height() - BOTTOM);
         html! {
             g.grid {
                 @for tick in self.y.ticks() {
@@ -91,11 +93,11 @@ impl Chart {
                 }
                 @for tick in self.x.ticks() {
                     @let x = self.x_of(tick);
-                    line x1=(number(x)) x2=(number(x)) y1=(bottom) y2=(bottom + 4.0) {}
-                    text x=(number(x)) y=(bottom + 18.0) text-anchor="middle" { (self.x.tick_text(tick)) }
+                    line x1=(number(x)) x2=(number(x)) y1=(number(bottom)) y2=(number(bottom + 4.0)) {}
+                    text x=(number(x)) y=(number(bottom + 18.0)) text-anchor="middle" { (self.x.tick_text(tick)) }
                 }
             }
-            text.axis x=(f64::midpoint(LEFT, right)) y=(HEIGHT - 6.0) text-anchor="middle" { (self.x.label()) }
+            text.axis x=(f64::midpoint(LEFT, right)) y=(number(self.height() - 6.0)) text-anchor="middle" { (self.x.label()) }
             text.axis x="2" y="15" { (self.y.label()) }
         }
     }
@@ -104,9 +106,13 @@ impl Chart {
         match &series.marks {
             Marks::Line(points) => {
                 let mut path = String::new();
-                for (index, &(x, y)) in points.iter().enumerate() {
-                    let command = if index == 0 { 'M' } else { 'L' };
-                    self.write_point(&mut path, command, x, y);
+                self.write_line(&mut path, points);
+                html! { path.line.(series.class) d=(path) {} }
+            }
+            Marks::Paths(lines) => {
+                let mut path = String::new();
+                for points in lines {
+                    self.write_line(&mut path, points);
                 }
                 html! { path.line.(series.class) d=(path) {} }
             }
@@ -133,7 +139,7 @@ impl Chart {
     fn bar_width(&self) -> f64 {
         let bars = self.series.iter().filter_map(|series| match &series.marks {
             Marks::Bars(bars) => Some(bars),
-            Marks::Line(_) | Marks::Dots(_) => None,
+            Marks::Line(_) | Marks::Dots(_) | Marks::Paths(_) => None,
         });
         let mut positions: Vec<f64> = bars.flatten().map(|bar| self.x_of(bar.0)).collect();
         positions.sort_by(f64::total_cmp);
@@ -143,6 +149,13 @@ impl Chart {
             .filter(|distance| *distance > 0.0)
             .fold(f64::INFINITY, f64::min);
         (closest * 2.0 / 3.0).clamp(1.5, 8.0)
+    }
+
+    fn write_line(&self, path: &mut String, points: &[(f64, f64)]) {
+        for (index, &(x, y)) in points.iter().enumerate() {
+            let command = if index == 0 { 'M' } else { 'L' };
+            self.write_point(path, command, x, y);
+        }
     }
 
     fn write_point(&self, path: &mut String, command: char, x: f64, y: f64) {
@@ -155,7 +168,16 @@ impl Chart {
     }
 
     fn y_of(&self, value: f64) -> f64 {
-        HEIGHT - BOTTOM - self.y.position(value) * (HEIGHT - TOP - BOTTOM)
+        self.height() - BOTTOM - self.y.position(value) * self.plot_height()
+    }
+
+    fn height(&self) -> f64 {
+        TOP + self.plot_height() + BOTTOM
+    }
+
+    /// Axes of one scale say how high the plot is for its width.
+    fn plot_height(&self) -> f64 {
+        self.y.height_for_width().map_or(PLOT_HEIGHT, |ratio| ratio * (WIDTH - LEFT - RIGHT))
     }
 }
 
@@ -163,15 +185,24 @@ impl Marks {
     /// All values along the y axis.
     #[must_use]
     pub fn values(&self) -> Vec<f64> {
+        self.points().map(|point| point.1).collect()
+    }
+
+    /// All points; of a bar its two ends.
+    #[must_use]
+    pub fn points(&self) -> Box<dyn Iterator<Item = (f64, f64)> + '_> {
         match self {
-            Self::Line(points) | Self::Dots(points) => points.iter().map(|point| point.1).collect(),
-            Self::Bars(bars) => bars.iter().flat_map(|bar| [bar.1, bar.2]).collect(),
+            Self::Line(points) | Self::Dots(points) => Box::new(points.iter().copied()),
+            Self::Bars(bars) => {
+                Box::new(bars.iter().flat_map(|bar| [(bar.0, bar.1), (bar.0, bar.2)]))
+            }
+            Self::Paths(lines) => Box::new(lines.iter().flatten().copied()),
         }
     }
 
     fn key_class(&self) -> &'static str {
         match self {
-            Self::Line(_) => "line",
+            Self::Line(_) | Self::Paths(_) => "line",
             Self::Bars(_) => "bars",
             Self::Dots(_) => "dots",
         }
@@ -203,7 +234,7 @@ mod tests {
         let chart = chart(Vec::new());
         assert!((chart.x_of(0.0) - LEFT).abs() < 1e-9);
         assert!((chart.x_of(10.0) - (WIDTH - RIGHT)).abs() < 1e-9);
-        assert!((chart.y_of(0.0) - (HEIGHT - BOTTOM)).abs() < 1e-9);
+        assert!((chart.y_of(0.0) - (TOP + PLOT_HEIGHT)).abs() < 1e-9);
         assert!((chart.y_of(100.0) - TOP).abs() < 1e-9);
     }
 
@@ -214,13 +245,32 @@ mod tests {
             series(Marks::Line(vec![(0.0, 0.0), (10.0, 100.0)])),
             series(Marks::Bars(vec![(0.0, 0.0, 100.0)])),
             series(Marks::Dots(vec![(10.0, 0.0)])),
+            series(Marks::Paths(vec![
+                vec![(0.0, 0.0), (0.0, 100.0)],
+                vec![(10.0, 0.0), (10.0, 100.0)],
+            ])),
         ])
         .render()
         .into_string();
         assert!(text.contains("d=\"M68.0 220.0L472.0 34.0\""), "{text}");
         assert!(text.contains("d=\"M68.0 220.0L68.0 34.0\""), "{text}");
+        let paths = "d=\"M68.0 220.0L68.0 34.0M472.0 220.0L472.0 34.0\"";
+        assert!(text.contains(paths), "{text}");
         assert!(text.contains("cx=\"472.0\" cy=\"220.0\""), "{text}");
         assert!(text.contains("A &lt; B"), "the title is escaped: {text}");
+    }
+
+    #[test]
+    fn a_metre_is_as_long_upwards_as_to_the_right() {
+        for (x, y) in [([0.0, 10.0], [0.0, 4.0]), ([0.0, 1.0], [-20.0, 4.0]), ([3.0; 2], [3.0; 2])]
+        {
+            let [x, y] = Axis::of_one_scale(["x (m)", "y (m)"], [&x, &y]);
+            let chart = Chart { x, y, ..chart(Vec::new()) };
+            let (right, up) =
+                (chart.x_of(2.0) - chart.x_of(1.0), chart.y_of(1.0) - chart.y_of(2.0));
+            assert!((right - up).abs() < 1e-9 && (right > 1.0 || right == 0.0), "{right} {up}");
+            assert!(chart.height() < WIDTH + 10.0);
+        }
     }
 
     #[test]

@@ -19,6 +19,7 @@ mod run_record;
 mod scan_zones;
 mod summary;
 mod timing;
+pub mod trajectory;
 mod truth;
 
 pub use chart::{Axis, Chart, Marks, Series};

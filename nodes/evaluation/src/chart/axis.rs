@@ -6,6 +6,10 @@ use crate::headline::grouped;
 const MAX_TICKS: f64 = 6.0;
 /// From this step on, ticks are told in millions: their digits would not fit beside the chart.
 const MILLIONS_STEP: f64 = 1e5;
+/// A plan is wider than what it shows by this.
+const PLAN_MARGIN: f64 = 1.06;
+/// A plan is at least so high for its width.
+const LEAST_PLAN_HEIGHT: f64 = 0.4;
 /// Below this every whole number is one of `f64`'s, and fits in a `usize`.
 const MAX_GROUPED: f64 = 1e9;
 
@@ -16,6 +20,8 @@ pub struct Axis {
     first: f64,
     last: f64,
     step: f64,
+    /// Of the plot, where both of its axes have one scale.
+    height_for_width: Option<f64>,
 }
 
 impl Axis {
@@ -35,7 +41,39 @@ impl Axis {
         };
         let step = round_step((high - low) / MAX_TICKS);
         let label = label.to_owned();
-        Self { label, first: (low / step).floor() * step, last: (high / step).ceil() * step, step }
+        let (first, last) = ((low / step).floor() * step, (high / step).ceil() * step);
+        Self { label, first, last, step, height_for_width: None }
+    }
+
+    /// The axes to the right and upwards of a plan, on which a unit is as long on the one as on the other. They
+    /// hold all finite values with a margin; the plot is as high as it needs to be, within what is legible.
+    #[must_use]
+    pub fn of_one_scale(labels: [&str; 2], values: [&[f64]; 2]) -> [Self; 2] {
+        let extents = values.map(|values| {
+            let finite = values.iter().copied().filter(|value| value.is_finite());
+            let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |range, value| {
+                (range.0.min(value), range.1.max(value))
+            });
+            if low > high { (0.0, 0.0) } else { (low, high) }
+        });
+        let [of_x, of_y] = extents.map(|(low, high)| (high - low) * PLAN_MARGIN);
+        // What stands still is drawn in a frame of a unit.
+        let width = if of_x.max(of_y) > 0.0 { of_x.max(of_y) } else { 1.0 };
+        let height = of_y.max(width * LEAST_PLAN_HEIGHT);
+        let step = round_step(width / MAX_TICKS);
+        let axis = |label: &str, (low, high): (f64, f64), length: f64| {
+            let middle = f64::midpoint(low, high);
+            let (first, last) = (middle - length / 2.0, middle + length / 2.0);
+            let height_for_width = Some(height / width);
+            Self { label: label.to_owned(), first, last, step, height_for_width }
+        };
+        let ([x_label, y_label], [x, y]) = (labels, extents);
+        [axis(x_label, x, width), axis(y_label, y, height)]
+    }
+
+    /// Of the plot, where both of its axes have one scale.
+    pub(super) fn height_for_width(&self) -> Option<f64> {
+        self.height_for_width
     }
 
     /// An axis that ends where the `values` end, with ticks between.

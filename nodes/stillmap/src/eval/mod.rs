@@ -2,6 +2,7 @@
 
 mod map;
 mod scans;
+mod trajectory;
 
 use clap::Subcommand;
 
@@ -14,11 +15,14 @@ pub(crate) enum EvalArgs {
     Map(map::MapArgs),
     /// Detection on scans alone: zones where labelled legs move, and where nobody is
     Scans(scans::ScansArgs),
+    /// An estimated trajectory against a reference: ATE, RPE, KITTI drift, coverage
+    Trajectory(trajectory::TrajectoryArgs),
 }
 
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome, Failure> {
     match args {
         EvalArgs::Map(args) => map::run(args),
         EvalArgs::Scans(args) => scans::run(args),
+        EvalArgs::Trajectory(args) => trajectory::run(args),
     }
 }

@@ -50,10 +50,7 @@ fn chart_with(caption: Caption<'_>, series: Vec<Series>, also_y: Option<f64>) ->
 }
 
 fn xs(marks: &Marks) -> Vec<f64> {
-    match marks {
-        Marks::Line(points) | Marks::Dots(points) => points.iter().map(|point| point.0).collect(),
-        Marks::Bars(bars) => bars.iter().map(|bar| bar.0).collect(),
-    }
+    marks.points().map(|point| point.0).collect()
 }
 
 /// The median over several rows at each of their places, as points of a line. Rows may end early.

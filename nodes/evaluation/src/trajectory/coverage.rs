@@ -1,0 +1,190 @@
+//! How much of the reference the estimate covers: a tracker that gives up where it gets hard has small errors.
+
+use serde::Serialize;
+
+use super::absolute::MatchedPose;
+use super::path::path_lengths_m;
+
+/// A gap is at least so many of the usual intervals of the reference: one that is sparse has no gaps by itself.
+const LEAST_GAP_INTERVALS: f64 = 2.0;
+/// So many gaps are listed, the longest first.
+const MOST_GAPS: usize = 20;
+
+/// What the coverage is counted in.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CoverageUnit {
+    /// Time.
+    Seconds,
+    /// Frames, where there are no stamps.
+    Frames,
+}
+
+/// How much of the reference the estimate covers.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Coverage {
+    /// What `reference` and `covered` are counted in.
+    pub unit: CoverageUnit,
+    /// From the first pose of the reference to its last.
+    pub reference: f64,
+    /// Of this, what lies between pairs of poses that are no gap apart.
+    pub covered: f64,
+    /// The share of the two.
+    pub share: f64,
+    /// The same of the reference's path: a tracker that is lost while the body stands still loses nothing.
+    pub path_share: f64,
+    /// Pairs farther apart than this have a gap between them.
+    pub max_gap: f64,
+    /// The gaps, with those before the first pair and after the last, the longest first; at most 20.
+    pub gaps: Vec<Gap>,
+    /// How many gaps there are.
+    pub gap_count: usize,
+}
+
+/// A part of the reference without an estimate.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Gap {
+    /// From the reference's first pose to where it begins.
+    pub start: f64,
+    /// And to where it ends.
+    pub end: f64,
+}
+
+/// The reference and the pairs, each by its place in time and in the list of the reference's poses.
+pub(super) struct Span<'a> {
+    /// When the reference's poses were, from the first.
+    pub(super) at: &'a [f64],
+    /// Its poses.
+    pub(super) poses: &'a [nalgebra::Isometry3<f64>],
+    /// Which of them have a partner, in order.
+    pub(super) matched: &'a [usize],
+}
+
+/// The coverage. `max_gap` is what is allowed between two pairs.
+pub(super) fn coverage(span: &Span<'_>, unit: CoverageUnit, max_gap: f64) -> Coverage {
+    let end = span.at.last().copied().unwrap_or(0.0);
+    let path_m = path_lengths_m(span.poses);
+    let max_gap = match unit {
+        CoverageUnit::Seconds => max_gap.max(LEAST_GAP_INTERVALS * median_interval(span.at)),
+        CoverageUnit::Frames => 1.0,
+    };
+    let (mut covered, mut covered_m, mut gaps) = (0.0, 0.0, Vec::new());
+    let mut gap = |start: f64, end: f64| {
+        if end > start {
+            gaps.push(Gap { start, end });
+        }
+    };
+    for pair in span.matched.windows(2) {
+        let (from, to) = (span.at[pair[0]], span.at[pair[1]]);
+        if to - from <= max_gap {
+            covered += to - from;
+            covered_m += path_m[pair[1]] - path_m[pair[0]];
+        } else {
+            gap(from, to);
+        }
+    }
+    match (span.matched.first(), span.matched.last()) {
+        (Some(&first), Some(&last)) => {
+            gap(0.0, span.at[first]);
+            gap(span.at[last], end);
+        }
+        _ => gap(0.0, end),
+    }
+    gaps.sort_by(|one, other| {
+        (other.end - other.start)
+            .total_cmp(&(one.end - one.start))
+            .then(one.start.total_cmp(&other.start))
+    });
+    let gap_count = gaps.len();
+    gaps.truncate(MOST_GAPS);
+    let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 1.0 };
+    Coverage {
+        unit,
+        reference: end,
+        covered,
+        share: share(covered, end),
+        path_share: share(covered_m, path_m.last().copied().unwrap_or(0.0)),
+        max_gap,
+        gaps,
+        gap_count,
+    }
+}
+
+/// Whether two pairs have a gap between them.
+pub(super) fn is_gap(from: &MatchedPose, to: &MatchedPose, coverage: &Coverage) -> bool {
+    to.at - from.at > coverage.max_gap
+}
+
+fn median_interval(at: &[f64]) -> f64 {
+    let mut intervals: Vec<f64> = at.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    intervals.sort_unstable_by(f64::total_cmp);
+    intervals.get(intervals.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Isometry3;
+
+    use super::*;
+
+    /// Ten poses a second for ten seconds, of which the body stands still in the second half.
+    fn covered_by(matched: &[usize]) -> Coverage {
+        let at: Vec<f64> = (0..=100).map(|index| f64::from(index) * 0.1).collect();
+        let poses: Vec<_> =
+            at.iter().map(|at_s| Isometry3::translation(at_s.min(5.0), 0.0, 0.0)).collect();
+        coverage(&Span { at: &at, poses: &poses, matched }, CoverageUnit::Seconds, 1.0)
+    }
+
+    #[test]
+    fn a_tracker_that_never_stops_covers_everything() {
+        // Three poses a second are enough.
+        let whole = covered_by(&(0..=100).step_by(4).collect::<Vec<_>>());
+        assert!((whole.share - 1.0).abs() < 1e-12 && (whole.path_share - 1.0).abs() < 1e-12);
+        assert_eq!(whole.gaps, []);
+    }
+
+    #[test]
+    fn one_that_is_lost_at_either_end_and_between_covers_the_rest() {
+        let part = covered_by(&(10..=20).chain(40..=80).collect::<Vec<_>>());
+        assert!((part.covered - 5.0).abs() < 1e-9, "{part:?}");
+        assert!((part.share - 0.5).abs() < 1e-9);
+        assert!((part.path_share - 0.4).abs() < 1e-9);
+        let gaps: Vec<[i64; 2]> =
+            part.gaps.iter().map(|gap| [gap.start, gap.end].map(|at| at.round() as i64)).collect();
+        assert_eq!(gaps, [[2, 4], [8, 10], [0, 1]]);
+    }
+
+    #[test]
+    fn no_pair_covers_nothing() {
+        let none = covered_by(&[]);
+        assert_eq!((none.share, none.gap_count), (0.0, 1));
+        assert_eq!(none.gaps[0], Gap { start: 0.0, end: 10.0 });
+    }
+
+    #[test]
+    fn of_frames_each_that_is_missing_counts() {
+        let at: Vec<f64> = (0..11).map(f64::from).collect();
+        let poses = vec![Isometry3::identity(); 11];
+        let matched = [0, 1, 2, 4, 5];
+        let part = coverage(
+            &Span { at: &at, poses: &poses, matched: &matched },
+            CoverageUnit::Frames,
+            9.0,
+        );
+        assert_eq!((part.covered, part.share), (3.0, 0.3));
+        assert_eq!(part.gaps, [Gap { start: 5.0, end: 10.0 }, Gap { start: 2.0, end: 4.0 }]);
+    }
+
+    #[test]
+    fn a_sparse_reference_has_no_gaps_by_itself() {
+        let at: Vec<f64> = (0..11).map(|index| f64::from(index) * 3.0).collect();
+        let poses = vec![Isometry3::identity(); 11];
+        let matched: Vec<usize> = (0..11).collect();
+        let all = coverage(
+            &Span { at: &at, poses: &poses, matched: &matched },
+            CoverageUnit::Seconds,
+            1.0,
+        );
+        assert_eq!((all.share, all.max_gap), (1.0, 6.0));
+    }
+}
