@@ -32,7 +32,7 @@ pub mod rigid_alignment;
 pub mod rigid_sets;
 mod term;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use config::{
     ConfigError, FirstRound, NoiseScale, RansacConfig, RefineConfig, RigidSetsConfig, RobustKernel,

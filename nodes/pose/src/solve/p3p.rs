@@ -94,13 +94,13 @@ impl Triangle {
         let Some((planes, other)) = plane_pair(&first, &second) else { return found };
         for plane in planes {
             for direction in conic::in_plane(&plane, &other) {
-                let Some(distances) = self.scaled(&direction).and_then(|start| self.sharpened(start))
+                let Some(distances) =
+                    self.scaled(&direction).and_then(|start| self.sharpened(start))
                 else {
                     continue;
                 };
-                let known = |known: &Vector3<f64>| {
-                    (known - distances).abs().sum() < SAME * distances.sum()
-                };
+                let known =
+                    |known: &Vector3<f64>| (known - distances).abs().sum() < SAME * distances.sum();
                 if !found.iter().any(known) {
                     found.push(distances);
                 }
@@ -116,7 +116,10 @@ impl Triangle {
         // All three sides at once: each alone may be short.
         let square: f64 = (0..3).map(|side| forward.dot(&(self.form(side) * forward))).sum();
         let distances = forward * (self.sides.iter().sum::<f64>() / square).sqrt();
-        distances.iter().all(|distance| *distance > 0.0 && distance.is_finite()).then_some(distances)
+        distances
+            .iter()
+            .all(|distance| *distance > 0.0 && distance.is_finite())
+            .then_some(distances)
     }
 
     /// Newton's method on the three equations. `None` when it leads nowhere.
@@ -153,7 +156,8 @@ fn rotation_between(
     points_in_map_m: &[Point3<f64>; 3],
     seen_m: &[Vector3<f64>; 3],
 ) -> Option<UnitQuaternion<f64>> {
-    let in_map = frame(points_in_map_m[1] - points_in_map_m[0], points_in_map_m[2] - points_in_map_m[0])?;
+    let in_map =
+        frame(points_in_map_m[1] - points_in_map_m[0], points_in_map_m[2] - points_in_map_m[0])?;
     let in_camera = frame(seen_m[1] - seen_m[0], seen_m[2] - seen_m[0])?;
     let rotation = Rotation3::from_matrix_unchecked(in_camera * in_map.transpose());
     Some(UnitQuaternion::from_rotation_matrix(&rotation))

@@ -111,7 +111,10 @@ pub(super) fn distance_px(
     // By the image's three numbers first, then by the moment's.
     let by_a = (pixel.x - distance * image.x * per_slope) * per_slope;
     let by_b = (pixel.y - distance * image.y * per_slope) * per_slope;
-    let by_moment =
-        Vector3::new(fy * (by_a - cx * per_slope), fx * (by_b - cy * per_slope), fx * fy * per_slope);
+    let by_moment = Vector3::new(
+        fy * (by_a - cx * per_slope),
+        fx * (by_b - cy * per_slope),
+        fx * fy * per_slope,
+    );
     distance.is_finite().then_some((distance, by_moment))
 }

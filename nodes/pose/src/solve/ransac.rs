@@ -63,7 +63,9 @@ pub enum PnpError {
         needed: usize,
     },
     /// The best pose explains too few points.
-    #[error("after {iterations} samples the best pose explains {inliers} of {usable} points: it takes at least {needed}")]
+    #[error(
+        "after {iterations} samples the best pose explains {inliers} of {usable} points: it takes at least {needed}"
+    )]
     NoConsensus {
         /// What the best pose explains.
         inliers: usize,

@@ -23,6 +23,8 @@ pub(super) use problem::{Problem, Uses};
 
 /// A guess is taken to fit what it misses by less than this many times the usual limit (of squared errors).
 const GUESS_GATE: f64 = 4.0;
+/// No guess lies farther from the origin of the map: there a coordinate still has steps of a tenth of a micrometre.
+const FARTHEST_GUESS_M: f64 = 1e9;
 
 /// Where the camera is thought to be.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -83,10 +85,14 @@ pub enum PoseError {
     #[error(transparent)]
     Camera(#[from] CameraModelError),
     /// The camera has lens distortion.
-    #[error("the camera has lens distortion: features and camera must be those of the rectified image")]
+    #[error(
+        "the camera has lens distortion: features and camera must be those of the rectified image"
+    )]
     NotRectified,
     /// The guess has a number that is not finite, or a negative variance.
-    #[error("the guess of the pose or its covariance has a number that is not finite, or a negative variance")]
+    #[error(
+        "the guess of the pose or its covariance has a number that is not finite, or a negative variance"
+    )]
     Guess,
     /// No observation can be used.
     #[error("none of {points} points and {lines} lines can be used")]
@@ -135,7 +141,8 @@ impl PoseGuess {
             covariance.iter().all(|value| value.is_finite())
                 && covariance.diagonal().iter().all(|variance| *variance >= 0.0)
         });
-        if covariance_holds && is_finite(&self.camera_from_map) {
+        let near = self.camera_from_map.translation.vector.amax() < FARTHEST_GUESS_M;
+        if covariance_holds && near && is_finite(&self.camera_from_map) {
             Ok(())
         } else {
             Err(PoseError::Guess)

@@ -1,7 +1,8 @@
 //! The motion between two sets of points that are known to be the same.
 
 use nalgebra::{
-    Isometry3, Matrix3, Point3, Rotation3, SVD, SymmetricEigen, Translation3, UnitQuaternion, Vector3,
+    Isometry3, Matrix3, Point3, Rotation3, SVD, SymmetricEigen, Translation3, UnitQuaternion,
+    Vector3,
 };
 
 /// Points that scatter across their longest extent by less than this share of it are a line, about which everything may
@@ -41,7 +42,9 @@ pub enum AlignmentError {
     #[error("a point has a number that is not finite")]
     NotFinite,
     /// All points lie on a line, or are one.
-    #[error("points that extend {longest_m} m along a line and {second_m} m across: the turn about it is unknown")]
+    #[error(
+        "points that extend {longest_m} m along a line and {second_m} m across: the turn about it is unknown"
+    )]
     Degenerate {
         /// Their standard deviation along the line.
         longest_m: f64,
@@ -102,8 +105,7 @@ pub fn rigid_alignment(
         signs[of_target.singular_values.imin()] = -1.0;
     }
     let matrix = left * Matrix3::from_diagonal(&signs) * right;
-    let rotation =
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
     let translation = Translation3::from(target_middle - rotation * source_middle);
     let target_from_source = Isometry3::from_parts(translation, rotation);
     let square: f64 = source_m

@@ -2,7 +2,7 @@
 //!
 //! A thing that moves is rigid too, and may fill most of the image: the largest set of points that agree on a pose need not
 //! be the room. The sets are found one after the other (sequential RANSAC: Torr 1998), and the background is chosen among them by
-//! their sizes and by how well the prediction agrees with each.
+//! their sizes and by how well the prediction agrees with each. What the prediction explains is looked for before all others.
 //!
 //! A thing is one event however many features lie on it. The squared errors of features must not be added to that of the
 //! prediction as if every feature of the thing had gone wrong by itself: a few more features would outweigh any
@@ -69,6 +69,13 @@ pub fn split_rigid_sets(
     let mut left = problem.usable();
     let usable_points = left.points.iter().filter(|verdict| verdict.is_inlier()).count();
     let (mut sets, mut failure) = (Vec::new(), None);
+    // What the prediction explains comes first, before a set that mixes a part of it with something else.
+    if let Some(prediction) = prediction.filter(|prediction| prediction.covariance.is_some()) {
+        let near = problem.estimate(prediction).ok();
+        let large = |pose: &PoseEstimate| pose.point_inliers() >= config.ransac.min_inliers;
+        let set = near.filter(large).map(|pose| RigidSet::new(pose, &mut left, Some(prediction)));
+        sets.extend(set);
+    }
     while sets.len() < config.max_sets {
         match next_set(camera, points, &problem, &left, config) {
             Ok(pose) => {
@@ -87,10 +94,32 @@ pub fn split_rigid_sets(
         let nothing = PnpError::TooFewPoints { usable, points: points.len(), needed };
         return Err(failure.unwrap_or(nothing));
     };
-    let background = sets.remove(chosen);
+    let first = sets.remove(chosen);
     sets.sort_by_key(|set| std::cmp::Reverse(set.points.len()));
+    let (background, others) = shared_out(&problem, first, sets, prediction, config);
     let as_predicted = background.distance2.map(|distance2| distance2 < gate(config));
-    Ok(RigidSplit { background, others: sets, as_predicted })
+    Ok(RigidSplit { background, others, as_predicted })
+}
+
+/// Gives each set what it explains, the background first: a set that was found before it may hold a part of it, which
+/// another pose explains by chance.
+fn shared_out(
+    problem: &Problem<'_>,
+    background: RigidSet,
+    others: Vec<RigidSet>,
+    prediction: Option<&PoseGuess>,
+    config: &RigidSetsConfig,
+) -> (RigidSet, Vec<RigidSet>) {
+    let mut left = problem.usable();
+    let mut again = |set: &RigidSet| {
+        let camera_from_map = set.pose.camera_from_map;
+        let guess = PoseGuess { camera_from_map, covariance: None };
+        let pose = problem.only(&left).estimate(&guess).ok()?;
+        let enough = pose.point_inliers() >= config.ransac.min_inliers;
+        enough.then(|| RigidSet::new(pose, &mut left, prediction))
+    };
+    let background = again(&background).unwrap_or(background);
+    (background, others.iter().filter_map(again).collect())
 }
 
 /// The largest set of what is left.
@@ -152,20 +181,17 @@ fn gate(config: &RigidSetsConfig) -> f64 {
     quantile(COORDINATES, config.prediction_probability)
 }
 
-/// Which set is the background: of those that are large enough the one that size and prediction favour; those far from the
-/// prediction only when there are no others.
+/// Which set is the background: of those that are large enough the one that size and prediction favour. A prediction may
+/// fail altogether: beyond the gate no distance is worse than another.
 fn background(sets: &[RigidSet], least: f64, config: &RigidSetsConfig) -> Option<usize> {
     let gate = gate(config);
     let demerit = |set: &RigidSet| {
-        set.distance2.unwrap_or(0.0) - 2.0 * config.size_power * (set.points.len() as f64).ln()
+        let far = set.distance2.map_or(0.0, |distance2| distance2.min(gate));
+        far - 2.0 * config.size_power * (set.points.len() as f64).ln()
     };
-    let class = |set: &RigidSet| {
-        let small = (set.points.len() as f64) < least;
-        (small, set.distance2.is_some_and(|distance2| distance2.is_nan() || distance2 >= gate))
-    };
+    let small = |set: &RigidSet| (set.points.len() as f64) < least;
     let order = |a: &RigidSet, b: &RigidSet| {
-        let by_demerit = || demerit(a).total_cmp(&demerit(b));
-        class(a).cmp(&class(b)).then_with(by_demerit)
+        small(a).cmp(&small(b)).then_with(|| demerit(a).total_cmp(&demerit(b)))
     };
     let indexed = sets.iter().enumerate();
     indexed.min_by(|(_, a), (_, b)| order(a, b)).map(|(index, _)| index)

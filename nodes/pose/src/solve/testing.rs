@@ -66,7 +66,7 @@ pub(crate) struct View {
 }
 
 /// How well things are seen. `depth` is a standard deviation at 1 m, which grows with the square of the depth.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
     pub(crate) pixel_px: f64,
     pub(crate) depth_at_1_m: Option<f64>,

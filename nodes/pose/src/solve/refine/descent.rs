@@ -42,7 +42,8 @@ impl Problem<'_> {
         let limits = self.config.limits();
         let Plan { kernel, noise, held, steps } = plan;
         let mut descent = Descent { pose: *start, steps: 0 };
-        let mut here = Local::new(self.linearised(start, uses, kernel, noise), noise, &limits, held);
+        let mut here =
+            Local::new(self.linearised(start, uses, kernel, noise), noise, &limits, held);
         let mut damping = FIRST_DAMPING * here.information.diagonal().max();
         while descent.steps < steps {
             let Some(step) = here.step(damping) else { break };
@@ -76,12 +77,7 @@ struct Local {
 }
 
 impl Local {
-    fn new(
-        at: Linearised,
-        noise: f64,
-        limits: &Vector6<f64>,
-        held: Option<&Matrix6<f64>>,
-    ) -> Self {
+    fn new(at: Linearised, noise: f64, limits: &Vector6<f64>, held: Option<&Matrix6<f64>>) -> Self {
         let whole = at.information.matrix() / noise;
         let information = scaled(&whole, limits);
         let pull = at.information.pull().component_mul(limits) / noise;
@@ -92,11 +88,7 @@ impl Local {
         };
         // Along what is held the information is 1 and the pull 0: no step.
         let told = Matrix6::identity() - weak;
-        Self {
-            cost: at.cost,
-            information: told * information * told + weak,
-            pull: told * pull,
-        }
+        Self { cost: at.cost, information: told * information * told + weak, pull: told * pull }
     }
 
     /// `None` when the numbers are not finite.

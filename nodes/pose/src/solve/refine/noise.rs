@@ -92,6 +92,10 @@ impl Problem<'_> {
             sum += chi2;
             expected += rows as f64 * self.gates.variance(rows);
         }
-        if expected > COORDINATES { (sum / (expected - COORDINATES)).max(LEAST_FACTOR) } else { 1.0 }
+        if expected > COORDINATES {
+            (sum / (expected - COORDINATES)).max(LEAST_FACTOR)
+        } else {
+            1.0
+        }
     }
 }

@@ -77,9 +77,8 @@ impl<'a> Problem<'a> {
     /// The problem without the observations that `left` has for outliers.
     pub(crate) fn only(&self, left: &Uses) -> Self {
         fn kept<T: Copy>(terms: &[Option<T>], left: &[Verdict]) -> Vec<Option<T>> {
-            let keep = |(term, verdict): (&Option<T>, &Verdict)| {
-                term.filter(|_| verdict.is_inlier())
-            };
+            let keep =
+                |(term, verdict): (&Option<T>, &Verdict)| term.filter(|_| verdict.is_inlier());
             terms.iter().zip(left).map(keep).collect()
         }
         let points = kept(&self.points, &left.points);

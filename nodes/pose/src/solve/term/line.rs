@@ -12,6 +12,10 @@ use super::{Block, Errors, MAX_ROWS, NEAREST_M, PIXEL_ROWS, Placed, Term, by_per
 use super::{is_finite_point, is_std_dev};
 use crate::solve::{LineObservation, PluckerLine, plucker};
 
+/// The sine of the angle at which a line must be seen: 6 degrees. A line that runs nearly through the camera has an image that
+/// swings about with the slightest step; what is off by chance would seem to tell the pose to a hair.
+const SHALLOWEST: f64 = 0.1;
+
 /// A line that can be used.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LineTerm {
@@ -86,11 +90,15 @@ impl LineTerm {
 }
 
 impl InCamera {
-    /// `None` where the ray runs along the line, or passes it behind the camera.
+    /// `None` where the ray runs nearly along the line, or passes it behind the camera.
     #[inline]
     fn passing(&self, ray: &Vector3<f64>) -> Option<Passing> {
         let plane = ray.cross(&self.moment);
         let slant = plane.dot(&self.direction);
+        let least2 = SHALLOWEST * SHALLOWEST * plane.norm_squared() * self.direction.norm_squared();
+        if slant * slant < least2 {
+            return None;
+        }
         let along = -plane.dot(&self.start) / slant;
         let place = self.start + along * self.direction;
         // NaN and infinity are not in front either.
@@ -145,8 +153,7 @@ impl Term for LineTerm {
             block.jacobian[row] = line.by_perturbation(&(by_moment * self.per_px));
             let passing = line.passing(&end.ray)?;
             if let Some(depth_m) = end.depth_m {
-                let straight =
-                    by_perturbation(&passing.place, &(passing.by_place * self.per_m));
+                let straight = by_perturbation(&passing.place, &(passing.by_place * self.per_m));
                 let tilted = line.by_perturbation(&(passing.by_moment * self.per_m));
                 block.errors[block.rows] = (passing.place.z - depth_m) * self.per_m;
                 block.jacobian[block.rows] =

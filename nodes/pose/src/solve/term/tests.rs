@@ -26,7 +26,8 @@ fn check_derivatives(term: &impl Term, pose: &Isometry3<f64>) -> Result<(), Test
         let (Some(after), Some(before)) = (moved(SMALL), moved(-SMALL)) else { return Ok(()) };
         for row in 0..block.rows {
             let slope = (after.errors[row] - before.errors[row]) / (2.0 * SMALL);
-            let size = block.jacobian[row].iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+            let size =
+                block.jacobian[row].iter().fold(1.0, |size: f64, value| size.max(value.abs()));
             let found = block.jacobian[row][column];
             prop_assert!((found - slope).abs() < 1e-5 * size, "{row} {column}: {found} {slope}");
         }
@@ -60,7 +61,9 @@ proptest! {
         }
         for line in &view.lines {
             let Some(term) = LineTerm::new(&kinect(), line) else { continue };
-            prop_assert!(term.errors(&kinect(), &pose).unwrap().chi2 < 1e-9);
+            // Lines that run nearly through the camera have none.
+            let Some(errors) = term.errors(&kinect(), &pose) else { continue };
+            prop_assert!(errors.chi2 < 1e-9);
         }
     }
 }
