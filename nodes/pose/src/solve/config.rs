@@ -33,7 +33,8 @@ pub enum NoiseScale {
 pub enum FirstRound {
     /// All observations, under the robust kernel: for a guess that may be off by many pixels.
     Everything,
-    /// Those that the guess explains, within twice the usual error: for a guess that was chosen by what it explains.
+    /// Those that the guess explains: for a guess that was chosen by what it explains. Others that are nearly as good, and
+    /// that more observations may be for, do not draw it away.
     FitsGuess,
 }
 
@@ -53,6 +54,9 @@ pub struct RefineConfig {
     pub iterations_per_round: usize,
     /// What the first round begins with.
     pub first_round: FirstRound,
+    /// An observation whose place in the image fits but not its depth is used without the depth. Otherwise it is an
+    /// outlier: what moves along its ray looks so, too.
+    pub keep_without_depth: bool,
     /// What the standard deviations mean.
     pub noise: NoiseScale,
     /// A direction is estimated only when the observations tell it to this standard deviation (a shift) ...
@@ -78,6 +82,8 @@ impl Default for RefineConfig {
             rounds: 4,
             iterations_per_round: 10,
             first_round: FirstRound::Everything,
+            // Corners are found where things end, and there the depths of a Kinect belong to either side.
+            keep_without_depth: true,
             noise: NoiseScale::Given,
             // At 30 Hz a prediction by constant velocity is as good on a platform that is driven gently: 2 cm are what an
             // acceleration of 18 m/s^2 makes of a frame's time; the turn shows as much at 2 m.
@@ -141,7 +147,8 @@ pub struct RigidSetsConfig {
     /// So many predictions are right. Those that are not say nothing: farther off than so many right ones are, no distance
     /// from the prediction is worse than another.
     pub prediction_probability: f64,
-    /// How each set is found. Its `min_inliers` is the smallest set.
+    /// How each set is found. Its `min_inliers` is the smallest set; `keep_without_depth` is not looked at: what comes towards the
+    /// camera would be taken for the room.
     pub ransac: RansacConfig,
 }
 

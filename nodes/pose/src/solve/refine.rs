@@ -21,8 +21,6 @@ use super::perturbation::{adjoint, is_finite, perturbation_between, perturbed};
 pub(super) use descent::Plan;
 pub(super) use problem::{Problem, Uses};
 
-/// A guess is taken to fit what it misses by less than this many times the usual limit (of squared errors).
-const GUESS_GATE: f64 = 4.0;
 /// No guess lies farther from the origin of the map: there a coordinate still has steps of a tenth of a micrometre.
 const FARTHEST_GUESS_M: f64 = 1e9;
 
@@ -162,7 +160,7 @@ impl Problem<'_> {
         let mut pose = guess.camera_from_map;
         let mut uses = match self.config.first_round {
             FirstRound::Everything => usable,
-            FirstRound::FitsGuess => self.judged(&pose, GUESS_GATE * self.noise(&pose, &usable)),
+            FirstRound::FitsGuess => self.judged(&pose, self.noise(&pose, &usable)),
         };
         let (mut iterations, mut rounds) = (0, 0);
         while rounds < self.config.rounds {

@@ -29,9 +29,10 @@ const COORDINATES: usize = 6;
 pub struct RigidSet {
     /// The camera's pose, were this set the background. Its verdicts are on all observations that no set before has.
     pub pose: PoseEstimate,
-    /// The points that belong to it.
+    /// The points that belong to it. One whose place in the image fits but not its depth does not: something that comes
+    /// towards the camera looks so.
     pub points: Vec<usize>,
-    /// The lines that belong to it.
+    /// The lines that belong to it, likewise.
     pub lines: Vec<usize>,
     /// The squared distance of its pose from the prediction, in standard deviations of both; `None` without a prediction.
     pub distance2: Option<f64>,
@@ -64,7 +65,11 @@ pub fn split_rigid_sets(
     config.validate().map_err(PoseError::from)?;
     check_camera(camera)?;
     prediction.map_or(Ok(()), PoseGuess::check)?;
-    let refine = RefineConfig { first_round: FirstRound::FitsGuess, ..config.ransac.refine };
+    let refine = RefineConfig {
+        first_round: FirstRound::FitsGuess,
+        keep_without_depth: false,
+        ..config.ransac.refine
+    };
     let problem = Problem::new(camera, points, lines, &refine);
     let mut left = problem.usable();
     let usable_points = left.points.iter().filter(|verdict| verdict.is_inlier()).count();

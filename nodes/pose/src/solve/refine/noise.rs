@@ -11,6 +11,8 @@ use crate::solve::term::MAX_ROWS;
 const LEAST_FACTOR: f64 = 0.0025;
 /// Beyond so many rounds the median hardly changes, with as many outliers as there may be.
 const MEDIAN_ROUNDS: usize = 5;
+/// Steps of the table by leverage.
+const LEVERAGES: usize = 8;
 /// The coordinates of a pose.
 const COORDINATES: f64 = 6.0;
 
@@ -18,7 +20,7 @@ const COORDINATES: f64 = 6.0;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gates {
     limits: [f64; MAX_ROWS + 1],
-    variances: [f64; MAX_ROWS + 1],
+    variances: [[f64; LEVERAGES + 1]; MAX_ROWS + 1],
     medians: [f64; MAX_ROWS + 1],
 }
 
@@ -26,16 +28,20 @@ impl Gates {
     pub(super) fn new(inlier_probability: f64) -> Self {
         let mut gates = Self {
             limits: [0.0; MAX_ROWS + 1],
-            variances: [1.0; MAX_ROWS + 1],
+            variances: [[1.0; LEVERAGES + 1]; MAX_ROWS + 1],
             medians: [1.0; MAX_ROWS + 1],
         };
         for rows in 1..=MAX_ROWS {
             let limit = quantile(rows, inlier_probability);
             let within = probability(rows, limit);
-            // The mean of one error's square, where the sum of all is below the limit (it is nothing otherwise).
-            let squares = probability(rows + 2, limit);
             gates.limits[rows] = limit;
-            gates.variances[rows] = squares / within;
+            // The mean of one error's square, where the sum of all is below the limit (it is nothing otherwise), over how often
+            // it is. Of an error that the pose follows by some share little is left, and it is hardly ever cut off.
+            for (step, variance) in gates.variances[rows].iter_mut().enumerate() {
+                let left = 1.0 - step as f64 / LEVERAGES as f64;
+                let reached = limit / left;
+                *variance = probability(rows + 2, reached) / probability(rows, reached);
+            }
             gates.medians[rows] = quantile(rows, 0.5 * within);
         }
         gates
@@ -52,9 +58,12 @@ impl Gates {
     /// So much of its information an inlier is worth, too: that its errors are cut off makes the pose no better. Of an
     /// estimate that sets the sum of the cut errors to zero the information is their mean square over all that is right
     /// (Huber 1981, section 3.2: the slope of their mean squared over their variance, and by Stein's lemma both are the same
-    /// number); here it is shared out to the inliers.
-    pub(super) fn variance(&self, rows: usize) -> f64 {
-        self.variances[rows.min(MAX_ROWS)]
+    /// number); here it is shared out to the inliers. `leverage` is the share by which the pose follows the observation.
+    pub(super) fn variance(&self, rows: usize, leverage: f64) -> f64 {
+        let steps = &self.variances[rows.min(MAX_ROWS)];
+        let place = leverage.clamp(0.0, 1.0) * LEVERAGES as f64;
+        let step = (place as usize).min(LEVERAGES - 1);
+        steps[step] + (place - step as f64) * (steps[step + 1] - steps[step])
     }
 }
 
@@ -90,7 +99,7 @@ impl Problem<'_> {
         let (mut sum, mut expected) = (0.0, 0.0);
         for (chi2, rows) in self.squares(pose, uses) {
             sum += chi2;
-            expected += rows as f64 * self.gates.variance(rows);
+            expected += rows as f64 * self.gates.variance(rows, 0.0);
         }
         if expected > COORDINATES {
             (sum / (expected - COORDINATES)).max(LEAST_FACTOR)

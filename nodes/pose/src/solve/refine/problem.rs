@@ -1,7 +1,7 @@
 //! The observations, and what they come to at a pose.
 
 use geometry::CameraModel;
-use nalgebra::{Isometry3, Matrix6};
+use nalgebra::{Isometry3, Matrix6, Vector6};
 
 use super::noise::Gates;
 use crate::solve::config::{RefineConfig, RobustKernel};
@@ -116,7 +116,9 @@ impl<'a> Problem<'a> {
             let Errors { pixel_chi2, chi2 } = errors;
             if chi2 < noise * self.gates.limit(term.rows()) {
                 Verdict::Fits
-            } else if pixel_chi2 < noise * self.gates.limit(PIXEL_ROWS) {
+            } else if self.config.keep_without_depth
+                && pixel_chi2 < noise * self.gates.limit(PIXEL_ROWS)
+            {
                 Verdict::FitsWithoutDepth
             } else {
                 Verdict::Outlier
@@ -171,10 +173,24 @@ impl<'a> Problem<'a> {
         pose: &Isometry3<f64>,
         uses: &Uses,
     ) -> Matrix6<f64> {
+        let first = self.information_by(pose, uses, &Matrix6::zeros());
+        match first.cholesky() {
+            Some(first) => self.information_by(pose, uses, &first.inverse()),
+            None => first,
+        }
+    }
+
+    /// The same, with the leverages that belong to a covariance.
+    fn information_by(
+        &self,
+        pose: &Isometry3<f64>,
+        uses: &Uses,
+        covariance: &Matrix6<f64>,
+    ) -> Matrix6<f64> {
         let placed = Placed::new(pose);
         let mut information = Information::default();
-        self.inform_each(&self.points, &uses.points, &placed, &mut information);
-        self.inform_each(&self.lines, &uses.lines, &placed, &mut information);
+        self.inform_each(&self.points, &uses.points, (&placed, covariance), &mut information);
+        self.inform_each(&self.lines, &uses.lines, (&placed, covariance), &mut information);
         information.matrix()
     }
 
@@ -182,12 +198,20 @@ impl<'a> Problem<'a> {
         &self,
         terms: &[Option<T>],
         verdicts: &[Verdict],
-        placed: &Placed,
+        (placed, covariance): (&Placed, &Matrix6<f64>),
         information: &mut Information,
     ) {
         for (term, most) in used(terms, verdicts) {
-            let worth = self.gates.variance(term.rows().min(most));
+            let rows = term.rows().min(most);
             let Some(block) = term.block(self.camera, placed) else { continue };
+            let followed: f64 = block
+                .rows(most)
+                .map(|(_, jacobian)| {
+                    let jacobian = Vector6::from(*jacobian);
+                    jacobian.dot(&(covariance * jacobian))
+                })
+                .sum();
+            let worth = self.gates.variance(rows, followed / rows as f64);
             for (error, jacobian) in block.rows(most) {
                 information.add(error, jacobian, worth);
             }

@@ -15,6 +15,8 @@ use crate::solve::{LineObservation, PluckerLine, plucker};
 /// The sine of the angle at which a line must be seen: 6 degrees. A line that runs nearly through the camera has an image that
 /// swings about with the slightest step; what is off by chance would seem to tell the pose to a hair.
 const SHALLOWEST: f64 = 0.1;
+/// Half of that during a descent: a line that is used must not come and go with every step.
+const SHALLOWEST_USED: f64 = 0.05;
 
 /// A line that can be used.
 #[derive(Clone, Copy, Debug)]
@@ -92,10 +94,10 @@ impl LineTerm {
 impl InCamera {
     /// `None` where the ray runs nearly along the line, or passes it behind the camera.
     #[inline]
-    fn passing(&self, ray: &Vector3<f64>) -> Option<Passing> {
+    fn passing(&self, ray: &Vector3<f64>, shallowest: f64) -> Option<Passing> {
         let plane = ray.cross(&self.moment);
         let slant = plane.dot(&self.direction);
-        let least2 = SHALLOWEST * SHALLOWEST * plane.norm_squared() * self.direction.norm_squared();
+        let least2 = shallowest * shallowest * plane.norm_squared() * self.direction.norm_squared();
         if slant * slant < least2 {
             return None;
         }
@@ -134,7 +136,7 @@ impl Term for LineTerm {
         for end in &self.ends {
             let (distance_px, _) = plucker::distance_px(camera, &line.moment, &end.pixel_px)?;
             pixel_chi2 += (distance_px * self.per_px).powi(2);
-            let depth_there_m = line.passing(&end.ray)?.place.z;
+            let depth_there_m = line.passing(&end.ray, SHALLOWEST)?.place.z;
             let off_m = end.depth_m.map_or(0.0, |depth_m| depth_there_m - depth_m);
             depth_chi2 += (off_m * self.per_m).powi(2);
         }
@@ -151,7 +153,7 @@ impl Term for LineTerm {
                 plucker::distance_px(camera, &line.moment, &end.pixel_px)?;
             block.errors[row] = distance_px * self.per_px;
             block.jacobian[row] = line.by_perturbation(&(by_moment * self.per_px));
-            let passing = line.passing(&end.ray)?;
+            let passing = line.passing(&end.ray, SHALLOWEST_USED)?;
             if let Some(depth_m) = end.depth_m {
                 let straight = by_perturbation(&passing.place, &(passing.by_place * self.per_m));
                 let tilted = line.by_perturbation(&(passing.by_moment * self.per_m));

@@ -13,7 +13,8 @@ fn check_derivatives(term: &impl Term, pose: &Isometry3<f64>) -> Result<(), Test
     let at = |pose: &Isometry3<f64>| term.block(&camera, &Placed::new(pose));
     let Some(block) = at(pose) else { return Ok(()) };
     prop_assert_eq!(block.rows, term.rows());
-    let errors = term.errors(&camera, &Placed::new(pose)).unwrap();
+    // A line that is seen along itself is left to the descent that uses it already.
+    let Some(errors) = term.errors(&camera, &Placed::new(pose)) else { return Ok(()) };
     let rounding = 1e-9 * (1.0 + errors.chi2);
     prop_assert!((errors.chi2 - block.chi2(MAX_ROWS)).abs() < rounding);
     prop_assert!((errors.pixel_chi2 - block.chi2(PIXEL_ROWS)).abs() < rounding);

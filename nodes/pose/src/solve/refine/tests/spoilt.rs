@@ -104,6 +104,9 @@ fn a_depth_at_the_edge_of_a_thing_is_left_out_and_its_point_kept() {
     assert_eq!(found.lines[0], Verdict::FitsWithoutDepth);
     assert!(found.points[6..].iter().filter(|verdict| **verdict == Verdict::Fits).count() > 50);
     assert!(view.error(&found.camera_from_map).0 < 0.02);
+    let strict = RefineConfig { keep_without_depth: false, ..config };
+    let found = refine_pose(&kinect(), &guess, &view.points, &view.lines, &strict).unwrap();
+    assert_eq!(found.points[..6], [Verdict::Outlier; 6]);
 }
 
 #[test]
