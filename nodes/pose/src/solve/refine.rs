@@ -5,6 +5,7 @@
 //! section III-C). Along directions that the observations do not tell, no step is taken (Zhang, Kaess and Singh 2016).
 
 mod descent;
+mod kernel;
 mod noise;
 mod problem;
 #[cfg(test)]
