@@ -8,7 +8,7 @@
 //! | `term` | what an observation is off by, and how that changes with the pose |
 //! | [`mod@refine`] | the most likely pose near a guess, its covariance, and which observations it explains |
 //! | [`observability`] | which directions of the pose the observations tell of |
-//! | [`p3p`], [`rigid_alignment`] | the pose by three matches, without and with their depths |
+//! | [`mod@p3p`], [`mod@rigid_alignment`] | the pose by three matches, without and with their depths |
 //! | [`ransac`] | the pose without a guess |
 //! | [`rigid_sets`] | what belongs to the room and what to things that move, by the help of a prediction |
 //!
