@@ -2,7 +2,7 @@
 //!
 //! Three points with depths give a pose by [`rigid_alignment`], at once and without a choice of roots; a step of least
 //! squares over the three then weighs depths against pixels. Three points without depths give up to four poses by
-//! [`p3p`](crate::solve::p3p::p3p). Poses are compared by truncated squared errors (MSAC: Torr and Zisserman 2000), each as far as it
+//! [`p3p`]. Poses are compared by truncated squared errors (MSAC: Torr and Zisserman 2000), each as far as it
 //! can still be the best; a new best one is refined by its inliers (Chum, Matas and Kittler 2003).
 
 #[cfg(test)]
