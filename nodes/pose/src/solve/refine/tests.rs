@@ -1,0 +1,3 @@
+mod accuracy;
+mod degenerate;
+mod spoilt;
