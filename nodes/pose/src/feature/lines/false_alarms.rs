@@ -1,0 +1,87 @@
+//! Whether a straight edge may be a chance of noise (Desolneux, Moisan and Morel 2000; EDLines, section 2.3).
+
+use nalgebra::{Point2, Vector2};
+
+use super::gradient::GradientField;
+use super::growing::StraightEdge;
+
+/// A gradient of noise points anywhere; it is aligned with a line's normal within 22.5 degrees by one chance in eight.
+const ALIGNED_BY_CHANCE: f64 = 0.125;
+/// tan(22.5 degrees).
+const ALIGNED_TAN: f32 = 0.414_213_57;
+
+/// How many segments as well aligned as one are expected in an image of noise.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FalseAlarms<'a> {
+    field: &'a GradientField,
+    log_tests: f64,
+}
+
+impl<'a> FalseAlarms<'a> {
+    /// A segment goes from any pixel to any other: that many are tested.
+    pub(super) fn new(field: &'a GradientField) -> Self {
+        let pixels = field.gradients.len().max(1) as f64;
+        Self { field, log_tests: 2.0 * pixels.ln() }
+    }
+
+    /// The shortest segment that can pass: one all of whose pixels are aligned.
+    pub(super) fn least_length_px(&self, log_most_false_alarms: f64) -> usize {
+        let pixels = (self.log_tests - log_most_false_alarms) / -ALIGNED_BY_CHANCE.ln();
+        // The pixels of a segment are one more than its length.
+        (pixels.ceil() - 1.0).max(1.0) as usize
+    }
+
+    /// The natural logarithm of the number expected.
+    ///
+    /// The tail of the binomial distribution is replaced by its bound (Chernoff; Hoeffding 1963, theorem 1), which is
+    /// not smaller and needs no sum: `exp(-n d)`, `d` being the divergence of the share of aligned pixels from chance.
+    pub(super) fn log_expected(&self, edge: &StraightEdge) -> f64 {
+        let (start, end) = (edge.start_px(), edge.end_px());
+        let count = edge.length_px().round().max(1.0);
+        let step = (end - start) / count;
+        let direction = edge.line.direction;
+        let pixels = count as usize + 1;
+        let aligned = self.aligned(start, step, direction, pixels) as f64;
+        let pixels = pixels as f64;
+        self.log_tests - pixels * divergence(aligned / pixels)
+    }
+
+    /// How many of the pixels along a line have gradients that point to its left.
+    fn aligned(
+        &self,
+        start_px: Point2<f64>,
+        step_px: Vector2<f64>,
+        direction: Vector2<f64>,
+        pixels: usize,
+    ) -> usize {
+        let GradientField { width_px, height_px, gradients } = self.field;
+        let [x, y] = [direction.x as f32, direction.y as f32];
+        (0..pixels)
+            .filter(|&pixel| {
+                // Half a pixel more, since the nearest is sought; where that is negative the cast gives 0, the border,
+                // which has no gradient.
+                let at = start_px + pixel as f64 * step_px;
+                let (column, row) = ((at.x + 0.5) as usize, (at.y + 0.5) as usize);
+                if column >= *width_px || row >= *height_px {
+                    return false;
+                }
+                let gradient = gradients[row * width_px + column];
+                let [gx, gy] = [gradient.x, gradient.y].map(f32::from);
+                let (left, along) = (gx * y - gy * x, gx * x + gy * y);
+                left > 0.0 && along.abs() <= ALIGNED_TAN * left
+            })
+            .count()
+    }
+}
+
+/// The Kullback-Leibler divergence of a share from that by chance; 0 where the share is no larger.
+fn divergence(share: f64) -> f64 {
+    let chance = ALIGNED_BY_CHANCE;
+    if share <= chance {
+        0.0
+    } else if share < 1.0 {
+        share * (share / chance).ln() + (1.0 - share) * ((1.0 - share) / (1.0 - chance)).ln()
+    } else {
+        -chance.ln()
+    }
+}
