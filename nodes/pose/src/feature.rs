@@ -2,4 +2,7 @@
 
 mod lines;
 
-pub use lines::{LineConfig, LineConfigError, LineDetector, LineSegment, LineStep};
+pub use lines::{
+    LineConfig, LineConfigError, LineDescriptor, LineDetector, LineFeature, LineSegment, LineStep,
+    NoLineInSpace, SegmentDepthConfig, SegmentDepthConfigError, SegmentInSpace, segment_in_space,
+};

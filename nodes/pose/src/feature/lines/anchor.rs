@@ -22,7 +22,8 @@ pub(super) fn anchors(
     if field.width_px < LEAST_SIDE_PX || field.height_px < LEAST_SIDE_PX {
         return Vec::new();
     }
-    let search = Search { field, least_magnitude: least_magnitude.max(1), interval: interval.max(1) };
+    let search =
+        Search { field, least_magnitude: least_magnitude.max(1), interval: interval.max(1) };
     let rows = 1..field.height_px - 1;
     let stripe_rows = rows.len().div_ceil(threads.max(1));
     let mut stripes =

@@ -24,13 +24,6 @@ impl<'a> FalseAlarms<'a> {
         Self { field, log_tests: 2.0 * pixels.ln() }
     }
 
-    /// The shortest segment that can pass: one all of whose pixels are aligned.
-    pub(super) fn least_length_px(&self, log_most_false_alarms: f64) -> usize {
-        let pixels = (self.log_tests - log_most_false_alarms) / -ALIGNED_BY_CHANCE.ln();
-        // The pixels of a segment are one more than its length.
-        (pixels.ceil() - 1.0).max(1.0) as usize
-    }
-
     /// The natural logarithm of the number expected.
     ///
     /// The tail of the binomial distribution is replaced by its bound (Chernoff; Hoeffding 1963, theorem 1), which is
