@@ -92,9 +92,8 @@ pub fn segment_in_space(
     }
     let tolerance = config.max_std_devs * config.inverse_depth_std_dev;
     let straight = Straight::through(&samples, tolerance);
-    let straight = straight.filter(|straight| straight.count as f64 >= least);
-    let Some(straight) = straight else {
-        let on_line = Straight::through(&samples, tolerance).map_or(0, |straight| straight.count);
+    let Some(straight) = straight.filter(|straight| straight.count as f64 >= least) else {
+        let on_line = straight.map_or(0, |straight| straight.count);
         return Err(NoLineInSpace::NotStraight { on_line, places });
     };
     let std_devs = straight.bend(&samples, tolerance) / config.inverse_depth_std_dev;

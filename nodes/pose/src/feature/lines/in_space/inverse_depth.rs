@@ -40,9 +40,11 @@ impl Straight {
                 samples.iter().filter(|sample| straight.residual(sample).abs() <= tolerance),
             )?;
         }
-        let on_line = samples.iter().filter(|sample| straight.residual(sample).abs() <= tolerance);
-        straight.count = on_line.clone().count();
-        on_line.clone().all(|sample| straight.at(sample.along_px) > 0.0).then_some(straight)
+        let on_line = |sample: &&Sample| straight.residual(sample).abs() <= tolerance;
+        let count = samples.iter().filter(on_line).count();
+        let is_ahead =
+            samples.iter().filter(on_line).all(|sample| straight.at(sample.along_px) > 0.0);
+        is_ahead.then_some(Self { count, ..straight })
     }
 
     /// Of the lines through pairs that lie apart the one that most samples agree with; of equals the first.
