@@ -1,179 +1,278 @@
-use pose::{feature::*, image::GrayImage};
-use std::path::*;
-fn main() {
-    let dir = PathBuf::from(std::env::args().nth(1).unwrap());
-    let mut config = LineConfig::default();
-    let mut other = None;
-    for a in std::env::args().skip(2) {
-        let (k, v) = a.split_once('=').unwrap();
-        if k == "segments" {
-            other = Some(PathBuf::from(v));
-            continue;
-        }
-        let f: f64 = v.parse().unwrap();
-        match k {
-            "ag" => config.anchor_gradient = f,
-            "eg" => config.edge_gradient = f,
-            "si" => config.scan_interval_px = f as usize,
-            "rms" => config.max_rms_px = f,
-            "dev" => config.max_deviation_px = f,
-            "out" => config.max_outliers_px = f as usize,
-            "nfa" => config.max_false_alarms = f,
-            "gap" => config.max_gap_px = f,
-            "mdeg" => config.max_turn_rad = f.to_radians(),
-            "seed" => config.seed_px = f as usize,
-            "th" => config.max_threads = f as usize,
-            _ => panic!("{k}"),
-        }
-    }
-    {
-        // noise
-        for sigma in [5.0f32, 20.0, 50.0] {
-            let mut st = 1u64;
-            let mut n = 0;
-            for _ in 0..5 {
-                let px = (0..640 * 480)
-                    .map(|_| {
-                        let mut a = 0.0f32;
-                        for _ in 0..12 {
-                            st = st
-                                .wrapping_mul(6364136223846793005)
-                                .wrapping_add(1442695040888963407);
-                            a += (st >> 40) as f32 / (1u64 << 24) as f32;
-                        }
-                        (128.0 + sigma * (a - 6.0)).clamp(0.0, 255.0) as u8
-                    })
-                    .collect();
-                n += LineDetector::new(config)
-                    .unwrap()
-                    .detect(&GrayImage::new(640, 480, px).unwrap())
-                    .len();
-            }
-            print!("noise {sigma}: {} ", n as f32 / 5.0);
-        }
-        println!();
-    }
-    let mut names: Vec<_> = std::fs::read_dir(&dir)
-        .unwrap()
-        .map(|e| e.unwrap().path())
-        .filter(|p| p.extension().is_some_and(|e| e == "jpg"))
-        .collect();
+//! How well line segments are found in the images of York Urban (Denis, Elder and Estrada 2008), or in any folder of
+//! JPEG images with labelled lines, and how long each step takes.
+//!
+//! ```text
+//! cargo run --release -p pose --example york_urban -- FOLDER [--segments NAME=FOLDER]... [--out FOLDER]
+//! ```
+//!
+//! `FOLDER` holds `NAME.jpg` and `NAME.lines.txt`, a labelled line `x1 y1 x2 y2 ...` in each row. `--segments` names a
+//! folder of another detector's `NAME.segments.txt` (`x1 y1 x2 y2` in each row) for the same images, judged alike.
+//! `--out` writes ours in this form.
+//!
+//! # The measure
+//!
+//! A labelled line is sampled in the middle of each of its pixels of length. A sample counts when some segment covers
+//! it: their directions differ by at most 5 degrees (either way round), the sample is at most 2 pixels off the segment's
+//! line, and its foot lies between the segment's ends. **Recall** is the share of all samples that count, weighted by
+//! length: long lines count for more. **With slack** the foot may lie up to 2 pixels beyond an end. **Half covered** is
+//! the share of lines of which more than half the samples count. Only lines along the three main directions are
+//! labelled, so that nothing is said of segments that cover no line but their number.
+//!
+//! The time of an image is the least of several rounds on one thread: what other processes do adds to the others.
+
+#![allow(clippy::print_stdout)]
+
+use std::error::Error;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use pose::feature::{LineConfig, LineDetector, LineStep};
+use pose::image::GrayImage;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+/// A sample is covered within so much.
+const NEAR_PX: f64 = 2.0;
+/// Directions are the same within 5 degrees.
+const SAME_DIRECTION_RAD: f64 = 0.087_266;
+/// With slack a segment reaches so far beyond its ends.
+const SLACK_PX: f64 = 2.0;
+/// Rounds of which the quickest counts.
+const ROUNDS: usize = 10;
+
+type Ends = [[f64; 2]; 2];
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+fn main() -> Outcome<()> {
+    let arguments = Arguments::parse()?;
+    let mut names: Vec<PathBuf> = std::fs::read_dir(&arguments.folder)?
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()?;
+    names.retain(|path| path.extension().is_some_and(|extension| extension == "jpg"));
     names.sort();
-    let mut det = LineDetector::new(config).unwrap();
-    let (mut hit, mut hit2, mut tot, mut n, mut len) = (0.0, 0.0, 0.0, 0, 0.0);
-    let mut times: Vec<f64> = vec![];
-    let mut steps: Vec<(LineStep, Vec<f64>)> = vec![];
+
+    let mut rows = vec![Row::new("this crate")];
+    rows.extend(arguments.others.iter().map(|(name, _)| Row::new(name)));
+    let mut timing = Timing::default();
+    let mut detector = LineDetector::new(LineConfig::default())?;
     for name in &names {
-        let bytes = std::fs::read(name).unwrap();
-        let opt = zune_jpeg::zune_core::options::DecoderOptions::default()
-            .jpeg_set_out_colorspace(zune_jpeg::zune_core::colorspace::ColorSpace::Luma);
-        let mut d = zune_jpeg::JpegDecoder::new_with_options(std::io::Cursor::new(&bytes), opt);
-        let px = d.decode().unwrap();
-        let (w, h) = d.dimensions().unwrap();
-        let img = GrayImage::new(w, h, px).unwrap();
-        let mut segs = vec![];
-        if let Some(o) = &other {
-            let t = std::fs::read_to_string(
-                o.join(name.with_extension("segments.txt").file_name().unwrap()),
-            )
-            .unwrap();
-            for l in t.lines() {
-                let v: Vec<f32> = l.split_whitespace().map(|x| x.parse().unwrap()).collect();
-                segs.push([[v[0], v[1]], [v[2], v[3]]]);
-            }
-        } else {
-            let mut best = f64::MAX;
-            let mut bests: Vec<f64> = vec![f64::MAX; 16];
-            for r in 0..10 {
-                let t = std::time::Instant::now();
-                let mut at = t;
-                let mut now: Vec<(LineStep, f64)> = vec![];
-                let s = det.detect_in_steps(&img, |step| {
-                    let n = std::time::Instant::now();
-                    now.push((step, (n - at).as_secs_f64()));
-                    at = n;
-                });
-                if r > 0 {
-                    best = best.min(t.elapsed().as_secs_f64() * 1e3);
-                    for (i, &(name, t)) in now.iter().enumerate() {
-                        if steps.len() <= i {
-                            steps.push((name, vec![]));
-                        }
-                        bests[i] = bests[i].min(t * 1e3);
-                    }
-                }
-                if r == 9 {
-                    times.push(best);
-                    for i in 0..steps.len() {
-                        steps[i].1.push(bests[i]);
-                    }
-                }
-                segs = s.iter().map(|s| [s.start_px, s.end_px]).collect();
-            }
-            std::fs::create_dir_all("/tmp/h/linwork/ours").unwrap();
-            let t: String = segs
-                .iter()
-                .map(|s| format!("{:.3} {:.3} {:.3} {:.3}\n", s[0][0], s[0][1], s[1][0], s[1][1]))
-                .collect();
-            std::fs::write(
-                Path::new("/tmp/h/linwork/ours")
-                    .join(name.with_extension("segments.txt").file_name().unwrap()),
-                t,
-            )
-            .unwrap();
+        let image = gray(name)?;
+        let labelled = lines_of(&name.with_extension("lines.txt"))?;
+        let segments = timing.detect(&mut detector, &image);
+        if let Some(out) = &arguments.out {
+            write_segments(&beside(out, name)?, &segments)?;
         }
-        n += segs.len();
-        len += segs.iter().map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).sum::<f32>();
-        for l in std::fs::read_to_string(name.with_extension("lines.txt"))
-            .unwrap()
-            .lines()
-            .filter(|l| !l.starts_with('#'))
-        {
-            let v: Vec<f32> = l.split_whitespace().map(|x| x.parse().unwrap()).collect();
-            let (c0, l) = cover([v[0], v[1]], [v[2], v[3]], &segs, 0.0);
-            let (c2, _) = cover([v[0], v[1]], [v[2], v[3]], &segs, 2.0);
-            hit += c0 * l;
-            hit2 += c2 * l;
-            tot += l;
+        rows[0].count(&labelled, &segments);
+        for (row, (_, folder)) in rows[1..].iter_mut().zip(&arguments.others) {
+            row.count(&labelled, &lines_of(&beside(folder, name)?)?);
         }
     }
-    times.sort_by(f64::total_cmp);
-    println!(
-        "recall {:.4} slack {:.4} segments {:.1} mean len {:.1} ms median {:.2}",
-        hit / tot,
-        hit2 / tot,
-        n as f32 / names.len() as f32,
-        len / n as f32,
-        times.get(times.len() / 2).unwrap_or(&0.0)
-    );
-    for (n, t) in &mut steps {
-        t.sort_by(f64::total_cmp);
-        print!("{n:?} {:.2} ", t[t.len() / 2]);
+    println!("{} images", names.len());
+    println!("| detector | recall | with slack | half covered | segments an image | mean length |");
+    println!("|---|---|---|---|---|---|");
+    for row in &rows {
+        row.print(names.len());
     }
-    println!();
+    timing.print();
+    Ok(())
 }
-fn cover(a: [f32; 2], b: [f32; 2], segs: &[[[f32; 2]; 2]], slack: f32) -> (f32, f32) {
-    let l = (a[0] - b[0]).hypot(a[1] - b[1]);
-    let u = [(b[0] - a[0]) / l, (b[1] - a[1]) / l];
-    let n = l.ceil().max(1.0) as usize;
-    let mut hit = vec![false; n];
-    for [p, q] in segs {
-        let m = (p[0] - q[0]).hypot(p[1] - q[1]);
-        if m == 0.0 {
-            continue;
-        }
-        let d = [(q[0] - p[0]) / m, (q[1] - p[1]) / m];
-        if (d[0] * u[0] + d[1] * u[1]).abs() < 5f32.to_radians().cos() {
-            continue;
-        }
-        for (i, h) in hit.iter_mut().enumerate() {
-            let t = (i as f32 + 0.5) * l / n as f32;
-            let r = [a[0] + t * u[0] - p[0], a[1] + t * u[1] - p[1]];
-            let s = r[0] * d[0] + r[1] * d[1];
-            if s >= -slack && s <= m + slack && (r[0] * d[1] - r[1] * d[0]).abs() <= 2.0 {
-                *h = true;
+
+struct Arguments {
+    folder: PathBuf,
+    others: Vec<(String, PathBuf)>,
+    out: Option<PathBuf>,
+}
+
+impl Arguments {
+    fn parse() -> Outcome<Self> {
+        let (mut folder, mut others, mut out) = (None, Vec::new(), None);
+        let mut arguments = std::env::args().skip(1);
+        while let Some(argument) = arguments.next() {
+            match argument.as_str() {
+                "--segments" => {
+                    let value = arguments.next().unwrap_or_default();
+                    let (name, path) = value.split_once('=').ok_or("--segments NAME=FOLDER")?;
+                    others.push((name.to_owned(), path.into()));
+                }
+                "--out" => out = Some(PathBuf::from(arguments.next().ok_or("--out FOLDER")?)),
+                _ => folder = Some(argument.into()),
             }
         }
+        let folder = folder.ok_or("which folder holds the images and their lines?")?;
+        Ok(Self { folder, others, out })
     }
-    (hit.iter().filter(|h| **h).count() as f32 / n as f32, l)
+}
+
+fn beside(folder: &Path, image: &Path) -> Outcome<PathBuf> {
+    let name = image.with_extension("segments.txt");
+    Ok(folder.join(name.file_name().ok_or("an image without a name")?))
+}
+
+fn gray(path: &Path) -> Outcome<GrayImage> {
+    let bytes = std::fs::read(path)?;
+    let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::Luma);
+    let mut decoder = JpegDecoder::new_with_options(Cursor::new(bytes), options);
+    let pixels = decoder.decode()?;
+    let (width_px, height_px) = decoder.dimensions().ok_or("a JPEG without a size")?;
+    Ok(GrayImage::new(width_px, height_px, pixels)?)
+}
+
+fn lines_of(path: &Path) -> Outcome<Vec<Ends>> {
+    let text = std::fs::read_to_string(path)?;
+    let numbers = |row: &str| -> Outcome<Ends> {
+        let numbers: Vec<f64> = row.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
+        let [x1, y1, x2, y2, ..] = numbers[..] else {
+            return Err("a row of too few numbers".into());
+        };
+        Ok([[x1, y1], [x2, y2]])
+    };
+    text.lines().filter(|row| !row.starts_with('#')).map(numbers).collect()
+}
+
+fn write_segments(path: &Path, segments: &[Ends]) -> Outcome<()> {
+    let row = |[[x1, y1], [x2, y2]]: &Ends| format!("{x1:.3} {y1:.3} {x2:.3} {y2:.3}\n");
+    Ok(std::fs::write(path, segments.iter().map(row).collect::<String>())?)
+}
+
+/// What is counted of a detector.
+struct Row {
+    name: String,
+    covered_px: f64,
+    covered_with_slack_px: f64,
+    labelled_px: f64,
+    half_covered: usize,
+    labelled: usize,
+    segments: usize,
+    length_px: f64,
+}
+
+impl Row {
+    fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            covered_px: 0.0,
+            covered_with_slack_px: 0.0,
+            labelled_px: 0.0,
+            half_covered: 0,
+            labelled: 0,
+            segments: 0,
+            length_px: 0.0,
+        }
+    }
+
+    fn count(&mut self, labelled: &[Ends], segments: &[Ends]) {
+        for line in labelled {
+            let line_px = length_px(line);
+            let share = covered_share(line, segments, 0.0);
+            self.covered_px += share * line_px;
+            self.covered_with_slack_px += covered_share(line, segments, SLACK_PX) * line_px;
+            self.labelled_px += line_px;
+            self.half_covered += usize::from(share > 0.5);
+        }
+        self.labelled += labelled.len();
+        self.segments += segments.len();
+        self.length_px += segments.iter().map(length_px).sum::<f64>();
+    }
+
+    fn print(&self, images: usize) {
+        println!(
+            "| {} | {:.4} | {:.4} | {:.4} | {:.1} | {:.1} px |",
+            self.name,
+            self.covered_px / self.labelled_px,
+            self.covered_with_slack_px / self.labelled_px,
+            self.half_covered as f64 / self.labelled as f64,
+            self.segments as f64 / images as f64,
+            self.length_px / self.segments as f64,
+        );
+    }
+}
+
+fn length_px([[x1, y1], [x2, y2]]: &Ends) -> f64 {
+    (x2 - x1).hypot(y2 - y1)
+}
+
+/// Which share of a line's samples some segment covers.
+fn covered_share(line: &Ends, segments: &[Ends], slack_px: f64) -> f64 {
+    let line_px = length_px(line);
+    let samples = (line_px.ceil() as usize).max(1);
+    let [along_x, along_y] = [0, 1].map(|axis| (line[1][axis] - line[0][axis]) / line_px);
+    let mut is_covered = vec![false; samples];
+    for segment in segments {
+        let segment_px = length_px(segment);
+        let [dx, dy] = [0, 1].map(|axis| (segment[1][axis] - segment[0][axis]) / segment_px);
+        let cosine = (dx * along_x + dy * along_y).abs();
+        // A segment without length has no direction, and its cosine is not a number.
+        if cosine.is_nan() || cosine < SAME_DIRECTION_RAD.cos() {
+            continue;
+        }
+        for (sample, is_covered) in is_covered.iter_mut().enumerate() {
+            let at_px = (sample as f64 + 0.5) * line_px / samples as f64;
+            let x = line[0][0] + at_px * along_x - segment[0][0];
+            let y = line[0][1] + at_px * along_y - segment[0][1];
+            let (foot_px, off_px) = (x * dx + y * dy, (x * dy - y * dx).abs());
+            let is_beside = (-slack_px..=segment_px + slack_px).contains(&foot_px);
+            *is_covered |= is_beside && off_px <= NEAR_PX;
+        }
+    }
+    is_covered.iter().filter(|&&covered| covered).count() as f64 / samples as f64
+}
+
+/// The times of all images, step by step.
+#[derive(Default)]
+struct Timing {
+    steps: Vec<(LineStep, Vec<Duration>)>,
+    whole: Vec<Duration>,
+    describe: Vec<Duration>,
+}
+
+impl Timing {
+    /// Detects, several times over.
+    fn detect(&mut self, detector: &mut LineDetector, image: &GrayImage) -> Vec<Ends> {
+        let mut segments = Vec::new();
+        let mut whole = Duration::MAX;
+        let mut describe = Duration::MAX;
+        let mut steps: Vec<(LineStep, Duration)> = Vec::new();
+        for _ in 0..ROUNDS {
+            let start = Instant::now();
+            let (mut since, mut step) = (start, 0);
+            segments = detector.detect_in_steps(image, |done| {
+                let took = since.elapsed();
+                match steps.get_mut(step) {
+                    Some((_, least)) => *least = took.min(*least),
+                    None => steps.push((done, took)),
+                }
+                (since, step) = (Instant::now(), step + 1);
+            });
+            whole = whole.min(start.elapsed());
+            let start = Instant::now();
+            std::hint::black_box(detector.describe(&segments));
+            describe = describe.min(start.elapsed());
+        }
+        for (place, (step, took)) in steps.into_iter().enumerate() {
+            match self.steps.get_mut(place) {
+                Some((_, all)) => all.push(took),
+                None => self.steps.push((step, vec![took])),
+            }
+        }
+        self.whole.push(whole);
+        self.describe.push(describe);
+        let ends = |px: [f32; 2]| px.map(f64::from);
+        segments.iter().map(|one| [ends(one.start_px), ends(one.end_px)]).collect()
+    }
+
+    fn print(&mut self) {
+        println!("\n| step | median time |\n|---|---|");
+        for (step, times) in &mut self.steps {
+            println!("| {step:?} | {:.2} ms |", median_ms(times));
+        }
+        println!("| all of them | {:.2} ms |", median_ms(&mut self.whole));
+        println!("| descriptors | {:.2} ms |", median_ms(&mut self.describe));
+    }
+}
+
+fn median_ms(times: &mut [Duration]) -> f64 {
+    times.sort_unstable();
+    times.get(times.len() / 2).map_or(f64::NAN, |time| 1e3 * time.as_secs_f64())
 }

@@ -12,6 +12,10 @@ mod merging;
 mod moments;
 mod routing;
 mod segment;
+#[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
+mod tests;
 
 pub use config::{LineConfig, LineConfigError};
 pub use descriptor::{LineDescriptor, LineFeature};

@@ -109,7 +109,7 @@ fn straight_parts(
             points.clear();
             let pixels = &edges.pixels[chain.clone()];
             points.extend(pixels.iter().map(|&pixel| edge_point_px(field, pixel)));
-            grow(&points, config, &mut found);
+            grow(&mut points, config, &mut found);
         }
         let rate = |edge| RatedEdge { edge, log_expected: false_alarms.log_expected(&edge) };
         found.into_iter().map(rate).collect::<Vec<_>>()

@@ -68,7 +68,7 @@ impl<'a> FalseAlarms<'a> {
 }
 
 /// The Kullback-Leibler divergence of a share from that by chance; 0 where the share is no larger.
-fn divergence(share: f64) -> f64 {
+pub(super) fn divergence(share: f64) -> f64 {
     let chance = ALIGNED_BY_CHANCE;
     if share <= chance {
         0.0

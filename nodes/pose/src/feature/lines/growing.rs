@@ -11,6 +11,13 @@ const REFIT_SHIFT: u32 = 3;
 /// The peak of a gradient lies at most so far from the pixel that is the largest: farther, the three pixels are no peak.
 const FARTHEST_PEAK_PX: f64 = 1.0;
 
+/// Neighbouring pixels' points of an edge are no farther apart: a diagonal, and a half to each.
+const CLOSED_PX: f64 = 2.5;
+
+/// Where an edge turns, the smoothing bends it, over so many pixels: 5 of the kernel and 3 of the operator, half of them
+/// on each side.
+const BENT_ENDS_PX: usize = 3;
+
 /// A straight part of an edge, or of several.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct StraightEdge {
@@ -59,26 +66,46 @@ pub(super) fn edge_point_px(field: &GradientField, pixel: usize) -> Point2<f64> 
 /// Appends the straight parts of an edge, given by its points in order (EDLines, section 2.2).
 ///
 /// A line is laid through the first `seed_px` points that lie on one, and grows along the edge, and back, for as long
-/// as points keep close to it; the rest of the edge begins where it ends.
-pub(super) fn grow(points: &[Point2<f64>], config: &LineConfig, found: &mut Vec<StraightEdge>) {
-    let seed_px = config.seed_px;
+/// as points keep close to it; the rest of the edge begins where it ends. A closed edge is taken from the end of some
+/// line on, since where it was closed there need not be a corner.
+pub(super) fn grow(points: &mut [Point2<f64>], config: &LineConfig, found: &mut Vec<StraightEdge>) {
+    if is_closed(points)
+        && let Some((_, end)) = next_line(points, 0, config)
+    {
+        points.rotate_left(end);
+    }
     let mut rest = 0;
-    while let Some((first, seed)) = first_seed(points, rest, config) {
-        let ends = [points[first], points[first + seed_px - 1]];
-        let mut growth = Growth { moments: seed, line: seed.line(ends[1] - ends[0]), refit_in: 1 };
-        let end = first + seed_px;
-        let end = end + growth.take(points[end..].iter(), config);
-        let start = first - growth.take(points[rest..first].iter().rev(), config);
-        let Growth { moments, line, .. } = growth;
-        let line = moments.line(line.direction);
-        found.push(StraightEdge {
-            moments,
-            line,
-            start_along_px: line.along_px(points[start]),
-            end_along_px: line.along_px(points[end - 1]),
-        });
+    while let Some((line, end)) = next_line(points, rest, config) {
+        found.push(line);
         rest = end;
     }
+}
+
+/// Whether an edge ends where it began.
+fn is_closed(points: &[Point2<f64>]) -> bool {
+    match points {
+        [first, .., last] => (last - first).norm() < CLOSED_PX,
+        _ => false,
+    }
+}
+
+/// The first line after `rest` points, and after how many points it ends.
+fn next_line(
+    points: &[Point2<f64>],
+    rest: usize,
+    config: &LineConfig,
+) -> Option<(StraightEdge, usize)> {
+    let (first, seed) = first_seed(points, rest, config)?;
+    let end = first + config.seed_px;
+    let line = seed.line(points[end - 1] - points[first]);
+    let mut growth = Growth { moments: seed, line, refit_in: 1 };
+    let end = end + growth.take(points[end..].iter(), config);
+    let start = first - growth.take(points[rest..first].iter().rev(), config);
+    let moments = growth.settled(&points[start..end], config);
+    let line = moments.line(growth.line.direction);
+    let start_along_px = line.along_px(points[start]);
+    let end_along_px = line.along_px(points[end - 1]);
+    Some((StraightEdge { moments, line, start_along_px, end_along_px }, end))
 }
 
 /// The first so many consecutive points that lie on a line: which, and their moments.
@@ -132,5 +159,19 @@ impl Growth {
             }
         }
         reached
+    }
+
+    /// The moments of the points that are on the line now, whether they were when they were met or not; without those
+    /// at the ends, if what remains is a seed or more.
+    fn settled(&self, points: &[Point2<f64>], config: &LineConfig) -> Moments {
+        let bent = if points.len() >= config.seed_px + 2 * BENT_ENDS_PX { BENT_ENDS_PX } else { 0 };
+        let mut moments = Moments::default();
+        for &point in &points[bent..points.len() - bent] {
+            if self.line.across_px(point).abs() <= config.max_deviation_px {
+                moments.add(point);
+            }
+        }
+        // A line that left its own points behind as it grew keeps what it grew by.
+        if moments.count() >= config.seed_px { moments } else { self.moments }
     }
 }

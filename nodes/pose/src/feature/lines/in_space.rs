@@ -92,6 +92,7 @@ pub fn segment_in_space(
     }
     let tolerance = config.max_std_devs * config.inverse_depth_std_dev;
     let straight = Straight::through(&samples, tolerance);
+    let least = least.max(config.min_agreement * samples.len() as f64);
     let Some(straight) = straight.filter(|straight| straight.count as f64 >= least) else {
         let on_line = straight.map_or(0, |straight| straight.count);
         return Err(NoLineInSpace::NotStraight { on_line, places });

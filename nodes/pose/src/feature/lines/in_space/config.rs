@@ -24,6 +24,8 @@ pub struct SegmentDepthConfig {
     pub min_samples: usize,
     /// ... and at least this share of all.
     pub min_support: f64,
+    /// At least this share of the depths is on the line, whatever has none.
+    pub min_agreement: f64,
 }
 
 impl Default for SegmentDepthConfig {
@@ -46,6 +48,8 @@ impl Default for SegmentDepthConfig {
             // A half of the shortest segment that there is.
             min_samples: 6,
             min_support: 0.5,
+            // More than a half: of two lines that meet neither is the segment.
+            min_agreement: 0.6,
         }
     }
 }
@@ -88,7 +92,11 @@ impl SegmentDepthConfig {
         check("farthest_side_px", "in nearest_side_px .. 100", farthest as f64, holds)?;
         let samples = self.min_samples;
         check("min_samples", "at least 3", samples as f64, samples >= 3)?;
-        let support = self.min_support;
-        check("min_support", "in [0, 1]", support, (0.0..=1.0).contains(&support))
+        for (name, value) in
+            [("min_support", self.min_support), ("min_agreement", self.min_agreement)]
+        {
+            check(name, "in [0, 1]", value, (0.0..=1.0).contains(&value))?;
+        }
+        Ok(())
     }
 }
