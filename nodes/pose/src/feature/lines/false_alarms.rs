@@ -7,6 +7,8 @@ use super::growing::StraightEdge;
 
 /// A gradient of noise points anywhere; it is aligned with a line's normal within 22.5 degrees by one chance in eight.
 const ALIGNED_BY_CHANCE: f64 = 0.125;
+/// Positions within a pixel, as fractions of so many bits.
+const FRACTION_BITS: u32 = 32;
 /// tan(22.5 degrees).
 const ALIGNED_TAN: f32 = 0.414_213_57;
 
@@ -49,21 +51,27 @@ impl<'a> FalseAlarms<'a> {
     ) -> usize {
         let GradientField { width_px, height_px, gradients } = self.field;
         let [x, y] = [direction.x as f32, direction.y as f32];
-        (0..pixels)
-            .filter(|&pixel| {
-                // Half a pixel more, since the nearest is sought; where that is negative the cast gives 0, the border,
-                // which has no gradient.
-                let at = start_px + pixel as f64 * step_px;
-                let (column, row) = ((at.x + 0.5) as usize, (at.y + 0.5) as usize);
-                if column >= *width_px || row >= *height_px {
-                    return false;
-                }
-                let gradient = gradients[row * width_px + column];
-                let [gx, gy] = [gradient.x, gradient.y].map(f32::from);
-                let (left, along) = (gx * y - gy * x, gx * x + gy * y);
-                left > 0.0 && along.abs() <= ALIGNED_TAN * left
-            })
-            .count()
+        // Fixed point, and no branches: the outcome of a pixel is hard to guess. Half a pixel more, since the nearest
+        // is sought.
+        let fixed = |px: f64| (px * (1_u64 << FRACTION_BITS) as f64) as i64;
+        let mut at = [start_px.x + 0.5, start_px.y + 0.5].map(fixed);
+        let step = [step_px.x, step_px.y].map(fixed);
+        let mut count = 0;
+        for _ in 0..pixels {
+            // What is negative becomes larger than any image.
+            let [column, row] = at.map(|part| (part >> FRACTION_BITS) as usize);
+            let index = if column < *width_px && row < *height_px {
+                row.wrapping_mul(*width_px).wrapping_add(column)
+            } else {
+                usize::MAX
+            };
+            let gradient = gradients.get(index).copied().unwrap_or_default();
+            let [gx, gy] = [gradient.x, gradient.y].map(f32::from);
+            let (left, along) = (gx * y - gy * x, gx * x + gy * y);
+            count += usize::from((left > 0.0) & (along.abs() <= ALIGNED_TAN * left));
+            at = [at[0] + step[0], at[1] + step[1]];
+        }
+        count
     }
 }
 

@@ -59,7 +59,8 @@ pub(super) fn edge_point_px(field: &GradientField, pixel: usize) -> Point2<f64> 
     let curvature = before - 2.0 * here + after;
     let peak_px = if curvature < 0.0 { 0.5 * (before - after) / curvature } else { 0.0 };
     let peak_px = peak_px.clamp(-FARTHEST_PEAK_PX, FARTHEST_PEAK_PX);
-    let (column, row) = ((pixel % field.width_px) as f64, (pixel / field.width_px) as f64);
+    let row = pixel / field.width_px;
+    let (column, row) = ((pixel - row * field.width_px) as f64, row as f64);
     if along_row { Point2::new(column, row + peak_px) } else { Point2::new(column + peak_px, row) }
 }
 
