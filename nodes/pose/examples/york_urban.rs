@@ -9,6 +9,10 @@
 //! folder of another detector's `NAME.segments.txt` (`x1 y1 x2 y2` in each row) for the same images, judged alike.
 //! `--out` writes ours in this form.
 //!
+//! OpenCV's segments come of a few lines of Python with `opencv-contrib-python-headless`: on the gray image,
+//! `cv2.ximgproc.createEdgeDrawing()` (`detectEdges`, `detectLines`), `cv2.createLineSegmentDetector()` and
+//! `cv2.ximgproc.createFastLineDetector()` (`detect`), all with their defaults and `cv2.setNumThreads(1)`.
+//!
 //! # The measure
 //!
 //! A labelled line is sampled in the middle of each of its pixels of length. A sample counts when some segment covers

@@ -1,4 +1,30 @@
-//! Line segments.
+//! Line segments: EDLines (Akinlar and Topal 2011) on Edge Drawing (Topal and Akinlar 2012), with differences that are
+//! named where they are; their binary descriptors (after Zhang and Koch 2013); and where they lie in space by depth.
+//!
+//! | module | step | source |
+//! |---|---|---|
+//! | `gradient` | smoothing by a 5 x 5 kernel of 1 pixel's deviation, Sobel operator | Edge Drawing 2.1, 2.2 |
+//! | `anchor` | where edges are drawn from: maxima of the gradient across the edge | Edge Drawing 2.3 |
+//! | `routing` | edges drawn along the ridge, the brighter side on the left | Edge Drawing 2.4 |
+//! | `growing` | points between pixels, and straight parts of an edge by least squares | EDLines 2.2 |
+//! | `false_alarms` | how many segments as well aligned noise would have | EDLines 2.3 |
+//! | `merging` | parts of one line, joined where the whole is less likely by chance | |
+//! | `descriptor` | 256 bits on the surroundings | Zhang and Koch 2.2 |
+//! | `in_space` | the line in the camera frame, by a depth image | |
+//!
+//! # How well
+//!
+//! 32 images of York Urban, all but the first row by OpenCV 5.0 with its defaults. Each figure is that of the example
+//! `york_urban`, whose documentation defines the measure.
+//!
+//! | detector | recall | with 2 px of slack | segments an image | mean length | processor time |
+//! |---|---|---|---|---|---|
+//! | this | 0.828 | 0.846 | 492 | 60 px | 5.3 ms |
+//! | EDLines | 0.763 | 0.796 | 738 | 32 px | 6.1 ms |
+//! | LSD | 0.714 | 0.758 | 924 | 24 px | 18 ms |
+//! | fast line detector | 0.748 | 0.785 | 938 | 27 px | 8.7 ms |
+//!
+//! What it does not do: it looks at one scale. A segment seen from half the distance is found, but looks another.
 
 mod anchor;
 mod config;

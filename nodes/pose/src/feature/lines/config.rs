@@ -34,8 +34,9 @@ pub struct LineConfig {
 impl Default for LineConfig {
     fn default() -> Self {
         Self {
-            // Edge Drawing Parameter Free (Akinlar and Topal 2012) has 8.48 of the Prewitt operator: where rounding to
-            // whole gray levels turns a gradient by less than 22.5 degrees. The Sobel operator sums 4/3 as much.
+            // Where rounding to whole gray levels, 8 in all by the Sobel operator's weights, turns a gradient by 45
+            // degrees at most: 8 / sin(45 degrees). Edge Drawing Parameter Free (Akinlar and Topal 2012) has 6 / sin(45
+            // degrees) of the Prewitt operator by the same reasoning.
             anchor_gradient: 11.3,
             // Canny (1986) recommends a ratio of two or three to one of his two thresholds.
             edge_gradient: 5.65,

@@ -84,8 +84,10 @@ pub fn segment_in_space(
 ) -> Result<SegmentInSpace, NoLineInSpace> {
     let image_line = ImageLine::new(segment, camera).ok_or(NoLineInSpace::NoRay)?;
     let places = image_line.places;
-    let samples: Vec<Sample> =
-        (0..places).filter_map(|place| image_line.sample(place, depth, config)).collect();
+    let mut beside_m = Vec::new();
+    let samples: Vec<Sample> = (0..places)
+        .filter_map(|place| image_line.sample(place, depth, config, &mut beside_m))
+        .collect();
     let least = (config.min_support * places as f64).max(config.min_samples as f64);
     if (samples.len() as f64) < least {
         return Err(NoLineInSpace::TooFewDepths { measured: samples.len(), places });
@@ -166,28 +168,34 @@ impl ImageLine {
         self.start_ray + along_px * self.ray_per_px
     }
 
-    /// The inverse depth at a place; `None` where neither side has one.
+    /// The inverse depth at a place; `None` where neither side has one. `beside_m` is memory to be used again.
     fn sample(
         &self,
         place: usize,
         depth: &DepthImage,
         config: &SegmentDepthConfig,
+        beside_m: &mut Vec<f32>,
     ) -> Option<Sample> {
         let along_px = place as f64 * self.step_px;
         let middle_px = self.start_px + along_px * self.direction;
         let left = Vector2::new(self.direction.y, -self.direction.x);
-        let side = |outwards: Vector2<f64>| {
-            let offsets = config.nearest_side_px..=config.farthest_side_px;
-            let depths_m = offsets.filter_map(|offset| {
-                let pixel = middle_px + offset as f64 * outwards;
-                let [column, row] = [pixel.x, pixel.y].map(f64::round);
-                // What is left of the image would be cast to its border.
-                let depth_m = (column >= 0.0 && row >= 0.0)
-                    .then(|| depth.depth_m(column as usize, row as usize))
-                    .flatten()?;
-                Some(f64::from(depth_m)).filter(|&depth_m| depth_m <= config.max_depth_m)
-            });
-            median(depths_m).map(|depth_m| 1.0 / depth_m)
+        let mut side = |outwards: Vector2<f64>| {
+            beside_m.clear();
+            for offset in config.nearest_side_px..=config.farthest_side_px {
+                // Half a pixel more, since the nearest is sought; what is left of the image would be cast to its border.
+                let pixel = middle_px + offset as f64 * outwards + Vector2::new(0.5, 0.5);
+                if pixel.x >= 0.0
+                    && pixel.y >= 0.0
+                    && let Some(depth_m) = depth.depth_m(pixel.x as usize, pixel.y as usize)
+                    && f64::from(depth_m) <= config.max_depth_m
+                {
+                    beside_m.push(depth_m);
+                }
+            }
+            beside_m.sort_by(f32::total_cmp);
+            // The middle one, of two the nearer.
+            let median_m = beside_m.get(beside_m.len().checked_sub(1)? / 2)?;
+            Some(1.0 / f64::from(*median_m))
         };
         let inverse_depth = match (side(left), side(-left)) {
             (Some(one), Some(other)) => {
@@ -198,11 +206,4 @@ impl ImageLine {
         };
         Some(Sample { along_px, inverse_depth })
     }
-}
-
-/// The middle one of a few numbers, of two the smaller.
-fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut numbers: Vec<f64> = numbers.collect();
-    numbers.sort_by(f64::total_cmp);
-    numbers.get(numbers.len().checked_sub(1)? / 2).copied()
 }

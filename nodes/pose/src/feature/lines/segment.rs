@@ -8,7 +8,8 @@ use std::f32::consts::TAU;
 /// and rows downwards, as an image is looked at).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LineSegment {
-    /// Column and row of one end, between pixels. The centre of a pixel has whole coordinates.
+    /// Column and row of one end, between pixels. The centre of a pixel has whole coordinates. It may lie a pixel or
+    /// two outside the image.
     pub start_px: [f32; 2],
     /// Column and row of the other.
     pub end_px: [f32; 2],

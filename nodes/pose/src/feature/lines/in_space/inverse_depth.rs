@@ -1,9 +1,9 @@
 //! A straight line through inverse depths.
 
 /// Pairs that lines are laid through are taken from so many samples, evenly spread.
-const MOST_ENDS: usize = 12;
+const MOST_ENDS: usize = 8;
 /// What a line is judged by: so many samples, evenly spread.
-const MOST_JUDGES: usize = 64;
+const MOST_JUDGES: usize = 32;
 /// Rounds of least squares over what is on the line: the set hardly ever changes after the second.
 const ROUNDS: usize = 3;
 /// An arc is sought in what lies within so many times the tolerance: the ends of an arc are off its line.

@@ -157,15 +157,15 @@ fn a_line_reaches_no_farther_than_depth_shows() {
 #[test]
 fn outliers_are_left_out() {
     let near = || plane([0.0, 0.2, 1.0], 1.5);
-    // Something else stands before a third of the line.
-    let surface = |pixel: Point2<f64>| {
-        if (110.0..163.0).contains(&pixel.y) { Some(0.9) } else { near()(pixel) }
-    };
     let segment = segment([150.5, 40.0], [150.5, 200.0]);
-    let line = found(&segment, &depth_image(NOISE, surface)).unwrap();
-    assert!((0.6..0.72).contains(&line.support), "{line:?}");
-    for (point, px) in [(line.start_m, segment.start_px), (line.end_m, segment.end_px)] {
-        assert!((point.z - seen(px, near()).z).abs() < 0.01, "{line:?}");
+    // Something else stands before a third of the line, at its start, in its middle or at its end.
+    for hidden in [30.0..93.0, 110.0..163.0, 147.0..230.0] {
+        let surface =
+            |pixel: Point2<f64>| if hidden.contains(&pixel.y) { Some(0.9) } else { near()(pixel) };
+        let line = found(&segment, &depth_image(NOISE, surface)).unwrap();
+        assert!((0.6..0.72).contains(&line.support), "{hidden:?}: {line:?}");
+        let off = |point: Point3<f64>| Vector3::new(0.0, 0.2, 1.0).dot(&point.coords) - 1.5;
+        assert!(off(line.start_m).abs() < 0.01 && off(line.end_m).abs() < 0.01, "{line:?}");
     }
 }
 
@@ -184,9 +184,14 @@ fn what_has_too_few_depths_is_refused() {
 #[test]
 fn a_line_over_a_curved_surface_is_refused() {
     let segment = segment([60.0, 120.0], [260.0, 120.0]);
-    // An upright cylinder, 2 m off in the middle, from flat to round. By how much its middle stands out:
-    let mut refused = 0;
-    for (radius_m, is_line) in [(60.0, true), (4.0, false), (1.5, false), (0.9, false)] {
+    // An upright cylinder, 2 m off in the middle, from nearly flat to round.
+    for (radius_m, is_line, is_bent) in [
+        (60.0, true, false),
+        (10.0, false, true),
+        (7.0, false, true),
+        (1.5, false, false),
+        (0.9, false, false),
+    ] {
         let cylinder = |pixel: Point2<f64>| {
             // (x d)^2 + (d - c)^2 = r^2 for the depth d, the axis being c = 2 + r m off.
             let (x, c) = (camera().ray(&pixel)?.x, 2.0 + radius_m);
@@ -196,11 +201,14 @@ fn a_line_over_a_curved_surface_is_refused() {
         };
         for noise in [0.0, NOISE] {
             let result = found(&segment, &depth_image(noise, cylinder));
-            assert_eq!(result.is_ok(), is_line, "radius {radius_m}, noise {noise}: {result:?}");
-            refused += usize::from(result.is_err());
+            let kind = match result {
+                Ok(_) => (true, false),
+                Err(NoLineInSpace::Bent { .. }) => (false, true),
+                Err(_) => (false, false),
+            };
+            assert_eq!(kind, (is_line, is_bent), "radius {radius_m}, noise {noise}: {result:?}");
         }
     }
-    assert_eq!(refused, 6);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use nalgebra::Point2;
 
-use crate::feature::LineSegment;
 use crate::feature::lines::testing::{Picture, Rectangle, detect, end_errors_px, off_line_px};
+use crate::feature::{LineConfig, LineDetector, LineSegment};
 
 /// A line fitted to points that are each good to a twentieth of a pixel.
 const ACROSS_PX: f64 = 0.05;
@@ -92,6 +92,22 @@ fn what_is_far_from_its_continuation_stays_two() {
     let edge = [Point2::new(0.0, 60.4), Point2::new(160.0, 60.4)];
     let segments = detect(&picture.image());
     assert_eq!(segments.iter().filter(|one| off_line_px(one, edge) < 1.0).count(), 2);
+}
+
+#[test]
+fn dashes_stay_dashes() {
+    // Three dashes of 18 px, 32 px apart: most of the whole would be gap.
+    let mut picture = Picture::flat(200, 80, 60.0);
+    for dash in 0..3 {
+        let middle = [50.0 + 50.0 * f64::from(dash), 40.3];
+        picture = picture.with_rectangle(180.0, &Rectangle::new(middle, [9.0, 20.0], 0.0));
+    }
+    let config = LineConfig { max_gap_px: 60.0, ..LineConfig::default() };
+    let segments = LineDetector::new(config).unwrap().detect(&picture.image());
+    let along = segments.iter().filter(|one| one.along_px()[0].abs() > 10.0);
+    let lengths_px: Vec<f32> = along.map(LineSegment::length_px).collect();
+    assert_eq!(lengths_px.len(), 6, "{segments:?}");
+    assert!(lengths_px.iter().all(|&length_px| length_px < 22.0), "{lengths_px:?}");
 }
 
 #[test]
