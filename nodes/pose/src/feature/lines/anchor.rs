@@ -8,7 +8,7 @@ use super::gradient::{Gradient, GradientField, LEAST_SIDE_PX};
 /// Anchors are told apart by strength to a quarter of a gray level: 8 units.
 const STRENGTH_SHIFT: u32 = 3;
 
-/// The pixels whose gradient is a maximum across the edge (Edge Drawing, section 2.3): the strongest first, and row by
+/// The pixels whose gradient is a maximum across the edge (Edge Drawing, step 3): the strongest first, and row by
 /// row those that are equally strong.
 ///
 /// Rows and columns are searched at each `interval`. The rows are shared among `threads` threads; what comes out does

@@ -4,7 +4,7 @@ use super::detector::LineDetector;
 use super::gradient::GradientField;
 use super::segment::LineSegment;
 
-/// Bands beside each other along the segment (Zhang and Koch 2013, section 2.2: m).
+/// Bands beside each other along the segment (Zhang and Koch 2013: m).
 const BANDS: usize = 9;
 /// Rows of pixels in a band (there: w).
 const BAND_ROWS: usize = 7;

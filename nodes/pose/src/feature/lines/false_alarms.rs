@@ -1,4 +1,4 @@
-//! Whether a straight edge may be a chance of noise (Desolneux, Moisan and Morel 2000; EDLines, section 2.3).
+//! Whether a straight edge may be a chance of noise (Desolneux, Moisan and Morel 2000; EDLines).
 
 use nalgebra::{Point2, Vector2};
 

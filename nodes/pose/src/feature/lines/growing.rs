@@ -64,7 +64,7 @@ pub(super) fn edge_point_px(field: &GradientField, pixel: usize) -> Point2<f64> 
     if along_row { Point2::new(column, row + peak_px) } else { Point2::new(column + peak_px, row) }
 }
 
-/// Appends the straight parts of an edge, given by its points in order (EDLines, section 2.2).
+/// Appends the straight parts of an edge, given by its points in order (EDLines).
 ///
 /// A line is laid through the first `seed_px` points that lie on one, and grows along the edge, and back, for as long
 /// as points keep close to it; the rest of the edge begins where it ends. A closed edge is taken from the end of some

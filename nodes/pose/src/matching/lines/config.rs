@@ -30,7 +30,7 @@ impl Default for LineMatchConfig {
             max_distance_bits: 64,
             // Lowe (2004), section 7.1.
             max_ratio: 0.8,
-            // One bin of 10 degrees to each side (PL-SLAM, section 2.2).
+            // One bin of 10 degrees to each side (PL-SLAM).
             max_turn_rad: PI / 18.0,
             // ORB-SLAM searches 15 pixels around a point that the motion model foresees.
             max_offset_px: 15.0,
