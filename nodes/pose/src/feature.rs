@@ -1,1 +1,3 @@
 //! What is found in an image.
+
+pub mod points;
