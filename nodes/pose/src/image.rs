@@ -4,7 +4,7 @@ mod blur;
 mod gray;
 mod resample;
 
-pub(crate) use blur::{Blur, blur_rows};
 pub use blur::blurred;
+pub(crate) use blur::{Blur, blur_rows};
 pub use gray::{GrayImage, GraySizeError};
 pub(crate) use resample::Resampler;

@@ -1,1 +1,3 @@
 //! Which feature of one image is which of another.
+
+pub mod points;

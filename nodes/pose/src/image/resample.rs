@@ -54,7 +54,12 @@ impl Resampler {
         let width_px = output.width_px();
         for (row, output) in self.rows.iter().zip(output.pixels_mut().chunks_exact_mut(width_px)) {
             let first = usize::from(row.first);
-            interpolate_rows(image.row(first), image.row(first + 1), row.second_parts, &mut self.between);
+            interpolate_rows(
+                image.row(first),
+                image.row(first + 1),
+                row.second_parts,
+                &mut self.between,
+            );
             interpolate_columns(&self.between, &self.columns, output);
         }
     }

@@ -77,7 +77,12 @@ impl PointConfig {
             if holds { Ok(()) } else { Err(PointConfigError { name, accepted, value }) }
         };
         let corners = self.max_corners;
-        check("max_corners", "in 1 .. 100000", corners as f64, (1..=MOST_CORNERS).contains(&corners))?;
+        check(
+            "max_corners",
+            "in 1 .. 100000",
+            corners as f64,
+            (1..=MOST_CORNERS).contains(&corners),
+        )?;
         let levels = self.levels;
         check("levels", "in 1 .. 16", levels as f64, (1..=MOST_LEVELS).contains(&levels))?;
         let factor = self.scale_factor;

@@ -61,10 +61,13 @@ fn compare(patch: &[u8; PATCH_PIXELS], direction: Direction) -> Descriptor {
         second[test] = turned_index(second_x[test], second_y[test], direction);
     }
     let mut words = [0; TESTS / 64];
-    for (word, (first, second)) in words.iter_mut().zip(first.chunks_exact(64).zip(second.chunks_exact(64))) {
+    for (word, (first, second)) in
+        words.iter_mut().zip(first.chunks_exact(64).zip(second.chunks_exact(64)))
+    {
         let mut bits = 0_u64;
         for (bit, (&first, &second)) in first.iter().zip(second).enumerate() {
-            let is_darker = patch[usize::from(first) % PATCH_PIXELS] < patch[usize::from(second) % PATCH_PIXELS];
+            let is_darker = patch[usize::from(first) % PATCH_PIXELS]
+                < patch[usize::from(second) % PATCH_PIXELS];
             bits |= u64::from(is_darker) << bit;
         }
         *word = bits;
@@ -81,6 +84,7 @@ const ROUNDING: f32 = 12_582_912.0 + PATCH_RADIUS_PX as f32;
 fn turned_index(x: f32, y: f32, direction: Direction) -> u16 {
     let column = (x * direction.x - y * direction.y + ROUNDING).to_bits();
     let row = (x * direction.y + y * direction.x + ROUNDING).to_bits();
-    ((row << PATCH_COLUMNS.trailing_zeros()).wrapping_add(column & (PATCH_COLUMNS as u32 - 1))) as u16
+    ((row << PATCH_COLUMNS.trailing_zeros()).wrapping_add(column & (PATCH_COLUMNS as u32 - 1)))
+        as u16
         % PATCH_PIXELS as u16
 }

@@ -118,16 +118,24 @@ impl Scratch {
     }
 
     /// The peaks above the thresholds of their cells.
-    fn collect(&self, width: usize, first_row: usize, columns: &Range<usize>, cell_px: usize) -> Vec<Candidate> {
+    fn collect(
+        &self,
+        width: usize,
+        first_row: usize,
+        columns: &Range<usize>,
+        cell_px: usize,
+    ) -> Vec<Candidate> {
         let mut candidates = Vec::new();
-        let rows = self.peaks.chunks_exact(width).zip(self.most.chunks_exact(self.thresholds.len()));
+        let rows =
+            self.peaks.chunks_exact(width).zip(self.most.chunks_exact(self.thresholds.len()));
         for (row, (peaks, most)) in rows.enumerate() {
             for (cell, (&most, &threshold)) in most.iter().zip(&self.thresholds).enumerate() {
                 if most <= threshold {
                     continue;
                 }
                 let start = columns.start + cell * cell_px;
-                let peaks = peaks.get(start..(start + cell_px).min(columns.end)).unwrap_or_default();
+                let peaks =
+                    peaks.get(start..(start + cell_px).min(columns.end)).unwrap_or_default();
                 for (offset, &strength) in peaks.iter().enumerate() {
                     if strength > threshold {
                         candidates.extend(self.candidate(width, start + offset, row, first_row));
@@ -139,7 +147,13 @@ impl Scratch {
     }
 
     /// The candidate at a column and a row of the band.
-    fn candidate(&self, width: usize, column: usize, row: usize, first_row: usize) -> Option<Candidate> {
+    fn candidate(
+        &self,
+        width: usize,
+        column: usize,
+        row: usize,
+        first_row: usize,
+    ) -> Option<Candidate> {
         // The strengths begin a row above the band.
         let middle = (row + 1) * width + column;
         let at = |index: usize| self.strengths.get(index).copied();

@@ -91,9 +91,11 @@ impl PointExtractor {
         for (level, blurred) in self.blurred.iter_mut().enumerate() {
             let band_pixels = blurred.width_px() * cell_px;
             let chunks = blurred.pixels_mut().chunks_mut(band_pixels).enumerate();
-            bands.extend(
-                chunks.map(|(band, blurred)| Band { level, first_row: band * cell_px, blurred }),
-            );
+            bands.extend(chunks.map(|(band, blurred)| Band {
+                level,
+                first_row: band * cell_px,
+                blurred,
+            }));
         }
         let levels: Vec<usize> = bands.iter().map(|band| band.level).collect();
         let pyramid = &mut self.pyramid;

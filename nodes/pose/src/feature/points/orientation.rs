@@ -70,7 +70,8 @@ fn moments(rows: &[&[u8; READ_PX]; 2 * PATCH_RADIUS_PX + 1]) -> [i32; 2] {
     for y in 1..=PATCH_RADIUS_PX {
         let (above, below) = (rows[PATCH_RADIUS_PX - y], rows[PATCH_RADIUS_PX + y]);
         for i in 0..READ_PX {
-            let (above, below) = (i16::from(above[i]) & DISC[y][i], i16::from(below[i]) & DISC[y][i]);
+            let (above, below) =
+                (i16::from(above[i]) & DISC[y][i], i16::from(below[i]) & DISC[y][i]);
             of_column[i] += above + below;
             across_rows[i] += (below - above) * y as i16;
         }

@@ -33,7 +33,8 @@ pub(super) fn row_strengths(rows: [&[u8]; RING_ROWS], threshold: u8, output: &mu
     loop {
         let mut window: Window = [&[0; SPAN_PX]; RING_ROWS];
         for (window, row) in window.iter_mut().zip(rows) {
-            let Some(span) = row.get(start..start + SPAN_PX).and_then(|span| span.try_into().ok()) else {
+            let Some(span) = row.get(start..start + SPAN_PX).and_then(|span| span.try_into().ok())
+            else {
                 return;
             };
             *window = span;
@@ -78,8 +79,22 @@ fn block_strengths(window: &Window, threshold: u8, output: &mut [u8]) {
         let centre = r3[i + 3];
         // Clockwise from the north.
         let ring = [
-            r0[i + 3], r0[i + 4], r1[i + 5], r2[i + 6], r3[i + 6], r4[i + 6], r5[i + 5], r6[i + 4],
-            r6[i + 3], r6[i + 2], r5[i + 1], r4[i], r3[i], r2[i], r1[i + 1], r0[i + 2],
+            r0[i + 3],
+            r0[i + 4],
+            r1[i + 5],
+            r2[i + 6],
+            r3[i + 6],
+            r4[i + 6],
+            r5[i + 5],
+            r6[i + 4],
+            r6[i + 3],
+            r6[i + 2],
+            r5[i + 1],
+            r4[i],
+            r3[i],
+            r2[i],
+            r1[i + 1],
+            r0[i + 2],
         ];
         let brightest_arc = best_arc::<true>(&ring);
         let darkest_arc = best_arc::<false>(&ring);
@@ -112,10 +127,22 @@ fn best_arc<const BRIGHT: bool>(ring: &[u8; 16]) -> u8 {
 
 #[inline(always)]
 fn better<const BRIGHT: bool>(a: u8, b: u8) -> u8 {
-    if BRIGHT { if a > b { a } else { b } } else if a < b { a } else { b }
+    if BRIGHT {
+        if a > b { a } else { b }
+    } else if a < b {
+        a
+    } else {
+        b
+    }
 }
 
 #[inline(always)]
 fn worse<const BRIGHT: bool>(a: u8, b: u8) -> u8 {
-    if BRIGHT { if a < b { a } else { b } } else if a > b { a } else { b }
+    if BRIGHT {
+        if a < b { a } else { b }
+    } else if a > b {
+        a
+    } else {
+        b
+    }
 }

@@ -78,7 +78,7 @@ pub(super) fn spread(
     }
     let strongest = |node: &Node| {
         let held = candidates.get(node.candidates.clone()).unwrap_or_default();
-        held.iter().copied().max_by_key(|candidate| strength_order(candidate))
+        held.iter().copied().max_by_key(strength_order)
     };
     let mut chosen: Vec<Candidate> = nodes.iter().filter_map(strongest).collect();
     // The last split may have made up to three parts too many.
