@@ -41,11 +41,15 @@ fn bytes(corner: &Corner) -> Vec<u8> {
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let (frames, out) = (Path::new(&arguments[1]), Path::new(&arguments[2]));
-    let mut paths: Vec<_> = fs::read_dir(frames).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut paths: Vec<_> =
+        fs::read_dir(frames).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
     fs::create_dir_all(out).unwrap();
     let images: Vec<GrayImage> = paths.iter().map(|path| read(path)).collect();
     for threads in [2, 1] {
+        if std::env::var("Q").is_ok() {
+            break;
+        }
         let config = PointConfig { threads, ..PointConfig::default() };
         let mut extractor = PointExtractor::new(config).unwrap();
         let mut times_ms: Vec<f64> = Vec::new();
@@ -58,7 +62,17 @@ fn main() {
         let (least, median) = (times_ms[0], times_ms[times_ms.len() / 2]);
         println!("{threads} threads: {median:.3} ms a frame (median), {least:.3} (least)");
     }
-    let mut extractor = PointExtractor::new(PointConfig::default()).unwrap();
+    let low: u8 = std::env::var("LOW").map_or(7, |v| v.parse().unwrap());
+    let hi: u8 = std::env::var("HI").map_or(20, |v| v.parse().unwrap());
+    let cell: usize = std::env::var("CELL").map_or(32, |v| v.parse().unwrap());
+    let mut extractor = PointExtractor::new(PointConfig {
+        low_threshold: low,
+        threshold: hi,
+        cell_px: cell,
+        even_share: std::env::var("EVEN").map_or(0.5, |v| v.parse().unwrap()),
+        ..PointConfig::default()
+    })
+    .unwrap();
     let corners: Vec<Vec<Corner>> = images.iter().map(|image| extractor.extract(image)).collect();
     for (index, corners) in corners.iter().enumerate() {
         let bytes: Vec<u8> = corners.iter().flat_map(bytes).collect();

@@ -13,3 +13,5 @@ pub mod feature;
 pub mod image;
 pub mod matching;
 pub mod solve;
+#[cfg(test)]
+mod testing;

@@ -19,6 +19,9 @@ pub struct PointConfig {
     pub low_threshold: u8,
     /// The side of such a cell, in pixels of the level.
     pub cell_px: usize,
+    /// This share of a level's corners is chosen so that they cover it evenly, which holds a pose in all directions; the
+    /// others are the strongest, which are found again most often.
+    pub even_share: f64,
     /// How many threads work on an image. It changes no result.
     pub threads: usize,
 }
@@ -37,6 +40,8 @@ impl Default for PointConfig {
             low_threshold: 7,
             // A patch that a corner is described by is 31 pixels wide: about one corner a patch.
             cell_px: 32,
+            // Neither is best alone: ORB-SLAM spreads all, ORB none.
+            even_share: 0.5,
             threads: 1,
         }
     }
@@ -94,6 +99,8 @@ impl PointConfig {
         check("low_threshold", "in 1 .. threshold", f64::from(low), lows.contains(&low))?;
         let cell = self.cell_px;
         check("cell_px", "in 8 .. 1024", cell as f64, CELLS_PX.contains(&cell))?;
+        let share = self.even_share;
+        check("even_share", "in [0, 1]", share, (0.0..=1.0).contains(&share))?;
         let threads = self.threads;
         check("threads", "in 1 .. 64", threads as f64, (1..=MOST_THREADS).contains(&threads))
     }
@@ -107,7 +114,7 @@ mod tests {
     fn the_defaults_are_valid_and_each_bad_parameter_is_named() {
         type Spoil = fn(&mut PointConfig);
         assert_eq!(PointConfig::default().validate(), Ok(()));
-        let cases: [(&str, Spoil); 9] = [
+        let cases: [(&str, Spoil); 10] = [
             ("max_corners", |c| c.max_corners = 0),
             ("levels", |c| c.levels = 17),
             ("scale_factor", |c| c.scale_factor = f64::NAN),
@@ -116,6 +123,7 @@ mod tests {
             ("low_threshold", |c| c.low_threshold = 21),
             ("low_threshold", |c| c.low_threshold = 0),
             ("cell_px", |c| c.cell_px = 0),
+            ("even_share", |c| c.even_share = 1.1),
             ("threads", |c| c.threads = 0),
         ];
         for (name, spoil) in cases {

@@ -11,7 +11,7 @@ use super::{
     detection::{self, Candidate, Search, detect},
     levels::Pyramid,
     orientation::direction,
-    spread::{allot, spread},
+    spread::{allot, choose},
     work::share,
 };
 use crate::image::{Blur, GrayImage, blur_rows};
@@ -121,17 +121,17 @@ impl PointExtractor {
     }
 
     /// The corners that are kept, with their levels.
-    fn choose(&mut self, mut candidates: Vec<Vec<Candidate>>) -> Vec<(usize, Candidate)> {
+    fn choose(&self, candidates: Vec<Vec<Candidate>>) -> Vec<(usize, Candidate)> {
         let sizes = self.pyramid.sizes_px();
         let sides: Vec<usize> = sizes.iter().map(|&(width, _)| width).collect();
         let available: Vec<usize> = candidates.iter().map(Vec::len).collect();
         let counts = allot(self.config.max_corners, &sides, &available);
-        let levels = candidates.iter_mut().zip(sizes).zip(counts).enumerate();
-        levels
-            .flat_map(|(level, ((candidates, size), count))| {
-                spread(candidates, size, count).into_iter().map(move |chosen| (level, chosen))
-            })
-            .collect()
+        let levels = candidates.into_iter().zip(sizes).zip(counts).enumerate();
+        let chosen = levels.flat_map(|(level, ((candidates, size), count))| {
+            let chosen = choose(candidates, size, count, self.config.even_share);
+            chosen.into_iter().map(move |chosen| (level, chosen))
+        });
+        chosen.collect()
     }
 
     /// The directions and descriptors of the chosen corners.

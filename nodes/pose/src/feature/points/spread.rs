@@ -33,17 +33,30 @@ struct Node {
     rows: Range<u16>,
 }
 
-/// Chooses `count` of the candidates, so that they cover the level evenly: it is quartered until there are as many
-/// parts with candidates in them, the larger parts first, and of equally large ones the fuller; the strongest of each
-/// part is taken. The order is that of the image, row by row.
-pub(super) fn spread(
-    candidates: &mut [Candidate],
-    (width, height): (usize, usize),
+/// Chooses `count` of the candidates: a share of them so that they cover the level evenly, and the strongest of the
+/// others. The order is that of the image, row by row.
+pub(super) fn choose(
+    mut candidates: Vec<Candidate>,
+    size_px: (usize, usize),
     count: usize,
+    even_share: f64,
 ) -> Vec<Candidate> {
-    if candidates.len() <= count {
-        return candidates.to_vec();
+    if candidates.len() > count {
+        let even = (count as f64 * even_share).round() as usize;
+        spread_to_front(&mut candidates, size_px, even.min(count));
+        if let Some(others) = candidates.get_mut(even..) {
+            others.sort_unstable_by_key(|candidate| Reverse(strength_order(candidate)));
+        }
+        candidates.truncate(count);
+        candidates.sort_unstable_by_key(|candidate| (candidate.row, candidate.column));
     }
+    candidates
+}
+
+/// Moves `count` of the candidates to the front, so that these cover the level evenly: it is quartered until there are
+/// as many parts with candidates in them, the larger parts first, and of equally large ones the fuller; the strongest
+/// of each part is taken.
+fn spread_to_front(candidates: &mut [Candidate], (width, height): (usize, usize), count: usize) {
     // The first is split next: the least deep, then the fullest, then the earliest.
     let mut open = BinaryHeap::new();
     let mut nodes = vec![Node {
@@ -78,14 +91,18 @@ pub(super) fn spread(
     }
     let strongest = |node: &Node| {
         let held = candidates.get(node.candidates.clone()).unwrap_or_default();
-        held.iter().copied().max_by_key(strength_order)
+        node.candidates.clone().zip(held).max_by_key(|(_, candidate)| strength_order(candidate))
     };
-    let mut chosen: Vec<Candidate> = nodes.iter().filter_map(strongest).collect();
+    let mut chosen: Vec<(usize, Candidate)> =
+        nodes.iter().filter_map(strongest).map(|(index, candidate)| (index, *candidate)).collect();
     // The last split may have made up to three parts too many.
-    chosen.sort_unstable_by_key(|candidate| Reverse(strength_order(candidate)));
+    chosen.sort_unstable_by_key(|(_, candidate)| Reverse(strength_order(candidate)));
     chosen.truncate(count);
-    chosen.sort_unstable_by_key(|candidate| (candidate.row, candidate.column));
-    chosen
+    // From the front on, a place is taken only by one that came from there or from behind.
+    chosen.sort_unstable_by_key(|(index, _)| *index);
+    for (place, (index, _)) in chosen.into_iter().enumerate() {
+        candidates.swap(place, index);
+    }
 }
 
 /// The stronger is larger; of equally strong ones the one further up or left.
