@@ -21,6 +21,8 @@ mod orientation;
 mod pattern;
 mod segment_test;
 mod spread;
+#[cfg(test)]
+mod tests;
 mod work;
 
 pub use config::{PointConfig, PointConfigError};

@@ -109,3 +109,55 @@ fn weighted(values: [u8; 7]) -> u8 {
         + (u16::from(a) + u16::from(f)) * WEIGHTS[3];
     ((sum + HALF) >> PARTS_BITS) as u8
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Random;
+
+    /// The same, pixel by pixel.
+    fn plain(image: &GrayImage) -> Vec<u8> {
+        let (width, height) = (image.width_px(), image.height_px());
+        let tap = |offset: isize| u32::from(WEIGHTS[offset.unsigned_abs()]);
+        let pass = |pixels: &[u8], right: isize, down: isize| -> Vec<u8> {
+            let places =
+                (0..height as isize).flat_map(|y| (0..width as isize).map(move |x| (x, y)));
+            let value = |(x, y): (isize, isize)| {
+                let at = |offset: isize| {
+                    let column = mirrored(x + offset * right, width);
+                    u32::from(pixels[mirrored(y + offset * down, height) * width + column])
+                };
+                (((-3..=3).map(|offset| tap(offset) * at(offset)).sum::<u32>() + 128) / 256) as u8
+            };
+            places.map(value).collect()
+        };
+        pass(&pass(image.pixels(), 0, 1), 1, 0)
+    }
+
+    #[test]
+    fn the_fast_blur_is_the_plain_one() {
+        let mut random = Random::new(3);
+        for (width, height) in [(4, 4), (5, 9), (40, 7), (131, 33)] {
+            let pixels = (0..width * height).map(|_| random.bits() as u8).collect();
+            let image = GrayImage::new(width, height, pixels).unwrap();
+            assert_eq!(blurred(&image).unwrap().pixels(), plain(&image));
+        }
+        assert_eq!(blurred(&GrayImage::black(3, 9).unwrap()), None);
+    }
+
+    #[test]
+    fn a_point_becomes_a_gaussian_of_two_pixels() {
+        let mut image = GrayImage::black(15, 15).unwrap();
+        image.pixels_mut()[7 * 15 + 7] = 255;
+        let blurred = blurred(&image).unwrap();
+        let weight = |d: usize| (-((d * d) as f64) / 8.0).exp();
+        let sum: f64 = (0..7).map(|d: usize| weight(d.abs_diff(3))).sum();
+        for (row, column) in (4..11).flat_map(|row| (4..11).map(move |column| (row, column))) {
+            let expected = 255.0 * weight(7_usize.abs_diff(row)) * weight(7_usize.abs_diff(column))
+                / (sum * sum);
+            let found = f64::from(blurred.pixel(column, row).unwrap());
+            assert!((found - expected).abs() < 1.0, "{column} {row}: {found} {expected}");
+        }
+        assert_eq!(blurred.pixel(3, 7), Some(0));
+    }
+}

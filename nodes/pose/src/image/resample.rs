@@ -85,3 +85,35 @@ fn interpolate_columns(row: &[u16], taps: &[Tap], output: &mut [u8]) {
         *output = ((first * (u32::from(PARTS) - parts) + second * parts + (1 << 15)) >> 16) as u8;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ramp stays the ramp that it was: the outer edges of both images lie upon each other.
+    #[test]
+    fn a_smaller_image_shows_the_same_at_the_same_place() {
+        let brightness = |x: f64, y: f64| 20.0 + 150.0 * x + 60.0 * y;
+        let make = |width: usize, height: usize| {
+            let places = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
+            let pixels = places.map(|(column, row)| {
+                let (x, y) =
+                    ((column as f64 + 0.5) / width as f64, (row as f64 + 0.5) / height as f64);
+                brightness(x, y).round() as u8
+            });
+            GrayImage::new(width, height, pixels.collect()).unwrap()
+        };
+        for (from, to) in [((120, 90), (100, 75)), ((64, 48), (53, 40)), ((64, 48), (33, 25))] {
+            let mut smaller = GrayImage::black(to.0, to.1).unwrap();
+            Resampler::new(from, to).unwrap().resample(&make(from.0, from.1), &mut smaller);
+            let expected = make(to.0, to.1);
+            for (found, expected) in smaller.pixels().iter().zip(expected.pixels()) {
+                assert!(found.abs_diff(*expected) <= 1);
+            }
+        }
+        assert!(
+            Resampler::new((1, 9), (1, 8)).is_none()
+                && Resampler::new((70_000, 9), (9, 8)).is_none()
+        );
+    }
+}

@@ -10,6 +10,8 @@ mod exhaustive;
 mod grid;
 mod guided;
 mod rotation;
+#[cfg(test)]
+mod tests;
 
 pub use config::{MatchConfig, MatchConfigError};
 pub use exhaustive::match_all;

@@ -15,15 +15,13 @@ use crate::{
         orientation::{Direction, PATCH_RADIUS_PX, direction},
         segment_test::row_strengths,
     },
-    image::{GrayImage, blurred},
-    testing::Random,
+    image::blurred,
+    testing::{Random, dead_leaves},
 };
 
 const SIDE_PX: usize = 256;
 const PICTURES: u64 = 8;
 const LEAVES: usize = 3000;
-/// Radii from the smallest to the largest, with a density that falls with the third power.
-const RADII_PX: [f64; 2] = [2.0, 80.0];
 const DRAWN: usize = 3000;
 const CORNERS: usize = 1024;
 const WORDS: usize = CORNERS / 64;
@@ -31,25 +29,6 @@ const STRENGTH: u8 = 20;
 /// The tolerated likeness at first (a correlation), and by how much it grows until there are enough pairs.
 const LIKENESS: f64 = 0.1;
 const LIKENESS_STEP: f64 = 0.05;
-
-fn leaves(random: &mut Random) -> GrayImage {
-    let mut pixels = vec![0; SIDE_PX * SIDE_PX];
-    let [least, most] = RADII_PX.map(|radius: f64| 1.0 / (radius * radius));
-    for _ in 0..LEAVES {
-        let radius = 1.0 / (most + (least - most) * random.uniform()).sqrt();
-        let [x, y] = [random.uniform(), random.uniform()].map(|part| part * SIDE_PX as f64);
-        let gray = (random.uniform() * 256.0) as u8;
-        let rows = (y - radius).max(0.0) as usize..((y + radius) as usize + 1).min(SIDE_PX);
-        for row in rows {
-            let half = (radius * radius - (row as f64 - y).powi(2)).max(0.0).sqrt();
-            let columns = (x - half).max(0.0) as usize..((x + half) as usize).min(SIDE_PX);
-            if columns.start < columns.end {
-                pixels[row * SIDE_PX..][columns].fill(gray);
-            }
-        }
-    }
-    GrayImage::new(SIDE_PX, SIDE_PX, pixels).unwrap()
-}
 
 /// The pairs, all different, that turned by any angle stay within the patch.
 fn draw(random: &mut Random) -> Vec<[i8; 4]> {
@@ -76,7 +55,7 @@ fn outcomes(pairs: &[[i8; 4]], random: &mut Random) -> Vec<[u64; WORDS]> {
     let mut outcomes = vec![[0; WORDS]; pairs.len()];
     let mut corner = 0;
     for _ in 0..PICTURES {
-        let picture = blurred(&leaves(random)).unwrap();
+        let picture = blurred(&dead_leaves(SIDE_PX, LEAVES, random)).unwrap();
         let smooth = blurred(&picture).unwrap();
         let mut strengths = [0; SIDE_PX];
         let mut taken = 0;
