@@ -5,7 +5,8 @@ use multiversion::multiversion;
 use super::GrayImage;
 
 /// Weights are in parts of 256: a position in the larger image is exact to 1/512 pixel.
-const PARTS: u16 = 256;
+const PARTS: u16 = 1 << PARTS_BITS;
+const PARTS_BITS: u32 = 8;
 
 /// Makes images of one size smaller, to one other size, by bilinear interpolation with the images' outer edges laid
 /// upon each other. For factors below 2; beyond, pixels would be left out.
@@ -80,9 +81,10 @@ fn interpolate_columns(row: &[u16], taps: &[Tap], output: &mut [u8]) {
     for (output, tap) in output.iter_mut().zip(taps) {
         let first = usize::from(tap.first);
         let Some(&[first, second]) = row.get(first..first + 2) else { continue };
-        let (first, second) = (u32::from(first), u32::from(second));
-        let parts = u32::from(tap.second_parts);
-        *output = ((first * (u32::from(PARTS) - parts) + second * parts + (1 << 15)) >> 16) as u8;
+        let (first, second) = (i32::from(first), i32::from(second));
+        // first * (256 - parts) + second * parts, with one product less.
+        let sum = (first << PARTS_BITS) + (second - first) * i32::from(tap.second_parts);
+        *output = ((sum + (1 << 15)) >> 16) as u8;
     }
 }
 
