@@ -96,3 +96,26 @@ impl Pyramid {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_and_middles_of_all_levels_lie_upon_each_other() {
+        let pyramid = Pyramid::new((640, 480), 8, 1.2);
+        let sizes = pyramid.sizes_px();
+        assert_eq!((sizes[0], sizes[1], sizes[7]), ((640, 480), (533, 400), (179, 134)));
+        for (level, (width, height)) in sizes.into_iter().enumerate() {
+            for share in [0.0, 0.25, 0.5, 1.0] {
+                let at = |(width, height): (usize, usize)| {
+                    Point2::new(share * width as f32 - 0.5, share * height as f32 - 0.5)
+                };
+                let found = pyramid.in_image(level, at((width, height))).unwrap();
+                assert!((found - at((640, 480))).norm() < 1e-3, "{level} {share}: {found}");
+            }
+        }
+        assert_eq!(pyramid.in_image(8, Point2::origin()), None);
+        assert_eq!(Pyramid::new((640, 60), 8, 1.2).sizes_px().len(), 4);
+    }
+}

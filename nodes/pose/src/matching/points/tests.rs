@@ -145,3 +145,39 @@ fn nothing_matches_nothing() {
     invalid.radius_px = 0.0;
     assert!(invalid.validate().unwrap_err().to_string().contains("radius_px"));
 }
+
+/// A descriptor with so many bits set.
+fn bits(count: u32) -> Descriptor {
+    Descriptor([u64::MAX.checked_shr(64 - count).unwrap_or(0), 0, 0, 0])
+}
+
+fn prediction(descriptor: Descriptor) -> PredictedCorner {
+    PredictedCorner { pixel: Point2::new(50.0, 50.0), level: 0, angle_rad: None, descriptor }
+}
+
+#[test]
+fn two_corners_alike_are_told_apart_only_on_different_levels() {
+    let sought = [prediction(bits(0))];
+    let (near, rival) = (corner(bits(20)), corner(bits(21)));
+    let matched = |corners: &[Corner]| {
+        match_guided(&sought, &CornerGrid::new(corners), &GuidedConfig::default())
+    };
+    let first = PointMatch { sought: 0, found: 0, distance: 20 };
+    assert_eq!(matched(&[near, rival]), []);
+    assert_eq!(matched(&[near, Corner { level: 1, ..rival }]), [first]);
+    assert_eq!(matched(&[near, corner(bits(40))]), [first]);
+    assert_eq!(matched(&[corner(bits(40)), near]), [PointMatch { found: 1, ..first }]);
+}
+
+#[test]
+fn of_two_predictions_the_nearer_has_the_corner() {
+    let corners = [corner(bits(10))];
+    let grid = CornerGrid::new(&corners);
+    let matched = |counts: [u32; 3]| {
+        match_guided(&counts.map(|count| prediction(bits(count))), &grid, &GuidedConfig::default())
+    };
+    let has_it = |sought, distance| [PointMatch { sought, found: 0, distance }];
+    assert_eq!(matched([0, 12, 20]), has_it(1, 2));
+    assert_eq!(matched([9, 0, 20]), has_it(0, 1));
+    assert_eq!(matched([12, 8, 0]), has_it(0, 2));
+}
