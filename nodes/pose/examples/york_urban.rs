@@ -32,7 +32,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use pose::feature::{LineConfig, LineDetector, LineStep};
+use pose::feature::lines::{LineConfig, LineDetector, LineStep};
 use pose::image::GrayImage;
 use rustix::time::{ClockId, clock_gettime};
 use zune_jpeg::JpegDecoder;

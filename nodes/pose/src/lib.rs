@@ -15,3 +15,5 @@ pub mod image;
 pub mod matching;
 pub mod motion;
 pub mod solve;
+#[cfg(test)]
+mod testing;

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use crate::feature::LineDescriptor;
+use crate::feature::lines::LineDescriptor;
 
 /// Parameters of the matching of line segments.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]

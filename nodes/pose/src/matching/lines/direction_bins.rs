@@ -2,7 +2,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use crate::feature::LineFeature;
+use crate::feature::lines::LineFeature;
 
 /// So many sets, of 10 degrees each (PL-SLAM).
 const BINS: usize = 36;

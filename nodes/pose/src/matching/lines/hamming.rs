@@ -2,7 +2,7 @@
 
 use super::direction_bins::DirectionBins;
 use super::{Best, LineMatch, LineMatchConfig};
-use crate::feature::LineFeature;
+use crate::feature::lines::LineFeature;
 
 /// Which segment of one image is which of another: each the other's most alike among those of about its direction, and
 /// clearly more so than the second. In the order of `from`; no segment is taken twice.

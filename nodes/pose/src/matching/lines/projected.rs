@@ -4,7 +4,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::direction_bins::DirectionBins;
 use super::{Best, LineMatch, LineMatchConfig, each_taken_once};
-use crate::feature::{LineDescriptor, LineFeature, LineSegment};
+use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment};
 
 /// Two segments whose ends are no farther from each other's line are pieces of one line: neither is the other's rival.
 const SAME_LINE_PX: f64 = 2.0;

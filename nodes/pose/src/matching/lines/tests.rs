@@ -9,7 +9,7 @@ use super::direction_bins::turn_rad;
 use super::{
     DirectionBins, LineMatch, LineMatchConfig, ProjectedLine, match_lines, match_projected_lines,
 };
-use crate::feature::{LineDescriptor, LineFeature, LineSegment};
+use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment};
 
 fn segment(start_px: [f32; 2], end_px: [f32; 2]) -> LineSegment {
     LineSegment { start_px, end_px, response: 10.0 }

@@ -4,7 +4,7 @@ use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Point2, Point3, Vector3};
 
 use super::{NoLineInSpace, SegmentDepthConfig, SegmentInSpace, segment_in_space};
-use crate::feature::LineSegment;
+use crate::feature::lines::LineSegment;
 use crate::feature::lines::testing::Normal;
 
 /// What the Kinect's depth deviates by, in 1/m.

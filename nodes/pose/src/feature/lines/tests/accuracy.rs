@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use crate::feature::lines::testing::{Picture, Rectangle, detect, end_errors_px, off_line_px};
-use crate::feature::{LineConfig, LineDetector, LineSegment};
+use crate::feature::lines::{LineConfig, LineDetector, LineSegment};
 
 /// A line fitted to points that are each good to a twentieth of a pixel.
 const ACROSS_PX: f64 = 0.05;

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use crate::feature::lines::testing::detect;
-use crate::feature::{LineConfig, LineDetector};
+use crate::feature::lines::{LineConfig, LineDetector};
 use crate::image::GrayImage;
 
 #[test]

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use crate::feature::lines::testing::{are_alike, busy_picture, detect, off_line_px, share_found};
-use crate::feature::{LineConfig, LineDetector, LineSegment};
+use crate::feature::lines::{LineConfig, LineDetector, LineSegment};
 use crate::image::GrayImage;
 
 /// Segments that begin and end as others do.

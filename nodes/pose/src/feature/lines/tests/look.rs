@@ -1,7 +1,7 @@
 //! Descriptors.
 
 use crate::feature::lines::testing::{Picture, Rectangle, busy_picture};
-use crate::feature::{LineConfig, LineDescriptor, LineDetector, LineFeature};
+use crate::feature::lines::{LineConfig, LineDescriptor, LineDetector, LineFeature};
 use crate::image::GrayImage;
 
 /// Descriptors that have nothing in common differ by a half of the bits, the same one by few.
@@ -113,15 +113,17 @@ fn different_places_look_different() {
 #[test]
 fn a_segment_without_length_or_image_has_a_descriptor_all_the_same() {
     let mut detector = LineDetector::new(LineConfig::default()).unwrap();
-    let nowhere = crate::feature::LineSegment {
+    let nowhere = crate::feature::lines::LineSegment {
         start_px: [f32::NAN, 1e30],
         end_px: [f32::INFINITY, -3.0],
         response: 0.0,
     };
     assert_eq!(detector.describe(&[nowhere])[0].descriptor, LineDescriptor::default());
     detector.detect(&Picture::flat(40, 40, 50.0).image());
-    let far = crate::feature::LineSegment { start_px: [-1e9, 5.0], end_px: [1e9, 5.0], ..nowhere };
-    let point = crate::feature::LineSegment { start_px: [5.0, 5.0], end_px: [5.0, 5.0], ..nowhere };
+    let far =
+        crate::feature::lines::LineSegment { start_px: [-1e9, 5.0], end_px: [1e9, 5.0], ..nowhere };
+    let point =
+        crate::feature::lines::LineSegment { start_px: [5.0, 5.0], end_px: [5.0, 5.0], ..nowhere };
     for feature in detector.describe(&[nowhere, far, point]) {
         assert_eq!(feature.descriptor, LineDescriptor::default());
     }

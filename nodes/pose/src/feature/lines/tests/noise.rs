@@ -1,7 +1,7 @@
 //! The promise of the a-contrario test.
 
 use crate::feature::lines::testing::{Picture, detect};
-use crate::feature::{LineConfig, LineDetector};
+use crate::feature::lines::{LineConfig, LineDetector};
 
 #[test]
 fn noise_alone_has_nearly_no_segments() {
