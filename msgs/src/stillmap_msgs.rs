@@ -62,6 +62,8 @@ pub struct ReducedCloud {
     pub zones: Vec<DynamicZone>,
     /// The reduced cloud; its header is the message's own.
     pub cloud: PointCloud2,
+    /// How many points each of the cloud's is the mean of, in their order.
+    pub voxel_points: Vec<u32>,
 }
 ros_message!(ReducedCloud, "stillmap_msgs");
 

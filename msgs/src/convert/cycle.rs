@@ -20,10 +20,16 @@ use crate::stillmap_msgs::{ReducedCloud, SegmentedCloud};
 pub fn detected_cycle_from_message(message: &ReducedCloud) -> Result<DetectedCycle, ConvertError> {
     check_own(&message.header, &message.cloud.header)?;
     let points = message.points_before_reduction;
+    let reduced_cloud = cloud_from_message(&message.cloud)?;
+    let (counts, means) = (message.voxel_points.len(), reduced_cloud.points_m.len());
+    if counts != means {
+        return Err(ConvertError::VoxelPoints { counts, means });
+    }
     Ok(DetectedCycle {
         index: message.cycle,
         scan_stamp: stamp_from_time(message.scan_stamp),
-        reduced_cloud: cloud_from_message(&message.cloud)?,
+        reduced_cloud,
+        voxel_points: message.voxel_points.clone(),
         points_before_reduction: usize::try_from(points)
             .map_err(|_| ConvertError::PointCount { points })?,
         map_from_rig: isometry_from_pose(&message.map_from_rig)?,
@@ -47,6 +53,7 @@ pub fn message_from_detected_cycle(cycle: &DetectedCycle) -> ReducedCloud {
         camera_in_rig: message_from_point(&cycle.camera_in_rig_m),
         zones: messages_from_zones(&cycle.zones),
         cloud: message_from_cloud(&cycle.reduced_cloud),
+        voxel_points: cycle.voxel_points.clone(),
     }
 }
 
@@ -105,6 +112,7 @@ mod tests {
     use crate::convert::{message_from_zones, zones_from_message};
 
     fn cycle(points_m: Vec<Point3<f32>>, pose: &[f64; 6]) -> DetectedCycle {
+        let voxel_points = (1..).take(points_m.len()).collect();
         DetectedCycle {
             index: 7,
             scan_stamp: Stamp::from_nanos(1_700_000_000_100_000_000),
@@ -113,6 +121,7 @@ mod tests {
                 frame_id: "rig".to_owned(),
                 points_m,
             },
+            voxel_points,
             points_before_reduction: 307_200,
             map_from_rig: pose_from_vector(pose),
             map_frame_id: "map".to_owned(),

@@ -273,6 +273,14 @@ pub enum ConvertError {
         /// Frame of the cycle, the start of its name.
         cycle_frame_id: String,
     },
+    /// The counts of a reduced cloud are not those of its points.
+    #[error("ReducedCloud: voxel_points has {counts} entries for a cloud of {means} points")]
+    VoxelPoints {
+        /// How many counts there are.
+        counts: usize,
+        /// How many points there are.
+        means: usize,
+    },
     /// More points than this machine can count.
     #[error("ReducedCloud: {points} points before the reduction are more than there can be")]
     PointCount {

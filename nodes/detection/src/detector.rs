@@ -5,8 +5,8 @@ mod surround;
 
 use geometry::{
     CameraModel, CameraModelError, Cloud, DepthCameraError, DepthImage, DepthLimits,
-    DepthProjector, DetectedCycle, RayTable, Scan, Stamp, UnusablePose, VoxelAccumulator,
-    VoxelGrid, check_pose, pose_from_vector,
+    DepthProjector, DetectedCycle, RayTable, ReducedDepth, Scan, Stamp, UnusablePose,
+    VoxelAccumulator, VoxelGrid, check_pose, pose_from_vector,
 };
 use nalgebra::Isometry3;
 
@@ -218,7 +218,8 @@ impl Detector {
         };
 
         // 3.2.3: the voxel grid of the cloud.
-        let (reduced_cloud, points_before_reduction) = self.reduce(input.view)?;
+        let ReducedDepth { cloud: reduced_cloud, voxel_points, points_before_reduction } =
+            self.reduce(input.view)?;
         observe(Step::Reduction);
 
         // 3.3.2: the cloud, the pose and the angles of one cycle travel together.
@@ -228,6 +229,7 @@ impl Detector {
             index,
             scan_stamp: input.scan.stamp,
             reduced_cloud,
+            voxel_points,
             points_before_reduction,
             map_from_rig: *input.map_from_rig,
             map_frame_id: input.map_frame_id.to_owned(),
@@ -356,14 +358,13 @@ impl Detector {
         }
     }
 
-    /// The reduced cloud in the rig frame, and the number of points before.
-    fn reduce(&mut self, view: View<'_>) -> Result<(Cloud, usize), DepthCameraError> {
+    /// The reduced cloud in the rig frame.
+    fn reduce(&mut self, view: View<'_>) -> Result<ReducedDepth, DepthCameraError> {
         let frame_id = &self.config.rig_frame_id;
         let moved;
         let cloud = match view {
             View::Depth { image, projector } => {
-                let reduced = projector.reduce(image, &mut self.voxels)?;
-                return Ok((reduced.cloud, reduced.points_before_reduction));
+                return projector.reduce(image, &mut self.voxels);
             }
             View::PointsInRig(cloud) => cloud,
             View::PointsInCamera(cloud) => {
@@ -373,9 +374,10 @@ impl Detector {
         };
         self.voxels.clear();
         self.voxels.push_all(&cloud.points_m);
-        let points_m = self.voxels.finish();
-        let reduced = Cloud { stamp: cloud.stamp, frame_id: frame_id.clone(), points_m };
-        Ok((reduced, cloud.points_m.len()))
+        let (points_m, voxel_points) = self.voxels.finish_counted();
+        let points_before_reduction = cloud.points_m.len();
+        let cloud = Cloud { stamp: cloud.stamp, frame_id: frame_id.clone(), points_m };
+        Ok(ReducedDepth { cloud, voxel_points, points_before_reduction })
     }
 }
 

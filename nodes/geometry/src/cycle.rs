@@ -15,6 +15,8 @@ pub struct DetectedCycle {
     pub scan_stamp: Stamp,
     /// The reduced cloud in the rig frame, stamped with its own measurement.
     pub reduced_cloud: Cloud,
+    /// How many points each of the reduced cloud's is the mean of, in their order.
+    pub voxel_points: Vec<u32>,
     /// Points of the cloud before the reduction.
     pub points_before_reduction: usize,
     /// The pose at the cloud's stamp.

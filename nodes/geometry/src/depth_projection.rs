@@ -59,6 +59,8 @@ pub struct DepthProjector {
 pub struct ReducedDepth {
     /// The mean point of each occupied cell, in the projector's frame.
     pub cloud: Cloud,
+    /// How many points each of the cloud's is the mean of.
+    pub voxel_points: Vec<u32>,
     /// How many points the image had.
     pub points_before_reduction: usize,
 }
@@ -115,10 +117,10 @@ impl DepthProjector {
         let rows_px = 0..image.height_px();
         self.for_each_block(image, rows_px, |block| accumulator.push_block(block))?;
         let points_before_reduction = accumulator.points() as usize;
-        let points_m = accumulator.finish();
+        let (points_m, voxel_points) = accumulator.finish_counted();
         let frame_id = self.target_frame_id.clone();
         let cloud = Cloud { stamp: image.stamp, frame_id, points_m };
-        Ok(ReducedDepth { cloud, points_before_reduction })
+        Ok(ReducedDepth { cloud, voxel_points, points_before_reduction })
     }
 
     /// Calls `take` with the points of the image's rows, a stretch of a row at a time.

@@ -5,7 +5,7 @@
 //! centre of the visible surface as long as all of it is seen, and where the view's border or a nearer object
 //! cuts it, the same point told by the end that is not cut. So the velocity does not follow the centroid's
 //! drift at the edges of the view, while [`Track::position_m`] is the centre of the surface that is visible in
-//! the cycle, each direction counting the same, or where the filter expects it while nothing is.
+//! the cycle, each pixel counting the same, or where the filter expects it while nothing is.
 
 mod assignment;
 mod clusters;

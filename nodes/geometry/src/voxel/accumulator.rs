@@ -26,6 +26,11 @@ impl Cell {
         self.points += 1;
     }
 
+    /// How many there are; no image has more than a count of 32 bits holds.
+    fn count(&self) -> u32 {
+        u32::try_from(self.points).unwrap_or(u32::MAX)
+    }
+
     fn mean(&self) -> Point3<f32> {
         let points = self.points as f64;
         Point3::from(self.sum_m.map(|sum_m| (sum_m / points) as f32))
@@ -140,12 +145,20 @@ impl VoxelAccumulator {
     /// the accumulator empty, ready for the next frame.
     #[must_use]
     pub fn finish(&mut self) -> Vec<Point3<f32>> {
+        self.finish_counted().0
+    }
+
+    /// The same, and how many points each of them is the mean of.
+    #[must_use]
+    pub fn finish_counted(&mut self) -> (Vec<Point3<f32>>, Vec<u32>) {
         let mut means_m = vec![Point3::origin(); self.cells.len()];
+        let mut counts = vec![0; self.cells.len()];
         for (cell, rank) in self.cells.iter().zip(ranks(&self.keys)) {
             means_m[rank as usize] = cell.mean();
+            counts[rank as usize] = cell.count();
         }
         self.clear();
-        means_m
+        (means_m, counts)
     }
 
     /// Forgets the points taken so far, and keeps the memory.

@@ -10,6 +10,7 @@ fn cycle_of(points_m: Vec<Point3<f32>>, x_m: f64) -> DetectedCycle {
     DetectedCycle {
         index: 0,
         scan_stamp: Stamp::default(),
+        voxel_points: vec![1; points_m.len()],
         points_before_reduction: points_m.len(),
         reduced_cloud: Cloud { stamp: Stamp::default(), frame_id: "rig".to_owned(), points_m },
         map_from_rig: Translation3::new(x_m, 0.0, 0.0).into(),

@@ -18,6 +18,7 @@ fn cycle(points_m: Vec<Point3<f32>>, zones: Vec<DynamicZone>) -> DetectedCycle {
     DetectedCycle {
         index: 7,
         scan_stamp: Stamp::from_nanos(1_000),
+        voxel_points: vec![1; points_m.len()],
         points_before_reduction: points_m.len(),
         reduced_cloud: Cloud {
             stamp: Stamp::from_nanos(2_000),

@@ -37,6 +37,7 @@ fn cycle() -> DetectedCycle {
             frame_id: "rig".to_owned(),
             points_m,
         },
+        voxel_points: vec![4, 3, 2],
         points_before_reduction: 9,
         map_from_rig: Isometry3::translation(10.0, 0.0, 0.0),
         map_frame_id: "map".to_owned(),

@@ -1,7 +1,5 @@
 //! What one cycle shows of an object.
 
-use std::collections::BTreeMap;
-
 use geometry::DetectedCycle;
 use nalgebra::{Point3, Vector2, Vector3};
 
@@ -30,7 +28,7 @@ const HIDING_M: f64 = 0.3;
 pub(super) struct Observation {
     /// Its points, by their indices.
     pub(super) points: Vec<usize>,
-    /// The centre of the visible surface in the map, each direction counting the same.
+    /// The centre of the visible surface in the map, each pixel counting the same.
     pub(super) centre_m: Point3<f64>,
     /// Its edge lengths along the axes of the map, a voxel included.
     pub(super) extent_m: Vector3<f64>,
@@ -59,20 +57,14 @@ pub(super) struct End {
 impl Observation {
     /// What these points show; `None` where none lies before the camera.
     pub(super) fn of(cloud: &CycleCloud<'_>, points: Vec<usize>, is_split: bool) -> Option<Self> {
-        let sloped: Vec<(Vector2<f64>, Point3<f64>)> = points
-            .iter()
-            .filter_map(|&index| {
-                let in_rig = cloud.cycle.reduced_cloud.points_m.get(index)?.cast::<f64>();
-                Some((slopes(cloud.cycle, &in_rig)?, *cloud.points_in_map.get(index)?))
-            })
-            .collect();
-        let centre_m = visible_centre_m(cloud, &sloped)?;
+        let seen: Vec<Seen> = points.iter().filter_map(|&index| Seen::of(cloud, index)).collect();
+        let centre_m = visible_centre_m(&seen)?;
         let towards = centre_m - cloud.camera_in_map;
         let across = Vector3::z().cross(&towards).try_normalize(f64::EPSILON)?;
         let (mut least, mut most) = (centre_m.coords, centre_m.coords);
         let mut right = End { along_m: f64::INFINITY, slope: f64::INFINITY, is_cut: false };
         let mut left = End { along_m: f64::NEG_INFINITY, slope: f64::NEG_INFINITY, is_cut: false };
-        for (slope, point) in &sloped {
+        for Seen { slope, in_map_m: point, .. } in &seen {
             least = least.inf(&point.coords);
             most = most.sup(&point.coords);
             let along_m = across.dot(&point.coords);
@@ -111,25 +103,33 @@ impl Observation {
     }
 }
 
-/// The centre of a surface as the camera counts it: by pixels. The reduced cloud has a point for each voxel,
-/// of which a slanting surface fills many and shows little; so the points are gathered by their direction,
-/// in squares as wide as a voxel is there, and each square counts once. What is thinner than a voxel
-/// counts for too much that way, which the means of voxels cannot tell.
-fn visible_centre_m(
-    cloud: &CycleCloud<'_>,
-    sloped: &[(Vector2<f64>, Point3<f64>)],
-) -> Option<Point3<f64>> {
-    let sum_m: f64 = sloped.iter().map(|(_, point)| (point - cloud.camera_in_map).norm()).sum();
-    let square = cloud.cell_m / (sum_m / sloped.len() as f64).max(MIN_DEPTH_M);
-    let mut squares: BTreeMap<[i64; 2], (Vector3<f64>, f64)> = BTreeMap::new();
-    for (slope, point) in sloped {
-        let key = [slope.x, slope.y].map(|slope| (slope / square).floor() as i64);
-        let (sum_m, points) = squares.entry(key).or_insert((Vector3::zeros(), 0.0));
-        *sum_m += point.coords;
-        *points += 1.0;
+/// One point of an object.
+struct Seen {
+    /// Its direction from the camera.
+    slope: Vector2<f64>,
+    in_map_m: Point3<f64>,
+    /// The camera's points that it is the mean of.
+    count: f64,
+}
+
+impl Seen {
+    /// `None` beside or behind the camera.
+    fn of(cloud: &CycleCloud<'_>, index: usize) -> Option<Self> {
+        let in_rig = cloud.cycle.reduced_cloud.points_m.get(index)?.cast::<f64>();
+        Some(Self {
+            slope: slopes(cloud.cycle, &in_rig)?,
+            in_map_m: *cloud.points_in_map.get(index)?,
+            count: f64::from(*cloud.cycle.voxel_points.get(index)?),
+        })
     }
-    let sum_m: Vector3<f64> = squares.values().map(|(sum_m, points)| sum_m / *points).sum();
-    (!squares.is_empty()).then(|| Point3::from(sum_m / squares.len() as f64))
+}
+
+/// The centre of a surface as the camera sees it: each pixel counts once, however many voxels the surface is spread
+/// over.
+fn visible_centre_m(seen: &[Seen]) -> Option<Point3<f64>> {
+    let count: f64 = seen.iter().map(|one| one.count).sum();
+    let sum_m: Vector3<f64> = seen.iter().map(|one| one.in_map_m.coords * one.count).sum();
+    (count > 0.0).then(|| Point3::from(sum_m / count))
 }
 
 /// Whether something stands before a place of the map: points of the cycle, clearly nearer, in the same

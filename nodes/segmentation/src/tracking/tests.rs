@@ -28,6 +28,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
     let cycle = DetectedCycle {
         index: index as u32,
         scan_stamp: stamp,
+        voxel_points: vec![1; points_m.len()],
         points_before_reduction: points_m.len(),
         reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m },
         map_from_rig: Isometry3::identity(),

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use geometry::{
-    Cloud, DetectedCycle, DynamicZone, ReturnSpan, Stamp, VoxelGrid, VoxelKey, ZoneSource,
+    Cloud, DetectedCycle, DynamicZone, ReturnSpan, Stamp, VoxelAccumulator, VoxelGrid, VoxelKey,
+    ZoneSource,
 };
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
@@ -174,7 +175,9 @@ pub(super) fn look(
             }
         }
     }
-    let reduced_m = grid.reduce(&points_m);
+    let mut voxels = VoxelAccumulator::new(grid);
+    voxels.push_all(&points_m);
+    let (reduced_m, voxel_points) = voxels.finish_counted();
     let ids: Vec<u16> = reduced_m
         .iter()
         .map(|point| {
@@ -210,6 +213,7 @@ pub(super) fn look(
     let cycle = DetectedCycle {
         index,
         scan_stamp: stamp,
+        voxel_points,
         points_before_reduction: points_m.len(),
         reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m: reduced_m },
         map_from_rig,
