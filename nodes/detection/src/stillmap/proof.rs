@@ -18,6 +18,8 @@ use super::turn::Turn;
 
 /// Background so near to a thing may be its own, missed before: the width of a chair.
 pub(super) const CLUTTER_M: f64 = 0.5;
+/// A thing of fewer returns is too little to go by before it has travelled: one bearing that is off.
+const LEAST_RETURNS: usize = 2;
 /// What stands in empty space has so long to travel.
 const LONGEST_DOUBT_MS: u32 = 2_000;
 /// It has travelled when it is so far from where it was: more than the middle of a thing that is seen anew from
@@ -69,6 +71,7 @@ struct Place {
     now_ms: u32,
     in_map_m: Point2<f64>,
     platform_m: Point2<f64>,
+    returns: usize,
 }
 
 impl Proofs {
@@ -109,7 +112,7 @@ impl Proofs {
             let is_in_doubt = now_ms.saturating_sub(thing.born_ms) > LONGEST_DOUBT_MS;
             proofs.push(if thing.has_travelled {
                 Proof::Travelled
-            } else if is_in_doubt || is_in_clutter(run) {
+            } else if is_in_doubt || place.returns < LEAST_RETURNS || is_in_clutter(run) {
                 Proof::None
             } else {
                 Proof::InEmptySpace
@@ -173,9 +176,10 @@ impl Thing {
 fn place_of(turn: &Turn, run: &Range<usize>, now_ms: u32) -> Option<Place> {
     let beams = turn.beams.get(run.clone())?;
     let platform_m = beams.first()?.origin_m;
-    let met = beams.iter().filter_map(|beam| beam.met);
-    let (sum, count) = met.fold((nalgebra::Vector2::zeros(), 0.0), |(sum, count), met| {
-        (sum + met.in_map_m.coords, count + 1.0)
-    });
-    (count > 0.0).then(|| Place { now_ms, in_map_m: Point2::from(sum / count), platform_m })
+    let met: Vec<Point2<f64>> =
+        beams.iter().filter_map(|beam| beam.met).map(|met| met.in_map_m).collect();
+    let sum: nalgebra::Vector2<f64> = met.iter().map(|in_map_m| in_map_m.coords).sum();
+    let returns = met.len();
+    let in_map_m = Point2::from(sum / returns as f64);
+    (returns > 0).then_some(Place { now_ms, in_map_m, platform_m, returns })
 }
