@@ -1,5 +1,7 @@
 //! Everything that a simulation depends on.
 
+use std::num::NonZeroUsize;
+
 use geometry::{Cloud, Stamp, pose_from_vector};
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
@@ -158,7 +160,13 @@ impl Scenario {
                 * pose_from_vector(&config.rig_from_camera);
             let map_from_camera = self.map_from_room() * room_from_camera;
             let mut canvas = Canvas::new(&config.camera);
-            canvas.draw_all(&config.camera, &room_from_camera, solids.iter(), config.min_signal);
+            canvas.draw(
+                &config.camera,
+                &room_from_camera,
+                solids.iter(),
+                config.min_signal,
+                NonZeroUsize::MIN,
+            );
             points_m.extend(
                 sensor
                     .measurable(&canvas)

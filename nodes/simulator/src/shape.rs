@@ -57,6 +57,17 @@ impl Shape {
         }
     }
 
+    /// Whether what lies between two points of it is a part of it.
+    pub(crate) fn is_convex(&self) -> bool {
+        match self {
+            Self::Box { .. }
+            | Self::Cylinder { .. }
+            | Self::Capsule { .. }
+            | Self::Sphere { .. }
+            | Self::Rectangle { .. } => true,
+        }
+    }
+
     /// Where a ray, given in the shape's frame, crosses the surface first. From inside that is where it
     /// leaves.
     #[must_use]

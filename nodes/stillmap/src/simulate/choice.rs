@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName};
+use simulator::{
+    CrossingObject, OdometryRun, PathName, Platform, Scenario, SceneName, VelodyneModel,
+};
 
 use crate::failure::Failure;
 
@@ -59,6 +61,30 @@ enum ScenarioName {
     F,
     G,
     H,
+    /// For odometry: an office, a camera in the hand that hardly turns
+    Office,
+    /// For odometry: round a cluttered desk
+    Desk,
+    /// For odometry: the office, turning about all axes
+    Turning,
+    /// For odometry: once round the office and back to the start
+    Loop,
+    /// For odometry: a large hall, most of it out of the depth camera's reach
+    Hall,
+    /// For odometry: a bare corridor
+    Corridor,
+    /// For odometry: one wall and nothing else
+    Wall,
+    /// For odometry: the office in the dark
+    LowLight,
+    /// For odometry: the office, fast, with motion blur
+    Blur,
+    /// For odometry: the office, a person to and fro before the camera at 1.4 m/s
+    Person,
+    /// For odometry: scene B on a rail along x, the thesis' experiment 10
+    Rail,
+    /// For LiDAR odometry: a car with an HDL-32E goes round a block of houses; --velodyne takes another model
+    Road,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -164,8 +190,14 @@ impl ChoiceArgs {
             return Err(Failure::new("--object, --path and --pause are for scenes of A to H")
                 .mend("give one with --scene"));
         }
+        if let Some(run) = self.scenario.and_then(ScenarioName::odometry) {
+            return Ok(Scenario::odometry(run, self.seed()));
+        }
         let scenario = match self.scenario {
             Some(ScenarioName::Small) => Scenario::small(),
+            Some(ScenarioName::Road) => {
+                return Ok(Scenario::road(VelodyneModel::Hdl32e, self.seed()));
+            }
             _ => Scenario::demo(),
         };
         Ok(scenario.with_seed(self.seed()))
@@ -205,9 +237,25 @@ impl ChoiceArgs {
 }
 
 impl ScenarioName {
+    fn odometry(self) -> Option<OdometryRun> {
+        match self {
+            Self::Office => Some(OdometryRun::Office),
+            Self::Desk => Some(OdometryRun::Desk),
+            Self::Turning => Some(OdometryRun::Turning),
+            Self::Loop => Some(OdometryRun::Loop),
+            Self::Hall => Some(OdometryRun::Hall),
+            Self::Corridor => Some(OdometryRun::Corridor),
+            Self::Wall => Some(OdometryRun::Wall),
+            Self::LowLight => Some(OdometryRun::LowLight),
+            Self::Blur => Some(OdometryRun::Blur),
+            Self::Person => Some(OdometryRun::Person),
+            Self::Rail => Some(OdometryRun::Rail),
+            _ => None,
+        }
+    }
+
     fn scene(self) -> Option<SceneName> {
         match self {
-            Self::Demo | Self::Small => None,
             Self::A => Some(SceneName::A),
             Self::B => Some(SceneName::B),
             Self::C => Some(SceneName::C),
@@ -216,6 +264,7 @@ impl ScenarioName {
             Self::F => Some(SceneName::F),
             Self::G => Some(SceneName::G),
             Self::H => Some(SceneName::H),
+            _ => None,
         }
     }
 }
