@@ -38,7 +38,7 @@ impl Body {
 
     pub(crate) fn solid(&self, id: u16, room_from_parent: &Isometry3<f64>) -> Solid {
         Solid::new(
-            self.shape,
+            self.shape.clone(),
             &(room_from_parent * pose_from_vector(&self.pose)),
             &self.material,
             id,

@@ -27,6 +27,11 @@ pub(crate) fn place(shape: &Shape, point: &Point3<f64>, normal: &Vector3<f64>) -
             Place { uv_m: [radius_m * point.y.atan2(point.x), point.z], side: 0 }
         }
         Shape::Box { .. } => flat(point, normal),
+        Shape::Mesh(_) => {
+            // Both sides of a triangle carry the same.
+            let place = flat(point, normal);
+            Place { side: place.side / 2, ..place }
+        }
     }
 }
 

@@ -70,12 +70,25 @@ pub enum ScenarioError {
     /// The camera has a lens distortion.
     #[error("a camera has a lens distortion; only rectified images (distortion None) are drawn")]
     Distorted,
+    /// A mesh has no triangles.
+    #[error("the mesh of {of} has no triangles{}", missing(.file))]
+    EmptyMesh {
+        /// Which body.
+        of: String,
+        /// The file that they should have come from.
+        file: Option<String>,
+    },
     /// The scanner has too many beams.
     #[error("the scanner has {beams} beams; it can have 1 to {MAX_BEAMS}")]
     Beams {
         /// How many.
         beams: usize,
     },
+}
+
+/// Which file was not read.
+fn missing(file: &Option<String>) -> String {
+    file.as_ref().map_or_else(String::new, |file| format!(": {file} has not been read"))
 }
 
 /// The largest image that is drawn: 16 times the one of a Kinect v1 and more.
@@ -168,6 +181,11 @@ fn check_body(body: &Body, of: &str) -> Checked {
         }
         Shape::Sphere { radius_m } => &[*radius_m],
         Shape::Rectangle { size_m } => size_m,
+        Shape::Mesh(mesh) if mesh.triangles() == 0 => {
+            let file = mesh.missing_file().map(str::to_owned);
+            return Err(ScenarioError::EmptyMesh { of: name, file });
+        }
+        Shape::Mesh(_) => &[],
     };
     sizes.iter().try_for_each(|&size_m| positive(format!("a size of {name}"), size_m))?;
     check_pose(&body.pose, &name)?;

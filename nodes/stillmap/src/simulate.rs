@@ -1,6 +1,7 @@
 //! `stillmap simulate`: a simulated scene as a bag, with its truth.
 
 mod choice;
+mod mesh_file;
 mod messages;
 mod sensors;
 mod true_tracks;

@@ -7,6 +7,7 @@ use simulator::{
     CrossingObject, OdometryRun, PathName, Platform, Scenario, SceneName, VelodyneModel,
 };
 
+use super::mesh_file;
 use crate::failure::Failure;
 
 /// A scenario of the suite, a scene with what crosses it, or a file.
@@ -176,7 +177,10 @@ impl ChoiceArgs {
     fn read(&self, file: &Path) -> Result<Scenario, Failure> {
         let within = |reason: String| Failure::new(format!("{}: {reason}", file.display()));
         let text = std::fs::read_to_string(file).map_err(|error| within(error.to_string()))?;
-        let scenario = Scenario::from_yaml(&text).map_err(|error| {
+        // Meshes stand beside the scene that names them.
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let mesh = |name: &str| mesh_file::read(&folder.join(name));
+        let scenario = Scenario::from_yaml_with_meshes(&text, mesh).map_err(|error| {
             within(error.to_string()).mend("nodes/simulator/scenes/example.yaml explains the keys")
         })?;
         Ok(match self.seed {
