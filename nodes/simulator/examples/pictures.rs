@@ -1,6 +1,8 @@
 //! Writes a few colour and depth images of each scenario as PPM, to be looked at, and says how long one takes:
 //! `cargo run --release -p simulator --example pictures -- FOLDER [NAME]...`
 
+#![expect(clippy::print_stdout, reason = "it says what it found")]
+
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::Instant;

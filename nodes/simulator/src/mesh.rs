@@ -119,8 +119,8 @@ impl Mesh {
             return Err(MeshError::TooMany { triangles: triangles.len() });
         }
         for (vertex, place_m) in vertices_m.iter().enumerate() {
-            let outside = |coordinate: &&f64| !((*coordinate * scale).abs() <= MAX_LENGTH_M);
-            if let Some(&coordinate) = place_m.iter().find(outside) {
+            let within = |coordinate: f64| (coordinate * scale).abs() <= MAX_LENGTH_M;
+            if let Some(&coordinate) = place_m.iter().find(|coordinate| !within(**coordinate)) {
                 return Err(MeshError::Coordinate { vertex, coordinate });
             }
         }

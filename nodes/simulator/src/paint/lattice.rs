@@ -50,7 +50,7 @@ pub(super) fn octaves(u_m: f32, v_m: f32, size_m: f32, finest_m: f32, seed: u32)
     let (mut spot_m, mut weight, mut sum) = (size_m, 1.0, 0.0);
     for octave in 0..MAX_OCTAVES {
         let visible = (spot_m / finest_m - 1.0).min(1.0);
-        if !(visible > 0.0) {
+        if visible <= 0.0 {
             break;
         }
         sum += visible * weight * value_noise(u_m / spot_m, v_m / spot_m, seed ^ octave);

@@ -48,7 +48,8 @@ impl Handheld {
     pub fn path(&self) -> Path {
         let Some(first) = self.near.first() else { return Path { waypoints: Vec::new() } };
         let length_s = (self.near.len() + 1) as f64 * self.step_s;
-        if self.near.len() < 2 || !(self.step_s > 0.0) || !self.start_s.is_finite() {
+        let moves = self.near.len() > 1 && self.step_s > 0.0 && self.start_s.is_finite();
+        if !moves {
             return Path::still(*first);
         }
         let steps = (length_s / WAYPOINT_STEP_S).ceil().min(MAX_WAYPOINTS) as u32;
