@@ -1,9 +1,9 @@
 //! The scenarios that come with the suite.
 
 use crate::objects::{PERSON_SPEED_M_PER_S, ROBOT_SPEED_M_PER_S};
-use crate::room::{WIDTH_M, furnished_room};
+use crate::room::{DEPTH_M, HEIGHT_M, WIDTH_M, furnished_room};
 use crate::scenario::START;
-use crate::{MovingObject, Path, Rig, Scenario, Scene, Walker};
+use crate::{Lighting, MovingObject, Path, Rig, Scenario, Scene, Walker};
 
 /// The label of the robot in the scenarios that come with the suite.
 pub const ROBOT_ID: u16 = 1;
@@ -29,7 +29,11 @@ impl Scenario {
             seed: 1,
             start: START,
             duration_s: person.path.end_s() + 1.95,
-            scene: Scene { bodies: furnished_room(), objects: vec![robot, person] },
+            scene: Scene {
+                bodies: furnished_room(),
+                objects: vec![robot, person],
+                lighting: Lighting::of_room(DEPTH_M, WIDTH_M, HEIGHT_M),
+            },
             rig: Rig::default(),
         }
     }

@@ -4,15 +4,20 @@
 //! nearest surface stays. What never moves is drawn once where the rig stands still. Panes of glass come last:
 //! they weaken what lies behind them. The canvas is then measured: shadow of the projector, loss of signal, disparity with noise, rounding.
 
+use std::num::NonZeroUsize;
+use std::ops::Range;
+
 use geometry::CameraModel;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 
+use crate::DepthCamera;
 use crate::noise::FrameNoise;
+use crate::projection::Projection;
 use crate::solid::{STATIC_ID, Solid};
-use crate::{DepthCamera, Ray};
+use crate::spread::spread;
 
-/// Solids are clipped in front of this plane.
-const NEAR_PLANE_M: f64 = 0.01;
+/// So many rows are drawn by one thread at a time.
+const BAND_ROWS: usize = 16;
 /// How much the returned light varies from image to image.
 const STRENGTH_FLUTTER: f32 = 0.2;
 /// Projector columns closer than this belong to one surface, not to a thing and its shadow.
@@ -47,59 +52,35 @@ impl Canvas {
         }
     }
 
-    /// Draws solids: first all that cannot be seen through, then the panes before them.
-    pub(crate) fn draw_all<'a>(
+    /// Draws solids where they are the nearest: first all that cannot be seen through, then the panes, which
+    /// weaken what has been drawn behind them.
+    pub(crate) fn draw<'a>(
         &mut self,
         camera: &CameraModel,
         room_from_camera: &Isometry3<f64>,
-        solids: impl Iterator<Item = &'a Solid> + Clone,
+        solids: impl Iterator<Item = &'a Solid>,
         min_signal: f64,
+        threads: NonZeroUsize,
     ) {
-        for solid in solids.clone().filter(|solid| !solid.is_pane()) {
-            self.draw(camera, room_from_camera, solid, min_signal);
-        }
-        for pane in solids.filter(|solid| solid.is_pane()) {
-            self.draw(camera, room_from_camera, pane, min_signal);
-        }
-    }
-
-    /// Draws a solid where it is the nearest. A pane weakens what has been drawn behind it, so it comes
-    /// after all that is not a pane.
-    pub(crate) fn draw(
-        &mut self,
-        camera: &CameraModel,
-        room_from_camera: &Isometry3<f64>,
-        solid: &Solid,
-        min_signal: f64,
-    ) {
-        let solid_from_camera = solid.solid_from_room * room_from_camera;
-        let Some(bounds) = Bounds::of(solid, &solid_from_camera, camera) else { return };
-        let origin = solid_from_camera * Point3::origin();
-        // The ray of a pixel is affine in its row and column.
-        let per_column = solid_from_camera * (Vector3::x() / camera.fx_px);
-        for row_px in bounds.rows.0..bounds.rows.1 {
-            let y = (row_px as f64 - camera.cy_px) / camera.fy_px;
-            let x_of_column_0 = -camera.cx_px / camera.fx_px;
-            let row_start = solid_from_camera * Vector3::new(x_of_column_0, y, 1.0);
-            for column_px in bounds.columns.0..bounds.columns.1 {
-                let ray = Ray { origin, direction: row_start + per_column * column_px as f64 };
-                let Some(hit) = solid.shape.intersect(&ray) else { continue };
-                let index = row_px * camera.width_px + column_px;
-                // The ray's direction has depth 1, so its parameter is the depth.
-                if (hit.parameter as f32) < self.depth_m[index] {
-                    let distance_m = hit.parameter * ray.direction.norm();
-                    let cos_incidence = hit.cos_incidence(&ray.direction);
-                    if solid.is_pane() {
-                        self.strength[index] *= solid.weakening(cos_incidence) as f32;
-                        continue;
-                    }
-                    self.depth_m[index] = hit.parameter as f32;
-                    self.strength[index] =
-                        solid.strength(cos_incidence, distance_m, min_signal) as f32;
-                    self.id[index] = solid.id;
-                }
+        let mut shown: Vec<Projection<'_>> =
+            solids.filter_map(|solid| Projection::of(solid, room_from_camera, camera)).collect();
+        // Stable: among equals the order stays.
+        shown.sort_by_key(|projection| projection.solid.is_pane());
+        let pixels = (BAND_ROWS * camera.width_px).max(1);
+        let bands = self
+            .depth_m
+            .chunks_mut(pixels)
+            .zip(self.strength.chunks_mut(pixels))
+            .zip(self.id.chunks_mut(pixels))
+            .map(|((depth_m, strength), id)| Band { depth_m, strength, id })
+            .enumerate();
+        spread(threads, bands, |(index, mut band)| {
+            let first = index * BAND_ROWS;
+            let rows = first..(first + BAND_ROWS).min(camera.height_px);
+            for projection in &shown {
+                band.draw(projection, &rows, min_signal);
             }
-        }
+        });
     }
 
     /// The true point of a pixel in the optical frame; `None` where there is nothing.
@@ -117,43 +98,32 @@ impl Canvas {
     }
 }
 
-/// The rows and columns that a solid's projection can cover; ends exclusive.
-struct Bounds {
-    columns: (usize, usize),
-    rows: (usize, usize),
+/// Some rows of a canvas.
+struct Band<'a> {
+    depth_m: &'a mut [f32],
+    strength: &'a mut [f32],
+    id: &'a mut [u16],
 }
 
-impl Bounds {
-    fn of(solid: &Solid, solid_from_camera: &Isometry3<f64>, camera: &CameraModel) -> Option<Self> {
-        let camera_from_solid = solid_from_camera.inverse();
-        let half_m = solid.half_extent_m();
-        let corners: [Point3<f64>; 8] = std::array::from_fn(|corner| {
-            let sign = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
-            camera_from_solid
-                * Point3::new(sign(0) * half_m.x, sign(1) * half_m.y, sign(2) * half_m.z)
+impl Band<'_> {
+    fn draw(&mut self, projection: &Projection<'_>, rows: &Range<usize>, min_signal: f64) {
+        let solid = projection.solid;
+        projection.for_each_hit(rows, |index, ray, hit| {
+            // The ray's direction has depth 1, so its parameter is the depth.
+            let depth_m = hit.parameter as f32;
+            if depth_m < self.depth_m[index] {
+                let distance_m = hit.parameter * ray.direction.norm();
+                let cos_incidence = hit.cos_incidence(&ray.direction);
+                if solid.is_pane() {
+                    self.strength[index] *= solid.weakening(cos_incidence) as f32;
+                    return;
+                }
+                self.depth_m[index] = depth_m;
+                self.strength[index] = solid.strength(cos_incidence, distance_m, min_signal) as f32;
+                self.id[index] = solid.id;
+            }
         });
-        if corners.iter().all(|corner| corner.z < NEAR_PLANE_M) {
-            return None;
-        }
-        let (width_px, height_px) = (camera.width_px, camera.height_px);
-        if corners.iter().any(|corner| corner.z < NEAR_PLANE_M) {
-            // Part of it lies behind the camera: its projection has no bounds.
-            return Some(Self { columns: (0, width_px), rows: (0, height_px) });
-        }
-        let columns = corners.map(|c| camera.fx_px * c.x / c.z + camera.cx_px);
-        let rows = corners.map(|c| camera.fy_px * c.y / c.z + camera.cy_px);
-        let bounds =
-            Self { columns: whole_range(&columns, width_px), rows: whole_range(&rows, height_px) };
-        (bounds.columns.0 < bounds.columns.1 && bounds.rows.0 < bounds.rows.1).then_some(bounds)
     }
-}
-
-/// The whole numbers from the least to the largest of `values` and below `end`; end exclusive.
-fn whole_range(values: &[f64], end: usize) -> (usize, usize) {
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // The casts saturate: what is left of the image starts at 0, what is right of it is cut off.
-    (least.floor() as usize, ((largest.ceil() + 1.0) as usize).min(end))
 }
 
 /// Measures canvases: the camera's limits and errors, worked out once.

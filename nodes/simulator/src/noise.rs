@@ -26,6 +26,22 @@ pub(crate) enum Stream {
     Variation = 8,
     /// How a sensor is mounted beside where it is thought to be.
     Mounting = 9,
+    /// The electrons of a channel of a colour pixel.
+    ColourPixel = 10,
+    /// The phases of a hand's tremor.
+    Tremor = 11,
+    /// How the ways of odometry differ from seed to seed.
+    Way = 12,
+    /// The noise of an inertial reading.
+    ImuReading = 13,
+    /// The walk of an inertial unit's biases.
+    ImuBias = 14,
+    /// The errors of a step of the wheels.
+    WheelStep = 15,
+    /// By how much the wheels are larger than thought.
+    WheelScale = 16,
+    /// The error of a range of a 3D scanner, and whether anything returns.
+    VelodyneRange = 17,
 }
 
 /// The noise of one frame of one stream.

@@ -28,6 +28,7 @@ pub struct MovingObject {
 /// The shape of a moving object, in its own frame.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[expect(clippy::large_enum_variant, reason = "a scene has a handful of them")]
 pub enum Figure {
     /// Parts that keep their places.
     Rigid(Vec<Body>),

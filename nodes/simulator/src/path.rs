@@ -1,5 +1,6 @@
 //! Where something is at which time.
 
+mod handheld;
 mod spline;
 mod written;
 
@@ -7,6 +8,7 @@ use geometry::pose_from_vector;
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
+pub use handheld::Handheld;
 pub use spline::Spline;
 use written::WrittenPath;
 
@@ -21,7 +23,8 @@ pub struct Waypoint {
 }
 
 /// A way through the room: straight at constant speed from waypoint to waypoint, still before the first and
-/// after the last. A file may give a `spline` in place of the `waypoints`: see [`Spline`].
+/// after the last. A file may give a `spline` or a `handheld` way in place of the `waypoints`: see
+/// [`Spline`] and [`Handheld`].
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(try_from = "WrittenPath")]
 pub struct Path {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::scenes::RIG_POSE;
-use crate::{DepthCamera, Lidar, Path};
+use crate::{ColourCamera, DepthCamera, Imu, Lidar, Path, Velodyne, Wheels};
 
 /// The sensors and where they are carried. The rig's origin is the camera's optical centre, x forward.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -15,6 +15,18 @@ pub struct Rig {
     pub lidar: Lidar,
     /// The depth camera.
     pub depth_camera: DepthCamera,
+    /// The colour camera, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colour_camera: Option<ColourCamera>,
+    /// The 3D scanner, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velodyne: Option<Velodyne>,
+    /// The inertial unit, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu: Option<Imu>,
+    /// Wheels that count, where there are some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wheels: Option<Wheels>,
     /// What tells the pose.
     pub pose_source: PoseSource,
 }
@@ -28,6 +40,10 @@ impl Default for Rig {
             path: Path::still(RIG_POSE),
             lidar: Lidar::rplidar_a1(),
             depth_camera: DepthCamera::kinect_v1(),
+            colour_camera: None,
+            velodyne: None,
+            imu: None,
+            wheels: None,
             pose_source: PoseSource::default(),
         }
     }

@@ -14,18 +14,19 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::scenes::Shell;
-use crate::{Body, Material, Shape};
+use crate::{Body, Material, Paint, Shape, Texture};
 
 /// The room's extent along x, y and z. The floor is at z = 0, y = 0 in the middle, x = 0 at the rear wall.
 pub(crate) const DEPTH_M: f64 = 5.0;
 pub(crate) const WIDTH_M: f64 = 6.0;
+pub(crate) const HEIGHT_M: f64 = 2.6;
 
 /// The room and its furniture.
 pub(crate) fn furnished_room() -> Vec<Body> {
     let shell = Shell {
         depth_m: DEPTH_M,
         width_m: WIDTH_M,
-        height_m: 2.6,
+        height_m: HEIGHT_M,
         door_m: (2.0, 3.3),
         corridor_m: 1.2,
         ..Shell::default()
@@ -133,7 +134,11 @@ fn shelf() -> Vec<Body> {
                 "books",
                 [4.74 + 0.02 * row, y_m.0 + 0.04 + 0.03 * row, z_m],
                 [4.95, y_m.1 - 0.3 + 0.04 * row, z_m + 0.2 + 0.015 * row],
-                Material::matt(0.35 + 0.05 * row),
+                Material::matt(0.35 + 0.05 * row).painted(Paint::with(
+                    [0.3; 3],
+                    Texture::Spines { width_m: 0.035 },
+                    0.1,
+                )),
             ));
         }
     }

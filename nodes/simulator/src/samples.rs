@@ -1,18 +1,25 @@
 //! What comes out of a scenario: the sensors' readings in the order of their stamps.
 
+mod images;
+
 use std::collections::VecDeque;
+use std::num::NonZeroUsize;
 
-use geometry::{
-    CameraModel, DepthImage, DepthPixels, LabelImage, Scan, Stamp, StampedPose, pose_from_vector,
-};
-use nalgebra::{Isometry3, Point3, Vector3};
+use geometry::{CameraModel, DepthImage, LabelImage, Scan, Stamp, StampedPose};
+use nalgebra::{Isometry3, Vector3};
 
-use crate::depth_image::{Canvas, Reading, Sensor};
+use crate::colour_image::ColourSensor;
+use crate::depth_image::{Canvas, Sensor};
+use crate::imu::ImuReader;
 use crate::lidar::LidarView;
 use crate::noise::{FrameNoise, Stream};
 use crate::solid::Solid;
-use crate::truth::Hull;
-use crate::{ObjectPose, ObjectPoses, Scenario, ScenarioError};
+use crate::still::StillSolids;
+use crate::velodyne::VelodyneView;
+use crate::wheels::WheelReader;
+use crate::{
+    ColourImage, ImuReading, ObjectPoses, Scenario, ScenarioError, VelodyneTurn, WheelReading,
+};
 
 /// One reading, with the truth beside it.
 #[derive(Clone, PartialEq, Debug)]
@@ -37,6 +44,26 @@ pub enum Sample {
     },
     /// Where the objects were when the depth image before it was taken.
     ObjectPoses(ObjectPoses),
+    /// The true pose of the rig, whose origin is the depth camera's, when what comes next was taken: a colour
+    /// image, or the first shot of a turn of the 3D scanner.
+    TruePose(StampedPose),
+    /// The intrinsics of the colour camera; published with every colour image, just before it.
+    ColourCameraInfo {
+        /// The stamp of the colour image.
+        stamp: Stamp,
+        /// The optical frame.
+        frame_id: String,
+        /// Size and intrinsics.
+        camera: CameraModel,
+    },
+    /// A colour image.
+    Colour(ColourImage),
+    /// A reading of the inertial unit.
+    Imu(ImuReading),
+    /// What the wheels tell.
+    Wheels(WheelReading),
+    /// A turn of the 3D scanner, stamped with its start; the true pose then comes just before it.
+    Velodyne(VelodyneTurn),
     /// A turn of the scanner, stamped with its start.
     Scan {
         /// What was measured.
@@ -51,8 +78,12 @@ impl Sample {
     #[must_use]
     pub fn stamp(&self) -> Stamp {
         match self {
-            Self::Pose(pose) => pose.stamp,
-            Self::CameraInfo { stamp, .. } => *stamp,
+            Self::Pose(pose) | Self::TruePose(pose) => pose.stamp,
+            Self::CameraInfo { stamp, .. } | Self::ColourCameraInfo { stamp, .. } => *stamp,
+            Self::Colour(image) => image.stamp,
+            Self::Imu(reading) => reading.stamp,
+            Self::Wheels(reading) => reading.stamp,
+            Self::Velodyne(turn) => turn.stamp,
             Self::Depth { image, .. } => image.stamp,
             Self::ObjectPoses(poses) => poses.stamp,
             Self::Scan { scan, .. } => scan.stamp,
@@ -61,7 +92,8 @@ impl Sample {
 }
 
 /// The samples of a scenario, in the order of their stamps. At one stamp the order is pose, camera info,
-/// depth image, object poses, scan.
+/// depth image, object poses, true pose, colour camera info, colour image,
+/// inertial unit, wheels, scan, true pose, 3D scan.
 ///
 /// A turn of the scanner that is not complete at the end is not published, as a driver would not; so the
 /// last scan always has depth images and poses after it.
@@ -70,10 +102,18 @@ pub struct Samples {
     scenario: Scenario,
     statics: Vec<Solid>,
     sensor: Sensor,
+    colour_sensor: Option<ColourSensor>,
+    /// For the 3D scanner.
+    still: Option<StillSolids>,
+    next_velodyne: u64,
+    imu: Option<ImuReader>,
+    wheels: Option<WheelReader>,
+    threads: NonZeroUsize,
     /// What never moves and is no pane, drawn once, where the rig stands still.
     still_background: Option<Canvas>,
     next_pose: u64,
     next_image: u64,
+    next_colour: u64,
     next_turn: u64,
     ready: VecDeque<Sample>,
 }
@@ -81,34 +121,37 @@ pub struct Samples {
 impl Samples {
     pub(crate) fn new(scenario: &Scenario) -> Result<Self, ScenarioError> {
         scenario.validate()?;
+        let rig = &scenario.rig;
         let mut samples = Self {
             statics: scenario.scene.static_solids(),
-            sensor: Sensor::new(&scenario.rig.depth_camera),
+            sensor: Sensor::new(&rig.depth_camera),
+            colour_sensor: rig
+                .colour_camera
+                .as_ref()
+                .map(|config| ColourSensor::new(config, config.model(&rig.depth_camera))),
+            still: rig.velodyne.as_ref().map(|_| StillSolids::new(&scenario.scene.static_solids())),
+            next_velodyne: 0,
+            imu: rig.imu.as_ref().map(|config| ImuReader::new(config, scenario.seed)),
+            wheels: rig.wheels.as_ref().map(|config| WheelReader::new(config, scenario.seed)),
+            threads: NonZeroUsize::MIN,
             still_background: None,
             next_pose: 0,
             next_image: 0,
+            next_colour: 0,
             next_turn: 0,
             ready: VecDeque::new(),
             scenario: scenario.clone(),
         };
-        if scenario.rig.path.is_still() {
+        if rig.path.is_still() {
             samples.still_background = Some(samples.background(&samples.room_from_camera(0.0)));
         }
         Ok(samples)
     }
 
-    fn room_from_camera(&self, time_s: f64) -> Isometry3<f64> {
-        let rig = &self.scenario.rig;
-        rig.path.pose_at(time_s) * pose_from_vector(&rig.depth_camera.rig_from_camera)
-    }
-
-    fn background(&self, room_from_camera: &Isometry3<f64>) -> Canvas {
-        let config = &self.scenario.rig.depth_camera;
-        let mut canvas = Canvas::new(&config.camera);
-        for solid in self.statics.iter().filter(|solid| !solid.is_pane()) {
-            canvas.draw(&config.camera, room_from_camera, solid, config.min_signal);
-        }
-        canvas
+    /// Drawing images with so many threads; the samples are the same with any number.
+    #[must_use]
+    pub fn on_threads(self, threads: NonZeroUsize) -> Self {
+        Self { threads, ..self }
     }
 
     fn pose(&self, frame: u64, time_s: f64) -> StampedPose {
@@ -119,95 +162,17 @@ impl Samples {
         };
         let rig_from_noisy_rig =
             Isometry3::new(error(0, source.position_noise_m), error(3, source.rotation_noise_rad));
+        let truth = self.true_pose(self.scenario.start.plus_seconds(time_s), time_s);
+        StampedPose { map_from_rig: truth.map_from_rig * rig_from_noisy_rig, ..truth }
+    }
+
+    /// Where the rig is at a time, in seconds since the start.
+    fn true_pose(&self, stamp: Stamp, time_s: f64) -> StampedPose {
         StampedPose {
-            stamp: self.scenario.start.plus_seconds(time_s),
-            frame_id: source.map_frame_id.clone(),
-            map_from_rig: self.scenario.map_from_rig(time_s) * rig_from_noisy_rig,
+            stamp,
+            frame_id: self.scenario.rig.pose_source.map_frame_id.clone(),
+            map_from_rig: self.scenario.map_from_rig(time_s),
         }
-    }
-
-    /// When an image is taken, in seconds since the start.
-    fn image_s(&self, frame: u64) -> f64 {
-        let config = &self.scenario.rig.depth_camera;
-        config.first_image_s + frame as f64 / config.rate_hz
-    }
-
-    /// What it is stamped with.
-    fn image_stamp_s(&self, frame: u64) -> f64 {
-        let stamps = self.scenario.rig.depth_camera.stamps;
-        self.image_s(frame) + stamps.at(self.scenario.seed, Stream::ImageStamp, frame)
-    }
-
-    /// A depth image, the camera info before it and the object poses after it.
-    fn image(&self, frame: u64) -> Option<[Sample; 3]> {
-        let config = &self.scenario.rig.depth_camera;
-        let camera = config.camera;
-        let time_s = self.image_s(frame);
-        let stamp = self.scenario.start.plus_seconds(self.image_stamp_s(frame));
-        let room_from_camera = self.room_from_camera(time_s);
-        let mut canvas = match &self.still_background {
-            Some(background) => background.clone(),
-            None => self.background(&room_from_camera),
-        };
-        let moving = self.scenario.scene.moving_solids(time_s);
-        let static_panes = self.statics.iter().filter(|solid| solid.is_pane());
-        let solids = moving.iter().chain(static_panes);
-        canvas.draw_all(&camera, &room_from_camera, solids, config.min_signal);
-        let noise = FrameNoise::new(self.scenario.seed, Stream::DepthPixel, frame);
-        let reading = self.sensor.read(&canvas, &noise);
-        let truth = self.object_poses(stamp, time_s, &canvas, &reading);
-        let size_px = (camera.width_px, camera.height_px);
-        let pixels = DepthPixels::Millimetres(reading.depth_mm);
-        // Both hold a value a pixel, so neither can be refused.
-        let image = DepthImage::new(stamp, config.frame_id.clone(), size_px, pixels).ok()?;
-        let labels =
-            LabelImage::new(stamp, config.frame_id.clone(), size_px, reading.labels).ok()?;
-        Some([
-            Sample::CameraInfo { stamp, frame_id: config.frame_id.clone(), camera },
-            Sample::Depth { image, labels },
-            Sample::ObjectPoses(truth),
-        ])
-    }
-
-    fn object_poses(
-        &self,
-        stamp: Stamp,
-        time_s: f64,
-        canvas: &Canvas,
-        reading: &Reading,
-    ) -> ObjectPoses {
-        let objects = &self.scenario.scene.objects;
-        let camera = &self.scenario.rig.depth_camera.camera;
-        let map_from_room = self.scenario.map_from_room();
-        let map_from_camera = map_from_room * self.room_from_camera(time_s);
-        let mut seen = vec![(0_usize, Vector3::zeros()); objects.len()];
-        for (index, &label) in reading.labels.iter().enumerate().filter(|(_, label)| **label > 0) {
-            let object = objects.iter().position(|object| object.id == label);
-            if let (Some(object), Some(point)) = (object, canvas.point_m(camera, index)) {
-                seen[object].0 += 1;
-                seen[object].1 += point.coords;
-            }
-        }
-        let objects = objects
-            .iter()
-            .zip(seen)
-            .map(|(object, (visible_pixels, sum))| {
-                let hull = Hull::of(&object.solids(time_s), &map_from_room);
-                ObjectPose {
-                    id: object.id,
-                    name: object.name.clone(),
-                    map_from_object: map_from_room * object.room_from_object(time_s),
-                    centre_m: hull.centre_m,
-                    extent_m: hull.extent_m,
-                    velocity_m_per_s: object.velocity_of(time_s, &map_from_room, &hull.centre_m),
-                    visible_pixels,
-                    visible_centroid_m: (visible_pixels > 0)
-                        .then(|| map_from_camera * Point3::from(sum / visible_pixels as f64)),
-                }
-            })
-            .collect();
-        let frame_id = self.scenario.rig.pose_source.map_frame_id.clone();
-        ObjectPoses { stamp, frame_id, objects }
     }
 
     fn turn(&self, turn: u64) -> Sample {
@@ -222,36 +187,105 @@ impl Samples {
         Sample::Scan { scan, labels }
     }
 
-    /// Makes the samples of the next moment; false at the end.
-    fn advance(&mut self) -> bool {
+    /// When the next turn of the 3D scanner starts, where it is complete before the end.
+    fn velodyne_s(&self) -> f64 {
+        let Some(config) = &self.scenario.rig.velodyne else { return f64::INFINITY };
+        let complete = config.turn_start_s(self.next_velodyne + 1) <= self.scenario.duration_s;
+        if complete { config.turn_start_s(self.next_velodyne) } else { f64::INFINITY }
+    }
+
+    /// A turn of the 3D scanner, with the true pose at its start before it.
+    fn velodyne(&self, turn: u64) -> Option<[Sample; 2]> {
         let rig = &self.scenario.rig;
-        let pose_s = self.next_pose as f64 / rig.pose_source.rate_hz;
-        let image_s = self.image_stamp_s(self.next_image);
+        let config = rig.velodyne.as_ref()?;
+        let view = VelodyneView {
+            seed: self.scenario.seed,
+            start: self.scenario.start,
+            path: &rig.path,
+            scene: &self.scenario.scene,
+            still: self.still.as_ref()?,
+            threads: self.threads,
+        };
+        let turned = config.turn(&view, turn);
+        let truth = self.true_pose(turned.stamp, config.turn_start_s(turn));
+        Some([Sample::TruePose(truth), Sample::Velodyne(turned)])
+    }
+
+    /// When each kind is due next, in the order that holds at one stamp; infinite where it never is.
+    fn due_s(&self) -> [(Kind, f64); 7] {
+        let rig = &self.scenario.rig;
         let turn_start = |turn| rig.lidar.turn_start_s(self.scenario.seed, turn);
         let scan_s = if turn_start(self.next_turn + 1) <= self.scenario.duration_s {
             rig.lidar.turn_stamp_s(self.scenario.seed, self.next_turn)
         } else {
             f64::INFINITY
         };
-        // The order is that of the stamps, which are whole nanoseconds.
-        let stamp = |time_s: f64| self.scenario.start.plus_seconds(time_s);
-        let first_s = pose_s.min(image_s).min(scan_s);
+        [
+            (Kind::Pose, self.next_pose as f64 / rig.pose_source.rate_hz),
+            (Kind::Image, self.image_stamp_s(self.next_image)),
+            (Kind::Colour, self.colour_stamp_s(self.next_colour)),
+            (Kind::Imu, self.imu.as_ref().map_or(f64::INFINITY, ImuReader::next_s)),
+            (Kind::Wheels, self.wheels.as_ref().map_or(f64::INFINITY, WheelReader::next_s)),
+            (Kind::Scan, scan_s),
+            (Kind::Velodyne, self.velodyne_s()),
+        ]
+    }
+
+    /// Makes the samples of the next moment; false at the end.
+    fn advance(&mut self) -> bool {
+        let due_s = self.due_s();
+        let first_s = due_s.iter().map(|(_, time_s)| *time_s).fold(f64::INFINITY, f64::min);
         if first_s > self.scenario.duration_s {
             return false;
         }
-        let is_first = |time_s: f64| stamp(time_s) == stamp(first_s);
-        if is_first(pose_s) {
-            self.ready.push_back(Sample::Pose(self.pose(self.next_pose, pose_s)));
-            self.next_pose += 1;
-        } else if is_first(image_s) {
-            self.ready.extend(self.image(self.next_image).into_iter().flatten());
-            self.next_image += 1;
-        } else {
-            self.ready.push_back(self.turn(self.next_turn));
-            self.next_turn += 1;
+        // The order is that of the stamps, which are whole nanoseconds.
+        let stamp = |time_s: f64| self.scenario.start.plus_seconds(time_s);
+        let first = due_s.iter().find(|(_, time_s)| stamp(*time_s) == stamp(first_s));
+        let (path, start) = (&self.scenario.rig.path, self.scenario.start);
+        match first {
+            Some((Kind::Pose, time_s)) => {
+                self.ready.push_back(Sample::Pose(self.pose(self.next_pose, *time_s)));
+                self.next_pose += 1;
+            }
+            Some((Kind::Image, _)) => {
+                self.ready.extend(self.image(self.next_image).into_iter().flatten());
+                self.next_image += 1;
+            }
+            Some((Kind::Colour, _)) => {
+                self.ready.extend(self.colour(self.next_colour).into_iter().flatten());
+                self.next_colour += 1;
+            }
+            Some((Kind::Imu, _)) => {
+                let reading = self.imu.as_mut().map(|imu| imu.read(path, start));
+                self.ready.extend(reading.map(Sample::Imu));
+            }
+            Some((Kind::Wheels, _)) => {
+                let reading = self.wheels.as_mut().map(|wheels| wheels.read(path, start));
+                self.ready.extend(reading.map(Sample::Wheels));
+            }
+            Some((Kind::Velodyne, _)) => {
+                self.ready.extend(self.velodyne(self.next_velodyne).into_iter().flatten());
+                self.next_velodyne += 1;
+            }
+            Some((Kind::Scan, _)) | None => {
+                self.ready.push_back(self.turn(self.next_turn));
+                self.next_turn += 1;
+            }
         }
         true
     }
+}
+
+/// What is sampled on its own.
+#[derive(Clone, Copy)]
+enum Kind {
+    Pose,
+    Image,
+    Colour,
+    Imu,
+    Wheels,
+    Scan,
+    Velodyne,
 }
 
 impl Iterator for Samples {

@@ -1,12 +1,16 @@
 //! Everything that a simulation depends on.
 
+use std::num::NonZeroUsize;
+
 use geometry::{Cloud, Stamp, pose_from_vector};
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
 use crate::depth_image::{Canvas, Sensor};
 use crate::noise::{FrameNoise, Stream};
-use crate::{PoseSource, Rig, Samples, ScenarioError, Scene, StampError};
+use crate::{
+    Figure, MeshError, PoseSource, Rig, Samples, ScenarioError, Scene, Shape, StampError, Triangles,
+};
 
 /// A scene, a rig, a length of time and a seed. The same scenario gives the same samples, bit for bit.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -103,6 +107,30 @@ impl Scenario {
         self
     }
 
+    /// With the triangles of all files that meshes of the scene are to come from; `read` is asked for the vertices and
+    /// triangles of each.
+    ///
+    /// # Errors
+    /// What `read` says, or what is wrong with the triangles.
+    pub fn with_meshes<E: From<MeshError>>(
+        mut self,
+        mut read: impl FnMut(&str) -> Result<Triangles, E>,
+    ) -> Result<Self, E> {
+        let moving = self.scene.objects.iter_mut().filter_map(|object| match &mut object.figure {
+            Figure::Rigid(bodies) => Some(bodies),
+            Figure::Walker(_) => None,
+        });
+        for body in self.scene.bodies.iter_mut().chain(moving.flatten()) {
+            if let Shape::Mesh(mesh) = &mut body.shape
+                && let Some(file) = mesh.missing_file()
+            {
+                let (vertices_m, triangles) = read(file)?;
+                *mesh = mesh.filled(vertices_m, triangles)?;
+            }
+        }
+        Ok(self)
+    }
+
     /// Without anything that moves.
     #[must_use]
     pub fn without_objects(self) -> Self {
@@ -158,7 +186,13 @@ impl Scenario {
                 * pose_from_vector(&config.rig_from_camera);
             let map_from_camera = self.map_from_room() * room_from_camera;
             let mut canvas = Canvas::new(&config.camera);
-            canvas.draw_all(&config.camera, &room_from_camera, solids.iter(), config.min_signal);
+            canvas.draw(
+                &config.camera,
+                &room_from_camera,
+                solids.iter(),
+                config.min_signal,
+                NonZeroUsize::MIN,
+            );
             points_m.extend(
                 sensor
                     .measurable(&canvas)

@@ -5,7 +5,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
 use crate::solid::{STATIC_ID, Solid};
-use crate::{Material, MovingObject, Shape};
+use crate::{Lighting, Material, MovingObject, Shape};
 
 /// One shape in its place.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -38,11 +38,24 @@ impl Body {
 
     pub(crate) fn solid(&self, id: u16, room_from_parent: &Isometry3<f64>) -> Solid {
         Solid::new(
-            self.shape,
+            self.shape.clone(),
             &(room_from_parent * pose_from_vector(&self.pose)),
             &self.material,
             id,
+            self.pattern_seed(),
         )
+    }
+
+    /// By name and place in its frame, so that a pattern stays what it was when other bodies come and go (FNV-1a,
+    /// Fowler, Noll and Vo).
+    fn pattern_seed(&self) -> u32 {
+        const OFFSET_BASIS: u32 = 0x811c_9dc5;
+        const PRIME: u32 = 0x0100_0193;
+        let numbers = self.pose.iter().flat_map(|value| value.to_bits().to_le_bytes());
+        self.name
+            .bytes()
+            .chain(numbers)
+            .fold(OFFSET_BASIS, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(PRIME))
     }
 }
 
@@ -54,6 +67,8 @@ pub struct Scene {
     pub bodies: Vec<Body>,
     /// What moves.
     pub objects: Vec<MovingObject>,
+    /// The light that a colour camera sees all this in.
+    pub lighting: Lighting,
 }
 
 impl Scene {

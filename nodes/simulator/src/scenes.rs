@@ -12,7 +12,8 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::Scene;
-pub(crate) use shell::Shell;
+pub(crate) use furniture::{block, plant, post, rack, sofa, table};
+pub(crate) use shell::{Shell, boarded, with_pictures};
 
 /// A room of Rec-HV Table 2.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
@@ -68,9 +69,10 @@ impl Scene {
     /// A furnished room of Rec-HV Table 2, without anything that moves.
     #[must_use]
     pub fn of_table_2(name: SceneName) -> Self {
-        let mut bodies = table_2::shell(name).bodies();
+        let shell = table_2::shell(name);
+        let mut bodies = shell.bodies();
         bodies.extend(table_2::furniture(name));
-        Self { bodies, objects: Vec::new() }
+        Self { bodies, objects: Vec::new(), lighting: shell.lighting() }
     }
 }
 

@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Hit, Ray};
+use crate::{Hit, Mesh, Ray};
 
 /// A shape in its own frame, centred on the origin. A body's pose places and turns it.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
     /// A cuboid with its edges along the axes.
@@ -38,10 +38,12 @@ pub enum Shape {
         /// Its extent along x and y.
         size_m: [f64; 2],
     },
+    /// Triangles.
+    Mesh(Mesh),
 }
 
 impl Shape {
-    /// Half the extent of the shape along each axis of its frame.
+    /// Half the extent of the shape along each axis of its frame; of triangles, of what holds them around the origin.
     #[must_use]
     pub fn half_extent_m(&self) -> Vector3<f64> {
         match *self {
@@ -54,6 +56,19 @@ impl Shape {
             }
             Self::Sphere { radius_m } => Vector3::repeat(radius_m),
             Self::Rectangle { size_m: [x, y] } => Vector3::new(x / 2.0, y / 2.0, 0.0),
+            Self::Mesh(ref mesh) => mesh.half_extent_m(),
+        }
+    }
+
+    /// Whether what lies between two points of it is a part of it.
+    pub(crate) fn is_convex(&self) -> bool {
+        match self {
+            Self::Box { .. }
+            | Self::Cylinder { .. }
+            | Self::Capsule { .. }
+            | Self::Sphere { .. }
+            | Self::Rectangle { .. } => true,
+            Self::Mesh(_) => false,
         }
     }
 
@@ -83,6 +98,7 @@ impl Shape {
             Self::Rectangle { size_m: [x_m, y_m] } => {
                 intersect_rectangle([x_m / 2.0, y_m / 2.0], ray)
             }
+            Self::Mesh(ref mesh) => mesh.intersect(ray),
         }
     }
 }

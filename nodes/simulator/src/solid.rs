@@ -3,7 +3,7 @@
 use geometry::LabelImage;
 use nalgebra::{Isometry3, Vector3};
 
-use crate::{Hit, Material, Ray, Shape};
+use crate::{Hit, Material, Paint, Ray, Shape};
 
 /// The label of everything that never moves.
 pub(crate) const STATIC_ID: u16 = LabelImage::STATIC;
@@ -17,6 +17,9 @@ pub(crate) struct Solid {
     reflectivity: f64,
     min_cos_incidence: f64,
     transmission: f64,
+    pub(crate) paint: Paint,
+    /// Decides the pattern of its paint.
+    pub(crate) pattern_seed: u32,
 }
 
 /// What a ray meets in the room.
@@ -26,6 +29,8 @@ pub(crate) struct Sighting {
     pub(crate) id: u16,
     /// See [`Solid::strength`].
     pub(crate) strength: f64,
+    /// How bright the surface itself looks from there: 1 for one that scatters all light and is seen squarely.
+    pub(crate) brightness: f64,
 }
 
 impl Solid {
@@ -34,6 +39,7 @@ impl Solid {
         room_from_solid: &Isometry3<f64>,
         material: &Material,
         id: u16,
+        pattern_seed: u32,
     ) -> Self {
         Self {
             shape,
@@ -42,6 +48,8 @@ impl Solid {
             reflectivity: material.reflectivity,
             min_cos_incidence: material.max_incidence_rad.cos(),
             transmission: material.transmission,
+            paint: material.visible_paint(),
+            pattern_seed,
         }
     }
 
@@ -52,6 +60,12 @@ impl Solid {
     pub(crate) fn strength(&self, cos_incidence: f64, distance_m: f64, min_signal: f64) -> f64 {
         let signal = self.reflectivity * cos_incidence / (distance_m * distance_m);
         (signal / min_signal).min(cos_incidence / self.min_cos_incidence)
+    }
+
+    /// How bright it looks, whatever the distance. Rough surfaces seen aslant look brighter than Lambert's cosine
+    /// says (Oren and Nayar 1994): its square root is taken.
+    pub(crate) fn brightness(&self, cos_incidence: f64) -> f64 {
+        self.reflectivity * cos_incidence.sqrt()
     }
 
     /// Whether light goes through it; see [`Material::transmission`].
@@ -88,11 +102,13 @@ pub(crate) fn nearest_sighting<'a>(
         }
     }
     nearest.map(|(hit, direction, solid)| {
-        let strength = solid.strength(hit.cos_incidence(&direction), hit.parameter, min_signal);
+        let cos_incidence = hit.cos_incidence(&direction);
+        let strength = solid.strength(cos_incidence, hit.parameter, min_signal);
         let before = panes.iter().filter(|(parameter, _)| *parameter < hit.parameter);
         Sighting {
             distance_m: hit.parameter,
             id: solid.id,
+            brightness: solid.brightness(cos_incidence),
             strength: before.fold(strength, |strength, (_, weakening)| strength * weakening),
         }
     })

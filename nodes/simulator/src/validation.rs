@@ -1,12 +1,18 @@
 //! What a scenario must be before anything is made of it.
 
+mod appearance;
+mod inertial;
+
 use std::f64::consts::FRAC_PI_2;
 
-use geometry::Distortion;
+use geometry::{CameraModel, Distortion};
 
 use crate::{
     Body, DepthCamera, Figure, Lidar, Material, MovingObject, Path, Scenario, Shape, StampError,
+    Velodyne,
 };
+use appearance::{check_colour_camera, check_lighting, check_paint};
+use inertial::{check_imu, check_wheels};
 
 /// A scenario that cannot be simulated.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
@@ -62,16 +68,27 @@ pub enum ScenarioError {
         height_px: usize,
     },
     /// The camera has a lens distortion.
-    #[error(
-        "the depth camera has a lens distortion; only rectified images (distortion None) are drawn"
-    )]
+    #[error("a camera has a lens distortion; only rectified images (distortion None) are drawn")]
     Distorted,
+    /// A mesh has no triangles.
+    #[error("the mesh of {of} has no triangles{}", missing(.file))]
+    EmptyMesh {
+        /// Which body.
+        of: String,
+        /// The file that they should have come from.
+        file: Option<String>,
+    },
     /// The scanner has too many beams.
     #[error("the scanner has {beams} beams; it can have 1 to {MAX_BEAMS}")]
     Beams {
         /// How many.
         beams: usize,
     },
+}
+
+/// Which file was not read.
+fn missing(file: &Option<String>) -> String {
+    file.as_ref().map_or_else(String::new, |file| format!(": {file} has not been read"))
 }
 
 /// The largest image that is drawn: 16 times the one of a Kinect v1 and more.
@@ -113,6 +130,13 @@ impl Scenario {
         check_path(&self.rig.path, "the rig")?;
         check_lidar(&self.rig.lidar)?;
         check_depth_camera(&self.rig.depth_camera)?;
+        if let Some(colour) = &self.rig.colour_camera {
+            check_colour_camera(colour, &self.rig.depth_camera)?;
+        }
+        check_lighting(&self.scene.lighting)?;
+        self.rig.velodyne.as_ref().map_or(Ok(()), check_velodyne)?;
+        self.rig.imu.as_ref().map_or(Ok(()), check_imu)?;
+        self.rig.wheels.as_ref().map_or(Ok(()), check_wheels)?;
         let source = &self.rig.pose_source;
         rate("pose_source.rate_hz", source.rate_hz)?;
         not_negative("pose_source.position_noise_m", source.position_noise_m)?;
@@ -157,6 +181,11 @@ fn check_body(body: &Body, of: &str) -> Checked {
         }
         Shape::Sphere { radius_m } => &[*radius_m],
         Shape::Rectangle { size_m } => size_m,
+        Shape::Mesh(mesh) if mesh.triangles() == 0 => {
+            let file = mesh.missing_file().map(str::to_owned);
+            return Err(ScenarioError::EmptyMesh { of: name, file });
+        }
+        Shape::Mesh(_) => &[],
     };
     sizes.iter().try_for_each(|&size_m| positive(format!("a size of {name}"), size_m))?;
     check_pose(&body.pose, &name)?;
@@ -176,7 +205,8 @@ fn check_material(material: &Material, of: &str) -> Checked {
         |v| v > 0.0 && v < FRAC_PI_2,
         "above 0 and below pi/2",
     )?;
-    ratio(&format!("transmission of {of}"), material.transmission)
+    ratio(&format!("transmission of {of}"), material.transmission)?;
+    material.paint.as_ref().map_or(Ok(()), |paint| check_paint(paint, of))
 }
 
 fn check_path(path: &Path, of: &str) -> Checked {
@@ -222,19 +252,7 @@ fn check_lidar(lidar: &Lidar) -> Checked {
 }
 
 fn check_depth_camera(depth: &DepthCamera) -> Checked {
-    let camera = &depth.camera;
-    let (width_px, height_px) = (camera.width_px, camera.height_px);
-    let pixels = width_px.checked_mul(height_px);
-    if !pixels.is_some_and(|pixels| (1..=MAX_PIXELS).contains(&pixels)) {
-        return Err(ScenarioError::ImageSize { width_px, height_px });
-    }
-    if camera.distortion != Distortion::None {
-        return Err(ScenarioError::Distorted);
-    }
-    positive("depth_camera.camera.fx_px", camera.fx_px)?;
-    positive("depth_camera.camera.fy_px", camera.fy_px)?;
-    number("depth_camera.camera.cx_px", camera.cx_px, |v| v.abs() <= MAX_LENGTH_M, "-1e6 to 1e6")?;
-    number("depth_camera.camera.cy_px", camera.cy_px, |v| v.abs() <= MAX_LENGTH_M, "-1e6 to 1e6")?;
+    check_intrinsics("depth_camera", &depth.camera)?;
     check_pose(&depth.rig_from_camera, "the depth camera")?;
     rate("depth_camera.rate_hz", depth.rate_hz)?;
     not_negative("depth_camera.first_image_s", depth.first_image_s)?;
@@ -261,6 +279,42 @@ fn check_depth_camera(depth: &DepthCamera) -> Checked {
     ratio("depth_camera.dropout_ratio", depth.dropout_ratio)?;
     positive("depth_camera.min_signal", depth.min_signal)?;
     check_stamps("depth_camera.stamps", &depth.stamps, depth.rate_hz)
+}
+
+fn check_velodyne(velodyne: &Velodyne) -> Checked {
+    check_pose(&velodyne.rig_from_velodyne, "the 3D scanner")?;
+    number(
+        "velodyne.turn_rate_hz",
+        velodyne.turn_rate_hz,
+        // What the motors of these models reach.
+        |v| (1.0..=20.0).contains(&v),
+        "1 to 20",
+    )?;
+    not_negative("velodyne.range_min_m", velodyne.range_min_m)?;
+    positive("velodyne.range_max_m", velodyne.range_max_m)?;
+    not_negative("velodyne.range_noise_m", velodyne.range_noise_m)?;
+    positive("velodyne.range_step_m", velodyne.range_step_m)?;
+    not_negative("velodyne.intensity_noise", velodyne.intensity_noise)?;
+    ratio("velodyne.dropout_ratio", velodyne.dropout_ratio)?;
+    positive("velodyne.min_signal", velodyne.min_signal)
+}
+
+fn check_intrinsics(of: &str, camera: &CameraModel) -> Checked {
+    let (width_px, height_px) = (camera.width_px, camera.height_px);
+    let pixels = width_px.checked_mul(height_px);
+    if !pixels.is_some_and(|pixels| (1..=MAX_PIXELS).contains(&pixels)) {
+        return Err(ScenarioError::ImageSize { width_px, height_px });
+    }
+    if camera.distortion != Distortion::None {
+        return Err(ScenarioError::Distorted);
+    }
+    positive(format!("{of}.camera.fx_px"), camera.fx_px)?;
+    positive(format!("{of}.camera.fy_px"), camera.fy_px)?;
+    for (name, value) in [("cx_px", camera.cx_px), ("cy_px", camera.cy_px)] {
+        let what = format!("{of}.camera.{name}");
+        number(&what, value, |v| v.abs() <= MAX_LENGTH_M, "-1e6 to 1e6")?;
+    }
+    Ok(())
 }
 
 fn check_stamps(of: &str, stamps: &StampError, rate_hz: f64) -> Checked {

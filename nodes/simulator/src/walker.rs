@@ -93,7 +93,12 @@ impl Walker {
         let walked_m =
             path.distance_at(time_s + STOP_BLEND_S) - path.distance_at(time_s - STOP_BLEND_S);
         let effort = (walked_m / (2.0 * STOP_BLEND_S) / FULL_STEP_SPEED_M_PER_S).min(1.0);
-        self.limbs(phase_rad, effort).iter().map(|limb| limb.solid(id, room_from_object)).collect()
+        let limbs = self.limbs(phase_rad, effort);
+        limbs
+            .iter()
+            .zip(u32::from(id) << 8..)
+            .map(|(limb, pattern_seed)| limb.solid(id, pattern_seed, room_from_object))
+            .collect()
     }
 
     /// The limbs in the object's frame, for a phase of the gait and an effort from 0 (standing) to 1.
@@ -195,7 +200,7 @@ fn pendulum(swing_rad: f64) -> Vector3<f64> {
 }
 
 impl Limb {
-    fn solid(&self, id: u16, room_from_object: &Isometry3<f64>) -> Solid {
+    fn solid(&self, id: u16, pattern_seed: u32, room_from_object: &Isometry3<f64>) -> Solid {
         let along = self.to_m - self.from_m;
         // A capsule has no up and down: the upward half of directions is never opposite to z.
         let up = if along.z < 0.0 { -along } else { along };
@@ -203,7 +208,8 @@ impl Limb {
         let middle = nalgebra::center(&self.from_m, &self.to_m);
         let shape = Shape::Capsule { radius_m: self.radius_m, length_m: along.norm() };
         let object_from_limb = Isometry3::from_parts(middle.into(), rotation);
-        Solid::new(shape, &(room_from_object * object_from_limb), &self.material, id)
+        let room_from_limb = room_from_object * object_from_limb;
+        Solid::new(shape, &room_from_limb, &self.material, id, pattern_seed)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Scenarios that users write.
 
-use crate::{Scenario, ScenarioError};
+use crate::{MeshError, Scenario, ScenarioError};
 
 /// A text that is no scenario.
 #[derive(Debug, thiserror::Error)]
@@ -8,10 +8,24 @@ pub enum YamlError {
     /// It is not YAML, or a key or a value is not what a scenario has; with line and column.
     #[error("{0}")]
     Unreadable(String),
+    /// The file of a mesh cannot be read.
+    #[error("the mesh {file}: {reason}")]
+    MeshFile {
+        /// The file, as the scenario names it.
+        file: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The triangles of a file are none.
+    #[error("a mesh of the scene: {0}")]
+    Mesh(#[from] MeshError),
     /// It can be read, but not simulated.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
 }
+
+/// Vertices, and triangles by the indices of their corners.
+pub type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
 impl Scenario {
     /// A scenario from YAML. What is left out is as in [`Scenario::default`], the sensors as in
@@ -22,8 +36,23 @@ impl Scenario {
     /// When the text is not YAML, has a key or a value that a scenario has not, or says what cannot be
     /// simulated.
     pub fn from_yaml(text: &str) -> Result<Self, YamlError> {
+        Self::from_yaml_with_meshes(text, |_| Err("no files are read here".to_owned()))
+    }
+
+    /// The same, where meshes may come from files: `read` is asked for the vertices and triangles of each, and says
+    /// what is wrong where it cannot read them.
+    ///
+    /// # Errors
+    /// As [`Scenario::from_yaml`], and when a file cannot be read.
+    pub fn from_yaml_with_meshes(
+        text: &str,
+        mut read: impl FnMut(&str) -> Result<Triangles, String>,
+    ) -> Result<Self, YamlError> {
         let scenario: Self = serde_saphyr::from_str(text)
             .map_err(|error| YamlError::Unreadable(error.without_snippet().to_string()))?;
+        let scenario = scenario.with_meshes(|file| {
+            read(file).map_err(|reason| YamlError::MeshFile { file: file.to_owned(), reason })
+        })?;
         scenario.validate()?;
         Ok(scenario)
     }

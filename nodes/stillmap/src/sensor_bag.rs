@@ -6,7 +6,8 @@ use std::path::Path;
 
 use bag_player::{BagSummary, BagWriter, ChannelId, OfferedQos};
 use geometry::{CameraModel, Cloud, DepthImage, LabelImage, Scan, Stamp, StampedPose};
-use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
+use msgs::nav_msgs::Odometry;
+use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu, LaserScan, PointCloud2};
 use msgs::stillmap_msgs::Tracks;
 use msgs::{RosMessage, convert, geometry_msgs::PoseStamped, std_msgs};
 
@@ -20,6 +21,20 @@ pub(crate) const DEPTH: &str = "/camera/depth/image_raw";
 pub(crate) const DEPTH_CAMERA_INFO: &str = "/camera/depth/camera_info";
 /// The colour image, compressed as image_transport does it.
 pub(crate) const COLOUR: &str = "/camera/rgb/image_raw/compressed";
+/// The raw colour image, as the Kinect drivers name it.
+pub(crate) const RAW_COLOUR: &str = "/camera/rgb/image_raw";
+/// The calibration of the colour camera.
+pub(crate) const COLOUR_CAMERA_INFO: &str = "/camera/rgb/camera_info";
+/// The cloud of the 3D scanner, as velodyne_driver names it.
+pub(crate) const VELODYNE: &str = "/velodyne_points";
+/// True object ids, a number for each point of the 3D scanner.
+pub(crate) const TRUE_VELODYNE_LABELS: &str = "/truth/velodyne_labels";
+/// The inertial unit.
+pub(crate) const IMU: &str = "/imu/data_raw";
+/// The odometry of the wheels.
+pub(crate) const WHEELS: &str = "/odom";
+/// The true pose of the rig at every colour image, and at the start of every turn of the 3D scanner.
+pub(crate) const TRUE_POSE: &str = "/truth/pose";
 /// The pose of the rig.
 pub(crate) const POSE: &str = "/pose";
 /// True object ids, a number for each depth pixel.
@@ -72,6 +87,43 @@ impl SensorBag {
 
     pub(crate) fn colour(&mut self, stamp: Stamp, colour: &CompressedImage) -> Result<(), Failure> {
         self.write(COLOUR, OfferedQos::sensor(SENSOR_DEPTH), stamp, colour)
+    }
+
+    pub(crate) fn colour_image(&mut self, stamp: Stamp, image: &Image) -> Result<(), Failure> {
+        self.write(RAW_COLOUR, OfferedQos::sensor(SENSOR_DEPTH), stamp, image)
+    }
+
+    pub(crate) fn colour_camera(
+        &mut self,
+        camera: &CameraModel,
+        stamp: Stamp,
+        frame_id: &str,
+    ) -> Result<(), Failure> {
+        let message: CameraInfo = convert::message_from_camera(camera, stamp, frame_id);
+        self.write(COLOUR_CAMERA_INFO, OfferedQos::sensor(SENSOR_DEPTH), stamp, &message)
+    }
+
+    pub(crate) fn velodyne(&mut self, stamp: Stamp, cloud: &PointCloud2) -> Result<(), Failure> {
+        self.write(VELODYNE, OfferedQos::sensor(SENSOR_DEPTH), stamp, cloud)
+    }
+
+    pub(crate) fn velodyne_labels(&mut self, labels: &LabelImage) -> Result<(), Failure> {
+        let message: Image = convert::message_from_labels(labels);
+        let qos = OfferedQos::reliable(RELIABLE_DEPTH);
+        self.write(TRUE_VELODYNE_LABELS, qos, labels.stamp, &message)
+    }
+
+    pub(crate) fn imu(&mut self, stamp: Stamp, reading: &Imu) -> Result<(), Failure> {
+        self.write(IMU, OfferedQos::sensor(SENSOR_DEPTH), stamp, reading)
+    }
+
+    pub(crate) fn wheels(&mut self, stamp: Stamp, odometry: &Odometry) -> Result<(), Failure> {
+        self.write(WHEELS, OfferedQos::reliable(RELIABLE_DEPTH), stamp, odometry)
+    }
+
+    pub(crate) fn true_pose(&mut self, pose: &StampedPose) -> Result<(), Failure> {
+        let message: PoseStamped = convert::message_from_pose(pose);
+        self.write(TRUE_POSE, OfferedQos::reliable(RELIABLE_DEPTH), pose.stamp, &message)
     }
 
     pub(crate) fn pose(&mut self, pose: &StampedPose) -> Result<(), Failure> {

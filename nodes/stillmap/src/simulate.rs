@@ -1,9 +1,13 @@
 //! `stillmap simulate`: a simulated scene as a bag, with its truth.
 
 mod choice;
+mod mesh_file;
+mod messages;
+mod sensors;
 mod true_tracks;
 
 use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -13,6 +17,7 @@ use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
 use crate::sensor_bag::SensorBag;
 use choice::ChoiceArgs;
+use sensors::SensorArgs;
 use true_tracks::TrueTracks;
 
 /// Arguments of `stillmap simulate`.
@@ -21,14 +26,23 @@ use true_tracks::TrueTracks;
   stillmap simulate demo --seed 7 -o room.mcap
   stillmap simulate --scene F --object three -o three.mcap
   stillmap simulate --scene B --pause 10 --platform sway --seed 3 -o pause.mcap
+  stillmap simulate office --seed 2 -o office.mcap
+  stillmap simulate road --velodyne hdl64e -o road.mcap
+  stillmap simulate --scene B --path D --colour --imu --wheels -o rail.mcap
   stillmap simulate --file scene.yaml -o scene.mcap
 
 Scenes (Table 2 of Rec-HV): A empty, B reflecting, C poorly reflecting, D open spaces to 6 m, E open and
 bright with glass to 5 m, F clutter to 8 m, G glass to 6 m, H dark. With a scene of A to H the seed
-varies side, moment, speed (5 %) and way of what crosses too, not only the noise.")]
+varies side, moment, speed (5 %) and way of what crosses too, not only the noise.
+
+Scenarios for odometry (office to rail) have a colour camera registered to the depth camera and an inertial
+unit; every scene has them when asked. /truth/pose is the true pose of every colour image, and of the start
+of every turn of the 3D scanner.")]
 pub(crate) struct SimulateArgs {
     #[command(flatten)]
     choice: ChoiceArgs,
+    #[command(flatten)]
+    sensors: SensorArgs,
     /// How far the depth camera's clock is ahead of the scanner's and the pose's
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     clock_skew_ms: Option<f64>,
@@ -57,7 +71,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 
 /// The scenario that was asked for.
 fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
-    let mut scenario = args.choice.scenario()?;
+    let mut scenario = args.sensors.added_to(args.choice.scenario()?);
     if let Some([columns, rows]) = args.depth_size.as_deref() {
         scenario = scenario.with_depth_size(*columns, *rows);
     }
@@ -84,7 +98,8 @@ pub(crate) fn write_bag(scenario: &Scenario, path: &Path) -> Result<(), Failure>
     // The bar counts simulated milliseconds: the number of samples is not known beforehand.
     let progress = Progress::new("simulating", (scenario.duration_s * 1e3) as u64);
     let mut tracks = TrueTracks::default();
-    for sample in samples {
+    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    for sample in samples.on_threads(threads) {
         progress.set((sample.stamp().seconds_since(scenario.start) * 1e3) as u64);
         write_sample(&mut bag, &mut tracks, &sample)?;
     }
@@ -108,6 +123,17 @@ fn write_sample(
         Sample::Scan { scan, labels } => {
             bag.scan(scan)?;
             bag.scan_labels(scan, labels)
+        }
+        Sample::TruePose(pose) => bag.true_pose(pose),
+        Sample::ColourCameraInfo { stamp, frame_id, camera } => {
+            bag.colour_camera(camera, *stamp, frame_id)
+        }
+        Sample::Colour(image) => bag.colour_image(image.stamp, &messages::image(image)),
+        Sample::Imu(reading) => bag.imu(reading.stamp, &messages::imu(reading)),
+        Sample::Wheels(reading) => bag.wheels(reading.stamp, &messages::odometry(reading)),
+        Sample::Velodyne(turn) => {
+            bag.velodyne(turn.stamp, &messages::velodyne(turn))?;
+            messages::velodyne_labels(turn).map_or(Ok(()), |labels| bag.velodyne_labels(&labels))
         }
         Sample::ObjectPoses(poses) => bag.objects(poses.stamp, &tracks.of(poses)),
     }

@@ -1,8 +1,9 @@
 use super::*;
 use crate::noise::Stream;
 use crate::solid::nearest_sighting;
-use crate::{Body, Material, Scenario, Scene};
+use crate::{Body, Material, Ray, Scenario, Scene};
 use geometry::pose_from_vector;
+use nalgebra::Vector3;
 
 /// A Kinect in the origin of the room that never fails by chance.
 fn camera() -> DepthCamera {
@@ -15,11 +16,11 @@ fn wall(x_m: f64, material: Material) -> Body {
 
 fn canvas(config: &DepthCamera, bodies: &[Body]) -> Canvas {
     let room_from_camera = pose_from_vector(&config.rig_from_camera);
-    let scene = Scene { bodies: bodies.to_vec(), objects: Vec::new() };
+    let scene = Scene { bodies: bodies.to_vec(), ..Scene::default() };
     let mut canvas = Canvas::new(&config.camera);
-    for solid in scene.static_solids() {
-        canvas.draw(&config.camera, &room_from_camera, &solid, config.min_signal);
-    }
+    let solids = scene.static_solids();
+    let min_signal = config.min_signal;
+    canvas.draw(&config.camera, &room_from_camera, solids.iter(), min_signal, NonZeroUsize::MIN);
     canvas
 }
 
@@ -107,7 +108,14 @@ fn the_canvas_equals_casting_every_ray_by_itself() {
         let mut solids = scenario.scene.static_solids();
         solids.extend(scenario.scene.moving_solids(time_s));
         let mut canvas = Canvas::new(&config.camera);
-        canvas.draw_all(&config.camera, &room_from_camera, solids.iter(), config.min_signal);
+        let min_signal = config.min_signal;
+        canvas.draw(
+            &config.camera,
+            &room_from_camera,
+            solids.iter(),
+            min_signal,
+            NonZeroUsize::MIN,
+        );
         let mut labelled = 0;
         for index in 0..80 * 60 {
             let (column, row) = ((index % 80) as f64, (index / 80) as f64);

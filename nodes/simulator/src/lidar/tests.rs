@@ -16,7 +16,7 @@ fn exact() -> Lidar {
 }
 
 fn scan(lidar: &Lidar, bodies: Vec<Body>, path: &Path, turn: u64) -> Scan {
-    let scene = Scene { bodies, objects: Vec::new() };
+    let scene = Scene { bodies, ..Scene::default() };
     let statics = scene.static_solids();
     let start = Stamp::from_secs_nanos(100, 0);
     let view = LidarView { seed: 3, start, path, scene: &scene, statics: &statics };

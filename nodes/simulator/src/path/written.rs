@@ -1,20 +1,21 @@
-//! How a path stands in a file: as waypoints, or as a spline.
+//! How a path stands in a file: as waypoints, as a spline, or as a way of a hand.
 
 use serde::Deserialize;
 
-use super::{Path, Spline, Waypoint};
+use super::{Handheld, Path, Spline, Waypoint};
 
-/// One of the two.
+/// One of the three.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenPath {
     waypoints: Option<Vec<Waypoint>>,
     spline: Option<Spline>,
+    handheld: Option<Handheld>,
 }
 
-/// A path that says where it goes twice, or not at all.
+/// A path that says more than once where it goes, or not at all.
 #[derive(Debug, thiserror::Error)]
-#[error("a path has either `waypoints` or a `spline`")]
+#[error("a path has either `waypoints` or a `spline` or a `handheld` way")]
 pub(super) struct PathKindError;
 
 impl TryFrom<WrittenPath> for Path {
@@ -22,8 +23,15 @@ impl TryFrom<WrittenPath> for Path {
 
     fn try_from(written: WrittenPath) -> Result<Self, PathKindError> {
         match written {
-            WrittenPath { waypoints: Some(waypoints), spline: None } => Ok(Self { waypoints }),
-            WrittenPath { waypoints: None, spline: Some(spline) } => Ok(spline.path()),
+            WrittenPath { waypoints: Some(waypoints), spline: None, handheld: None } => {
+                Ok(Self { waypoints })
+            }
+            WrittenPath { waypoints: None, spline: Some(spline), handheld: None } => {
+                Ok(spline.path())
+            }
+            WrittenPath { waypoints: None, spline: None, handheld: Some(handheld) } => {
+                Ok(handheld.path())
+            }
             WrittenPath { .. } => Err(PathKindError),
         }
     }

@@ -5,10 +5,10 @@ use std::f64::consts::FRAC_PI_2;
 use crate::{Body, Material, Shape};
 
 /// A place on the floor: `[x_m, y_m]`.
-pub(super) type Place = [f64; 2];
+pub(crate) type Place = [f64; 2];
 
 /// A cuboid that stands at a height over a place, turned about z.
-pub(super) fn block(
+pub(crate) fn block(
     name: &str,
     [x_m, y_m]: Place,
     yaw_rad: f64,
@@ -25,7 +25,7 @@ pub(super) fn block(
 }
 
 /// An upright cylinder.
-pub(super) fn post(
+pub(crate) fn post(
     name: &str,
     [x_m, y_m]: Place,
     radius_m: f64,
@@ -41,7 +41,7 @@ pub(super) fn post(
 }
 
 /// An upright pane or sheet, `width_m` wide; with no yaw it faces along x.
-pub(super) fn sheet(
+pub(crate) fn sheet(
     name: &str,
     [x_m, y_m]: Place,
     yaw_rad: f64,
@@ -59,7 +59,7 @@ pub(super) fn sheet(
 }
 
 /// A table on four legs.
-pub(super) fn table(
+pub(crate) fn table(
     [x_m, y_m]: Place,
     [depth_m, width_m]: [f64; 2],
     height_m: f64,
@@ -83,7 +83,7 @@ pub(super) fn table(
 }
 
 /// A sofa that faces the sensors.
-pub(super) fn sofa([x_m, y_m]: Place, width_m: f64, material: Material) -> Vec<Body> {
+pub(crate) fn sofa([x_m, y_m]: Place, width_m: f64, material: Material) -> Vec<Body> {
     let arm = |side: f64| {
         let place = [x_m, y_m + side * (width_m / 2.0 - 0.1)];
         block("sofa arm", place, 0.0, (0.0, 0.62), [0.8, 0.2], material)
@@ -97,7 +97,7 @@ pub(super) fn sofa([x_m, y_m]: Place, width_m: f64, material: Material) -> Vec<B
 }
 
 /// A plant in a pot: leaves as balls of uneven size around the stem, at the height of the scanner too.
-pub(super) fn plant([x_m, y_m]: Place) -> Vec<Body> {
+pub(crate) fn plant([x_m, y_m]: Place) -> Vec<Body> {
     /// Offset from the stem along x and y, height, radius.
     const LEAVES: [[f64; 4]; 7] = [
         [0.0, 0.0, 1.5, 0.12],
@@ -122,7 +122,7 @@ pub(super) fn plant([x_m, y_m]: Place) -> Vec<Body> {
 }
 
 /// A curtain before a wall: folds of alternating depth.
-pub(super) fn curtain(x_m: f64, y_m: (f64, f64), top_m: f64, material: Material) -> Vec<Body> {
+pub(crate) fn curtain(x_m: f64, y_m: (f64, f64), top_m: f64, material: Material) -> Vec<Body> {
     const FOLD_RADIUS_M: f64 = 0.05;
     let folds = ((y_m.1 - y_m.0) / (2.0 * FOLD_RADIUS_M)).max(0.0) as usize;
     (0..folds)
@@ -135,7 +135,7 @@ pub(super) fn curtain(x_m: f64, y_m: (f64, f64), top_m: f64, material: Material)
 }
 
 /// A rack of boards with boxes of uneven depth on them, open to both sides.
-pub(super) fn rack([x_m, y_m]: Place, width_m: f64, material: Material) -> Vec<Body> {
+pub(crate) fn rack([x_m, y_m]: Place, width_m: f64, material: Material) -> Vec<Body> {
     const DEPTH_M: f64 = 0.4;
     const BOARDS: u8 = 5;
     const BOARD_GAP_M: f64 = 0.42;

@@ -1,6 +1,6 @@
 //! Walls, floor, ceiling, doorways and corridors: what furniture stands in.
 
-use crate::{Body, Material};
+use crate::{Body, Lighting, Material, Paint, Texture};
 
 const WALL_M: f64 = 0.1;
 const DOOR_HEIGHT_M: f64 = 2.1;
@@ -52,23 +52,30 @@ impl Default for Shell {
 }
 
 impl Shell {
+    /// Two lamps below the ceiling.
+    pub(crate) fn lighting(&self) -> Lighting {
+        Lighting::of_room(self.depth_m, self.width_m, self.height_m)
+    }
+
     /// Floor, ceiling and walls.
     pub(crate) fn bodies(&self) -> Vec<Body> {
         let Self { depth_m, height_m, .. } = *self;
         let half_m = self.width_m / 2.0;
         let outer_m = half_m + self.corridor_m;
-        let wall = |name: &str, min_m, max_m| Body::cuboid(name, min_m, max_m, self.walls);
+        let walls = with_pictures(self.walls);
+        let wall = |name: &str, min_m, max_m| Body::cuboid(name, min_m, max_m, walls);
         let mut bodies = vec![
             Body::cuboid(
                 "floor",
                 [-WALL_M, -outer_m, -WALL_M],
                 [depth_m + WALL_M, outer_m, 0.0],
-                self.floor,
+                boarded(self.floor),
             ),
-            wall(
+            Body::cuboid(
                 "ceiling",
                 [-WALL_M, -outer_m, height_m],
                 [depth_m + WALL_M, outer_m, height_m + WALL_M],
+                self.walls,
             ),
         ];
         bodies.extend(self.far_wall(outer_m));
@@ -98,7 +105,7 @@ impl Shell {
         let (depth_m, height_m) = (self.depth_m, self.height_m);
         let piece = |name: &str, y_m: (f64, f64), z_m: (f64, f64)| {
             let (min_m, max_m) = ([depth_m, y_m.0, z_m.0], [depth_m + WALL_M, y_m.1, z_m.1]);
-            Body::cuboid(name, min_m, max_m, self.walls)
+            Body::cuboid(name, min_m, max_m, with_pictures(self.walls))
         };
         let Some(Opening { y_m, z_m }) = self.opening else {
             return vec![piece("far wall", (-outer_m, outer_m), (0.0, height_m))];
@@ -113,4 +120,20 @@ impl Shell {
         }
         pieces
     }
+}
+
+/// The same material with pictures on it.
+pub(crate) fn with_pictures(material: Material) -> Material {
+    let paint = material.visible_paint();
+    let texture = Texture::Posters { spacing_m: 0.8, share: 0.55 };
+    material.painted(Paint { texture, grain: paint.grain.max(0.05), ..paint })
+}
+
+/// The same material as a floor of wooden boards, as bright as it is.
+pub(crate) fn boarded(material: Material) -> Material {
+    const WOOD: [f64; 3] = [0.62, 0.42, 0.24];
+    let shade = material.reflectivity;
+    let size_m = [1.2, 0.14];
+    let texture = Texture::Boards { size_m, joint_m: 0.003, contrast: 0.2, staggered: true };
+    material.painted(Paint::with(WOOD.map(|channel| channel * shade), texture, 0.1))
 }

@@ -3,8 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName};
+use simulator::{
+    CrossingObject, OdometryRun, PathName, Platform, Scenario, SceneName, VelodyneModel,
+};
 
+use super::mesh_file;
 use crate::failure::Failure;
 
 /// A scenario of the suite, a scene with what crosses it, or a file.
@@ -59,6 +62,30 @@ enum ScenarioName {
     F,
     G,
     H,
+    /// For odometry: an office, a camera in the hand that hardly turns
+    Office,
+    /// For odometry: round a cluttered desk
+    Desk,
+    /// For odometry: the office, turning about all axes
+    Turning,
+    /// For odometry: once round the office and back to the start
+    Loop,
+    /// For odometry: a large hall, most of it out of the depth camera's reach
+    Hall,
+    /// For odometry: a bare corridor
+    Corridor,
+    /// For odometry: one wall and nothing else
+    Wall,
+    /// For odometry: the office in the dark
+    LowLight,
+    /// For odometry: the office, fast, with motion blur
+    Blur,
+    /// For odometry: the office, a person to and fro before the camera at 1.4 m/s
+    Person,
+    /// For odometry: scene B on a rail along x, the thesis' experiment 10
+    Rail,
+    /// For LiDAR odometry: a car with an HDL-32E goes round a block of houses; --velodyne takes another model
+    Road,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -150,7 +177,10 @@ impl ChoiceArgs {
     fn read(&self, file: &Path) -> Result<Scenario, Failure> {
         let within = |reason: String| Failure::new(format!("{}: {reason}", file.display()));
         let text = std::fs::read_to_string(file).map_err(|error| within(error.to_string()))?;
-        let scenario = Scenario::from_yaml(&text).map_err(|error| {
+        // Meshes stand beside the scene that names them.
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let mesh = |name: &str| mesh_file::read(&folder.join(name));
+        let scenario = Scenario::from_yaml_with_meshes(&text, mesh).map_err(|error| {
             within(error.to_string()).mend("nodes/simulator/scenes/example.yaml explains the keys")
         })?;
         Ok(match self.seed {
@@ -164,8 +194,14 @@ impl ChoiceArgs {
             return Err(Failure::new("--object, --path and --pause are for scenes of A to H")
                 .mend("give one with --scene"));
         }
+        if let Some(run) = self.scenario.and_then(ScenarioName::odometry) {
+            return Ok(Scenario::odometry(run, self.seed()));
+        }
         let scenario = match self.scenario {
             Some(ScenarioName::Small) => Scenario::small(),
+            Some(ScenarioName::Road) => {
+                return Ok(Scenario::road(VelodyneModel::Hdl32e, self.seed()));
+            }
             _ => Scenario::demo(),
         };
         Ok(scenario.with_seed(self.seed()))
@@ -205,9 +241,25 @@ impl ChoiceArgs {
 }
 
 impl ScenarioName {
+    fn odometry(self) -> Option<OdometryRun> {
+        match self {
+            Self::Office => Some(OdometryRun::Office),
+            Self::Desk => Some(OdometryRun::Desk),
+            Self::Turning => Some(OdometryRun::Turning),
+            Self::Loop => Some(OdometryRun::Loop),
+            Self::Hall => Some(OdometryRun::Hall),
+            Self::Corridor => Some(OdometryRun::Corridor),
+            Self::Wall => Some(OdometryRun::Wall),
+            Self::LowLight => Some(OdometryRun::LowLight),
+            Self::Blur => Some(OdometryRun::Blur),
+            Self::Person => Some(OdometryRun::Person),
+            Self::Rail => Some(OdometryRun::Rail),
+            _ => None,
+        }
+    }
+
     fn scene(self) -> Option<SceneName> {
         match self {
-            Self::Demo | Self::Small => None,
             Self::A => Some(SceneName::A),
             Self::B => Some(SceneName::B),
             Self::C => Some(SceneName::C),
@@ -216,6 +268,7 @@ impl ScenarioName {
             Self::F => Some(SceneName::F),
             Self::G => Some(SceneName::G),
             Self::H => Some(SceneName::H),
+            _ => None,
         }
     }
 }

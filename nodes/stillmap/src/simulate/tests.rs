@@ -136,3 +136,88 @@ fn the_bag_holds_the_truth_of_beams_and_objects_and_is_the_same_each_time() {
     let empty: Vec<PointCloud2> = messages(&bag, TRUE_EMPTY_SCENE);
     assert_eq!(empty.len(), 1);
 }
+
+#[test]
+fn scenarios_for_odometry_and_sensors_are_asked_for_by_name() {
+    use simulator::{ColourCamera, Imu, OdometryRun, SceneName, VelodyneModel, Wheels};
+    assert_eq!(asked_for("office --seed 2"), Scenario::odometry(OdometryRun::Office, 2));
+    assert_eq!(asked_for("low-light"), Scenario::odometry(OdometryRun::LowLight, 1));
+    for run in OdometryRun::ALL {
+        assert_eq!(asked_for(run.name()), Scenario::odometry(run, 1));
+    }
+    assert_eq!(asked_for("road --velodyne vlp16"), Scenario::road(VelodyneModel::Vlp16, 1));
+    let mut rail = Scenario::crossing(
+        SceneName::B,
+        simulator::CrossingObject::Robot,
+        simulator::PathName::D,
+        1,
+    );
+    rail.rig.colour_camera = Some(ColourCamera::default());
+    rail.rig.imu = Some(Imu::default());
+    rail.rig.wheels = Some(Wheels::default());
+    assert_eq!(asked_for("--scene B --object robot --path D --colour --imu --wheels"), rail);
+    let colour = |arguments: &str| asked_for(arguments).rig.colour_camera.unwrap();
+    assert_eq!(colour("demo --low-light"), ColourCamera::default().in_low_light());
+    assert_eq!(colour("demo --motion-blur-ms 20").exposure_s, 0.02);
+    assert_eq!(colour("office --supersampling 1").supersampling, 1);
+    // What is not asked for is not there.
+    let rig = asked_for("demo").rig;
+    assert!(rig.colour_camera.is_none() && rig.imu.is_none() && rig.velodyne.is_none());
+    assert!(parse("demo --motion-blur-ms 50").is_err());
+    assert!(parse("demo --velodyne hdl-128").is_err());
+    let refused = scenario(&parse("office --object robot").unwrap()).unwrap_err().to_string();
+    assert!(refused.contains("--object"), "{refused}");
+}
+
+#[test]
+fn the_bag_holds_what_colour_camera_imu_wheels_and_velodyne_publish() {
+    use crate::sensor_bag::{
+        COLOUR_CAMERA_INFO, DEPTH, IMU, RAW_COLOUR, TRUE_POSE, TRUE_VELODYNE_LABELS, VELODYNE,
+        WHEELS,
+    };
+    use msgs::geometry_msgs::PoseStamped;
+    use msgs::nav_msgs::Odometry;
+    use msgs::sensor_msgs::{CameraInfo, Image, Imu};
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("all.mcap");
+    let arguments = "small --colour --imu --wheels --velodyne vlp16 --depth-size 64 48";
+    write_bag(&asked_for(arguments).with_duration_s(1.0), &bag).unwrap();
+
+    let (images, depths) = (messages::<Image>(&bag, RAW_COLOUR), messages::<Image>(&bag, DEPTH));
+    assert_eq!((images.len(), depths.len()), (30, 30));
+    for (image, depth) in images.iter().zip(&depths) {
+        assert_eq!(image.header, depth.header);
+        assert_eq!((image.encoding.as_str(), image.width, image.height), ("rgb8", 64, 48));
+        assert_eq!((image.step, image.data.len()), (192, 64 * 48 * 3));
+    }
+    let infos: Vec<CameraInfo> = messages(&bag, COLOUR_CAMERA_INFO);
+    assert_eq!((infos.len(), infos[0].header.clone()), (30, images[0].header.clone()));
+
+    let imu: Vec<Imu> = messages(&bag, IMU);
+    assert_eq!((imu.len(), imu[0].header.frame_id.as_str()), (201, "imu"));
+    assert_eq!(imu[0].orientation_covariance[0], -1.0);
+    assert!((imu[0].linear_acceleration.z - 9.8).abs() < 0.3);
+
+    let odometry: Vec<Odometry> = messages(&bag, WHEELS);
+    assert_eq!(odometry.len(), 51);
+    let frames = (odometry[0].header.frame_id.as_str(), odometry[0].child_frame_id.as_str());
+    assert_eq!(frames, ("odom", "base_link"));
+    assert_eq!(odometry[50].pose.covariance[14], 1e6);
+
+    let clouds: Vec<PointCloud2> = messages(&bag, VELODYNE);
+    let labels: Vec<Image> = messages(&bag, TRUE_VELODYNE_LABELS);
+    assert_eq!((clouds.len(), labels.len()), (10, 10));
+    for (cloud, labels) in clouds.iter().zip(&labels) {
+        assert_eq!((cloud.width, cloud.height), (labels.width, labels.height));
+        assert_eq!((cloud.width, cloud.height, cloud.point_step), (1808, 16, 22));
+        let names: Vec<&str> = cloud.fields.iter().map(|field| field.name.as_str()).collect();
+        assert_eq!(names, ["x", "y", "z", "intensity", "ring", "time"]);
+        let points = msgs::convert::cloud_from_message(cloud).unwrap().points_m;
+        // A room of 5 x 6 m, nearer than a metre nothing.
+        let measured: Vec<_> = points.iter().filter(|p| p.x.is_finite()).collect();
+        assert!(measured.len() > 15_000, "{}", measured.len());
+        assert!(measured.iter().all(|p| (0.9..9.0).contains(&p.coords.norm())));
+    }
+    let poses: Vec<PoseStamped> = messages(&bag, TRUE_POSE);
+    assert_eq!(poses.len(), 40);
+}

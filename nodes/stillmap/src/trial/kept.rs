@@ -58,7 +58,7 @@ impl Truth {
             Sample::ObjectPoses(poses) => {
                 self.objects.insert(poses.stamp, poses);
             }
-            Sample::Depth { .. } | Sample::Pose(_) | Sample::Scan { .. } => {}
+            _ => {}
         }
         Ok(())
     }

@@ -38,7 +38,7 @@ impl Message {
                 Self::Image(Arc::new(convert::message_from_depth(image)))
             }
             Sample::Scan { scan, .. } => Self::Scan(Arc::new(convert::message_from_scan(scan))),
-            Sample::ObjectPoses(_) => return None,
+            _ => return None,
         })
     }
 

@@ -48,7 +48,7 @@ impl Recording {
                 Sample::Scan { scan, .. } => {
                     cycles.extend(newest.take().map(|image| (scan, image)))
                 }
-                Sample::Pose(_) | Sample::ObjectPoses(_) => {}
+                _ => {}
             }
         }
         let camera =

@@ -1,0 +1,125 @@
+//! A road scene for LiDAR odometry: once round a block of houses and on.
+
+mod street;
+
+use std::f64::consts::TAU;
+
+use crate::{Handheld, Path, Scenario, Scene, Velodyne, VelodyneModel};
+
+/// The block's corners, along the middle of the road, and the way round it.
+const CORNERS_M: [[f64; 2]; 4] = [[0.0, 0.0], [90.0, 0.0], [90.0, 60.0], [0.0, 60.0]];
+/// The mean speed: 30 km/h.
+const SPEED_M_PER_S: f64 = 8.3;
+/// Controls of the way are so far apart: corners are rounded by about that.
+const STEP_M: f64 = 8.3;
+/// The scanner's height over the road: that of KITTI's car (Geiger et al. 2012).
+const HEIGHT_M: f64 = 1.73;
+/// The way begins in the middle of the first side.
+const BEGINS_M: f64 = 30.0;
+/// How far it leads on after one round.
+const OVERLAP_M: f64 = 20.0;
+/// The lane is so far right of the middle of the road.
+const LANE_M: f64 = 1.7;
+
+impl Scenario {
+    /// A car with a 3D scanner goes round a block between houses, parked cars and poles, and 20 m over its own
+    /// way again: some 40 s at 30 km/h. The scene is the same for every seed; noise, and by centimetres the way,
+    /// are not. The 2D scanner and the depth camera are there, as everywhere, but of no use.
+    #[must_use]
+    pub fn road(model: VelodyneModel, seed: u64) -> Self {
+        let path = way(seed);
+        let duration_s = path.end_s() + 0.5;
+        let scene = Scene { bodies: street::bodies(&CORNERS_M), ..Scene::default() };
+        let mut scenario =
+            Self { name: "road".to_owned(), seed, duration_s, scene, ..Self::default() };
+        scenario.rig.path = path;
+        scenario.rig.velodyne = Some(Velodyne { model, ..Velodyne::default() });
+        scenario.rig.depth_camera = scenario.rig.depth_camera.with_size(64, 48);
+        scenario.rig.depth_camera.rate_hz = 1.0;
+        scenario
+    }
+}
+
+/// Along the right lane round the block, facing forward.
+fn way(seed: u64) -> Path {
+    let round_m: f64 = sides().iter().map(|side| side.length_m).sum();
+    let steps = ((round_m + OVERLAP_M) / STEP_M) as u32;
+    let near = (0..=steps)
+        .map(|step| {
+            let [x_m, y_m] = lane_at((BEGINS_M + f64::from(step) * STEP_M) % round_m);
+            [x_m, y_m, HEIGHT_M, 0.0, 0.0, 0.0]
+        })
+        .collect();
+    // A hand's tremor of the body on its springs, smaller than a hand's.
+    let carried =
+        Handheld { start_s: 0.5, step_s: STEP_M / SPEED_M_PER_S, near, tremor: 0.4, seed };
+    facing_forward(carried.path())
+}
+
+struct Side {
+    from_m: [f64; 2],
+    along: [f64; 2],
+    length_m: f64,
+}
+
+fn sides() -> Vec<Side> {
+    let next = CORNERS_M.iter().cycle().skip(1);
+    CORNERS_M
+        .iter()
+        .zip(next)
+        .map(|(from, to)| {
+            let (dx_m, dy_m) = (to[0] - from[0], to[1] - from[1]);
+            let length_m = dx_m.hypot(dy_m);
+            Side { from_m: *from, along: [dx_m / length_m, dy_m / length_m], length_m }
+        })
+        .collect()
+}
+
+/// A place of the lane, by the way along the middle of the road.
+fn lane_at(mut way_m: f64) -> [f64; 2] {
+    let sides = sides();
+    for side in &sides {
+        if way_m <= side.length_m {
+            let [ax, ay] = side.along;
+            // Right of the direction of travel.
+            return [
+                side.from_m[0] + ax * way_m + ay * LANE_M,
+                side.from_m[1] + ay * way_m - ax * LANE_M,
+            ];
+        }
+        way_m -= side.length_m;
+    }
+    CORNERS_M[0]
+}
+
+/// The same way, turned to where it leads: yaw is added to what sways.
+fn facing_forward(mut path: Path) -> Path {
+    /// Slower than this a way has no direction; it keeps the one that it takes up next, or had last.
+    const SLOW_M: f64 = 1e-4;
+    let places: Vec<[f64; 2]> = path.waypoints.iter().map(|w| [w.pose[0], w.pose[1]]).collect();
+    let mut yaws_rad: Vec<Option<f64>> = places
+        .iter()
+        .enumerate()
+        .map(|(index, _)| {
+            let before = places.get(index.saturating_sub(10))?;
+            let after = places.get((index + 10).min(places.len() - 1))?;
+            let (dx_m, dy_m) = (after[0] - before[0], after[1] - before[1]);
+            (dx_m.hypot(dy_m) > SLOW_M).then(|| dy_m.atan2(dx_m))
+        })
+        .collect();
+    let first = yaws_rad.iter().flatten().next().copied().unwrap_or_default();
+    let mut last_rad = first;
+    for yaw_rad in &mut yaws_rad {
+        // Counted on beyond pi, so that it turns the short way.
+        let next = yaw_rad.unwrap_or(last_rad);
+        last_rad = next - TAU * ((next - last_rad) / TAU).round();
+        *yaw_rad = Some(last_rad);
+    }
+    for (waypoint, yaw_rad) in path.waypoints.iter_mut().zip(yaws_rad) {
+        waypoint.pose[3] += yaw_rad.unwrap_or_default();
+    }
+    path
+}
+
+#[cfg(test)]
+mod tests;
