@@ -157,6 +157,7 @@ impl Tour {
         let counts = Counts {
             voxels: self.map.len(),
             map_bytes: self.map.memory_bytes(),
+            spill: self.map.spill_counts(),
             evidence_voxels: self.segmenter.evidence_voxels(),
             waiting: self.matcher.waiting_scans() + self.matcher.waiting_clouds(),
             rss_bytes: Usage::of_this_process().rss_bytes,

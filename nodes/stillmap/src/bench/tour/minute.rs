@@ -1,6 +1,6 @@
 //! What the cycles of one minute cost, and what the cores hold at its end.
 
-use reconstruction::Addition;
+use reconstruction::{Addition, SpillCounts};
 use serde::Serialize;
 
 /// What one cycle took, from its inputs to the map.
@@ -20,6 +20,8 @@ pub(super) struct Counts {
     pub(super) voxels: usize,
     /// Of the map, by its own count.
     pub(super) map_bytes: usize,
+    /// Of the map; absent where none of it is spilled. `written` and `read` count from the start.
+    pub(super) spill: Option<SpillCounts>,
     /// Of segmentation; 0 where the method keeps none.
     pub(super) evidence_voxels: usize,
     /// Scans and images that wait to be matched.
@@ -109,8 +111,14 @@ fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
 pub(super) mod tests {
     use super::*;
 
-    const COUNTS: Counts =
-        Counts { voxels: 7, map_bytes: 700, evidence_voxels: 0, waiting: 1, rss_bytes: None };
+    const COUNTS: Counts = Counts {
+        voxels: 7,
+        map_bytes: 700,
+        spill: None,
+        evidence_voxels: 0,
+        waiting: 1,
+        rss_bytes: None,
+    };
 
     /// A minute of 101 cycles of which this is the median.
     pub(in super::super) fn a_minute(minute: usize, median_ms: f64) -> MinuteRow {

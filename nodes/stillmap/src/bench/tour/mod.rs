@@ -8,6 +8,7 @@ mod minute;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use reconstruction::shell::ReconstructionParameters;
 use reconstruction::{AtMaxVoxels, ReconstructionConfig, StaticMap};
 use serde::Serialize;
 
@@ -31,6 +32,7 @@ const SIZE_PX: (usize, usize) = (160, 120);
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   stillmap bench tour
+  stillmap bench tour --at-max-voxels spill -o figures.json
   stillmap bench tour --minutes 5 --method stillmap --max-voxels 50000 --at-max-voxels refuse --json
 
 The building is a corridor round a square of 28 m. A side takes a minute, and all sides look alike, so that one
@@ -49,6 +51,13 @@ pub(crate) struct TourArgs {
     /// What happens when the map has them
     #[arg(long, value_enum, default_value_t = AtMaxVoxelsName::DropOldest)]
     at_max_voxels: AtMaxVoxelsName,
+    /// With spill: where the tiles go; a folder of its own in it, which goes at the end [default: the system's for
+    /// temporary files]
+    #[arg(long, value_name = "DIR")]
+    spill_folder: Option<PathBuf>,
+    /// With spill: the edge of a tile in metres
+    #[arg(long, default_value_t = 2.0)]
+    spill_tile_edge: f64,
     /// Depth images of the full 640 x 480 pixels
     #[arg(long)]
     full_images: bool,
@@ -69,6 +78,8 @@ enum AtMaxVoxelsName {
     Refuse,
     /// Those seen longest ago make room
     DropOldest,
+    /// Tiles reached longest ago go to files, and come back
+    Spill,
 }
 
 impl TourArgs {
@@ -81,9 +92,24 @@ impl TourArgs {
         let at_max_voxels = match self.at_max_voxels {
             AtMaxVoxelsName::Refuse => AtMaxVoxels::Refuse,
             AtMaxVoxelsName::DropOldest => AtMaxVoxels::DropOldest,
+            AtMaxVoxelsName::Spill => AtMaxVoxels::Spill,
         };
-        let config = ReconstructionConfig { max_voxels: self.max_voxels, at_max_voxels, ..config };
-        StaticMap::new(config).map_err(failure)
+        let parameters = ReconstructionParameters {
+            spill_folder: self.spill_folder(),
+            config: ReconstructionConfig {
+                max_voxels: self.max_voxels,
+                at_max_voxels,
+                spill_tile_edge_m: self.spill_tile_edge,
+                ..config
+            },
+            ..ReconstructionParameters::default()
+        };
+        reconstruction::shell::empty_map(&parameters).map_err(failure)
+    }
+
+    fn spill_folder(&self) -> String {
+        let folder = self.spill_folder.clone().unwrap_or_else(std::env::temp_dir);
+        folder.to_string_lossy().into_owned()
     }
 }
 
@@ -170,6 +196,7 @@ fn text(report: &MethodReport) -> String {
             "map",
             "voxels",
             "dropped",
+            "tiles read",
             "map MB",
             "evidence",
             "tracks",
@@ -205,6 +232,7 @@ fn line(row: &MinuteRow) -> Vec<String> {
         format!("{:.2}", row.map_median_ms),
         counts.voxels.to_string(),
         row.dropped_voxels.to_string(),
+        counts.spill.map_or_else(|| "-".to_owned(), |spill| spill.read.to_string()),
         megabytes(counts.map_bytes as f64),
         counts.evidence_voxels.to_string(),
         row.most_tracks.to_string(),
@@ -244,6 +272,8 @@ mod tests {
             method: vec![MethodName::Stillmap],
             max_voxels: 500,
             at_max_voxels: AtMaxVoxelsName::DropOldest,
+            spill_folder: None,
+            spill_tile_edge: 2.0,
             full_images: false,
             json: false,
             output: None,
