@@ -15,6 +15,7 @@ mod program;
 mod config_files;
 mod import;
 mod local_run;
+mod transforms;
 
 mod bench;
 mod dds_run;
