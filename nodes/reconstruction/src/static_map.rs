@@ -49,7 +49,8 @@ pub use whole::WholeMap;
 ///
 /// # Memory
 /// 80 bytes a voxel and a byte of the table, which is between 7/16 and 7/8 full: 93 to 185 bytes a voxel,
-/// and half as much again while the table grows. While changes are followed, 12 to 24 bytes more for each
+/// and half as much again while the table grows. Where voxels go, too, their places are not all used again before the
+/// table grows once more, so that it may end half as full: up to 370 bytes a voxel. While changes are followed, 12 to 24 bytes more for each
 /// voxel that waits, and 28 to 56 for each one that is gone and waits. [`Method::Stillmap`] keeps a bit a voxel
 /// besides, in blocks of 64 that take 25 to 60 bytes; [`AtMaxVoxels::DropOldest`] keeps 40 to 80 bytes a voxel
 /// besides. `max_voxels` bounds them all. [`AtMaxVoxels::Spill`] keeps the bits too, and for each tile that is out of
