@@ -8,9 +8,10 @@ use msgs::tf2_msgs::TFMessage;
 
 use super::*;
 
-/// A broadcaster of fixed transforms, as tf2's.
+/// A broadcaster of fixed transforms, as tf2's. Of depth 1 it could not tell of a change before all have acknowledged
+/// what it told first.
 fn broadcaster() -> Qos {
-    Qos::new(true, true, 1)
+    Qos::new(true, true, 10)
 }
 
 /// The pose of a frame on the robot.
