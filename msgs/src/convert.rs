@@ -45,8 +45,8 @@ pub use labels::{labels_from_message, message_from_labels};
 pub use marker::markers_from_tracks;
 pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{
-    isometry_from_pose, message_from_pose, pose_from_covariance_message, pose_from_isometry,
-    pose_from_message, pose_from_odometry,
+    isometry_from_pose, isometry_from_transform, message_from_pose, pose_from_covariance_message,
+    pose_from_isometry, pose_from_message, pose_from_odometry, transform_from_isometry,
 };
 pub use scan::{message_from_scan, scan_from_message};
 pub use stamp::{stamp_from_time, time_from_stamp};

@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Point3, Quaternion as Numbers, Translation3, UnitQuate
 use super::{ConvertError, stamp_from_time, time_from_stamp};
 use crate::geometry_msgs::{
     Point, Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion as QuaternionMessage,
+    Transform, Vector3,
 };
 use crate::nav_msgs::Odometry;
 use crate::std_msgs::Header;
@@ -24,8 +25,32 @@ const EXACT: f64 = 1e-9;
 /// When the position is not finite, or the quaternion's squared length differs from 1 by more than
 /// 0.01, as that of the all-zero one does.
 pub fn isometry_from_pose(pose: &Pose) -> Result<Isometry3<f64>, ConvertError> {
-    let position = point_from_message(&pose.position)?;
-    let QuaternionMessage { x, y, z, w } = pose.orientation;
+    isometry(&pose.position, &pose.orientation)
+}
+
+/// The rigid motion of a transform: takes coordinates of the child frame to the parent. A quaternion that was rounded
+/// on its way is made a unit one.
+///
+/// # Errors
+/// As [`isometry_from_pose`].
+pub fn isometry_from_transform(transform: &Transform) -> Result<Isometry3<f64>, ConvertError> {
+    let Vector3 { x, y, z } = transform.translation;
+    isometry(&Point { x, y, z }, &transform.rotation)
+}
+
+/// The transform of a rigid motion.
+#[must_use]
+pub fn transform_from_isometry(isometry: &Isometry3<f64>) -> Transform {
+    let Pose { position: Point { x, y, z }, orientation } = pose_from_isometry(isometry);
+    Transform { translation: Vector3 { x, y, z }, rotation: orientation }
+}
+
+fn isometry(
+    position: &Point,
+    orientation: &QuaternionMessage,
+) -> Result<Isometry3<f64>, ConvertError> {
+    let position = point_from_message(position)?;
+    let QuaternionMessage { x, y, z, w } = *orientation;
     let numbers = Numbers::new(w, x, y, z);
     let excess = (numbers.norm_squared() - 1.0).abs();
     let rotation = if excess <= EXACT {

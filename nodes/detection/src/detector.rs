@@ -6,7 +6,7 @@ mod surround;
 use geometry::{
     CameraModel, CameraModelError, Cloud, DepthCameraError, DepthImage, DepthLimits,
     DepthProjector, DetectedCycle, RayTable, ReducedDepth, Scan, Stamp, UnusablePose,
-    VoxelAccumulator, VoxelGrid, check_pose, pose_from_vector,
+    VoxelAccumulator, VoxelGrid, check_pose, pose_from_vector, pose_vector,
 };
 use nalgebra::Isometry3;
 
@@ -258,6 +258,24 @@ impl Detector {
         if let Some(motion_finder) = &mut self.motion_finder {
             motion_finder.clear();
         }
+    }
+
+    /// Takes another pose of the scanner in the rig than the configuration's. What was seen is forgotten; the cycles
+    /// count on.
+    ///
+    /// # Errors
+    /// When it holds a number that is not finite; nothing is changed then.
+    pub fn mount_lidar(&mut self, rig_from_lidar: &Isometry3<f64>) -> Result<(), ConfigError> {
+        let config =
+            DetectionConfig { rig_from_lidar: pose_vector(rig_from_lidar), ..self.config.clone() };
+        config.validate()?;
+        self.rig_from_lidar = *rig_from_lidar;
+        self.forget();
+        if self.motion_finder.is_some() {
+            self.motion_finder = Some(MotionFinder::new(&config));
+        }
+        self.config = config;
+        Ok(())
     }
 
     /// Rec-HV 3.2.1.1 to 3.2.2.

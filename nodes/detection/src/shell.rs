@@ -2,6 +2,7 @@
 
 mod extrinsics;
 mod inputs;
+mod mounts;
 mod stage;
 #[cfg(test)]
 mod tests;
@@ -13,6 +14,7 @@ use node_shell::{Node, NodeFailure, Program};
 use serde::{Deserialize, Serialize};
 
 use crate::DetectionConfig;
+pub use mounts::WAITING_FOR_TRANSFORM;
 pub use stage::{IMAGE_WITHOUT_CALIBRATION, Stage, UNUSABLE_MESSAGE_ON};
 
 const PROGRAM: Program = Program {
@@ -25,6 +27,8 @@ const PROGRAM: Program = Program {
              in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with both of these
              in  points (sensor_msgs/msg/PointCloud2), best effort; with input:=points
              in  pose (geometry_msgs/msg/PoseStamped: the rig in the map), best effort
+             in  /tf_static, /tf (tf2_msgs/msg/TFMessage: where the scanner is from the camera), reliable and transient
+                 local, best effort; with extrinsics:=tf
              out reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
              out dynamic_zones (stillmap_msgs/msg/DynamicZones), reliable
              out ~/report (stillmap_msgs/msg/StageReport), reliable",
@@ -48,6 +52,18 @@ pub enum CloudInput {
     Points,
 }
 
+/// Where the pose of the scanner comes from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ExtrinsicsSource {
+    /// The parameter `rig_from_lidar`.
+    #[default]
+    Parameters,
+    /// tf, by the frames of the scan and of the camera's messages; `rig_from_lidar` is not read. The camera's own pose in
+    /// the rig stays a parameter: it says what the rig is.
+    Tf,
+}
+
 /// The parameters of the node.
 ///
 /// Every default stands in [`DetectionParameters::default`] and nowhere else.
@@ -59,6 +75,8 @@ pub struct DetectionParameters {
     /// The depth camera's calibration in place of the topic's: the path of a camera_info file in YAML; empty for
     /// none.
     pub camera_info_file: String,
+    /// Where the pose of the scanner comes from.
+    pub extrinsics: ExtrinsicsSource,
     /// So often it is checked whether the scan lies on the surfaces that the camera sees; 0 turns the check off.
     pub extrinsics_check_period_s: f64,
     /// By how much it may lie beside them.
@@ -73,6 +91,7 @@ impl Default for DetectionParameters {
         Self {
             input: CloudInput::Depth,
             camera_info_file: String::new(),
+            extrinsics: ExtrinsicsSource::Parameters,
             // A knock is told in some five seconds, for a few milliseconds of each.
             extrinsics_check_period_s: 1.0,
             extrinsics_limit_m: calibration::DriftConfig::default().limit_m,

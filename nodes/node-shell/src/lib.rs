@@ -31,8 +31,8 @@
 //! });
 //! ```
 //!
-//! What is absent: parameter services, `/rosout`, `use_sim_time`, lifecycle, tf, clients of services,
-//! and actions.
+//! What is absent: parameter services, `/rosout`, `use_sim_time`, lifecycle, broadcasters of tf, clients of
+//! services, and actions.
 //! They come when a node needs them.
 
 pub mod arguments;
@@ -65,6 +65,7 @@ mod steps;
 mod subscription;
 mod survey;
 mod throttle;
+mod transforms;
 mod transport;
 mod writer;
 
@@ -85,6 +86,9 @@ pub use steps::StepTimer;
 pub use subscription::{Received, Subscription};
 pub use survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
 pub use throttle::{Throttle, WARNING_PERIOD};
+pub use transforms::{
+    TransformArrival, TransformError, TransformListener, TransformRefused, TransformTree,
+};
 pub use transport::{
     Announcer, BacklogWatch, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,
     MessageTooLarge, RAISE_RECEIVE_BUFFER, ReceiveHealth, StaticPeer, Transport, TransportError,

@@ -84,7 +84,7 @@ fn map(criterion: &mut Criterion) {
             (count % CYCLES_PER_UPDATE == 0).then(|| map.take_changes(MOST_POINTS))
         });
     });
-    let followed = {
+    let followed = || {
         let mut map = StaticMap::new(ReconstructionConfig::default()).unwrap();
         map.follow_changes();
         for cloud in &clouds {
@@ -94,7 +94,7 @@ fn map(criterion: &mut Criterion) {
     };
     criterion.bench_function("an update of 10,000 points", |bench| {
         bench.iter_batched_ref(
-            || followed.clone(),
+            followed,
             |map| map.take_changes(MOST_POINTS),
             BatchSize::LargeInput,
         );

@@ -8,8 +8,10 @@ pub mod octomap;
 #[cfg(feature = "ros")]
 pub mod shell;
 pub mod static_map;
+pub mod tiles;
 
 pub use config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
 pub use static_map::{
-    Addition, LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS, LoadError, MapChanges, MapError, StaticMap,
+    Addition, LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS, LoadError, MapChanges, MapError,
+    SpillCounts, StaticMap, WholeMap,
 };

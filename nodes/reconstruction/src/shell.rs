@@ -23,8 +23,10 @@
 
 mod map_file;
 mod schedule;
+mod spilling;
 #[cfg(test)]
 mod tests;
+mod tile_folder;
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -43,6 +45,8 @@ use tokio::time::{Instant, MissedTickBehavior};
 use crate::{Addition, ReconstructionConfig, StaticMap};
 use map_file::MapFile;
 use schedule::{Following, Periods, Schedule, Subscribers};
+use spilling::SpillWatch;
+pub use spilling::empty_map;
 
 const PROGRAM: Program = Program {
     name: "reconstruction",
@@ -84,6 +88,9 @@ pub struct ReconstructionParameters {
     pub save_map_on_exit: String,
     /// Where `~/save_map` saves the map, and `~/load_map` loads it from: such a path, or nothing.
     pub map_file: String,
+    /// With `at_max_voxels` spill: the folder below which the node's tiles have one of their own, which goes when the
+    /// node ends.
+    pub spill_folder: String,
     /// The parameters of the method.
     #[serde(flatten)]
     pub config: ReconstructionConfig,
@@ -100,6 +107,7 @@ impl Default for ReconstructionParameters {
             map_update_max_points: 10_000,
             save_map_on_exit: String::new(),
             map_file: String::new(),
+            spill_folder: String::new(),
             config: ReconstructionConfig::default(),
         }
     }
@@ -173,6 +181,7 @@ pub struct Stage {
     removals: Publisher<PointCloud2>,
     most_update_points: usize,
     map_failed: Throttle,
+    spill_watch: SpillWatch,
     reporter: StageReporter,
 }
 
@@ -190,7 +199,7 @@ impl Stage {
             updates: period("map_update_period_s", parameters.map_update_period_s)?,
         };
         Ok(Self {
-            map: StaticMap::new(parameters.config)?,
+            map: empty_map(parameters)?,
             schedule: Schedule::new(periods),
             cycles: 0,
             maps: node.publisher("static_map", &Qos::latched())?,
@@ -198,6 +207,7 @@ impl Stage {
             removals: node.publisher("static_map_removals", &Qos::reliable(UPDATES_KEPT))?,
             most_update_points: parameters.map_update_max_points,
             map_failed: Throttle::for_warnings(),
+            spill_watch: SpillWatch::new(node.counters()),
             reporter: StageReporter::new(node, PROGRAM.name)?,
             clouds: node.subscription("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
         })
@@ -220,7 +230,7 @@ impl Stage {
         let mut timer = StepTimer::start();
         match self.add(message, &mut timer) {
             Ok((points_in, addition)) => {
-                let counts = [
+                let mut counts = vec![
                     ("points_in", points_in as u64),
                     ("voxels", self.map.len() as u64),
                     ("voxels_new", addition.new_voxels as u64),
@@ -230,6 +240,7 @@ impl Stage {
                     ("voxels_dropped", addition.dropped_voxels as u64),
                     ("map_bytes", self.map.memory_bytes() as u64),
                 ];
+                counts.extend(self.spill_watch.look(&mut self.map));
                 self.reporter.processed(message.header.clone(), self.cycles, &counts, &timer);
                 self.cycles = self.cycles.wrapping_add(1);
             }

@@ -1,12 +1,15 @@
 //! The incremental voxel map (Rec-HV 3.2.8, 3.3.4, eq. 9).
 
+mod addition;
 mod blocks;
 mod changes;
 mod clearing;
 mod evidence;
 mod loading;
 mod seen_order;
+mod spill;
 mod voxel;
+mod whole;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -15,48 +18,19 @@ use geometry::{Cloud, SegmentedCycle, Stamp, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
 use crate::config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
+use crate::tiles::TileStore;
+pub use addition::{Addition, MapError};
+pub(crate) use blocks::BLOCK_EDGE_VOXELS;
 use blocks::Blocks;
 use changes::Changes;
 pub use changes::{LISTENER_TOLERANCE_IN_EDGES, MapChanges};
 use clearing::RayTables;
 pub use loading::{LOADED_HITS, LoadError};
 use seen_order::SeenOrder;
+use spill::Spill;
+pub use spill::SpillCounts;
 use voxel::{BuildVoxelHasher, VoxelMean};
-
-/// What one cloud did to the map.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Addition {
-    /// Points of the cloud that went into the map.
-    pub added_points: usize,
-    /// Points that were refused because they needed a voxel beyond `max_voxels`.
-    pub refused_points: usize,
-    /// Points that were left out because a coordinate is not finite.
-    pub not_finite_points: usize,
-    /// Voxels that the map did not have before.
-    pub new_voxels: usize,
-    /// Voxels that were touched, the new ones included.
-    pub changed_voxels: usize,
-    /// Voxels that went since rays passed them.
-    pub cleared_voxels: usize,
-    /// Voxels that went to make room for others.
-    pub dropped_voxels: usize,
-}
-
-/// A cloud that does not belong into the map.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-pub enum MapError {
-    /// The cloud is in another frame than those before.
-    #[error(
-        "the static cloud is in frame {cloud:?}, the map in frame {map:?}: clear the map, or let the pose source \
-         keep its frame"
-    )]
-    AnotherFrame {
-        /// The frame of the map.
-        map: String,
-        /// The frame of the cloud.
-        cloud: String,
-    },
-}
+pub use whole::WholeMap;
 
 /// The static map: for each voxel the mean of all points that ever fell into it.
 ///
@@ -75,25 +49,31 @@ pub enum MapError {
 ///
 /// # Memory
 /// 80 bytes a voxel and a byte of the table, which is between 7/16 and 7/8 full: 93 to 185 bytes a voxel,
-/// and half as much again while the table grows. While changes are followed, 12 to 24 bytes more for each
+/// and half as much again while the table grows. Where voxels go, too, their places are not all used again before the
+/// table grows once more, so that it may end half as full: up to 370 bytes a voxel. While changes are followed, 12 to 24 bytes more for each
 /// voxel that waits, and 28 to 56 for each one that is gone and waits. [`Method::Stillmap`] keeps a bit a voxel
 /// besides, in blocks of 64 that take 25 to 60 bytes; [`AtMaxVoxels::DropOldest`] keeps 40 to 80 bytes a voxel
-/// besides. `max_voxels` bounds them all.
-#[derive(Clone, Debug)]
+/// besides. `max_voxels` bounds them all. [`AtMaxVoxels::Spill`] keeps the bits too, and for each tile that is out of
+/// memory some 40 to 80 bytes: ten thousand times less than the voxels of a tile of 4 m take.
+#[derive(Debug)]
 pub struct StaticMap {
     grid: VoxelGrid,
     max_voxels: usize,
+    /// Whether rays clear what they pass.
+    clears: bool,
     /// Looked up by key alone; its order reaches no result.
     voxels: HashMap<VoxelKey, VoxelMean, BuildVoxelHasher>,
     changed: Vec<VoxelKey>,
     /// Present while somebody follows the changes.
     changes: Option<Changes>,
-    /// Present where rays clear voxels.
+    /// Present where rays clear voxels, or tiles are spilled.
     occupied: Option<Blocks>,
     /// The tables of one cycle, kept for their memory.
     rays: RayTables,
     /// Present where old voxels make room.
     seen_order: Option<SeenOrder>,
+    /// Present where tiles are spilled.
+    spill: Option<Spill>,
     frame_id: Option<String>,
     stamp: Stamp,
     cycles: u32,
@@ -101,21 +81,51 @@ pub struct StaticMap {
 }
 
 impl StaticMap {
-    /// An empty map.
+    /// An empty map that holds all it has in memory.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range, or the map is to spill tiles: see [`StaticMap::with_tile_store`].
+    pub fn new(config: ReconstructionConfig) -> Result<Self, ConfigError> {
+        Self::with_store_if_any(config, None)
+    }
+
+    /// An empty map that writes tiles to `store`, where [`AtMaxVoxels::Spill`] is chosen. The store is the map's
+    /// alone, and is cleared.
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: ReconstructionConfig) -> Result<Self, ConfigError> {
+    pub fn with_tile_store(
+        config: ReconstructionConfig,
+        store: Box<dyn TileStore>,
+    ) -> Result<Self, ConfigError> {
+        Self::with_store_if_any(config, Some(store))
+    }
+
+    fn with_store_if_any(
+        config: ReconstructionConfig,
+        store: Option<Box<dyn TileStore>>,
+    ) -> Result<Self, ConfigError> {
         config.validate()?;
+        let grid = VoxelGrid::new(config.voxel_edge_m)?;
+        let clears = config.method == Method::Stillmap;
+        let spill = match config.at_max_voxels {
+            AtMaxVoxels::Spill => {
+                let store = store.ok_or(ConfigError::NoTileStore)?;
+                Some(Spill::new(config.tile_edge_voxels()?, grid, store))
+            }
+            AtMaxVoxels::Refuse | AtMaxVoxels::DropOldest => None,
+        };
         Ok(Self {
-            grid: VoxelGrid::new(config.voxel_edge_m)?,
+            grid,
             max_voxels: config.max_voxels,
+            clears,
             voxels: HashMap::default(),
             changed: Vec::new(),
             changes: None,
-            occupied: (config.method == Method::Stillmap).then(Blocks::default),
+            occupied: (clears || spill.is_some()).then(Blocks::default),
             rays: RayTables::default(),
             seen_order: (config.at_max_voxels == AtMaxVoxels::DropOldest).then(SeenOrder::default),
+            spill,
             frame_id: None,
             stamp: Stamp::default(),
             cycles: 0,
@@ -131,7 +141,7 @@ impl StaticMap {
     /// # Errors
     /// When the static cloud is in another frame; the map is then as it was.
     pub fn integrate(&mut self, cycle: &SegmentedCycle) -> Result<Addition, MapError> {
-        if self.occupied.is_none() {
+        if !self.clears {
             return self.add(&cycle.static_cloud);
         }
         self.begin_cycle(&cycle.static_cloud)?;
@@ -179,10 +189,11 @@ impl StaticMap {
             return;
         }
         let key = self.grid.key(point);
-        if self.voxels.len() >= self.max_voxels
-            && !self.voxels.contains_key(&key)
-            && !self.drop_oldest(addition)
-        {
+        let is_refused = !self.fetch(key)
+            || (self.voxels.len() >= self.max_voxels
+                && !self.voxels.contains_key(&key)
+                && !self.make_room(addition));
+        if is_refused {
             addition.refused_points += 1;
             return;
         }
@@ -192,6 +203,9 @@ impl StaticMap {
                 addition.new_voxels += 1;
                 if let Some(occupied) = &mut self.occupied {
                     occupied.insert(key);
+                }
+                if let Some(spill) = &mut self.spill {
+                    spill.has_one_more();
                 }
                 let voxel = entry.insert(VoxelMean::default());
                 if let Some(changes) = &mut self.changes {
@@ -215,9 +229,12 @@ impl StaticMap {
         addition.added_points += 1;
     }
 
-    /// Makes room for a voxel. Returns whether there is some: not where old voxels are kept, and not where all
-    /// were seen in this cycle.
-    fn drop_oldest(&mut self, addition: &mut Addition) -> bool {
+    /// Makes room for a voxel. Returns whether there is some: not where old voxels are kept, not where all
+    /// were seen in this cycle, and not where no tile can be written.
+    fn make_room(&mut self, addition: &mut Addition) -> bool {
+        if self.spill.is_some() {
+            return self.spill_until(1);
+        }
         let oldest = self.seen_order.as_ref().and_then(SeenOrder::oldest);
         let Some(key) = oldest else { return false };
         if self.voxels.get(&key).is_none_or(|voxel| voxel.last_cycle == self.cycles) {
@@ -239,30 +256,12 @@ impl StaticMap {
         if let Some(occupied) = &mut self.occupied {
             occupied.remove(key);
         }
+        if let Some(spill) = &mut self.spill {
+            spill.has_one_less(key);
+        }
         if let Some(seen_order) = &mut self.seen_order {
             seen_order.forget(key);
         }
-    }
-
-    /// The points of the map, one a voxel, in ascending order of the voxels' keys.
-    #[must_use]
-    pub fn points(&self) -> Vec<Point3<f32>> {
-        let mut voxels: Vec<(VoxelKey, Point3<f32>)> =
-            self.voxels.iter().map(|(key, voxel)| (*key, voxel.mean())).collect();
-        voxels.sort_unstable_by_key(|(key, _)| *key);
-        voxels.into_iter().map(|(_, mean)| mean).collect()
-    }
-
-    /// The map as a cloud: [`StaticMap::points`] with the map's frame and the stamp of the latest cycle. An
-    /// empty frame before the first cycle.
-    #[must_use]
-    pub fn cloud(&self) -> Cloud {
-        self.cloud_of(self.points())
-    }
-
-    fn cloud_of(&self, points_m: Vec<Point3<f32>>) -> Cloud {
-        let frame_id = self.frame_id.clone().unwrap_or_default();
-        Cloud { stamp: self.stamp, frame_id, points_m }
     }
 
     /// The voxels that the latest cycle touched, in the order in which its points touched them.
@@ -271,10 +270,13 @@ impl StaticMap {
         &self.changed
     }
 
-    /// The point of a voxel and the number of points that it is the mean of.
+    /// The point of a voxel and the number of points that it is the mean of. One that is out of memory is looked up
+    /// in its tile.
     #[must_use]
     pub fn voxel(&self, key: VoxelKey) -> Option<(Point3<f32>, u32)> {
-        self.voxels.get(&key).map(|voxel| (voxel.mean(), voxel.points()))
+        let in_memory = self.voxels.get(&key).copied();
+        let voxel = in_memory.or_else(|| self.spill.as_ref()?.look_up(key));
+        voxel.map(|voxel| (voxel.mean(), voxel.points()))
     }
 
     /// The grid of the map's voxels.
@@ -283,7 +285,7 @@ impl StaticMap {
         &self.grid
     }
 
-    /// So many voxels the map may have.
+    /// So many voxels the map may have; so many in memory, where tiles are spilled.
     #[must_use]
     pub fn max_voxels(&self) -> usize {
         self.max_voxels
@@ -295,16 +297,16 @@ impl StaticMap {
         self.frame_id.as_deref()
     }
 
-    /// How many voxels, and so points, the map has.
+    /// How many voxels, and so points, the map has, those of spilled tiles included.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.voxels.len()
+        self.voxels.len() + self.spill.as_ref().map_or(0, Spill::voxels)
     }
 
     /// Whether the map has no point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.voxels.is_empty()
+        self.len() == 0
     }
 
     /// The points that were refused since the map was empty.
@@ -321,10 +323,12 @@ impl StaticMap {
         let waiting = self.changes.as_ref().map_or(0, Changes::memory_bytes);
         let occupied = self.occupied.as_ref().map_or(0, Blocks::memory_bytes);
         let seen_order = self.seen_order.as_ref().map_or(0, SeenOrder::memory_bytes);
+        let spill = self.spill.as_ref().map_or(0, Spill::memory_bytes);
         slots * (size_of::<(VoxelKey, VoxelMean)>() + 1)
             + waiting
             + occupied
             + seen_order
+            + spill
             + self.rays.memory_bytes()
     }
 
@@ -341,6 +345,9 @@ impl StaticMap {
         self.rays = RayTables::default();
         if let Some(seen_order) = &mut self.seen_order {
             *seen_order = SeenOrder::default();
+        }
+        if let Some(spill) = &mut self.spill {
+            spill.clear();
         }
         self.frame_id = None;
         self.stamp = Stamp::default();

@@ -111,6 +111,12 @@ impl Segmenter {
         Ok(Self { depth_cell_m: config.depth_cell_m, stillmap })
     }
 
+    /// Voxels of evidence held now, at most `max_evidence_voxels`; the method of Rec-HV holds none.
+    #[must_use]
+    pub fn evidence_voxels(&self) -> usize {
+        self.stillmap.as_ref().map_or(0, Stillmap::evidence_voxels)
+    }
+
     /// Splits the cycle's reduced cloud: every point of it lands in exactly one of the two clouds, in
     /// the order it had. `observe` is called at the end of each stage.
     ///

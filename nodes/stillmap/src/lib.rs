@@ -76,7 +76,7 @@ enum Command {
     Experiments(experiments::ExperimentsArgs),
     /// What is wrong with this machine and the live graph, or with a bag, and what mends it
     Doctor(doctor::DoctorArgs),
-    /// What the transport of this machine carries
+    /// What the transport of this machine carries, and what a cycle costs over an hour
     #[command(subcommand)]
     Bench(bench::BenchArgs),
     /// The whole suite live, in one process, as ROS 2 nodes

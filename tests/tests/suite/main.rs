@@ -16,6 +16,7 @@ mod config_files;
 mod import;
 mod local_run;
 mod trajectory;
+mod transforms;
 
 mod bench;
 mod dds_run;

@@ -122,6 +122,12 @@ impl ExtrinsicsCheck {
         Some(verdict)
     }
 
+    /// Takes another pose of the scanner, and forgets what it has seen.
+    pub(super) fn mount_lidar(&mut self, rig_from_lidar: &Isometry3<f64>) {
+        self.mounts.rig_from_lidar = *rig_from_lidar;
+        self.forget();
+    }
+
     /// Forgets what it has seen, as after a jump of the clock.
     pub(super) fn forget(&mut self) {
         self.monitor.clear();

@@ -6,7 +6,8 @@ use geometry::Stamp;
 use msgs::convert::{COMPRESSED_DEPTH_TOPIC, stamp_from_time};
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
-use node_shell::{Node, Qos, ShellError, Subscription};
+use msgs::std_msgs::Header;
+use node_shell::{Node, Qos, ShellError, Subscription, TransformArrival};
 
 use super::CloudInput;
 use crate::Input;
@@ -31,12 +32,21 @@ pub(super) enum ViewMessage {
 }
 
 impl ViewMessage {
+    fn header(&self) -> &Header {
+        match self {
+            Self::Depth(message) => &message.header,
+            Self::CompressedDepth(message) => &message.header,
+            Self::Points(message) => &message.header,
+        }
+    }
+
     pub(super) fn stamp(&self) -> Stamp {
-        stamp_from_time(match self {
-            Self::Depth(message) => message.header.stamp,
-            Self::CompressedDepth(message) => message.header.stamp,
-            Self::Points(message) => message.header.stamp,
-        })
+        stamp_from_time(self.header().stamp)
+    }
+
+    /// The camera's optical frame.
+    pub(super) fn frame_id(&self) -> &str {
+        &self.header().frame_id
     }
 
     /// Whether it is of use only with the calibration of its camera.
@@ -54,6 +64,7 @@ pub(super) enum Arrival {
     View(ViewMessage),
     CameraInfo(Arc<CameraInfo>),
     Pose(Arc<PoseStamped>),
+    Transforms(TransformArrival),
 }
 
 /// The node's subscriptions.

@@ -14,6 +14,7 @@ use node_shell::{
 
 use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, ViewMessage};
+use super::mounts::{Mounts, WAITING_FOR_TRANSFORM};
 use super::{DetectionParameters, PROGRAM, extrinsics};
 use crate::{CycleInput, Detected, Detector, Dropped, Input, MatchEvent, Matched, Matcher, View};
 
@@ -34,6 +35,8 @@ pub struct Stage {
     /// Whether the calibration comes from a file, and the topic's does not count.
     camera_is_given: bool,
     extrinsics: Option<ExtrinsicsCheck>,
+    /// Where the scanner is by tf; none where a parameter says it.
+    mounts: Option<Mounts>,
     /// Images that came before the calibration of their camera.
     uncalibrated: VecDeque<ViewMessage>,
     most_uncalibrated: usize,
@@ -66,6 +69,7 @@ impl Stage {
             camera,
             camera_is_given: given.is_some(),
             extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
+            mounts: Mounts::new(node, parameters)?,
             uncalibrated: VecDeque::new(),
             most_uncalibrated: config.max_waiting_clouds,
             rig_frame_id: config.rig_frame_id.clone(),
@@ -82,12 +86,25 @@ impl Stage {
 
     /// The next message. May be dropped while it waits.
     pub(super) async fn next(&self) -> Arrival {
-        self.inputs.next().await
+        match &self.mounts {
+            None => self.inputs.next().await,
+            // What a scan needs comes before the scan.
+            Some(mounts) => tokio::select! {
+                biased;
+                arrival = mounts.next() => Arrival::Transforms(arrival),
+                arrival = self.inputs.next() => arrival,
+            },
+        }
+    }
+
+    fn try_next(&self) -> Option<Arrival> {
+        let transforms = self.mounts.as_ref().and_then(Mounts::try_next).map(Arrival::Transforms);
+        transforms.or_else(|| self.inputs.try_next())
     }
 
     /// Takes every message that is here already.
     pub fn take_waiting(&mut self) {
-        while let Some(arrival) = self.inputs.try_next() {
+        while let Some(arrival) = self.try_next() {
             self.take(arrival);
         }
     }
@@ -115,6 +132,12 @@ impl Stage {
                 Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
             },
             Arrival::View(message) => return self.take_view(message),
+            Arrival::Transforms(transforms) => {
+                if let Some(mounts) = &mut self.mounts {
+                    mounts.take(&transforms);
+                }
+                return;
+            }
         };
         self.handle(events);
     }
@@ -198,6 +221,9 @@ impl Stage {
                     if let Some(check) = &mut self.extrinsics {
                         check.forget();
                     }
+                    if let Some(mounts) = &mut self.mounts {
+                        mounts.forget_timed();
+                    }
                 }
             }
         }
@@ -205,6 +231,10 @@ impl Stage {
 
     fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>) {
         let mut timer = StepTimer::start();
+        if let Err(error) = self.mount_lidar(matched) {
+            let reason = error.to_string();
+            return self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, &reason);
+        }
         match self.detect(matched, &mut timer) {
             Ok(detected) => self.publish(&detected, &mut timer),
             Err(error) => {
@@ -212,6 +242,19 @@ impl Stage {
                 self.drop_scan(matched.scan_stamp, "detection failed", &reason);
             }
         }
+    }
+
+    /// Sees to it that the scanner is where tf says, by the frames of what was matched.
+    fn mount_lidar(&mut self, matched: &Matched<Scan, ViewMessage>) -> Result<(), NodeFailure> {
+        let Some(mounts) = &mut self.mounts else { return Ok(()) };
+        let camera = (matched.cloud.frame_id(), matched.cloud_stamp);
+        if let Some(rig_from_lidar) = mounts.changed(&matched.scan.frame_id, camera)? {
+            self.detector.mount_lidar(&rig_from_lidar)?;
+            if let Some(check) = &mut self.extrinsics {
+                check.mount_lidar(&rig_from_lidar);
+            }
+        }
+        Ok(())
     }
 
     fn detect(

@@ -1,3 +1,5 @@
+mod transforms;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -19,7 +21,10 @@ fn node(name: &str, test: &str) -> Node {
     let process = std::process::id();
     let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
     let namespace = format!("__ns:=/detection_test_{process}_{test}");
-    let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
+    // tf has one place for all namespaces, but not for all tests.
+    let own_tf = ["-r", "/tf:=tf", "-r", "/tf_static:=tf_static"];
+    let line = ["--ros-args", "-r", &namespace].into_iter().chain(own_tf);
+    let arguments = RosArguments::parse(line).unwrap();
     Node::start_on(transport, name, &arguments).unwrap()
 }
 
@@ -101,9 +106,14 @@ impl Bench {
     }
 
     async fn start_with(test: &str, max_wait_s: f64, input: CloudInput) -> Self {
-        let (own, peer) = (node("detection", test), node("robot", test));
         let config = DetectionConfig { max_wait_s, ..DetectionConfig::default() };
         let parameters = DetectionParameters { input, config, ..DetectionParameters::default() };
+        Self::start_by(test, parameters).await
+    }
+
+    async fn start_by(test: &str, parameters: DetectionParameters) -> Self {
+        let (own, peer) = (node("detection", test), node("robot", test));
+        let input = parameters.input;
         let shutdown = own.shutdown_signal();
         let served = tokio::spawn(async move {
             let result = serve(&own, parameters).await;

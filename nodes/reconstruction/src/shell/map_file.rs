@@ -8,7 +8,7 @@ use geometry::{VoxelGrid, VoxelKey, pcd, ply};
 use nalgebra::Point3;
 use node_shell::NodeFailure;
 
-use crate::{StaticMap, octomap};
+use crate::{StaticMap, WholeMap, octomap};
 
 /// The edge of an octomap is the map's when they differ by no more than this share: what a decimal number of
 /// six digits leaves, as octomap writes it.
@@ -64,7 +64,10 @@ impl MapFile {
     /// Saves the map under a temporary name first: a reader never finds half a file, and an earlier
     /// map is lost only to a whole one, also when the power fails. Returns the number of points.
     pub(super) fn save(&self, map: &StaticMap) -> Result<usize, NodeFailure> {
-        let points_m = map.points();
+        let WholeMap { points_m, unreadable } = map.whole();
+        if let Some(error) = unreadable.first() {
+            tracing::warn!("{} tiles are not in the map that is saved: {error}", unreadable.len());
+        }
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be saved to {}: {reason}", self.path.display())
         };

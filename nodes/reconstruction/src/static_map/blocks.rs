@@ -9,11 +9,18 @@ use super::voxel::BuildVoxelHasher;
 
 /// A block is a cube of 4 voxels an axis: 64 of them, a bit each of one number.
 const SHIFT: i32 = 2;
+/// Its edge.
+pub(crate) const BLOCK_EDGE_VOXELS: u16 = 1 << SHIFT;
 const WITHIN: i32 = (1 << SHIFT) - 1;
 
 /// The block of a voxel.
 pub(super) fn block_of(key: VoxelKey) -> VoxelKey {
     VoxelKey { x: key.x >> SHIFT, y: key.y >> SHIFT, z: key.z >> SHIFT }
+}
+
+/// One of the voxels of a block.
+pub(super) fn a_voxel_of(block: VoxelKey) -> VoxelKey {
+    VoxelKey { x: block.x << SHIFT, y: block.y << SHIFT, z: block.z << SHIFT }
 }
 
 /// The bit of a voxel in its block.
@@ -46,6 +53,20 @@ impl Blocks {
     /// The bits of a block's voxels.
     pub(super) fn bits(&self, block: VoxelKey) -> u64 {
         self.blocks.get(&block).copied().unwrap_or_default()
+    }
+
+    /// The voxels of a block.
+    pub(super) fn voxels_of(&self, block: VoxelKey) -> impl Iterator<Item = VoxelKey> + use<> {
+        let mut bits = self.bits(block);
+        std::iter::from_fn(move || {
+            let bit = bits.trailing_zeros() as i32;
+            bits &= bits.checked_sub(1)?;
+            Some(VoxelKey {
+                x: block.x << SHIFT | bit & WITHIN,
+                y: block.y << SHIFT | bit >> SHIFT & WITHIN,
+                z: block.z << SHIFT | bit >> (2 * SHIFT),
+            })
+        })
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
@@ -82,6 +103,9 @@ mod tests {
                 prop_assert_eq!(blocks.bits(block_of(key)) & bit_of(key) != 0, set.contains(&key));
             }
             prop_assert!(blocks.blocks.values().all(|bits| *bits != 0));
+            let all: BTreeSet<_> =
+                blocks.blocks.keys().flat_map(|block| blocks.voxels_of(*block)).collect();
+            prop_assert_eq!(all, set);
         }
     }
 }

@@ -9,8 +9,8 @@ use std::collections::{HashMap, VecDeque};
 use geometry::{Cloud, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
-use super::StaticMap;
 use super::voxel::BuildVoxelHasher;
+use super::{StaticMap, WholeMap};
 
 /// A listener that has been told of all changes holds each mean within this share of the voxel's edge:
 /// 5 mm of 8 cm, the noise of one depth reading at 1.5 m.
@@ -35,10 +35,10 @@ const UNTOLD_STEPS_SQUARED: i64 = {
 /// remembered of what was told, in six bytes that a voxel has to spare. Packed, so that two more bytes fit beside.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[repr(Rust, packed)]
-struct Place([u16; 3]);
+pub(super) struct Place([u16; 3]);
 
 impl Place {
-    fn of(mean: &Point3<f32>, key: VoxelKey, grid: &VoxelGrid) -> Self {
+    pub(super) fn of(mean: &Point3<f32>, key: VoxelKey, grid: &VoxelGrid) -> Self {
         let step = |coordinate: f32, cell: i32| {
             let share = f64::from(coordinate) / grid.edge_m() - f64::from(cell);
             // The cast saturates.
@@ -74,7 +74,34 @@ impl Told {
     /// Nobody knows of the voxel as it is now, and it stands in the queue.
     const WAITING: Self = Self { place: Place([0; 3]), flags: IS_WAITING };
 
-    fn tell(&mut self, place: Place) {
+    /// The voxel leaves the memory. One that waits is told of at its turn, whatever listeners know: who gets the
+    /// whole map meanwhile may see it elsewhere.
+    pub(super) fn leave(&mut self) {
+        if self.is_waiting() {
+            *self = Self::WAITING;
+        }
+    }
+
+    /// Appends it to the bytes of a tile.
+    pub(super) fn push_to(self, bytes: &mut Vec<u8>) {
+        bytes.push(self.flags);
+        if self.flags & IS_TOLD != 0 {
+            let Place(along) = self.place;
+            bytes.extend(along.into_iter().flat_map(u16::to_le_bytes));
+        }
+    }
+
+    /// As it was written; `next` gives the numbers behind the flags.
+    pub(super) fn read<E>(flags: u8, mut next: impl FnMut() -> Result<u16, E>) -> Result<Self, E> {
+        let flags = flags & (IS_TOLD | IS_WAITING);
+        let place = match flags & IS_TOLD {
+            0 => Place::default(),
+            _ => Place([next()?, next()?, next()?]),
+        };
+        Ok(Self { place, flags })
+    }
+
+    pub(super) fn tell(&mut self, place: Place) {
         *self = Self { place, flags: IS_TOLD };
     }
 
@@ -151,6 +178,7 @@ impl StaticMap {
         for (key, voxel) in &mut self.voxels {
             voxel.told.tell(Place::of(&voxel.mean(), *key, &self.grid));
         }
+        self.follow_spilled();
         self.changes = Some(Changes::default());
     }
 
@@ -175,7 +203,11 @@ impl StaticMap {
                 voxel.told.flags &= !IS_TOLD;
             }
         }
-        self.cloud()
+        let WholeMap { points_m, unreadable } = self.whole();
+        for error in unreadable {
+            self.note_tile_error(error);
+        }
+        self.cloud_of(points_m)
     }
 
     /// The points of the next voxels, at most so many, that are new or have moved, or have gone, since they
@@ -193,25 +225,30 @@ impl StaticMap {
     /// no voxel changes then: of two that tell of the same voxel the one with the later stamp is right.
     pub fn take_changes(&mut self, most_points: usize) -> MapChanges {
         let (mut updated, mut removed) = (Vec::new(), Vec::new());
-        let mut is_incomplete = false;
-        if let Some(changes) = &mut self.changes {
-            is_incomplete = std::mem::take(&mut changes.is_incomplete);
-            updated.reserve_exact(most_points.min(changes.waiting.len()));
-            while updated.len() + removed.len() < most_points {
-                let Some(key) = changes.waiting.pop_front() else { break };
-                let Some(voxel) = self.voxels.get_mut(&key) else {
-                    removed.extend(changes.gone.remove(&key));
-                    continue;
-                };
-                voxel.told.flags &= !IS_WAITING;
-                let mean = voxel.mean();
-                let place = Place::of(&mean, key, &self.grid);
-                if voxel.told.is_news(place) {
-                    voxel.told.tell(place);
-                    updated.push(mean);
-                }
+        let waiting = self.waiting_changes();
+        updated.reserve_exact(most_points.min(waiting));
+        while updated.len() + removed.len() < most_points {
+            let Some(changes) = &mut self.changes else { break };
+            let Some(key) = changes.waiting.pop_front() else { break };
+            if let Some(mean) = changes.gone.remove(&key) {
+                removed.push(mean);
+                continue;
+            }
+            // It may have been spilled since. When it cannot be read back, its tile's loss is told otherwise.
+            if !self.fetch(key) {
+                continue;
+            }
+            let Some(voxel) = self.voxels.get_mut(&key) else { continue };
+            voxel.told.flags &= !IS_WAITING;
+            let mean = voxel.mean();
+            let place = Place::of(&mean, key, &self.grid);
+            if voxel.told.is_news(place) {
+                voxel.told.tell(place);
+                updated.push(mean);
             }
         }
+        let is_incomplete =
+            self.changes.as_mut().is_some_and(|changes| std::mem::take(&mut changes.is_incomplete));
         MapChanges {
             updated: self.cloud_of(updated),
             removed: self.cloud_of(removed),

@@ -19,7 +19,7 @@ mod tests;
 use geometry::{SegmentedCycle, VoxelGrid, VoxelKey, VoxelRay};
 use nalgebra::Point3;
 
-use super::blocks::{bit_of, block_of};
+use super::blocks::{a_voxel_of, bit_of, block_of};
 use super::{Addition, StaticMap};
 
 /// Where a ray stops to clear, before its own end, in edges of the map's voxels.
@@ -135,6 +135,10 @@ impl StaticMap {
         tables.passed.sort_unstable();
         tables.passed.dedup();
         for key in &tables.passed {
+            // It was there when it was passed; its tile may have made room for another since.
+            if !self.fetch(*key) {
+                continue;
+            }
             let is_gone = self.voxels.get_mut(key).is_some_and(|voxel| !voxel.evidence.miss());
             if is_gone {
                 self.remove(*key);
@@ -146,18 +150,18 @@ impl StaticMap {
     }
 
     /// Appends the voxels that the ray passes.
-    fn find_passed(&self, ray: &VoxelRay, returns: &Returns, passed: &mut Vec<VoxelKey>) {
-        let Some(occupied) = &self.occupied else { return };
-        let stop_m = ray.length_m() - STOP_BEFORE_END_IN_EDGES * self.grid.edge_m();
-        let cone_slope = CONE_IN_EDGES * self.grid.edge_m() / ray.length_m();
+    fn find_passed(&mut self, ray: &VoxelRay, returns: &Returns, passed: &mut Vec<VoxelKey>) {
+        let grid = self.grid;
+        let stop_m = ray.length_m() - STOP_BEFORE_END_IN_EDGES * grid.edge_m();
+        let cone_slope = CONE_IN_EDGES * grid.edge_m() / ray.length_m();
         // Looked up once for all steps within a block.
         let mut block = None;
         let mut bits = 0;
-        for key in ray.cells(&self.grid, stop_m) {
+        for key in ray.cells(&grid, stop_m) {
             let block_here = block_of(key);
             if block != Some(block_here) {
                 block = Some(block_here);
-                bits = occupied.bits(block_here);
+                bits = self.bits_of_block(block_here);
             }
             if bits & bit_of(key) == 0 {
                 continue;
@@ -170,9 +174,17 @@ impl StaticMap {
             let (along_m, aside_squared) = ray.along_and_aside(&voxel.mean().cast());
             let is_in_cone = (0.0..=stop_m).contains(&along_m)
                 && aside_squared <= (cone_slope * along_m).powi(2);
-            if is_in_cone && !returns.contradict(ray, key, &self.grid) {
+            if is_in_cone && !returns.contradict(ray, key, &grid) {
                 passed.push(key);
             }
         }
+    }
+
+    /// The occupied voxels of a block, which may have to be fetched; none where they cannot be.
+    fn bits_of_block(&mut self, block: VoxelKey) -> u64 {
+        if !self.fetch(a_voxel_of(block)) {
+            return 0;
+        }
+        self.occupied.as_ref().map_or(0, |occupied| occupied.bits(block))
     }
 }

@@ -30,7 +30,8 @@ impl StaticMap {
     /// stamp stays. Who follows the changes has to start with a new map, as after [`StaticMap::clear`].
     ///
     /// # Errors
-    /// When the points need more than `max_voxels`, also where old voxels make room; the map is then as it was.
+    /// When the points need more than `max_voxels`, also where old voxels make room, but not where tiles are spilled;
+    /// the map is then as it was.
     pub fn replace(
         &mut self,
         points_m: &[Point3<f32>],
@@ -43,7 +44,7 @@ impl StaticMap {
             .collect();
         keyed.sort_unstable_by_key(|(key, _)| *key);
         let voxels = keyed.chunk_by(|a, b| a.0 == b.0).count();
-        if voxels > self.max_voxels {
+        if voxels > self.max_voxels && self.spill.is_none() {
             return Err(LoadError::TooManyVoxels { voxels, max_voxels: self.max_voxels });
         }
         let stamp = self.stamp;

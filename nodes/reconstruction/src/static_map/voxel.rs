@@ -9,7 +9,7 @@ use super::evidence::Evidence;
 
 /// The sums count in units of 2^-60 m: every 32-bit coordinate of 2^-37 m or more is a whole number of
 /// them, so that sums are exact and do not depend on their order. 2^67 m fit into 128 bits.
-const UNITS_PER_METRE: f64 = (1u64 << 60) as f64;
+pub(super) const UNITS_PER_METRE: f64 = (1u64 << 60) as f64;
 
 /// The points of one voxel, as much of them as their mean needs.
 #[derive(Clone, Copy, Debug, Default)]
@@ -46,6 +46,22 @@ impl VoxelMean {
 
     pub(super) fn points(&self) -> u32 {
         self.points
+    }
+
+    /// The sums along the axes, to be written.
+    pub(super) fn sum_units(&self) -> [i128; 3] {
+        self.sum_units
+    }
+
+    /// As it was written.
+    pub(super) fn of(
+        sum_units: [i128; 3],
+        points: u32,
+        last_cycle: u32,
+        told: Told,
+        evidence: Evidence,
+    ) -> Self {
+        Self { sum_units, points, last_cycle, told, evidence }
     }
 }
 

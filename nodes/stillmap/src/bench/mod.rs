@@ -1,4 +1,5 @@
-//! `stillmap bench`: what the transport of this machine carries, and the two ends to find it out with.
+//! `stillmap bench`: what the transport of this machine carries, and the two ends to find it out with; what a cycle
+//! costs over an hour.
 
 mod latency;
 mod pair;
@@ -6,6 +7,7 @@ mod publish;
 mod reception;
 mod sample;
 mod subscribe;
+mod tour;
 mod transport;
 mod usage;
 
@@ -32,6 +34,8 @@ pub(crate) enum BenchArgs {
     Pair(pair::PairArgs),
     /// Payloads of 0.1 to 9.8 MB at 7, 10 and 30 Hz between processes of this machine, as a table
     Transport(transport::TransportArgs),
+    /// An hour's tour through a simulated building: what a cycle costs in each minute, and the memory
+    Tour(tour::TourArgs),
 }
 
 /// How the topic of an end is delivered.
@@ -64,6 +68,7 @@ pub(crate) fn run(args: BenchArgs, ros: &RosArguments) -> Result<Outcome, Failur
         BenchArgs::Subscribe(args) => subscribe::run(&args, ros),
         BenchArgs::Pair(args) => pair::run(&args, ros),
         BenchArgs::Transport(args) => transport::run(&args),
+        BenchArgs::Tour(args) => tour::run(&args),
     }
 }
 

@@ -5,6 +5,7 @@ use clap::Args;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use msgs::tf2_msgs::TFMessage;
 
 use crate::failure::Failure;
 use crate::sensor_bag;
@@ -45,7 +46,13 @@ pub(crate) struct Inputs {
     pub(crate) pose: String,
     /// The topic of true labels, where the bag has it.
     pub(crate) labels: Option<String>,
+    /// Those of tf that the bag has, fixed transforms first.
+    pub(crate) transforms: Vec<&'static str>,
 }
+
+/// The topics of tf, the same in every bag.
+pub(crate) const TF_STATIC: &str = "/tf_static";
+const TF: &str = "/tf";
 
 /// Where the points come from.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -88,7 +95,13 @@ impl Inputs {
                 topic.topic == sensor_bag::TRUE_LABELS && topic.type_name == Image::TYPE_NAME
             })
             .map(|topic| topic.topic.clone());
-        Ok(Self { scan, view, pose, labels })
+        let is_there = |name: &&str| {
+            let is_it = |topic: &&bag_player::TopicInfo| topic.topic == *name;
+            let topic = info.topics.iter().find(is_it);
+            topic.is_some_and(|topic| topic.type_name == TFMessage::TYPE_NAME)
+        };
+        let transforms = [TF_STATIC, TF].into_iter().filter(is_there).collect();
+        Ok(Self { scan, view, pose, labels, transforms })
     }
 
     /// All topics that the nodes subscribe to, each with the name that the node knows it by.

@@ -6,7 +6,7 @@ use evaluation::RunRecord;
 use msgs::RosMessage;
 use node_shell::{NodeFailure, PublishError, Publisher};
 
-use super::inputs::{Inputs, ViewTopics};
+use super::inputs::{Inputs, TF_STATIC, ViewTopics};
 use super::parameters::PipelineParameters;
 use super::pipeline::{Pipeline, Sensors};
 use crate::failure::Failure;
@@ -33,7 +33,8 @@ pub(crate) fn run(
         ViewTopics::Points(_) => CloudInput::Points,
     };
     let mut pipeline = Pipeline::new(input, &inputs.by_node_name(), parameters).map_err(failed)?;
-    let topics = inputs.by_node_name().into_iter().map(|(_, topic)| topic.to_owned()).collect();
+    let sensors = inputs.by_node_name().into_iter().map(|(_, topic)| topic);
+    let topics = sensors.chain(inputs.transforms.iter().copied()).map(str::to_owned).collect();
     let selection = Selection { topics: Some(topics), ..Selection::default() };
     let mut messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
     for message in &mut messages {
@@ -61,6 +62,11 @@ enum FeedError {
 
 fn publish(message: &BagMessage, inputs: &Inputs, sensors: &Sensors) -> Result<(), FeedError> {
     let topic = &*message.topic;
+    if inputs.transforms.contains(&topic) {
+        let is_fixed = topic == TF_STATIC;
+        let publisher = if is_fixed { &sensors.fixed_transforms } else { &sensors.transforms };
+        return pass_on(message, publisher);
+    }
     if topic == inputs.scan {
         return pass_on(message, &sensors.scans);
     }

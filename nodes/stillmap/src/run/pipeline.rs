@@ -5,6 +5,7 @@ use detection::shell::{CloudInput, DetectionParameters, Stage as Detection};
 use evaluation::{RunRecord, Transport};
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use msgs::tf2_msgs::TFMessage;
 use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, ShellError};
 use reconstruction::StaticMap;
 use reconstruction::shell::Stage as Reconstruction;
@@ -132,6 +133,8 @@ pub(crate) struct Sensors {
     pub(crate) images: Publisher<Image>,
     pub(crate) camera_infos: Publisher<CameraInfo>,
     pub(crate) clouds: Publisher<PointCloud2>,
+    pub(crate) fixed_transforms: Publisher<TFMessage>,
+    pub(crate) transforms: Publisher<TFMessage>,
 }
 
 impl Sensors {
@@ -143,6 +146,8 @@ impl Sensors {
             images: node.publisher("depth/image", &qos)?,
             camera_infos: node.publisher("depth/camera_info", &qos)?,
             clouds: node.publisher("points", &qos)?,
+            fixed_transforms: node.publisher("/tf_static", &Qos::latched())?,
+            transforms: node.publisher("/tf", &qos)?,
         })
     }
 }

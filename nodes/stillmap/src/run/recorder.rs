@@ -6,7 +6,7 @@ use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
 use evaluation::{CycleRecord, DropCount, RunRecord};
 use geometry::{Cloud, DetectedCycle, SegmentationCounts, Stamp};
 use nalgebra::Point3;
-use reconstruction::{ConfigError, Method, ReconstructionConfig, StaticMap};
+use reconstruction::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig, StaticMap};
 
 /// The three stages of the pipeline.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -78,7 +78,15 @@ impl Recorder {
         method_name: &'static str,
     ) -> Result<Self, ConfigError> {
         // What is never removed: points stay, whatever is seen through them.
-        let unfiltered = ReconstructionConfig { method: Method::RecHv, ..*map };
+        let unfiltered = ReconstructionConfig {
+            method: Method::RecHv,
+            // It is a figure of the report, and not worth a folder of tiles of its own.
+            at_max_voxels: match map.at_max_voxels {
+                AtMaxVoxels::Spill => AtMaxVoxels::Refuse,
+                kept => kept,
+            },
+            ..*map
+        };
         Ok(Self {
             method_name,
             voxel_edge_m: map.voxel_edge_m,

@@ -43,10 +43,10 @@ impl Truth {
 
     pub(super) fn take(&mut self, sample: Sample) -> Result<(), Failure> {
         match sample {
-            Sample::CameraInfo { camera, .. } => {
-                if self.rays.as_ref().is_none_or(|(known, _)| *known != camera) {
-                    self.rays = Some((camera, RayTable::new(&camera).map_err(failure)?));
-                }
+            Sample::CameraInfo { camera, .. }
+                if self.rays.as_ref().is_none_or(|(known, _)| *known != camera) =>
+            {
+                self.rays = Some((camera, RayTable::new(&camera).map_err(failure)?));
             }
             Sample::Depth { image, labels } if self.keeps_images => {
                 let stamp = image.stamp;

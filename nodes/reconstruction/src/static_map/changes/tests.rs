@@ -4,7 +4,8 @@ use geometry::{Cloud, Stamp};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{ReconstructionConfig, StaticMap};
+use crate::tiles::testing::MemoryStore;
+use crate::{AtMaxVoxels, ReconstructionConfig, StaticMap};
 
 const EDGE_M: f64 = 0.1;
 
@@ -19,6 +20,18 @@ fn empty_map(max_voxels: usize) -> StaticMap {
         ..ReconstructionConfig::default()
     };
     StaticMap::new(config).unwrap()
+}
+
+/// A map of which one full tile, of 4 voxels an axis, is in memory.
+fn spilling_map() -> StaticMap {
+    let config = ReconstructionConfig {
+        voxel_edge_m: EDGE_M,
+        max_voxels: 64,
+        at_max_voxels: AtMaxVoxels::Spill,
+        spill_tile_edge_m: 4.0 * EDGE_M,
+        ..ReconstructionConfig::default()
+    };
+    StaticMap::with_tile_store(config, Box::new(MemoryStore::default())).unwrap()
 }
 
 fn cloud(points: &[[f32; 3]]) -> Cloud {
@@ -202,17 +215,25 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn who_has_a_map_and_all_changes_after_it_has_the_map(events in events()) {
-        let mut map = empty_map(50);
+    fn who_has_a_map_and_all_changes_after_it_has_the_map(events in events(), spills in any::<bool>()) {
+        let mut map = if spills { spilling_map() } else { empty_map(50) };
         map.follow_changes();
         let mut listeners = vec![Listener::with(&map.cloud_for_listeners().points_m)];
+        // Over eight tiles of 27 voxels, of which two or three are in memory.
+        let wide = |points: Vec<[f32; 3]>| -> Vec<[f32; 3]> {
+            let scale = if spills { 2.0 } else { 1.0 };
+            points.into_iter().map(|point| point.map(|along| along * scale)).collect()
+        };
         for event in events {
             match event {
                 Event::Add(points) => {
-                    map.add(&cloud(&points)).unwrap();
+                    map.add(&cloud(&wide(points))).unwrap();
                 }
                 Event::Remove(points) => {
-                    points.into_iter().for_each(|point| map.remove(grid().key(&point.into())));
+                    for key in wide(points).into_iter().map(|point| grid().key(&point.into())) {
+                        map.fetch(key);
+                        map.remove(key);
+                    }
                 }
                 Event::Take(most_points) => {
                     let waiting = map.waiting_changes();

@@ -16,6 +16,7 @@ fn map_with(max_voxels: usize, at_max_voxels: AtMaxVoxels) -> StaticMap {
         voxel_edge_m: 1.0,
         max_voxels,
         at_max_voxels,
+        ..ReconstructionConfig::default()
     };
     StaticMap::new(config).unwrap()
 }
@@ -199,14 +200,15 @@ proptest! {
     fn what_is_passed_is_what_the_definition_says(
         old in points(150), still in points(12), moving in points(4),
     ) {
-        let mut map = map();
-        map.add(&cycle(&old, &[]).static_cloud).unwrap();
+        let [mut map, mut added] = [(); 2].map(|()| map());
+        let cycle_of_old = cycle(&old, &[]);
         let cycle = cycle(&still, &moving);
-        let before = map.clone();
+        for map in [&mut map, &mut added] {
+            map.add(&cycle_of_old.static_cloud).unwrap();
+        }
         map.integrate(&cycle).unwrap();
         // Who is one miss down; those that the cycle hit are neither.
         let hit: BTreeSet<_> = map.changed().iter().copied().collect();
-        let mut added = before.clone();
         added.add(&cycle.static_cloud).unwrap();
         let mut got = BTreeSet::new();
         for (key, voxel) in &map.voxels {

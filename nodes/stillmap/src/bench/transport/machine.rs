@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// The machine. What it does not tell is absent.
 #[derive(Clone, PartialEq, Debug, Serialize)]
-pub(super) struct Machine {
+pub(in crate::bench) struct Machine {
     pub(super) cores: usize,
     pub(super) processor: Option<String>,
     pub(super) kernel: Option<String>,
@@ -15,7 +15,7 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    pub(super) fn here() -> Self {
+    pub(in crate::bench) fn here() -> Self {
         let line =
             |path: &str| std::fs::read_to_string(path).ok().map(|text| text.trim().to_owned());
         let number = |path: &str| line(path)?.parse().ok();

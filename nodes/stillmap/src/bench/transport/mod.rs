@@ -4,13 +4,13 @@
 mod case;
 mod cyclone;
 mod end;
-mod machine;
+pub(super) mod machine;
 mod measurement;
 mod ours;
 mod pipe;
 mod place;
 mod scenario;
-mod table;
+pub(super) mod table;
 
 use std::path::PathBuf;
 

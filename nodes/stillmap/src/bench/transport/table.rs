@@ -4,7 +4,7 @@ use super::machine::Machine;
 use super::measurement::{Cost, Peers, Row};
 
 /// A table of text: its first line names the columns, which are aligned at the right.
-pub(super) fn render(lines: &[Vec<String>]) -> String {
+pub(in crate::bench) fn render(lines: &[Vec<String>]) -> String {
     let columns = lines.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
         lines.iter().filter_map(|line| line.get(column)).map(|cell| cell.chars().count()).max()
@@ -78,7 +78,7 @@ fn megabytes(cost: Cost) -> String {
 }
 
 /// The machine, in a line.
-pub(super) fn of_machine(machine: &Machine) -> String {
+pub(in crate::bench) fn of_machine(machine: &Machine) -> String {
     let mut parts = vec![format!("{} cores", machine.cores)];
     if let Some(processor) = &machine.processor {
         parts.push(processor.clone());

@@ -1,0 +1,117 @@
+//! Where the scanner is, by tf over DDS.
+
+use geometry::pose_from_vector;
+use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+use msgs::geometry_msgs::TransformStamped;
+use msgs::std_msgs::Header;
+use msgs::tf2_msgs::TFMessage;
+
+use super::*;
+
+/// A broadcaster of fixed transforms, as tf2's. Of depth 1 it could not tell of a change before all have acknowledged
+/// what it told first.
+fn broadcaster() -> Qos {
+    Qos::new(true, true, 10)
+}
+
+/// The pose of a frame on the robot.
+fn on_robot(child: &str, pose: [f64; 6]) -> TransformStamped {
+    TransformStamped {
+        header: Header { frame_id: "base_link".to_owned(), ..Header::default() },
+        child_frame_id: child.to_owned(),
+        transform: convert::transform_from_isometry(&pose_from_vector(&pose)),
+    }
+}
+
+fn camera() -> TransformStamped {
+    on_robot("camera_optical_frame", DetectionConfig::default().rig_from_camera)
+}
+
+fn laser(yaw_rad: f64) -> TransformStamped {
+    on_robot("laser", [0.0, 0.0, -0.05, yaw_rad, 0.0, 0.0])
+}
+
+impl Bench {
+    async fn cycle_at(&self, milliseconds: i64) -> Arc<StageReport> {
+        self.images.publish(image(at(milliseconds))).unwrap();
+        self.poses.publish(pose(at(milliseconds), 0.0)).unwrap();
+        self.scans.publish(scan(at(milliseconds))).unwrap();
+        loop {
+            let report = self.report().await;
+            if convert::stamp_from_time(report.header.stamp) == at(milliseconds) {
+                return report;
+            }
+        }
+    }
+}
+
+/// What the node says of the transform on `/diagnostics`, once it has this in it.
+async fn told(
+    diagnostics: &Subscription<DiagnosticArray>,
+    part: &str,
+) -> (DiagnosticStatus, String) {
+    soon(part, async {
+        loop {
+            let message = diagnostics.next().await.message;
+            let own = message.status.iter().find(|status| status.name.ends_with("/detection"));
+            let Some(status) = own else { continue };
+            let pair =
+                status.values.iter().find(|pair| pair.key == "transform from scanner to camera");
+            if let Some(pair) = pair.filter(|pair| pair.value.contains(part)) {
+                return (status.clone(), pair.value.clone());
+            }
+        }
+    })
+    .await
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_scanner_is_where_tf_says_as_soon_as_it_does() {
+    let parameters =
+        DetectionParameters { extrinsics: ExtrinsicsSource::Tf, ..DetectionParameters::default() };
+    let bench = Bench::start_by("tf", parameters).await;
+    let diagnostics =
+        bench.peer.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(50)).unwrap();
+    bench.camera_infos.publish(camera_info(4)).unwrap();
+    let report = bench.cycle_at(1_000).await;
+    assert!(!report.processed && report.drop_reason.contains("none is known"), "{report:?}");
+    let (status, _) = told(&diagnostics, "waiting for it").await;
+    assert!(status.level >= DiagnosticStatus::WARN, "{status:?}");
+
+    // Each of two broadcasters has a part; the one of the scanner comes later.
+    let static_of_camera = bench.peer.publisher::<TFMessage>("/tf_static", &broadcaster()).unwrap();
+    static_of_camera.publish(TFMessage { transforms: vec![camera()] }).unwrap();
+    soon("the node", static_of_camera.wait_for_subscribers(1)).await;
+    let mut milliseconds = 2_000;
+    let mut until = async |bench: &Bench, is_it: &dyn Fn(&StageReport) -> bool| {
+        soon("the transform", async {
+            loop {
+                milliseconds += 1_000;
+                let report = bench.cycle_at(milliseconds).await;
+                if is_it(&report) {
+                    break report;
+                }
+            }
+        })
+        .await
+    };
+    until(&bench, &|report| report.drop_reason.contains("\"laser\"")).await;
+    let static_of_laser = bench.peer.publisher::<TFMessage>("/tf_static", &broadcaster()).unwrap();
+    static_of_laser.publish(TFMessage { transforms: vec![laser(0.5)] }).unwrap();
+
+    // Of 21 beams from -1 to 1 rad, 13 are within 45 degrees of the rig's x when the scanner is turned by 0.5 rad.
+    let report = until(&bench, &|report| report.processed).await;
+    assert_eq!((report.cycle, counts(&report).get("beams")), (0, Some(&13)));
+    let (_, text) = told(&diagnostics, "rig_from_lidar is").await;
+    assert!(
+        text.contains("laser to camera_optical_frame") && text.contains("-0.050, 0.5000"),
+        "{text}"
+    );
+
+    // Another mounting is taken up.
+    static_of_laser.publish(TFMessage { transforms: vec![laser(0.0)] }).unwrap();
+    let report = until(&bench, &|report| counts(report).get("beams") == Some(&15)).await;
+    assert!(report.processed && report.cycle > 0);
+    drop((static_of_camera, static_of_laser, diagnostics));
+    bench.end().await;
+}

@@ -1,0 +1,342 @@
+//! Frames, each with its parent, and the way from one to another.
+
+use std::collections::BTreeMap;
+
+use geometry::{
+    PoseBuffer, PoseLookupError, PosePushError, Stamp, StampedPose, UnusablePose, check_pose,
+};
+use nalgebra::Isometry3;
+
+/// Frames that may be known; a robot has a hundred.
+const MOST_FRAMES: usize = 1000;
+/// Transforms of one frame over time that are kept: ten seconds, which is tf2's own memory, at 100 Hz.
+const MOST_TIMED: usize = 1000;
+/// Transforms that follow one another by more than this are not interpolated between: half a second more than the
+/// slowest broadcaster of moving parts, at 1 Hz.
+const MAX_GAP_S: f64 = 1.5;
+
+/// The transforms between frames, fixed ones and those of a moment.
+///
+/// Each frame has one parent. What is heard last decides which, and whether it is fixed to it.
+#[derive(Clone, Debug, Default)]
+pub struct TransformTree {
+    /// By the child's name.
+    edges: BTreeMap<String, Edge>,
+}
+
+#[derive(Clone, Debug)]
+struct Edge {
+    parent: String,
+    kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Fixed(Isometry3<f64>),
+    /// Poses of the child in the parent.
+    Timed(PoseBuffer),
+}
+
+/// A transform was not taken in; the tree is as it was.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum TransformRefused {
+    /// A frame without a name.
+    #[error("a transform from {child:?} to {parent:?} came: a frame must have a name")]
+    NoName {
+        /// The parent.
+        parent: String,
+        /// The child.
+        child: String,
+    },
+    /// The parent hangs on the child already, or is it.
+    #[error(
+        "a transform from {child:?} to {parent:?} came, and {parent:?} hangs on {child:?}: frames form a tree"
+    )]
+    Loop {
+        /// The parent.
+        parent: String,
+        /// The child.
+        child: String,
+    },
+    /// Too many frames.
+    #[error("frame {child:?} came, and {MOST_FRAMES} frames are known: no more are kept")]
+    TooManyFrames {
+        /// The child.
+        child: String,
+    },
+    /// Its numbers are no rigid motion that can carry a cloud.
+    #[error("the transform from {child:?} to {parent:?} is of no use: {source}")]
+    Unusable {
+        /// The parent.
+        parent: String,
+        /// The child.
+        child: String,
+        /// Why.
+        source: UnusablePose,
+    },
+    /// Its stamp is older than all that is kept.
+    #[error("the transform from {child:?} to {parent:?} came too late: {source}")]
+    Time {
+        /// The parent.
+        parent: String,
+        /// The child.
+        child: String,
+        /// Why.
+        source: PosePushError,
+    },
+}
+
+/// There is no transform.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum TransformError {
+    /// Nobody has told of a frame.
+    #[error("no transform names frame {frame:?}; {}", known(.frames))]
+    UnknownFrame {
+        /// The one that is missing.
+        frame: String,
+        /// Those that are known, some of them.
+        frames: Vec<String>,
+    },
+    /// Both are known, and nothing ties them together.
+    #[error(
+        "frames {target:?} and {source_frame:?} are not connected: the one hangs on {target_root:?}, the other on \
+         {source_root:?}"
+    )]
+    NotConnected {
+        /// Where points were to go.
+        target: String,
+        /// Where they are.
+        source_frame: String,
+        /// The frame on which the target hangs at last.
+        target_root: String,
+        /// The same of the source.
+        source_root: String,
+    },
+    /// The way leads over a transform that is not known for the moment.
+    #[error("the transform from {child:?} to {parent:?} is not known for this moment: {source}")]
+    Time {
+        /// The parent.
+        parent: String,
+        /// The child.
+        child: String,
+        /// How far from what is known the moment is.
+        source: PoseLookupError,
+    },
+}
+
+/// So many frames an error names.
+const FRAMES_NAMED: usize = 12;
+
+fn known(frames: &[String]) -> String {
+    if frames.is_empty() {
+        "none is known".to_owned()
+    } else {
+        format!("known are {}", frames.join(", "))
+    }
+}
+
+impl TransformTree {
+    /// Takes in that `child` is fixed to `parent`: `parent_from_child * point_in_child` is a point in the parent.
+    ///
+    /// # Errors
+    /// When it does not fit into a tree, or its numbers are of no use.
+    pub fn insert_fixed(
+        &mut self,
+        parent: &str,
+        child: &str,
+        parent_from_child: &Isometry3<f64>,
+    ) -> Result<(), TransformRefused> {
+        let (parent, child) = self.check(parent, child)?;
+        if let Err(source) = check_pose(parent_from_child) {
+            return Err(TransformRefused::Unusable { parent, child, source });
+        }
+        self.edges.insert(child, Edge { parent, kind: Kind::Fixed(*parent_from_child) });
+        Ok(())
+    }
+
+    /// Takes in where `child` was in `parent` at a moment. One of a stamp that is known is passed over: broadcasters
+    /// repeat themselves.
+    ///
+    /// # Errors
+    /// When it does not fit into a tree, its numbers are of no use, or it is older than all that is kept.
+    pub fn insert_timed(
+        &mut self,
+        stamp: Stamp,
+        parent: &str,
+        child: &str,
+        parent_from_child: &Isometry3<f64>,
+    ) -> Result<(), TransformRefused> {
+        let (parent, child) = self.check(parent, child)?;
+        if let Err(source) = check_pose(parent_from_child) {
+            return Err(TransformRefused::Unusable { parent, child, source });
+        }
+        let pose =
+            StampedPose { stamp, frame_id: parent.clone(), map_from_rig: *parent_from_child };
+        let pushed = match self.edges.get_mut(&child) {
+            Some(Edge { parent: before, kind: Kind::Timed(poses) }) if *before == parent => {
+                poses.push(pose)
+            }
+            _ => {
+                let mut poses = PoseBuffer::new(MOST_TIMED).with_max_gap_s(MAX_GAP_S);
+                let pushed = poses.push(pose);
+                let edge = Edge { parent: parent.clone(), kind: Kind::Timed(poses) };
+                self.edges.insert(child.clone(), edge);
+                pushed
+            }
+        };
+        match pushed {
+            Ok(()) | Err(PosePushError::Duplicate { .. }) => Ok(()),
+            Err(source) => Err(TransformRefused::Time { parent, child, source }),
+        }
+    }
+
+    /// The transform of a moment that takes a point in `source` to `target`. Fixed transforms hold at any moment;
+    /// between two of a moving frame it is interpolated, and never carried on beyond the last one.
+    ///
+    /// # Errors
+    /// When a frame is missing, the two are not connected, or the way is not known for the moment.
+    pub fn lookup(
+        &self,
+        target: &str,
+        source: &str,
+        stamp: Stamp,
+    ) -> Result<Isometry3<f64>, TransformError> {
+        self.way(target, source, Some(stamp))
+    }
+
+    /// The same by what was told last of each frame, of whatever moment: for frames that hardly move, and are told of
+    /// later than they are asked for.
+    ///
+    /// # Errors
+    /// When a frame is missing, or the two are not connected.
+    pub fn lookup_latest(
+        &self,
+        target: &str,
+        source: &str,
+    ) -> Result<Isometry3<f64>, TransformError> {
+        self.way(target, source, None)
+    }
+
+    fn way(
+        &self,
+        target: &str,
+        source: &str,
+        stamp: Option<Stamp>,
+    ) -> Result<Isometry3<f64>, TransformError> {
+        let (target, source) = (name_of(target), name_of(source));
+        for frame in [target, source] {
+            self.check_known(frame)?;
+        }
+        let (to_target, to_source) = (self.ancestors(target), self.ancestors(source));
+        let Some((up_target, up_source)) = meeting(&to_target, &to_source) else {
+            let root =
+                |ancestors: &[&str]| ancestors.last().copied().unwrap_or_default().to_owned();
+            return Err(TransformError::NotConnected {
+                target: target.to_owned(),
+                source_frame: source.to_owned(),
+                target_root: root(&to_target),
+                source_root: root(&to_source),
+            });
+        };
+        let common_from_target = self.chain(to_target.get(..up_target), stamp)?;
+        let common_from_source = self.chain(to_source.get(..up_source), stamp)?;
+        Ok(common_from_target.inverse() * common_from_source)
+    }
+
+    /// Forgets what is of a moment, as after a jump of the clock. Fixed transforms stay.
+    pub fn forget_timed(&mut self) {
+        self.edges.retain(|_, edge| matches!(edge.kind, Kind::Fixed(_)));
+    }
+
+    /// How many frames have a parent.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.edges.len()
+    }
+
+    /// Whether nothing is known.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.edges.is_empty()
+    }
+
+    /// The names without what does not belong to them, if the child may hang on the parent.
+    fn check(&self, parent: &str, child: &str) -> Result<(String, String), TransformRefused> {
+        let (parent, child) = (name_of(parent).to_owned(), name_of(child).to_owned());
+        if parent.is_empty() || child.is_empty() {
+            return Err(TransformRefused::NoName { parent, child });
+        }
+        if self.ancestors(&parent).contains(&child.as_str()) {
+            return Err(TransformRefused::Loop { parent, child });
+        }
+        if self.edges.len() >= MOST_FRAMES && !self.edges.contains_key(&child) {
+            return Err(TransformRefused::TooManyFrames { child });
+        }
+        Ok((parent, child))
+    }
+
+    fn check_known(&self, frame: &str) -> Result<(), TransformError> {
+        if self.edges.contains_key(frame) || self.edges.values().any(|edge| edge.parent == frame) {
+            return Ok(());
+        }
+        let mut frames: Vec<&String> =
+            self.edges.iter().flat_map(|(child, edge)| [child, &edge.parent]).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        let frames = frames.into_iter().take(FRAMES_NAMED).cloned().collect();
+        Err(TransformError::UnknownFrame { frame: frame.to_owned(), frames })
+    }
+
+    /// The frame itself, its parent, and so on to the root. Ends, since no loop is ever taken in.
+    fn ancestors<'a>(&'a self, frame: &'a str) -> Vec<&'a str> {
+        let parent = |frame: &&'a str| self.edges.get(*frame).map(|edge| edge.parent.as_str());
+        std::iter::successors(Some(frame), parent).collect()
+    }
+
+    /// The transform from the first of these frames to the parent of the last one.
+    fn chain(
+        &self,
+        frames: Option<&[&str]>,
+        stamp: Option<Stamp>,
+    ) -> Result<Isometry3<f64>, TransformError> {
+        let mut top_from_frame = Isometry3::identity();
+        for (child, edge) in
+            frames.into_iter().flatten().filter_map(|child| self.edges.get_key_value(*child))
+        {
+            let parent_from_child = match &edge.kind {
+                Kind::Fixed(parent_from_child) => *parent_from_child,
+                Kind::Timed(poses) => match pose_at(poses, stamp) {
+                    Ok(parent_from_child) => parent_from_child,
+                    Err(source) => {
+                        let (parent, child) = (edge.parent.clone(), child.clone());
+                        return Err(TransformError::Time { parent, child, source });
+                    }
+                },
+            };
+            top_from_frame = parent_from_child * top_from_frame;
+        }
+        Ok(top_from_frame)
+    }
+}
+
+/// The pose of a moment, or the newest one.
+fn pose_at(poses: &PoseBuffer, stamp: Option<Stamp>) -> Result<Isometry3<f64>, PoseLookupError> {
+    let pose = match stamp {
+        Some(stamp) => poses.at(stamp)?,
+        None => poses.newest().cloned().ok_or(PoseLookupError::Empty)?,
+    };
+    Ok(pose.map_from_rig)
+}
+
+/// How many steps lead from each of the two to the first frame that both hang on.
+fn meeting(to_target: &[&str], to_source: &[&str]) -> Option<(usize, usize)> {
+    to_target.iter().enumerate().find_map(|(up_target, frame)| {
+        let up_source = to_source.iter().position(|other| other == frame)?;
+        Some((up_target, up_source))
+    })
+}
+
+/// Names of ROS 1 begin with a slash, and mean the same without.
+fn name_of(frame: &str) -> &str {
+    frame.strip_prefix('/').unwrap_or(frame)
+}

@@ -1,0 +1,36 @@
+//! What became of a cloud.
+
+/// What one cloud did to the map.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Addition {
+    /// Points of the cloud that went into the map.
+    pub added_points: usize,
+    /// Points that were refused because they needed a voxel beyond `max_voxels`.
+    pub refused_points: usize,
+    /// Points that were left out because a coordinate is not finite.
+    pub not_finite_points: usize,
+    /// Voxels that the map did not have before.
+    pub new_voxels: usize,
+    /// Voxels that were touched, the new ones included.
+    pub changed_voxels: usize,
+    /// Voxels that went since rays passed them.
+    pub cleared_voxels: usize,
+    /// Voxels that went to make room for others.
+    pub dropped_voxels: usize,
+}
+
+/// A cloud that does not belong into the map.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum MapError {
+    /// The cloud is in another frame than those before.
+    #[error(
+        "the static cloud is in frame {cloud:?}, the map in frame {map:?}: clear the map, or let the pose source \
+         keep its frame"
+    )]
+    AnotherFrame {
+        /// The frame of the map.
+        map: String,
+        /// The frame of the cloud.
+        cloud: String,
+    },
+}

@@ -1,0 +1,186 @@
+//! Tiles: the cubes in which a map that is larger than its memory goes to a store and comes back.
+//!
+//! The core decides which tile goes and what its bytes are; where they go is the business of a [`TileStore`], which
+//! the core gets as an input. The node's is a folder with a file a tile.
+//!
+//! # The bytes of a tile
+//! Version 1. All numbers are little-endian; a varint is an unsigned number in groups of seven bits, the lowest first,
+//! with the top bit of a byte set when more follow (LEB128); a signed varint is one in the zigzag order 0, -1, 1, -2.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 4 | `SMTL` |
+//! | 2 | the version, 1 |
+//! | 2 | the tile's edge in voxels |
+//! | 8 | the voxel's edge in m, 64-bit float |
+//! | 3 x 4 | the tile's key, signed: its voxels have keys from `key * edge` to `key * edge + edge - 1` an axis |
+//! | 4 | the number of voxels |
+//! | 4 | the latest cycle that touched one of them |
+//! | | the voxels, in ascending order of their keys |
+//! | 4 | CRC-32 (IEEE) of all before |
+//!
+//! A voxel has the key `(x, y, z)` within the tile, and the index `(x * edge + y) * edge + z`:
+//!
+//! | bytes | what |
+//! |---|---|
+//! | varint | its index, less that of the voxel before it plus one |
+//! | varint | the number of its points |
+//! | varint | how many cycles before the tile's latest it was touched last |
+//! | 1 | its evidence, signed: log-odds in steps of 0.05 |
+//! | 1 | what listeners know of it: 1 told, 2 waiting |
+//! | 3 x 2 | if told: the place that they know, in 65535ths of the voxel's edge |
+//! | 3 x (1, varint) | of the sum of its points along each axis, in 2^-60 m, less its points times the voxel's middle: the number of zero bits at its lower end, and it without them, a signed varint |
+//!
+//! That is some 20 bytes a voxel, a quarter of what it takes in memory, and exact.
+
+#[cfg(test)]
+pub(crate) mod testing;
+
+use std::fmt;
+
+use geometry::VoxelKey;
+
+/// A tile's place: a cube of voxels, counted as voxels are.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+pub struct TileKey {
+    /// Along x.
+    pub x: i32,
+    /// Along y.
+    pub y: i32,
+    /// Along z.
+    pub z: i32,
+}
+
+impl TileKey {
+    /// The tile of a voxel, where a tile has `edge_voxels` an axis, at least 1.
+    #[must_use]
+    pub fn of(voxel: VoxelKey, edge_voxels: u16) -> Self {
+        let edge = i32::from(edge_voxels.max(1));
+        let along = |cell: i32| cell.div_euclid(edge);
+        Self { x: along(voxel.x), y: along(voxel.y), z: along(voxel.z) }
+    }
+}
+
+impl fmt::Display for TileKey {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "({}, {}, {})", self.x, self.y, self.z)
+    }
+}
+
+/// Where tiles go, and come back from.
+pub trait TileStore: fmt::Debug + Send {
+    /// Keeps the bytes of a tile in the place of those it had.
+    ///
+    /// # Errors
+    /// When they are not kept; [`TileStore::read`] then gives what there was before, or tells that it is missing.
+    fn write(&mut self, tile: TileKey, bytes: &[u8]) -> Result<(), TileStoreError>;
+
+    /// The bytes that were kept last.
+    ///
+    /// # Errors
+    /// [`TileStoreError::Missing`] when there are none, [`TileStoreError::Failed`] when they cannot be had now.
+    fn read(&self, tile: TileKey) -> Result<Vec<u8>, TileStoreError>;
+
+    /// Forgets every tile.
+    ///
+    /// # Errors
+    /// When some may still be there, which does no harm: nobody asks for them any more.
+    fn clear(&mut self) -> Result<(), TileStoreError>;
+}
+
+/// What a store could not do.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum TileStoreError {
+    /// It has no such tile.
+    #[error("it is not there")]
+    Missing,
+    /// It cannot at the moment: a full disk, too many open files.
+    #[error("{reason}")]
+    Failed {
+        /// Why.
+        reason: String,
+    },
+}
+
+/// The bytes are not those of the tile.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum TileFormatError {
+    /// They begin in another way.
+    #[error("it does not begin with SMTL")]
+    NotThisFormat,
+    /// They are of a later version.
+    #[error("it has the version {version}, and 1 is known")]
+    OtherVersion {
+        /// Of the bytes.
+        version: u16,
+    },
+    /// They end too early.
+    #[error("it is cut off")]
+    CutOff,
+    /// Some of them have changed.
+    #[error("its checksum is wrong")]
+    Checksum,
+    /// They are of another tile, or of a map with other edges.
+    #[error("it is of another tile, or of a map with other edges")]
+    OtherTile,
+    /// The checksum is right, and the voxels are none.
+    #[error("its voxels are none of a tile")]
+    Voxels,
+}
+
+/// What went wrong with a tile.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum TileError {
+    /// It stays in memory, and points that would need its room are refused.
+    #[error("tile {tile} cannot be written: {source}")]
+    Write {
+        /// Which.
+        tile: TileKey,
+        /// Why.
+        source: TileStoreError,
+    },
+    /// Where it is missing, the map has lost its voxels; otherwise points in it are refused until it can be read.
+    #[error("tile {tile} cannot be read: {source}")]
+    Read {
+        /// Which.
+        tile: TileKey,
+        /// Why.
+        source: TileStoreError,
+    },
+    /// The map has lost its voxels.
+    #[error("tile {tile} is broken: {source}")]
+    Broken {
+        /// Which.
+        tile: TileKey,
+        /// Why.
+        source: TileFormatError,
+    },
+    /// What the store had before may take up room.
+    #[error("the tiles of before cannot be removed: {source}")]
+    Clear {
+        /// Why.
+        source: TileStoreError,
+    },
+}
+
+impl TileError {
+    /// Whether the tile's voxels are gone for good.
+    #[must_use]
+    pub fn is_loss(&self) -> bool {
+        matches!(self, Self::Broken { .. } | Self::Read { source: TileStoreError::Missing, .. })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_are_counted_as_voxels_are() {
+        let tile = |x, y, z| TileKey::of(VoxelKey { x, y, z }, 8);
+        assert_eq!(tile(0, 7, 8), TileKey { x: 0, y: 0, z: 1 });
+        assert_eq!(tile(-1, -8, -9), TileKey { x: -1, y: -1, z: -2 });
+        assert_eq!(tile(-1, -8, -9).to_string(), "(-1, -1, -2)");
+        assert_eq!(tile(i32::MIN, i32::MAX, 0).y, (1 << 28) - 1);
+    }
+}

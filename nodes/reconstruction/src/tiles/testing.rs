@@ -1,0 +1,48 @@
+//! A store in memory, whose tiles a test can see, spoil and lose.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+use super::{TileKey, TileStore, TileStoreError};
+
+/// Clones of it are the same store.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MemoryStore {
+    tiles: Arc<Mutex<BTreeMap<TileKey, Vec<u8>>>>,
+    full: Arc<Mutex<bool>>,
+}
+
+impl MemoryStore {
+    pub(crate) fn with<T>(&self, look: impl FnOnce(&mut BTreeMap<TileKey, Vec<u8>>) -> T) -> T {
+        look(&mut self.tiles.lock().unwrap())
+    }
+
+    /// From now on nothing can be written or read, or all can be again.
+    pub(crate) fn fail(&self, fails: bool) {
+        *self.full.lock().unwrap() = fails;
+    }
+
+    fn check(&self) -> Result<(), TileStoreError> {
+        let reason = "no space left on device".to_owned();
+        if *self.full.lock().unwrap() { Err(TileStoreError::Failed { reason }) } else { Ok(()) }
+    }
+}
+
+impl TileStore for MemoryStore {
+    fn write(&mut self, tile: TileKey, bytes: &[u8]) -> Result<(), TileStoreError> {
+        self.check()?;
+        self.with(|tiles| tiles.insert(tile, bytes.to_vec()));
+        Ok(())
+    }
+
+    fn read(&self, tile: TileKey) -> Result<Vec<u8>, TileStoreError> {
+        self.check()?;
+        self.with(|tiles| tiles.get(&tile).cloned()).ok_or(TileStoreError::Missing)
+    }
+
+    fn clear(&mut self) -> Result<(), TileStoreError> {
+        self.check()?;
+        self.with(BTreeMap::clear);
+        Ok(())
+    }
+}
