@@ -205,7 +205,8 @@ impl MotionFinder {
         let runs: Vec<Range<usize>> = runs.into_iter().flatten().map(|run| run.beams).collect();
         let runs = self.proven(turn, runs, *now_ms, *platform_moves);
         let mut is_claimed = vec![false; turn.beams.len()];
-        for run in &runs {
+        // What has not travelled may be background, and is learned as such: next time it will be known.
+        for run in runs.iter().filter(|run| run.has_travelled) {
             is_claimed[run.beams.clone()].fill(true);
         }
         self.free_space.take_in(turn, &is_claimed, *now_ms);
@@ -238,9 +239,9 @@ impl MotionFinder {
         };
         let proofs = self.proofs.of(turn, &runs, is_in_clutter, now_ms);
         let counts = |(beams, proof): (Range<usize>, Proof)| match proof {
-            _ if !platform_moves => Some(MovingBeams { beams, may_be_held: true }),
-            Proof::Travelled => Some(MovingBeams { beams, may_be_held: true }),
-            Proof::InEmptySpace => Some(MovingBeams { beams, may_be_held: false }),
+            _ if !platform_moves => Some(MovingBeams { beams, has_travelled: true }),
+            Proof::Travelled => Some(MovingBeams { beams, has_travelled: true }),
+            Proof::InEmptySpace => Some(MovingBeams { beams, has_travelled: false }),
             Proof::None => None,
         };
         runs.into_iter().zip(proofs).filter_map(counts).collect()

@@ -21,8 +21,8 @@ const BEHIND_M: f64 = 0.1;
 pub(super) struct MovingBeams {
     /// From its first beam to behind its last one.
     pub(super) beams: Range<usize>,
-    /// Whether its zone is kept when it is lost from sight.
-    pub(super) may_be_held: bool,
+    /// Whether it is sure to move: its zone is kept when it is lost from sight.
+    pub(super) has_travelled: bool,
 }
 
 /// Makes zones, and remembers those of the last cycles.
@@ -40,7 +40,7 @@ struct Remembered {
     zone: DynamicZone,
     right_in_map_m: Point3<f64>,
     left_in_map_m: Point3<f64>,
-    may_be_held: bool,
+    has_travelled: bool,
 }
 
 impl ZoneKeeper {
@@ -109,7 +109,7 @@ impl ZoneKeeper {
     fn measured(
         &self,
         turn: &Turn,
-        MovingBeams { beams: run, may_be_held }: &MovingBeams,
+        MovingBeams { beams: run, has_travelled }: &MovingBeams,
         std_dev_m: &[Option<f32>],
     ) -> Option<Remembered> {
         let returns = || run.clone().filter_map(|beam| turn.beams[beam].met.as_ref());
@@ -138,7 +138,7 @@ impl ZoneKeeper {
         };
         let (right_in_map_m, left_in_map_m) =
             (turn.map_from_rig * first.in_rig_m, turn.map_from_rig * last.in_rig_m);
-        Some(Remembered { zone, right_in_map_m, left_in_map_m, may_be_held: *may_be_held })
+        Some(Remembered { zone, right_in_map_m, left_in_map_m, has_travelled: *has_travelled })
     }
 
     /// A zone of the cycles before, as it is seen now, unless most of its beams see past where it was: then
@@ -160,7 +160,7 @@ impl ZoneKeeper {
             nearest_m,
             farthest_m: (nearest_m + depth_m).max(distances_m[0]).max(distances_m[1]),
         };
-        if !old.may_be_held || cycles > self.max_held_cycles || left_rad < right_rad {
+        if !old.has_travelled || cycles > self.max_held_cycles || left_rad < right_rad {
             return None;
         }
         let widening_rad = turn.step_rad + self.tolerance_rad;
