@@ -37,7 +37,7 @@ use nalgebra::Isometry3;
 use crate::aperture::Beam;
 use crate::config::DetectionConfig;
 use crate::zone_finder::Unmeasured;
-use free_space::{FreeSpace, Verdict};
+use free_space::{FreeSpace, Met, Verdict};
 use motion::PlatformMotion;
 use proof::{CLUTTER_M, Proof, Proofs};
 use runs::moving_runs;
@@ -204,12 +204,12 @@ impl MotionFinder {
             .map(|part| moving_runs(turn, &verdicts, part, smallest_m));
         let runs: Vec<Range<usize>> = runs.into_iter().flatten().map(|run| run.beams).collect();
         let runs = self.proven(turn, runs, *now_ms, *platform_moves);
-        let mut is_claimed = vec![false; turn.beams.len()];
-        // What has not travelled may be background, and is learned as such: next time it will be known.
-        for run in runs.iter().filter(|run| run.has_travelled) {
-            is_claimed[run.beams.clone()].fill(true);
+        let mut met = vec![Met::Background; turn.beams.len()];
+        for run in &runs {
+            let what = if run.has_travelled { Met::Object } else { Met::Undecided };
+            met[run.beams.clone()].fill(what);
         }
-        self.free_space.take_in(turn, &is_claimed, *now_ms);
+        self.free_space.take_in(turn, &met, *now_ms);
 
         let is_in_aperture =
             |run: &MovingBeams| within.start <= run.beams.start && run.beams.end <= within.end;
@@ -231,11 +231,13 @@ impl MotionFinder {
         now_ms: u32,
         platform_moves: bool,
     ) -> Vec<MovingBeams> {
+        // On a still platform nobody asks.
         let is_in_clutter = |beams: &Range<usize>| {
-            turn.beams[beams.clone()]
-                .iter()
-                .filter_map(|beam| beam.met)
-                .any(|met| self.free_space.has_ends_near(&met.in_map_m, CLUTTER_M, now_ms))
+            platform_moves
+                && turn.beams[beams.clone()]
+                    .iter()
+                    .filter_map(|beam| beam.met)
+                    .any(|met| self.free_space.has_ends_near(&met.in_map_m, CLUTTER_M, now_ms))
         };
         let proofs = self.proofs.of(turn, &runs, is_in_clutter, now_ms);
         let counts = |(beams, proof): (Range<usize>, Proof)| match proof {

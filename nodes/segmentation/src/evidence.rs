@@ -186,6 +186,7 @@ impl Evidence {
             let key = self.voxel(point).and_then(table::key_of);
             if let Some(cell) = key.and_then(|key| self.table.entry(key)) {
                 cell.passes = cell.passes.max(MIN_PASSES);
+                cell.hits = 0;
             }
         }
     }

@@ -76,7 +76,7 @@ impl<'a> Candidates<'a> {
     /// groups by their first seed. Growth enters only points that `may_take` accepts; seeds are taken
     /// whatever it says.
     ///
-    /// Two points are linked when their voxels touch, or lie one apart where both have come alone.
+    /// Two points are linked when their voxels touch, or lie one apart where both are `Came`.
     #[must_use]
     pub fn grown_from(&self, seeds: &[usize], may_take: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
         let mut seen = vec![false; self.standings.len()];

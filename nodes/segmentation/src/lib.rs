@@ -12,6 +12,7 @@
 //! |---|---|
 //! | [`evidence`] | which places of the map were seen free, and where something has stood for long |
 //! | [`recent_views`] | which places the last cycles would have shown taken |
+//! | [`view`] | what the camera can see |
 //! | [`floor`] | the lowest horizontal plane |
 //! | [`seeds`] | where objects are known to be: by zones, by tracks, by what has come into free space |
 //! | [`growth`] | the objects grown from the seeds through the cloud |

@@ -2,7 +2,8 @@
 //!
 //! Before black surfaces, glass and what is out of reach no ray comes back, so that no place there is ever seen
 //! free. But a camera that sees a thing now would have seen it before, had it been there: a place in view, hidden by
-//! nothing, in whose direction nothing so near was met, was empty, whatever is behind it.
+//! nothing, in whose direction nothing so near was met, was empty, whatever is behind it. That holds as far as the camera
+//! saw anything at all in that cycle: what comes into its range has not arrived.
 
 #[cfg(test)]
 mod tests;
@@ -41,6 +42,8 @@ struct Frame {
     camera_in_rig_m: Point3<f64>,
     /// Row by row from the lower right; infinite where nothing was met.
     nearest_m: Vec<f32>,
+    /// The farthest that came back, in metres: nothing is known of what is beyond; 0 for an empty cycle.
+    farthest_m: f64,
     /// The edge of the voxels that its points are means of.
     cell_m: f64,
 }
@@ -74,6 +77,7 @@ impl Frame {
             map_from_rig: cycle.map_from_rig,
             camera_in_rig_m: cycle.camera_in_rig_m,
             nearest_m: vec![f32::INFINITY; SQUARES * SQUARES],
+            farthest_m: 0.0,
             cell_m,
         };
         for point in &cycle.reduced_cloud.points_m {
@@ -85,6 +89,7 @@ impl Frame {
     fn take(&mut self, point_in_rig: &Point3<f64>) {
         let Some(slopes) = slopes_from(&self.camera_in_rig_m, point_in_rig) else { return };
         let depth_m = point_in_rig.x - self.camera_in_rig_m.x;
+        self.farthest_m = self.farthest_m.max(depth_m);
         let reach = Vector2::repeat(HALF_DIAGONAL * self.cell_m / depth_m.max(MIN_DEPTH_M));
         let (least, most) = (square(&(slopes - reach)), square(&(slopes + reach)));
         for row in least[1]..=most[1] {
@@ -101,8 +106,11 @@ impl Frame {
         let Some(slopes) = slopes_from(&self.camera_in_rig_m, &in_rig) else { return false };
         let [column, row] = square(&slopes);
         let nearest_m = self.nearest_m.get(row * SQUARES + column);
-        let depth_m = in_rig.x - self.camera_in_rig_m.x + BEHIND_VOXELS * self.cell_m;
-        view.contains(&slopes) && nearest_m.is_some_and(|nearest_m| f64::from(*nearest_m) > depth_m)
+        let depth_m = in_rig.x - self.camera_in_rig_m.x;
+        let behind_m = depth_m + BEHIND_VOXELS * self.cell_m;
+        view.contains(&slopes)
+            && depth_m <= self.farthest_m
+            && nearest_m.is_some_and(|nearest_m| f64::from(*nearest_m) > behind_m)
     }
 }
 

@@ -24,7 +24,7 @@ const MIN_CAME: usize = 3;
 pub struct Seeds {
     /// All of them, ascending.
     pub points: Vec<usize>,
-    /// For each point of the cycle, whether a zone lies on it and it is a seed.
+    /// For each point of the cycle, whether it is a seed since a zone lies on it or beside it.
     pub is_of_zone: Vec<bool>,
     /// Points of the cycle within a zone, whatever their distance.
     pub in_zone: usize,

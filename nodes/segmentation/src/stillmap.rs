@@ -24,7 +24,7 @@ const ANOTHER_RUN_S: f64 = 1.0;
 /// What one cycle's points are.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Judged {
-    /// For each point of the reduced cloud, whether it moves.
+    /// For each point of the reduced cloud, whether it moves, or has come to its place so lately that it may.
     pub is_dynamic: Vec<bool>,
     /// The objects followed, by rising number.
     pub tracks: Vec<Track>,

@@ -16,7 +16,7 @@ const SAMPLES_PER_CELL: f64 = 0.7;
 /// Two beams show the space between them free only where they are no farther apart: about a body's narrow
 /// side, which could stand between them otherwise. Beams of 1 degree are that far apart at 8.6 m.
 const WIDEST_WEDGE_M: f64 = 0.15;
-/// Above this rate of ends a place is background, or may be: one end in five looks.
+/// Above this rate a place is background, or may be: one end near it in five looks at it.
 const MOST_STATIC_RATE: f64 = 0.2;
 /// Above this rate it is background as likely as not.
 const BACKGROUND_RATE: f64 = 0.5;
@@ -39,6 +39,17 @@ pub(super) enum Verdict {
     Unsure,
     /// It stands where background was seen.
     Background,
+}
+
+/// What a beam met, as far as it is decided.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Met {
+    /// What stays where it is.
+    Background,
+    /// What may move or not: it teaches nothing.
+    Undecided,
+    /// A moving object.
+    Object,
 }
 
 /// The evidence of free space around the platform.
@@ -121,31 +132,30 @@ impl FreeSpace {
             .map(move |cell| cell.ends(now_ms, self.memory_ms))
     }
 
-    /// Takes in a turn whose beams of moving objects are marked in `is_claimed`.
-    pub(super) fn take_in(&mut self, turn: &Turn, is_claimed: &[bool], now_ms: u32) {
-        self.take_ends(turn, is_claimed, now_ms);
+    /// Takes in a turn; `met` says of each beam what it met.
+    pub(super) fn take_in(&mut self, turn: &Turn, met: &[Met], now_ms: u32) {
+        self.take_ends(turn, met, now_ms);
         self.take_passes(turn, now_ms);
     }
 
-    fn take_ends(&mut self, turn: &Turn, is_claimed: &[bool], now_ms: u32) {
+    fn take_ends(&mut self, turn: &Turn, what: &[Met], now_ms: u32) {
         let (memory_ms, stopped_ms) = (self.memory_ms, self.stopped_ms);
         for (index, beam) in turn.beams.iter().enumerate() {
             let Some(met) = &beam.met else { continue };
             let key = self.grid.key_of(&met.in_map_m);
-            let claimed = is_claimed[index];
             if let Some(cell) = self.grid.cell_mut(key) {
-                if claimed {
-                    cell.claim(now_ms, memory_ms, stopped_ms);
-                } else {
-                    cell.end(now_ms, memory_ms);
+                match what[index] {
+                    Met::Object => cell.claim(now_ms, memory_ms, stopped_ms),
+                    Met::Background => cell.end(now_ms, memory_ms),
+                    Met::Undecided => {}
                 }
             }
             // Background goes on between two beams that met one surface: a later scan, from elsewhere, will
             // end between them.
             if let Some(next) = turn.next(index)
                 && let Some(next_met) = &turn.beams[next].met
-                && !claimed
-                && !is_claimed[next]
+                && what[index] == Met::Background
+                && what[next] == Met::Background
                 && turn.is_one_surface(met, next_met)
             {
                 self.end_between(&met.in_map_m, &next_met.in_map_m, now_ms);

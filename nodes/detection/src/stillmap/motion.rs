@@ -13,6 +13,10 @@ const LONGEST_TWIST_S: f64 = 1.0;
 const JUMP_SLACK_M: f64 = 0.3;
 /// The same of the rotation.
 const JUMP_SLACK_RAD: f64 = 0.3;
+/// A platform moves that has moved within so long: what it saw meanwhile is as unsure as its poses were.
+const LOOK_BACK_S: f64 = 1.5;
+/// Places of that time at most: more than any scanner gives.
+const MOST_PLACES: usize = 256;
 /// A platform that has not gone farther stands: its poses waver by so much.
 const STANDS_M: f64 = 0.05;
 /// The same of the rotation: five standard deviations of half a degree.
@@ -76,8 +80,8 @@ pub(super) struct PlatformMotion {
     previous: Option<Previous>,
     /// Length and angle of the last steps.
     steps: VecDeque<(f64, f64)>,
-    /// The poses that they started from.
-    places: VecDeque<Isometry3<f64>>,
+    /// Where it was in the last while.
+    places: VecDeque<(Stamp, Isometry3<f64>)>,
 }
 
 #[derive(Clone, Debug)]
@@ -147,9 +151,7 @@ impl PlatformMotion {
             } else {
                 if self.steps.len() == STEPS_KEPT {
                     self.steps.pop_front();
-                    self.places.pop_front();
                 }
-                self.places.push_back(previous.map_from_rig);
                 self.steps.push_back((step_m, step_rad));
                 if passed_s > 0.0 && passed_s <= LONGEST_TWIST_S {
                     motion.twist = Twist {
@@ -167,7 +169,13 @@ impl PlatformMotion {
         let largest = |of: fn(&(f64, f64)) -> f64| self.steps.iter().map(of).fold(0.0, f64::max);
         motion.pose_noise_m = self.noise_m.min(largest(|step| step.0));
         motion.pose_noise_rad = self.noise_rad.min(largest(|step| step.1));
-        motion.moves = self.places.iter().any(|place| {
+        let is_old =
+            |(then, _): &(Stamp, _)| !(0.0..=LOOK_BACK_S).contains(&stamp.seconds_since(*then));
+        while self.places.front().is_some_and(is_old) || self.places.len() >= MOST_PLACES {
+            self.places.pop_front();
+        }
+        self.places.push_back((stamp, *map_from_rig));
+        motion.moves = self.places.iter().any(|(_, place)| {
             let way = place.inv_mul(map_from_rig);
             way.translation.vector.norm() > STANDS_M || way.rotation.angle() > STANDS_RAD
         });
@@ -230,6 +238,25 @@ mod tests {
             let mut motion = PlatformMotion::new(&StillmapConfig::default());
             assert!(!motion.advance(at(0), &still, "map").jumped);
             assert!(motion.advance(stamp, &pose, frame).jumped);
+        }
+    }
+
+    /// Regression: the last ten poses were looked at, a quarter of a second of a scanner of 40 Hz.
+    #[test]
+    fn a_platform_moves_or_stands_whatever_the_rate_of_its_poses() {
+        for rate_hz in [7.0, 40.0] {
+            let mut motion = PlatformMotion::new(&StillmapConfig::default());
+            let moves: Vec<bool> = (0..(6.0 * rate_hz) as u32)
+                .map(|cycle| {
+                    let time_s = f64::from(cycle) / rate_hz;
+                    let x_m = 0.15 * time_s.min(3.0);
+                    let stamp = Stamp::default().plus_seconds(time_s);
+                    let pose = pose_from_vector(&[x_m, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                    motion.advance(stamp, &pose, "map").moves
+                })
+                .collect();
+            let at = |time_s: f64| moves[(time_s * rate_hz) as usize];
+            assert!(!at(0.1) && at(1.0) && at(3.5) && !at(5.5), "{rate_hz} Hz: {moves:?}");
         }
     }
 }

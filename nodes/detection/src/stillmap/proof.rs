@@ -109,10 +109,10 @@ impl Proofs {
                 }
             };
             thing.arrive(place);
-            let is_in_doubt = now_ms.saturating_sub(thing.born_ms) > LONGEST_DOUBT_MS;
+            let has_stood_too_long = now_ms.saturating_sub(thing.born_ms) > LONGEST_DOUBT_MS;
             proofs.push(if thing.has_travelled {
                 Proof::Travelled
-            } else if is_in_doubt || place.returns < LEAST_RETURNS || is_in_clutter(run) {
+            } else if has_stood_too_long || place.returns < LEAST_RETURNS || is_in_clutter(run) {
                 Proof::None
             } else {
                 Proof::InEmptySpace

@@ -62,15 +62,20 @@ impl MapFile {
     }
 
     /// Saves the map under a temporary name first: a reader never finds half a file, and an earlier
-    /// map is lost only to a whole one, also when the power fails. Returns the number of points.
+    /// map is lost only to a whole one, also when the power fails. Fails where a tile on disk cannot be read now.
+    /// Returns the number of points.
     pub(super) fn save(&self, map: &StaticMap) -> Result<usize, NodeFailure> {
         let WholeMap { points_m, unreadable } = map.whole();
-        if let Some(error) = unreadable.first() {
-            tracing::warn!("{} tiles are not in the map that is saved: {error}", unreadable.len());
-        }
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be saved to {}: {reason}", self.path.display())
         };
+        if let Some(error) = unreadable.iter().find(|error| !error.is_loss()) {
+            return Err(failed(error).into());
+        }
+        // What is lost will not come back; what is left is worth saving.
+        if let Some(error) = unreadable.first() {
+            tracing::warn!("{} tiles are lost to the map that is saved: {error}", unreadable.len());
+        }
         let bytes = match self.format {
             Format::Ply => ply::encode(&points_m),
             Format::Pcd => pcd::encode(&points_m),

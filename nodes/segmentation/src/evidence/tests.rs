@@ -101,3 +101,13 @@ fn numbers_that_mean_nothing_do_no_harm_and_the_bound_holds() {
         let _ = (evidence.known(point), evidence.is_beside_surface(point));
     }
 }
+
+/// Regression: one hit of the cycle before kept a place from being taken for free.
+#[test]
+fn a_place_that_is_taken_for_free_is_free_whatever_ended_there() {
+    let mut evidence = evidence();
+    let place = Point3::new(2.04, 0.04, 0.04);
+    look(&mut evidence, 0, 2, &[place]);
+    evidence.take_for_free([&place]);
+    assert_eq!(evidence.known(&place), Known::Free);
+}

@@ -104,3 +104,13 @@ fn only_the_last_cycles_count_and_none_after_a_new_start() {
     views.clear();
     assert!(!views.was_empty(&place, &view));
 }
+
+#[test]
+fn of_what_is_beyond_the_farthest_return_nothing_is_known() {
+    let beyond = Point3::new(3.2, 0.3, 0.1);
+    let (views, mut view) = views_of(VIEWS, &rim());
+    view.widen(&cycle_of(vec![beyond.cast()], 0.0));
+    assert!(!views.was_empty(&beyond, &view), "it may have come into range");
+    let (blank, _) = views_of(VIEWS, &[]);
+    assert!(!blank.was_empty(&Point3::new(2.0, 0.3, 0.1), &view), "the lens may be covered");
+}

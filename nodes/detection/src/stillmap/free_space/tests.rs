@@ -10,7 +10,7 @@ fn see(evidence: &mut FreeSpace, ranges_m: &[f32], from_ms: u32, cycles: u32) {
     let turn = still_turn(&StillPlatform::default(), ranges_m);
     for cycle in 0..cycles {
         evidence.center_on(&turn.beams[0].origin_m);
-        evidence.take_in(&turn, &[false; 360], from_ms + cycle * 100);
+        evidence.take_in(&turn, &[Met::Background; 360], from_ms + cycle * 100);
     }
 }
 
