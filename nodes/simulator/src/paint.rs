@@ -21,7 +21,7 @@ pub struct Paint {
     /// What is on it.
     pub texture: Texture,
     /// How much fine grain varies the brightness, as a share of it, in `[0, 1]`: noise of several octaves from
-    /// [`GRAIN_SIZE_M`] down. 0 for a surface without any.
+    /// `GRAIN_SIZE_M` down. 0 for a surface without any.
     pub grain: f64,
     /// Another number is another pattern of the same kind.
     pub seed: u32,
