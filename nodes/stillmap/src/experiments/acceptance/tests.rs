@@ -53,7 +53,7 @@ fn one_case_that_misses_makes_the_target_missed_and_is_named() {
         Cell::Verdict(Verdict::Met)
     );
     assert_eq!(
-        verdict(&section, "found, of the cycles in both views"),
+        verdict(&section, "found (in a zone, or half of it removed), of the cycles in both views"),
         Cell::Verdict(Verdict::Met)
     );
 }
