@@ -1,5 +1,7 @@
 //! A bag that says by tf where its sensors are.
 
+use std::f64::consts::FRAC_PI_2;
+
 use geometry::{Stamp, pose_from_vector};
 use msgs::convert;
 use msgs::geometry_msgs::TransformStamped;
@@ -17,6 +19,9 @@ fn on_robot(stamp: Stamp, child: &str, pose: [f64; 6]) -> TransformStamped {
     }
 }
 
+/// An optical frame on a robot: x to the right, y down, z forward (REP-103).
+const OPTICAL: [f64; 6] = [0.0, 0.0, 0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2];
+
 /// The scanner is fixed to the robot, the camera on a mast that is told of again and again.
 #[test]
 fn the_scanner_of_a_bag_is_where_its_tf_says() {
@@ -27,7 +32,7 @@ fn the_scanner_of_a_bag_is_where_its_tf_says() {
                 transforms: vec![on_robot(stamp, "laser", [0.0, 0.0, -0.05, 0.3, 0.0, 0.0])],
             };
             let mast = |stamp| TFMessage {
-                transforms: vec![on_robot(stamp, "camera_depth_optical_frame", [0.0; 6])],
+                transforms: vec![on_robot(stamp, "camera_depth_optical_frame", OPTICAL)],
             };
             let fixed = ten_stamps().take(usize::from(has_scanner));
             topics.messages("/tf_static", fixed.map(|stamp| (stamp, scanner(stamp))));
