@@ -15,12 +15,14 @@
 //! | `clearance` | how far each beam shows free space for sure |
 //! | `free_space` | the evidence, a rolling grid; the verdict on each return |
 //! | `travel` | narrow things that stand apart and go from place to place |
+//! | `journey` | where a thing has been, and whether it came some way |
 //! | `proof` | what a thing must show where the platform moves |
 //! | `runs` | which runs of moving beams are objects |
 //! | `zones` | their zones; zones of objects lost from sight |
 
 mod clearance;
 mod free_space;
+mod journey;
 mod motion;
 mod proof;
 mod runs;

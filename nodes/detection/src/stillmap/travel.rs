@@ -10,9 +10,10 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use nalgebra::{Point2, distance};
+use nalgebra::distance;
 
 use super::free_space::Verdict;
+use super::journey::{Journey, Place};
 use super::turn::Turn;
 
 /// Returns next to each other belong to one thing when they are no farther apart than this: a stride.
@@ -23,8 +24,6 @@ const WIDEST_M: f64 = 1.0;
 const MOST_EMPTY_BEAMS: usize = 3;
 /// A thing is seen past at a side where it has so much without a return beside it.
 const SEEN_PAST_M: f64 = 0.1;
-/// Faster than this nobody goes indoors: a run.
-const FASTEST_M_PER_S: f64 = 3.0;
 /// The middle of what is seen of a thing jumps by so much without motion: half a body.
 const JUMP_M: f64 = 0.2;
 /// A thing has travelled when it is so far from where it was: more than the middle of a standing person sways.
@@ -33,16 +32,8 @@ const TRAVELLED_M: f64 = 0.25;
 const LONGEST_LOOK_MS: u32 = 800;
 /// And no less: what moves so far at once is another thing that came into sight.
 const SHORTEST_LOOK_MS: u32 = 350;
-/// Places that a journey is made of, at least: with three of them a thing that came into sight beside another
-/// could pass for it.
-const LEAST_PLACES: usize = 4;
-/// The way from place to place may be longer than the journey by this factor: what merely sways goes back.
-const MOST_DETOUR: f64 = 1.5;
 /// One who has travelled may rest for so long between two steps.
 const REST_MS: u32 = 1_000;
-/// A journey counts only above this share of the platform's own: what is seen of a thing that stands changes as
-/// the platform goes by.
-const SHARE_OF_PLATFORM: f64 = 0.5;
 /// A platform that has not gone farther stands: its poses waver by so much.
 const STANDS_M: f64 = 0.05;
 
@@ -53,20 +44,13 @@ pub(super) struct Travellers {
 }
 
 /// A thing and where it was.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Thing {
-    /// The latest place last.
-    places: VecDeque<Place>,
+    journey: Journey,
+    /// For each place of the journey, whether background hid a part of it there.
+    half_hidden: VecDeque<bool>,
     /// When it was last seen to have travelled.
     travelled_ms: Option<u32>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    now_ms: u32,
-    in_map_m: Point2<f64>,
-    platform_m: Point2<f64>,
-    is_half_hidden: bool,
 }
 
 /// A thing that stands apart in one turn.
@@ -121,29 +105,18 @@ fn matched(
     apart: &[Apart],
     now_ms: u32,
 ) -> Vec<(Thing, Range<usize>)> {
-    let Some(platform_m) = turn.beams.first().map(|beam| beam.origin_m) else { return Vec::new() };
-    let places: Vec<Place> = apart
-        .iter()
-        .map(|one| Place {
-            now_ms,
-            in_map_m: middle_m(turn, &one.beams),
-            platform_m,
-            is_half_hidden: one.is_half_hidden,
-        })
-        .collect();
+    let seen: Vec<(Place, &Apart)> =
+        apart.iter().filter_map(|one| Some((Place::of(turn, &one.beams, now_ms)?, one))).collect();
     let mut pairs = Vec::new();
-    for (new, place) in places.iter().enumerate() {
+    for (new, (place, _)) in seen.iter().enumerate() {
         for (old, thing) in before.iter().enumerate() {
-            let Some(last) = thing.places.back() else { continue };
-            let apart_m = distance(&last.in_map_m, &place.in_map_m);
-            let elapsed_s = f64::from(now_ms.saturating_sub(last.now_ms)) * 1e-3;
-            if apart_m <= JUMP_M + FASTEST_M_PER_S * elapsed_s {
+            if let Some(apart_m) = thing.journey.step_m(place, JUMP_M) {
                 pairs.push((apart_m, new, old));
             }
         }
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
-    let mut past: Vec<Option<usize>> = vec![None; places.len()];
+    let mut past: Vec<Option<usize>> = vec![None; seen.len()];
     let mut is_taken = vec![false; before.len()];
     for (_, new, old) in pairs {
         if past[new].is_none() && !is_taken[old] {
@@ -152,51 +125,33 @@ fn matched(
         }
     }
     let mut before: Vec<Option<Thing>> = before.drain(..).map(Some).collect();
-    let thing_of = |(place, old): (&Place, &Option<usize>)| {
+    let thing_of = |((place, one), old): (&(Place, &Apart), &Option<usize>)| {
         let known = old.and_then(|old| before.get_mut(old)?.take());
-        let mut thing =
-            known.unwrap_or_else(|| Thing { places: VecDeque::new(), travelled_ms: None });
-        thing.arrive(*place);
-        thing
+        let mut thing = known.unwrap_or_default();
+        thing.arrive(*place, one.is_half_hidden);
+        (thing, one.beams.clone())
     };
-    let beams = apart.iter().map(|one| one.beams.clone());
-    places.iter().zip(&past).map(thing_of).zip(beams).collect()
+    seen.iter().zip(&past).map(thing_of).collect()
 }
 
 impl Thing {
-    fn arrive(&mut self, place: Place) {
-        self.places.push_back(place);
-        while self
-            .places
-            .front()
-            .is_some_and(|old| place.now_ms.saturating_sub(old.now_ms) > LONGEST_LOOK_MS)
-        {
-            self.places.pop_front();
+    fn arrive(&mut self, place: Place, is_half_hidden: bool) {
+        self.journey.arrive(place, LONGEST_LOOK_MS);
+        self.half_hidden.push_back(is_half_hidden);
+        while self.half_hidden.len() > self.journey.len() {
+            self.half_hidden.pop_front();
         }
         if self.has_travelled() {
-            self.travelled_ms = Some(place.now_ms);
+            self.travelled_ms = self.journey.seen_ms();
         }
     }
 
     /// Whether it has come some way over the places that are remembered.
     fn has_travelled(&self) -> bool {
-        let (Some(first), Some(last)) = (self.places.front(), self.places.back()) else {
-            return false;
-        };
-        if self.places.len() < LEAST_PLACES
-            || last.now_ms.saturating_sub(first.now_ms) < SHORTEST_LOOK_MS
-        {
-            return false;
-        }
-        let steps = self.places.iter().zip(self.places.iter().skip(1));
-        let way_m: f64 = steps.map(|(from, to)| distance(&from.in_map_m, &to.in_map_m)).sum();
-        let journey_m = distance(&first.in_map_m, &last.in_map_m);
-        let platform_m = distance(&first.platform_m, &last.platform_m);
-        if platform_m > STANDS_M && self.places.iter().any(|place| place.is_half_hidden) {
-            return false;
-        }
-        journey_m >= TRAVELLED_M + SHARE_OF_PLATFORM * platform_m
-            && way_m <= MOST_DETOUR * journey_m
+        let platform_stands = self.journey.platform_m() <= STANDS_M;
+        self.journey.lasts_ms() >= SHORTEST_LOOK_MS
+            && (platform_stands || !self.half_hidden.contains(&true))
+            && self.journey.travels(TRAVELLED_M)
     }
 }
 
@@ -270,15 +225,6 @@ impl Look<'_> {
             Beside::Other
         }
     }
-}
-
-/// The middle of what is seen of a thing.
-fn middle_m(turn: &Turn, beams: &Range<usize>) -> Point2<f64> {
-    let places = turn.beams[beams.clone()].iter().filter_map(|beam| beam.met);
-    let (sum, count) = places.fold((nalgebra::Vector2::zeros(), 0.0), |(sum, count), met| {
-        (sum + met.in_map_m.coords, count + 1.0)
-    });
-    Point2::from(sum / f64::max(count, 1.0))
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point2, distance};
 
+use super::super::journey::LEAST_PLACES;
 use super::super::testing::{Dice, PERIOD_S, Scanner, StillPlatform, cuboid, room, still_turn};
 use super::*;
 

@@ -1,5 +1,6 @@
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point2};
 
+use super::super::journey::LEAST_PLACES;
 use super::super::testing::{
     Dice, PERIOD_S, Scanner, StillPlatform, Wall, cuboid, room, still_turn,
 };
@@ -100,15 +101,16 @@ fn what_background_hides_at_one_side_is_followed_from_a_standing_platform_alone(
     assert!(!apart(&Verdict::Unseen).iter().any(|one| one.beams == person));
 
     let journey = |platform_m: f64| {
-        let mut thing = Thing { places: VecDeque::new(), travelled_ms: None };
+        let mut thing = Thing::default();
         for step in 0..6_u32 {
             let share = f64::from(step) / 5.0;
-            thing.arrive(Place {
+            let place = Place {
                 now_ms: 140 * step,
                 in_map_m: Point2::new(2.0 + 0.8 * share, 0.0),
                 platform_m: Point2::new(platform_m * share, 0.0),
-                is_half_hidden: step == 2,
-            });
+                returns: 5,
+            };
+            thing.arrive(place, step == 2);
         }
         thing.travelled_ms.is_some()
     };
