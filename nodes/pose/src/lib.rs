@@ -3,17 +3,23 @@
 //! | room | what is in it |
 //! |---|---|
 //! | [`image`] | gray images, pyramids, gradients, rectification |
+//! | [`frame`] | the features of a pair of images, how far they are, and which lie on moving things |
 //! | [`feature`] | corners with descriptors, line segments with descriptors |
 //! | [`matching`] | which feature of one image is which of another |
+//! | [`local_map`] | the points and lines that the camera has seen |
+//! | [`tracking`] | where the camera is, frame by frame |
 //! | [`motion`] | where the camera will be, by its motion so far, a gyroscope or wheels |
 //! | [`solve`] | the pose that explains matches, how sure it is, and what it cannot say |
 //!
 //! No ROS, no files, no clock, no randomness but what a seed gives.
 
 pub mod feature;
+pub mod frame;
 pub mod image;
+pub mod local_map;
 pub mod matching;
 pub mod motion;
 pub mod solve;
 #[cfg(test)]
 mod testing;
+pub mod tracking;

@@ -41,6 +41,6 @@ pub use observability::{Direction, Observability};
 pub use observation::{LineObservation, PointObservation, Verdict};
 pub use plucker::{OrthonormalLine, PluckerLine};
 pub use ransac::{MinimalSolver, PnpError, PnpEstimate, pnp_ransac};
-pub use refine::{PoseError, PoseEstimate, PoseGuess, refine_pose};
+pub use refine::{PoseError, PoseEstimate, PoseGuess, information_at, refine_pose};
 pub use rigid_alignment::{AlignmentError, RigidAlignment, rigid_alignment};
-pub use rigid_sets::{RigidSet, RigidSplit, split_rigid_sets};
+pub use rigid_sets::{RigidSet, RigidSplit, is_surprising, split_rigid_sets};

@@ -199,7 +199,7 @@ impl ConfigError {
         Self::unless(value > 0.0 && value < 1.0, name, "between 0 and 1", value)
     }
 
-    fn unless_share(name: &'static str, value: f64) -> Result<(), Self> {
+    pub(crate) fn unless_share(name: &'static str, value: f64) -> Result<(), Self> {
         Self::unless((0.0..=1.0).contains(&value), name, "in [0, 1]", value)
     }
 }

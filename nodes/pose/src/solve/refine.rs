@@ -129,6 +129,20 @@ pub fn refine_pose(
     Problem::new(camera, points, lines, config).estimate(guess)
 }
 
+/// What observations tell of the perturbation of a pose that explains all of them: 1/m^2, 1/rad^2 and mixed. Those that
+/// cannot be used tell nothing.
+#[must_use]
+pub fn information_at(
+    camera: &CameraModel,
+    camera_from_map: &Isometry3<f64>,
+    points: &[PointObservation],
+    lines: &[LineObservation],
+    config: &RefineConfig,
+) -> Matrix6<f64> {
+    let problem = Problem::new(camera, points, lines, config);
+    problem.information_of_inliers(camera_from_map, &problem.usable())
+}
+
 pub(super) fn check_camera(camera: &CameraModel) -> Result<(), PoseError> {
     camera.validate()?;
     if camera.distortion.is_none() { Ok(()) } else { Err(PoseError::NotRectified) }

@@ -106,6 +106,17 @@ pub fn split_rigid_sets(
     Ok(RigidSplit { background, others, as_predicted })
 }
 
+/// Whether a pose lies farther from the prediction than so many right ones do; `false` without a covariance of the
+/// prediction.
+#[must_use]
+pub fn is_surprising(
+    prediction: &PoseGuess,
+    pose: &PoseEstimate,
+    config: &RigidSetsConfig,
+) -> bool {
+    distance2(prediction, pose).is_some_and(|distance2| distance2 > gate(config))
+}
+
 /// Gives each set what it explains, the background first: a set that was found before it may hold a part of it, which
 /// another pose explains by chance.
 fn shared_out(

@@ -42,6 +42,10 @@ impl Draw {
         from + (to - from) * (self.0.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.0.next()
+    }
+
     pub(crate) fn normal(&mut self) -> f64 {
         let (first, second) = (self.uniform(f64::EPSILON, 1.0), self.uniform(0.0, 1.0));
         (-2.0 * first.ln()).sqrt() * (std::f64::consts::TAU * second).cos()

@@ -1,0 +1,202 @@
+//! A line of the map.
+
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector2, Vector3};
+
+use super::point::Spread;
+use super::{LocalMapConfig, View};
+use crate::feature::lines::{LineDescriptor, LineFeature, SegmentInSpace};
+use crate::matching::lines::ProjectedLine;
+use crate::solve::LineObservation;
+
+/// An end of a line: a place on it that is known across the line.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LineEnd {
+    /// Where it is in the map frame.
+    pub position_m: Point3<f64>,
+    /// Covariance of its position, with the poses from which it was seen held to be known.
+    pub covariance: Matrix3<f64>,
+}
+
+/// A line that was seen as a segment.
+#[derive(Clone, PartialEq, Debug)]
+pub struct LineLandmark {
+    /// Its number; no other landmark of the same map has ever had it.
+    pub id: u64,
+    /// The end at the segment's start: from here the brighter side is on the left.
+    pub start: LineEnd,
+    /// The other one.
+    pub end: LineEnd,
+    /// What it looked like when it was last seen.
+    pub descriptor: LineDescriptor,
+    /// The frame that saw it last.
+    pub seen_in_frame: u64,
+    /// The frame that brought it in.
+    pub arrival: u64,
+    /// Frames that saw it.
+    pub seen: u32,
+    /// Frames that should have.
+    pub foreseen: u32,
+}
+
+/// A segment with its place in space, at a pose.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct SeenLine<'a> {
+    pub(super) feature: &'a LineFeature,
+    pub(super) in_space: Option<&'a SegmentInSpace>,
+}
+
+impl LineLandmark {
+    /// A landmark that a segment shows for the first time; `None` where it has no place in space.
+    pub(super) fn new(
+        id: u64,
+        seen: SeenLine<'_>,
+        view: &View<'_>,
+        config: &LocalMapConfig,
+    ) -> Option<Self> {
+        let View { camera, camera_from_map, .. } = view;
+        let in_space = seen.in_space?;
+        let map_from_camera = camera_from_map.inverse();
+        let end = |in_camera_m: &Point3<f64>, std_dev_m: f64| {
+            let along = in_camera_m.coords / in_camera_m.z * std_dev_m;
+            let across_m = config.line_std_dev_px * in_camera_m.z / camera.fx_px.min(camera.fy_px);
+            let in_camera = along * along.transpose() + Matrix3::identity() * across_m * across_m;
+            let rotation = map_from_camera.rotation.to_rotation_matrix();
+            LineEnd {
+                position_m: map_from_camera * in_camera_m,
+                covariance: rotation * in_camera * rotation.transpose(),
+            }
+        };
+        Some(Self {
+            id,
+            start: end(&in_space.start_m, in_space.start_std_dev_m),
+            end: end(&in_space.end_m, in_space.end_std_dev_m),
+            descriptor: seen.feature.descriptor,
+            seen_in_frame: view.number,
+            arrival: view.number,
+            seen: 1,
+            foreseen: 1,
+        })
+    }
+
+    /// Where it should be in an image; `None` where less than half of it would be in view.
+    pub(super) fn foreseen(&self, view: &View<'_>) -> Option<ProjectedLine> {
+        let View { camera, camera_from_map, .. } = view;
+        let end = |end: &LineEnd| camera.project(&(camera_from_map * end.position_m));
+        let (start_px, end_px) = (end(&self.start)?, end(&self.end)?);
+        let middle_px = nalgebra::center(&start_px, &end_px);
+        let inside = [&start_px, &middle_px, &end_px].into_iter();
+        let inside = inside.filter(|pixel| camera.contains(pixel)).count();
+        (inside >= 2).then_some(ProjectedLine { start_px, end_px, descriptor: self.descriptor })
+    }
+
+    /// What a segment says of the pose, were it this landmark and its place known.
+    pub(super) fn observation_if_known(
+        &self,
+        seen: SeenLine<'_>,
+        config: &LocalMapConfig,
+    ) -> LineObservation {
+        let [start_px, end_px] = [seen.feature.segment.start_px, seen.feature.segment.end_px]
+            .map(|pixel| Point2::from(pixel.map(f64::from)));
+        let variance =
+            |line: &SegmentInSpace| mean(line.start_std_dev_m.powi(2), line.end_std_dev_m.powi(2));
+        LineObservation {
+            start_in_map_m: self.start.position_m,
+            end_in_map_m: self.end.position_m,
+            start_px,
+            end_px,
+            pixel_std_dev_px: config.line_std_dev_px,
+            start_depth_m: seen.in_space.map(|line| line.start_m.z),
+            end_depth_m: seen.in_space.map(|line| line.end_m.z),
+            depth_std_dev_m: seen.in_space.map_or(0.0, variance).sqrt(),
+        }
+    }
+
+    /// What it says with what the place may be off by.
+    pub(super) fn observation(
+        &self,
+        seen: SeenLine<'_>,
+        view: &View<'_>,
+        config: &LocalMapConfig,
+    ) -> LineObservation {
+        let spread = |end: &LineEnd| Spread::of(&end.position_m, &end.covariance, view);
+        let (start, end) = (spread(&self.start), spread(&self.end));
+        let root = |std_dev: f64, variance: f64| (std_dev * std_dev + variance).sqrt();
+        let known = self.observation_if_known(seen, config);
+        let pixel_variance_px2 = mean(start.pixel_variance_px2, end.pixel_variance_px2);
+        let depth_variance_m2 = mean(start.depth_variance_m2, end.depth_variance_m2);
+        LineObservation {
+            pixel_std_dev_px: root(known.pixel_std_dev_px, pixel_variance_px2),
+            depth_std_dev_m: root(known.depth_std_dev_m, depth_variance_m2),
+            ..known
+        }
+    }
+
+    /// A segment that the pose explains makes its place surer: each end is moved across the line, never along it.
+    pub(super) fn learn(&mut self, seen: SeenLine<'_>, view: &View<'_>, config: &LocalMapConfig) {
+        self.learn_image(seen, view, config);
+        if let Some(in_space) = seen.in_space {
+            self.learn_depths(in_space, &view.camera_from_map);
+        }
+        let noise = Matrix3::identity() * config.landmark_noise_m.powi(2);
+        self.start.covariance += noise;
+        self.end.covariance += noise;
+        self.descriptor = seen.feature.descriptor;
+        self.seen_in_frame = view.number;
+        self.seen += 1;
+    }
+
+    /// By how far the images of its ends lie from the segment.
+    fn learn_image(&mut self, seen: SeenLine<'_>, view: &View<'_>, config: &LocalMapConfig) {
+        let View { camera, camera_from_map, .. } = view;
+        let [start_px, end_px] = [seen.feature.segment.start_px, seen.feature.segment.end_px]
+            .map(|pixel| Point2::from(pixel.map(f64::from)));
+        let Some(along) = (end_px - start_px).try_normalize(0.0) else { return };
+        let across = Vector2::new(-along.y, along.x);
+        let rotation = camera_from_map.rotation.to_rotation_matrix().into_inner();
+        for end in [&mut self.start, &mut self.end] {
+            let in_camera_m = camera_from_map * end.position_m;
+            let Some(pixel) = camera.project(&in_camera_m) else { continue };
+            let z = in_camera_m.z;
+            let [x, y] = [across.x * camera.fx_px / z, across.y * camera.fy_px / z];
+            let toward = -(x * in_camera_m.x + y * in_camera_m.y) / z;
+            let slope = rotation.transpose() * Vector3::new(x, y, toward);
+            end.update(&slope, across.dot(&(start_px - pixel)), config.line_std_dev_px.powi(2));
+        }
+    }
+
+    /// By how far the depths of the line at its ends are from those measured.
+    fn learn_depths(&mut self, in_space: &SegmentInSpace, camera_from_map: &Isometry3<f64>) {
+        let rotation = camera_from_map.rotation.to_rotation_matrix().into_inner();
+        let Some(along) = (in_space.end_m - in_space.start_m).try_normalize(0.0) else { return };
+        let length_m = (in_space.end_m - in_space.start_m).norm();
+        for end in [&mut self.start, &mut self.end] {
+            let in_camera_m = camera_from_map * end.position_m;
+            let Some(ray) = in_camera_m.coords.try_normalize(0.0) else { continue };
+            // The point of the measured line beside the end, and its distance along the ray, less what lies along the line.
+            let at_m = (in_camera_m - in_space.start_m).dot(&along);
+            let beside_m = in_space.start_m + along * at_m - in_camera_m;
+            let Some(across) = (ray - along * along.dot(&ray)).try_normalize(1e-3) else {
+                continue;
+            };
+            let share = (at_m / length_m).clamp(-1.0, 2.0);
+            let std_dev_m = in_space.start_std_dev_m
+                + share * (in_space.end_std_dev_m - in_space.start_std_dev_m);
+            let slope = rotation.transpose() * across;
+            end.update(&slope, across.dot(&beside_m), (std_dev_m * across.dot(&ray)).powi(2));
+        }
+    }
+}
+
+impl LineEnd {
+    /// A step of the Kalman filter with one number.
+    fn update(&mut self, slope: &Vector3<f64>, off: f64, variance: f64) {
+        let carried = self.covariance * slope;
+        let gain = carried / (slope.dot(&carried) + variance);
+        self.position_m += gain * off;
+        self.covariance -= gain * carried.transpose();
+    }
+}
+
+fn mean(one: f64, other: f64) -> f64 {
+    0.5 * (one + other)
+}

@@ -1,0 +1,251 @@
+//! A point of the map.
+
+use geometry::CameraModel;
+use nalgebra::{Isometry3, Matrix2x3, Matrix3, Point2, Point3, Vector2, Vector3};
+
+use super::{LocalMapConfig, View};
+use crate::feature::points::{Corner, Descriptor};
+use crate::frame::MeasuredDepth;
+use crate::matching::points::PredictedCorner;
+use crate::solve::PointObservation;
+
+/// A point that was seen as a corner.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PointLandmark {
+    /// Its number; no other landmark of the same map has ever had it.
+    pub id: u64,
+    /// Where it is in the map frame.
+    pub position_m: Point3<f64>,
+    /// Covariance of its position, with the poses from which it was seen held to be known.
+    pub covariance: Matrix3<f64>,
+    /// How its place changes with each second that the camera takes longer to read an image than was thought.
+    pub lean_m_per_s: Vector3<f64>,
+    /// What it looked like when it was last seen.
+    pub descriptor: Descriptor,
+    /// From where it was last seen: a unit vector of the map frame from the point to the camera.
+    pub towards_camera: Vector3<f64>,
+    /// How far from the camera it was then.
+    pub distance_m: f64,
+    /// On which level of the pyramid it was found then.
+    pub level: u8,
+    /// Its angle in the image then.
+    pub angle_rad: f32,
+    /// The frame that saw it last.
+    pub seen_in_frame: u64,
+    /// The frame that brought it in.
+    pub arrival: u64,
+    /// Frames that saw it.
+    pub seen: u32,
+    /// Frames that should have.
+    pub foreseen: u32,
+}
+
+/// A corner with its depth, at a pose.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct SeenPoint<'a> {
+    pub(super) corner: &'a Corner,
+    pub(super) depth: Option<MeasuredDepth>,
+}
+
+impl PointLandmark {
+    /// A landmark that a corner shows for the first time; `None` without a depth.
+    pub(super) fn new(
+        id: u64,
+        seen: SeenPoint<'_>,
+        view: &View<'_>,
+        config: &LocalMapConfig,
+    ) -> Option<Self> {
+        let View { camera, camera_from_map, .. } = view;
+        let depth = seen.depth?;
+        let pixel = seen.corner.pixel.cast::<f64>();
+        let ray = camera.ray(&pixel)?.push(1.0);
+        let in_camera_m = Point3::from(ray * depth.depth_m);
+        let map_from_camera = camera_from_map.inverse();
+        let pixel_std_dev = config.pixel_std_dev_px(seen.corner.level);
+        let across = Vector2::new(
+            pixel_std_dev * depth.depth_m / camera.fx_px,
+            pixel_std_dev * depth.depth_m / camera.fy_px,
+        );
+        let along = ray * depth.std_dev_m;
+        let across = across.component_mul(&across);
+        let in_camera = along * along.transpose() + Matrix3::from_diagonal(&across.push(0.0));
+        let rotation = map_from_camera.rotation.to_rotation_matrix();
+        let mut landmark = Self {
+            id,
+            position_m: map_from_camera * in_camera_m,
+            covariance: rotation * in_camera * rotation.transpose(),
+            lean_m_per_s: map_from_camera.rotation
+                * (view.lean.of_measured(&in_camera_m, pixel.y, camera)
+                    - view.lean.of_pose(&in_camera_m)),
+            descriptor: seen.corner.descriptor,
+            towards_camera: Vector3::zeros(),
+            distance_m: 0.0,
+            level: 0,
+            angle_rad: 0.0,
+            seen_in_frame: view.number,
+            arrival: view.number,
+            seen: 0,
+            foreseen: 1,
+        };
+        landmark.look(view.number, seen.corner, &map_from_camera);
+        Some(landmark)
+    }
+
+    /// Where it should be in an image, as far as a camera there would see it at all.
+    pub(super) fn foreseen(
+        &self,
+        view: &View<'_>,
+        config: &LocalMapConfig,
+    ) -> Option<PredictedCorner> {
+        let View { camera, camera_from_map, .. } = view;
+        let in_camera_m = camera_from_map * self.position_m;
+        let pixel = camera.project(&in_camera_m).filter(|pixel| camera.contains(pixel))?;
+        let distance_m = in_camera_m.coords.norm();
+        let towards_camera =
+            -(camera_from_map.rotation.inverse() * in_camera_m.coords) / distance_m;
+        if self.towards_camera.dot(&towards_camera) < config.max_viewing_angle_rad.cos() {
+            return None;
+        }
+        let levels_nearer = (self.distance_m / distance_m).ln() / config.scale_factor.ln();
+        let level = f64::from(self.level) + levels_nearer;
+        let top = f64::from(config.levels.saturating_sub(1) as u32);
+        // A level beyond those that are looked at: too near or too far to be found again.
+        (level >= -1.0 && level <= top + 1.0).then(|| PredictedCorner {
+            pixel: pixel.cast(),
+            level: level.round().clamp(0.0, top) as u8,
+            // The turn of the camera is the same for all only since the last frame.
+            angle_rad: (self.seen_in_frame + 1 == view.number).then_some(self.angle_rad),
+            descriptor: self.descriptor,
+        })
+    }
+
+    /// What a corner says of the pose, were it this landmark and its place known.
+    pub(super) fn observation_if_known(
+        &self,
+        seen: SeenPoint<'_>,
+        config: &LocalMapConfig,
+    ) -> PointObservation {
+        PointObservation {
+            point_in_map_m: self.position_m,
+            pixel_px: seen.corner.pixel.cast(),
+            depth_m: seen.depth.map(|depth| depth.depth_m),
+            pixel_std_dev_px: config.pixel_std_dev_px(seen.corner.level),
+            depth_std_dev_m: seen.depth.map_or(0.0, |depth| depth.std_dev_m),
+        }
+    }
+
+    /// What it says with what the place may be off by.
+    pub(super) fn observation(
+        &self,
+        seen: SeenPoint<'_>,
+        view: &View<'_>,
+        config: &LocalMapConfig,
+    ) -> PointObservation {
+        let spread = Spread::of(&self.position_m, &self.covariance, view);
+        spread.added_to(self.observation_if_known(seen, config))
+    }
+
+    /// The same where no pose is known: as unsure as it is in the mean of all directions.
+    pub(super) fn blind_observation(
+        &self,
+        seen: SeenPoint<'_>,
+        camera: &CameraModel,
+        config: &LocalMapConfig,
+    ) -> PointObservation {
+        let depth_variance_m2 = self.covariance.trace() / 3.0;
+        let distance_m = seen.depth.map_or(self.distance_m, |depth| depth.depth_m);
+        let pixel_variance_px2 = depth_variance_m2 * (camera.fx_px / distance_m).powi(2);
+        let spread = Spread { pixel_variance_px2, depth_variance_m2 };
+        spread.added_to(self.observation_if_known(seen, config))
+    }
+
+    /// A corner that the pose explains makes its place surer.
+    pub(super) fn learn(&mut self, seen: SeenPoint<'_>, view: &View<'_>, config: &LocalMapConfig) {
+        let View { camera, camera_from_map, .. } = view;
+        let in_camera_m = camera_from_map * self.position_m;
+        let Some(pixel) = camera.project(&in_camera_m) else { return };
+        let rotation = camera_from_map.rotation.to_rotation_matrix().into_inner();
+        let slopes = image_slopes(camera, &in_camera_m) * rotation;
+        let off = seen.corner.pixel.cast::<f64>() - pixel;
+        let variance = config.pixel_std_dev_px(seen.corner.level).powi(2);
+        // The measurement leans by itself, and so does the pose that the landmark is compared at.
+        let lean = view.lean.of_measured(&in_camera_m, seen.corner.pixel.y.into(), camera)
+            - view.lean.of_pose(&in_camera_m);
+        let lean = rotation.transpose() * lean;
+        for row in 0..2 {
+            self.update(&slopes.row(row).transpose(), off[row], variance, &lean);
+        }
+        if let Some(depth) = seen.depth {
+            let slope = rotation.row(2).transpose();
+            let off_m = depth.depth_m - (camera_from_map * self.position_m).z;
+            self.update(&slope, off_m, depth.std_dev_m.powi(2), &lean);
+        }
+        // A landmark that is known too well could not be corrected any more.
+        self.covariance += Matrix3::identity() * config.landmark_noise_m.powi(2);
+        self.descriptor = seen.corner.descriptor;
+        self.look(view.number, seen.corner, &camera_from_map.inverse());
+    }
+
+    /// A step of the Kalman filter with one number, of a place that leans so.
+    fn update(&mut self, slope: &Vector3<f64>, off: f64, variance: f64, lean: &Vector3<f64>) {
+        let carried = self.covariance * slope;
+        let gain = carried / (slope.dot(&carried) + variance);
+        self.position_m += gain * off;
+        self.lean_m_per_s += gain * slope.dot(&(lean - self.lean_m_per_s));
+        self.covariance -= gain * carried.transpose();
+    }
+
+    /// As the corner that it last was; it has no place in an image.
+    pub(super) fn as_corner(&self) -> Corner {
+        Corner {
+            pixel: Point2::origin(),
+            level: self.level,
+            angle_rad: self.angle_rad,
+            response: 0.0,
+            descriptor: self.descriptor,
+        }
+    }
+
+    fn look(&mut self, frame: u64, corner: &Corner, map_from_camera: &Isometry3<f64>) {
+        let to_camera = map_from_camera.translation.vector - self.position_m.coords;
+        self.distance_m = to_camera.norm();
+        self.towards_camera = to_camera / self.distance_m;
+        self.level = corner.level;
+        self.angle_rad = corner.angle_rad;
+        self.seen_in_frame = frame;
+        self.seen += 1;
+    }
+}
+
+/// What the uncertainty of a place makes of its image.
+pub(super) struct Spread {
+    /// The mean of both directions.
+    pub(super) pixel_variance_px2: f64,
+    pub(super) depth_variance_m2: f64,
+}
+
+impl Spread {
+    fn added_to(&self, mut observation: PointObservation) -> PointObservation {
+        let root = |std_dev: f64, variance: f64| (std_dev * std_dev + variance).sqrt();
+        observation.pixel_std_dev_px = root(observation.pixel_std_dev_px, self.pixel_variance_px2);
+        observation.depth_std_dev_m = root(observation.depth_std_dev_m, self.depth_variance_m2);
+        observation
+    }
+
+    pub(super) fn of(place_m: &Point3<f64>, covariance: &Matrix3<f64>, view: &View<'_>) -> Self {
+        let View { camera, camera_from_map, .. } = view;
+        let rotation = camera_from_map.rotation.to_rotation_matrix().into_inner();
+        let in_camera_m = camera_from_map * place_m;
+        let in_camera = rotation * covariance * rotation.transpose();
+        let slopes = image_slopes(camera, &in_camera_m);
+        let pixel_variance_px2 = 0.5 * (slopes * in_camera * slopes.transpose()).trace();
+        Self { pixel_variance_px2, depth_variance_m2: in_camera[(2, 2)] }
+    }
+}
+
+/// How the image of a point changes with its place in the camera frame.
+pub(crate) fn image_slopes(camera: &CameraModel, in_camera_m: &Point3<f64>) -> Matrix2x3<f64> {
+    let (x, y) = (camera.fx_px / in_camera_m.z, camera.fy_px / in_camera_m.z);
+    let (toward_x, toward_y) = (in_camera_m.x / in_camera_m.z, in_camera_m.y / in_camera_m.z);
+    Matrix2x3::new(x, 0.0, -x * toward_x, 0.0, y, -y * toward_y)
+}

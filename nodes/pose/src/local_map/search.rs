@@ -1,0 +1,113 @@
+//! Which features are which landmarks.
+
+use geometry::CameraModel;
+
+use super::{Association, Associations, LocalMap, Verdicts, View, seen_line, seen_point};
+use crate::frame::Frame;
+use crate::matching::lines::{
+    DirectionBins, LineMatchConfig, ProjectedLine, match_projected_lines,
+};
+use crate::matching::points::{CornerGrid, GuidedConfig, PredictedCorner, match_guided};
+use crate::solve::{LineObservation, PointObservation};
+
+impl LocalMap {
+    /// Looks for the landmarks where a camera at this pose should see them, no farther off than `radius_px`.
+    #[must_use]
+    pub fn search(&self, view: &View<'_>, radius_px: f32) -> Associations {
+        let (foreseen_points, points) = self.search_points(view, radius_px);
+        let (foreseen_lines, lines) = self.search_lines(view, radius_px);
+        Associations { foreseen_points, foreseen_lines, points, lines }
+    }
+
+    fn search_points(&self, view: &View<'_>, radius_px: f32) -> (Vec<usize>, Vec<Association>) {
+        let (mut foreseen, mut corners) = (Vec::new(), Vec::<PredictedCorner>::new());
+        for (index, point) in self.points.iter().enumerate() {
+            if let Some(corner) = point.foreseen(view, &self.config) {
+                foreseen.push(index);
+                corners.push(corner);
+            }
+        }
+        let guided = GuidedConfig { radius_px, ..self.config.point_matching };
+        let pairs = match_guided(&corners, &CornerGrid::new(&view.frame.corners), &guided);
+        let pairs = pairs.iter().filter_map(|pair| {
+            let landmark = *foreseen.get(pair.sought)?;
+            Some(Association { landmark, feature: pair.found })
+        });
+        let pairs = pairs.collect();
+        (foreseen, pairs)
+    }
+
+    fn search_lines(&self, view: &View<'_>, radius_px: f32) -> (Vec<usize>, Vec<Association>) {
+        let (mut foreseen, mut projected) = (Vec::new(), Vec::<ProjectedLine>::new());
+        for (index, line) in self.lines.iter().enumerate() {
+            if let Some(line) = line.foreseen(view) {
+                foreseen.push(index);
+                projected.push(line);
+            }
+        }
+        let max_offset_px = f64::from(radius_px);
+        let matching = LineMatchConfig { max_offset_px, ..self.config.line_matching };
+        let bins = DirectionBins::new(&view.frame.lines);
+        let pairs = match_projected_lines(&projected, &view.frame.lines, &bins, &matching);
+        let pairs = pairs.iter().filter_map(|pair| {
+            let landmark = *foreseen.get(pair.from)?;
+            Some(Association { landmark, feature: pair.to })
+        });
+        let pairs = pairs.collect();
+        (foreseen, pairs)
+    }
+
+    /// What the associated features say of the pose: one observation for each association.
+    #[must_use]
+    pub fn observations(
+        &self,
+        view: &View<'_>,
+        associations: &Associations,
+    ) -> (Vec<PointObservation>, Vec<LineObservation>) {
+        let points = associations.points.iter().filter_map(|pair| {
+            let seen = seen_point(view.frame, pair.feature)?;
+            Some(self.points.get(pair.landmark)?.observation(seen, view, &self.config))
+        });
+        let lines = associations.lines.iter().filter_map(|pair| {
+            let seen = seen_line(view.frame, pair.feature)?;
+            Some(self.lines.get(pair.landmark)?.observation(seen, view, &self.config))
+        });
+        (points.collect(), lines.collect())
+    }
+
+    /// What the associated features say of the pose that the verdicts accept, were the places of the landmarks known.
+    #[must_use]
+    pub fn observations_if_known(
+        &self,
+        frame: &Frame,
+        associations: &Associations,
+        verdicts: Verdicts<'_>,
+    ) -> (Vec<PointObservation>, Vec<LineObservation>) {
+        let points = associations.points.iter().zip(verdicts.points);
+        let points = points.filter(|(_, verdict)| verdict.is_inlier()).filter_map(|(pair, _)| {
+            let seen = seen_point(frame, pair.feature)?;
+            Some(self.points.get(pair.landmark)?.observation_if_known(seen, &self.config))
+        });
+        let lines = associations.lines.iter().zip(verdicts.lines);
+        let lines = lines.filter(|(_, verdict)| verdict.is_inlier()).filter_map(|(pair, _)| {
+            let seen = seen_line(frame, pair.feature)?;
+            Some(self.lines.get(pair.landmark)?.observation_if_known(seen, &self.config))
+        });
+        (points.collect(), lines.collect())
+    }
+
+    /// What corners say of the pose where none is known: one observation for each pair that exists.
+    #[must_use]
+    pub fn blind_observations(
+        &self,
+        frame: &Frame,
+        camera: &CameraModel,
+        pairs: &[Association],
+    ) -> Vec<PointObservation> {
+        let points = pairs.iter().filter_map(|pair| {
+            let seen = seen_point(frame, pair.feature)?;
+            Some(self.points.get(pair.landmark)?.blind_observation(seen, camera, &self.config))
+        });
+        points.collect()
+    }
+}
