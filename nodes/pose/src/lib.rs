@@ -11,7 +11,8 @@
 //! | [`motion`] | where the camera will be, by its motion so far, a gyroscope or wheels |
 //! | [`solve`] | the pose that explains matches, how sure it is, and what it cannot say |
 //!
-//! No ROS, no files, no clock, no randomness but what a seed gives.
+//! The core knows no ROS, no files, no clock, no randomness but what a seed gives. With the feature `ros` there is the node
+//! around it, `shell`.
 
 pub mod feature;
 pub mod frame;
@@ -19,6 +20,8 @@ pub mod image;
 pub mod local_map;
 pub mod matching;
 pub mod motion;
+#[cfg(feature = "ros")]
+pub mod shell;
 pub mod solve;
 #[cfg(test)]
 mod testing;

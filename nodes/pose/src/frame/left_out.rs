@@ -42,6 +42,16 @@ impl MovingThing {
         }
     }
 
+    /// The same in another frame: a box around the box.
+    #[must_use]
+    pub fn moved(&self, target_from_map: &Isometry3<f64>) -> Self {
+        let rotation = target_from_map.rotation.to_rotation_matrix().into_inner();
+        Self {
+            middle_in_map_m: target_from_map * self.middle_in_map_m,
+            half_extent_m: rotation.abs() * self.half_extent_m,
+        }
+    }
+
     fn holds(&self, point_in_map_m: &Point3<f64>) -> bool {
         let off = (point_in_map_m - self.middle_in_map_m).abs();
         (0..3).all(|axis| off[axis] <= self.half_extent_m[axis])

@@ -117,6 +117,8 @@ pub struct CameraPose {
     /// Covariance of its perturbation (see [`crate::solve::perturbation`]) as a place in the map: with what the map has
     /// drifted by since it began.
     pub covariance: Matrix6<f64>,
+    /// What of it is this frame's own: another frame's is independent of it.
+    pub frame_covariance: Matrix6<f64>,
 }
 
 impl Tracked {

@@ -139,7 +139,12 @@ impl Tracker {
         let (corners, lines) = fates(frame, &left_out, None);
         Tracked {
             state: TrackingState::Tracking,
-            pose: Some(CameraPose { stamp: frame.stamp, camera_from_map, covariance }),
+            pose: Some(CameraPose {
+                stamp: frame.stamp,
+                camera_from_map,
+                covariance,
+                frame_covariance: covariance,
+            }),
             corners,
             lines,
             ..Tracked::default()
@@ -323,7 +328,8 @@ impl Tracker {
         }
         let view = View { number: self.number, frame: &seen, camera, camera_from_map, lean };
         let verdicts = Verdicts { points: &pose.points, lines: &pose.lines };
-        let covariance = self.covariance(&view, &pose, &associations);
+        let frame_covariance = self.frame_covariance(&view, &pose, &associations);
+        let covariance = self.map.covariance_at(&view, &associations, verdicts) + frame_covariance;
         self.map.learn(&view, &associations, verdicts);
         let inliers = pose.point_inliers() + pose.line_inliers();
         let measured = seen.measured_corners() + seen.measured_lines();
@@ -338,7 +344,12 @@ impl Tracker {
         let weak: Vec<_> = pose.observability.weak().copied().collect();
         Tracked {
             state: TrackingState::Tracking,
-            pose: Some(CameraPose { stamp: frame.stamp, camera_from_map, covariance }),
+            pose: Some(CameraPose {
+                stamp: frame.stamp,
+                camera_from_map,
+                covariance,
+                frame_covariance,
+            }),
             trouble: (!weak.is_empty()).then_some(Trouble::Degenerate { weak: weak.len() }),
             is_relocalised: false,
             weak,
@@ -347,21 +358,20 @@ impl Tracker {
         }
     }
 
-    /// What a pose is off by as a place in the map: what the map is off by, and what the frame shows.
-    fn covariance(
+    /// What a pose is off by through what the frame shows alone, were the landmarks where they are said to be.
+    fn frame_covariance(
         &self,
         view: &View<'_>,
         pose: &PoseEstimate,
         associations: &Associations,
     ) -> Matrix6<f64> {
         let verdicts = Verdicts { points: &pose.points, lines: &pose.lines };
-        let of_map = self.map.covariance_at(view, associations, verdicts);
         let (points, lines) = self.map.observations_if_known(view.frame, associations, verdicts);
         let (camera, at, refine) = (view.camera, &view.camera_from_map, &self.config.refine);
         let information = information_at(camera, at, &points, &lines, refine);
         let is_told = pose.observability.estimated() == 6;
         let of_frame = information.cholesky().filter(|_| is_told).map(|c| c.inverse());
-        of_map + of_frame.unwrap_or(pose.covariance)
+        of_frame.unwrap_or(pose.covariance)
     }
 
     /// How far around its place a landmark is to be looked for.

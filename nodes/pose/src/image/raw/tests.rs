@@ -144,7 +144,7 @@ fn bytes_that_hold_no_such_image_are_refused() {
     let huge_step = raw("mono8", (2, 3), usize::MAX, &data);
     assert!(gray_from_raw(&huge_step).is_err());
     for size in [(0, 0), (0, 5), (5, 0)] {
-        assert_eq!(gray_from_raw(&raw("mono8", size, 5, &[])).unwrap().pixels(), []);
+        assert!(gray_from_raw(&raw("mono8", size, 5, &[])).unwrap().pixels().is_empty());
     }
     assert!("rgb9".parse::<PixelEncoding>().unwrap_err().to_string().contains("\"rgb9\""));
 }

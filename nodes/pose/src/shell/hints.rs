@@ -1,0 +1,120 @@
+//! What else is known when an image is taken: tracked objects, a gyroscope, wheels.
+
+use std::collections::VecDeque;
+
+use geometry::{PoseBuffer, Stamp, Track, pose_from_vector};
+use msgs::convert;
+use msgs::nav_msgs::Odometry;
+use msgs::sensor_msgs::Imu;
+use msgs::stillmap_msgs::Tracks;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use node_shell::NodeFailure;
+
+use super::output::Frames;
+use super::parameters::PoseParameters;
+use crate::frame::MovingThing;
+use crate::motion::{GyroSample, MotionConfig, Turn, WheelStep, integrated_turn};
+
+/// Samples that are kept of a gyroscope: a second of a fast one.
+const SAMPLES_KEPT: usize = 1_000;
+/// Poses that are kept of wheels.
+const WHEEL_POSES_KEPT: usize = 200;
+
+/// What has come so far.
+pub(super) struct Knowledge {
+    tracks: Vec<Track>,
+    tracks_at: Option<Stamp>,
+    track_margin_m: f64,
+    max_track_age_s: f64,
+    camera_from_imu: UnitQuaternion<f64>,
+    samples: VecDeque<GyroSample>,
+    wheels: PoseBuffer,
+    camera_from_rig: Isometry3<f64>,
+}
+
+impl Knowledge {
+    pub(super) fn new(parameters: &PoseParameters) -> Self {
+        let camera_from_rig = parameters.rig_from_camera().inverse();
+        Self {
+            tracks: Vec::new(),
+            tracks_at: None,
+            track_margin_m: parameters.track_margin_m,
+            max_track_age_s: parameters.max_track_age_s,
+            camera_from_imu: camera_from_rig.rotation
+                * pose_from_vector(&parameters.rig_from_imu).rotation,
+            samples: VecDeque::new(),
+            wheels: PoseBuffer::new(WHEEL_POSES_KEPT)
+                .with_max_gap_s(parameters.tracker.motion.max_gap_s),
+            camera_from_rig,
+        }
+    }
+
+    /// Takes the objects of a cycle. They must be told in the frame that this node's poses lead to: detection takes its poses
+    /// from here.
+    pub(super) fn take_tracks(
+        &mut self,
+        message: &Tracks,
+        frames: &Frames,
+    ) -> Result<(), NodeFailure> {
+        if message.header.frame_id != frames.odom_frame_id {
+            return Err(format!(
+                "tracks are told in frame {:?}, not in {:?}: detection must take its pose from this node",
+                message.header.frame_id, frames.odom_frame_id
+            )
+            .into());
+        }
+        self.tracks = convert::tracks_from_message(message)?;
+        self.tracks_at = Some(convert::stamp_from_time(message.header.stamp));
+        Ok(())
+    }
+
+    pub(super) fn take_imu(&mut self, message: &Imu) {
+        let rate = &message.angular_velocity;
+        let rate = self.camera_from_imu * Vector3::new(rate.x, rate.y, rate.z);
+        let stamp = convert::stamp_from_time(message.header.stamp);
+        if self.samples.back().is_some_and(|last| last.stamp >= stamp) {
+            self.samples.clear();
+        }
+        self.samples.push_back(GyroSample { stamp, rate_rad_per_s: rate });
+        while self.samples.len() > SAMPLES_KEPT {
+            self.samples.pop_front();
+        }
+    }
+
+    pub(super) fn take_wheels(&mut self, message: &Odometry) -> Result<(), NodeFailure> {
+        let pose = convert::pose_from_odometry(message)?;
+        if self.wheels.newest().is_some_and(|newest| newest.stamp > pose.stamp) {
+            self.wheels.clear();
+        }
+        Ok(self.wheels.push(pose)?)
+    }
+
+    /// The objects at a stamp, in the tracker's map.
+    pub(super) fn moving(&self, at: Stamp, frames: &Frames) -> Vec<MovingThing> {
+        let later_s = self.tracks_at.map(|tracks_at| at.seconds_since(tracks_at));
+        let Some(later_s) = later_s.filter(|later_s| later_s.abs() <= self.max_track_age_s) else {
+            return Vec::new();
+        };
+        let map_from_odom = frames.odom_from_map.inverse();
+        let thing = |track: &Track| {
+            MovingThing::of_track(track, later_s, self.track_margin_m).moved(&map_from_odom)
+        };
+        self.tracks.iter().map(thing).collect()
+    }
+
+    /// How the camera has turned, as far as the gyroscope covers it.
+    pub(super) fn turn(&mut self, from: Stamp, to: Stamp, config: &MotionConfig) -> Option<Turn> {
+        let samples = self.samples.make_contiguous();
+        let since = samples.partition_point(|sample| sample.stamp <= from).saturating_sub(1);
+        integrated_turn(samples.get(since..)?, from, to, config).ok()
+    }
+
+    /// How the rig has gone, as far as the wheels' poses cover it.
+    pub(super) fn wheel_step(&self, from: Stamp, to: Stamp) -> Option<WheelStep> {
+        Some(WheelStep {
+            odom_from_base_before: self.wheels.at(from).ok()?.map_from_rig,
+            odom_from_base_now: self.wheels.at(to).ok()?.map_from_rig,
+            camera_from_base: self.camera_from_rig,
+        })
+    }
+}

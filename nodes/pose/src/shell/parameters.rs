@@ -1,0 +1,165 @@
+//! The parameters of the node.
+
+use geometry::pose_from_vector;
+use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
+
+use crate::solve::ConfigError;
+use crate::tracking::{TrackerConfig, TrackerConfigError};
+
+/// What the colour images come as.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ImageInput {
+    /// As the camera's driver sends them.
+    #[default]
+    Raw,
+    /// As JPEG or PNG pictures, by `compressed_image_transport`.
+    Compressed,
+}
+
+/// Whose view the depth images are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DepthSource {
+    /// That of the colour camera, pixel by pixel, distortion included: the driver has registered them.
+    #[default]
+    Registered,
+    /// That of the depth camera beside it; they are registered here.
+    Raw,
+}
+
+/// The parameters of the node.
+///
+/// Every default stands in [`PoseParameters::default`], or in the default of its part, and nowhere else.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub struct PoseParameters {
+    /// What the colour images come as.
+    pub input: ImageInput,
+    /// Whose view the depth images are.
+    pub depth: DepthSource,
+    /// Where the depth camera is from the colour camera, with raw depth: x, y, z in metres, yaw, pitch, roll in radians, both
+    /// in optical frames.
+    pub color_from_depth: [f64; 6],
+    /// The colour camera in the rig, likewise: its optical frame.
+    pub rig_from_camera: [f64; 6],
+    /// Where the rig is at the first image, in the frame below, likewise.
+    pub initial_pose: [f64; 6],
+    /// The frame that poses lead to.
+    pub odom_frame_id: String,
+    /// The rig's frame.
+    pub base_frame_id: String,
+    /// Whether the pose is told on `/tf`, too.
+    pub publish_tf: bool,
+    /// An image and a depth image belong together when they were taken no farther apart.
+    pub max_pair_gap_s: f64,
+    /// Images that may wait for their partner.
+    pub max_waiting_images: usize,
+    /// The pose is the mean of so many; 1 for the pose itself (PL-SLAM's thesis takes 4).
+    pub smoothing_poses: usize,
+    /// The path holds so many poses, the latest.
+    pub path_poses: usize,
+    /// Whether features on tracked objects are left out.
+    pub leave_out_tracks: bool,
+    /// Around a tracked object so much is left out, too.
+    pub track_margin_m: f64,
+    /// A track is used for so long.
+    pub max_track_age_s: f64,
+    /// Whether a gyroscope says how the camera turns.
+    pub use_imu: bool,
+    /// The axes of the inertial unit in the rig: yaw, pitch, roll; as above, and the place plays no part.
+    pub rig_from_imu: [f64; 6],
+    /// Whether wheels say how the rig moves.
+    pub use_wheels: bool,
+    /// The parameters of the method.
+    #[serde(flatten)]
+    pub tracker: TrackerConfig,
+}
+
+impl Default for PoseParameters {
+    fn default() -> Self {
+        Self {
+            input: ImageInput::default(),
+            depth: DepthSource::default(),
+            color_from_depth: [0.0; 6],
+            // As detection has it: the optical frame looks along the rig's x.
+            rig_from_camera: [
+                0.0,
+                0.0,
+                0.0,
+                -std::f64::consts::FRAC_PI_2,
+                0.0,
+                -std::f64::consts::FRAC_PI_2,
+            ],
+            initial_pose: [0.0; 6],
+            // REP 105.
+            odom_frame_id: "odom".to_owned(),
+            base_frame_id: "base_link".to_owned(),
+            publish_tf: true,
+            // Two thirds of the time between two images of a Kinect.
+            max_pair_gap_s: 0.02,
+            // Ten raw images of a Kinect take 9 MB.
+            max_waiting_images: 10,
+            smoothing_poses: 1,
+            // Five minutes and a half.
+            path_poses: 10_000,
+            leave_out_tracks: true,
+            // Half a voxel's diagonal, and the pixels beside an edge.
+            track_margin_m: 0.1,
+            // Three cycles of the RPLIDAR A1.
+            max_track_age_s: 0.5,
+            use_imu: false,
+            rig_from_imu: [0.0; 6],
+            use_wheels: false,
+            tracker: TrackerConfig::default(),
+        }
+    }
+}
+
+/// A parameter has a value that means nothing.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum PoseParametersError {
+    /// One of the node's.
+    #[error(transparent)]
+    Node(#[from] ConfigError),
+    /// One of the method's.
+    #[error(transparent)]
+    Tracker(#[from] TrackerConfigError),
+}
+
+/// More poses in a mean would be another course.
+const MOST_SMOOTHING_POSES: usize = 100;
+
+impl PoseParameters {
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// The first parameter out of its range, with its name, its value and what is accepted.
+    pub fn validate(&self) -> Result<(), PoseParametersError> {
+        for (name, vector) in [
+            ("color_from_depth", &self.color_from_depth),
+            ("rig_from_camera", &self.rig_from_camera),
+            ("initial_pose", &self.initial_pose),
+            ("rig_from_imu", &self.rig_from_imu),
+        ] {
+            let bad = vector.iter().copied().find(|value| !value.is_finite());
+            ConfigError::unless(bad.is_none(), name, "six finite numbers", bad.unwrap_or(0.0))?;
+        }
+        ConfigError::unless_positive("max_pair_gap_s", self.max_pair_gap_s)?;
+        ConfigError::unless_positive("max_waiting_images", self.max_waiting_images as f64)?;
+        let poses = self.smoothing_poses;
+        let holds = (1..=MOST_SMOOTHING_POSES).contains(&poses);
+        ConfigError::unless(holds, "smoothing_poses", "in 1 .. 100", poses as f64)?;
+        ConfigError::unless_positive("path_poses", self.path_poses as f64)?;
+        let margin = self.track_margin_m;
+        let holds = margin.is_finite() && margin >= 0.0;
+        ConfigError::unless(holds, "track_margin_m", "0 or more metres", margin)?;
+        ConfigError::unless_positive("max_track_age_s", self.max_track_age_s)?;
+        Ok(self.tracker.validate()?)
+    }
+
+    pub(super) fn rig_from_camera(&self) -> Isometry3<f64> {
+        pose_from_vector(&self.rig_from_camera)
+    }
+}

@@ -1,0 +1,260 @@
+//! The core with its topics: every pair of images ends in a pose, or in a reason why there is none.
+
+use std::sync::Arc;
+
+use geometry::Stamp;
+use msgs::convert;
+use msgs::sensor_msgs::Image;
+use msgs::std_msgs::Header;
+use node_shell::{Counters, Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, Throttle};
+
+use super::PROGRAM;
+use super::cameras::{Cameras, RectifiedPair};
+use super::drawing::drawn;
+use super::hints::Knowledge;
+use super::inputs::{Arrival, Inputs};
+use super::output::Output;
+use super::pairing::{Paired, Pairing};
+use super::parameters::PoseParameters;
+use crate::frame::{Frame, FrameExtractor, FrameStep};
+use crate::tracking::{Fate, Hints, Tracked, Tracker, TrackingState};
+
+/// The condition in the diagnostics.
+const TRACKING: &str = "tracking";
+/// A viewer needs the latest picture alone.
+const PICTURES_KEPT: usize = 1;
+
+/// The core with its topics.
+pub struct Stage {
+    inputs: Inputs,
+    pairing: Pairing<Arc<Image>, Arc<Image>>,
+    cameras: Cameras,
+    knowledge: Knowledge,
+    extractor: FrameExtractor,
+    tracker: Tracker,
+    output: Output,
+    pictures: Publisher<Image>,
+    reporter: StageReporter,
+    counters: Counters,
+    next_frame: u32,
+    state: TrackingState,
+    bad_input: Throttle,
+    troubles: Throttle,
+}
+
+impl Stage {
+    /// The stage that `node` is.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range, or a topic cannot be had.
+    pub fn new(node: &Node, parameters: &PoseParameters) -> Result<Self, NodeFailure> {
+        parameters.validate()?;
+        let counters = node.counters();
+        counters.note_condition(TRACKING, "initialising: waits for images", true);
+        Ok(Self {
+            inputs: Inputs::subscribe(node, parameters)?,
+            pairing: Pairing::new(parameters.max_pair_gap_s, parameters.max_waiting_images),
+            cameras: Cameras::new(parameters),
+            knowledge: Knowledge::new(parameters),
+            extractor: FrameExtractor::new(parameters.tracker.frame.clone())?,
+            tracker: Tracker::new(parameters.tracker.clone())?,
+            output: Output::new(node, parameters)?,
+            pictures: node.publisher("features", &Qos::sensor(PICTURES_KEPT))?,
+            reporter: StageReporter::new(node, PROGRAM.name)?,
+            counters,
+            next_frame: 0,
+            state: TrackingState::default(),
+            bad_input: Throttle::for_warnings(),
+            troubles: Throttle::for_warnings(),
+        })
+    }
+
+    /// The next message. May be dropped while it waits.
+    pub(super) async fn next(&self) -> Arrival {
+        self.inputs.next().await
+    }
+
+    /// Takes every message that is here already.
+    pub fn take_waiting(&mut self) {
+        while let Some(arrival) = self.inputs.try_next() {
+            self.take(arrival);
+        }
+    }
+
+    pub(super) fn take(&mut self, arrival: Arrival) {
+        let taken = match arrival {
+            Arrival::Color(message) => {
+                self.take_color(message);
+                Ok(())
+            }
+            Arrival::CompressedColor(message) => {
+                match convert::image_from_compressed_message(&message) {
+                    Ok(mut image) => {
+                        image.header = message.header.clone();
+                        self.take_color(Arc::new(image));
+                        Ok(())
+                    }
+                    Err(error) => Err((self.inputs.color_topic().to_owned(), error.into())),
+                }
+            }
+            Arrival::Depth(message) => {
+                let stamp = convert::stamp_from_time(message.header.stamp);
+                let paired = self.pairing.push_depth(stamp, message);
+                self.handle(paired);
+                Ok(())
+            }
+            Arrival::ColorInfo(message) => convert::camera_from_message(&message)
+                .map_err(NodeFailure::from)
+                .and_then(|camera| self.cameras.take_color(camera))
+                .map_err(|error| (self.inputs.color_info_topic().to_owned(), error)),
+            Arrival::DepthInfo(message) => convert::camera_from_message(&message)
+                .map_err(NodeFailure::from)
+                .and_then(|camera| self.cameras.take_depth(camera))
+                .map_err(|error| ("depth/camera_info".to_owned(), error)),
+            Arrival::Tracks(message) => self
+                .knowledge
+                .take_tracks(&message, self.output.frames())
+                .map_err(|error| (self.inputs.tracks_topic().to_owned(), error)),
+            Arrival::Imu(message) => {
+                self.knowledge.take_imu(&message);
+                Ok(())
+            }
+            Arrival::Wheels(message) => {
+                self.knowledge.take_wheels(&message).map_err(|error| ("wheels".to_owned(), error))
+            }
+        };
+        if let Err((topic, error)) = taken {
+            self.counters.count_drop(&format!("unusable message on {topic}"));
+            if let Some(held_back) = self.bad_input.pass() {
+                tracing::warn!("{topic}: {error} ({held_back} more since the last warning)");
+            }
+        }
+    }
+
+    fn take_color(&mut self, image: Arc<Image>) {
+        let stamp = convert::stamp_from_time(image.header.stamp);
+        let paired = self.pairing.push_color(stamp, image);
+        self.handle(paired);
+    }
+
+    fn handle(&mut self, paired: Vec<Paired<Arc<Image>, Arc<Image>>>) {
+        for one in paired {
+            match one {
+                Paired::Pair(stamp, color, depth) => self.frame(stamp, &color, &depth),
+                Paired::ColorAlone(stamp) => {
+                    let reason =
+                        format!("no image of {} was taken then", self.inputs.depth_topic());
+                    self.drop_frame(stamp, "image without depth", &reason);
+                }
+                Paired::DepthAlone(stamp) => {
+                    let reason =
+                        format!("no image of {} was taken then", self.inputs.color_topic());
+                    self.drop_frame(stamp, "depth without image", &reason);
+                }
+            }
+        }
+    }
+
+    fn frame(&mut self, stamp: Stamp, color: &Image, depth: &Image) {
+        let mut timer = StepTimer::start();
+        if !self.cameras.are_known() {
+            let reason = format!("no calibration on {}", self.inputs.color_info_topic());
+            return self.drop_frame(stamp, "image without a calibration", &reason);
+        }
+        let pair = match self.cameras.rectified(stamp, color, depth) {
+            Ok(pair) => pair,
+            Err(error) => return self.drop_frame(stamp, "unusable image", &error.to_string()),
+        };
+        timer.end_of("convert");
+        let RectifiedPair { gray, depth, camera } = pair;
+        let frame = self.extractor.extract_in_steps(&gray, &depth, &camera, |step| {
+            timer.end_of(match step {
+                FrameStep::Features => "features",
+                FrameStep::Depths => "depths",
+            });
+        });
+        let moving = self.knowledge.moving(stamp, self.output.frames());
+        let motion = self.tracker.config().motion;
+        let last = self.tracker.last_stamp();
+        let hints = Hints {
+            turn: last.and_then(|last| self.knowledge.turn(last, stamp, &motion)),
+            wheels: last.and_then(|last| self.knowledge.wheel_step(last, stamp)),
+            moving: &moving,
+        };
+        let tracked = self.tracker.step(&frame, &camera, &hints);
+        timer.end_of("tracking");
+        self.tell(&tracked);
+        match &tracked.pose {
+            Some(pose) => self.output.publish(pose),
+            None => self.output.interrupt(),
+        }
+        if self.pictures.subscriber_count() > 0 {
+            let header = color.header.clone();
+            self.pictures.publish_or_warn(drawn(&gray, &frame, &tracked, header));
+        }
+        timer.end_of("publish");
+        self.report(stamp, &frame, &tracked, &timer);
+    }
+
+    /// Says how it goes, in the diagnostics and, where it changes, in the log.
+    fn tell(&mut self, tracked: &Tracked) {
+        let state = match tracked.state {
+            TrackingState::Initialising => "initialising",
+            TrackingState::Tracking => "tracking",
+            TrackingState::Lost => "lost",
+        };
+        let text = match &tracked.trouble {
+            Some(trouble) => format!("{state}: {trouble}"),
+            None => state.to_owned(),
+        };
+        let is_warning = tracked.trouble.is_some() || tracked.state != TrackingState::Tracking;
+        self.counters.note_condition(TRACKING, &text, is_warning);
+        if tracked.is_relocalised {
+            tracing::info!("found again: the camera is where the map knows it");
+        } else if tracked.state != self.state {
+            if tracked.state == TrackingState::Tracking {
+                tracing::info!("{text}");
+            } else {
+                tracing::warn!("{text}");
+            }
+        } else if tracked.trouble.is_some()
+            && let Some(held_back) = self.troubles.pass()
+        {
+            tracing::warn!("{text} ({held_back} more since the last warning)");
+        }
+        self.state = tracked.state;
+    }
+
+    fn report(&mut self, stamp: Stamp, frame: &Frame, tracked: &Tracked, timer: &StepTimer) {
+        let number = self.next_frame;
+        let Some(_) = tracked.pose else {
+            let reason = tracked
+                .trouble
+                .map_or_else(|| "no pose was found".to_owned(), |trouble| trouble.to_string());
+            return self.drop_frame(stamp, "no pose", &reason);
+        };
+        self.next_frame = self.next_frame.wrapping_add(1);
+        let count = |count: usize| count as u64;
+        let map = self.tracker.map();
+        let mut counts = self.inputs.counts().to_vec();
+        counts.extend([
+            ("corners", count(frame.corners.len())),
+            ("segments", count(frame.lines.len())),
+            ("inliers", count(tracked.count(Fate::Inlier))),
+            ("outliers", count(tracked.count(Fate::Outlier))),
+            ("left_out", count(tracked.count(Fate::LeftOut))),
+            ("landmarks", count(map.points().len() + map.lines().len())),
+        ]);
+        self.reporter.processed(self.header(stamp), number, &counts, timer);
+    }
+
+    fn drop_frame(&self, stamp: Stamp, cause: &str, reason: &str) {
+        let counts = self.inputs.counts();
+        self.reporter.dropped(self.header(stamp), self.next_frame, (cause, reason), &counts);
+    }
+
+    fn header(&self, stamp: Stamp) -> Header {
+        let frame_id = self.output.frames().odom_frame_id.clone();
+        Header { stamp: convert::time_from_stamp(stamp), frame_id }
+    }
+}
