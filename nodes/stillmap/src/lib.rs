@@ -12,6 +12,7 @@ mod failure;
 mod import;
 mod info;
 mod node;
+mod odometry;
 mod processes;
 mod progress;
 mod rig;
@@ -20,6 +21,7 @@ mod sensor_bag;
 mod simulate;
 mod trial;
 mod up;
+mod visual;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -58,6 +60,8 @@ enum Command {
     Demo(demo::DemoArgs),
     /// A bag through the whole pipeline
     Run(run::RunArgs),
+    /// Where the camera of a bag was, by the points and lines that it sees
+    Odometry(odometry::OdometryArgs),
     /// Play a bag onto DDS
     Play(PlayOptions),
     /// What is in a bag
@@ -81,7 +85,7 @@ enum Command {
     Bench(bench::BenchArgs),
     /// The whole suite live, in one process, as ROS 2 nodes
     Up(up::UpArgs),
-    /// One node of the suite: detection, segmentation, reconstruction or compression
+    /// One node of the suite: detection, segmentation, reconstruction, pose or compression
     Node(node::NodeArgs),
 }
 
@@ -107,6 +111,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let result = match command_line.command {
         Command::Demo(args) => demo::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Odometry(args) => odometry::run(&args),
         Command::Play(options) => return play(options, &ros),
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(args),

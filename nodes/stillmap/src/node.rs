@@ -25,6 +25,8 @@ pub(crate) enum NodeName {
     Segmentation,
     /// Static clouds to the static map
     Reconstruction,
+    /// Colour and depth images to the rig's pose
+    Pose,
     /// A camera's raw images to compressed ones, beside a driver that sends only raw ones
     Compression,
 }
@@ -35,6 +37,7 @@ pub(crate) fn run(args: NodeArgs) -> ExitCode {
         NodeName::Detection => detection::shell::run(args.arguments),
         NodeName::Segmentation => segmentation::shell::run(args.arguments),
         NodeName::Reconstruction => reconstruction::shell::run(args.arguments),
+        NodeName::Pose => pose::shell::run(args.arguments),
         NodeName::Compression => compression::run(args.arguments),
     }
 }

@@ -21,7 +21,7 @@ use self::reader::{Choosing, Read, ReadCycles, Topics};
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::run::Stage;
-use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
+use crate::run::inputs::{Inputs, PoseSource, TopicArgs, ViewTopics};
 
 /// Arguments of `stillmap calibrate`.
 #[derive(Args, Debug)]
@@ -71,7 +71,11 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         max_image_offset_s: node.config.max_cloud_offset_s,
         beam_order: node.config.stillmap.beam_order,
     };
-    let topics = Topics { scan: inputs.scan, image, camera_info, pose: inputs.pose };
+    let PoseSource::Topic(pose) = inputs.pose else {
+        return Err(Failure::new("the calibration takes its poses from a topic".to_owned())
+            .mend("give a --pose topic, or leave it out"));
+    };
+    let topics = Topics { scan: inputs.scan, image, camera_info, pose };
     let Read { cycles, camera, losses } = reader::read(&bag, &info, &topics, &choosing)?;
     let camera = match &args.camera_file {
         Some(file) => read_camera(file)?,

@@ -9,6 +9,7 @@ use msgs::tf2_msgs::TFMessage;
 
 use crate::failure::Failure;
 use crate::sensor_bag;
+use crate::visual::{VISUAL, VisualTopicArgs, VisualTopics};
 
 /// Topics that the user names; the rest is found by type.
 #[derive(Args, Debug, Default)]
@@ -25,16 +26,19 @@ pub(crate) struct TopicArgs {
     /// A PointCloud2 topic, to be read in place of a depth image
     #[arg(long, value_name = "TOPIC", conflicts_with_all = ["depth", "camera_info"])]
     points: Option<String>,
-    /// The PoseStamped topic
+    /// The PoseStamped topic; or `visual`: the pose is found by what the colour and depth images show
     #[arg(long, value_name = "TOPIC")]
     pose: Option<String>,
+    #[command(flatten)]
+    visual: VisualTopicArgs,
 }
 
 impl TopicArgs {
     /// Whether the user names none.
     pub(crate) fn is_empty(&self) -> bool {
-        let Self { scan, depth, camera_info, points, pose } = self;
+        let Self { scan, depth, camera_info, points, pose, visual } = self;
         [scan, depth, camera_info, points, pose].into_iter().all(Option::is_none)
+            && visual.is_empty()
     }
 }
 
@@ -43,11 +47,30 @@ impl TopicArgs {
 pub(crate) struct Inputs {
     pub(crate) scan: String,
     pub(crate) view: ViewTopics,
-    pub(crate) pose: String,
+    pub(crate) pose: PoseSource,
     /// The topic of true labels, where the bag has it.
     pub(crate) labels: Option<String>,
     /// Those of tf that the bag has, fixed transforms first.
     pub(crate) transforms: Vec<&'static str>,
+}
+
+/// Where the rig's pose comes from.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) enum PoseSource {
+    /// A topic of the bag.
+    Topic(String),
+    /// What the camera sees.
+    Visual(VisualTopics),
+}
+
+impl PoseSource {
+    /// The topic of the bag that it is, if it is one.
+    pub(crate) fn topic(&self) -> Option<&str> {
+        match self {
+            Self::Topic(topic) => Some(topic),
+            Self::Visual(_) => None,
+        }
+    }
 }
 
 /// The topics of tf, the same in every bag.
@@ -79,7 +102,6 @@ impl Inputs {
     pub(crate) fn choose(args: &TopicArgs, info: &BagInfo) -> Result<Self, Failure> {
         let choose = Chooser { info };
         let scan = choose.topic::<LaserScan>(&args.scan, "--scan", &["scan"])?;
-        let pose = choose.topic::<PoseStamped>(&args.pose, "--pose", &["pose"])?;
         let view = match &args.points {
             Some(points) => ViewTopics::Points(choose.topic::<PointCloud2>(
                 &Some(points.clone()),
@@ -88,6 +110,7 @@ impl Inputs {
             )?),
             None => choose.view(args)?,
         };
+        let pose = choose.pose(args, &view)?;
         let labels = info
             .topics
             .iter()
@@ -106,7 +129,11 @@ impl Inputs {
 
     /// All topics that the nodes subscribe to, each with the name that the node knows it by.
     pub(crate) fn by_node_name(&self) -> Vec<(&'static str, &str)> {
-        let mut topics = vec![("scan", self.scan.as_str()), ("pose", self.pose.as_str())];
+        let mut topics = vec![("scan", self.scan.as_str())];
+        match &self.pose {
+            PoseSource::Topic(pose) => topics.push(("pose", pose)),
+            PoseSource::Visual(visual) => topics.extend(visual.by_node_name()),
+        }
         match &self.view {
             ViewTopics::Depth { image, camera_info } => {
                 topics.push(("depth/image", image));
@@ -138,6 +165,21 @@ impl Chooser<'_> {
         });
         let camera_info = self.topic::<CameraInfo>(&named, "--camera-info", &["depth"])?;
         Ok(ViewTopics::Depth { image, camera_info })
+    }
+
+    fn pose(&self, args: &TopicArgs, view: &ViewTopics) -> Result<PoseSource, Failure> {
+        if args.pose.as_deref() != Some(VISUAL) {
+            let pose = self.topic::<PoseStamped>(&args.pose, "--pose", &["pose"])?;
+            return Ok(PoseSource::Topic(pose));
+        }
+        let ViewTopics::Depth { image, camera_info } = view else {
+            return Err(Failure::new(
+                "--pose visual takes depth images, and the bag has clouds alone".to_owned(),
+            )
+            .mend("record the depth images, or give a --pose topic"));
+        };
+        let topics = VisualTopics::choose(&args.visual, image, camera_info, self.info)?;
+        Ok(PoseSource::Visual(topics))
     }
 
     /// The topic for messages of type `M`.

@@ -1,22 +1,28 @@
 //! A bag through the pipeline in one process: the same bag gives the same record, but for the times.
 
-use bag_player::{Bag, BagError, BagMessage, Loss, Selection};
+use std::collections::BTreeSet;
+
+use bag_player::{Bag, BagMessage, Loss, Selection};
 use detection::shell::CloudInput;
 use evaluation::RunRecord;
 use msgs::RosMessage;
-use node_shell::{NodeFailure, PublishError, Publisher};
+use msgs::geometry_msgs::PoseStamped;
+use node_shell::{NodeFailure, Publisher};
 
-use super::inputs::{Inputs, TF_STATIC, ViewTopics};
+use super::inputs::{Inputs, PoseSource, TF_STATIC, ViewTopics};
 use super::parameters::PipelineParameters;
 use super::pipeline::{Pipeline, Sensors};
 use crate::failure::Failure;
 use crate::progress::Progress;
+use crate::visual::FeedError;
 
 /// What a run over a bag yields: the record, and what of the bag could not be read.
 pub(crate) struct LocalRun {
     pub(crate) record: RunRecord,
     pub(crate) losses: Vec<Loss>,
     pub(crate) blind_scans: usize,
+    /// The poses of the visual odometry, where it was asked for.
+    pub(crate) poses: Option<Vec<PoseStamped>>,
 }
 
 /// Runs a bag through the nodes.
@@ -33,13 +39,19 @@ pub(crate) fn run(
         ViewTopics::Points(_) => CloudInput::Points,
     };
     let mut pipeline = Pipeline::new(input, &inputs.by_node_name(), parameters).map_err(failed)?;
+    if let PoseSource::Visual(topics) = &inputs.pose {
+        pipeline = pipeline.with_visual_odometry(topics, parameters.pose_node()).map_err(failed)?;
+    }
     let sensors = inputs.by_node_name().into_iter().map(|(_, topic)| topic);
-    let topics = sensors.chain(inputs.transforms.iter().copied()).map(str::to_owned).collect();
+    let topics: BTreeSet<String> =
+        sensors.chain(inputs.transforms.iter().copied()).map(str::to_owned).collect();
+    let topics = topics.into_iter().collect();
     let selection = Selection { topics: Some(topics), ..Selection::default() };
     let mut messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
     for message in &mut messages {
         let message = message.map_err(|error| Failure::new(error.to_string()))?;
-        match publish(&message, inputs, pipeline.sensors()) {
+        let fed = pipeline.visual().map_or(Ok(()), |visual| visual.feed(&message));
+        match fed.and_then(|()| publish(&message, inputs, pipeline.sensors())) {
             Ok(()) => pipeline.flow(),
             Err(error) => pipeline.dropped(&message.topic, &error.to_string()),
         }
@@ -48,16 +60,8 @@ pub(crate) fn run(
     pipeline.end_of_input();
     let losses = messages.losses().to_vec();
     let blind_scans = pipeline.blind_scans();
-    Ok(LocalRun { record: pipeline.finish(bag_name), losses, blind_scans })
-}
-
-/// Why a message of the bag reached no node.
-#[derive(Debug, thiserror::Error)]
-enum FeedError {
-    #[error(transparent)]
-    Bag(#[from] BagError),
-    #[error(transparent)]
-    Publish(#[from] PublishError),
+    let poses = pipeline.visual().map(|visual| visual.poses().to_vec());
+    Ok(LocalRun { record: pipeline.finish(bag_name), losses, blind_scans, poses })
 }
 
 fn publish(message: &BagMessage, inputs: &Inputs, sensors: &Sensors) -> Result<(), FeedError> {
@@ -70,14 +74,16 @@ fn publish(message: &BagMessage, inputs: &Inputs, sensors: &Sensors) -> Result<(
     if topic == inputs.scan {
         return pass_on(message, &sensors.scans);
     }
-    if topic == inputs.pose {
+    if inputs.pose.topic() == Some(topic) {
         return pass_on(message, &sensors.poses);
     }
     match &inputs.view {
         ViewTopics::Depth { camera_info, .. } if topic == camera_info => {
             pass_on(message, &sensors.camera_infos)
         }
-        ViewTopics::Depth { .. } => pass_on(message, &sensors.images),
+        ViewTopics::Depth { image, .. } if topic == image => pass_on(message, &sensors.images),
+        // The visual odometry has it.
+        ViewTopics::Depth { .. } => Ok(()),
         ViewTopics::Points(_) => pass_on(message, &sensors.clouds),
     }
 }

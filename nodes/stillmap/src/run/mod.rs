@@ -17,9 +17,11 @@ use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
 use evaluation::{DynamicScore, DynamicScoreRules, RunRecord, Summary};
 use geometry::{DepthLimits, pose_from_vector};
+use msgs::geometry_msgs::PoseStamped;
+use nalgebra::Isometry3;
 
 use self::findings::Course;
-use self::inputs::{Inputs, TopicArgs};
+use self::inputs::{Inputs, PoseSource, TopicArgs};
 use self::output::OutputFolder;
 use self::parameters::{ParameterArgs, PipelineParameters};
 pub(crate) use self::recorder::Stage;
@@ -27,6 +29,7 @@ use self::truth::TruthReader;
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
+use crate::visual::write_trajectory;
 
 /// Arguments of `stillmap run`.
 #[derive(Args, Debug)]
@@ -100,10 +103,14 @@ pub(crate) fn run_bag(
         return Err(Failure::new(format!("--rate {} is no speed", how.rate))
             .mend("1 plays as recorded, 0.5 half as fast"));
     }
+    if transport == TransportName::Dds && matches!(inputs.pose, PoseSource::Visual(_)) {
+        return Err(Failure::new("--pose visual runs with --transport local only".to_owned())
+            .mend("over DDS start `stillmap node pose` beside the other nodes"));
+    }
     let folder = OutputFolder::create(out)?;
     let parameters_file = folder.write_parameters(&parameters.to_yaml()?)?;
 
-    let Finished { record, course, trouble } = match transport {
+    let Finished { record, course, trouble, poses } = match transport {
         TransportName::Local => run_locally(&bag, &info, &inputs, &parameters)?,
         TransportName::Dds => {
             let bag_name = bag_name(bag_path);
@@ -123,6 +130,10 @@ pub(crate) fn run_bag(
     let summary = Summary::of_run(&record, score, !how.no_timing)
         .map_err(|error| Failure::new(error.to_string()))?;
     folder.write(&record, &summary)?;
+    if let Some(poses) = &poses {
+        let trajectory = folder.path().join("trajectory.txt");
+        write_trajectory(&trajectory, poses, &Isometry3::identity())?;
+    }
 
     let mut findings = findings::findings(&course, &record, &inputs);
     findings.extend(untold);
@@ -142,6 +153,8 @@ struct Finished {
     course: Course,
     /// Why the run ended before its end, if it did.
     trouble: Option<Failure>,
+    /// The rig's poses by the visual odometry, where it was asked for.
+    poses: Option<Vec<PoseStamped>>,
 }
 
 fn run_locally(
@@ -156,7 +169,7 @@ fn run_locally(
     let run = local::run(bag, inputs, parameters, &bag_name(bag.path()), &progress)?;
     progress.finish();
     let course = Course { losses: run.losses, blind_scans: run.blind_scans, lost_messages: 0 };
-    Ok(Finished { record: run.record, course, trouble: None })
+    Ok(Finished { record: run.record, course, trouble: None, poses: run.poses })
 }
 
 fn run_over_dds(
@@ -173,7 +186,7 @@ fn run_over_dds(
         blind_scans: run.blind_scans,
         lost_messages: run.lost_messages,
     };
-    Ok(Finished { record: run.record, course, trouble: run.trouble })
+    Ok(Finished { record: run.record, course, trouble: run.trouble, poses: None })
 }
 
 fn messages_on(info: &BagInfo, topic: &str) -> u64 {

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use detection::DetectionConfig;
 use detection::shell::DetectionParameters;
 use node_shell::parameters::{self, Assignment};
+use pose::shell::PoseParameters;
 use reconstruction::ReconstructionConfig;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
@@ -14,6 +15,7 @@ use serde::de::DeserializeOwned;
 
 use super::recorder::Stage;
 use crate::failure::Failure;
+use crate::visual;
 
 /// Where parameters come from.
 #[derive(Args, Clone, Debug, Default)]
@@ -60,6 +62,7 @@ pub(crate) struct PipelineParameters {
     detection: DetectionParameters,
     segmentation: SegmentationParameters,
     reconstruction: ReconstructionParameters,
+    pose: PoseParameters,
 }
 
 impl PipelineParameters {
@@ -68,9 +71,10 @@ impl PipelineParameters {
             check_addressees(file)?;
         }
         let mut parameters = Self {
-            detection: load(Stage::Detection, &args.files)?,
-            segmentation: load(Stage::Segmentation, &args.files)?,
-            reconstruction: load(Stage::Reconstruction, &args.files)?,
+            detection: load(Stage::Detection.name(), &args.files)?,
+            segmentation: load(Stage::Segmentation.name(), &args.files)?,
+            reconstruction: load(Stage::Reconstruction.name(), &args.files)?,
+            pose: load(visual::NODE, &args.files)?,
         };
         if let Some(method) = args.method {
             parameters.set_method(method);
@@ -85,6 +89,7 @@ impl PipelineParameters {
             detection: DetectionParameters::default(),
             segmentation: SegmentationParameters::default(),
             reconstruction: ReconstructionParameters::default(),
+            pose: PoseParameters::default(),
         };
         parameters.set_method(method);
         if let Some(edge_m) = voxel_edge_m {
@@ -140,6 +145,10 @@ impl PipelineParameters {
         &self.reconstruction
     }
 
+    pub(crate) fn pose_node(&self) -> &PoseParameters {
+        &self.pose
+    }
+
     pub(crate) fn detection(&self) -> &DetectionConfig {
         &self.detection.config
     }
@@ -152,38 +161,39 @@ impl PipelineParameters {
     /// is given this and not the user's files: a section `/detection` would not be for one in a namespace.
     pub(crate) fn to_yaml(&self) -> Result<String, Failure> {
         let mut yaml = String::from("# The parameters of this run.\n");
-        yaml.push_str(&section(Stage::Detection, &self.detection)?);
-        yaml.push_str(&section(Stage::Segmentation, &self.segmentation)?);
-        yaml.push_str(&section(Stage::Reconstruction, &self.reconstruction)?);
+        yaml.push_str(&section(Stage::Detection.name(), &self.detection)?);
+        yaml.push_str(&section(Stage::Segmentation.name(), &self.segmentation)?);
+        yaml.push_str(&section(Stage::Reconstruction.name(), &self.reconstruction)?);
+        yaml.push_str(&section(visual::NODE, &self.pose)?);
         Ok(yaml)
     }
 }
 
 /// A file that is for none of the nodes is a mistake: its sections are misspelt.
 fn check_addressees(file: &Path) -> Result<(), Failure> {
-    for stage in Stage::ALL {
-        let is_for = parameters::is_for(&format!("/{}", stage.name()), file)
+    for node in Stage::ALL.map(Stage::name).into_iter().chain([visual::NODE]) {
+        let is_for = parameters::is_for(&format!("/{node}"), file)
             .map_err(|error| Failure::new(error.to_string()))?;
         if is_for {
             return Ok(());
         }
     }
     Err(Failure::new(format!("the parameter file {} is for none of the nodes", file.display()))
-        .mend("its sections must be named detection, segmentation or reconstruction (or /**/detection, ...)"))
+        .mend("its sections must be named detection, segmentation, reconstruction or pose (or /**/detection, ...)"))
 }
 
 /// The section of a node. JSON is YAML.
-fn section(stage: Stage, parameters: &impl Serialize) -> Result<String, Failure> {
+fn section(node: &str, parameters: &impl Serialize) -> Result<String, Failure> {
     let json = serde_json::to_string_pretty(parameters)
         .map_err(|error| Failure::new(format!("cannot write the parameters: {error}")))?;
     let indented = json.replace('\n', "\n    ");
-    Ok(format!("/**/{}:\n  ros__parameters:\n    {indented}\n", stage.name()))
+    Ok(format!("/**/{node}:\n  ros__parameters:\n    {indented}\n"))
 }
 
-fn load<P>(stage: Stage, files: &[PathBuf]) -> Result<P, Failure>
+fn load<P>(node: &str, files: &[PathBuf]) -> Result<P, Failure>
 where
     P: Serialize + DeserializeOwned + Default,
 {
-    parameters::load(&format!("/{}", stage.name()), files, &[] as &[Assignment])
+    parameters::load(&format!("/{node}"), files, &[] as &[Assignment])
         .map_err(|error| Failure::new(error.to_string()))
 }

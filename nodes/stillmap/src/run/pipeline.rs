@@ -11,9 +11,12 @@ use reconstruction::StaticMap;
 use reconstruction::shell::Stage as Reconstruction;
 use segmentation::shell::Stage as Segmentation;
 
+use pose::shell::PoseParameters;
+
 use super::collector::Collector;
 use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
+use crate::visual::{self, VisualOdometry, VisualTopics};
 
 /// The nodes' own topics are apart from those of a bag.
 const NAMESPACE: &str = "/stillmap_run";
@@ -23,6 +26,7 @@ pub(crate) struct Pipeline {
     host: Host,
     arguments: RosArguments,
     sensors: Sensors,
+    visual: Option<VisualOdometry>,
     detection: Detection,
     segmentation: Segmentation,
     reconstruction: Reconstruction,
@@ -59,9 +63,27 @@ impl Pipeline {
             collector: Collector::on(node("collector")?)?,
             recorder: Recorder::new(parameters.reconstruction(), parameters.method_name())?,
             sensors: Sensors::on(&node("sensors")?)?,
+            visual: None,
             host,
             arguments,
         })
+    }
+
+    /// The same with the pose node, which takes its images from the sensors, too.
+    pub(crate) fn with_visual_odometry(
+        mut self,
+        topics: &VisualTopics,
+        parameters: &PoseParameters,
+    ) -> Result<Self, NodeFailure> {
+        let node = |name: &str| self.host.node(name, &self.arguments);
+        let (pose, beside) = (node(visual::NODE)?, node("feed")?);
+        self.visual = Some(VisualOdometry::new(&pose, &beside, topics.clone(), parameters)?);
+        Ok(self)
+    }
+
+    /// The pose node, where there is one.
+    pub(crate) fn visual(&self) -> Option<&VisualOdometry> {
+        self.visual.as_ref()
     }
 
     /// One more node beside the three, for who wants to listen to them.
@@ -81,6 +103,9 @@ impl Pipeline {
 
     /// Lets each stage take what the one before it has left, until all is through.
     pub(crate) fn flow(&mut self) {
+        if let Some(visual) = &mut self.visual {
+            visual.flow();
+        }
         self.detection.take_waiting();
         self.segmentation.take_waiting();
         self.reconstruction.take_waiting();

@@ -89,7 +89,7 @@ impl BagFacts {
         Some((
             self.topics.get(&inputs.scan)?,
             self.topics.get(view)?,
-            self.topics.get(&inputs.pose)?,
+            self.topics.get(inputs.pose.topic()?)?,
         ))
     }
 }

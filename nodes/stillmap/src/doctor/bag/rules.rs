@@ -46,7 +46,11 @@ pub(super) fn choice(facts: &BagFacts) -> Finding {
                 ViewTopics::Depth { image, camera_info } => format!("{image} with {camera_info}"),
                 ViewTopics::Points(points) => points.clone(),
             };
-            let what = format!("`stillmap run` reads {}, {view}, {}", inputs.scan, inputs.pose);
+            let what = format!(
+                "`stillmap run` reads {}, {view}, {}",
+                inputs.scan,
+                inputs.pose.topic().unwrap_or_default()
+            );
             Finding::ok(CHECK, what)
         }
         Err(failure) => {

@@ -1,0 +1,270 @@
+//! `stillmap odometry`: where the camera of a bag was, by what it sees.
+
+use std::path::{Path, PathBuf};
+
+use bag_player::{Bag, Selection};
+use clap::{Args, ValueEnum};
+use msgs::RosMessage;
+use msgs::sensor_msgs::{CameraInfo, Image};
+use msgs::stillmap_msgs::StageReport;
+use node_shell::parameters::{self, Assignment};
+use node_shell::{Host, NodeFailure, Publisher, Qos, RosArguments};
+use pose::shell::PoseParameters;
+use serde::Serialize;
+
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::progress::Progress;
+use crate::visual::{self, VisualOdometry, VisualTopicArgs, VisualTopics, write_trajectory};
+
+/// The node's own topics are apart from those of a bag.
+const NAMESPACE: &str = "/stillmap_odometry";
+
+/// Arguments of `stillmap odometry`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap import tum rgbd_dataset_freiburg1_rpy -o fr1_rpy.mcap
+  stillmap odometry fr1_rpy.mcap -o fr1_rpy.txt
+  stillmap eval trajectory fr1_rpy.txt --ref rgbd_dataset_freiburg1_rpy/groundtruth.txt
+
+The file has a line `seconds x y z qx qy qz qw` for each pose; images without a pose have none. The frame that poses lead to
+is that of the rig at the first image: x forward, z up.")]
+pub(crate) struct OdometryArgs {
+    /// An MCAP file or a rosbag2 folder, with colour and depth images
+    bag: PathBuf,
+    /// Where the poses go, in the form of the TUM benchmark
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    topics: VisualTopicArgs,
+    /// The depth image topic (16UC1 or 32FC1)
+    #[arg(long, value_name = "TOPIC")]
+    depth: Option<String>,
+    /// What the camera is followed by
+    #[arg(long, value_enum)]
+    features: Option<Features>,
+    /// Whose poses are written
+    #[arg(long, value_enum, default_value_t = Whose::Camera)]
+    of: Whose,
+    /// A ROS 2 parameter file for the node pose; later ones override earlier ones
+    #[arg(long = "params-file", value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What the camera is followed by.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+enum Features {
+    /// Corners alone
+    Points,
+    /// Line segments alone
+    Lines,
+    /// Both
+    Both,
+}
+
+/// Whose poses are written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+enum Whose {
+    /// The camera's optical frame (z forward), as data sets of cameras have it
+    Camera,
+    /// The rig (x forward), as ROS has it
+    Rig,
+}
+
+/// What came of a bag.
+#[derive(Serialize, Debug)]
+struct OdometrySummary {
+    image_pairs: usize,
+    poses: usize,
+    path_m: f64,
+    without_a_pose: std::collections::BTreeMap<String, u64>,
+    inliers_median: u64,
+    milliseconds_median: f64,
+    milliseconds_p99: f64,
+}
+
+pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
+    let mut parameters: PoseParameters =
+        parameters::load(&format!("/{}", visual::NODE), &args.files, &[] as &[Assignment])
+            .map_err(|error| Failure::new(error.to_string()))?;
+    if let Some(features) = args.features {
+        parameters.tracker.frame.use_points = features != Features::Lines;
+        parameters.tracker.frame.use_lines = features != Features::Points;
+    }
+    let bag = Bag::open(&args.bag).map_err(|error| Failure::new(error.to_string()))?;
+    let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
+    let depth = depth_topic(args, &info)?;
+    let parent = depth.rsplit_once('/').map_or("", |(parent, _)| parent);
+    let depth_info = format!("{parent}/camera_info");
+    let topics = VisualTopics::choose(&args.topics, &depth, &depth_info, &info)?;
+
+    let failed = |error: NodeFailure| Failure::new(error.to_string());
+    let mut followed = Followed::new(topics, &depth_info, &parameters).map_err(failed)?;
+    let names = followed.bag_topics();
+    let count = |name: &String| {
+        let known = info.topics.iter().filter(|topic| topic.topic == *name);
+        known.map(|topic| topic.message_count).sum::<u64>()
+    };
+    let progress = Progress::new("following", names.iter().map(count).sum());
+    let selection = Selection { topics: Some(names), ..Selection::default() };
+    let mut messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
+    for message in &mut messages {
+        let message = message.map_err(|error| Failure::new(error.to_string()))?;
+        if let Err(error) = followed.take(&message) {
+            console::complain(&Failure::new(format!("{}: {error}", message.topic)));
+        }
+        progress.advance();
+    }
+    let has_losses = !messages.losses().is_empty();
+    progress.finish();
+    let rig_from_written = match args.of {
+        Whose::Camera => geometry::pose_from_vector(&parameters.rig_from_camera),
+        Whose::Rig => nalgebra::Isometry3::identity(),
+    };
+    write_trajectory(&args.output, followed.odometry.poses(), &rig_from_written)?;
+    let summary = followed.summary();
+    tell(&summary, &args.output, args.json)?;
+    if summary.poses == 0 {
+        return Err(Failure::new("no image has a pose".to_owned())
+            .mend("the causes are above; `stillmap info` lists what the bag holds"));
+    }
+    Ok(if has_losses { Outcome::WithLosses } else { Outcome::Complete })
+}
+
+fn depth_topic(args: &OdometryArgs, info: &bag_player::BagInfo) -> Result<String, Failure> {
+    if let Some(named) = &args.depth {
+        return Ok(named.clone());
+    }
+    let is_depth = |topic: &&bag_player::TopicInfo| {
+        topic.type_name == Image::TYPE_NAME
+            && topic.topic.contains("depth")
+            && !topic.topic.starts_with("/truth/")
+    };
+    let mut found = info.topics.iter().filter(is_depth);
+    match (found.next(), found.next()) {
+        (Some(only), None) => Ok(only.topic.clone()),
+        (None, _) => Err(Failure::new("the bag has no depth images".to_owned())
+            .mend("--depth names their topic; `stillmap info` lists what the bag holds")),
+        (Some(one), Some(other)) => {
+            Err(Failure::new("the bag has several topics of depth images".to_owned())
+                .mend(format!("choose with --depth: {}, {}, ...", one.topic, other.topic)))
+        }
+    }
+}
+
+/// The pose node with the depth images' publishers.
+struct Followed {
+    odometry: VisualOdometry,
+    depth_topic: String,
+    depth_info_topic: String,
+    other_topics: Vec<String>,
+    depths: Publisher<Image>,
+    depth_infos: Publisher<CameraInfo>,
+    /// Keeps the nodes.
+    _host: Host,
+}
+
+impl Followed {
+    fn new(
+        topics: VisualTopics,
+        depth_info: &str,
+        parameters: &PoseParameters,
+    ) -> Result<Self, NodeFailure> {
+        let host = Host::in_process();
+        let mut arguments = vec!["--ros-args".to_owned()];
+        arguments.extend(["-r".to_owned(), format!("__ns:={NAMESPACE}")]);
+        let arguments = RosArguments::parse(arguments)?;
+        let (node, beside) = (host.node(visual::NODE, &arguments)?, host.node("feed", &arguments)?);
+        let other_topics =
+            topics.by_node_name().into_iter().map(|(_, topic)| topic.to_owned()).collect();
+        Ok(Self {
+            other_topics,
+            depth_topic: topics.depth.clone(),
+            depth_info_topic: depth_info.to_owned(),
+            depths: beside.publisher("depth/image", &Qos::sensor(1))?,
+            depth_infos: beside.publisher("depth/camera_info", &Qos::sensor(1))?,
+            odometry: VisualOdometry::new(&node, &beside, topics, parameters)?,
+            _host: host,
+        })
+    }
+
+    fn bag_topics(&self) -> Vec<String> {
+        let mut topics = self.other_topics.clone();
+        topics.extend([self.depth_topic.clone(), self.depth_info_topic.clone()]);
+        topics.sort();
+        topics.dedup();
+        topics
+    }
+
+    fn take(&mut self, message: &bag_player::BagMessage) -> Result<(), visual::FeedError> {
+        self.odometry.feed(message)?;
+        if *message.topic == self.depth_topic {
+            self.depths.publish(message.decode::<Image>()?)?;
+        }
+        if *message.topic == self.depth_info_topic {
+            self.depth_infos.publish(message.decode::<CameraInfo>()?)?;
+        }
+        self.odometry.flow();
+        Ok(())
+    }
+
+    fn summary(&self) -> OdometrySummary {
+        let poses = self.odometry.poses();
+        let place = |pose: &msgs::geometry_msgs::PoseStamped| {
+            let place = &pose.pose.position;
+            nalgebra::Point3::new(place.x, place.y, place.z)
+        };
+        let steps = poses.iter().zip(poses.iter().skip(1));
+        let path_m = steps.map(|(from, to)| nalgebra::distance(&place(from), &place(to))).sum();
+        let processed: Vec<&StageReport> =
+            self.odometry.reports().iter().filter(|report| report.processed).collect();
+        let durations = processed.iter().map(|report| {
+            let seconds: f64 = report.step_durations_s.iter().sum();
+            1e3 * seconds
+        });
+        let mut milliseconds: Vec<f64> = durations.collect();
+        milliseconds.sort_by(f64::total_cmp);
+        let quantile = |share: f64| {
+            let index = (share * milliseconds.len() as f64) as usize;
+            milliseconds.get(index.min(milliseconds.len().saturating_sub(1))).copied()
+        };
+        let inliers = |report: &&StageReport| {
+            let named = report.count_names.iter().zip(&report.counts);
+            named.filter(|(name, _)| *name == "inliers").map(|(_, count)| *count).next()
+        };
+        let mut inliers: Vec<u64> = processed.iter().filter_map(inliers).collect();
+        inliers.sort_unstable();
+        OdometrySummary {
+            image_pairs: self.odometry.reports().len(),
+            poses: poses.len(),
+            path_m,
+            without_a_pose: self.odometry.drops(),
+            inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),
+            milliseconds_median: quantile(0.5).unwrap_or(0.0),
+            milliseconds_p99: quantile(0.99).unwrap_or(0.0),
+        }
+    }
+}
+
+fn tell(summary: &OdometrySummary, output: &Path, json: bool) -> Result<(), Failure> {
+    if json {
+        let json = serde_json::to_string_pretty(summary)
+            .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
+        return console::print(json);
+    }
+    console::print(format_args!(
+        "{} poses of {} pairs of images, path {:.3} m; {} features agree (median)",
+        summary.poses, summary.image_pairs, summary.path_m, summary.inliers_median
+    ))?;
+    for (cause, count) in &summary.without_a_pose {
+        console::print(format_args!("{cause}: {count}"))?;
+    }
+    console::print(format_args!(
+        "{:.1} ms a pair (median), {:.1} ms (99 of 100)",
+        summary.milliseconds_median, summary.milliseconds_p99
+    ))?;
+    console::print(format_args!("poses: {}", output.display()))
+}
