@@ -43,9 +43,11 @@ pub struct ReconstructionConfig {
     pub method: Method,
     /// t_vg, the edge of the map's voxels.
     pub voxel_edge_m: f64,
-    /// So many voxels the map may have. See [`crate::StaticMap`] for the memory of one.
+    /// So many voxels the map may have; so many in memory, where tiles are spilled. See [`crate::StaticMap`] for the
+    /// memory of one.
     pub max_voxels: usize,
-    /// What happens to points that would need another one. They, or the voxels that made room, are counted.
+    /// What happens to points that would need another one. What comes of it is counted: the points that were refused,
+    /// the voxels that were dropped, or the tiles that were written.
     pub at_max_voxels: AtMaxVoxels,
     /// The edge of the cubes in which the map is spilled, rounded up to whole blocks of 4 voxels. A full one must
     /// fit into `max_voxels`. Read with [`AtMaxVoxels::Spill`] alone.
