@@ -29,7 +29,7 @@
 //! | 1 | its evidence, signed: log-odds in steps of 0.05 |
 //! | 1 | what listeners know of it: 1 told, 2 waiting |
 //! | 3 x 2 | if told: the place that they know, in 65535ths of the voxel's edge |
-//! | 3 x (1, varint) | of the sum of its points along each axis, in 2^-60 m, less its points times the voxel's middle: the number of zero bits at its lower end, and it without them, a signed varint |
+//! | 3 x (1, varint) | of the sum of its points along each axis, in 2^-60 m, less the number of its points times the voxel's middle, which is rounded to a 32-bit float of metres before: the number of zero bits at its lower end, and it without them, a signed varint |
 //!
 //! That is some 20 bytes a voxel, a quarter of what it takes in memory, and exact.
 
@@ -131,7 +131,7 @@ pub enum TileFormatError {
 /// What went wrong with a tile.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum TileError {
-    /// It stays in memory, and points that would need its room are refused.
+    /// It stays in memory, and points that would need its room are refused until it can be written.
     #[error("tile {tile} cannot be written: {source}")]
     Write {
         /// Which.
@@ -164,6 +164,17 @@ pub enum TileError {
 }
 
 impl TileError {
+    /// The tile, if it is about one.
+    #[must_use]
+    pub fn tile(&self) -> Option<TileKey> {
+        match self {
+            Self::Write { tile, .. } | Self::Read { tile, .. } | Self::Broken { tile, .. } => {
+                Some(*tile)
+            }
+            Self::Clear { .. } => None,
+        }
+    }
+
     /// Whether the tile's voxels are gone for good.
     #[must_use]
     pub fn is_loss(&self) -> bool {
