@@ -1,5 +1,6 @@
 //! The whole score of an estimated trajectory.
 
+use geometry::{ParameterError, parameter};
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
@@ -43,54 +44,29 @@ impl Default for TrajectoryScoreConfig {
     }
 }
 
-/// A number that is of no use in the configuration.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("{name} must be {wanted}, not {value}")]
-pub struct TrajectoryConfigError {
-    /// The name of the parameter.
-    pub name: &'static str,
-    /// What it must be.
-    pub wanted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
 impl TrajectoryScoreConfig {
     /// Whether all numbers are of use.
     ///
     /// # Errors
     /// Names the first that is not.
-    pub fn validate(&self) -> Result<(), TrajectoryConfigError> {
-        let at_least_zero = |name, value: f64| {
-            let wanted = "a number that is not negative";
-            let good = value.is_finite() && value >= 0.0;
-            if good { Ok(()) } else { Err(TrajectoryConfigError { name, wanted, value }) }
-        };
-        at_least_zero("max_difference_s", self.association.max_difference_s)?;
-        at_least_zero("max_gap_s", self.max_gap_s)?;
-        at_least_zero("tolerance", self.relative.tolerance)?;
-        at_least_zero("offset_s", self.association.offset_s.abs())?;
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::not_negative("max_difference_s", self.association.max_difference_s)?;
+        parameter::not_negative("max_gap_s", self.max_gap_s)?;
+        parameter::not_negative("tolerance", self.relative.tolerance)?;
+        parameter::not_negative("offset_s", self.association.offset_s.abs())?;
         for delta in &self.relative.deltas {
-            let (whole, wanted) = match delta.unit {
-                DeltaUnit::Frames => (delta.value.fract() == 0.0, "a whole number above 0"),
-                _ => (true, "a number above 0"),
-            };
-            if !(whole && delta.value.is_finite() && delta.value > 0.0) {
-                let value = delta.value;
-                return Err(TrajectoryConfigError { name: "delta", wanted, value });
+            let value = delta.value;
+            if delta.unit == DeltaUnit::Frames && value.fract() != 0.0 {
+                parameter::check("delta", "a whole number above 0", value, false)?;
+            }
+            parameter::positive("delta", value)?;
+        }
+        if let SegmentLengths::Metres(lengths_m) = &self.segments.lengths {
+            for length_m in lengths_m {
+                parameter::positive("segment length", *length_m)?;
             }
         }
-        if let SegmentLengths::Metres(lengths_m) = &self.segments.lengths
-            && let Some(&value) = lengths_m.iter().find(|m| !(m.is_finite() && **m > 0.0))
-        {
-            let wanted = "a number of metres above 0";
-            return Err(TrajectoryConfigError { name: "segment length", wanted, value });
-        }
-        if self.segments.step_poses == 0 {
-            let wanted = "at least 1";
-            return Err(TrajectoryConfigError { name: "step_poses", wanted, value: 0.0 });
-        }
-        Ok(())
+        parameter::at_least("step_poses", self.segments.step_poses, 1)
     }
 }
 
@@ -99,7 +75,7 @@ impl TrajectoryScoreConfig {
 pub enum TrajectoryScoreError {
     /// The configuration is of no use.
     #[error(transparent)]
-    Config(#[from] TrajectoryConfigError),
+    Config(#[from] ParameterError),
     /// One of the two has no pose.
     #[error("the {which} has no pose ({} lines of it were no pose)", left_out.not_a_pose)]
     Empty {
