@@ -48,5 +48,8 @@ pub use scan::{BeamOrder, Scan};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use stamp::Stamp;
 pub use track::Track;
-pub use voxel::{RayCells, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelKey, VoxelRay};
+pub use voxel::{
+    BuildVoxelHasher, RayCells, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
+    VoxelRay,
+};
 pub use zone::{DynamicZone, ReturnSpan, ZoneSource};

@@ -14,7 +14,7 @@ mod whole;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use geometry::{Cloud, SegmentedCycle, Stamp, VoxelGrid, VoxelKey};
+use geometry::{BuildVoxelHasher, Cloud, SegmentedCycle, Stamp, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
 use crate::config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
@@ -29,7 +29,7 @@ pub use loading::{LOADED_HITS, LoadError};
 use seen_order::SeenOrder;
 use spill::Spill;
 pub use spill::SpillCounts;
-use voxel::{BuildVoxelHasher, VoxelMean};
+use voxel::VoxelMean;
 pub use whole::WholeMap;
 
 /// The static map: for each voxel the mean of all points that ever fell into it.

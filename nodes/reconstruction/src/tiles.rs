@@ -37,11 +37,12 @@
 pub(crate) mod testing;
 
 use std::fmt;
+use std::hash::{Hash, Hasher};
 
 use geometry::VoxelKey;
 
 /// A tile's place: a cube of voxels, counted as voxels are.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct TileKey {
     /// Along x.
     pub x: i32,
@@ -58,6 +59,12 @@ impl TileKey {
         let edge = i32::from(edge_voxels.max(1));
         let along = |cell: i32| cell.div_euclid(edge);
         Self { x: along(voxel.x), y: along(voxel.y), z: along(voxel.z) }
+    }
+}
+
+impl Hash for TileKey {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        VoxelKey { x: self.x, y: self.y, z: self.z }.hash(state);
     }
 }
 

@@ -6,11 +6,10 @@ mod tests;
 
 use std::collections::{HashMap, VecDeque};
 
-use geometry::{Cloud, VoxelGrid, VoxelKey};
+use geometry::{BuildVoxelHasher, Cloud, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
 use super::StaticMap;
-use super::voxel::BuildVoxelHasher;
 use crate::tiles::TileError;
 
 /// A listener that has been told of all changes holds each mean within this share of the voxel's edge:

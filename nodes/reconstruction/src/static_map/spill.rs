@@ -16,9 +16,9 @@ mod traffic;
 
 use std::collections::{BTreeMap, HashMap};
 
-use geometry::{VoxelGrid, VoxelKey};
+use geometry::{BuildVoxelHasher, VoxelGrid, VoxelKey};
 
-use super::voxel::{BuildVoxelHasher, VoxelMean};
+use super::voxel::VoxelMean;
 use crate::tiles::{TileError, TileKey, TileStore};
 pub use counts::SpillCounts;
 use tile_file::TileLayout;

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use geometry::VoxelKey;
+use geometry::{BuildVoxelHasher, VoxelKey};
 use nalgebra::Point3;
 
 use super::super::blocks::Blocks;
 use super::super::changes::Place;
-use super::super::voxel::{BuildVoxelHasher, VoxelMean};
+use super::super::voxel::VoxelMean;
 use super::super::{StaticMap, WholeMap};
 use super::tile_file::TileLayout;
 use super::{InMemory, InStore, Reached, Spill, SpillCounts};
