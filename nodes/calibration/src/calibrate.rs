@@ -6,10 +6,10 @@ mod tests;
 
 use std::collections::BTreeSet;
 
-use geometry::DepthImage;
+use geometry::{DepthImage, ParameterError};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3, Vector6};
 
-use crate::config::{CalibrationConfig, ConfigError};
+use crate::config::CalibrationConfig;
 use crate::constraint::{Constraint, constraints_of};
 use crate::fit::{Fit, Observation, fit};
 use crate::observability::{Coordinate, SHARE_OF_ONE};
@@ -76,7 +76,7 @@ impl RigMounts {
 pub enum CalibrationError {
     /// A parameter is out of its range.
     #[error("calibration: {0}")]
-    Config(#[from] ConfigError),
+    Config(#[from] ParameterError),
     /// Too few returns lie on surfaces that the camera sees.
     #[error(
         "only {found} of {returns} returns lie within {max_offset_m} m of a plane that the camera sees, and {needed} \

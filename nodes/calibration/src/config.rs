@@ -1,5 +1,6 @@
 //! The parameters of the calibration, their defaults, and where these come from.
 
+use geometry::{ParameterError, parameter};
 use nalgebra::Vector6;
 
 /// The parameters of [`crate::calibrate()`].
@@ -83,57 +84,31 @@ impl Default for CalibrationConfig {
     }
 }
 
-/// A parameter has a value that means nothing.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("{name} must be {accepted}, not {value}")]
-pub struct ConfigError {
-    /// The parameter.
-    pub name: &'static str,
-    /// What it may be.
-    pub accepted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
 impl CalibrationConfig {
     /// Checks every parameter.
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        const POSITIVE: &str = "a positive number";
-        let positive = |name, value: f64| {
-            let holds = value.is_finite() && value > 0.0;
-            if holds { Ok(()) } else { Err(ConfigError { name, accepted: POSITIVE, value }) }
-        };
-        positive("range_noise_m", self.range_noise_m)?;
-        positive("depth_noise_m", self.depth_noise_m)?;
-        positive("patch_half_angle_rad", self.patch_half_angle_rad)?;
-        positive("max_offset_m", self.max_offset_m)?;
-        positive("max_depth_m", self.max_depth_m)?;
-        positive("min_edge_jump_m", self.min_edge_jump_m)?;
-        positive("edge_search_rad", self.edge_search_rad)?;
-        positive("max_std_dev_m", self.max_std_dev_m)?;
-        positive("max_std_dev_rad", self.max_std_dev_rad)?;
-        positive("prior_std_dev_m", self.prior_std_dev_m)?;
-        positive("prior_std_dev_rad", self.prior_std_dev_rad)?;
-        positive("min_returns", self.min_returns as f64)?;
-        positive("max_iterations", self.max_iterations as f64)?;
-        for (name, value) in [
-            ("range_noise_ratio", self.range_noise_ratio),
-            ("depth_noise_per_m", self.depth_noise_per_m),
-            ("normal_noise_rad", self.normal_noise_rad),
-        ] {
-            if !(0.0..1.0).contains(&value) {
-                return Err(ConfigError { name, accepted: "in [0, 1)", value });
-            }
-        }
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::positive("range_noise_m", self.range_noise_m)?;
+        parameter::positive("depth_noise_m", self.depth_noise_m)?;
+        parameter::positive("patch_half_angle_rad", self.patch_half_angle_rad)?;
+        parameter::positive("max_offset_m", self.max_offset_m)?;
+        parameter::positive("max_depth_m", self.max_depth_m)?;
+        parameter::positive("min_edge_jump_m", self.min_edge_jump_m)?;
+        parameter::positive("edge_search_rad", self.edge_search_rad)?;
+        parameter::positive("max_std_dev_m", self.max_std_dev_m)?;
+        parameter::positive("max_std_dev_rad", self.max_std_dev_rad)?;
+        parameter::positive("prior_std_dev_m", self.prior_std_dev_m)?;
+        parameter::positive("prior_std_dev_rad", self.prior_std_dev_rad)?;
+        parameter::at_least("min_returns", self.min_returns, 1)?;
+        parameter::at_least("max_iterations", self.max_iterations, 1)?;
+        parameter::below_one("range_noise_ratio", self.range_noise_ratio)?;
+        parameter::below_one("depth_noise_per_m", self.depth_noise_per_m)?;
+        parameter::below_one("normal_noise_rad", self.normal_noise_rad)?;
         let incidence = self.max_incidence_rad;
-        if incidence > 0.0 && incidence < std::f64::consts::FRAC_PI_2 {
-            return Ok(());
-        }
-        let name = "max_incidence_rad";
-        Err(ConfigError { name, accepted: "between 0 and pi/2", value: incidence })
+        let holds = incidence > 0.0 && incidence < std::f64::consts::FRAC_PI_2;
+        parameter::check("max_incidence_rad", "between 0 and pi/2", incidence, holds)
     }
 
     /// Standard deviation of a range.
@@ -179,7 +154,7 @@ mod tests {
             let mut config = CalibrationConfig::default();
             spoil(&mut config);
             let message = config.validate().unwrap_err().to_string();
-            assert!(message.starts_with(name), "{message}");
+            assert!(message.starts_with(&format!("parameter {name} must be")), "{message}");
         }
     }
 }

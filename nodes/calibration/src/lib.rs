@@ -40,7 +40,7 @@ mod testing;
 pub use calibrate::{
     Calibration, CalibrationError, CoordinateEstimate, Cycle, RigMounts, calibrate,
 };
-pub use config::{CalibrationConfig, ConfigError};
+pub use config::CalibrationConfig;
 pub use drift::{DriftConfig, DriftMonitor, Extrinsics};
 pub use observability::{Coordinate, Direction};
 pub use optics::DepthOptics;

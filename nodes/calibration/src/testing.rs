@@ -5,29 +5,11 @@ use geometry::{
     pose_from_vector,
 };
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point2, Vector3, Vector6};
+pub(crate) use simulator::SeededNormal as Normal;
 use simulator::{Path, Sample, Scenario};
 
 use crate::{Calibration, Cycle, DepthOptics, RigMounts, calibrate, returns_of};
 use crate::{CalibrationConfig, CalibrationError};
-
-/// Numbers of mean 0 and deviation 1, always the same (a linear congruential generator: 12 uniform numbers, less 6).
-pub(crate) struct Normal(u64);
-
-impl Normal {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d)
-    }
-
-    pub(crate) fn draw(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-
-    fn uniform(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
 
 /// The mounts that nodes have by default.
 pub(crate) fn usual_mounts() -> RigMounts {

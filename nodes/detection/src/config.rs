@@ -4,7 +4,7 @@ mod stillmap;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use geometry::{PoseBuffer, VoxelEdgeError, VoxelGrid};
+use geometry::{ParameterError, PoseBuffer, VoxelEdgeError, VoxelGrid, parameter};
 use serde::{Deserialize, Serialize};
 
 pub use stillmap::StillmapConfig;
@@ -125,15 +125,8 @@ impl Default for DetectionConfig {
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum ConfigError {
     /// A number out of its range.
-    #[error("parameter {name} must be {accepted}, not {value}")]
-    OutOfRange {
-        /// The parameter.
-        name: &'static str,
-        /// What it may be.
-        accepted: &'static str,
-        /// What it is.
-        value: f64,
-    },
+    #[error(transparent)]
+    OutOfRange(#[from] ParameterError),
     /// The voxel edge is no length.
     #[error("parameter voxel_edge_m: {0}")]
     VoxelEdge(#[from] VoxelEdgeError),
@@ -156,25 +149,29 @@ impl DetectionConfig {
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let check = |name, accepted, value: f64, holds: bool| {
-            if holds { Ok(()) } else { Err(ConfigError::OutOfRange { name, accepted, value }) }
-        };
-        let positive = |name, value: f64| {
-            let holds = value.is_finite() && value > 0.0;
-            check(name, "a positive number of seconds", value, holds)
-        };
-        let counted = |name, value: usize| check(name, "at least 1", value as f64, value >= 1);
-
         let aperture = self.aperture_rad;
-        check("aperture_rad", "in (0, 2 pi]", aperture, aperture > 0.0 && aperture <= TAU)?;
+        parameter::check(
+            "aperture_rad",
+            "in (0, 2 pi]",
+            aperture,
+            aperture > 0.0 && aperture <= TAU,
+        )?;
         let window = self.window_scans;
-        check("window_scans", "in 2 .. 1000", window as f64, (2..=1000).contains(&window))?;
-        let least = self.min_std_dev_m;
-        check("min_std_dev_m", "0 or more metres", least, least.is_finite() && least >= 0.0)?;
-        let share = self.high_variability_share;
-        check("high_variability_share", "in [0, 1)", share, (0.0..1.0).contains(&share))?;
+        parameter::check(
+            "window_scans",
+            "in 2 .. 1000",
+            window as f64,
+            (2..=1000).contains(&window),
+        )?;
+        parameter::not_negative("min_std_dev_m", self.min_std_dev_m)?;
+        parameter::below_one("high_variability_share", self.high_variability_share)?;
         let tolerance = self.zone_tolerance_rad;
-        check("zone_tolerance_rad", "in [0, pi]", tolerance, (0.0..=PI).contains(&tolerance))?;
+        parameter::check(
+            "zone_tolerance_rad",
+            "in [0, pi]",
+            tolerance,
+            (0.0..=PI).contains(&tolerance),
+        )?;
         VoxelGrid::new(self.voxel_edge_m)?;
         for (name, value) in
             [("rig_from_camera", self.rig_from_camera), ("rig_from_lidar", self.rig_from_lidar)]
@@ -183,18 +180,13 @@ impl DetectionConfig {
                 return Err(ConfigError::Mount { name, value });
             }
         }
-        positive("max_cloud_offset_s", self.max_cloud_offset_s)?;
-        positive("max_pose_gap_s", self.max_pose_gap_s)?;
-        positive("max_wait_s", self.max_wait_s)?;
-        counted("max_waiting_scans", self.max_waiting_scans)?;
-        counted("max_waiting_clouds", self.max_waiting_clouds)?;
-        check(
-            "max_waiting_poses",
-            "at least 2",
-            self.max_waiting_poses as f64,
-            self.max_waiting_poses >= 2,
-        )?;
-        self.stillmap.validate()
+        parameter::positive("max_cloud_offset_s", self.max_cloud_offset_s)?;
+        parameter::positive("max_pose_gap_s", self.max_pose_gap_s)?;
+        parameter::positive("max_wait_s", self.max_wait_s)?;
+        parameter::at_least("max_waiting_scans", self.max_waiting_scans, 1)?;
+        parameter::at_least("max_waiting_clouds", self.max_waiting_clouds, 1)?;
+        parameter::at_least("max_waiting_poses", self.max_waiting_poses, 2)?;
+        Ok(self.stillmap.validate()?)
     }
 }
 

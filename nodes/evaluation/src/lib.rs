@@ -12,6 +12,7 @@ mod cloud_distance;
 mod correlation;
 mod dynamic_score;
 mod headline;
+mod html_document;
 mod page;
 mod pictures;
 mod report;

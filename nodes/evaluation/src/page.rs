@@ -6,10 +6,10 @@ mod tests;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use crate::Chart;
-use crate::report::STYLE as REPORT_STYLE;
+use crate::html_document::document;
 
 const STYLE: &str = include_str!("page/style.css");
 
@@ -123,43 +123,31 @@ pub struct PagePicture {
 /// The page as HTML.
 #[must_use]
 pub fn page_html(page: &Page) -> String {
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { "stillmap: " (page.title) }
-                style { (PreEscaped(REPORT_STYLE)) (PreEscaped(STYLE)) }
-            }
-            body {
-                header {
-                    p.kicker { (page.kicker) }
-                    h1 { (page.title) }
-                    dl.facts {
-                        @for (name, value) in &page.facts { div { dt { (name) } dd { (value) } } }
-                    }
-                }
-                main {
-                    section aria-label="Outcome" {
-                        @for (index, sentence) in page.lead.iter().enumerate() {
-                            p.lead[index == 0] { (sentence) }
-                        }
-                    }
-                    nav aria-label="Sections" {
-                        ol {
-                            @for section in &page.sections {
-                                li { a href=(format!("#{}", section.id)) { (section.title) } }
-                            }
-                        }
-                    }
-                    @for section in &page.sections { (section_markup(section)) }
-                }
+    let body = html! {
+        header {
+            p.kicker { (page.kicker) }
+            h1 { (page.title) }
+            dl.facts {
+                @for (name, value) in &page.facts { div { dt { (name) } dd { (value) } } }
             }
         }
+        main {
+            section aria-label="Outcome" {
+                @for (index, sentence) in page.lead.iter().enumerate() {
+                    p.lead[index == 0] { (sentence) }
+                }
+            }
+            nav aria-label="Sections" {
+                ol {
+                    @for section in &page.sections {
+                        li { a href=(format!("#{}", section.id)) { (section.title) } }
+                    }
+                }
+            }
+            @for section in &page.sections { (section_markup(section)) }
+        }
     };
-    markup.into_string()
+    document(&page.title, STYLE, &body)
 }
 
 fn section_markup(section: &PageSection) -> Markup {

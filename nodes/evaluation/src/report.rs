@@ -9,11 +9,10 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
+use crate::html_document::document;
 use crate::{PictureError, RunRecord, Summary, headline, map_pictures};
-
-pub(crate) const STYLE: &str = include_str!("report/style.css");
 
 /// The report page of `run`, whose figures are `summary`.
 ///
@@ -22,36 +21,24 @@ pub(crate) const STYLE: &str = include_str!("report/style.css");
 pub fn report_html(run: &RunRecord, summary: &Summary) -> Result<String, PictureError> {
     let pictures = map_pictures(run)?;
     let sentences = headline(summary);
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { "stillmap: " (run.bag_name) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                header {
-                    p.kicker { "stillmap report" }
-                    h1 { (run.bag_name) }
-                    (facts(run, summary))
-                }
-                main {
-                    section aria-label="Outcome" {
-                        @for (index, sentence) in sentences.iter().enumerate() {
-                            p.lead[index == 0] { (sentence) }
-                        }
-                    }
-                    (figures::map_section(run, summary, &pictures))
-                    (charts::charts_section(run, summary))
-                    (tables::tables_section(run, summary))
+    let body = html! {
+        header {
+            p.kicker { "stillmap report" }
+            h1 { (run.bag_name) }
+            (facts(run, summary))
+        }
+        main {
+            section aria-label="Outcome" {
+                @for (index, sentence) in sentences.iter().enumerate() {
+                    p.lead[index == 0] { (sentence) }
                 }
             }
+            (figures::map_section(run, summary, &pictures))
+            (charts::charts_section(run, summary))
+            (tables::tables_section(run, summary))
         }
     };
-    Ok(page.into_string())
+    Ok(document(&run.bag_name, "", &body))
 }
 
 fn facts(run: &RunRecord, summary: &Summary) -> Markup {

@@ -39,8 +39,8 @@ pub use self::path::{LeftOut, RawPose, StampsError, Times, Trajectory};
 pub use self::plane::Plane;
 pub use self::relative::{Delta, DeltaUnit, Pairs, PairsFrom, RelativeConfig, RelativeScore};
 pub use self::score::{
-    ScoredTrajectory, TrajectoryConfigError, TrajectoryFacts, TrajectoryScore,
-    TrajectoryScoreConfig, TrajectoryScoreError, score_trajectory,
+    ScoredTrajectory, TrajectoryFacts, TrajectoryScore, TrajectoryScoreConfig,
+    TrajectoryScoreError, score_trajectory,
 };
 pub use self::segments::{SegmentConfig, SegmentLengthScore, SegmentLengths, SegmentScore};
 pub use self::statistics::Statistics;

@@ -18,6 +18,7 @@ mod cycle;
 mod depth;
 mod depth_projection;
 mod label;
+pub mod parameter;
 pub mod pcd;
 pub mod ply;
 mod point_block;
@@ -37,6 +38,7 @@ pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
 pub use depth::{DepthImage, DepthPixels, DepthSizeError};
 pub use depth_projection::{DepthCameraError, DepthLimits, DepthProjector, ReducedDepth};
 pub use label::{LabelImage, LabelSizeError};
+pub use parameter::ParameterError;
 pub use point_file::PointFileError;
 pub use pose::{
     FARTHEST_POSE_M, PoseBuffer, PoseLookupError, PosePushError, StampedPose, UnusablePose,
@@ -46,5 +48,8 @@ pub use scan::{BeamOrder, Scan};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use stamp::Stamp;
 pub use track::Track;
-pub use voxel::{RayCells, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelKey, VoxelRay};
+pub use voxel::{
+    BuildVoxelHasher, RayCells, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
+    VoxelRay,
+};
 pub use zone::{DynamicZone, ReturnSpan, ZoneSource};

@@ -1,6 +1,7 @@
 //! The voxel grid: space cut into cubes whose corners lie at multiples of the edge.
 
 mod accumulator;
+mod hash;
 mod order;
 mod ray;
 #[cfg(test)]
@@ -9,10 +10,11 @@ mod tests;
 use nalgebra::Point3;
 
 pub use accumulator::VoxelAccumulator;
+pub use hash::{BuildVoxelHasher, VoxelHasher};
 pub use ray::{RayCells, VoxelRay};
 
 /// The cell of a point: its coordinates divided by the edge, rounded down.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct VoxelKey {
     /// Along x.
     pub x: i32,
@@ -20,6 +22,17 @@ pub struct VoxelKey {
     pub y: i32,
     /// Along z.
     pub z: i32,
+}
+
+impl VoxelKey {
+    /// The 27 voxels around this one and itself, by ascending key. A step beyond the outermost voxel is none, so that
+    /// there some come twice.
+    pub fn with_neighbours(self) -> impl Iterator<Item = Self> + Clone {
+        let along = |cell: i32| (-1..=1).map(move |step| cell.saturating_add(step));
+        let Self { x, y, z } = self;
+        along(x)
+            .flat_map(move |x| along(y).flat_map(move |y| along(z).map(move |z| Self { x, y, z })))
+    }
 }
 
 /// The edge of a voxel is not a positive number.

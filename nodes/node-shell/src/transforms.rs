@@ -2,10 +2,12 @@
 //!
 //! What is absent: broadcasters, and waiting for a transform. Who needs one asks again with the next message.
 
+mod error;
 mod listener;
 #[cfg(test)]
 mod tests;
 mod tree;
 
+pub use error::{TransformError, TransformRefused};
 pub use listener::{TransformArrival, TransformListener};
-pub use tree::{TransformError, TransformRefused, TransformTree};
+pub use tree::TransformTree;

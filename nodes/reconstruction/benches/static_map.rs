@@ -103,7 +103,7 @@ fn map(criterion: &mut Criterion) {
     let mut large = large_map();
     let mut group = criterion.benchmark_group("a map of 1,000,000 voxels");
     group.sample_size(10);
-    group.bench_function("whole", |bench| bench.iter(|| large.cloud_for_listeners()));
+    group.bench_function("whole", |bench| bench.iter(|| large.cloud_for_listeners().unwrap()));
     group.bench_function("followed", |bench| bench.iter(|| large.follow_changes()));
     group.finish();
 }

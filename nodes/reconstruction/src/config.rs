@@ -1,6 +1,6 @@
 //! The parameters of reconstruction, their defaults, and where these come from.
 
-use geometry::{VoxelEdgeError, VoxelGrid};
+use geometry::{ParameterError, VoxelEdgeError, VoxelGrid, parameter};
 use serde::{Deserialize, Serialize};
 
 use crate::static_map::BLOCK_EDGE_VOXELS;
@@ -43,9 +43,11 @@ pub struct ReconstructionConfig {
     pub method: Method,
     /// t_vg, the edge of the map's voxels.
     pub voxel_edge_m: f64,
-    /// So many voxels the map may have. See [`crate::StaticMap`] for the memory of one.
+    /// So many voxels the map may have; so many in memory, where tiles are spilled. See [`crate::StaticMap`] for the
+    /// memory of one.
     pub max_voxels: usize,
-    /// What happens to points that would need another one. They, or the voxels that made room, are counted.
+    /// What happens to points that would need another one. What comes of it is counted: the points that were refused,
+    /// the voxels that were dropped, or the tiles that were written.
     pub at_max_voxels: AtMaxVoxels,
     /// The edge of the cubes in which the map is spilled, rounded up to whole blocks of 4 voxels. A full one must
     /// fit into `max_voxels`. Read with [`AtMaxVoxels::Spill`] alone.
@@ -76,8 +78,8 @@ pub enum ConfigError {
     #[error("parameter voxel_edge_m: {0}")]
     VoxelEdge(#[from] VoxelEdgeError),
     /// A map without room.
-    #[error("parameter max_voxels must be at least 1, not 0")]
-    NoVoxels,
+    #[error(transparent)]
+    NoVoxels(#[from] ParameterError),
     /// A tile is no cube, or none that would ever be read.
     #[error(
         "parameter spill_tile_edge_m must be a positive number of metres, at most {} voxels of {voxel_edge_m} m, not \
@@ -117,9 +119,7 @@ impl ReconstructionConfig {
     /// or too large.
     pub fn validate(&self) -> Result<(), ConfigError> {
         VoxelGrid::new(self.voxel_edge_m)?;
-        if self.max_voxels == 0 {
-            return Err(ConfigError::NoVoxels);
-        }
+        parameter::at_least("max_voxels", self.max_voxels, 1)?;
         if self.at_max_voxels == AtMaxVoxels::Spill {
             let tile_voxels = usize::from(self.tile_edge_voxels()?).pow(3);
             let max_voxels = self.max_voxels;

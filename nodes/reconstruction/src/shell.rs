@@ -36,8 +36,8 @@ use msgs::sensor_msgs::PointCloud2;
 use msgs::std_srvs::{Trigger, TriggerResponse};
 use msgs::stillmap_msgs::SegmentedCloud;
 use node_shell::{
-    Node, NodeFailure, Program, PublishError, Publisher, Qos, Request, StageReporter, StepTimer,
-    Subscription, Throttle,
+    Node, NodeFailure, Program, Publisher, Qos, Request, StageReporter, StepTimer, Subscription,
+    Throttle,
 };
 use serde::{Deserialize, Serialize};
 use tokio::time::{Instant, MissedTickBehavior};
@@ -240,7 +240,7 @@ impl Stage {
                     ("voxels_dropped", addition.dropped_voxels as u64),
                     ("map_bytes", self.map.memory_bytes() as u64),
                 ];
-                counts.extend(self.spill_watch.look(&mut self.map));
+                counts.extend(spilling::reported(&self.map));
                 self.reporter.processed(message.header.clone(), self.cycles, &counts, &timer);
                 self.cycles = self.cycles.wrapping_add(1);
             }
@@ -276,7 +276,8 @@ impl Stage {
             map: self.maps.subscriber_count(),
             updates: self.updates.subscriber_count() + self.removals.subscriber_count(),
         };
-        let due = self.schedule.look(Instant::now(), subscribers);
+        let now = Instant::now();
+        let due = self.schedule.look(now, subscribers);
         match due.following {
             Some(Following::Starts) => self.map.follow_changes(),
             Some(Following::Ends) => self.map.unfollow_changes(),
@@ -291,14 +292,24 @@ impl Stage {
         if due.update {
             self.publish_update();
         }
+        self.spill_watch.look(&mut self.map, now);
     }
 
-    /// Publishes the whole map; returns the number of its points.
-    fn publish_map(&mut self) -> Result<usize, PublishError> {
-        let cloud = self.map.cloud_for_listeners();
-        let published = self.maps.publish(convert::message_from_cloud(&cloud));
+    /// Publishes the whole map; returns the number of its points. A map that lacks a tile that cannot be read for now is
+    /// not whole, and is not published.
+    fn publish_map(&mut self) -> Result<usize, NodeFailure> {
+        let whole = self.map.cloud_for_listeners();
+        let published = whole
+            .map_err(|error| format!("the map is not whole, and was not published: {error}").into())
+            .and_then(|cloud| {
+                self.maps.publish(convert::message_from_cloud(&cloud))?;
+                Ok(cloud.points_m.len())
+            });
         self.schedule.map_tried(Instant::now(), published.is_ok());
-        published.map(|()| cloud.points_m.len())
+        if published.is_err() {
+            self.schedule.update_failed();
+        }
+        published
     }
 
     fn publish_update(&mut self) {
@@ -332,8 +343,12 @@ impl Stage {
     fn load(&mut self, file: Option<&MapFile>) -> Result<String, NodeFailure> {
         let file = file.ok_or(NO_MAP_FILE)?;
         let frame_id = self.map.frame_id().unwrap_or(FRAME_OF_A_LOADED_MAP).to_owned();
-        let voxels = file.load(&mut self.map, &frame_id)?;
-        self.schedule.map_replaced(Instant::now());
+        let loaded = file.load(&mut self.map, &frame_id);
+        // Where tiles could not be spilled, the map has gone.
+        if loaded.is_ok() || self.map.is_empty() {
+            self.schedule.map_replaced(Instant::now());
+        }
+        let voxels = loaded?;
         let path = file.path().display();
         Ok(format!("loaded a map of {voxels} voxels in frame {frame_id:?} from {path}"))
     }

@@ -14,7 +14,7 @@ mod whole;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use geometry::{Cloud, SegmentedCycle, Stamp, VoxelGrid, VoxelKey};
+use geometry::{BuildVoxelHasher, Cloud, SegmentedCycle, Stamp, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
 use crate::config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
@@ -29,7 +29,7 @@ pub use loading::{LOADED_HITS, LoadError};
 use seen_order::SeenOrder;
 use spill::Spill;
 pub use spill::SpillCounts;
-use voxel::{BuildVoxelHasher, VoxelMean};
+use voxel::VoxelMean;
 pub use whole::WholeMap;
 
 /// The static map: for each voxel the mean of all points that ever fell into it.
@@ -53,8 +53,11 @@ pub use whole::WholeMap;
 /// table grows once more, so that it may end half as full: up to 370 bytes a voxel. While changes are followed, 12 to 24 bytes more for each
 /// voxel that waits, and 28 to 56 for each one that is gone and waits. [`Method::Stillmap`] keeps a bit a voxel
 /// besides, in blocks of 64 that take 25 to 60 bytes; [`AtMaxVoxels::DropOldest`] keeps 40 to 80 bytes a voxel
-/// besides. `max_voxels` bounds them all. [`AtMaxVoxels::Spill`] keeps the bits too, and for each tile that is out of
-/// memory some 40 to 80 bytes: ten thousand times less than the voxels of a tile of 4 m take.
+/// besides. `max_voxels` bounds them all.
+///
+/// [`AtMaxVoxels::Spill`] keeps the bits too, and `max_voxels` bounds what is in memory. Besides, with the way that
+/// was driven and no other bound, grow the 25 to 50 bytes of each tile that is out of memory, a thousandth of what its
+/// voxels take or less, and while changes are followed those of the voxels that wait, as above.
 #[derive(Debug)]
 pub struct StaticMap {
     grid: VoxelGrid,
@@ -173,9 +176,14 @@ impl StaticMap {
             None => self.frame_id = Some(static_cloud.frame_id.clone()),
         }
         self.stamp = static_cloud.stamp;
+        self.begin_counting_cycle();
+        Ok(())
+    }
+
+    fn begin_counting_cycle(&mut self) {
         self.cycles = self.cycles.wrapping_add(1);
         self.changed.clear();
-        Ok(())
+        self.begin_round();
     }
 
     fn end_adding(&mut self, addition: &mut Addition) {

@@ -29,7 +29,7 @@
 //! | 1 | its evidence, signed: log-odds in steps of 0.05 |
 //! | 1 | what listeners know of it: 1 told, 2 waiting |
 //! | 3 x 2 | if told: the place that they know, in 65535ths of the voxel's edge |
-//! | 3 x (1, varint) | of the sum of its points along each axis, in 2^-60 m, less its points times the voxel's middle: the number of zero bits at its lower end, and it without them, a signed varint |
+//! | 3 x (1, varint) | of the sum of its points along each axis, in 2^-60 m, less the number of its points times the voxel's middle, which is rounded to a 32-bit float of metres before: the number of zero bits at its lower end, and it without them, a signed varint |
 //!
 //! That is some 20 bytes a voxel, a quarter of what it takes in memory, and exact.
 
@@ -37,11 +37,12 @@
 pub(crate) mod testing;
 
 use std::fmt;
+use std::hash::{Hash, Hasher};
 
 use geometry::VoxelKey;
 
 /// A tile's place: a cube of voxels, counted as voxels are.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub struct TileKey {
     /// Along x.
     pub x: i32,
@@ -58,6 +59,12 @@ impl TileKey {
         let edge = i32::from(edge_voxels.max(1));
         let along = |cell: i32| cell.div_euclid(edge);
         Self { x: along(voxel.x), y: along(voxel.y), z: along(voxel.z) }
+    }
+}
+
+impl Hash for TileKey {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        VoxelKey { x: self.x, y: self.y, z: self.z }.hash(state);
     }
 }
 
@@ -131,7 +138,7 @@ pub enum TileFormatError {
 /// What went wrong with a tile.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum TileError {
-    /// It stays in memory, and points that would need its room are refused.
+    /// It stays in memory, and points that would need its room are refused until it can be written.
     #[error("tile {tile} cannot be written: {source}")]
     Write {
         /// Which.
@@ -164,6 +171,17 @@ pub enum TileError {
 }
 
 impl TileError {
+    /// The tile, if it is about one.
+    #[must_use]
+    pub fn tile(&self) -> Option<TileKey> {
+        match self {
+            Self::Write { tile, .. } | Self::Read { tile, .. } | Self::Broken { tile, .. } => {
+                Some(*tile)
+            }
+            Self::Clear { .. } => None,
+        }
+    }
+
     /// Whether the tile's voxels are gone for good.
     #[must_use]
     pub fn is_loss(&self) -> bool {

@@ -2,9 +2,8 @@
 
 use std::f64::consts::PI;
 
+use geometry::{BeamOrder, ParameterError, parameter};
 use serde::{Deserialize, Serialize};
-
-use geometry::BeamOrder;
 
 /// The parameters of [`crate::ScanOdometry`].
 ///
@@ -92,32 +91,17 @@ impl Default for ScanOdometryConfig {
     }
 }
 
-/// A parameter has a value that means nothing.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("parameter {name} must be {accepted}, not {value}")]
-pub struct ConfigError {
-    /// The parameter.
-    pub name: &'static str,
-    /// What it may be.
-    pub accepted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
 /// The map's reach is bounded: its grid has `(2 * reach / 0.25 m)^2` cells of 4 bytes, 41 MB at most.
 const LONGEST_REACH_M: f64 = 400.0;
 /// A map of more lines would not be searched within a scan's time.
-const MOST_LINES: usize = 1_000_000;
+const MOST_LINES: f64 = 1e6;
 
 impl ScanOdometryConfig {
     /// Checks every parameter.
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        let check = |name, accepted, value: f64, holds: bool| {
-            if holds { Ok(()) } else { Err(ConfigError { name, accepted, value }) }
-        };
+    pub fn validate(&self) -> Result<(), ParameterError> {
         for (name, value) in [
             ("range_noise_m", self.range_noise_m),
             ("memory_way_m", self.memory_way_m),
@@ -129,25 +113,20 @@ impl ScanOdometryConfig {
             ("max_turn_rad_per_s", self.max_turn_rad_per_s),
             ("max_held_s", self.max_held_s),
         ] {
-            check(name, "a positive number", value, value.is_finite() && value > 0.0)?;
+            parameter::positive(name, value)?;
         }
         for (name, value) in [
             ("range_noise_ratio", self.range_noise_ratio),
             ("min_matched_share", self.min_matched_share),
             ("surface_noise_rad", self.surface_noise_rad),
         ] {
-            check(name, "in [0, 1)", value, (0.0..1.0).contains(&value))?;
+            parameter::below_one(name, value)?;
         }
-        let reach = self.reach_m;
-        check("reach_m", "in [1, 400] metres", reach, (1.0..=LONGEST_REACH_M).contains(&reach))?;
-        let body = self.body_radius_m;
-        check("body_radius_m", "0 or more metres", body, body.is_finite() && body >= 0.0)?;
-        let spacing = self.line_spacing_m;
-        check("line_spacing_m", "in [0.01, 0.2] metres", spacing, (0.01..=0.2).contains(&spacing))?;
-        let lines = self.max_lines;
-        check("max_lines", "in 100 .. 1000000", lines as f64, (100..=MOST_LINES).contains(&lines))?;
-        let returns = self.min_returns;
-        check("min_returns", "at least 3", returns as f64, returns >= 3)
+        parameter::between("reach_m", self.reach_m, 1.0, LONGEST_REACH_M)?;
+        parameter::not_negative("body_radius_m", self.body_radius_m)?;
+        parameter::between("line_spacing_m", self.line_spacing_m, 0.01, 0.2)?;
+        parameter::between("max_lines", self.max_lines as f64, 100.0, MOST_LINES)?;
+        parameter::at_least("min_returns", self.min_returns, 3)
     }
 
     /// Standard deviation of a range.

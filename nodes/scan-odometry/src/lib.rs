@@ -40,6 +40,6 @@ mod twist;
 mod uncertainty;
 mod velocity;
 
-pub use config::{ConfigError, ScanOdometryConfig};
+pub use config::ScanOdometryConfig;
 pub use odometry::ScanOdometry;
 pub use scan_pose::{DegenerateDirection, MatchOutcome, MatchQuality, Refusal, ScanPose};

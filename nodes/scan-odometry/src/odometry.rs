@@ -2,9 +2,10 @@
 
 mod matching;
 
-use geometry::{Scan, Stamp};
+use geometry::{ParameterError, Scan, Stamp};
 use nalgebra::{Isometry2, Matrix3};
 
+use crate::ScanOdometryConfig;
 use crate::local_line::local_lines;
 use crate::local_map::{LocalMap, Moment};
 use crate::scan_pose::{DegenerateDirection, MatchOutcome, MatchQuality, Refusal, ScanPose};
@@ -12,7 +13,6 @@ use crate::turn::Turn;
 use crate::twist::Twist;
 use crate::uncertainty::{Anchor, parted};
 use crate::velocity::Velocity;
-use crate::{ConfigError, ScanOdometryConfig};
 use matching::{Match, Prediction};
 
 /// A velocity that moves no return by so much within half a turn needs no deskewing.
@@ -51,7 +51,7 @@ impl ScanOdometry {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: ScanOdometryConfig) -> Result<Self, ConfigError> {
+    pub fn new(config: ScanOdometryConfig) -> Result<Self, ParameterError> {
         config.validate()?;
         let map = LocalMap::new(&config);
         Ok(Self { config, map, track: None })

@@ -4,27 +4,9 @@ use std::f64::consts::TAU;
 
 use geometry::{BeamOrder, Scan, Stamp};
 use nalgebra::{Isometry2, Point2, Vector2};
+pub(crate) use simulator::SeededNormal as Normal;
 
 use crate::{ScanOdometry, ScanOdometryConfig, ScanPose};
-
-/// Numbers of mean 0 and deviation 1, always the same (a linear congruential generator: 12 uniform numbers, less 6).
-pub(crate) struct Normal(u64);
-
-impl Normal {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d)
-    }
-
-    pub(crate) fn draw(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-
-    fn uniform(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
 
 /// A pole or a leg.
 pub(crate) type Post = (Point2<f64>, f64);

@@ -1,6 +1,6 @@
 //! The parameters of segmentation, their defaults, and where these come from.
 
-use geometry::{VoxelEdgeError, VoxelGrid};
+use geometry::{ParameterError, VoxelEdgeError, VoxelGrid, parameter};
 use serde::{Deserialize, Serialize};
 
 /// How the object is cut out of its zone.
@@ -92,17 +92,8 @@ pub enum ConfigError {
     #[error("parameter depth_cell_m: {0}")]
     DepthCell(#[from] VoxelEdgeError),
     /// A number lies outside its range.
-    #[error("parameter {name} is {value}: it must lie between {least} and {most}")]
-    Range {
-        /// Which parameter.
-        name: &'static str,
-        /// What it is.
-        value: f64,
-        /// The least value accepted.
-        least: f64,
-        /// The largest value accepted.
-        most: f64,
-    },
+    #[error(transparent)]
+    Range(#[from] ParameterError),
     /// A ray through the evidence would take too many steps.
     #[error(
         "parameter evidence_reach_m is {reach_m}: with depth_cell_m of {cell_m} a ray would pass more than \
@@ -147,10 +138,7 @@ impl SegmentationConfig {
             ("max_stop_s", self.max_stop_s, 0.0, MUCH),
             ("max_tracks", self.max_tracks as f64, 1.0, 200.0),
         ] {
-            // A NaN lies in no range.
-            if !(least..=most).contains(&value) {
-                return Err(ConfigError::Range { name, value, least, most });
-            }
+            parameter::between(name, value, least, most)?;
         }
         let (reach_m, cell_m) = (self.evidence_reach_m, self.depth_cell_m);
         if self.method == Method::Stillmap && reach_m / cell_m > f64::from(Self::MAX_RAY_VOXELS) {

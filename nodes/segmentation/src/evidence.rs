@@ -10,7 +10,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use geometry::{Stamp, VoxelGrid, VoxelRay};
+use geometry::{Stamp, VoxelGrid, VoxelKey, VoxelRay};
 use nalgebra::Point3;
 
 use self::table::CellTable;
@@ -34,6 +34,11 @@ const END_MARGIN_VOXELS: f64 = 2.0;
 /// A pass counts where the ray comes nearer to the voxel's middle than this share of the edge: the ball
 /// within the voxel. A ray through a corner says little of what is in the middle.
 const PASS_RADIUS_VOXELS: f64 = 0.5;
+
+/// When so much time has passed since the start, 24 days, the start is moved: the milliseconds have 32 bits.
+const LONGEST_MS: f64 = (1_u32 << 31) as f64;
+/// How far back times are told apart then, 12 days: longer than any `min_background_s`.
+const TOLD_APART_MS: f64 = (1_u32 << 30) as f64;
 
 /// What the evidence says of a place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -115,18 +120,11 @@ impl Evidence {
     /// that graze it pass them; so a place beside one is free only for what hangs together with more.
     #[must_use]
     pub fn is_beside_surface(&self, point_in_map: &Point3<f64>) -> bool {
-        let Some([x, y, z]) = self.voxel(point_in_map) else { return false };
-        (-1..=1).any(|dx| {
-            (-1..=1).any(|dy| {
-                (-1..=1).any(|dz| {
-                    let beside = [x.saturating_add(dx), y.saturating_add(dy), z.saturating_add(dz)];
-                    (dx, dy, dz) != (0, 0, 0) && self.is_surface_at(beside)
-                })
-            })
-        })
+        let Some(voxel) = self.voxel(point_in_map) else { return false };
+        voxel.with_neighbours().any(|beside| beside != voxel && self.is_surface_at(beside))
     }
 
-    fn is_surface_at(&self, voxel: [i64; 3]) -> bool {
+    fn is_surface_at(&self, voxel: VoxelKey) -> bool {
         /// A single hit may be noise.
         const MIN_SURFACE_HITS: u16 = 2;
         table::key_of(voxel).and_then(|key| self.table.get(key)).is_some_and(|cell| {
@@ -134,7 +132,7 @@ impl Evidence {
         })
     }
 
-    fn known_at(&self, voxel: Option<[i64; 3]>) -> Known {
+    fn known_at(&self, voxel: Option<VoxelKey>) -> Known {
         let Some(cell) = voxel.and_then(table::key_of).and_then(|key| self.table.get(key)) else {
             return Known::Unknown;
         };
@@ -153,9 +151,16 @@ impl Evidence {
 
     /// Sets the time. What is known stays, however long ago it was learned.
     pub fn begin_cycle(&mut self, stamp: Stamp) {
-        let start = *self.start.get_or_insert(stamp);
+        let start = self.start.get_or_insert(stamp);
+        let elapsed_ms = stamp.seconds_since(*start) * 1e3;
+        if elapsed_ms >= LONGEST_MS {
+            let later_ms = (elapsed_ms - TOLD_APART_MS) as i64;
+            let later_ns = later_ms.saturating_mul(1_000_000);
+            *start = Stamp::from_nanos(start.as_nanos().saturating_add(later_ns));
+            self.table.start_later(u32::try_from(later_ms).unwrap_or(u32::MAX));
+        }
         // The cast saturates: a time before the start is the start.
-        self.now_ms = (stamp.seconds_since(start) * 1e3) as u32;
+        self.now_ms = (stamp.seconds_since(*start) * 1e3) as u32;
         self.table.begin_cycle();
     }
 
@@ -204,11 +209,12 @@ impl Evidence {
         }
     }
 
-    fn voxel(&self, point_in_map: &Point3<f64>) -> Option<[i64; 3]> {
+    fn voxel(&self, point_in_map: &Point3<f64>) -> Option<VoxelKey> {
         // The casts saturate; what lies beyond the table's keys has none.
         let [x, y, z]: [f64; 3] = point_in_map.coords.into();
         (x.is_finite() && y.is_finite() && z.is_finite())
-            .then(|| [x, y, z].map(|value_m| (value_m / self.grid.edge_m()).floor() as i64))
+            .then(|| [x, y, z].map(|value_m| (value_m / self.grid.edge_m()).floor() as i32))
+            .map(|[x, y, z]| VoxelKey { x, y, z })
     }
 
     fn end_at(&mut self, key: u64, dynamic: bool) {
@@ -245,8 +251,7 @@ impl Evidence {
             if along_m <= 0.0 || along_m >= end_m || aside_m2 > radius_m * radius_m {
                 continue;
             }
-            let voxel = [key.x, key.y, key.z].map(i64::from);
-            let Some(cell) = table::key_of(voxel).and_then(|key| self.table.entry(key)) else {
+            let Some(cell) = table::key_of(key).and_then(|key| self.table.entry(key)) else {
                 continue;
             };
             if cell.seen != mark {

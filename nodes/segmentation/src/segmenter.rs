@@ -120,8 +120,8 @@ impl Segmenter {
     /// Splits the cycle's reduced cloud: every point of it lands in exactly one of the two clouds, in
     /// the order it had. `observe` is called at the end of each stage.
     ///
-    /// With the method of Rec-HV, a zone without points has no object, and each of several zones is handled by itself; a point of two
-    /// zones is dynamic if it is so in one of them.
+    /// With the method of Rec-HV, a zone without points has no object, and each of several zones is handled by itself; a
+    /// point of two zones is dynamic if it is so in one of them.
     ///
     /// # Errors
     /// When a zone or the pose holds numbers that mean nothing.

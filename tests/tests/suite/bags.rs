@@ -42,7 +42,22 @@ impl Topics {
             self.writer.write(channel, stamp, &message).unwrap();
         }
     }
+
+    /// Messages that cannot be decoded.
+    pub(crate) fn cut_off<M: RosMessage>(
+        &mut self,
+        topic: &str,
+        stamps: impl IntoIterator<Item = Stamp>,
+    ) {
+        let channel = self.writer.channel::<M>(topic, OfferedQos::reliable(10)).unwrap();
+        for stamp in stamps {
+            self.writer.write_raw(channel, stamp, stamp, &CUT_OFF).unwrap();
+        }
+    }
 }
+
+/// The beginning of an encoded message, and no more.
+const CUT_OFF: [u8; 6] = [0, 1, 0, 0, 9, 0];
 
 /// The moments of ten cycles.
 pub(crate) fn ten_stamps() -> impl Iterator<Item = Stamp> {

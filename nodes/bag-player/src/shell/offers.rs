@@ -17,6 +17,10 @@ use crate::shell::summary::TopicSummary;
 const LARGE_TYPES: [&str; 3] =
     ["sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/CompressedImage"];
 
+/// The fixed transforms. No listener of tf2 takes them unless they are latched, also where a bag that was converted or cut
+/// says that they were not.
+const FIXED_TRANSFORMS: &str = "tf_static";
+
 /// Last parts of topics that are latched by convention (tf2, REP-2003), and a type that is.
 const LATCHED_TOPICS: [&str; 4] = ["tf_static", "map", "static_map", "robot_description"];
 const LATCHED_TYPE: &str = "nav_msgs/msg/OccupancyGrid";
@@ -122,7 +126,11 @@ impl Offers {
 
 /// The QoS to publish a topic with: as recorded, else by type and name.
 fn qos_of(topic: &TopicInfo) -> Qos {
-    let offered = topic.qos.unwrap_or_else(|| default_qos(&topic.topic, &topic.type_name));
+    let mut offered = topic.qos.unwrap_or_else(|| default_qos(&topic.topic, &topic.type_name));
+    if last_part(&topic.topic) == FIXED_TRANSFORMS {
+        offered.reliability = Reliability::Reliable;
+        offered.durability = Durability::TransientLocal;
+    }
     let latched = offered.durability == Durability::TransientLocal;
     let kept = if latched { topic.message_count.min(MOST_LATCHED) } else { 0 };
     let depth = match offered.depth {
@@ -137,15 +145,18 @@ fn qos_of(topic: &TopicInfo) -> Qos {
 }
 
 fn default_qos(topic: &str, type_name: &str) -> OfferedQos {
-    let last_part = topic.rsplit('/').next().unwrap_or(topic);
     let type_name = full_type_name(type_name);
-    if LATCHED_TOPICS.contains(&last_part) || type_name == LATCHED_TYPE {
+    if LATCHED_TOPICS.contains(&last_part(topic)) || type_name == LATCHED_TYPE {
         OfferedQos::latched()
     } else if LARGE_TYPES.contains(&type_name.as_str()) {
         OfferedQos::sensor(SENSOR_DEPTH)
     } else {
         OfferedQos::reliable(DEFAULT_DEPTH)
     }
+}
+
+fn last_part(topic: &str) -> &str {
+    topic.rsplit('/').next().unwrap_or(topic)
 }
 
 #[cfg(test)]
@@ -176,6 +187,15 @@ mod tests {
     fn without_a_record_type_and_name_decide() {
         assert_eq!(qos_of(&topic("/i", "sensor_msgs/Image", None)), Qos::sensor(5));
         assert_eq!(qos_of(&topic("/scan", "sensor_msgs/msg/LaserScan", None)), Qos::reliable(10));
+    }
+
+    #[test]
+    fn fixed_transforms_are_latched_whatever_the_bag_says() {
+        for recorded in [OfferedQos::reliable(7), OfferedQos::sensor(7)] {
+            let tf = |name| qos_of(&topic(name, "tf2_msgs/msg/TFMessage", Some(recorded)));
+            assert_eq!(tf("/robot/tf_static"), Qos::new(true, true, 7));
+            assert_ne!(tf("/robot/tf"), Qos::new(true, true, 7));
+        }
     }
 
     #[test]

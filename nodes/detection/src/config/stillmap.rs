@@ -2,10 +2,8 @@
 
 use std::f64::consts::PI;
 
-use geometry::BeamOrder;
+use geometry::{BeamOrder, ParameterError, parameter};
 use serde::{Deserialize, Serialize};
-
-use super::ConfigError;
 
 /// The parameters of the method `stillmap`; their names share the file with those of the other method.
 ///
@@ -101,27 +99,18 @@ impl StillmapConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        let check = |name, accepted, value: f64, holds: bool| {
-            if holds { Ok(()) } else { Err(ConfigError::OutOfRange { name, accepted, value }) }
-        };
-        let positive = |name, accepted, value: f64| {
-            check(name, accepted, value, value.is_finite() && value > 0.0)
-        };
-        let not_negative = |name, accepted, value: f64| {
-            check(name, accepted, value, value.is_finite() && value >= 0.0)
-        };
-        positive("evidence_cell_m", "a positive number of metres", self.evidence_cell_m)?;
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::positive("evidence_cell_m", self.evidence_cell_m)?;
         let extent = self.evidence_extent_m;
         let cells = extent / self.evidence_cell_m;
-        check(
+        parameter::check(
             "evidence_extent_m",
             "8 .. 4096 times evidence_cell_m",
             extent,
             (LEAST_CELLS_A_SIDE..=MOST_CELLS_A_SIDE).contains(&cells),
         )?;
         let reach = self.evidence_reach_m;
-        check(
+        parameter::check(
             "evidence_reach_m",
             "above 0 and at most half of evidence_extent_m",
             reach,
@@ -132,27 +121,28 @@ impl StillmapConfig {
             ("stopped_object_s", self.stopped_object_s),
         ] {
             let holds = value > 0.0 && value <= LONGEST_S;
-            check(name, "in (0, 1000000] seconds", value, holds)?;
+            parameter::check(name, "in (0, 1000000] seconds", value, holds)?;
         }
         let passes = self.min_passes;
-        check("min_passes", "in 1 .. 50", f64::from(passes), (1..=50).contains(&passes))?;
-        not_negative("range_noise_m", "0 or more metres", self.range_noise_m)?;
-        let ratio = self.range_noise_ratio;
-        check("range_noise_ratio", "in [0, 1)", ratio, (0.0..1.0).contains(&ratio))?;
-        not_negative("pose_noise_m", "0 or more metres", self.pose_noise_m)?;
-        let noise_rad = self.pose_noise_rad;
-        check("pose_noise_rad", "in [0, pi]", noise_rad, (0.0..=PI).contains(&noise_rad))?;
-        not_negative("smallest_object_m", "0 or more metres", self.smallest_object_m)?;
-        positive(
-            "max_platform_speed_m_per_s",
-            "a positive number of metres a second",
-            self.max_platform_speed_m_per_s,
+        parameter::check(
+            "min_passes",
+            "in 1 .. 50",
+            f64::from(passes),
+            (1..=50).contains(&passes),
         )?;
-        positive(
-            "max_platform_turn_rad_per_s",
-            "a positive number of radians a second",
-            self.max_platform_turn_rad_per_s,
-        )
+        parameter::not_negative("range_noise_m", self.range_noise_m)?;
+        parameter::below_one("range_noise_ratio", self.range_noise_ratio)?;
+        parameter::not_negative("pose_noise_m", self.pose_noise_m)?;
+        let noise_rad = self.pose_noise_rad;
+        parameter::check(
+            "pose_noise_rad",
+            "in [0, pi]",
+            noise_rad,
+            (0.0..=PI).contains(&noise_rad),
+        )?;
+        parameter::not_negative("smallest_object_m", self.smallest_object_m)?;
+        parameter::positive("max_platform_speed_m_per_s", self.max_platform_speed_m_per_s)?;
+        parameter::positive("max_platform_turn_rad_per_s", self.max_platform_turn_rad_per_s)
     }
 }
 

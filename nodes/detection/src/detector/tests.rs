@@ -1,6 +1,6 @@
 use std::f64::consts::{PI, TAU};
 
-use geometry::{DepthPixels, Distortion, Stamp, ZoneSource};
+use geometry::{DepthImage, DepthPixels, Distortion, Stamp, UnusablePose, ZoneSource};
 use nalgebra::Point3;
 
 use super::*;

@@ -7,12 +7,11 @@ use calibration::camera_file::camera_from_yaml;
 use calibration::{
     CalibrationConfig, DepthOptics, DriftConfig, DriftMonitor, Extrinsics, RigMounts, returns_of,
 };
-use geometry::{CameraModel, DepthImage, Scan, Stamp, pose_from_vector};
+use geometry::{CameraModel, DepthImage, ParameterError, Scan, Stamp, parameter, pose_from_vector};
 use nalgebra::Isometry3;
 use node_shell::{Counters, NodeFailure, Throttle};
 
 use super::{CloudInput, DetectionParameters};
-use crate::ConfigError;
 
 /// The name of the check on `/diagnostics`.
 const CONDITION: &str = "extrinsics";
@@ -59,19 +58,11 @@ impl ExtrinsicsCheck {
     pub(super) fn new(
         parameters: &DetectionParameters,
         counters: Counters,
-    ) -> Result<Option<Self>, ConfigError> {
+    ) -> Result<Option<Self>, ParameterError> {
         let (period_s, limit_m) =
             (parameters.extrinsics_check_period_s, parameters.extrinsics_limit_m);
-        let out_of_range =
-            |name, accepted, value| ConfigError::OutOfRange { name, accepted, value };
-        if !(period_s.is_finite() && period_s >= 0.0) {
-            let name = "extrinsics_check_period_s";
-            return Err(out_of_range(name, "0 or more seconds", period_s));
-        }
-        if !(limit_m.is_finite() && limit_m > 0.0) {
-            let name = "extrinsics_limit_m";
-            return Err(out_of_range(name, "a positive number of metres", limit_m));
-        }
+        parameter::not_negative("extrinsics_check_period_s", period_s)?;
+        parameter::positive("extrinsics_limit_m", limit_m)?;
         if period_s == 0.0 {
             counters.note_condition(CONDITION, "not checked: turned off", false);
             return Ok(None);

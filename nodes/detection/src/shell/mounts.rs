@@ -2,7 +2,9 @@
 
 use geometry::{PoseLookupError, Stamp, pose_from_vector, pose_vector};
 use nalgebra::Isometry3;
-use node_shell::{Counters, Node, ShellError, TransformArrival, TransformError, TransformListener};
+use node_shell::{
+    Counters, Node, ShellError, Throttle, TransformArrival, TransformError, TransformListener,
+};
 
 use super::{DetectionParameters, ExtrinsicsSource};
 
@@ -23,8 +25,7 @@ pub(super) struct Mounts {
     rig_from_camera: Isometry3<f64>,
     /// What is in use.
     rig_from_lidar: Option<Isometry3<f64>>,
-    /// What was told of last.
-    told: Option<String>,
+    news: News,
     counters: Counters,
 }
 
@@ -46,7 +47,7 @@ impl Mounts {
             listener: TransformListener::new(node)?,
             rig_from_camera: pose_from_vector(&parameters.config.rig_from_camera),
             rig_from_lidar: None,
-            told: None,
+            news: News::default(),
             counters,
         }))
     }
@@ -70,7 +71,7 @@ impl Mounts {
         self.listener.forget_timed();
     }
 
-    /// The pose of the scanner in the rig, where it is another than before.
+    /// The pose of the scanner in the rig, where it is another than the one in use: [`Mounts::took`] is to follow.
     ///
     /// # Errors
     /// When tf does not tell it for the moment of the camera's message; where it tells of earlier moments only, the
@@ -99,12 +100,18 @@ impl Mounts {
             self.tell_in_use(lidar_frame, camera_frame);
             return Ok(None);
         }
-        if self.rig_from_lidar.is_some() {
-            tracing::warn!("{CONDITION}: it has changed; what was seen so far is forgotten");
-        }
-        self.rig_from_lidar = Some(rig_from_lidar);
-        self.tell_in_use(lidar_frame, camera_frame);
         Ok(Some(rig_from_lidar))
+    }
+
+    /// The pose of the scanner in the rig is in use from now on.
+    pub(super) fn took(
+        &mut self,
+        rig_from_lidar: &Isometry3<f64>,
+        lidar_frame: &str,
+        camera_frame: &str,
+    ) {
+        self.rig_from_lidar = Some(*rig_from_lidar);
+        self.tell_in_use(lidar_frame, camera_frame);
     }
 
     fn tell_in_use(&mut self, lidar_frame: &str, camera_frame: &str) {
@@ -117,26 +124,89 @@ impl Mounts {
         self.tell(&text, false);
     }
 
-    /// Tells of what is new in the log, and of how it is on `/diagnostics`.
-    fn tell(&mut self, text: &str, is_warning: bool) {
-        if self.told.as_deref() == Some(text) {
-            return;
+    /// Tells of how it is on `/diagnostics`, and of what is new in the log.
+    fn tell(&mut self, text: &str, is_waiting: bool) {
+        let Some(news) = self.news.of(text, is_waiting) else { return };
+        self.counters.note_condition(CONDITION, text, is_waiting);
+        match news {
+            Some(Line::Waits) => tracing::warn!("{CONDITION}: {text}"),
+            Some(Line::IsKnown) => tracing::info!("{CONDITION}: {text}"),
+            Some(Line::HasChanged { untold }) => tracing::warn!(
+                "{CONDITION}: it has changed, and what was seen so far is forgotten: {text} ({untold} more changes since \
+                 the last warning)"
+            ),
+            None => {}
         }
-        self.counters.note_condition(CONDITION, text, is_warning);
-        // Each new cause is told once; by how much a moment is missed changes with every scan.
-        let was_waiting = self.told.as_ref().is_some_and(|told| told.starts_with("waiting"));
-        if !(is_warning && was_waiting) {
-            if is_warning {
-                tracing::warn!("{CONDITION}: {text}");
-            } else {
-                tracing::info!("{CONDITION}: {text}");
+    }
+}
+
+/// A line of the log.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Line {
+    Waits,
+    IsKnown,
+    HasChanged { untold: u64 },
+}
+
+/// What was told last, and what is worth a line. A transform that comes and goes, or wavers, has one now and then.
+struct News {
+    told: Option<(String, bool)>,
+    waits: Throttle,
+    known: Throttle,
+    changed: Throttle,
+}
+
+impl Default for News {
+    fn default() -> Self {
+        let [waits, known, changed] = [(); 3].map(|()| Throttle::for_warnings());
+        Self { told: None, waits, known, changed }
+    }
+}
+
+impl News {
+    /// What to log of it; nothing at all where it is as it was told.
+    fn of(&mut self, text: &str, is_waiting: bool) -> Option<Option<Line>> {
+        let told = self.told.as_ref().map(|(text, is_waiting)| (text.as_str(), *is_waiting));
+        if told == Some((text, is_waiting)) {
+            return None;
+        }
+        let line = match (told, is_waiting) {
+            // By how much a moment is missed changes with every scan.
+            (Some((_, true)), true) => None,
+            (_, true) => self.waits.pass().map(|_| Line::Waits),
+            (Some((_, false)), false) => {
+                self.changed.pass().map(|untold| Line::HasChanged { untold })
             }
-        }
-        self.told = Some(text.to_owned());
+            (_, false) => self.known.pass().map(|_| Line::IsKnown),
+        };
+        self.told = Some((text.to_owned(), is_waiting));
+        Some(line)
     }
 }
 
 fn is_same(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
     (a.translation.vector - b.translation.vector).norm() <= SAME_M
         && a.rotation.angle_to(&b.rotation) <= SAME_RAD
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mount_that_wavers_is_logged_now_and_then_and_not_with_each_change() {
+        let mut news = News::default();
+        assert_eq!(news.of("no frame", true), Some(Some(Line::Waits)));
+        assert_eq!(news.of("no moment", true), Some(None), "it waits as before");
+        assert_eq!(news.of("at 0", false), Some(Some(Line::IsKnown)));
+        assert_eq!(news.of("at 0", false), None);
+        assert_eq!(news.of("at 1", false), Some(Some(Line::HasChanged { untold: 0 })));
+        for at in ["at 0", "at 1", "at 0"] {
+            assert_eq!(news.of(at, false), Some(None), "told on /diagnostics alone");
+        }
+        for _ in 0..3 {
+            assert_eq!(news.of("no frame", true), Some(None));
+            assert_eq!(news.of("at 0", false), Some(None));
+        }
+    }
 }

@@ -250,6 +250,7 @@ impl Stage {
         let camera = (matched.cloud.frame_id(), matched.cloud_stamp);
         if let Some(rig_from_lidar) = mounts.changed(&matched.scan.frame_id, camera)? {
             self.detector.mount_lidar(&rig_from_lidar)?;
+            mounts.took(&rig_from_lidar, &matched.scan.frame_id, camera.0);
             if let Some(check) = &mut self.extrinsics {
                 check.mount_lidar(&rig_from_lidar);
             }

@@ -72,18 +72,5 @@ impl MapAccuracy {
 
 /// The voxels of one cycle that a moving point touches, and those next to them.
 pub(super) fn with_neighbours(voxels: &HashSet<VoxelKey>) -> HashSet<VoxelKey> {
-    let steps = [-1, 0, 1];
-    let around = |key: &VoxelKey| {
-        let VoxelKey { x, y, z } = *key;
-        steps.into_iter().flat_map(move |dx| {
-            steps.into_iter().flat_map(move |dy| {
-                steps.into_iter().map(move |dz| VoxelKey {
-                    x: x.saturating_add(dx),
-                    y: y.saturating_add(dy),
-                    z: z.saturating_add(dz),
-                })
-            })
-        })
-    };
-    voxels.iter().flat_map(around).collect()
+    voxels.iter().flat_map(|key| key.with_neighbours()).collect()
 }

@@ -1,105 +1,32 @@
 //! The whole score of an estimated trajectory.
 
+mod config;
+#[cfg(test)]
+mod tests;
+
+use geometry::ParameterError;
 use nalgebra::Isometry3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::absolute::{self, AbsoluteScore, MatchedPose};
-use super::alignment::{self, Alignment, AlignmentError, FoundAlignment};
-use super::association::{self, AssociationConfig, AssociationSummary, Pair};
+use super::alignment::{self, AlignmentError, FoundAlignment};
+use super::association::{self, AssociationSummary, Pair};
 use super::coverage::{Coverage, CoverageUnit, Span, coverage};
 use super::path::{LeftOut, Times, Trajectory};
-use super::relative::{self, DeltaUnit, RelativeConfig, RelativeScore};
-use super::segments::{self, SegmentConfig, SegmentLengths, SegmentScore};
+use super::relative::{self, RelativeScore};
+use super::segments::{self, SegmentScore};
+
+pub use config::TrajectoryScoreConfig;
 
 /// Fewer pairs determine no transform of space.
 const LEAST_PAIRS: usize = 3;
-
-/// How a trajectory is scored.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TrajectoryScoreConfig {
-    /// Which poses belong together.
-    pub association: AssociationConfig,
-    /// What may be done to the estimate first.
-    pub alignment: Alignment,
-    /// The relative errors.
-    pub relative: RelativeConfig,
-    /// The drift over segments.
-    pub segments: SegmentConfig,
-    /// Between pairs farther apart than this the reference is not covered.
-    pub max_gap_s: f64,
-}
-
-impl Default for TrajectoryScoreConfig {
-    fn default() -> Self {
-        Self {
-            association: AssociationConfig::default(),
-            alignment: Alignment::default(),
-            relative: RelativeConfig::default(),
-            segments: SegmentConfig::default(),
-            // Keyframes come several a second; who hears nothing for a second does not know where he is.
-            max_gap_s: 1.0,
-        }
-    }
-}
-
-/// A number that is of no use in the configuration.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("{name} must be {wanted}, not {value}")]
-pub struct TrajectoryConfigError {
-    /// The name of the parameter.
-    pub name: &'static str,
-    /// What it must be.
-    pub wanted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
-impl TrajectoryScoreConfig {
-    /// Whether all numbers are of use.
-    ///
-    /// # Errors
-    /// Names the first that is not.
-    pub fn validate(&self) -> Result<(), TrajectoryConfigError> {
-        let at_least_zero = |name, value: f64| {
-            let wanted = "a number that is not negative";
-            let good = value.is_finite() && value >= 0.0;
-            if good { Ok(()) } else { Err(TrajectoryConfigError { name, wanted, value }) }
-        };
-        at_least_zero("max_difference_s", self.association.max_difference_s)?;
-        at_least_zero("max_gap_s", self.max_gap_s)?;
-        at_least_zero("tolerance", self.relative.tolerance)?;
-        at_least_zero("offset_s", self.association.offset_s.abs())?;
-        for delta in &self.relative.deltas {
-            let (whole, wanted) = match delta.unit {
-                DeltaUnit::Frames => (delta.value.fract() == 0.0, "a whole number above 0"),
-                _ => (true, "a number above 0"),
-            };
-            if !(whole && delta.value.is_finite() && delta.value > 0.0) {
-                let value = delta.value;
-                return Err(TrajectoryConfigError { name: "delta", wanted, value });
-            }
-        }
-        if let SegmentLengths::Metres(lengths_m) = &self.segments.lengths
-            && let Some(&value) = lengths_m.iter().find(|m| !(m.is_finite() && **m > 0.0))
-        {
-            let wanted = "a number of metres above 0";
-            return Err(TrajectoryConfigError { name: "segment length", wanted, value });
-        }
-        if self.segments.step_poses == 0 {
-            let wanted = "at least 1";
-            return Err(TrajectoryConfigError { name: "step_poses", wanted, value: 0.0 });
-        }
-        Ok(())
-    }
-}
 
 /// A trajectory cannot be scored.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum TrajectoryScoreError {
     /// The configuration is of no use.
     #[error(transparent)]
-    Config(#[from] TrajectoryConfigError),
+    Config(#[from] ParameterError),
     /// One of the two has no pose.
     #[error("the {which} has no pose ({} lines of it were no pose)", left_out.not_a_pose)]
     Empty {
@@ -349,122 +276,5 @@ impl std::fmt::Display for Spans {
                 "the estimate has frames {from} to {to}, the reference {first} to {last}"
             ),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use geometry::Stamp;
-
-    use super::super::testing::{pose, raw, stamped, walk};
-    use super::*;
-
-    #[test]
-    fn an_estimate_in_another_frame_is_as_good_as_its_shape() {
-        let truth = walk(200);
-        let elsewhere = pose([5.0, -3.0, 1.0], [0.4, 0.1, -2.0]);
-        let estimate: Vec<_> = truth.iter().map(|pose| elsewhere * pose).collect();
-        let scored = score_trajectory(
-            &stamped(&estimate),
-            &stamped(&truth),
-            &TrajectoryScoreConfig::default(),
-        )
-        .unwrap();
-        let score = &scored.score;
-        assert!(score.absolute.translation_m.max < 1e-12, "{score:?}");
-        assert!(score.absolute.rotation_deg.unwrap().max < 1e-9);
-        assert!((score.coverage.share - 1.0).abs() < 1e-12);
-        assert_eq!((score.association.matched, score.association.estimate_left_out), (200, 0));
-        for relative in &score.relative {
-            assert!(relative.count > 50 && relative.translation_m.unwrap().max < 1e-11);
-        }
-        let unaligned = TrajectoryScoreConfig { alignment: Alignment::None, ..Default::default() };
-        let scored = score_trajectory(&stamped(&estimate), &stamped(&truth), &unaligned).unwrap();
-        assert!(scored.score.absolute.translation_m.rmse > 1.0);
-        assert!(scored.score.relative[0].translation_m.unwrap().max < 1e-11);
-    }
-
-    #[test]
-    fn one_camera_needs_its_scale() {
-        let truth = walk(200);
-        let mut estimate = truth.clone();
-        for pose in &mut estimate {
-            pose.translation.vector *= 0.4;
-        }
-        let score = |alignment| {
-            let config = TrajectoryScoreConfig { alignment, ..Default::default() };
-            score_trajectory(&stamped(&estimate), &stamped(&truth), &config).unwrap().score
-        };
-        let sim3 = score(Alignment::Sim3);
-        assert!((sim3.alignment.scale - 2.5).abs() < 1e-12);
-        assert!(sim3.absolute.translation_m.max < 1e-12);
-        assert!(sim3.relative[1].translation_m.unwrap().max < 1e-11);
-        assert!(score(Alignment::Se3).absolute.translation_m.rmse > 0.5);
-    }
-
-    #[test]
-    fn a_lost_tracker_has_small_errors_and_little_coverage() {
-        let truth = walk(200);
-        let score = score_trajectory(
-            &stamped(&truth[..40]),
-            &stamped(&truth),
-            &TrajectoryScoreConfig::default(),
-        )
-        .unwrap()
-        .score;
-        assert!(score.absolute.translation_m.max < 1e-12);
-        assert!((score.coverage.share - 39.0 / 199.0).abs() < 1e-9, "{:?}", score.coverage);
-        assert_eq!(score.coverage.gap_count, 1);
-    }
-
-    #[test]
-    fn what_cannot_be_scored_says_why() {
-        let config = TrajectoryScoreConfig::default();
-        let truth = stamped(&walk(50));
-        let score = |estimate: &Trajectory| {
-            score_trajectory(estimate, &truth, &config).unwrap_err().to_string()
-        };
-        let nothing = Trajectory::stamped([]);
-        assert!(score(&nothing).contains("the estimate has no pose"), "{}", score(&nothing));
-        let frames = Trajectory::numbered(walk(50).iter().map(raw));
-        assert!(score(&frames).contains("the reference has stamps"), "{}", score(&frames));
-        let late = Trajectory::stamped(
-            walk(5)
-                .iter()
-                .enumerate()
-                .map(|(index, pose)| (Stamp::from_nanos(index as i64), raw(pose))),
-        );
-        let error = score(&late);
-        assert!(error.contains("only 0 of 5 poses") && error.contains("from 100.000 s"), "{error}");
-        let two = score(&stamped(&walk(2)));
-        assert!(two.contains("only 2 of 2"), "{two}");
-        let still = stamped(&[Isometry3::identity(); 50]);
-        let sim3 = TrajectoryScoreConfig { alignment: Alignment::Sim3, ..config.clone() };
-        let error = score_trajectory(&still, &truth, &sim3).unwrap_err();
-        assert!(error.to_string().contains("stands still"), "{error}");
-    }
-
-    #[test]
-    fn numbers_of_no_use_are_named() {
-        let refused = |change: fn(&mut TrajectoryScoreConfig)| {
-            let mut config = TrajectoryScoreConfig::default();
-            change(&mut config);
-            config.validate().unwrap_err().to_string()
-        };
-        let delta = |value, unit| relative::Delta { value, unit };
-        assert_eq!(
-            refused(|config| config.max_gap_s = -1.0),
-            "max_gap_s must be a number that is not negative, not -1"
-        );
-        assert!(refused(|config| config.association.offset_s = f64::NAN).contains("offset_s"));
-        assert!(refused(|config| config.segments.step_poses = 0).contains("step_poses"));
-        let mut config = TrajectoryScoreConfig::default();
-        config.relative.deltas = vec![delta(1.5, DeltaUnit::Frames)];
-        assert!(config.validate().unwrap_err().to_string().contains("whole number"));
-        config.relative.deltas = vec![delta(0.0, DeltaUnit::Metres)];
-        assert!(config.validate().is_err());
-        config.relative.deltas = vec![delta(1.5, DeltaUnit::Metres)];
-        config.segments.lengths = SegmentLengths::Metres(vec![3.0, 0.0]);
-        assert!(config.validate().unwrap_err().to_string().contains("segment length"));
     }
 }

@@ -174,7 +174,7 @@ impl VoxelAccumulator {
     #[inline]
     fn cell_of(&mut self, key: VoxelKey) -> usize {
         let last_slot = self.slots.len() - 1;
-        let mut slot = hash(key) as usize & last_slot;
+        let mut slot = key.spread() as usize & last_slot;
         // Ends: more than half of the slots are empty.
         loop {
             let Slot { key: occupant, number } = self.slots[slot & last_slot];
@@ -207,22 +207,11 @@ impl VoxelAccumulator {
         let last_slot = self.slots.len() * 2 - 1;
         self.slots = vec![Slot::default(); last_slot + 1];
         for (number, &key) in (1..).zip(&self.keys) {
-            let mut slot = hash(key) as usize & last_slot;
+            let mut slot = key.spread() as usize & last_slot;
             while self.slots[slot].number != 0 {
                 slot = (slot + 1) & last_slot;
             }
             self.slots[slot] = Slot { key, number };
         }
     }
-}
-
-/// Spreads neighbouring cells over the table. Fixed, not seeded: it decides where a cell lies in
-/// memory, never what comes out.
-#[inline]
-fn hash(key: VoxelKey) -> u64 {
-    const FIRST: u64 = 0x9e37_79b9_7f4a_7c15;
-    const SECOND: u64 = 0xd1b5_4a32_d192_ed03;
-    let plane = u64::from(key.x as u32) << 32 | u64::from(key.y as u32);
-    let mixed = (plane.wrapping_mul(FIRST) ^ u64::from(key.z as u32)).wrapping_mul(SECOND);
-    mixed >> 32
 }

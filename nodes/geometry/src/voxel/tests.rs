@@ -152,3 +152,21 @@ fn an_edge_that_is_no_length_is_refused() {
         assert!(error.to_string().contains(&edge_m.to_string()), "{error}");
     }
 }
+
+#[test]
+fn a_voxel_has_26_neighbours_and_none_beyond_the_outermost() {
+    let key = VoxelKey { x: -1, y: 0, z: 7 };
+    let around: Vec<VoxelKey> = key.with_neighbours().collect();
+    assert_eq!(around.len(), 27);
+    assert!(around.is_sorted() && around.windows(2).all(|pair| pair[0] != pair[1]));
+    let is_near = |other: &VoxelKey| {
+        [other.x - key.x, other.y - key.y, other.z - key.z].iter().all(|step| step.abs() <= 1)
+    };
+    assert!(around.contains(&key) && around.iter().all(is_near));
+    let mut at_the_corner: Vec<VoxelKey> =
+        VoxelKey { x: i32::MIN, y: i32::MAX, z: i32::MAX }.with_neighbours().collect();
+    at_the_corner.dedup();
+    at_the_corner.sort_unstable();
+    at_the_corner.dedup();
+    assert_eq!(at_the_corner.len(), 8);
+}

@@ -7,7 +7,8 @@ use msgs::convert;
 use msgs::tf2_msgs::TFMessage;
 use nalgebra::Isometry3;
 
-use super::tree::{TransformError, TransformTree};
+use super::error::TransformError;
+use super::tree::TransformTree;
 use crate::error::ShellError;
 use crate::node::Node;
 use crate::qos::Qos;

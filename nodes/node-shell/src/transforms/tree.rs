@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use geometry::{
-    PoseBuffer, PoseLookupError, PosePushError, Stamp, StampedPose, UnusablePose, check_pose,
-};
+use geometry::{PoseBuffer, PoseLookupError, PosePushError, Stamp, StampedPose, check_pose};
 use nalgebra::Isometry3;
 
+use super::error::{FRAMES_NAMED, TransformError, TransformRefused};
+
 /// Frames that may be known; a robot has a hundred.
-const MOST_FRAMES: usize = 1000;
+pub(super) const MOST_FRAMES: usize = 1000;
 /// Transforms of one frame over time that are kept: ten seconds, which is tf2's own memory, at 100 Hz.
 const MOST_TIMED: usize = 1000;
 /// Transforms that follow one another by more than this are not interpolated between: half a second more than the
@@ -37,104 +37,6 @@ enum Kind {
     Timed(PoseBuffer),
 }
 
-/// A transform was not taken in; the tree is as it was.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
-pub enum TransformRefused {
-    /// A frame without a name.
-    #[error("a transform from {child:?} to {parent:?} came: a frame must have a name")]
-    NoName {
-        /// The parent.
-        parent: String,
-        /// The child.
-        child: String,
-    },
-    /// The parent hangs on the child already, or is it.
-    #[error(
-        "a transform from {child:?} to {parent:?} came, and {parent:?} hangs on {child:?}: frames form a tree"
-    )]
-    Loop {
-        /// The parent.
-        parent: String,
-        /// The child.
-        child: String,
-    },
-    /// Too many frames.
-    #[error("frame {child:?} came, and {MOST_FRAMES} frames are known: no more are kept")]
-    TooManyFrames {
-        /// The child.
-        child: String,
-    },
-    /// Its numbers are no rigid motion that can carry a cloud.
-    #[error("the transform from {child:?} to {parent:?} is of no use: {source}")]
-    Unusable {
-        /// The parent.
-        parent: String,
-        /// The child.
-        child: String,
-        /// Why.
-        source: UnusablePose,
-    },
-    /// Its stamp is older than all that is kept.
-    #[error("the transform from {child:?} to {parent:?} came too late: {source}")]
-    Time {
-        /// The parent.
-        parent: String,
-        /// The child.
-        child: String,
-        /// Why.
-        source: PosePushError,
-    },
-}
-
-/// There is no transform.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
-pub enum TransformError {
-    /// Nobody has told of a frame.
-    #[error("no transform names frame {frame:?}; {}", known(.frames))]
-    UnknownFrame {
-        /// The one that is missing.
-        frame: String,
-        /// Those that are known, some of them.
-        frames: Vec<String>,
-    },
-    /// Both are known, and nothing ties them together.
-    #[error(
-        "frames {target:?} and {source_frame:?} are not connected: the one hangs on {target_root:?}, the other on \
-         {source_root:?}"
-    )]
-    NotConnected {
-        /// Where points were to go.
-        target: String,
-        /// Where they are.
-        source_frame: String,
-        /// The frame on which the target hangs at last.
-        target_root: String,
-        /// The same of the source.
-        source_root: String,
-    },
-    /// The way leads over a transform that is not known for the moment.
-    #[error("the transform from {child:?} to {parent:?} is not known for this moment: {source}")]
-    Time {
-        /// The parent.
-        parent: String,
-        /// The child.
-        child: String,
-        /// How far from what is known the moment is.
-        source: PoseLookupError,
-    },
-}
-
-/// So many frames an error names.
-const FRAMES_NAMED: usize = 12;
-
-fn known(frames: &[String]) -> String {
-    if frames.is_empty() {
-        "none is known".to_owned()
-    } else {
-        format!("known are {}", frames.join(", "))
-    }
-}
-
 impl TransformTree {
     /// Takes in that `child` is fixed to `parent`: `parent_from_child * point_in_child` is a point in the parent.
     ///
@@ -146,10 +48,7 @@ impl TransformTree {
         child: &str,
         parent_from_child: &Isometry3<f64>,
     ) -> Result<(), TransformRefused> {
-        let (parent, child) = self.check(parent, child)?;
-        if let Err(source) = check_pose(parent_from_child) {
-            return Err(TransformRefused::Unusable { parent, child, source });
-        }
+        let (parent, child) = self.check(parent, child, parent_from_child)?;
         self.edges.insert(child, Edge { parent, kind: Kind::Fixed(*parent_from_child) });
         Ok(())
     }
@@ -166,10 +65,7 @@ impl TransformTree {
         child: &str,
         parent_from_child: &Isometry3<f64>,
     ) -> Result<(), TransformRefused> {
-        let (parent, child) = self.check(parent, child)?;
-        if let Err(source) = check_pose(parent_from_child) {
-            return Err(TransformRefused::Unusable { parent, child, source });
-        }
+        let (parent, child) = self.check(parent, child, parent_from_child)?;
         let pose =
             StampedPose { stamp, frame_id: parent.clone(), map_from_rig: *parent_from_child };
         let pushed = match self.edges.get_mut(&child) {
@@ -260,8 +156,13 @@ impl TransformTree {
         self.edges.is_empty()
     }
 
-    /// The names without what does not belong to them, if the child may hang on the parent.
-    fn check(&self, parent: &str, child: &str) -> Result<(String, String), TransformRefused> {
+    /// The names without what does not belong to them, if the child may hang on the parent in this pose.
+    fn check(
+        &self,
+        parent: &str,
+        child: &str,
+        parent_from_child: &Isometry3<f64>,
+    ) -> Result<(String, String), TransformRefused> {
         let (parent, child) = (name_of(parent).to_owned(), name_of(child).to_owned());
         if parent.is_empty() || child.is_empty() {
             return Err(TransformRefused::NoName { parent, child });
@@ -271,6 +172,9 @@ impl TransformTree {
         }
         if self.edges.len() >= MOST_FRAMES && !self.edges.contains_key(&child) {
             return Err(TransformRefused::TooManyFrames { child });
+        }
+        if let Err(source) = check_pose(parent_from_child) {
+            return Err(TransformRefused::Unusable { parent, child, source });
         }
         Ok((parent, child))
     }

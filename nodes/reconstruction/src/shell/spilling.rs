@@ -1,6 +1,12 @@
 //! A map that spills: its folder, what is told of its tiles.
 
+#[cfg(test)]
+mod tests;
+
+use std::time::Duration;
+
 use node_shell::{Counters, NodeFailure, Throttle};
+use tokio::time::Instant;
 
 use super::ReconstructionParameters;
 use super::tile_folder::TileFolder;
@@ -24,39 +30,57 @@ pub fn empty_map(parameters: &ReconstructionParameters) -> Result<StaticMap, Nod
     })
 }
 
+/// So long a warning stands on `/diagnostics` after something went wrong with a tile: long enough for somebody who looks
+/// there now and then. As long as the store fails and is asked, it stands.
+const WARNING_STANDS: Duration = Duration::from_secs(30);
+
 /// Tells of the tiles of a map, and of what went wrong with them.
 pub(super) struct SpillWatch {
     counters: Counters,
     warned: Throttle,
+    last_error: Option<Instant>,
 }
 
 impl SpillWatch {
     pub(super) fn new(counters: Counters) -> Self {
-        Self { counters, warned: Throttle::for_warnings() }
+        Self { counters, warned: Throttle::for_warnings(), last_error: None }
     }
 
-    /// Looks after a cycle. Returns what its report has of the tiles; nothing where none are spilled.
-    pub(super) fn look(&self, map: &mut StaticMap) -> Vec<(&'static str, u64)> {
-        let Some(counts) = map.spill_counts() else { return Vec::new() };
-        if let Some(error) = map.take_tile_error()
-            && let Some(held_back) = self.warned.pass()
-        {
-            tracing::warn!("{error} ({held_back} more since the last warning)");
+    /// Looks whether something went wrong since the last look, and tells how the tiles are; nothing where none are
+    /// spilled.
+    pub(super) fn look(&mut self, map: &mut StaticMap, now: Instant) {
+        if let Some((text, is_warning)) = self.condition(map, now) {
+            self.counters.note_condition(CONDITION, &text, is_warning);
         }
-        let (lost, failed) = (counts.lost, counts.failed);
-        let text = format!(
-            "{} tiles in memory, {} in files; {lost} lost, {failed} failures to read or write",
-            counts.tiles_in_memory, counts.tiles_in_store
-        );
-        self.counters.note_condition(CONDITION, &text, lost + failed > 0);
-        vec![
-            ("voxels_in_files", counts.voxels_in_store as u64),
-            ("tiles_in_memory", counts.tiles_in_memory as u64),
-            ("tiles_in_files", counts.tiles_in_store as u64),
-            ("tiles_written", counts.written),
-            ("tiles_read", counts.read),
-            ("tiles_lost", lost),
-            ("tile_failures", failed),
-        ]
     }
+
+    fn condition(&mut self, map: &mut StaticMap, now: Instant) -> Option<(String, bool)> {
+        let counts = map.spill_counts()?;
+        if let Some(error) = map.take_tile_error() {
+            self.last_error = Some(now);
+            if let Some(held_back) = self.warned.pass() {
+                tracing::warn!("{error} ({held_back} more since the last warning)");
+            }
+        }
+        let stands = |last: Instant| now.saturating_duration_since(last) < WARNING_STANDS;
+        let text = format!(
+            "{} tiles in memory, {} in files; {} lost, {} failures to read or write",
+            counts.tiles_in_memory, counts.tiles_in_store, counts.lost, counts.failed
+        );
+        Some((text, self.last_error.is_some_and(stands)))
+    }
+}
+
+/// What the report of a cycle has of the tiles; nothing where none are spilled.
+pub(super) fn reported(map: &StaticMap) -> Vec<(&'static str, u64)> {
+    let Some(counts) = map.spill_counts() else { return Vec::new() };
+    vec![
+        ("voxels_in_files", counts.voxels_in_store as u64),
+        ("tiles_in_memory", counts.tiles_in_memory as u64),
+        ("tiles_in_files", counts.tiles_in_store as u64),
+        ("tiles_written", counts.written),
+        ("tiles_read", counts.read),
+        ("tiles_lost", counts.lost),
+        ("tile_failures", counts.failed),
+    ]
 }

@@ -219,6 +219,44 @@ fn a_map_that_was_saved_is_loaded() {
     });
 }
 
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_map_of_which_a_file_cannot_be_read_is_not_published_and_that_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let test = Place::new("unreadable");
+    let node = test.node(&test.host(), "reconstruction");
+    let parameters = ReconstructionParameters {
+        spill_folder: folder.path().to_str().unwrap().to_owned(),
+        config: ReconstructionConfig {
+            voxel_edge_m: 1.0,
+            max_voxels: 64,
+            at_max_voxels: crate::AtMaxVoxels::Spill,
+            spill_tile_edge_m: 4.0,
+            ..ReconstructionConfig::default()
+        },
+        ..ReconstructionParameters::default()
+    };
+    let mut stage = Stage::new(&node, &parameters).unwrap();
+    let line: Vec<[f32; 3]> = (0..100_u8).map(|x| [f32::from(x) + 0.5, 0.5, 0.5]).collect();
+    stage.take(&cloud(1, "map", &line));
+    assert_eq!(stage.publish_on_request().unwrap(), "published the map of 100 points");
+    let own = std::fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap().path();
+    let tile = own.join("0_0_0.tile");
+    let bytes = std::fs::read(&tile).unwrap();
+    std::fs::remove_file(&tile).unwrap();
+    // A folder is no file, and is there.
+    std::fs::create_dir(&tile).unwrap();
+    let error = stage.publish_on_request().unwrap_err().to_string();
+    assert!(error.contains("not whole") && error.contains("(0, 0, 0)"), "{error}");
+    assert_eq!(stage.map.len(), 100);
+    let due = stage.schedule.look(Instant::now() + LOOK_AGAIN, Subscribers { map: 1, updates: 0 });
+    assert!(!due.map, "not again at once");
+    std::fs::remove_dir(&tile).unwrap();
+    std::fs::write(&tile, bytes).unwrap();
+    assert_eq!(stage.publish_on_request().unwrap(), "published the map of 100 points");
+    drop(stage);
+    node.close().await;
+}
+
 #[test]
 fn a_period_is_positive() {
     for seconds in [0.0, -1.0, f64::NAN, f64::INFINITY] {

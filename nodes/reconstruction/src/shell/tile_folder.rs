@@ -10,7 +10,7 @@
 #[cfg(test)]
 mod tests;
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -25,6 +25,9 @@ const PREFIX: &str = "tiles-";
 const LOCK: &str = "lock";
 const TILE: &str = "tile";
 const PART: &str = "part";
+
+/// So many names of folders are tried before another run is to blame.
+const MOST_TRIES: u32 = 1000;
 
 /// The maps of one process have folders of their own.
 static NUMBER: AtomicU32 = AtomicU32::new(0);
@@ -42,23 +45,49 @@ impl TileFolder {
     /// have left there is removed.
     ///
     /// # Errors
-    /// When nothing can be written there, or the value is empty.
+    /// When nothing can be written or locked there, or the value is empty.
     pub(super) fn new(spill_folder: &str) -> Result<Self, NodeFailure> {
         if spill_folder.is_empty() {
             return Err("parameter spill_folder is empty: with at_max_voxels spill it must name a folder, which is \
                         made if it is not there"
                 .into());
         }
-        let within = |error: io::Error| format!("parameter spill_folder: {spill_folder}: {error}");
         let parent = Path::new(spill_folder);
-        fs::create_dir_all(parent).map_err(within)?;
-        remove_leftovers(parent).map_err(within)?;
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let folder = parent.join(format!("{PREFIX}{}-{number}", std::process::id()));
-        fs::create_dir(&folder).map_err(within)?;
-        let lock = File::create(folder.join(LOCK)).map_err(within)?;
-        lock.try_lock().map_err(|error| within(error.into()))?;
-        Ok(Self { folder, _lock: lock })
+        fs::create_dir_all(parent).map_err(|error| cannot("make the folder", parent, &error))?;
+        remove_leftovers(parent)?;
+        for _ in 0..MOST_TRIES {
+            let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+            let folder = parent.join(format!("{PREFIX}{}-{number}", std::process::id()));
+            if let Some(own) = Self::at(folder)? {
+                return Ok(own);
+            }
+        }
+        Err(format!(
+            "parameter spill_folder: {spill_folder} has {MOST_TRIES} folders of other runs by the name of this one's: \
+             choose another folder"
+        )
+        .into())
+    }
+
+    /// The folder at this path, made and locked; `None` where another run has it, or has taken it away as a leftover
+    /// between the two.
+    fn at(folder: PathBuf) -> Result<Option<Self>, NodeFailure> {
+        match fs::create_dir(&folder) {
+            Ok(()) => {}
+            // Of a run with the same number, as each container counts them anew.
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => return Ok(None),
+            Err(error) => return Err(cannot("make the folder", &folder, &error)),
+        }
+        let path = folder.join(LOCK);
+        let lock = match File::create(&path) {
+            Ok(lock) => lock,
+            Err(error) => return Err(cannot("make the file", &path, &error)),
+        };
+        match lock.try_lock() {
+            Ok(()) if path.exists() => Ok(Some(Self { folder, _lock: lock })),
+            Ok(()) | Err(TryLockError::WouldBlock) => Ok(None),
+            Err(TryLockError::Error(error)) => Err(cannot("lock the file", &path, &error)),
+        }
     }
 
     fn path(&self, tile: TileKey, extension: &str) -> PathBuf {
@@ -109,18 +138,34 @@ fn failed(path: &Path, error: &io::Error) -> TileStoreError {
     TileStoreError::Failed { reason: format!("{}: {error}", path.display()) }
 }
 
-/// Removes the folders of runs that have ended without doing so.
-fn remove_leftovers(parent: &Path) -> io::Result<()> {
-    for entry in fs::read_dir(parent)? {
-        let entry = entry?;
+fn cannot(what: &str, path: &Path, error: &io::Error) -> NodeFailure {
+    format!("parameter spill_folder: cannot {what} {}: {error}", path.display()).into()
+}
+
+/// Removes the folders of runs that have ended without doing so. One that cannot be removed, as another user's, is told
+/// of and left: it is in nobody's way but the disk's.
+fn remove_leftovers(parent: &Path) -> Result<(), NodeFailure> {
+    let failed = |error: &io::Error| cannot("list the folder", parent, error);
+    for entry in fs::read_dir(parent).map_err(|error| failed(&error))? {
+        let entry = entry.map_err(|error| failed(&error))?;
         let is_of_a_run = entry.file_name().to_string_lossy().starts_with(PREFIX);
         if !is_of_a_run {
             continue;
         }
+        let folder = entry.path();
         // One without the file is being made, or is none of ours.
-        let Ok(lock) = File::open(entry.path().join(LOCK)) else { continue };
-        if lock.try_lock().is_ok() {
-            fs::remove_dir_all(entry.path())?;
+        let Ok(lock) = File::open(folder.join(LOCK)) else { continue };
+        if lock.try_lock().is_err() {
+            continue;
+        }
+        match fs::remove_dir_all(&folder) {
+            Ok(()) => {}
+            // Another run that starts was faster.
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => tracing::warn!(
+                "the tiles in {}, which a run that was killed has left, cannot be removed: {error}",
+                folder.display()
+            ),
         }
     }
     Ok(())

@@ -5,7 +5,8 @@
 pub struct Addition {
     /// Points of the cloud that went into the map.
     pub added_points: usize,
-    /// Points that were refused because they needed a voxel beyond `max_voxels`.
+    /// Points that were refused: they needed a voxel beyond `max_voxels`, or, where tiles are spilled, their tile could
+    /// not be read or no other one could be written to make room.
     pub refused_points: usize,
     /// Points that were left out because a coordinate is not finite.
     pub not_finite_points: usize,

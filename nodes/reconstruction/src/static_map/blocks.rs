@@ -3,9 +3,7 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use geometry::VoxelKey;
-
-use super::voxel::BuildVoxelHasher;
+use geometry::{BuildVoxelHasher, VoxelKey};
 
 /// A block is a cube of 4 voxels an axis: 64 of them, a bit each of one number.
 const SHIFT: i32 = 2;

@@ -6,11 +6,11 @@ mod tests;
 
 use std::collections::{HashMap, VecDeque};
 
-use geometry::{Cloud, VoxelGrid, VoxelKey};
+use geometry::{BuildVoxelHasher, Cloud, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
-use super::voxel::BuildVoxelHasher;
-use super::{StaticMap, WholeMap};
+use super::StaticMap;
+use crate::tiles::TileError;
 
 /// A listener that has been told of all changes holds each mean within this share of the voxel's edge:
 /// 5 mm of 8 cm, the noise of one depth reading at 1.5 m.
@@ -195,19 +195,18 @@ impl StaticMap {
 
     /// The map as a cloud, as [`StaticMap::cloud`], for a listener to start with: those changes that it
     /// shows and that were not told yet are told in any case, or a mean that returns to where it was told
-    /// would stand elsewhere for this listener.
-    #[must_use]
-    pub fn cloud_for_listeners(&mut self) -> Cloud {
+    /// would stand elsewhere for this listener. Where a tile is lost, the cloud is what is left.
+    ///
+    /// # Errors
+    /// When a spilled tile cannot be read for now: without its points a listener would take it for empty.
+    pub fn cloud_for_listeners(&mut self) -> Result<Cloud, TileError> {
+        let points_m = self.whole_or_failing_tile()?;
         for key in self.changes.iter().flat_map(|changes| &changes.waiting) {
             if let Some(voxel) = self.voxels.get_mut(key) {
                 voxel.told.flags &= !IS_TOLD;
             }
         }
-        let WholeMap { points_m, unreadable } = self.whole();
-        for error in unreadable {
-            self.note_tile_error(error);
-        }
-        self.cloud_of(points_m)
+        Ok(self.cloud_of(points_m))
     }
 
     /// The points of the next voxels, at most so many, that are new or have moved, or have gone, since they
@@ -224,18 +223,26 @@ impl StaticMap {
     /// calls stands in neither as gone. Clouds that were made between the same two cycles have the same stamp, and
     /// no voxel changes then: of two that tell of the same voxel the one with the later stamp is right.
     pub fn take_changes(&mut self, most_points: usize) -> MapChanges {
-        let (mut updated, mut removed) = (Vec::new(), Vec::new());
+        self.begin_round();
+        let (mut updated, mut removed, mut unreadable) = (Vec::new(), Vec::new(), Vec::new());
+        let mut is_incomplete = self.take_is_incomplete();
         let waiting = self.waiting_changes();
         updated.reserve_exact(most_points.min(waiting));
-        while updated.len() + removed.len() < most_points {
+        while updated.len() + removed.len() + unreadable.len() < most_points {
             let Some(changes) = &mut self.changes else { break };
             let Some(key) = changes.waiting.pop_front() else { break };
             if let Some(mean) = changes.gone.remove(&key) {
                 removed.push(mean);
                 continue;
             }
-            // It may have been spilled since. When it cannot be read back, its tile's loss is told otherwise.
-            if !self.fetch(key) {
+            // It may have been spilled since.
+            let is_here = self.fetch(key);
+            if self.take_is_incomplete() {
+                // Its tile was lost, and nothing waits any more: the whole map has to tell.
+                is_incomplete = true;
+                unreadable.clear();
+            } else if !is_here {
+                unreadable.push(key);
                 continue;
             }
             let Some(voxel) = self.voxels.get_mut(&key) else { continue };
@@ -247,13 +254,18 @@ impl StaticMap {
                 updated.push(mean);
             }
         }
-        let is_incomplete =
-            self.changes.as_mut().is_some_and(|changes| std::mem::take(&mut changes.is_incomplete));
+        if let Some(changes) = &mut self.changes {
+            changes.waiting.extend(unreadable);
+        }
         MapChanges {
             updated: self.cloud_of(updated),
             removed: self.cloud_of(removed),
             is_incomplete,
         }
+    }
+
+    fn take_is_incomplete(&mut self) -> bool {
+        self.changes.as_mut().is_some_and(|changes| std::mem::take(&mut changes.is_incomplete))
     }
 
     /// The voxels that wait to be looked at by [`StaticMap::take_changes`].

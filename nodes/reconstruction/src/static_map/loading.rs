@@ -4,6 +4,7 @@ use geometry::VoxelKey;
 use nalgebra::Point3;
 
 use super::{Addition, StaticMap};
+use crate::tiles::TileError;
 
 /// A point of a loaded map counts as so many points of its voxel's mean, and its voxel as seen in so many cycles: half
 /// of what the clamp of the evidence remembers (see [`crate::Method::Stillmap`]), since the map was sure of it
@@ -12,7 +13,7 @@ use super::{Addition, StaticMap};
 pub const LOADED_HITS: u32 = 2;
 
 /// A map does not fit.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum LoadError {
     /// More voxels than there may be.
     #[error("the map would have {voxels} voxels, and max_voxels is {max_voxels}")]
@@ -21,6 +22,17 @@ pub enum LoadError {
         voxels: usize,
         /// The bound.
         max_voxels: usize,
+    },
+    /// Tiles cannot be spilled, so that there is no room for all. The map is empty.
+    #[error(
+        "{refused_points} of its points found no room, and the map is empty now{}",
+        .reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"))
+    )]
+    NoRoom {
+        /// The points that were refused.
+        refused_points: usize,
+        /// What the store could not do.
+        reason: Option<TileError>,
     },
 }
 
@@ -31,7 +43,8 @@ impl StaticMap {
     ///
     /// # Errors
     /// When the points need more than `max_voxels`, also where old voxels make room, but not where tiles are spilled;
-    /// the map is then as it was.
+    /// the map is then as it was. Where tiles are spilled, when they cannot be: the old map has gone then, half a map is
+    /// none, and the map is empty.
     pub fn replace(
         &mut self,
         points_m: &[Point3<f32>],
@@ -55,10 +68,16 @@ impl StaticMap {
             Addition { not_finite_points: points_m.len() - keyed.len(), ..Addition::default() };
         for _ in 0..LOADED_HITS {
             // A cycle each, so that the evidence counts too.
-            self.cycles = self.cycles.wrapping_add(1);
-            self.changed.clear();
+            self.begin_counting_cycle();
             for (_, point) in &keyed {
                 self.add_point(point, &mut addition);
+            }
+            if addition.refused_points > 0 {
+                // Half a map is none.
+                let refused_points = addition.refused_points;
+                let reason = self.take_tile_error();
+                self.clear();
+                return Err(LoadError::NoRoom { refused_points, reason });
             }
         }
         addition.added_points = keyed.len();

@@ -2,9 +2,7 @@
 
 use std::collections::HashMap;
 
-use geometry::VoxelKey;
-
-use super::voxel::BuildVoxelHasher;
+use geometry::{BuildVoxelHasher, VoxelKey};
 
 /// The ends of the list link here.
 const NONE: u32 = u32::MAX;

@@ -4,40 +4,24 @@
 //! ever known of it: the map is that of unbounded memory, to the last bit, as long as the store gives back what it
 //! was given. The tile that was reached longest ago goes first.
 
+//!
+//! A store may fail for a while. A tile that could not be read or written then is asked for again in the next round: the
+//! next cycle, or the next time that listeners are told of changes.
+
+mod counts;
 #[cfg(test)]
 mod tests;
 mod tile_file;
+mod traffic;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
-use geometry::{VoxelGrid, VoxelKey};
-use serde::Serialize;
+use geometry::{BuildVoxelHasher, VoxelGrid, VoxelKey};
 
-use super::StaticMap;
-use super::blocks::Blocks;
-use super::changes::Place;
-use super::voxel::{BuildVoxelHasher, VoxelMean};
+use super::voxel::VoxelMean;
 use crate::tiles::{TileError, TileKey, TileStore};
+pub use counts::SpillCounts;
 use tile_file::TileLayout;
-
-/// What has become of the tiles of a map that spills.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
-pub struct SpillCounts {
-    /// Tiles in memory now.
-    pub tiles_in_memory: usize,
-    /// Tiles in the store now.
-    pub tiles_in_store: usize,
-    /// Voxels of these.
-    pub voxels_in_store: usize,
-    /// Tiles written since the map was made.
-    pub written: u64,
-    /// Tiles read back.
-    pub read: u64,
-    /// Tiles that were missing or broken, with all their voxels.
-    pub lost: u64,
-    /// How often a tile could not be written, or not be read for now.
-    pub failed: u64,
-}
 
 /// The tiles of a map, in memory and out of it.
 #[derive(Debug)]
@@ -53,8 +37,12 @@ pub(super) struct Spill {
     time: u64,
     /// Counts how often changes began to be followed.
     following: u32,
-    /// The cycle in which a tile could not be written: no other is tried in it.
-    failed_in: Option<u32>,
+    round: u32,
+    /// The tiles in the store that could not be read when they were last asked for, and the round in which that was:
+    /// they are not tried again in it.
+    unreadable: BTreeMap<TileKey, u32>,
+    /// The latest write failed, in this round: no other is tried in it.
+    unwritable: Option<u32>,
     counts: SpillCounts,
     error: Option<TileError>,
 }
@@ -70,8 +58,6 @@ struct InStore {
     voxels: u32,
     /// [`Spill::following`] when it went.
     following: u32,
-    /// The cycle in which it could not be read: it is not tried again in it.
-    failed_in: Option<u32>,
 }
 
 impl Spill {
@@ -84,7 +70,9 @@ impl Spill {
             current: None,
             time: 0,
             following: 0,
-            failed_in: None,
+            round: 0,
+            unreadable: BTreeMap::new(),
+            unwritable: None,
             counts: SpillCounts::default(),
             error: None,
         };
@@ -96,10 +84,12 @@ impl Spill {
     pub(super) fn clear(&mut self) {
         self.in_memory = HashMap::default();
         self.in_store = HashMap::default();
-        (self.current, self.failed_in) = (None, None);
+        self.unreadable = BTreeMap::new();
+        (self.current, self.unwritable) = (None, None);
         self.counts.voxels_in_store = 0;
         if let Err(source) = self.store.clear() {
-            self.note(TileError::Clear { source });
+            self.counts.failed += 1;
+            self.error = Some(TileError::Clear { source });
         }
     }
 
@@ -121,6 +111,7 @@ impl Spill {
         let slots = |capacity: usize| (capacity * 8).div_ceil(7);
         slots(self.in_memory.capacity()) * (size_of::<(TileKey, InMemory)>() + 1)
             + slots(self.in_store.capacity()) * (size_of::<(TileKey, InStore)>() + 1)
+            + self.unreadable.len() * size_of::<(TileKey, u32)>()
     }
 
     /// The current tile has a voxel that it did not have.
@@ -139,6 +130,11 @@ impl Spill {
                 self.in_memory.remove(&key);
             }
         }
+    }
+
+    /// What failed may be tried again.
+    pub(super) fn begin_round(&mut self) {
+        self.round = self.round.wrapping_add(1);
     }
 
     /// Changes are followed from now on, or anew.
@@ -168,8 +164,13 @@ impl Spill {
         voxels.get(index).map(|(_, mean)| *mean)
     }
 
-    /// Reaches the tile of a voxel. Returns it if it is in the store, unless that was tried in this cycle.
-    fn reach(&mut self, voxel: VoxelKey, cycle: u32) -> Reached {
+    /// The tiles that could not be read when they were last asked for, by ascending key.
+    pub(super) fn unreadable_by_key(&self) -> Vec<TileKey> {
+        self.unreadable.keys().copied().collect()
+    }
+
+    /// Reaches the tile of a voxel. Returns it if it is in the store, unless that was tried in this round.
+    fn reach(&mut self, voxel: VoxelKey) -> Reached {
         let tile = self.layout.tile_of(voxel);
         if self.current == Some(tile) {
             return Reached::InMemory;
@@ -178,7 +179,7 @@ impl Spill {
         if let Some(known) = self.in_memory.get_mut(&tile) {
             known.reached = self.time;
         } else if let Some(spilled) = self.in_store.get(&tile) {
-            if spilled.failed_in == Some(cycle) {
+            if self.unreadable.get(&tile) == Some(&self.round) {
                 return Reached::Unreadable;
             }
             return Reached::InStore(tile, *spilled);
@@ -193,11 +194,28 @@ impl Spill {
         others.min_by_key(|(_, known)| known.reached).map(|(tile, _)| *tile)
     }
 
-    /// Keeps the latest error for who asks.
-    fn note(&mut self, error: TileError) {
-        if error.is_loss() {
+    /// A tile could not be read. One that is lost is in the store no more; another one counts as a failure when it
+    /// could be read before. Returns whether it is lost.
+    pub(super) fn could_not_read(&mut self, tile: TileKey, error: TileError) -> bool {
+        let is_lost = error.is_loss();
+        if is_lost {
+            self.left_store(tile);
             self.counts.lost += 1;
-        } else {
+        } else if self.unreadable.insert(tile, self.round).is_none() {
+            self.counts.failed += 1;
+        }
+        self.error = Some(error);
+        is_lost
+    }
+
+    /// All tiles of the store have been read.
+    pub(super) fn could_read_all(&mut self) {
+        self.unreadable = BTreeMap::new();
+    }
+
+    /// A tile could not be written, which counts as a failure when the one before could.
+    fn could_not_write(&mut self, error: TileError) {
+        if self.unwritable.replace(self.round).is_none() {
             self.counts.failed += 1;
         }
         self.error = Some(error);
@@ -206,18 +224,19 @@ impl Spill {
     fn went(&mut self, tile: TileKey, voxels: usize) {
         self.in_memory.remove(&tile);
         let (voxels, following) = (voxels as u32, self.following);
-        self.in_store.insert(tile, InStore { voxels, following, failed_in: None });
+        self.in_store.insert(tile, InStore { voxels, following });
+        self.unwritable = None;
         self.counts.voxels_in_store += voxels as usize;
         self.counts.written += 1;
     }
 
     /// The tile is in the store no more: it has come back, or is lost.
     fn left_store(&mut self, tile: TileKey) {
+        self.unreadable.remove(&tile);
         if let Some(spilled) = self.in_store.remove(&tile) {
             self.counts.voxels_in_store =
                 self.counts.voxels_in_store.saturating_sub(spilled.voxels as usize);
         }
-        self.current = Some(tile);
     }
 }
 
@@ -227,134 +246,4 @@ enum Reached {
     InMemory,
     InStore(TileKey, InStore),
     Unreadable,
-}
-
-impl StaticMap {
-    /// What became of the tiles; `None` where none are spilled.
-    #[must_use]
-    pub fn spill_counts(&self) -> Option<SpillCounts> {
-        self.spill.as_ref().map(Spill::counts)
-    }
-
-    /// The latest of the errors since this was last asked; [`SpillCounts`] has their number.
-    pub fn take_tile_error(&mut self) -> Option<TileError> {
-        self.spill.as_mut()?.error.take()
-    }
-
-    /// Keeps an error of a tile for [`StaticMap::take_tile_error`].
-    pub(super) fn note_tile_error(&mut self, error: TileError) {
-        if let Some(spill) = &mut self.spill {
-            spill.note(error);
-        }
-    }
-
-    /// Changes are followed from now on: what was spilled until now, listeners know as it is.
-    pub(super) fn follow_spilled(&mut self) {
-        if let Some(spill) = &mut self.spill {
-            spill.follow();
-        }
-    }
-
-    /// Brings back the tile of a voxel, if it was spilled. Returns whether all that is known of the voxel is in
-    /// memory now.
-    pub(super) fn fetch(&mut self, voxel: VoxelKey) -> bool {
-        let cycle = self.cycles;
-        let Some(spill) = &mut self.spill else { return true };
-        match spill.reach(voxel, cycle) {
-            Reached::InMemory => true,
-            Reached::Unreadable => false,
-            Reached::InStore(tile, spilled) => self.bring_back(tile, spilled),
-        }
-    }
-
-    fn bring_back(&mut self, tile: TileKey, spilled: InStore) -> bool {
-        if let Some(spill) = &mut self.spill {
-            // Room for this tile comes before what was reached last.
-            spill.current = None;
-        }
-        if !self.spill_until(spilled.voxels as usize) {
-            return false;
-        }
-        let Some(spill) = &mut self.spill else { return true };
-        let voxels = match spill.read(tile) {
-            Ok(voxels) => voxels,
-            Err(error) => {
-                let is_loss = error.is_loss();
-                if is_loss {
-                    spill.left_store(tile);
-                } else if let Some(spilled) = spill.in_store.get_mut(&tile) {
-                    spilled.failed_in = Some(self.cycles);
-                }
-                spill.note(error);
-                if is_loss && self.changes.is_some() {
-                    // Listeners still have its points, and nobody knows which ones they were.
-                    self.follow_changes_anew();
-                }
-                return is_loss;
-            }
-        };
-        let listeners_know_all = spilled.following != spill.following;
-        spill.left_store(tile);
-        spill.counts.read += 1;
-        let known = InMemory { voxels: voxels.len() as u32, reached: spill.time };
-        spill.in_memory.insert(tile, known);
-        let occupied = self.occupied.get_or_insert_default();
-        for (key, mut voxel) in voxels {
-            if listeners_know_all {
-                voxel.told.tell(Place::of(&voxel.mean(), key, &self.grid));
-            }
-            occupied.insert(key);
-            self.voxels.insert(key, voxel);
-        }
-        true
-    }
-
-    /// Writes tiles until there is room for so many voxels. Returns whether there is: not where nothing can be
-    /// written.
-    pub(super) fn spill_until(&mut self, room: usize) -> bool {
-        while self.voxels.len() + room > self.max_voxels {
-            let cycle = self.cycles;
-            let Some(spill) = &mut self.spill else { return false };
-            if spill.failed_in == Some(cycle) {
-                return false;
-            }
-            let Some(tile) = spill.oldest() else { return false };
-            let mut voxels = self.occupied.as_ref().map_or_else(Vec::new, |occupied| {
-                voxels_of(tile, &spill.layout, occupied, &self.voxels)
-            });
-            for (_, voxel) in &mut voxels {
-                voxel.told.leave();
-            }
-            let bytes = spill.layout.encode(tile, &voxels);
-            if let Err(source) = spill.store.write(tile, &bytes) {
-                spill.failed_in = Some(cycle);
-                spill.note(TileError::Write { tile, source });
-                return false;
-            }
-            spill.went(tile, voxels.len());
-            for (key, _) in &voxels {
-                self.voxels.remove(key);
-                if let Some(occupied) = &mut self.occupied {
-                    occupied.remove(*key);
-                }
-            }
-        }
-        true
-    }
-}
-
-/// The voxels of a tile in memory, by ascending key.
-fn voxels_of(
-    tile: TileKey,
-    layout: &TileLayout,
-    occupied: &Blocks,
-    means: &HashMap<VoxelKey, VoxelMean, BuildVoxelHasher>,
-) -> Vec<(VoxelKey, VoxelMean)> {
-    let mut voxels: Vec<_> = layout
-        .blocks_of(tile)
-        .flat_map(|block| occupied.voxels_of(block))
-        .filter_map(|key| Some((key, *means.get(&key)?)))
-        .collect();
-    voxels.sort_unstable_by_key(|(key, _)| *key);
-    voxels
 }

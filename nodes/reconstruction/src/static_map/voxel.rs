@@ -1,6 +1,4 @@
-//! One voxel's sum of points, and the hash of its key.
-
-use std::hash::{BuildHasherDefault, Hasher};
+//! One voxel's sum of points.
 
 use nalgebra::Point3;
 
@@ -65,42 +63,8 @@ impl VoxelMean {
     }
 }
 
-pub(super) type BuildVoxelHasher = BuildHasherDefault<VoxelHasher>;
-
-/// Mixes the three numbers of a voxel's key. The standard hasher is seeded at random and made against
-/// adversaries; a map of surfaces needs neither, and this is a few times faster.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct VoxelHasher {
-    state: u64,
-}
-
-impl Hasher for VoxelHasher {
-    fn write_i32(&mut self, number: i32) {
-        // An odd number with its bits spread evenly: 2^64 divided by the golden ratio.
-        const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
-        self.state = (self.state.rotate_left(23) ^ u64::from(number as u32)).wrapping_mul(GOLDEN);
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.write_i32(i32::from(*byte));
-        }
-    }
-
-    fn finish(&self) -> u64 {
-        // The table takes its position from the low bits and its tags from the high ones, and a product
-        // mixes upwards only.
-        self.state ^ (self.state >> 32)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use std::collections::HashSet;
-    use std::hash::BuildHasher;
-
-    use geometry::VoxelKey;
-
     use super::*;
 
     #[test]
@@ -122,19 +86,5 @@ mod tests {
         }
         assert!(voxel.mean().iter().all(|coordinate| coordinate.is_finite()));
         assert_eq!(voxel.mean().z, 1.0);
-    }
-
-    #[test]
-    fn a_room_of_keys_spreads_over_the_table() {
-        let hasher = BuildVoxelHasher::default();
-        let keys =
-            (-40..40).flat_map(|x| (-40..40).flat_map(move |y| (-10..10).map(move |z| (x, y, z))));
-        let hashes: Vec<u64> =
-            keys.map(|(x, y, z)| hasher.hash_one(VoxelKey { x, y, z })).collect();
-        let distinct: HashSet<u64> = hashes.iter().copied().collect();
-        assert_eq!(distinct.len(), hashes.len());
-        // 128,000 keys in 2^17 positions: by chance 62 % of the positions are taken; half is still good.
-        let positions: HashSet<u64> = hashes.iter().map(|hash| hash & 0x1_ffff).collect();
-        assert!(positions.len() > 65_536, "{} positions", positions.len());
     }
 }

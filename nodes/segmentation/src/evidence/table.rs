@@ -1,5 +1,7 @@
 //! The table of the evidence's voxels: open addressing, bounded, in no order that could reach a result.
 
+use geometry::VoxelKey;
+
 /// Cells along each axis: 21 bits, 84 km either way at the thesis' edge.
 const AXIS_BITS: u32 = 21;
 const AXIS_OFFSET: i64 = 1 << (AXIS_BITS - 1);
@@ -28,9 +30,9 @@ pub(super) struct Cell {
 
 /// The key of a voxel, or `None` beyond the table's reach.
 #[inline]
-pub(super) fn key_of(voxel: [i64; 3]) -> Option<u64> {
+pub(super) fn key_of(voxel: VoxelKey) -> Option<u64> {
     let mut key = KEY_MARK;
-    for (axis, cell) in (0..).zip(voxel) {
+    for (axis, cell) in (0..).zip([voxel.x, voxel.y, voxel.z].map(i64::from)) {
         if !(-AXIS_OFFSET..AXIS_OFFSET).contains(&cell) {
             return None;
         }
@@ -63,6 +65,13 @@ impl CellTable {
     pub(super) fn max_bytes(&self) -> usize {
         let slots = self.max_cells.saturating_mul(SLOTS_PER_CELL).max(FIRST_SLOTS);
         slots.checked_next_power_of_two().unwrap_or(slots).saturating_mul(size_of::<Cell>())
+    }
+
+    /// The start of the times is so much later.
+    pub(super) fn start_later(&mut self, later_ms: u32) {
+        for cell in &mut self.slots {
+            cell.first_hit_ms = cell.first_hit_ms.saturating_sub(later_ms);
+        }
     }
 
     pub(super) fn begin_cycle(&mut self) {
@@ -161,25 +170,29 @@ fn hash(key: u64) -> u64 {
 mod tests {
     use super::*;
 
+    fn key_at([x, y, z]: [i32; 3]) -> Option<u64> {
+        key_of(VoxelKey { x, y, z })
+    }
+
     #[test]
     fn the_bound_holds_and_the_longest_unseen_go_first() {
         let mut table = CellTable::new(1_000);
-        for cycle in 0..50_i64 {
+        for cycle in 0..50_i32 {
             table.begin_cycle();
             let mark = table.mark();
             for place in 0..100 {
-                let key = key_of([cycle, place, -3]).unwrap();
+                let key = key_at([cycle, place, -3]).unwrap();
                 table.entry(key).unwrap().seen = mark;
             }
             assert!(table.len() <= 1_000);
             // What was seen last is all there.
             for (ago, place) in [(0, 0), (1, 99), (4, 50)] {
                 if cycle >= ago {
-                    assert!(table.get(key_of([cycle - ago, place, -3]).unwrap()).is_some());
+                    assert!(table.get(key_at([cycle - ago, place, -3]).unwrap()).is_some());
                 }
             }
         }
-        assert!(table.get(key_of([0, 0, -3]).unwrap()).is_none());
+        assert!(table.get(key_at([0, 0, -3]).unwrap()).is_none());
         assert!(table.slots.len() * size_of::<Cell>() <= table.max_bytes());
     }
 
@@ -190,7 +203,7 @@ mod tests {
         let kept = (0..1_000)
             .filter(|&x| {
                 let mark = table.mark();
-                table.entry(key_of([x, 0, 0]).unwrap()).is_some_and(|cell| {
+                table.entry(key_at([x, 0, 0]).unwrap()).is_some_and(|cell| {
                     cell.seen = mark;
                     true
                 })
@@ -198,15 +211,15 @@ mod tests {
             .count();
         assert_eq!((kept, table.len()), (100, 100));
         table.begin_cycle();
-        assert!(table.entry(key_of([-1, 0, 0]).unwrap()).is_some());
+        assert!(table.entry(key_at([-1, 0, 0]).unwrap()).is_some());
     }
 
     #[test]
     fn keys_are_distinct_and_end_at_the_reach() {
-        assert_ne!(key_of([1, 0, 0]), key_of([0, 1, 0]));
-        assert_ne!(key_of([-1, 0, 0]), key_of([0, -1, 0]));
-        assert_eq!(key_of([AXIS_OFFSET, 0, 0]), None);
-        assert_eq!(key_of([0, i64::MIN, 0]), None);
-        assert!(key_of([-AXIS_OFFSET, AXIS_OFFSET - 1, 0]).is_some());
+        assert_ne!(key_at([1, 0, 0]), key_at([0, 1, 0]));
+        assert_ne!(key_at([-1, 0, 0]), key_at([0, -1, 0]));
+        assert_eq!(key_at([1 << (AXIS_BITS - 1), 0, 0]), None);
+        assert_eq!(key_at([0, i32::MIN, 0]), None);
+        assert!(key_at([-(1 << (AXIS_BITS - 1)), (1 << (AXIS_BITS - 1)) - 1, 0]).is_some());
     }
 }

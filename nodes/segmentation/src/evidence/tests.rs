@@ -43,6 +43,36 @@ fn background_takes_time_however_many_cycles() {
     assert_eq!(evidence.known(&wall), Known::Unknown);
 }
 
+/// Milliseconds of 32 bits stood still after 49 days, and nothing became background any more.
+#[test]
+fn background_is_learned_after_months_as_on_the_first_day() {
+    const DAY_CYCLES: i64 = 24 * 3600 * 1000 / 143;
+    let (wall, later_wall) = (Point3::new(4.04, 0.04, 0.04), Point3::new(4.04, 2.04, 0.04));
+    for days in [20, 30, 60, 400] {
+        let mut evidence = evidence();
+        look(&mut evidence, 0, 20, &[wall]);
+        let later = days * DAY_CYCLES;
+        look(&mut evidence, later, 5, &[wall, later_wall]);
+        assert_eq!(evidence.known(&wall), Known::Background, "{days} days");
+        assert_eq!(evidence.known(&later_wall), Known::Unknown, "{days} days");
+        look(&mut evidence, later + 5, 15, &[wall, later_wall]);
+        assert_eq!(evidence.known(&later_wall), Known::Background, "{days} days");
+    }
+}
+
+/// The moment at which the start is moved changes no age.
+#[test]
+fn what_was_seen_just_before_the_start_is_moved_is_as_old_as_it_is() {
+    let mut evidence = evidence();
+    let wall = Point3::new(4.04, 0.04, 0.04);
+    evidence.begin_cycle(Stamp::from_nanos(0));
+    let cycle = LONGEST_MS as i64 / 143;
+    look(&mut evidence, cycle - 3, 7, &[wall]);
+    assert_eq!(evidence.known(&wall), Known::Unknown, "0.86 s");
+    look(&mut evidence, cycle + 4, 1, &[wall]);
+    assert_eq!(evidence.known(&wall), Known::Background, "1.001 s");
+}
+
 #[test]
 fn moving_points_make_no_background_but_clear_what_they_are_seen_through() {
     let mut evidence = evidence();

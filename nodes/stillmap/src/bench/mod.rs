@@ -1,6 +1,7 @@
 //! `stillmap bench`: what the transport of this machine carries, and the two ends to find it out with; what a cycle
 //! costs over an hour.
 
+mod figures;
 mod latency;
 mod pair;
 mod publish;

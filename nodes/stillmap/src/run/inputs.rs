@@ -2,6 +2,7 @@
 
 use bag_player::BagInfo;
 use clap::Args;
+use detection::shell::{DetectionParameters, ExtrinsicsSource};
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
@@ -50,7 +51,7 @@ pub(crate) struct Inputs {
     pub(crate) pose: PoseSource,
     /// The topic of true labels, where the bag has it.
     pub(crate) labels: Option<String>,
-    /// Those of tf that the bag has, fixed transforms first.
+    /// Those of tf that the bag has, fixed transforms first; none where nobody asks tf.
     pub(crate) transforms: Vec<&'static str>,
 }
 
@@ -75,7 +76,7 @@ impl PoseSource {
 
 /// The topics of tf, the same in every bag.
 pub(crate) const TF_STATIC: &str = "/tf_static";
-const TF: &str = "/tf";
+pub(crate) const TF: &str = "/tf";
 
 /// Where the points come from.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -127,7 +128,15 @@ impl Inputs {
         Ok(Self { scan, view, pose, labels, transforms })
     }
 
-    /// All topics that the nodes subscribe to, each with the name that the node knows it by.
+    /// The same without what no node asks for with these parameters.
+    pub(crate) fn needed_by(self, detection: &DetectionParameters) -> Self {
+        match detection.extrinsics {
+            ExtrinsicsSource::Parameters => Self { transforms: Vec::new(), ..self },
+            ExtrinsicsSource::Tf => self,
+        }
+    }
+
+    /// The sensors' topics that the nodes subscribe to, each with the name that the node knows it by.
     pub(crate) fn by_node_name(&self) -> Vec<(&'static str, &str)> {
         let mut topics = vec![("scan", self.scan.as_str())];
         match &self.pose {

@@ -97,8 +97,8 @@ pub(crate) fn run_bag(
 ) -> Result<Outcome, Failure> {
     let bag = Bag::open(bag_path).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
-    let inputs = Inputs::choose(topics, &info)?;
     let parameters = PipelineParameters::load(&how.parameters)?;
+    let inputs = Inputs::choose(topics, &info)?.needed_by(parameters.detection_node());
     if !(how.rate.is_finite() && how.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is no speed", how.rate))
             .mend("1 plays as recorded, 0.5 half as fast"));

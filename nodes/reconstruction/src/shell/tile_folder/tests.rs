@@ -51,6 +51,54 @@ fn what_a_killed_run_has_left_goes_and_what_another_one_has_stays() {
     assert!(parent.path().join("tiles-of-somebody").exists());
 }
 
+/// Process numbers are not unique over containers that share a disk.
+#[test]
+fn a_folder_that_another_run_has_by_the_same_name_is_left_to_it() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().join("tiles-1-0");
+    let first = TileFolder::at(path.clone()).unwrap();
+    assert!(first.is_some() && TileFolder::at(path).unwrap().is_none());
+    let next = NUMBER.load(Ordering::Relaxed);
+    // Other tests count on meanwhile.
+    let process = std::process::id();
+    for number in next..next + 20 {
+        fs::create_dir(parent.path().join(format!("tiles-{process}-{number}"))).unwrap();
+    }
+    let own = TileFolder::new(parent.path().to_str().unwrap()).unwrap();
+    assert_eq!(names(&own.folder), ["lock"]);
+}
+
+/// A run that starts may take the folder of another one that is about to lock its own for a leftover.
+#[test]
+fn runs_that_start_at_the_same_time_do_not_remove_each_others_folders() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = parent.path().to_str().unwrap();
+    let folders: Vec<TileFolder> = std::thread::scope(|scope| {
+        let starting: Vec<_> = (0..8)
+            .map(|_| scope.spawn(|| (0..20).map(|_| TileFolder::new(path).unwrap()).collect()))
+            .collect();
+        starting.into_iter().flat_map(|thread| -> Vec<_> { thread.join().unwrap() }).collect()
+    });
+    for mut folder in folders.into_iter() {
+        folder.write(key(0), b"bytes").unwrap();
+        assert_eq!(folder.read(key(0)), Ok(b"bytes".to_vec()));
+    }
+}
+
+#[test]
+fn a_folder_without_permission_is_told_with_what_was_tried() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let parent = tempfile::tempdir().unwrap();
+    fs::set_permissions(parent.path(), fs::Permissions::from_mode(0o500)).unwrap();
+    if fs::create_dir(parent.path().join("root")).is_ok() {
+        eprintln!("skipped: this user may write everywhere");
+        return;
+    }
+    let error = TileFolder::new(parent.path().to_str().unwrap()).err().unwrap().to_string();
+    assert!(error.contains("cannot make the folder") && error.contains("denied"), "{error}");
+}
+
 #[test]
 fn a_folder_that_cannot_be_is_told_at_the_start() {
     let parent = tempfile::tempdir().unwrap();

@@ -22,8 +22,8 @@ fn empty_map(max_voxels: usize) -> StaticMap {
     StaticMap::new(config).unwrap()
 }
 
-/// A map of which one full tile, of 4 voxels an axis, is in memory.
-fn spilling_map() -> StaticMap {
+/// A map of which one full tile, of 4 voxels an axis, is in memory, and where the others go.
+fn spilling_map() -> (StaticMap, MemoryStore) {
     let config = ReconstructionConfig {
         voxel_edge_m: EDGE_M,
         max_voxels: 64,
@@ -31,7 +31,8 @@ fn spilling_map() -> StaticMap {
         spill_tile_edge_m: 4.0 * EDGE_M,
         ..ReconstructionConfig::default()
     };
-    StaticMap::with_tile_store(config, Box::new(MemoryStore::default())).unwrap()
+    let store = MemoryStore::default();
+    (StaticMap::with_tile_store(config, Box::new(store.clone())).unwrap(), store)
 }
 
 fn cloud(points: &[[f32; 3]]) -> Cloud {
@@ -174,6 +175,49 @@ fn what_goes_and_is_not_asked_for_has_a_bound() {
     assert!(map.take_changes(1).is_incomplete && !map.take_changes(1).is_incomplete);
 }
 
+/// The first tile of a spilling map has two voxels that nobody has been told of; it has gone to the store.
+fn with_untold_voxels_in_the_store() -> (StaticMap, MemoryStore) {
+    let (mut map, store) = spilling_map();
+    map.follow_changes();
+    map.add(&cloud(&[[0.05, 0.05, 0.05], [0.15, 0.05, 0.05]])).unwrap();
+    let full_tile: Vec<[f32; 3]> = (0..64_u8)
+        .map(|index| [index / 16, index / 4 % 4, index % 4])
+        .map(|along| along.map(|cell| 4.05 + 0.1 * f32::from(cell)))
+        .collect();
+    map.add(&cloud(&full_tile)).unwrap();
+    assert_eq!(
+        map.take_changes(0),
+        MapChanges {
+            updated: map.cloud_of(vec![]),
+            removed: map.cloud_of(vec![]),
+            is_incomplete: false
+        }
+    );
+    (map, store)
+}
+
+#[test]
+fn a_tile_that_cannot_be_read_for_now_keeps_its_voxels_in_the_queue() {
+    let (mut map, store) = with_untold_voxels_in_the_store();
+    store.fail(true);
+    let told = |map: &mut StaticMap| map.take_changes(usize::MAX).updated.points_m;
+    assert_eq!(told(&mut map).len(), 64, "what is in memory is told of");
+    assert_eq!((map.waiting_changes(), told(&mut map).len()), (2, 0));
+    // No cycle comes; the next time that listeners are told, the store is asked again.
+    store.fail(false);
+    assert_eq!(told(&mut map), [[0.05_f32; 3], [0.15, 0.05, 0.05]].map(Point3::from));
+    assert_eq!(map.waiting_changes(), 0);
+}
+
+#[test]
+fn a_tile_that_is_lost_while_it_waits_is_told_by_the_whole_map_alone() {
+    let (mut map, store) = with_untold_voxels_in_the_store();
+    store.with(|tiles| tiles.clear());
+    assert!(map.take_changes(usize::MAX).is_incomplete);
+    assert_eq!((map.waiting_changes(), map.len()), (0, 64));
+    assert!(!map.take_changes(usize::MAX).is_incomplete, "once");
+}
+
 /// What may happen to a map that is listened to.
 #[derive(Clone, Debug)]
 enum Event {
@@ -185,6 +229,8 @@ enum Event {
     Listen,
     /// All listeners go, and the next ones follow from this moment on.
     FollowAnew,
+    /// From now on the store of the tiles fails, or does no more.
+    Fail(bool),
 }
 
 fn events() -> impl Strategy<Value = Vec<Event>> {
@@ -195,6 +241,7 @@ fn events() -> impl Strategy<Value = Vec<Event>> {
         4 => (0_usize..8).prop_map(Event::Take),
         1 => Just(Event::Listen),
         1 => Just(Event::FollowAnew),
+        1 => any::<bool>().prop_map(Event::Fail),
     ];
     prop::collection::vec(event, 0..60)
 }
@@ -216,9 +263,11 @@ proptest! {
 
     #[test]
     fn who_has_a_map_and_all_changes_after_it_has_the_map(events in events(), spills in any::<bool>()) {
-        let mut map = if spills { spilling_map() } else { empty_map(50) };
+        let (mut map, store) =
+            if spills { spilling_map() } else { (empty_map(50), MemoryStore::default()) };
+        let mut fails = false;
         map.follow_changes();
-        let mut listeners = vec![Listener::with(&map.cloud_for_listeners().points_m)];
+        let mut listeners = vec![Listener::with(&map.cloud_for_listeners().unwrap().points_m)];
         // Over eight tiles of 27 voxels, of which two or three are in memory.
         let wide = |points: Vec<[f32; 3]>| -> Vec<[f32; 3]> {
             let scale = if spills { 2.0 } else { 1.0 };
@@ -240,17 +289,27 @@ proptest! {
                     let changes = map.take_changes(most_points);
                     let told = changes.updated.points_m.len() + changes.removed.points_m.len();
                     prop_assert!(told <= most_points && !changes.is_incomplete);
-                    prop_assert!(told == most_points || map.waiting_changes() == 0);
+                    prop_assert!(fails || told == most_points || map.waiting_changes() == 0);
                     prop_assert!(map.waiting_changes() + told <= waiting);
                     listeners.iter_mut().for_each(|listener| listener.apply_changes(&changes));
                 }
-                Event::Listen => listeners.push(Listener::with(&map.cloud_for_listeners().points_m)),
+                // While the store fails nobody gets a map that is not whole.
+                Event::Listen => {
+                    let whole = map.cloud_for_listeners();
+                    listeners.extend(whole.iter().map(|cloud| Listener::with(&cloud.points_m)));
+                }
                 Event::FollowAnew => {
                     map.follow_changes();
-                    listeners = vec![Listener::with(&map.cloud_for_listeners().points_m)];
+                    let whole = map.cloud_for_listeners();
+                    listeners = whole.iter().map(|cloud| Listener::with(&cloud.points_m)).collect();
+                }
+                Event::Fail(now) => {
+                    store.fail(now);
+                    fails = now;
                 }
             }
         }
+        store.fail(false);
         while map.waiting_changes() > 0 {
             let changes = map.take_changes(7);
             listeners.iter_mut().for_each(|listener| listener.apply_changes(&changes));
@@ -276,7 +335,7 @@ proptest! {
         for _ in 0..repeats {
             map.add(&cloud(&points)).unwrap();
         }
-        let listener = Listener::with(&map.cloud_for_listeners().points_m);
+        let listener = Listener::with(&map.cloud_for_listeners().unwrap().points_m);
         prop_assert_eq!(listener.points.len(), map.len());
         for (key, mean) in &listener.points {
             prop_assert_eq!(map.voxel(*key).map(|(own, _)| own), Some(*mean));

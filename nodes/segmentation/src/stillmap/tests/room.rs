@@ -189,16 +189,9 @@ pub(super) fn look(
         .iter()
         .zip(&ids)
         .map(|(point, id)| {
-            let VoxelKey { x, y, z } = grid.key(point);
-            (-1..=1).any(|dx| {
-                (-1..=1).any(|dy| {
-                    (-1..=1).any(|dz| {
-                        let beside = VoxelKey { x: x + dx, y: y + dy, z: z + dz };
-                        ids_of
-                            .get(&beside)
-                            .is_some_and(|ids| ids.keys().any(|other| (*other == 0) != (*id == 0)))
-                    })
-                })
+            grid.key(point).with_neighbours().any(|beside| {
+                let ids = ids_of.get(&beside);
+                ids.is_some_and(|ids| ids.keys().any(|other| (*other == 0) != (*id == 0)))
             })
         })
         .collect();

@@ -13,9 +13,9 @@ use reconstruction::{AtMaxVoxels, ReconstructionConfig, StaticMap};
 use serde::Serialize;
 
 use self::minute::MinuteRow;
+use super::figures::FigureArgs;
 use super::transport::machine::Machine;
 use super::transport::table;
-use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
 use crate::run::parameters::MethodName;
@@ -61,12 +61,8 @@ pub(crate) struct TourArgs {
     /// Depth images of the full 640 x 480 pixels
     #[arg(long)]
     full_images: bool,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// Write the JSON to a file as well
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    figures: FigureArgs,
 }
 
 /// What happens when the map is full, on the command line.
@@ -154,20 +150,7 @@ pub(crate) fn run(args: &TourArgs) -> Result<Outcome, Failure> {
         at_max_voxels: args.at_max_voxels,
         methods,
     };
-    let json = serde_json::to_string_pretty(&report)
-        .map_err(|error| Failure::new(format!("cannot write the figures: {error}")))?;
-    if let Some(path) = &args.output {
-        std::fs::write(path, format!("{json}\n"))
-            .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
-    }
-    if args.json {
-        console::print(json)?;
-    } else {
-        console::print(table::of_machine(&report.machine))?;
-        for method in &report.methods {
-            console::print(text(method))?;
-        }
-    }
+    args.figures.tell(&report, &report.machine, report.methods.iter().map(text))?;
     Ok(Outcome::Complete)
 }
 
@@ -275,8 +258,7 @@ mod tests {
             spill_folder: None,
             spill_tile_edge: 2.0,
             full_images: false,
-            json: false,
-            output: None,
+            figures: FigureArgs::default(),
         };
         let progress = Progress::new("tour", 1);
         let rows = drive::drive(&args, MethodName::Stillmap, &progress).unwrap();

@@ -12,8 +12,6 @@ mod place;
 mod scenario;
 pub(super) mod table;
 
-use std::path::PathBuf;
-
 use clap::Args;
 use serde::Serialize;
 
@@ -22,6 +20,7 @@ use self::machine::Machine;
 use self::measurement::{Measurement, Peers, Row};
 use self::place::Place;
 use self::scenario::{Scenario, ScenarioReport};
+use super::figures::FigureArgs;
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
@@ -82,12 +81,8 @@ pub(crate) struct TransportArgs {
     /// Leave Cyclone DDS out
     #[arg(long)]
     no_cyclone: bool,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// Write the JSON to a file as well
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    figures: FigureArgs,
 }
 
 /// All that is found.
@@ -112,18 +107,7 @@ pub(crate) fn run(args: &TransportArgs) -> Result<Outcome, Failure> {
         let table = scenario::table(&scenarios);
         (Report { machine, seconds, cases: Vec::new(), scenarios }, table)
     };
-    let json = serde_json::to_string_pretty(&report)
-        .map_err(|error| Failure::new(format!("cannot write the figures: {error}")))?;
-    if let Some(path) = &args.output {
-        std::fs::write(path, format!("{json}\n"))
-            .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
-    }
-    if args.json {
-        console::print(json)?;
-    } else {
-        console::print(table::of_machine(&report.machine))?;
-        console::print(table.trim_end())?;
-    }
+    args.figures.tell(&report, &report.machine, [table])?;
     Ok(Outcome::Complete)
 }
 

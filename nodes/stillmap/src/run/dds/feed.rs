@@ -54,9 +54,15 @@ impl Feed {
             played_name: name,
             is_compressed: compression.is_some() && name == "depth/image",
         });
+        // The nodes of the run have a tree of frames of their own.
+        let transforms = inputs.transforms.iter().map(|topic| FedTopic {
+            bag_topic: (*topic).to_owned(),
+            played_name: topic.trim_start_matches('/'),
+            is_compressed: false,
+        });
         Self {
             input: if compression.is_some() { "compressed_depth" } else { inputs.view.kind() },
-            topics: topics.collect(),
+            topics: topics.chain(transforms).collect(),
             compression,
         }
     }

@@ -13,7 +13,7 @@ use node_shell::{Node, RAISE_RECEIVE_BUFFER, RosArguments, ShellError};
 
 use self::feed::{FedTopic, Feed};
 use super::collector::{Collector, Seen};
-use super::inputs::Inputs;
+use super::inputs::{Inputs, TF, TF_STATIC};
 use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
 use crate::console;
@@ -116,15 +116,17 @@ impl Run {
         Ok(())
     }
 
-    /// What keeps a process of this run to this run: its namespace, also for its diagnostics. Of its log
-    /// only trouble is of interest here.
+    /// What keeps a process of this run to this run: its namespace, also for the topics that have one place for all
+    /// namespaces. Of its log only trouble is of interest here.
     fn ros_arguments(&self) -> Vec<String> {
         let namespace = &self.namespace;
-        let namespace_rule = format!("__ns:={namespace}");
-        let diagnostics_rule = format!("/diagnostics:={namespace}/diagnostics");
-        ["--ros-args", "-r", &namespace_rule, "-r", &diagnostics_rule, "--log-level", "warn"]
-            .map(str::to_owned)
-            .to_vec()
+        let mut arguments = vec!["--ros-args".to_owned()];
+        arguments.extend(["-r".to_owned(), format!("__ns:={namespace}")]);
+        for topic in ["/diagnostics", TF_STATIC, TF] {
+            arguments.extend(["-r".to_owned(), format!("{topic}:={namespace}{topic}")]);
+        }
+        arguments.extend(["--log-level".to_owned(), "warn".to_owned()]);
+        arguments
     }
 
     /// Waits until every node has found those that it sends to and receives from, this process included.

@@ -91,17 +91,8 @@ fn ghosts(thing: Shape, platform: Platform, hits: u32) -> (usize, Vec<usize>) {
     // Whatever stands farther from the room than its noise.
     let grid = VoxelGrid::new(EDGE_M).unwrap();
     let is_ghost = |map: &StaticMap, empty: &StaticMap| {
-        let is_of_room = |key: &VoxelKey| {
-            let around = -1..=1;
-            around.clone().any(|x| {
-                around.clone().any(|y| {
-                    around.clone().any(|z| {
-                        let near = VoxelKey { x: key.x + x, y: key.y + y, z: key.z + z };
-                        empty.voxel(near).is_some()
-                    })
-                })
-            })
-        };
+        let is_of_room =
+            |key: &VoxelKey| key.with_neighbours().any(|near| empty.voxel(near).is_some());
         map.points().iter().filter(|point| !is_of_room(&grid.key(point))).count()
     };
     let at_first = is_ghost(&map, &empty);
