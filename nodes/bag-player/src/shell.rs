@@ -94,7 +94,8 @@ fn try_run(arguments: impl IntoIterator<Item = String>) -> Result<ExitCode, Node
 /// When the bag could not be played.
 pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode, NodeFailure> {
     let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
-    node_shell::log::start(identity.name(), &ros.log);
+    node_shell::log::start(&identity.logger_name(), &ros.log);
+    ros.tell_without_effect();
     // A bag that cannot be read needs no network to say so.
     Bag::open(&options.bag)?;
     let json = options.json;

@@ -181,7 +181,7 @@ impl Node {
     /// # Errors
     /// When the name is none, or the library refuses.
     pub fn service<S: RosService>(&self, name: &str) -> Result<Service<S>, ShellError> {
-        let absolute = self.resolve(name)?;
+        let absolute = self.identity.resolve_service(&self.arguments.remappings, name)?;
         match &self.network {
             None => Ok(Service::unasked(&absolute)),
             Some(network) => Service::new(&mut network.lock(), &absolute),
