@@ -94,7 +94,8 @@ where
         key.split('.').try_fold(&self.defaults, |group, part| group.as_object()?.get(part))
     }
 
-    fn unknown(&self, key: &str, origin: ValueOrigin) -> ParameterError {
+    /// The error that the node knows no such parameter.
+    pub(super) fn unknown(&self, key: &str, origin: ValueOrigin) -> ParameterError {
         let known: Vec<String> = self.leaves().into_iter().map(|(leaf, _)| leaf).collect();
         let nearest = known
             .iter()
