@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
 use clap::Parser;
+use node_shell::parameters::NoParameters;
 use node_shell::{Node, NodeFailure, RosArguments, ShellError};
 
 use crate::bag::Bag;
@@ -107,6 +108,8 @@ pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode,
         .map_err(ShellError::Process)?;
     let summary = runtime.block_on(async {
         let node = Node::start(NODE_NAME, ros)?;
+        // It has none but those of every node.
+        node.serve_parameters(&NoParameters {})?;
         let result = play(options, &node).await;
         node.close().await;
         result.map_err(NodeFailure::from)

@@ -214,7 +214,7 @@ fn pair(key: &str, value: String) -> KeyValue {
 }
 
 /// The time for stamps of what the node says about itself; data keep the stamps that they came with.
-fn wall_clock() -> Time {
+pub(crate) fn wall_clock() -> Time {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Time {
         sec: i32::try_from(since_epoch.as_secs()).unwrap_or(i32::MAX),

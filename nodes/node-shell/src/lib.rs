@@ -31,8 +31,7 @@
 //! });
 //! ```
 //!
-//! What is absent: parameter services, `/rosout`, `use_sim_time`, lifecycle, broadcasters of tf, clients of
-//! services, and actions.
+//! What is absent: `/rosout`, the time of `/clock`, lifecycle, broadcasters of tf, clients of services, and actions.
 //! They come when a node needs them.
 
 pub mod arguments;
@@ -52,6 +51,7 @@ mod network;
 mod node;
 #[cfg(test)]
 mod over_dds;
+mod parameter_services;
 pub mod parameters;
 mod payload;
 mod program;
@@ -75,6 +75,7 @@ pub use error::{PublishError, ShellError};
 pub use graph::{Match, Role};
 pub use host::Host;
 pub use node::Node;
+pub use parameter_services::{LiveParameters, descriptors};
 pub use payload::PayloadError;
 pub use program::{NodeFailure, Program};
 pub use publisher::{Publisher, RawPublisher};

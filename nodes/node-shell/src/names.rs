@@ -188,6 +188,12 @@ pub(crate) fn dds_topic_name(absolute: &str) -> String {
     format!("rt{absolute}")
 }
 
+/// The name that the topic of a service's responses has on the wire: `rr/switchReply` for `/switch`.
+#[must_use]
+pub(crate) fn dds_response_topic_name(absolute: &str) -> String {
+    format!("rr{absolute}Reply")
+}
+
 /// The name that a type has on the wire: `sensor_msgs::msg::dds_::LaserScan_` for
 /// `sensor_msgs/msg/LaserScan`.
 ///

@@ -17,7 +17,8 @@ use crate::host::Host;
 use crate::inbox::Queue;
 use crate::names::{self, NodeIdentity};
 use crate::network::Network;
-use crate::parameters::{self, ParameterError};
+use crate::parameter_services::{LiveParameters, ParameterServices};
+use crate::parameters::{self, NodeParameters, ParameterError};
 use crate::publisher::{Outlet, Publisher, RawPublisher};
 use crate::qos::Qos;
 use crate::reader::{MakeReader, Reader};
@@ -38,6 +39,7 @@ pub struct Node {
     graph: Graph,
     counters: Counters,
     host: Host,
+    use_sim_time: bool,
     network: Option<Network>,
 }
 
@@ -70,17 +72,19 @@ impl Node {
         arguments: &RosArguments,
     ) -> Result<Self, ShellError> {
         let identity = arguments.identity(default_name)?;
+        let use_sim_time = parameters::use_sim_time(&identity, &arguments.parameters)?;
         let graph = Graph::new(Arc::clone(host.exchange()), host.siblings().clone());
         let network = match host.transport() {
             None => None,
             Some(transport) => Some(Network::join(transport, &identity, &graph, host)?),
         };
-        let mut node = Self {
+        let node = Self {
             identity,
             arguments: arguments.clone(),
             graph,
             counters: Counters::default(),
             host: host.clone(),
+            use_sim_time,
             network,
         };
         node.start_diagnostics()?;
@@ -103,6 +107,24 @@ impl Node {
         P: Serialize + DeserializeOwned + Default,
     {
         parameters::of_node(&self.identity, &self.arguments.parameters)
+    }
+
+    /// Lets others read the node's parameters and set those that may change, as long as the node runs; logs their values.
+    ///
+    /// # Errors
+    /// When a name is none, or the library refuses.
+    pub fn serve_parameters<P: NodeParameters>(
+        &self,
+        parameters: &P,
+    ) -> Result<LiveParameters<P>, ShellError> {
+        let Some(network) = &self.network else { return Ok(LiveParameters::fixed()) };
+        let (services, live) = ParameterServices::open(self, parameters)?;
+        network.spawn(|stop| services.run(stop));
+        Ok(live)
+    }
+
+    pub(crate) fn uses_sim_time(&self) -> bool {
+        self.use_sim_time
     }
 
     /// The absolute name of a topic, after remapping.
@@ -184,7 +206,7 @@ impl Node {
         let absolute = self.identity.resolve_service(&self.arguments.remappings, name)?;
         match &self.network {
             None => Ok(Service::unasked(&absolute)),
-            Some(network) => Service::new(&mut network.lock(), &absolute),
+            Some(network) => Service::new(network, &absolute),
         }
     }
 
@@ -279,7 +301,7 @@ impl Node {
     }
 
     /// A node on no network has nobody to report to.
-    fn start_diagnostics(&mut self) -> Result<(), ShellError> {
+    fn start_diagnostics(&self) -> Result<(), ShellError> {
         let Some(network) = &self.network else { return Ok(()) };
         let diagnostics = Diagnostics {
             health: Arc::clone(&network.health),
@@ -288,9 +310,7 @@ impl Node {
             graph: self.graph.clone(),
             counters: self.counters.clone(),
         };
-        if let Some(network) = &mut self.network {
-            network.spawn(|stop| diagnostics.run(stop));
-        }
+        network.spawn(|stop| diagnostics.run(stop));
         Ok(())
     }
 }

@@ -10,6 +10,7 @@
 //! too: what this one does not know of it is passed over, and told of in the log.
 
 mod file;
+mod node_parameters;
 mod overlay;
 #[cfg(test)]
 mod tests;
@@ -24,10 +25,11 @@ use serde_json::Value;
 
 use crate::arguments::ParameterSource;
 use crate::names::NodeIdentity;
-use overlay::Overlay;
+pub use node_parameters::{NoParameters, NodeParameters, Range};
+pub(crate) use overlay::Overlay;
 
 /// The parameter by which ROS 2 switches a node to simulated time.
-const USE_SIM_TIME: &str = "use_sim_time";
+pub(crate) const USE_SIM_TIME: &str = "use_sim_time";
 
 /// Where a value stood.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -41,6 +43,8 @@ pub enum ValueOrigin {
     },
     /// Behind `-p`.
     CommandLine,
+    /// In a request to the node.
+    Service,
 }
 
 impl fmt::Display for ValueOrigin {
@@ -50,6 +54,7 @@ impl fmt::Display for ValueOrigin {
                 write!(formatter, "in {}, line {line}", path.display())
             }
             Self::CommandLine => formatter.write_str("on the command line"),
+            Self::Service => formatter.write_str("in the request"),
         }
     }
 }

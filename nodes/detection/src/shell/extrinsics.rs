@@ -38,6 +38,22 @@ pub(super) fn given_camera(path: &str) -> Result<Option<CameraModel>, NodeFailur
     Ok(Some(file.camera))
 }
 
+/// Checks the parameters of the check.
+///
+/// # Errors
+/// When one is out of its range.
+pub(super) fn validate(parameters: &DetectionParameters) -> Result<(), ConfigError> {
+    let (period_s, limit_m) = (parameters.extrinsics_check_period_s, parameters.extrinsics_limit_m);
+    let out_of_range = |name, accepted, value| ConfigError::OutOfRange { name, accepted, value };
+    if !(period_s.is_finite() && period_s >= 0.0) {
+        return Err(out_of_range("extrinsics_check_period_s", "0 or more seconds", period_s));
+    }
+    if !(limit_m.is_finite() && limit_m > 0.0) {
+        return Err(out_of_range("extrinsics_limit_m", "a positive number of metres", limit_m));
+    }
+    Ok(())
+}
+
 /// Looks now and then whether the scan lies on the surfaces that the camera sees.
 pub(super) struct ExtrinsicsCheck {
     monitor: DriftMonitor,
@@ -62,16 +78,7 @@ impl ExtrinsicsCheck {
     ) -> Result<Option<Self>, ConfigError> {
         let (period_s, limit_m) =
             (parameters.extrinsics_check_period_s, parameters.extrinsics_limit_m);
-        let out_of_range =
-            |name, accepted, value| ConfigError::OutOfRange { name, accepted, value };
-        if !(period_s.is_finite() && period_s >= 0.0) {
-            let name = "extrinsics_check_period_s";
-            return Err(out_of_range(name, "0 or more seconds", period_s));
-        }
-        if !(limit_m.is_finite() && limit_m > 0.0) {
-            let name = "extrinsics_limit_m";
-            return Err(out_of_range(name, "a positive number of metres", limit_m));
-        }
+        validate(parameters)?;
         if period_s == 0.0 {
             counters.note_condition(CONDITION, "not checked: turned off", false);
             return Ok(None);

@@ -84,6 +84,15 @@ impl Stage {
         })
     }
 
+    /// Goes on with other parameters, of those that may change.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub(super) fn change(&mut self, parameters: &DetectionParameters) -> Result<(), NodeFailure> {
+        self.extrinsics = ExtrinsicsCheck::new(parameters, self.counters.clone())?;
+        Ok(())
+    }
+
     /// The next message. May be dropped while it waits.
     pub(super) async fn next(&self) -> Arrival {
         match &self.mounts {
