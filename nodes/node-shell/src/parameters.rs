@@ -37,7 +37,7 @@ pub enum ValueOrigin {
     /// In a parameter file.
     File {
         /// The file.
-        path: PathBuf,
+        path: Box<Path>,
         /// The line, from 1.
         line: u64,
     },
@@ -115,7 +115,7 @@ pub enum ParameterError {
         /// What is accepted.
         accepted: String,
         /// Why it does not fit.
-        reason: String,
+        reason: Box<str>,
     },
     /// The struct of defaults cannot be written as parameters; this is a mistake in the program.
     #[error("the defaults of the parameters cannot be written as parameters: {reason}")]
@@ -278,7 +278,7 @@ fn for_each_value(
             take(Given {
                 key: parameter.key,
                 value: parameter.value,
-                origin: ValueOrigin::File { path: path.to_owned(), line: parameter.line },
+                origin: ValueOrigin::File { path: path.into(), line: parameter.line },
                 is_for_it_alone: parameter.names_the_node,
             })?;
         }
@@ -292,7 +292,7 @@ fn truth(given: &Given) -> Result<bool, ParameterError> {
         origin: given.origin.clone(),
         found: given.value.to_string(),
         accepted: "true or false".to_owned(),
-        reason: "it has another type".to_owned(),
+        reason: "it has another type".into(),
     })
 }
 
@@ -302,6 +302,6 @@ fn bad_yaml(name: &str, value: &str, error: &serde_saphyr::Error) -> ParameterEr
         origin: ValueOrigin::CommandLine,
         found: format!("`{value}`"),
         accepted: "a value in YAML, as 3, 0.5, true, text or [1, 2]".to_owned(),
-        reason: error.without_snippet().to_string(),
+        reason: error.without_snippet().to_string().into(),
     }
 }

@@ -77,7 +77,7 @@ where
             origin: origin.clone(),
             found: found.to_string(),
             accepted: accepted.clone(),
-            reason,
+            reason: reason.into(),
         };
         if default.is_object() {
             let example = self
