@@ -31,11 +31,12 @@
 //! });
 //! ```
 //!
-//! What is absent: `/rosout`, the time of `/clock`, lifecycle, broadcasters of tf, clients of services, and actions.
+//! What is absent: `/rosout`, lifecycle, broadcasters of tf, clients of services, and actions.
 //! They come when a node needs them.
 
 pub mod arguments;
 mod assembly;
+mod clock;
 mod counters;
 mod diagnostics;
 mod error;
@@ -70,6 +71,7 @@ mod transport;
 mod writer;
 
 pub use arguments::RosArguments;
+pub use clock::{ClockJumps, NodeClock};
 pub use counters::Counters;
 pub use error::{PublishError, ShellError};
 pub use graph::{Match, Role};

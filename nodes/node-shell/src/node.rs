@@ -3,11 +3,13 @@
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Weak};
 
+use msgs::rosgraph_msgs::Clock;
 use msgs::{RosMessage, RosService};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::arguments::RosArguments;
+use crate::clock::{CLOCK_TOPIC, NodeClock};
 use crate::counters::Counters;
 use crate::diagnostics::Diagnostics;
 use crate::error::ShellError;
@@ -39,6 +41,7 @@ pub struct Node {
     graph: Graph,
     counters: Counters,
     host: Host,
+    clock: NodeClock,
     use_sim_time: bool,
     network: Option<Network>,
 }
@@ -84,9 +87,11 @@ impl Node {
             graph,
             counters: Counters::default(),
             host: host.clone(),
+            clock: NodeClock::new(use_sim_time),
             use_sim_time,
             network,
         };
+        node.start_clock()?;
         node.start_diagnostics()?;
         Ok(node)
     }
@@ -121,6 +126,12 @@ impl Node {
         let (services, live) = ParameterServices::open(self, parameters)?;
         network.spawn(|stop| services.run(stop));
         Ok(live)
+    }
+
+    /// The time that the node goes by: the wall clock's or, with `use_sim_time`, that of `/clock`.
+    #[must_use]
+    pub fn clock(&self) -> NodeClock {
+        self.clock.clone()
     }
 
     pub(crate) fn uses_sim_time(&self) -> bool {
@@ -300,6 +311,19 @@ impl Node {
         drop(network);
     }
 
+    /// On no network nobody tells the time: nodes that are driven there go by the stamps of the data alone.
+    fn start_clock(&self) -> Result<(), ShellError> {
+        let Some(network) = self.network.as_ref().filter(|_| self.use_sim_time) else {
+            return Ok(());
+        };
+        // As rclcpp has it.
+        let topic = self.subscription::<Clock>(CLOCK_TOPIC, &Qos::sensor(1))?;
+        tracing::info!("the time is that of {}", topic.topic());
+        let clock = self.clock.clone();
+        network.spawn(|stop| clock.follow(topic, stop));
+        Ok(())
+    }
+
     /// A node on no network has nobody to report to.
     fn start_diagnostics(&self) -> Result<(), ShellError> {
         let Some(network) = &self.network else { return Ok(()) };
@@ -309,6 +333,7 @@ impl Node {
             publisher: self.publisher(DIAGNOSTICS, &Qos::reliable(10))?,
             graph: self.graph.clone(),
             counters: self.counters.clone(),
+            clock: self.clock.clone(),
         };
         network.spawn(|stop| diagnostics.run(stop));
         Ok(())

@@ -18,13 +18,14 @@ use msgs::rcl_interfaces::{
 use msgs::{RosMessage, RosService};
 use tokio::sync::watch;
 
-use crate::diagnostics::wall_clock;
+use crate::clock::NodeClock;
 use crate::error::ShellError;
 use crate::node::Node;
 use crate::parameters::{NodeParameters, ParameterError};
 use crate::publisher::Publisher;
 use crate::qos::Qos;
 use crate::service::{Request, Service};
+use crate::throttle::Throttle;
 use store::Store;
 
 /// The topic of changes, of all nodes.
@@ -66,6 +67,7 @@ impl<P: NodeParameters> LiveParameters<P> {
 /// The services of a node's parameters.
 pub(crate) struct ParameterServices<P> {
     node_name: String,
+    clock: NodeClock,
     store: Store<P>,
     changes: watch::Sender<P>,
     events: Publisher<ParameterEvent>,
@@ -86,6 +88,7 @@ impl<P: NodeParameters> ParameterServices<P> {
         let (changes, receiver) = watch::channel(parameters.clone());
         let services = Self {
             node_name: node.full_name(),
+            clock: node.clock(),
             store: Store::new(parameters, node.uses_sim_time())?,
             changes,
             events: node.publisher(EVENTS, &Qos::reliable(EVENTS_KEPT))?,
@@ -96,7 +99,9 @@ impl<P: NodeParameters> ParameterServices<P> {
             set: node.service("~/set_parameters")?,
             set_atomically: node.service("~/set_parameters_atomically")?,
         };
-        tracing::info!("parameters: {}", services.store.line());
+        if services.store.has_own() {
+            tracing::info!("parameters: {}", services.store.line());
+        }
         Ok((services, LiveParameters { changes: Some(receiver) }))
     }
 
@@ -104,6 +109,7 @@ impl<P: NodeParameters> ParameterServices<P> {
     pub(crate) async fn run(self, stop: impl Future<Output = ()>) {
         let Self {
             node_name,
+            clock,
             mut store,
             changes,
             events,
@@ -114,36 +120,37 @@ impl<P: NodeParameters> ParameterServices<P> {
             set,
             set_atomically,
         } = self;
-        let teller = Teller { node_name, changes, events };
+        let teller = Teller { node_name, clock, changes, events };
         teller.tell(ParameterEvent { new_parameters: store.all(), ..ParameterEvent::default() });
+        let failed = Throttle::for_warnings();
         futures::pin_mut!(stop);
         loop {
             tokio::select! {
                 () = &mut stop => return,
                 request = describe.next() => {
                     let descriptors = store.describe(&request.message.names);
-                    answer(request, &DescribeParametersResponse { descriptors });
+                    answer(&failed, request, &DescribeParametersResponse { descriptors });
                 }
                 request = get.next() => {
                     let values = store.values(&request.message.names);
-                    answer(request, &GetParametersResponse { values });
+                    answer(&failed, request, &GetParametersResponse { values });
                 }
                 request = get_types.next() => {
                     let types = store.types(&request.message.names);
-                    answer(request, &GetParameterTypesResponse { types });
+                    answer(&failed, request, &GetParameterTypesResponse { types });
                 }
                 request = list.next() => {
                     let result = store.list(&request.message);
-                    answer(request, &ListParametersResponse { result });
+                    answer(&failed, request, &ListParametersResponse { result });
                 }
                 request = set.next() => {
                     let each = request.message.parameters.iter().map(std::slice::from_ref);
                     let results = each.map(|one| teller.set(&mut store, one)).collect();
-                    answer(request, &SetParametersResponse { results });
+                    answer(&failed, request, &SetParametersResponse { results });
                 }
                 request = set_atomically.next() => {
                     let result = teller.set(&mut store, &request.message.parameters);
-                    answer(request, &SetParametersAtomicallyResponse { result });
+                    answer(&failed, request, &SetParametersAtomicallyResponse { result });
                 }
             }
         }
@@ -153,6 +160,7 @@ impl<P: NodeParameters> ParameterServices<P> {
 /// Tells the node and the others what has changed.
 struct Teller<P> {
     node_name: String,
+    clock: NodeClock,
     changes: watch::Sender<P>,
     events: Publisher<ParameterEvent>,
 }
@@ -160,6 +168,9 @@ struct Teller<P> {
 impl<P: NodeParameters> Teller<P> {
     fn set(&self, store: &mut Store<P>, wanted: &[Parameter]) -> SetParametersResult {
         match store.set(wanted) {
+            Ok(none) if none.is_empty() => {
+                SetParametersResult { successful: true, reason: String::new() }
+            }
             Ok(changed_parameters) => {
                 let names: Vec<_> = wanted.iter().map(|one| one.name.as_str()).collect();
                 tracing::info!("parameters were set: {}", names.join(", "));
@@ -173,16 +184,19 @@ impl<P: NodeParameters> Teller<P> {
 
     fn tell(&self, event: ParameterEvent) {
         let node = self.node_name.clone();
-        self.events.publish_or_warn(ParameterEvent { stamp: wall_clock(), node, ..event });
+        self.events.publish_or_warn(ParameterEvent { stamp: self.clock.now(), node, ..event });
     }
 }
 
-fn answer<S>(request: Request<'_, S>, response: &S::Response)
+/// A response that cannot be sent is told of once in a while: clients ask again.
+fn answer<S>(failed: &Throttle, request: Request<'_, S>, response: &S::Response)
 where
     S: RosService,
     S::Response: RosMessage,
 {
-    if let Err(error) = request.respond(response) {
-        tracing::warn!("{error}");
+    if let Err(error) = request.respond(response)
+        && let Some(held_back) = failed.pass()
+    {
+        tracing::warn!("{error} ({held_back} more since the last warning)");
     }
 }

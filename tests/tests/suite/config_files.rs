@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use compression::CompressionParameters;
 use detection::shell::DetectionParameters;
-use msgs::rcl_interfaces::ParameterType;
+use msgs::rcl_interfaces::{ListParametersResponse, ListParametersResult, ParameterType};
 use node_shell::MessageTooLarge;
 use node_shell::parameters::{self, Assignment, NodeParameters, Range};
 use reconstruction::shell::ReconstructionParameters;
@@ -129,6 +129,26 @@ fn descriptors_say_what_holds<P: NodeParameters>() {
             (kind, Some((_, range))) => panic!("{name} of the type {kind} has {range:?}"),
         }
     }
+}
+
+/// A response that every client of a service gets: one datagram of Ethernet's, less what is in it besides.
+const LARGEST_RESPONSE_BYTES: usize = 1372;
+
+/// `ros2 param list` gets its answer, whatever middleware it runs on.
+fn names_fit_into_a_response<P: NodeParameters>() {
+    let names: Vec<String> =
+        node_shell::descriptors::<P>().unwrap().into_iter().map(|one| one.name).collect();
+    let result = ListParametersResult { names, prefixes: Vec::new() };
+    let bytes = msgs::cdr::encode(&ListParametersResponse { result }).unwrap().len();
+    assert!(bytes <= LARGEST_RESPONSE_BYTES, "{bytes}");
+}
+
+#[test]
+fn the_names_of_each_nodes_parameters_fit_into_one_response() {
+    names_fit_into_a_response::<DetectionParameters>();
+    names_fit_into_a_response::<SegmentationParameters>();
+    names_fit_into_a_response::<ReconstructionParameters>();
+    names_fit_into_a_response::<CompressionParameters>();
 }
 
 /// Their ranges hang on one another.

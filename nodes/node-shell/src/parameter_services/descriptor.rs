@@ -42,7 +42,7 @@ pub(super) fn descriptors<P: NodeParameters>()
         ParameterDescriptor {
             name: USE_SIM_TIME.to_owned(),
             r#type: ParameterType::PARAMETER_BOOL,
-            description: "Whether the node's time is that of /clock.".to_owned(),
+            description: "Whether the node goes by the time of /clock.".to_owned(),
             read_only: true,
             ..ParameterDescriptor::default()
         },

@@ -37,6 +37,11 @@ impl<P: NodeParameters> Store<P> {
         self.overlay.parameters()
     }
 
+    /// Whether the node has parameters besides those of every node.
+    pub(super) fn has_own(&self) -> bool {
+        self.descriptors.keys().any(|name| name != USE_SIM_TIME)
+    }
+
     /// Every parameter.
     pub(super) fn all(&self) -> Vec<Parameter> {
         self.descriptors.keys().map(|name| self.parameter(name)).collect()
