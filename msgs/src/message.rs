@@ -93,9 +93,15 @@ macro_rules! ros_message {
     };
 }
 
-/// Ties a service and its two structs to the `.srv` file of its name.
+/// Ties a service and its two structs to the `.srv` file of its name; constants of the request are given with their
+/// documentation.
 macro_rules! ros_service {
     ($name:ident, $request:ident, $response:ident, $package:literal) => {
+        ros_service!($name, $request {}, $response, $package);
+    };
+    ($name:ident, $request:ident {
+        $($(#[$attribute:meta])* $constant:ident: $kind:ty = $value:literal,)*
+    }, $response:ident, $package:literal) => {
         impl $crate::RosService for $name {
             type Request = $request;
             type Response = $response;
@@ -110,11 +116,17 @@ macro_rules! ros_service {
             ));
         }
 
+        impl $request {
+            $($(#[$attribute])* pub const $constant: $kind = $value;)*
+        }
+
         impl $crate::RosMessage for $request {
             const TYPE_NAME: &'static str =
                 concat!($package, "/srv/", stringify!($name), "_Request");
             const DEFINITION: &'static str =
                 $crate::message::request_part(<$name as $crate::RosService>::DEFINITION);
+            const CONSTANTS: &'static [(&'static str, i64)] =
+                &[$((stringify!($constant), $value)),*];
         }
 
         impl $crate::RosMessage for $response {

@@ -1,8 +1,23 @@
-//! `rcl_interfaces`: the log of a node.
+//! `rcl_interfaces`: the log of a node, and its parameters.
+
+mod parameter_services;
+mod parameters;
 
 use serde::{Deserialize, Serialize};
 
 use crate::builtin_interfaces::Time;
+
+pub use parameter_services::{
+    DescribeParameters, DescribeParametersRequest, DescribeParametersResponse, GetParameterTypes,
+    GetParameterTypesRequest, GetParameterTypesResponse, GetParameters, GetParametersRequest,
+    GetParametersResponse, ListParameters, ListParametersRequest, ListParametersResponse,
+    SetParameters, SetParametersAtomically, SetParametersAtomicallyRequest,
+    SetParametersAtomicallyResponse, SetParametersRequest, SetParametersResponse,
+};
+pub use parameters::{
+    FloatingPointRange, IntegerRange, ListParametersResult, Parameter, ParameterDescriptor,
+    ParameterEvent, ParameterType, ParameterValue, SetParametersResult,
+};
 
 /// One line of a node's log.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]

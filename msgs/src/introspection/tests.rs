@@ -8,7 +8,7 @@ use super::compare::{Values, differences};
 use super::definition::Definition;
 use super::fill::filled;
 use crate::registry::for_each_message;
-use crate::{RosMessage, RosService, std_srvs};
+use crate::{RosMessage, RosService, rcl_interfaces, std_srvs};
 
 fn package_of<M: RosMessage>() -> &'static str {
     M::TYPE_NAME.split('/').next().unwrap()
@@ -73,8 +73,17 @@ fn every_definition_file_has_its_struct() {
     messages.retain(|name| name.contains("/msg/"));
     assert_eq!(messages, names_of_files("msg", ".msg"));
 
-    let services =
-        [std_srvs::Trigger::TYPE_NAME, std_srvs::Empty::TYPE_NAME, std_srvs::SetBool::TYPE_NAME];
+    let services = [
+        std_srvs::Trigger::TYPE_NAME,
+        std_srvs::Empty::TYPE_NAME,
+        std_srvs::SetBool::TYPE_NAME,
+        rcl_interfaces::DescribeParameters::TYPE_NAME,
+        rcl_interfaces::GetParameters::TYPE_NAME,
+        rcl_interfaces::GetParameterTypes::TYPE_NAME,
+        rcl_interfaces::ListParameters::TYPE_NAME,
+        rcl_interfaces::SetParameters::TYPE_NAME,
+        rcl_interfaces::SetParametersAtomically::TYPE_NAME,
+    ];
     assert_eq!(BTreeSet::from(services.map(str::to_owned)), names_of_files("srv", ".srv"));
 }
 

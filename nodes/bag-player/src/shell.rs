@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
 use clap::Parser;
+use node_shell::parameters::NoParameters;
 use node_shell::{Node, NodeFailure, RosArguments, ShellError};
 
 use crate::bag::Bag;
@@ -94,7 +95,8 @@ fn try_run(arguments: impl IntoIterator<Item = String>) -> Result<ExitCode, Node
 /// When the bag could not be played.
 pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode, NodeFailure> {
     let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
-    node_shell::log::start(identity.name(), &ros.log);
+    node_shell::log::start(&identity.logger_name(), &ros.log);
+    ros.tell_without_effect();
     // A bag that cannot be read needs no network to say so.
     Bag::open(&options.bag)?;
     let json = options.json;
@@ -106,6 +108,8 @@ pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode,
         .map_err(ShellError::Process)?;
     let summary = runtime.block_on(async {
         let node = Node::start(NODE_NAME, ros)?;
+        // It has none but those of every node.
+        node.serve_parameters(&NoParameters {})?;
         let result = play(options, &node).await;
         node.close().await;
         result.map_err(NodeFailure::from)

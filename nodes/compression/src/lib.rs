@@ -48,18 +48,23 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// # Errors
 /// When a parameter is out of its range, or a topic cannot be had.
 pub async fn serve(node: &Node, parameters: CompressionParameters) -> Result<(), NodeFailure> {
-    let (depth_codec, metres_as) = parameters.depth_codec()?;
-    let color_codec = parameters.color_codec()?;
+    let (mut depth_codec, mut metres_as) = parameters.depth_codec()?;
+    let mut color_codec = parameters.color_codec()?;
     let lane = |is_wanted: bool, topic, part| {
         is_wanted.then(|| Lane::new(node, topic, part, parameters.reliable)).transpose()
     };
     let depth = lane(parameters.images.has_depth(), DEPTH_TOPIC, COMPRESSED_DEPTH_TOPIC)?;
     let color = lane(parameters.images.has_color(), COLOR_TOPIC, COMPRESSED_IMAGE_TOPIC)?;
+    let mut live = node.serve_parameters(&parameters)?;
     let shutdown = node.shutdown_signal();
     loop {
         tokio::select! {
             biased;
             () = shutdown.wait() => return Ok(()),
+            parameters = live.changed() => {
+                (depth_codec, metres_as) = parameters.depth_codec()?;
+                color_codec = parameters.color_codec()?;
+            }
             (lane, image) = next(depth.as_ref()) => lane.take(&image.message, |image| {
                 let image = convert::depth_from_message(image)?;
                 convert::compressed_message_from_depth_with(&image, depth_codec, metres_as)

@@ -4,6 +4,8 @@ use msgs::convert::{
     CompressedImageError, DepthCodec, ImageCodec, InverseDepth, JpegQuality, JpegQualityError,
     MetresAs,
 };
+use node_shell::NodeFailure;
+use node_shell::parameters::{NodeParameters, Range};
 use serde::{Deserialize, Serialize};
 
 /// Which images are compressed.
@@ -98,6 +100,26 @@ impl Default for CompressionParameters {
             jpeg_quality: JpegQuality::default().get(),
             reliable: false,
         }
+    }
+}
+
+impl NodeParameters for CompressionParameters {
+    const FILE: &'static str = include_str!("../../../config/compression.yaml");
+    const RANGES: &'static [(&'static str, Range)] = &[("jpeg_quality", Range::whole(1, 100))];
+    /// All but what its topics are made by.
+    const CHANGEABLE: &'static [&'static str] = &[
+        "depth_format",
+        "depth_metres",
+        "depth_max_m",
+        "depth_quantization",
+        "color_format",
+        "jpeg_quality",
+    ];
+
+    fn validate(&self) -> Result<(), NodeFailure> {
+        self.depth_codec()?;
+        self.color_codec()?;
+        Ok(())
     }
 }
 

@@ -119,6 +119,18 @@ impl<S, C: Clone> Matcher<S, C> {
         events
     }
 
+    /// The clock that all inputs share was set back to `now`: where what was taken in is of the time after it, beyond what
+    /// may still be on its way, every scan that waits is dropped and the matcher is as new. Returns none where it goes on.
+    pub fn set_back(&mut self, now: Stamp) -> Option<Vec<MatchEvent<S, C>>> {
+        let ahead_s = self.newest?.seconds_since(now);
+        if ahead_s <= self.limits.wait_s {
+            return None;
+        }
+        let mut events = Vec::new();
+        self.restart(DropCause::ClockJumpedBack, &mut events);
+        Some(events)
+    }
+
     /// How many scans wait for their cloud or pose.
     #[must_use]
     pub fn waiting_scans(&self) -> usize {

@@ -3,6 +3,7 @@
 mod extrinsics;
 mod inputs;
 mod mounts;
+mod parameters;
 mod stage;
 #[cfg(test)]
 mod tests;
@@ -113,11 +114,14 @@ pub async fn serve(node: &Node, parameters: DetectionParameters) -> Result<(), N
     let longest_silence =
         Duration::try_from_secs_f64(SILENCE_IN_WAITS * parameters.config.max_wait_s)?;
     let mut stage = Stage::new(node, &parameters)?;
+    let mut live = node.serve_parameters(&parameters)?;
+    let clock = node.clock();
+    let mut jumps = clock.jumps();
     let shutdown = node.shutdown_signal();
     loop {
         let silence = async {
             if stage.is_waiting() {
-                tokio::time::sleep(longest_silence).await;
+                clock.sleep(longest_silence).await;
             } else {
                 std::future::pending::<()>().await;
             }
@@ -125,6 +129,8 @@ pub async fn serve(node: &Node, parameters: DetectionParameters) -> Result<(), N
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
+            parameters = live.changed() => stage.change(&parameters)?,
+            now = jumps.next() => stage.set_back(now),
             arrival = stage.next() => stage.take(arrival),
             () = silence => stage.give_up_waiting(),
         }

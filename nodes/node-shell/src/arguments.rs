@@ -6,7 +6,7 @@ mod tests;
 use std::path::PathBuf;
 
 use crate::log::{LogDirective, LogLevel};
-use crate::names::{NameError, NodeIdentity, RemapRule};
+use crate::names::{NameError, NodeIdentity, RemapKind, RemapRule};
 
 /// Where values of parameters come from, in the order of the command line; later ones win.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -34,7 +34,7 @@ pub enum ParameterSource {
 /// What stood on the command line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct RosArguments {
-    /// Topic remappings, in order.
+    /// Remappings of topics and services, in order.
     pub remappings: Vec<RemapRule>,
     /// Sources of parameter values, in order.
     pub parameters: Vec<ParameterSource>,
@@ -42,6 +42,8 @@ pub struct RosArguments {
     pub log: Vec<LogDirective>,
     /// What stood outside `--ros-args ... --`, for the program itself.
     pub own: Vec<String>,
+    /// What was accepted and changes nothing here, as it stood.
+    pub without_effect: Vec<String>,
     node_names: Vec<RemapRule>,
     namespaces: Vec<RemapRule>,
 }
@@ -52,15 +54,9 @@ pub enum ArgumentError {
     /// No option of `--ros-args` has this name.
     #[error(
         "unknown ROS argument `{argument}`; accepted are -r FROM:=TO, -p NAME:=VALUE, --params-file \
-         FILE, --log-level LEVEL, and `--` to end them"
+         FILE, --log-level LEVEL, --enclave PATH, and `--` to end them"
     )]
     Unknown {
-        /// The argument.
-        argument: String,
-    },
-    /// A ROS 2 option that this suite does not have.
-    #[error("the ROS argument `{argument}` is not supported here; leave it out")]
-    Unsupported {
         /// The argument.
         argument: String,
     },
@@ -98,12 +94,18 @@ const REMAPPING: &str = "FROM:=TO, as scan:=/laser/scan or __node:=left_detectio
 const ASSIGNMENT: &str = "NAME:=VALUE, as voxel_edge_m:=0.08";
 const FILE: &str = "the path of a YAML file";
 const LEVEL: &str = "debug, info, warn, error or fatal, or LOGGER:=LEVEL";
+const ENCLAVE: &str = "the absolute name of an enclave, as /robot";
+const LOG_FILE: &str = "the name of a file";
+
+/// The schemes that say what a remapping is for.
+const SCHEMES: [(&str, RemapKind); 2] =
+    [("rostopic://", RemapKind::Topic), ("rosservice://", RemapKind::Service)];
 
 impl RosArguments {
     /// Parses the arguments of a program, without the program's own name at their front.
     ///
     /// # Errors
-    /// When an argument within `--ros-args` is unknown, unsupported or malformed.
+    /// When an argument within `--ros-args` is unknown or malformed.
     pub fn parse<I>(arguments: I) -> Result<Self, ArgumentError>
     where
         I: IntoIterator,
@@ -114,6 +116,7 @@ impl RosArguments {
             parameters: Vec::new(),
             log: Vec::new(),
             own: Vec::new(),
+            without_effect: Vec::new(),
             node_names: Vec::new(),
             namespaces: Vec::new(),
         };
@@ -137,18 +140,27 @@ impl RosArguments {
         Ok(parsed)
     }
 
-    /// Who the node is that the program calls `default_name`.
+    /// Who the node is that the program calls `default_name`. As in ROS 2 a rule `node:__ns:=` is for the name that the
+    /// node has by then, after `__node`.
     ///
     /// # Errors
     /// When the default name breaks the rules for names.
     pub fn identity(&self, default_name: &str) -> Result<NodeIdentity, NameError> {
-        let pick = |rules: &[RemapRule], otherwise: &str| {
+        let pick = |rules: &[RemapRule], name: &str, otherwise: &str| {
             rules
                 .iter()
-                .find(|rule| rule.is_for(default_name))
+                .find(|rule| rule.is_for(name))
                 .map_or_else(|| otherwise.to_owned(), |rule| rule.to.clone())
         };
-        NodeIdentity::new(&pick(&self.namespaces, "/"), &pick(&self.node_names, default_name))
+        let name = pick(&self.node_names, default_name, default_name);
+        NodeIdentity::new(&pick(&self.namespaces, &name, "/"), &name)
+    }
+
+    /// Says in the log what was accepted and changes nothing.
+    pub fn tell_without_effect(&self) {
+        for argument in &self.without_effect {
+            tracing::info!("the ROS argument `{argument}` has no effect here");
+        }
     }
 
     fn take_option(
@@ -177,16 +189,27 @@ impl RosArguments {
                 let value = value(LEVEL)?;
                 self.take_log_level(option, value)
             }
+            "-e" | "--enclave" => {
+                let path = value(ENCLAVE)?;
+                if !path.starts_with('/') {
+                    return Err(ArgumentError::BadValue { option, value: path, accepted: ENCLAVE });
+                }
+                self.without_effect.push(format!("{option} {path}"));
+                Ok(())
+            }
+            "--log-config-file" | "--log-file-name" => {
+                let file = value(LOG_FILE)?;
+                self.without_effect.push(format!("{option} {file}"));
+                Ok(())
+            }
             // What they ask for is what this suite does anyway.
-            "--enable-stdout-logs" | "--disable-rosout-logs" => Ok(()),
-            "-e"
-            | "--enclave"
-            | "--log-config-file"
-            | "--log-file-name"
-            | "--enable-rosout-logs"
-            | "--disable-stdout-logs"
-            | "--enable-external-lib-logs"
-            | "--disable-external-lib-logs" => Err(ArgumentError::Unsupported { argument: option }),
+            "--enable-stdout-logs" | "--disable-rosout-logs" | "--disable-external-lib-logs" => {
+                Ok(())
+            }
+            "--disable-stdout-logs" | "--enable-rosout-logs" | "--enable-external-lib-logs" => {
+                self.without_effect.push(option);
+                Ok(())
+            }
             _ => Err(ArgumentError::Unknown { argument: option }),
         }
     }
@@ -198,16 +221,22 @@ impl RosArguments {
             accepted: REMAPPING,
         };
         let (left, to) = value.split_once(":=").ok_or_else(|| bad(&value))?;
-        if left.starts_with("rosservice://") || to.is_empty() {
+        // rcl has the node before the scheme: `node:rostopic://from:=to`.
+        let (node, from) = split_node(left);
+        let (kind, from) = split_scheme(from);
+        let to = match split_scheme(to) {
+            (RemapKind::Any, to) => to,
+            (of_target, to) if of_target == kind => to,
+            _ => return Err(bad(&value)),
+        };
+        if to.is_empty() {
             return Err(bad(&value));
         }
-        let left = left.strip_prefix("rostopic://").unwrap_or(left);
-        let to = to.strip_prefix("rostopic://").unwrap_or(to);
-        let (node, from) = split_node(left);
-        let rule = RemapRule { node, from: from.to_owned(), to: to.to_owned() };
+        let rule = RemapRule { kind, node, from: from.to_owned(), to: to.to_owned() };
         // Any node will do to check a name's form.
         let probe = |namespace: &str, name: &str| NodeIdentity::new(namespace, name);
         let checked = match from {
+            "__node" | "__name" | "__ns" if kind != RemapKind::Any => return Err(bad(&value)),
             "__node" | "__name" => probe("/", to).map(|_| &mut self.node_names),
             "__ns" if to.starts_with('/') => probe(to, "node").map(|_| &mut self.namespaces),
             "__ns" => return Err(bad(&value)),
@@ -248,8 +277,9 @@ impl RosArguments {
             Some((logger, level)) => (Some(logger.to_owned()), level),
             None => (None, value.as_str()),
         };
+        let well_formed = logger.as_deref().is_none_or(is_logger);
         match LogLevel::parse(level) {
-            Some(level) if logger.as_deref() != Some("") => {
+            Some(level) if well_formed => {
                 self.log.push(LogDirective { logger, level });
                 Ok(())
             }
@@ -258,10 +288,26 @@ impl RosArguments {
     }
 }
 
-/// Takes the `node:` off the front of `node:name`; a `:` cannot stand in a name.
+/// Takes the `node:` off the front of `node:name`; a `:` cannot stand in a name, but in its scheme.
 fn split_node(left: &str) -> (Option<String>, &str) {
     match left.split_once(':') {
+        Some((_, rest)) if rest.starts_with("//") => (None, left),
         Some((node, name)) => (Some(node.to_owned()), name),
         None => (None, left),
     }
+}
+
+/// Takes the scheme off the front of a name.
+fn split_scheme(name: &str) -> (RemapKind, &str) {
+    SCHEMES
+        .iter()
+        .find_map(|(scheme, kind)| Some((*kind, name.strip_prefix(scheme)?)))
+        .unwrap_or((RemapKind::Any, name))
+}
+
+/// Whether it can be the name of a logger: parts with dots or, as libraries of this suite have it, `::` between them.
+fn is_logger(name: &str) -> bool {
+    name.replace("::", ".").split('.').all(|part| {
+        !part.is_empty() && part.chars().all(|one| one.is_ascii_alphanumeric() || one == '_')
+    })
 }

@@ -5,9 +5,8 @@ mod loss;
 mod missing;
 
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
-use msgs::builtin_interfaces::Time;
 use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use msgs::std_msgs::Header;
 use tokio::time::Instant;
@@ -15,6 +14,7 @@ use tokio::time::Instant;
 use loss::{Loss, LossWatch};
 use missing::MissingWarning;
 
+use crate::clock::NodeClock;
 use crate::counters::{Counters, Snapshot};
 use crate::graph::{Graph, Match, Role, Trouble};
 use crate::publisher::Publisher;
@@ -30,6 +30,7 @@ pub(crate) struct Diagnostics {
     pub(crate) publisher: Publisher<DiagnosticArray>,
     pub(crate) graph: Graph,
     pub(crate) counters: Counters,
+    pub(crate) clock: NodeClock,
     pub(crate) health: Arc<ReceiveHealth>,
 }
 
@@ -112,7 +113,7 @@ impl Diagnostics {
             values.push(pair("cycles per second", rate(now.cycles, Some(&before.cycles))));
         }
         DiagnosticArray {
-            header: Header { stamp: wall_clock(), frame_id: String::new() },
+            header: Header { stamp: self.clock.now(), frame_id: String::new() },
             status: vec![DiagnosticStatus {
                 level,
                 name: self.node_name.clone(),
@@ -211,15 +212,6 @@ fn missing(matches: &[Match]) -> Vec<&str> {
 
 fn pair(key: &str, value: String) -> KeyValue {
     KeyValue { key: key.to_owned(), value }
-}
-
-/// The time for stamps of what the node says about itself; data keep the stamps that they came with.
-fn wall_clock() -> Time {
-    let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    Time {
-        sec: i32::try_from(since_epoch.as_secs()).unwrap_or(i32::MAX),
-        nanosec: since_epoch.subsec_nanos(),
-    }
 }
 
 #[cfg(test)]

@@ -80,6 +80,19 @@ pub enum PublishError {
         /// Why.
         source: PayloadError,
     },
+    /// A response would be sent in fragments, which only clients of Cyclone DDS can read.
+    #[error(
+        "{service} does not answer: the response has {bytes} bytes, and more than {largest} reach clients of Cyclone \
+         DDS alone; ask for less at a time"
+    )]
+    ResponseTooLarge {
+        /// The service.
+        service: String,
+        /// Of the response.
+        bytes: usize,
+        /// The largest that every client gets.
+        largest: usize,
+    },
     /// A reliable subscriber is too far behind.
     #[error(
         "a message for {topic} was not taken: a reliable subscriber has not acknowledged the earlier \

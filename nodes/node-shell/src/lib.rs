@@ -31,12 +31,12 @@
 //! });
 //! ```
 //!
-//! What is absent: parameter services, `/rosout`, `use_sim_time`, lifecycle, broadcasters of tf, clients of
-//! services, and actions.
+//! What is absent: `/rosout`, lifecycle, broadcasters of tf, clients of services, and actions.
 //! They come when a node needs them.
 
 pub mod arguments;
 mod assembly;
+mod clock;
 mod counters;
 mod diagnostics;
 mod error;
@@ -52,6 +52,7 @@ mod network;
 mod node;
 #[cfg(test)]
 mod over_dds;
+mod parameter_services;
 pub mod parameters;
 mod payload;
 mod program;
@@ -70,11 +71,13 @@ mod transport;
 mod writer;
 
 pub use arguments::RosArguments;
+pub use clock::{ClockJumps, NodeClock};
 pub use counters::Counters;
 pub use error::{PublishError, ShellError};
 pub use graph::{Match, Role};
 pub use host::Host;
 pub use node::Node;
+pub use parameter_services::{LiveParameters, descriptors};
 pub use payload::PayloadError;
 pub use program::{NodeFailure, Program};
 pub use publisher::{Publisher, RawPublisher};

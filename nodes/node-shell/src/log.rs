@@ -66,10 +66,11 @@ pub struct LogDirective {
     pub level: LogLevel,
 }
 
-/// Starts printing as the node `node_name`; does nothing when the process prints already.
-pub fn start(node_name: &str, directives: &[LogDirective]) {
-    let filter = filter_text(node_name, directives);
-    let format = RosFormat { node_name: node_name.to_owned() };
+/// Starts printing as a process of which `logger` is the logger (as `robot.detection`, for a node of this name); does
+/// nothing when the process prints already.
+pub fn start(logger: &str, directives: &[LogDirective]) {
+    let filter = filter_text(logger, directives);
+    let format = RosFormat { logger: logger.to_owned() };
     // An error means that somebody else has set up logging: theirs it is, then.
     let _ = tracing_subscriber::fmt()
         .with_env_filter(EnvFilter::new(filter))
@@ -79,24 +80,31 @@ pub fn start(node_name: &str, directives: &[LogDirective]) {
         .try_init();
 }
 
-/// The filter for the directives; a later one wins over an earlier one for the same logger.
-fn filter_text(node_name: &str, directives: &[LogDirective]) -> String {
+/// The filter for the directives; a later one wins over an earlier one for the same logger. The process' own logger goes
+/// by its whole name or by the node's alone. Other loggers are libraries, by their paths, and the nodes that share the
+/// process, by their names: each works within a span of that name.
+fn filter_text(logger: &str, directives: &[LogDirective]) -> String {
+    let is_own = |name: &str| name == logger || logger.rsplit('.').next() == Some(name);
     let level = directives
         .iter()
         .rev()
-        .find(|one| one.logger.is_none() || one.logger.as_deref() == Some(node_name))
+        .find(|one| one.logger.as_deref().is_none_or(is_own))
         .map_or(LogLevel::Info, |one| one.level);
     let mut filter = format!("{},{QUIET_LIBRARIES}", level.filter());
     for one in directives {
-        if let Some(logger) = one.logger.as_deref().filter(|logger| *logger != node_name) {
-            filter.push_str(&format!(",{}={}", logger.replace('.', "::"), one.level.filter()));
+        if let Some(name) = one.logger.as_deref().filter(|name| !is_own(name)) {
+            let level = one.level.filter();
+            filter.push_str(&format!(",{}={level}", name.replace('.', "::")));
+            if !name.contains(['.', ':']) {
+                filter.push_str(&format!(",[{name}]={level}"));
+            }
         }
     }
     filter
 }
 
 struct RosFormat {
-    node_name: String,
+    logger: String,
 }
 
 impl<S, N> FormatEvent<S, N> for RosFormat
@@ -119,13 +127,13 @@ where
         };
         // Several nodes may share a process: each works within a span of its own name.
         let span = context.lookup_current();
-        let node_name = span.as_ref().map_or(self.node_name.as_str(), |span| span.name());
+        let logger = span.as_ref().map_or(self.logger.as_str(), |span| span.name());
         let coloured = writer.has_ansi_escapes() && !colour.is_empty();
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         if coloured {
             writer.write_str(colour)?;
         }
-        write!(writer, "[{name}] [{}.{:09}] [{}]: ", now.as_secs(), now.subsec_nanos(), node_name)?;
+        write!(writer, "[{name}] [{}.{:09}] [{}]: ", now.as_secs(), now.subsec_nanos(), logger)?;
         context.field_format().format_fields(writer.by_ref(), event)?;
         if coloured {
             writer.write_str("\x1b[0m")?;
@@ -158,6 +166,26 @@ mod tests {
         let for_library = directive(Some("rustdds.rtps"), LogLevel::Debug);
         let filter = filter_text("detection", &[for_library]);
         assert!(filter.starts_with("info,") && filter.ends_with(",rustdds::rtps=debug"));
+        assert!(EnvFilter::try_new(filter).is_ok());
+    }
+
+    #[test]
+    fn a_node_in_a_namespace_has_its_logger_with_dots() {
+        for name in ["robot.detection", "detection"] {
+            let filter = filter_text("robot.detection", &[directive(Some(name), LogLevel::Error)]);
+            assert_eq!(filter, format!("error,{QUIET_LIBRARIES}"));
+        }
+        let other = directive(Some("arm.detection"), LogLevel::Error);
+        assert!(filter_text("robot.detection", &[other]).starts_with("info,"));
+    }
+
+    #[test]
+    fn a_node_that_shares_the_process_is_meant_by_the_span_of_its_name() {
+        let filter = filter_text("stillmap", &[directive(Some("segmentation"), LogLevel::Debug)]);
+        assert!(
+            filter.starts_with("info,") && filter.ends_with(",[segmentation]=debug"),
+            "{filter}"
+        );
         assert!(EnvFilter::try_new(filter).is_ok());
     }
 }

@@ -85,8 +85,34 @@ impl NodeIdentity {
     /// # Errors
     /// When the name, or what it is remapped to, breaks the rules for topic names.
     pub fn resolve(&self, rules: &[RemapRule], name: &str) -> Result<String, NameError> {
+        self.resolve_as(RemapKind::Topic, rules, name)
+    }
+
+    /// The same for the name of a service.
+    ///
+    /// # Errors
+    /// As [`NodeIdentity::resolve`].
+    pub fn resolve_service(&self, rules: &[RemapRule], name: &str) -> Result<String, NameError> {
+        self.resolve_as(RemapKind::Service, rules, name)
+    }
+
+    /// The name of the node's logger in ROS 2: its full name with dots, as `robot.detection`.
+    #[must_use]
+    pub fn logger_name(&self) -> String {
+        self.full_name().trim_start_matches('/').replace('/', ".")
+    }
+
+    fn resolve_as(
+        &self,
+        kind: RemapKind,
+        rules: &[RemapRule],
+        name: &str,
+    ) -> Result<String, NameError> {
         let absolute = self.expand(name)?;
-        for rule in rules.iter().filter(|rule| rule.is_for(&self.name)) {
+        let fitting = |rule: &&RemapRule| {
+            rule.is_for(&self.name) && (rule.kind == RemapKind::Any || rule.kind == kind)
+        };
+        for rule in rules.iter().filter(fitting) {
             if self.expand(&rule.from)? == absolute {
                 return self.expand(&rule.to);
             }
@@ -124,12 +150,25 @@ impl NodeIdentity {
     }
 }
 
+/// What a rule may rename.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum RemapKind {
+    /// Topics and services: `from:=to`.
+    Any,
+    /// Topics alone: `rostopic://from:=to`.
+    Topic,
+    /// Services alone: `rosservice://from:=to`.
+    Service,
+}
+
 /// One `from:=to` of the command line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct RemapRule {
+    /// What it may rename.
+    pub kind: RemapKind,
     /// The node that the rule is for; all of the process where it is absent.
     pub node: Option<String>,
-    /// The topic's name in the program.
+    /// The name of the topic or service in the program.
     pub from: String,
     /// The name to use instead.
     pub to: String,
@@ -147,6 +186,12 @@ impl RemapRule {
 #[must_use]
 pub(crate) fn dds_topic_name(absolute: &str) -> String {
     format!("rt{absolute}")
+}
+
+/// The name that the topic of a service's responses has on the wire: `rr/switchReply` for `/switch`.
+#[must_use]
+pub(crate) fn dds_response_topic_name(absolute: &str) -> String {
+    format!("rr{absolute}Reply")
 }
 
 /// The name that a type has on the wire: `sensor_msgs::msg::dds_::LaserScan_` for

@@ -18,7 +18,10 @@ use crate::host::Host;
 use crate::names::{self, NodeIdentity};
 use crate::payload::Payload;
 use crate::qos::Qos;
-use crate::transport::{Announcer, BacklogWatch, GrantedBuffer, Joined, ReceiveHealth, Transport};
+use crate::service::Body;
+use crate::transport::{
+    self, Announcer, BacklogWatch, GrantedBuffer, Joined, ReceiveHealth, Transport,
+};
 
 /// How long the node waits for its own tasks at the end.
 const LONGEST_CLOSE: Duration = Duration::from_millis(500);
@@ -27,9 +30,11 @@ const LONGEST_CLOSE: Duration = Duration::from_millis(500);
 pub(crate) struct Network {
     pub(crate) granted: GrantedBuffer,
     pub(crate) health: Arc<ReceiveHealth>,
+    /// The largest datagram that every interface carries in one piece.
+    pub(crate) smallest_mtu_bytes: usize,
     /// Ends the node's own tasks; not the same as the host's shutdown, which only asks the program to end.
     stop: watch::Sender<bool>,
-    tasks: Vec<JoinHandle<()>>,
+    tasks: Mutex<Vec<JoinHandle<()>>>,
     // In the order in which they must end: the announcer, the watch with its handles of the sockets,
     // the node, then the context.
     _announcer: Option<Announcer>,
@@ -66,8 +71,9 @@ impl Network {
         Ok(Self {
             granted,
             health,
+            smallest_mtu_bytes: transport::smallest_mtu_bytes(),
             stop,
-            tasks: vec![follow],
+            tasks: Mutex::new(vec![follow]),
             _announcer: announcer,
             _backlog: backlog,
             inner: Arc::new(Mutex::new(inner)),
@@ -115,19 +121,37 @@ impl Network {
         }
     }
 
+    /// A writer of a service's responses.
+    pub(crate) fn response_writer(
+        &self,
+        absolute: &str,
+        dds_type: &str,
+        policies: &QosPolicies,
+    ) -> Result<ros2_client::Publisher<Body>, String> {
+        let name = names::dds_response_topic_name(absolute);
+        let topic = self
+            .context
+            .domain_participant()
+            .create_topic(name, dds_type.to_owned(), policies, TopicKind::NoKey)
+            .map_err(|error| error.to_string())?;
+        self.lock().create_publisher(&topic, None).map_err(|error| error.to_string())
+    }
+
     /// Lets a task of the node run until the node leaves the network.
     pub(crate) fn spawn<F: Future<Output = ()> + Send + 'static>(
-        &mut self,
+        &self,
         task: impl FnOnce(BoxFuture<'static, ()>) -> F,
     ) {
         let task = task(stopped(&self.stop).boxed());
-        self.tasks.push(tokio::spawn(task.in_current_span()));
+        let task = tokio::spawn(task.in_current_span());
+        self.tasks.lock().unwrap_or_else(PoisonError::into_inner).push(task);
     }
 
     /// Ends the node's own tasks.
     pub(crate) async fn stop(&mut self) {
         self.stop.send_replace(true);
-        for mut task in self.tasks.drain(..) {
+        let tasks = self.tasks.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for mut task in tasks.drain(..) {
             if tokio::time::timeout(LONGEST_CLOSE, &mut task).await.is_err() {
                 tracing::warn!("a task of the node did not end by itself");
                 task.abort();

@@ -3,11 +3,13 @@
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Weak};
 
+use msgs::rosgraph_msgs::Clock;
 use msgs::{RosMessage, RosService};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::arguments::RosArguments;
+use crate::clock::{CLOCK_TOPIC, NodeClock};
 use crate::counters::Counters;
 use crate::diagnostics::Diagnostics;
 use crate::error::ShellError;
@@ -17,7 +19,8 @@ use crate::host::Host;
 use crate::inbox::Queue;
 use crate::names::{self, NodeIdentity};
 use crate::network::Network;
-use crate::parameters::{self, ParameterError};
+use crate::parameter_services::{LiveParameters, ParameterServices};
+use crate::parameters::{self, NodeParameters, ParameterError};
 use crate::publisher::{Outlet, Publisher, RawPublisher};
 use crate::qos::Qos;
 use crate::reader::{MakeReader, Reader};
@@ -38,6 +41,8 @@ pub struct Node {
     graph: Graph,
     counters: Counters,
     host: Host,
+    clock: NodeClock,
+    use_sim_time: bool,
     network: Option<Network>,
 }
 
@@ -70,19 +75,23 @@ impl Node {
         arguments: &RosArguments,
     ) -> Result<Self, ShellError> {
         let identity = arguments.identity(default_name)?;
+        let use_sim_time = parameters::use_sim_time(&identity, &arguments.parameters)?;
         let graph = Graph::new(Arc::clone(host.exchange()), host.siblings().clone());
         let network = match host.transport() {
             None => None,
             Some(transport) => Some(Network::join(transport, &identity, &graph, host)?),
         };
-        let mut node = Self {
+        let node = Self {
             identity,
             arguments: arguments.clone(),
             graph,
             counters: Counters::default(),
             host: host.clone(),
+            clock: NodeClock::new(use_sim_time),
+            use_sim_time,
             network,
         };
+        node.start_clock()?;
         node.start_diagnostics()?;
         Ok(node)
     }
@@ -103,6 +112,30 @@ impl Node {
         P: Serialize + DeserializeOwned + Default,
     {
         parameters::of_node(&self.identity, &self.arguments.parameters)
+    }
+
+    /// Lets others read the node's parameters and set those that may change, as long as the node runs; logs their values.
+    ///
+    /// # Errors
+    /// When a name is none, or the library refuses.
+    pub fn serve_parameters<P: NodeParameters>(
+        &self,
+        parameters: &P,
+    ) -> Result<LiveParameters<P>, ShellError> {
+        let Some(network) = &self.network else { return Ok(LiveParameters::fixed()) };
+        let (services, live) = ParameterServices::open(self, parameters)?;
+        network.spawn(|stop| services.run(stop));
+        Ok(live)
+    }
+
+    /// The time that the node goes by: the wall clock's or, with `use_sim_time`, that of `/clock`.
+    #[must_use]
+    pub fn clock(&self) -> NodeClock {
+        self.clock.clone()
+    }
+
+    pub(crate) fn uses_sim_time(&self) -> bool {
+        self.use_sim_time
     }
 
     /// The absolute name of a topic, after remapping.
@@ -181,10 +214,10 @@ impl Node {
     /// # Errors
     /// When the name is none, or the library refuses.
     pub fn service<S: RosService>(&self, name: &str) -> Result<Service<S>, ShellError> {
-        let absolute = self.resolve(name)?;
+        let absolute = self.identity.resolve_service(&self.arguments.remappings, name)?;
         match &self.network {
             None => Ok(Service::unasked(&absolute)),
-            Some(network) => Service::new(&mut network.lock(), &absolute),
+            Some(network) => Service::new(network, &absolute),
         }
     }
 
@@ -278,8 +311,21 @@ impl Node {
         drop(network);
     }
 
+    /// On no network nobody tells the time: nodes that are driven there go by the stamps of the data alone.
+    fn start_clock(&self) -> Result<(), ShellError> {
+        let Some(network) = self.network.as_ref().filter(|_| self.use_sim_time) else {
+            return Ok(());
+        };
+        // As rclcpp has it.
+        let topic = self.subscription::<Clock>(CLOCK_TOPIC, &Qos::sensor(1))?;
+        tracing::info!("the time is that of {}", topic.topic());
+        let clock = self.clock.clone();
+        network.spawn(|stop| clock.follow(topic, stop));
+        Ok(())
+    }
+
     /// A node on no network has nobody to report to.
-    fn start_diagnostics(&mut self) -> Result<(), ShellError> {
+    fn start_diagnostics(&self) -> Result<(), ShellError> {
         let Some(network) = &self.network else { return Ok(()) };
         let diagnostics = Diagnostics {
             health: Arc::clone(&network.health),
@@ -287,10 +333,9 @@ impl Node {
             publisher: self.publisher(DIAGNOSTICS, &Qos::reliable(10))?,
             graph: self.graph.clone(),
             counters: self.counters.clone(),
+            clock: self.clock.clone(),
         };
-        if let Some(network) = &mut self.network {
-            network.spawn(|stop| diagnostics.run(stop));
-        }
+        network.spawn(|stop| diagnostics.run(stop));
         Ok(())
     }
 }

@@ -5,11 +5,16 @@
 //! Nested structs are groups: field `edge_m` of field `voxel` is the parameter `voxel.edge_m`, in a
 //! file either written so or nested. A field must not hide itself while serialised
 //! (`skip_serializing_if`), or it would be unknown.
+//!
+//! A section that names the node must have what the node knows. One for several nodes, as `/**`, has what the others know,
+//! too: what this one does not know of it is passed over, and told of in the log.
 
 mod file;
+mod node_parameters;
 mod overlay;
 #[cfg(test)]
 mod tests;
+mod tree;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -20,25 +25,36 @@ use serde_json::Value;
 
 use crate::arguments::ParameterSource;
 use crate::names::NodeIdentity;
-use overlay::Overlay;
+pub use node_parameters::{NoParameters, NodeParameters, Range};
+pub(crate) use overlay::Overlay;
 
 /// The parameter by which ROS 2 switches a node to simulated time.
-const USE_SIM_TIME: &str = "use_sim_time";
+pub(crate) const USE_SIM_TIME: &str = "use_sim_time";
 
 /// Where a value stood.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum ValueOrigin {
     /// In a parameter file.
-    File(PathBuf),
+    File {
+        /// The file.
+        path: Box<Path>,
+        /// The line, from 1.
+        line: u64,
+    },
     /// Behind `-p`.
     CommandLine,
+    /// In a request to the node.
+    Service,
 }
 
 impl fmt::Display for ValueOrigin {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::File(path) => write!(formatter, "in {}", path.display()),
+            Self::File { path, line } => {
+                write!(formatter, "in {}, line {line}", path.display())
+            }
             Self::CommandLine => formatter.write_str("on the command line"),
+            Self::Service => formatter.write_str("in the request"),
         }
     }
 }
@@ -64,12 +80,14 @@ pub enum ParameterError {
     },
     /// The file is YAML, but no parameter file.
     #[error(
-        "the parameter file {}: `{at}` {problem}; accepted is NODE: {{ros__parameters: {{NAME: VALUE}}}}, \
+        "the parameter file {}, line {line}: `{at}` {problem}; accepted is NODE: {{ros__parameters: {{NAME: VALUE}}}}, \
          with /** for every node", path.display()
     )]
     NotParameters {
         /// The file.
         path: PathBuf,
+        /// The line, from 1.
+        line: u64,
         /// The key where the form breaks.
         at: String,
         /// What is wrong with it.
@@ -97,16 +115,7 @@ pub enum ParameterError {
         /// What is accepted.
         accepted: String,
         /// Why it does not fit.
-        reason: String,
-    },
-    /// Simulated time is asked for, which no node of this suite follows.
-    #[error(
-        "parameter `use_sim_time` {origin}: simulated time is not supported; leave it out, since the \
-         nodes take their time from the stamps of the data"
-    )]
-    SimulatedTime {
-        /// Where it stood.
-        origin: ValueOrigin,
+        reason: Box<str>,
     },
     /// The struct of defaults cannot be written as parameters; this is a mistake in the program.
     #[error("the defaults of the parameters cannot be written as parameters: {reason}")]
@@ -192,51 +201,99 @@ where
     P: Serialize + DeserializeOwned + Default,
 {
     let mut overlay = Overlay::<P>::new()?;
-    let mut set = |key: &str, value: Value, origin: ValueOrigin| {
-        if key == USE_SIM_TIME && !overlay.has(USE_SIM_TIME) {
-            return refuse_simulated_time(value, origin);
+    for_each_value(full_name, short_name, sources, |given| {
+        if overlay.has(&given.key) {
+            return overlay.set(&given.key, given.value, given.origin);
         }
-        overlay.set(key, value, origin)
-    };
-    for source in sources {
-        match source {
-            ParameterSource::File(path) => {
-                let origin = ValueOrigin::File(path.clone());
-                for (key, value) in file::parameters_of(path, full_name)? {
-                    set(&key, value, origin.clone())?;
-                }
-            }
-            ParameterSource::Text { name, yaml } => {
-                let origin = ValueOrigin::File(name.into());
-                for (key, value) in file::parameters_in(yaml, name.as_ref(), full_name)? {
-                    set(&key, value, origin.clone())?;
-                }
-            }
-            ParameterSource::Assignment { node, name, value } => {
-                if node.as_deref().is_some_and(|node| node != short_name) {
-                    continue;
-                }
-                let parsed =
-                    serde_saphyr::from_str(value).map_err(|error| bad_yaml(name, value, &error))?;
-                set(name, parsed, ValueOrigin::CommandLine)?;
-            }
+        if given.key == USE_SIM_TIME {
+            return truth(&given).map(|_| ());
         }
-    }
+        let unknown = overlay.unknown(&given.key, given.origin);
+        if given.is_for_it_alone {
+            return Err(unknown);
+        }
+        tracing::info!(
+            "{unknown} It stands in a section for several nodes; {full_name} passes it over"
+        );
+        Ok(())
+    })?;
     Ok(overlay.finish())
 }
 
-fn refuse_simulated_time(value: Value, origin: ValueOrigin) -> Result<(), ParameterError> {
-    match value {
-        Value::Bool(false) => Ok(()),
-        Value::Bool(true) => Err(ParameterError::SimulatedTime { origin }),
-        other => Err(ParameterError::BadValue {
-            key: USE_SIM_TIME.to_owned(),
-            origin,
-            found: other.to_string(),
-            accepted: "true or false".to_owned(),
-            reason: "it has another type".to_owned(),
-        }),
+/// Whether the node is to go by the time of `/clock`: the parameter `use_sim_time`, which every node has.
+///
+/// # Errors
+/// When a file or its value cannot be used.
+pub(crate) fn use_sim_time(
+    node: &NodeIdentity,
+    sources: &[ParameterSource],
+) -> Result<bool, ParameterError> {
+    let mut wanted = false;
+    for_each_value(&node.full_name(), node.name(), sources, |given| {
+        if given.key == USE_SIM_TIME {
+            wanted = truth(&given)?;
+        }
+        Ok(())
+    })?;
+    Ok(wanted)
+}
+
+/// A value that a source has for the node.
+struct Given {
+    key: String,
+    value: Value,
+    origin: ValueOrigin,
+    /// Whether it can be for no other node, so that the node must know it.
+    is_for_it_alone: bool,
+}
+
+/// Hands over the values of all sources for the node, in their order.
+fn for_each_value(
+    full_name: &str,
+    short_name: &str,
+    sources: &[ParameterSource],
+    mut take: impl FnMut(Given) -> Result<(), ParameterError>,
+) -> Result<(), ParameterError> {
+    for source in sources {
+        let (path, parameters) = match source {
+            ParameterSource::File(path) => (path.as_path(), file::parameters_of(path, full_name)?),
+            ParameterSource::Text { name, yaml } => {
+                (Path::new(name), file::parameters_in(yaml, Path::new(name), full_name)?)
+            }
+            ParameterSource::Assignment { node, name, value } => {
+                if node.as_deref().is_none_or(|node| node == short_name) {
+                    let parsed = serde_saphyr::from_str(value)
+                        .map_err(|error| bad_yaml(name, value, &error))?;
+                    take(Given {
+                        key: name.clone(),
+                        value: parsed,
+                        origin: ValueOrigin::CommandLine,
+                        is_for_it_alone: true,
+                    })?;
+                }
+                continue;
+            }
+        };
+        for parameter in parameters {
+            take(Given {
+                key: parameter.key,
+                value: parameter.value,
+                origin: ValueOrigin::File { path: path.into(), line: parameter.line },
+                is_for_it_alone: parameter.names_the_node,
+            })?;
+        }
     }
+    Ok(())
+}
+
+fn truth(given: &Given) -> Result<bool, ParameterError> {
+    given.value.as_bool().ok_or_else(|| ParameterError::BadValue {
+        key: given.key.clone(),
+        origin: given.origin.clone(),
+        found: given.value.to_string(),
+        accepted: "true or false".to_owned(),
+        reason: "it has another type".into(),
+    })
 }
 
 fn bad_yaml(name: &str, value: &str, error: &serde_saphyr::Error) -> ParameterError {
@@ -245,6 +302,6 @@ fn bad_yaml(name: &str, value: &str, error: &serde_saphyr::Error) -> ParameterEr
         origin: ValueOrigin::CommandLine,
         found: format!("`{value}`"),
         accepted: "a value in YAML, as 3, 0.5, true, text or [1, 2]".to_owned(),
-        reason: error.without_snippet().to_string(),
+        reason: error.without_snippet().to_string().into(),
     }
 }

@@ -76,7 +76,8 @@ impl Program {
             }
         }
         let identity = arguments.identity(self.name).map_err(ShellError::from)?;
-        crate::log::start(identity.name(), &arguments.log);
+        crate::log::start(&identity.logger_name(), &arguments.log);
+        arguments.tell_without_effect();
         let parameters = parameters::of_node(&identity, &arguments.parameters)?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(THREADS)
@@ -97,7 +98,7 @@ impl Program {
     {
         let mut help = format!(
             "{about}\n\nUsage: {name} [--ros-args [-r FROM:=TO] [-p NAME:=VALUE] [--params-file FILE]\n\
-             \x20      [-r __node:=NAME] [-r __ns:=/NAMESPACE] [--log-level LEVEL]]\n\n\
+             \x20      [-r __node:=NAME] [-r __ns:=/NAMESPACE] [--log-level [LOGGER:=]LEVEL]]\n\n\
              Example: {name} --ros-args -r __ns:=/robot --params-file {name}.yaml\n\n\
              Topics:\n",
             about = self.about,

@@ -1,7 +1,8 @@
 //! Services: requests that are answered one by one.
 //!
 //! Clients of Fast DDS, Connext, RustDDS (*enhanced* mapping) and Cyclone DDS are all answered in their own
-//! way. Not answered are big-endian clients, and Connext's *basic* mapping.
+//! way. Not answered are big-endian clients, Connext's *basic* mapping, and, but for Cyclone DDS, what takes a response
+//! that does not fit into a datagram (some 1.4 kB): see [`wire`].
 
 #[cfg(test)]
 mod tests;
@@ -10,16 +11,18 @@ mod wire;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use msgs::RosService;
 use msgs::cdr::{self, ByteOrder};
+use msgs::{RosMessage, RosService};
 use ros2_client::dds::{Server, ServiceMapping};
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 use ros2_client::{Name, QosProfile, RmwRequestId, ServiceTypeName};
 
 use crate::error::{PublishError, ShellError};
 use crate::names;
+use crate::network::Network;
+use crate::qos::Qos;
 use crate::throttle::Throttle;
-use wire::Body;
+pub(crate) use wire::Body;
 
 /// Requests that may wait, as ROS 2 has it for services.
 const DEPTH: usize = 10;
@@ -28,9 +31,19 @@ const DEPTH: usize = 10;
 pub struct Service<S> {
     name: Arc<str>,
     /// None where the host is on no network: nobody asks there.
-    server: Option<Server<Body, Body>>,
+    ends: Option<Ends>,
     malformed: Throttle,
     _service: PhantomData<fn(S)>,
+}
+
+/// What a service has on the network.
+struct Ends {
+    /// Takes all requests, and sends responses that say beside the message what they belong to.
+    server: Server<Body, Body>,
+    /// Sends responses to who knows them by what stands in front of the message.
+    plain: ros2_client::Publisher<Body>,
+    /// The largest message that `server` can send.
+    largest_whole: usize,
 }
 
 impl<S: RosService> Service<S> {
@@ -39,8 +52,8 @@ impl<S: RosService> Service<S> {
         Self::with(None, name)
     }
 
-    /// The service `name`, absolute, on a node of the library.
-    pub(crate) fn new(node: &mut ros2_client::Node, name: &str) -> Result<Self, ShellError> {
+    /// The service `name`, absolute, of a node on a network.
+    pub(crate) fn new(network: &Network, name: &str) -> Result<Self, ShellError> {
         let failed = |reason: String| ShellError::Endpoint {
             endpoint: "service",
             topic: name.to_owned(),
@@ -48,6 +61,7 @@ impl<S: RosService> Service<S> {
         };
         // Refuses what has not three parts.
         names::dds_type_name(S::TYPE_NAME)?;
+        let response_type = names::dds_type_name(<S::Response as RosMessage>::TYPE_NAME)?;
         let mut parts = S::TYPE_NAME.split('/');
         let (package, type_name) =
             (parts.next().unwrap_or_default(), parts.next_back().unwrap_or_default());
@@ -55,7 +69,11 @@ impl<S: RosService> Service<S> {
             .reliability(Reliability::Reliable { when_full: WhenFull::DEFAULT })
             .durability(Durability::Volatile)
             .history(History::KeepLast { depth: DEPTH });
-        let server = node
+        // First, so that who has seen the server has seen it as well.
+        let policies = Qos::reliable(DEPTH).writer_policies(S::TYPE_NAME);
+        let plain = network.response_writer(name, &response_type, &policies).map_err(failed)?;
+        let server = network
+            .lock()
             .create_server(
                 // The one that changes nothing in the bodies.
                 ServiceMapping::Enhanced,
@@ -65,16 +83,12 @@ impl<S: RosService> Service<S> {
                 qos,
             )
             .map_err(|error| failed(error.to_string()))?;
-        Ok(Self::with(Some(server), name))
+        let largest_whole = wire::largest_whole(network.smallest_mtu_bytes);
+        Ok(Self::with(Some(Ends { server, plain, largest_whole }), name))
     }
 
-    fn with(server: Option<Server<Body, Body>>, name: &str) -> Self {
-        Self {
-            name: name.into(),
-            server,
-            malformed: Throttle::for_warnings(),
-            _service: PhantomData,
-        }
+    fn with(ends: Option<Ends>, name: &str) -> Self {
+        Self { name: name.into(), ends, malformed: Throttle::for_warnings(), _service: PhantomData }
     }
 
     /// Waits for the next request. May be dropped while waiting: no request is lost by that.
@@ -82,10 +96,10 @@ impl<S: RosService> Service<S> {
     /// What cannot be decoded is told of once in a while and passed over; its client gets no answer, as
     /// ROS 2 knows none for it.
     pub async fn next(&self) -> Request<'_, S> {
-        let Some(server) = &self.server else { return std::future::pending().await };
+        let Some(ends) = &self.ends else { return std::future::pending().await };
         loop {
-            let taken = match server.async_receive_request().await {
-                Ok((client, body)) => self.decode(server, client, body),
+            let taken = match ends.server.async_receive_request().await {
+                Ok((client, body)) => self.decode(ends, client, body),
                 Err(error) => Err(error.to_string()),
             };
             match taken {
@@ -103,14 +117,14 @@ impl<S: RosService> Service<S> {
 
     fn decode<'a>(
         &'a self,
-        server: &'a Server<Body, Body>,
+        ends: &'a Ends,
         client: RmwRequestId,
         body: Body,
     ) -> Result<Request<'a, S>, String> {
         let parts = wire::cut(client.writer_gid.to_bytes16(), body).map_err(|e| e.to_string())?;
         let message = cdr::decode_body::<S::Request>(&parts.message, ByteOrder::Little)
             .map_err(|error| error.to_string())?;
-        Ok(Request { message, name: &self.name, server, client, header: parts.header })
+        Ok(Request { message, name: &self.name, ends, client, header: parts.header })
     }
 
     fn refuse(&self, reason: &str) {
@@ -131,7 +145,7 @@ pub struct Request<'a, S: RosService> {
     /// What the client sent.
     pub message: S::Request,
     name: &'a str,
-    server: &'a Server<Body, Body>,
+    ends: &'a Ends,
     client: RmwRequestId,
     header: Vec<u8>,
 }
@@ -141,16 +155,27 @@ impl<S: RosService> Request<'_, S> {
     /// are far behind.
     ///
     /// # Errors
-    /// When the response cannot be encoded, or is not taken.
+    /// When the response cannot be encoded, is not taken, or is too large for the client's middleware.
     pub fn respond(self, response: &S::Response) -> Result<(), PublishError> {
-        let Self { name, server, client, header: mut body, .. } = self;
+        let Self { name, ends, client, header: mut body, .. } = self;
+        let has_header = !body.is_empty();
         let topic = || name.to_owned();
         let encoded = cdr::encode(response)
             .map_err(|source| PublishError::Encode { topic: topic(), source })?;
         body.extend_from_slice(encoded.get(cdr::HEADER_BYTES..).unwrap_or_default());
         body.resize(body.len().next_multiple_of(wire::PADDED_TO), 0);
-        server
-            .send_response(client, Body(body))
-            .map_err(|error| PublishError::Library { topic: topic(), reason: error.to_string() })
+        let bytes = body.len() + cdr::HEADER_BYTES;
+        let sent = if has_header {
+            ends.plain.publish(Body(body)).map_err(|error| error.to_string())
+        } else if bytes > ends.largest_whole {
+            return Err(PublishError::ResponseTooLarge {
+                service: name.to_owned(),
+                bytes,
+                largest: ends.largest_whole,
+            });
+        } else {
+            ends.server.send_response(client, Body(body)).map_err(|error| error.to_string())
+        };
+        sent.map_err(|reason| PublishError::Library { topic: topic(), reason })
     }
 }

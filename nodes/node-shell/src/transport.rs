@@ -27,6 +27,7 @@ pub use buffer::{GrantedBuffer, MessageTooLarge, RAISE_RECEIVE_BUFFER};
 pub use environment::TransportError;
 pub use health::ReceiveHealth;
 pub use in_use::InterfaceInUse;
+pub(crate) use interfaces::smallest_mtu_bytes;
 pub use join::Joined;
 
 /// The group that DDS uses for multicast.

@@ -22,6 +22,7 @@
 //! installation can call without a package of ours. The node does nothing else meanwhile; clouds wait.
 
 mod map_file;
+mod parameters;
 mod schedule;
 mod spilling;
 #[cfg(test)]
@@ -44,7 +45,8 @@ use tokio::time::{Instant, MissedTickBehavior};
 
 use crate::{Addition, ReconstructionConfig, StaticMap};
 use map_file::MapFile;
-use schedule::{Following, Periods, Schedule, Subscribers};
+use parameters::Settings;
+use schedule::{Following, Schedule, Subscribers};
 use spilling::SpillWatch;
 pub use spilling::empty_map;
 
@@ -123,9 +125,9 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// # Errors
 /// When a parameter is out of its range, a topic cannot be had, or the map cannot be saved.
 pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<(), NodeFailure> {
-    let map_file = MapFile::new("save_map_on_exit", &parameters.save_map_on_exit)?;
-    let kept_file = MapFile::new("map_file", &parameters.map_file)?;
+    let mut settings = Settings::of(&parameters)?;
     let mut stage = Stage::new(node, &parameters)?;
+    let mut live = node.serve_parameters(&parameters)?;
     let publish_map = node.service::<Trigger>("~/publish_map")?;
     let save_map = node.service::<Trigger>("~/save_map")?;
     let load_map = node.service::<Trigger>("~/load_map")?;
@@ -137,16 +139,20 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
+            parameters = live.changed() => {
+                settings = Settings::of(&parameters)?;
+                stage.change(&settings);
+            }
             request = publish_map.next() => respond(request, stage.publish_on_request()),
-            request = save_map.next() => respond(request, stage.save(kept_file.as_ref())),
-            request = load_map.next() => respond(request, stage.load(kept_file.as_ref())),
+            request = save_map.next() => respond(request, stage.save(settings.file.as_ref())),
+            request = load_map.next() => respond(request, stage.load(settings.file.as_ref())),
             request = reset.next() => respond(request, Ok(stage.reset())),
             _ = look_time.tick() => stage.publish_what_is_due(),
             received = stage.clouds.next() => stage.take(&received.message),
         }
     }
     stage.take_waiting();
-    if let Some(map_file) = map_file {
+    if let Some(map_file) = settings.file_on_exit {
         map_file.save(&stage.map)?;
     }
     Ok(())
@@ -161,13 +167,6 @@ fn respond(request: Request<'_, Trigger>, done: Result<String, NodeFailure>) {
     if let Err(error) = request.respond(&response) {
         tracing::warn!("{error}");
     }
-}
-
-fn period(name: &str, seconds: f64) -> Result<Duration, NodeFailure> {
-    let period = Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero());
-    period.ok_or_else(|| {
-        format!("parameter {name} must be a positive number of seconds, not {seconds}").into()
-    })
 }
 
 /// The core with its topics.
@@ -191,26 +190,26 @@ impl Stage {
     /// # Errors
     /// When a parameter is out of its range, or a topic cannot be had.
     pub fn new(node: &Node, parameters: &ReconstructionParameters) -> Result<Self, NodeFailure> {
-        if parameters.map_update_max_points == 0 {
-            return Err("parameter map_update_max_points must be at least 1, not 0".into());
-        }
-        let periods = Periods {
-            map: period("map_publish_period_s", parameters.map_publish_period_s)?,
-            updates: period("map_update_period_s", parameters.map_update_period_s)?,
-        };
+        let settings = Settings::of(parameters)?;
         Ok(Self {
             map: empty_map(parameters)?,
-            schedule: Schedule::new(periods),
+            schedule: Schedule::new(settings.periods),
             cycles: 0,
             maps: node.publisher("static_map", &Qos::latched())?,
             updates: node.publisher("static_map_updates", &Qos::reliable(UPDATES_KEPT))?,
             removals: node.publisher("static_map_removals", &Qos::reliable(UPDATES_KEPT))?,
-            most_update_points: parameters.map_update_max_points,
+            most_update_points: settings.most_update_points,
             map_failed: Throttle::for_warnings(),
             spill_watch: SpillWatch::new(node.counters()),
             reporter: StageReporter::new(node, PROGRAM.name)?,
             clouds: node.subscription("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
         })
+    }
+
+    /// Goes on with other settings.
+    fn change(&mut self, settings: &Settings) {
+        self.schedule.set_periods(settings.periods);
+        self.most_update_points = settings.most_update_points;
     }
 
     /// Takes every message that is here already.

@@ -9,6 +9,7 @@ use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::{ReducedCloud, SegmentedCloud, Tracks};
 use msgs::visualization_msgs::MarkerArray;
+use node_shell::parameters::{NodeParameters, Range};
 use node_shell::{
     Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer, Subscription,
 };
@@ -44,6 +45,34 @@ pub struct SegmentationParameters {
     pub config: SegmentationConfig,
 }
 
+/// Lengths, times and counts beyond this [`SegmentationConfig::validate`] holds to be mistakes, ...
+const MUCH: f64 = 1e6;
+/// ... and what it divides by is not below this.
+const LITTLE: f64 = 1e-3;
+
+impl NodeParameters for SegmentationParameters {
+    const FILE: &'static str = include_str!("../../../config/segmentation.yaml");
+    const RANGES: &'static [(&'static str, Range)] = &[
+        ("depth_cell_m", Range::POSITIVE),
+        ("max_evidence_voxels", Range::whole(1_000, 100_000_000)),
+        ("evidence_reach_m", Range::real(LITTLE, MUCH)),
+        ("min_background_s", Range::real(0.0, MUCH)),
+        ("scan_height_in_rig_m", Range::real(-MUCH, MUCH)),
+        ("max_object_width_m", Range::real(LITTLE, MUCH)),
+        ("max_object_height_m", Range::real(LITTLE, MUCH)),
+        ("min_unzoned_points", Range::whole(1, MUCH as i64)),
+        ("acceleration_m_per_s2", Range::real(LITTLE, MUCH)),
+        ("min_seen_cycles", Range::whole(1, 3)),
+        ("max_unseen_cycles", Range::whole(0, MUCH as i64)),
+        ("max_stop_s", Range::real(0.0, MUCH)),
+        ("max_tracks", Range::whole(1, 200)),
+    ];
+
+    fn validate(&self) -> Result<(), NodeFailure> {
+        Ok(self.config.validate()?)
+    }
+}
+
 /// Runs the node until SIGINT or SIGTERM, with the arguments behind the program's name.
 pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
     PROGRAM.run(arguments, serve)
@@ -55,6 +84,8 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// When a parameter is out of its range, or a topic cannot be had.
 pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<(), NodeFailure> {
     let mut stage = Stage::new(node, &parameters)?;
+    // None of them changes while the evidence and the tracks go on.
+    node.serve_parameters(&parameters)?;
     let shutdown = node.shutdown_signal();
     loop {
         tokio::select! {

@@ -146,7 +146,9 @@ fn split_ros_arguments(
     let ros = own.split_off(start.unwrap_or(own.len()));
     // A path may be no UTF-8, a ROS argument always is.
     let ros = ros.iter().map(|argument| argument.to_string_lossy().into_owned());
-    let ros = RosArguments::parse(ros).map_err(|error| Failure::new(error.to_string()))?;
+    let mut ros = RosArguments::parse(ros).map_err(|error| Failure::new(error.to_string()))?;
+    // What stands behind a `--` is the program's again.
+    own.extend(std::mem::take(&mut ros.own).into_iter().map(OsString::from));
     Ok((own, ros))
 }
 

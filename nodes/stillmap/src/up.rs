@@ -41,6 +41,7 @@ const PRESETS: [Preset; 1] = [Preset {
 
 pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
     log::start("stillmap", &ros.log);
+    ros.tell_without_effect();
     let mut arguments = ros.clone();
     arguments.parameters.insert(0, rig(&args.rig)?);
     let runtime = tokio::runtime::Builder::new_multi_thread()

@@ -23,7 +23,9 @@ PRIMITIVES = {
     "float64": types.float64,
     "string": str,
 }
-FIELD = re.compile(r"(?P<element>[\w/]+)(\[(?P<length>\d*)\])?\s+(?P<name>\w+)")
+FIELD = re.compile(r"(?P<element>[\w/]+)(\[(?P<length>\d*|<=\d+)\])?\s+(?P<name>\w+)")
+# What `rmw_cyclonedds` puts before a request and its response.
+HEADER = "uint64 client\nint64 sequence\n"
 # What ROS 2 sends for a message without fields.
 PLACEHOLDER = "uint8 structure_needs_at_least_one_member"
 
@@ -66,21 +68,37 @@ def message_of(value, message, many):
 
 def read(folder):
     """Every message of the folder, by its full name."""
-    texts = {
-        f"{path.parent.name}/msg/{path.stem}": path.read_text() for path in sorted(Path(folder).glob("*/*.msg"))
-    }
+    texts = definitions(folder)
     messages = {}
     for name in texts:
         build(name, texts, messages)
     return messages
 
 
+def service(folder, name):
+    """The request and the response of a service, each with its header; the services' folder stands beside the messages'."""
+    package, _, base = name.split("/")
+    parts = (Path(folder).parent / "srv" / package / f"{base}.srv").read_text().split("---\n")
+    texts, messages = definitions(folder), {}
+    for kind, text in zip(("Request", "Response"), parts, strict=True):
+        is_empty = not any(line.split("#")[0].strip() for line in text.splitlines())
+        texts[f"{name}_{kind}"] = HEADER + (PLACEHOLDER if is_empty else text)
+    return [build(f"{name}_{kind}", texts, messages) for kind in ("Request", "Response")]
+
+
+def definitions(folder):
+    return {
+        f"{path.parent.name}/msg/{path.stem}": path.read_text() for path in sorted(Path(folder).glob("*/*.msg"))
+    }
+
+
 def build(name, texts, messages):
     if name in messages:
         return messages[name]
-    package, _, base = name.split("/")
+    package, folder, base = name.split("/")
     lines = [line.split("#")[0].strip() for line in texts[name].splitlines()]
-    lines = [line for line in lines if line and "=" not in line] or [PLACEHOLDER]
+    # A bound has an equals sign, too, and changes nothing on the wire.
+    lines = [line for line in lines if line and "=" not in line.replace("<=", "")] or [PLACEHOLDER]
     fields, annotations = [], {}
     for line in lines:
         element, length, field = FIELD.match(line).group("element", "length", "name")
@@ -90,14 +108,14 @@ def build(name, texts, messages):
             inner_package, _, inner_base = element.rpartition("/")
             inner = build(f"{inner_package or package}/msg/{inner_base}", texts, messages)
             kind = inner.type
-        if length:
+        if length and length.isdigit():
             kind = types.array[kind, int(length)]
         elif length is not None:
             kind = types.sequence[kind]
         fields.append((field, inner, length is not None))
         annotations[field] = kind
     message = Message(name, fields)
-    made = make_idl_struct(f"{base}_", f"{package}.msg.dds_.{base}_", annotations)
+    made = make_idl_struct(f"{base}_", f"{package}.{folder}.dds_.{base}_", annotations)
     message.type = cdrv0(final(made))
     messages[name] = message
     return message

@@ -13,6 +13,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+import call
 import messages
 
 # Samples that a volatile endpoint keeps; a latched one keeps the last.
@@ -91,6 +92,9 @@ def run(mode, domain, namespace, reliability, durability):
 
 
 if __name__ == "__main__":
+    if sys.argv[1:2] == ["call"] and len(sys.argv) > 2 and len(sys.argv) % 2:
+        call.run(sys.argv[2], list(zip(sys.argv[3::2], sys.argv[4::2])))
+        sys.exit()
     if len(sys.argv) != 6 or sys.argv[1] not in ("echo", "name"):
-        sys.exit("usage: peer.py echo|name DOMAIN NAMESPACE RELIABILITY DURABILITY")
+        sys.exit("usage: peer.py echo|name DOMAIN NAMESPACE RELIABILITY DURABILITY, or call DOMAIN [TOPIC TYPE]...")
     run(*sys.argv[1:])

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use compression::CompressionParameters;
 use detection::shell::DetectionParameters;
+use msgs::rcl_interfaces::{ListParametersResponse, ListParametersResult, ParameterType};
 use node_shell::MessageTooLarge;
-use node_shell::parameters::{self, Assignment};
+use node_shell::parameters::{self, Assignment, NodeParameters, Range};
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
 use serde::Serialize;
@@ -78,6 +79,87 @@ fn each_node_has_a_file_with_every_parameter_at_its_default() {
     holds_every_default::<SegmentationParameters>("segmentation");
     holds_every_default::<ReconstructionParameters>("reconstruction");
     holds_every_default::<CompressionParameters>("compression");
+}
+
+/// What a node says of its parameters to others: each has a description, and its range is no narrower than what the node
+/// accepts, and no wider at its ends.
+fn descriptors_say_what_holds<P: NodeParameters>() {
+    let accepts = |name: &str, value: &str| {
+        let assignment = Assignment { name: name.to_owned(), value: value.to_owned() };
+        parameters::load::<P>("/n", &[] as &[PathBuf], &[assignment])
+            .is_ok_and(|loaded| loaded.validate().is_ok())
+    };
+    let accepts_whole = |name: &str, number: i64| accepts(name, &number.to_string());
+    let accepts_real = |name: &str, number: f64| accepts(name, &format!("{number:e}"));
+    let described = node_shell::descriptors::<P>().unwrap();
+    for name in P::CHANGEABLE.iter().chain(P::RANGES.iter().map(|(name, _)| name)) {
+        assert!(described.iter().any(|one| one.name == *name), "there is no {name}");
+    }
+    for one in &described {
+        let name = one.name.as_str();
+        assert!(!one.description.is_empty(), "{name} has no description");
+        let is_set = P::RANGES.iter().find(|(of, _)| *of == name);
+        match (one.r#type, is_set) {
+            (ParameterType::PARAMETER_INTEGER, Some((_, Range::Whole { least, most }))) => {
+                assert!(!accepts_whole(name, least - 1), "{name} may be below {least}");
+                assert!(accepts_whole(name, *least), "{name} may not be {least}");
+                if let Some(more) = most.checked_add(1) {
+                    assert!(!accepts_whole(name, more), "{name} may be above {most}");
+                    assert!(accepts_whole(name, *most), "{name} may not be {most}");
+                }
+            }
+            (ParameterType::PARAMETER_DOUBLE, Some((_, Range::Real { least, most }))) => {
+                for outside in [least.next_down(), most.next_up(), f64::MIN, f64::MAX] {
+                    let is_outside = !(*least..=*most).contains(&outside);
+                    let is_refused = !outside.is_finite() || !accepts_real(name, outside);
+                    assert!(!is_outside || is_refused, "{name} may be {outside}");
+                }
+                // What other parameters bound as well may refuse the ends.
+                if !BOUND_BY_OTHERS.contains(&name) {
+                    assert!(accepts_real(name, *least), "{name} may not be {least}");
+                    assert!(accepts_real(name, *most), "{name} may not be {most}");
+                }
+            }
+            (ParameterType::PARAMETER_INTEGER | ParameterType::PARAMETER_DOUBLE, None) => {
+                for number in ["-1000000000", "0", "1000000000"] {
+                    assert!(accepts(name, number), "{name} has no range, and may not be {number}");
+                }
+            }
+            (_, None) => {}
+            (kind, Some((_, range))) => panic!("{name} of the type {kind} has {range:?}"),
+        }
+    }
+}
+
+/// A response that every client of a service gets: one datagram of Ethernet's, less what is in it besides.
+const LARGEST_RESPONSE_BYTES: usize = 1372;
+
+/// `ros2 param list` gets its answer, whatever middleware it runs on.
+fn names_fit_into_a_response<P: NodeParameters>() {
+    let names: Vec<String> =
+        node_shell::descriptors::<P>().unwrap().into_iter().map(|one| one.name).collect();
+    let result = ListParametersResult { names, prefixes: Vec::new() };
+    let bytes = msgs::cdr::encode(&ListParametersResponse { result }).unwrap().len();
+    assert!(bytes <= LARGEST_RESPONSE_BYTES, "{bytes}");
+}
+
+#[test]
+fn the_names_of_each_nodes_parameters_fit_into_one_response() {
+    names_fit_into_a_response::<DetectionParameters>();
+    names_fit_into_a_response::<SegmentationParameters>();
+    names_fit_into_a_response::<ReconstructionParameters>();
+    names_fit_into_a_response::<CompressionParameters>();
+}
+
+/// Their ranges hang on one another.
+const BOUND_BY_OTHERS: [&str; 3] = ["evidence_cell_m", "evidence_extent_m", "evidence_reach_m"];
+
+#[test]
+fn each_parameter_is_described_with_the_range_that_its_node_accepts() {
+    descriptors_say_what_holds::<DetectionParameters>();
+    descriptors_say_what_holds::<SegmentationParameters>();
+    descriptors_say_what_holds::<ReconstructionParameters>();
+    descriptors_say_what_holds::<CompressionParameters>();
 }
 
 #[test]

@@ -16,5 +16,6 @@ mod by_name;
 mod drivers;
 mod latched;
 mod misfits;
+mod parameters;
 mod round_trips;
 mod services;

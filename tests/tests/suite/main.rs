@@ -21,9 +21,11 @@ mod transforms;
 mod bench;
 mod dds_run;
 mod doctor;
+mod ending;
 mod foreign;
 mod network;
 mod restarted_node;
+mod simulated_time;
 mod up;
 
 mod recorded_kitchen;

@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
 
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -64,10 +64,15 @@ impl Running {
     }
 
     /// Asks it to end as a shell does, and returns whether it ended well.
-    pub(crate) fn interrupt(mut self) -> bool {
+    pub(crate) fn interrupt(self) -> bool {
+        self.end(Signal::INT).success()
+    }
+
+    /// Sends it a signal, and waits for its end.
+    pub(crate) fn end(mut self, signal: Signal) -> ExitStatus {
         let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
-        kill_process(pid, Signal::INT).unwrap();
-        self.child.wait().unwrap().success()
+        kill_process(pid, signal).unwrap();
+        self.child.wait().unwrap()
     }
 }
 

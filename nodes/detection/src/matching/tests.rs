@@ -346,3 +346,20 @@ proptest! {
         prop_assert_eq!(one, outcomes(&other));
     }
 }
+
+/// What the data have shown already is not thrown away a second time.
+#[test]
+fn a_clock_that_is_set_back_drops_what_is_of_the_time_after_it() {
+    let mut matcher = matcher();
+    assert_eq!(matcher.set_back(at(0)), None, "there is nothing");
+    let _ = matcher.push_scan(at(10_000), "scan");
+    let _ = matcher.push_cloud(at(10_010), 1);
+    assert_eq!(matcher.set_back(at(9_800)), None, "it may still be on its way");
+    assert_eq!((matcher.waiting_scans(), matcher.waiting_clouds()), (1, 1));
+    let dropped = dropped(matcher.set_back(at(100)).unwrap());
+    assert_eq!((dropped.stamp, dropped.cause), (at(10_000), DropCause::ClockJumpedBack));
+    assert_eq!((matcher.waiting_scans(), matcher.waiting_clouds()), (0, 0));
+    let _ = matcher.push_scan(at(120), "scan of the next pass");
+    assert_eq!(matcher.set_back(at(110)), None);
+    assert_eq!(matcher.waiting_scans(), 1);
+}

@@ -37,6 +37,15 @@ pub(super) fn given_camera(path: &str) -> Result<Option<CameraModel>, NodeFailur
     Ok(Some(file.camera))
 }
 
+/// Checks the parameters of the check.
+///
+/// # Errors
+/// When one is out of its range.
+pub(super) fn validate(parameters: &DetectionParameters) -> Result<(), ParameterError> {
+    parameter::not_negative("extrinsics_check_period_s", parameters.extrinsics_check_period_s)?;
+    parameter::positive("extrinsics_limit_m", parameters.extrinsics_limit_m)
+}
+
 /// Looks now and then whether the scan lies on the surfaces that the camera sees.
 pub(super) struct ExtrinsicsCheck {
     monitor: DriftMonitor,
@@ -61,8 +70,7 @@ impl ExtrinsicsCheck {
     ) -> Result<Option<Self>, ParameterError> {
         let (period_s, limit_m) =
             (parameters.extrinsics_check_period_s, parameters.extrinsics_limit_m);
-        parameter::not_negative("extrinsics_check_period_s", period_s)?;
-        parameter::positive("extrinsics_limit_m", limit_m)?;
+        validate(parameters)?;
         if period_s == 0.0 {
             counters.note_condition(CONDITION, "not checked: turned off", false);
             return Ok(None);

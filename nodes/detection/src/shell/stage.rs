@@ -84,6 +84,15 @@ impl Stage {
         })
     }
 
+    /// Goes on with other parameters, of those that may change.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub(super) fn change(&mut self, parameters: &DetectionParameters) -> Result<(), NodeFailure> {
+        self.extrinsics = ExtrinsicsCheck::new(parameters, self.counters.clone())?;
+        Ok(())
+    }
+
     /// The next message. May be dropped while it waits.
     pub(super) async fn next(&self) -> Arrival {
         match &self.mounts {
@@ -179,6 +188,28 @@ impl Stage {
         }
     }
 
+    /// The clock was set back to `now`: what is of the time after it belongs to another pass.
+    pub(super) fn set_back(&mut self, now: Stamp) {
+        // Where the data have shown it already, all is done.
+        if let Some(events) = self.matcher.set_back(now) {
+            tracing::warn!("the time of /clock jumped back: starting anew");
+            self.uncalibrated.clear();
+            self.handle(events);
+            self.forget();
+        }
+    }
+
+    /// Forgets what was seen over several cycles.
+    fn forget(&mut self) {
+        self.detector.forget();
+        if let Some(check) = &mut self.extrinsics {
+            check.forget();
+        }
+        if let Some(mounts) = &mut self.mounts {
+            mounts.forget_timed();
+        }
+    }
+
     /// Drops the scans that wait: nothing more comes.
     pub fn give_up_waiting(&mut self) {
         let events = self.matcher.flush();
@@ -217,13 +248,7 @@ impl Stage {
                         self.inputs.topic(input),
                         from.seconds_since(to)
                     );
-                    self.detector.forget();
-                    if let Some(check) = &mut self.extrinsics {
-                        check.forget();
-                    }
-                    if let Some(mounts) = &mut self.mounts {
-                        mounts.forget_timed();
-                    }
+                    self.forget();
                 }
             }
         }

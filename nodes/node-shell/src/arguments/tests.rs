@@ -25,10 +25,11 @@ fn nothing_is_taken_outside_ros_args() {
 fn remappings_name_topics_the_node_and_its_namespace() {
     let parsed = parse(
         "--ros-args -r scan:=/laser/scan --remap other:scan:=x -r __node:=left -r __ns:=/robot \
-         -r rostopic://points:=cloud",
+         -r rostopic://points:=cloud -r other:rosservice://~/reset:=rosservice:///empty",
     )
     .unwrap();
-    let rule = |node: Option<&str>, from: &str, to: &str| RemapRule {
+    let rule = |kind, node: Option<&str>, from: &str, to: &str| RemapRule {
+        kind,
         node: node.map(str::to_owned),
         from: from.to_owned(),
         to: to.to_owned(),
@@ -36,9 +37,10 @@ fn remappings_name_topics_the_node_and_its_namespace() {
     assert_eq!(
         parsed.remappings,
         [
-            rule(None, "scan", "/laser/scan"),
-            rule(Some("other"), "scan", "x"),
-            rule(None, "points", "cloud")
+            rule(RemapKind::Any, None, "scan", "/laser/scan"),
+            rule(RemapKind::Any, Some("other"), "scan", "x"),
+            rule(RemapKind::Topic, None, "points", "cloud"),
+            rule(RemapKind::Service, Some("other"), "~/reset", "/empty")
         ]
     );
     let identity = parsed.identity("detection").unwrap();
@@ -50,6 +52,46 @@ fn remappings_name_topics_the_node_and_its_namespace() {
 fn a_name_for_another_node_is_not_taken() {
     let parsed = parse("--ros-args -r other:__node:=x -r detection:__ns:=/a").unwrap();
     assert_eq!(parsed.identity("detection").unwrap().full_name(), "/a/detection");
+}
+
+/// rcl renames a node before it looks for its namespace.
+#[test]
+fn a_namespace_is_for_the_name_after_renaming() {
+    let by_new_name = parse("--ros-args -r __node:=left -r left:__ns:=/a").unwrap();
+    assert_eq!(by_new_name.identity("detection").unwrap().full_name(), "/a/left");
+    let by_old_name = parse("--ros-args -r detection:__node:=left -r detection:__ns:=/a").unwrap();
+    assert_eq!(by_old_name.identity("detection").unwrap().full_name(), "/left");
+}
+
+#[test]
+fn what_has_no_effect_is_accepted_and_kept() {
+    let parsed = parse(
+        "--ros-args --enclave /robot -e /other --log-config-file a.yaml --log-file-name b \
+         --disable-stdout-logs --enable-rosout-logs --enable-external-lib-logs \
+         --enable-stdout-logs --disable-rosout-logs --disable-external-lib-logs -r a:=b",
+    )
+    .unwrap();
+    assert_eq!(
+        parsed.without_effect,
+        [
+            "--enclave /robot",
+            "-e /other",
+            "--log-config-file a.yaml",
+            "--log-file-name b",
+            "--disable-stdout-logs",
+            "--enable-rosout-logs",
+            "--enable-external-lib-logs"
+        ]
+    );
+    assert_eq!(parsed.remappings.len(), 1);
+}
+
+#[test]
+fn the_arguments_may_begin_and_end_several_times() {
+    let parsed = parse("--ros-args -r a:=b --ros-args -r c:=d -- x --ros-args -r e:=f").unwrap();
+    assert_eq!(parsed.own, ["x"]);
+    let from: Vec<_> = parsed.remappings.iter().map(|rule| rule.from.as_str()).collect();
+    assert_eq!(from, ["a", "c", "e"]);
 }
 
 #[test]
@@ -105,15 +147,22 @@ fn each_mistake_says_what_is_accepted() {
         ("--ros-args -r __node:=a/b", "underscores"),
         ("--ros-args -r __ns:=robot", "FROM:=TO"),
         ("--ros-args -r __ns:=/robot/", "empty"),
-        ("--ros-args -r rosservice://a:=b", "FROM:=TO"),
+        ("--ros-args -r rosservice://a:=rostopic://b", "FROM:=TO"),
+        ("--ros-args -r rosservice://__ns:=/b", "FROM:=TO"),
+        ("--ros-args -r rostopic://:=b", "empty"),
+        ("--ros-args -r http://a:=b", "only letters"),
         ("--ros-args -p a", "NAME:=VALUE"),
         ("--ros-args -p :=1", "NAME:=VALUE"),
         ("--ros-args -p a..b:=1", "NAME:=VALUE"),
         ("--ros-args --params-file", "YAML"),
         ("--ros-args --log-level loud", "debug, info"),
         ("--ros-args --log-level :=info", "debug, info"),
+        ("--ros-args --log-level a=b:=info", "debug, info"),
+        ("--ros-args --log-level", "debug, info"),
         ("--ros-args a:=b", "unknown"),
-        ("--ros-args --enclave /x", "not supported"),
+        ("--ros-args --enclave", "an enclave"),
+        ("--ros-args --enclave x", "an enclave"),
+        ("--ros-args --enclaves /x", "unknown"),
     ] {
         let error = parse(line).unwrap_err().to_string();
         assert!(error.contains(part), "{line}: {error}");

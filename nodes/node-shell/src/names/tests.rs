@@ -54,7 +54,8 @@ fn names_that_ros_2_refuses_are_refused() {
 }
 
 fn rule(node: Option<&str>, from: &str, to: &str) -> RemapRule {
-    RemapRule { node: node.map(str::to_owned), from: from.to_owned(), to: to.to_owned() }
+    let (from, to) = (from.to_owned(), to.to_owned());
+    RemapRule { kind: RemapKind::Any, node: node.map(str::to_owned), from, to }
 }
 
 #[test]
@@ -70,6 +71,28 @@ fn the_first_rule_that_fits_remaps() {
     assert_eq!(node.resolve(&rules, "/robot/scan").unwrap(), "/laser/scan");
     assert_eq!(node.resolve(&rules, "/scan").unwrap(), "/scan");
     assert_eq!(node.resolve(&rules, "~/report").unwrap(), "/robot/report");
+}
+
+#[test]
+fn a_rule_with_a_scheme_is_for_topics_or_services_alone() {
+    let node = identity("/robot");
+    let of_kind = |kind, to| RemapRule { kind, ..rule(None, "~/reset", to) };
+    let rules = [
+        of_kind(RemapKind::Topic, "topic"),
+        of_kind(RemapKind::Service, "service"),
+        of_kind(RemapKind::Any, "any"),
+    ];
+    assert_eq!(node.resolve(&rules, "~/reset").unwrap(), "/robot/topic");
+    assert_eq!(node.resolve_service(&rules, "~/reset").unwrap(), "/robot/service");
+    assert_eq!(node.resolve_service(&rules[..1], "~/reset").unwrap(), "/robot/detection/reset");
+    assert_eq!(node.resolve(&rules[2..], "~/reset").unwrap(), "/robot/any");
+    assert_eq!(node.resolve_service(&rules[2..], "~/reset").unwrap(), "/robot/any");
+}
+
+#[test]
+fn a_logger_has_the_nodes_name_with_dots() {
+    assert_eq!(identity("/").logger_name(), "detection");
+    assert_eq!(identity("/a/b").logger_name(), "a.b.detection");
 }
 
 #[test]

@@ -2,18 +2,31 @@
 
 use std::path::Path;
 
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::ParameterError;
+use super::tree::{Located, Node};
 
 const SECTION: &str = "ros__parameters";
 
-/// The parameters in the file for the node `full_name`, as dotted names. Those of sections with
-/// wildcards come first, so that a node's own section wins.
+/// A value that a file has for a node.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct FileParameter {
+    /// The parameter, with dots between its parts.
+    pub(super) key: String,
+    pub(super) value: Value,
+    /// Where the value stands, from 1.
+    pub(super) line: u64,
+    /// Whether its section names the node; one such as `/**` or `/robot/*` is for others as well, and has what they know.
+    pub(super) names_the_node: bool,
+}
+
+/// The parameters in the file for the node `full_name`. Those of sections with wildcards come first, so that a node's own
+/// section wins.
 pub(super) fn parameters_of(
     path: &Path,
     full_name: &str,
-) -> Result<Vec<(String, Value)>, ParameterError> {
+) -> Result<Vec<FileParameter>, ParameterError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| ParameterError::Unreadable { path: path.to_owned(), source })?;
     parameters_in(&text, path, full_name)
@@ -24,24 +37,28 @@ pub(super) fn parameters_in(
     text: &str,
     path: &Path,
     full_name: &str,
-) -> Result<Vec<(String, Value)>, ParameterError> {
-    let document: Value =
+) -> Result<Vec<FileParameter>, ParameterError> {
+    let document: Located =
         serde_saphyr::from_str(text).map_err(|error| ParameterError::NotYaml {
             path: path.to_owned(),
             reason: error.without_snippet().to_string(),
         })?;
-    let malformed = |at: &str, problem| ParameterError::NotParameters {
+    let malformed = |Malformed { at, line, problem }| ParameterError::NotParameters {
         path: path.to_owned(),
-        at: at.to_owned(),
+        line,
+        at,
         problem,
     };
-    let nodes = match &document {
-        Value::Object(nodes) => nodes,
-        Value::Null => return Ok(Vec::new()),
-        _ => return Err(malformed("the document", "is no mapping")),
+    let nodes = match &document.node {
+        Node::Group(nodes) => nodes,
+        Node::Leaf(Value::Null) => return Ok(Vec::new()),
+        Node::Leaf(_) => {
+            let at = "the document".to_owned();
+            return Err(malformed(Malformed { at, line: 1, problem: "is no mapping" }));
+        }
     };
     let mut sections = Vec::new();
-    collect_sections(nodes, "", &mut sections).map_err(|(at, problem)| malformed(&at, problem))?;
+    collect_sections(nodes, "", &mut sections).map_err(malformed)?;
 
     let (mut mine, others): (Vec<_>, Vec<_>) =
         sections.into_iter().partition(|(pattern, _)| matches(pattern, full_name));
@@ -56,33 +73,46 @@ pub(super) fn parameters_in(
     mine.sort_by_key(|(pattern, _)| !pattern.contains('*'));
 
     let mut parameters = Vec::new();
-    for (_, section) in mine {
-        flatten(section, "", &mut parameters);
+    for (pattern, section) in mine {
+        let names_the_node = pattern.rsplit('/').next().is_some_and(|last| !last.contains('*'));
+        flatten(section, "", names_the_node, &mut parameters);
     }
     Ok(parameters)
 }
 
-type Section<'a> = (String, &'a Map<String, Value>);
+/// Where a file breaks the form.
+struct Malformed {
+    at: String,
+    line: u64,
+    problem: &'static str,
+}
+
+type Section<'a> = (String, &'a [(String, Located)]);
 
 /// Finds every `ros__parameters`, whose path of keys is the pattern of the nodes that it is for.
 fn collect_sections<'a>(
-    nodes: &'a Map<String, Value>,
+    nodes: &'a [(String, Located)],
     parent: &str,
     sections: &mut Vec<Section<'a>>,
-) -> Result<(), (String, &'static str)> {
-    for (key, value) in nodes {
-        let pattern = format!("{parent}/{}", key.trim_matches('/'));
-        let Value::Object(inner) = value else {
-            return Err((key.clone(), "stands where a node or `ros__parameters` is expected"));
-        };
-        match inner.get(SECTION) {
-            Some(Value::Object(section)) => sections.push((pattern, section)),
-            Some(Value::Null) => {}
-            Some(_) => return Err((SECTION.to_owned(), "holds no names with values")),
-            None if key == SECTION => {
-                return Err((SECTION.to_owned(), "stands outside of any node"));
+) -> Result<(), Malformed> {
+    for (key, Located { node, line }) in nodes {
+        let malformed = |problem| Err(Malformed { at: key.clone(), line: *line, problem });
+        match node {
+            Node::Group(section) if key == SECTION && !parent.is_empty() => {
+                sections.push((parent.to_owned(), section));
             }
-            None => collect_sections(inner, &pattern, sections)?,
+            _ if key == SECTION && parent.is_empty() => {
+                return malformed("stands outside of any node");
+            }
+            Node::Leaf(Value::Null) if key == SECTION => {}
+            Node::Leaf(_) if key == SECTION => return malformed("holds no names with values"),
+            Node::Group(inner) => {
+                let pattern = format!("{parent}/{}", key.trim_matches('/'));
+                collect_sections(inner, &pattern, sections)?;
+            }
+            Node::Leaf(_) => {
+                return malformed("stands where a node or `ros__parameters` is expected");
+            }
         }
     }
     Ok(())
@@ -105,12 +135,20 @@ fn matches(pattern: &str, full_name: &str) -> bool {
 }
 
 /// Writes nested groups as dotted names.
-fn flatten(group: &Map<String, Value>, prefix: &str, parameters: &mut Vec<(String, Value)>) {
-    for (key, value) in group {
+fn flatten(
+    group: &[(String, Located)],
+    prefix: &str,
+    names_the_node: bool,
+    parameters: &mut Vec<FileParameter>,
+) {
+    for (key, Located { node, line }) in group {
         let key = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-        match value {
-            Value::Object(inner) => flatten(inner, &key, parameters),
-            leaf => parameters.push((key, leaf.clone())),
+        match node {
+            Node::Group(inner) => flatten(inner, &key, names_the_node, parameters),
+            Node::Leaf(value) => {
+                let value = value.clone();
+                parameters.push(FileParameter { key, value, line: *line, names_the_node });
+            }
         }
     }
 }
@@ -127,6 +165,10 @@ mod tests {
             ("/*", "/detection", true),
             ("/*", "/robot/detection", false),
             ("/*/detection", "/robot/detection", true),
+            ("/*/detection", "/detection", false),
+            ("/robot/*", "/robot/detection", true),
+            ("/robot/*", "/arm/detection", false),
+            ("/robot/**", "/robot/left/detection", true),
             ("/**/detection", "/a/b/detection", true),
             ("/**/detection", "/detection", true),
             ("/detection", "/detection", true),

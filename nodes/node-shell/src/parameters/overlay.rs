@@ -7,7 +7,8 @@ use serde_json::Value;
 use super::{ParameterError, ValueOrigin};
 
 /// The parameters so far: as a tree of values, and as the struct that it stands for.
-pub(super) struct Overlay<P> {
+#[derive(Clone)]
+pub(crate) struct Overlay<P> {
     defaults: Value,
     tree: Value,
     parameters: P,
@@ -17,34 +18,51 @@ impl<P> Overlay<P>
 where
     P: Serialize + DeserializeOwned + Default,
 {
-    pub(super) fn new() -> Result<Self, ParameterError> {
-        let parameters = P::default();
-        let defaults = serde_json::to_value(&parameters)
-            .map_err(|error| ParameterError::Defaults { reason: error.to_string() })?;
+    pub(crate) fn new() -> Result<Self, ParameterError> {
+        Self::of(P::default())
+    }
+
+    /// Parameters that have values already.
+    pub(crate) fn of(parameters: P) -> Result<Self, ParameterError> {
+        let tree = |parameters: &P| {
+            serde_json::to_value(parameters)
+                .map_err(|error| ParameterError::Defaults { reason: error.to_string() })
+        };
+        let defaults = tree(&P::default())?;
         if !matches!(defaults, Value::Object(_) | Value::Null) {
             return Err(ParameterError::Defaults { reason: "they are no struct".to_owned() });
         }
-        Ok(Self { tree: defaults.clone(), defaults, parameters })
+        Ok(Self { tree: tree(&parameters)?, defaults, parameters })
     }
 
-    pub(super) fn finish(self) -> P {
+    /// The parameters as their struct.
+    pub(crate) fn parameters(&self) -> &P {
+        &self.parameters
+    }
+
+    /// The value of a parameter.
+    pub(crate) fn value(&self, key: &str) -> Option<&Value> {
+        at(&self.tree, key)
+    }
+
+    pub(crate) fn finish(self) -> P {
         self.parameters
     }
 
     /// Whether there is a parameter or a group of this name.
-    pub(super) fn has(&self, key: &str) -> bool {
+    pub(crate) fn has(&self, key: &str) -> bool {
         self.default_of(key).is_some()
     }
 
     /// Every parameter with its default.
-    pub(super) fn leaves(&self) -> Vec<(String, &Value)> {
+    pub(crate) fn leaves(&self) -> Vec<(String, &Value)> {
         let mut leaves = Vec::new();
         collect_leaves(&self.defaults, String::new(), &mut leaves);
         leaves
     }
 
     /// Sets one parameter.
-    pub(super) fn set(
+    pub(crate) fn set(
         &mut self,
         key: &str,
         value: Value,
@@ -59,7 +77,7 @@ where
             origin: origin.clone(),
             found: found.to_string(),
             accepted: accepted.clone(),
-            reason,
+            reason: reason.into(),
         };
         if default.is_object() {
             let example = self
@@ -91,10 +109,11 @@ where
     }
 
     fn default_of(&self, key: &str) -> Option<&Value> {
-        key.split('.').try_fold(&self.defaults, |group, part| group.as_object()?.get(part))
+        at(&self.defaults, key)
     }
 
-    fn unknown(&self, key: &str, origin: ValueOrigin) -> ParameterError {
+    /// The error that the node knows no such parameter.
+    pub(crate) fn unknown(&self, key: &str, origin: ValueOrigin) -> ParameterError {
         let known: Vec<String> = self.leaves().into_iter().map(|(leaf, _)| leaf).collect();
         let nearest = known
             .iter()
@@ -108,6 +127,10 @@ where
         };
         ParameterError::Unknown { key: key.to_owned(), origin, hint }
     }
+}
+
+fn at<'a>(tree: &'a Value, key: &str) -> Option<&'a Value> {
+    key.split('.').try_fold(tree, |group, part| group.as_object()?.get(part))
 }
 
 fn collect_leaves<'a>(value: &'a Value, key: String, leaves: &mut Vec<(String, &'a Value)>) {

@@ -124,7 +124,6 @@ fn each_mistake_names_the_key_and_what_is_accepted() {
         ("save_to", "3", &["`save_to`", "string"]),
         ("window", "[1", &["`window`", "YAML"]),
         ("tolerance_rad", ".inf", &["`tolerance_rad`"]),
-        ("use_sim_time", "true", &["simulated time is not supported"]),
         ("use_sim_time", "3", &["true or false"]),
         ("a~/b", "3", &["unknown parameter"]),
     ] {
@@ -133,7 +132,7 @@ fn each_mistake_names_the_key_and_what_is_accepted() {
             assert!(error.contains(part), "{name}:={value} should say {part:?}: {error}");
         }
     }
-    assert!(assigned(&[("use_sim_time", "false")]).is_ok());
+    assert!(assigned(&[("use_sim_time", "false"), ("use_sim_time", "true")]).is_ok());
 }
 
 #[test]
@@ -182,7 +181,10 @@ fn mistakes_in_a_file_name_the_file() {
         ("detection: {ros__parameters: {windw: 3}}\n", "did you mean `window`"),
         ("detection: {ros__parameters: {window: x}}\n", "a whole number"),
         ("detection: {ros__parameters: {window: 3, window: 4}}\n", "no valid YAML"),
-        ("/**: {ros__parameters: {use_sim_time: true}}\n", "simulated time"),
+        ("/**: {ros__parameters: {use_sim_time: 1}}\n", "true or false"),
+        ("/**: {ros__parameters: {window: x}}\n", "a whole number"),
+        ("detection: {ros__parameters: {window: 3}, window: 4}\n", "`window`"),
+        ("/**/detection: {ros__parameters: {windw: 3}}\n", "did you mean `window`"),
     ] {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), text).unwrap();
@@ -192,6 +194,124 @@ fn mistakes_in_a_file_name_the_file() {
     }
     let error = load::<Parameters>("/x", &["/no/such/file.yaml"], &[]).unwrap_err().to_string();
     assert!(error.contains("/no/such/file.yaml"), "{error}");
+}
+
+#[test]
+fn a_mistake_in_a_file_has_its_line() {
+    let section =
+        "# a comment\nother:\n  ros__parameters: {x: 1}\ndetection:\n  ros__parameters:\n";
+    for (text, line) in [
+        (format!("{section}    hold: false\n    windw: 3\n"), 7),
+        (format!("{section}    voxel:\n      edge: 1.0\n"), 7),
+        (format!("{section}    frame: &f x\n    window: *f\n"), 7),
+        (format!("{section}    window: 3\nrobot: 7\n"), 7),
+    ] {
+        let error = from_file("/detection", &text).unwrap_err().to_string();
+        assert!(error.contains(&format!(", line {line}")), "{text}: {error}");
+    }
+}
+
+/// What a section for several nodes says is for those that know it.
+#[test]
+fn a_section_for_several_nodes_may_hold_what_others_know() {
+    for section in ["/**", "/*", "/robot/*", "/robot/**", "/**/*"] {
+        let text = format!("{section}: {{ros__parameters: {{others: [1, 2], window: 5}}}}");
+        let node = if section == "/*" { "/detection" } else { "/robot/detection" };
+        assert_eq!(from_file(node, &text).unwrap().window, 5, "{section}");
+    }
+    for section in ["/*/detection", "/**/detection", "/robot/detection"] {
+        let text = format!("{section}: {{ros__parameters: {{others: [1, 2]}}}}");
+        let error = from_file("/robot/detection", &text).unwrap_err().to_string();
+        assert!(error.contains("`others`") && error.contains("accepted are"), "{section}: {error}");
+    }
+}
+
+#[test]
+fn a_node_may_stand_beside_the_nodes_of_its_name_as_namespace() {
+    let text = "
+robot:
+  ros__parameters: {window: 9}
+  detection:
+    ros__parameters: {window: 8}
+  left/detection:
+    ros__parameters: {window: 7}
+";
+    assert_eq!(from_file("/robot", text).unwrap().window, 9);
+    assert_eq!(from_file("/robot/detection", text).unwrap().window, 8);
+    assert_eq!(from_file("/robot/left/detection", text).unwrap().window, 7);
+}
+
+#[test]
+fn sections_of_one_node_add_up_and_its_own_wins() {
+    let text = "
+/robot/*: {ros__parameters: {window: 4, hold: false}}
+/**/detection: {ros__parameters: {window: 5, frame: a}}
+/robot/detection: {ros__parameters: {window: 6}}
+/**: {ros__parameters: {window: 7, topics: [a, b, 'true']}}
+";
+    let read = from_file("/robot/detection", text).unwrap();
+    assert_eq!((read.window, read.hold, read.frame.as_str()), (6, false, "a"));
+    assert_eq!(read.topics, ["a", "b", "true"]);
+}
+
+#[test]
+fn lists_are_of_every_type() {
+    #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+    struct Lists {
+        flags: Vec<bool>,
+        counts: Vec<i64>,
+        lengths: Vec<f64>,
+        names: Vec<String>,
+    }
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let text = "n:\n  ros__parameters:\n    flags: [true, no]\n    counts:\n    - 1\n    - -2\n    \
+                lengths: [1, 2.5, 1e3]\n    names: []\n";
+    std::fs::write(file.path(), text).unwrap();
+    let read: Lists = load("/n", &[file.path()], &[]).unwrap();
+    let expected = Lists {
+        flags: vec![true, false],
+        counts: vec![1, -2],
+        lengths: vec![1.0, 2.5, 1000.0],
+        names: Vec::new(),
+    };
+    assert_eq!(read, expected);
+}
+
+#[test]
+fn several_files_and_assignments_are_taken_in_their_order() {
+    let file = |text: &str| {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        file
+    };
+    let own = file("detection: {ros__parameters: {window: 5, hold: false}}");
+    let all = file("/**: {ros__parameters: {window: 6}}");
+    let node = NodeIdentity::new("/", "detection").unwrap();
+    let source = |file: &tempfile::NamedTempFile| ParameterSource::File(file.path().to_owned());
+    let assignment = ParameterSource::Assignment {
+        node: None,
+        name: "window".to_owned(),
+        value: "7".to_owned(),
+    };
+    let window =
+        |sources: &[ParameterSource]| of_node::<Parameters>(&node, sources).unwrap().window;
+    assert_eq!(window(&[source(&own), source(&all)]), 6);
+    assert_eq!(window(&[source(&all), source(&own)]), 5);
+    assert_eq!(window(&[assignment.clone(), source(&own)]), 5);
+    assert_eq!(window(&[source(&own), assignment]), 7);
+}
+
+#[test]
+fn simulated_time_is_every_nodes_parameter() {
+    let node = NodeIdentity::new("/", "detection").unwrap();
+    let text = |yaml: &str| ParameterSource::Text { name: "x".to_owned(), yaml: yaml.to_owned() };
+    let wanted = |sources: &[ParameterSource]| use_sim_time(&node, sources).unwrap();
+    let on = text("/**: {ros__parameters: {use_sim_time: true, others: 1}}");
+    let off = text("detection: {ros__parameters: {use_sim_time: false}}");
+    assert!(!wanted(&[]));
+    assert!(wanted(std::slice::from_ref(&on)));
+    assert!(!wanted(&[on, off]));
+    assert!(use_sim_time(&node, &[text("/**: {ros__parameters: {use_sim_time: 1}}")]).is_err());
 }
 
 #[test]

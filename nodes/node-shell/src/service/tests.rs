@@ -110,13 +110,50 @@ async fn each_client_gets_the_answer_to_its_own_request() {
     node.close().await;
 }
 
+/// RustDDS sends what is asked for by its own client wrongly when it takes fragments, and its thread ends by that.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_response_that_would_be_sent_in_fragments_is_refused_and_the_next_one_goes_out() {
+    let node = server_node("large");
+    {
+        let service = node.service::<SetBool>("~/switch").unwrap();
+        let largest = service.ends.as_ref().unwrap().largest_whole;
+        let asker = Asker::new("large");
+        // Of a response: encapsulation, a flag, the count and the end of the text.
+        let text = |bytes: usize| "x".repeat(bytes - 4 - 4 - 4 - 1);
+        let response = |bytes| SetBoolResponse { success: true, message: text(bytes) };
+        let serve = async {
+            loop {
+                let request = service.next().await;
+                if request.message.data {
+                    request.respond(&response(largest)).unwrap();
+                } else {
+                    let error = request.respond(&response(largest + 4)).unwrap_err();
+                    assert!(matches!(error, PublishError::ResponseTooLarge { .. }), "{error}");
+                }
+            }
+        };
+        let ask = async {
+            assert_eq!(asker.ask(true).await.message.len(), text(largest).len());
+            let large = asker.ask(false);
+            assert!(tokio::time::timeout(3 * ASK_AGAIN, large).await.is_err());
+            assert!(asker.ask(true).await.success);
+        };
+        tokio::select! {
+            () = serve => {}
+            () = ask => {}
+            () = tokio::time::sleep(PATIENCE) => panic!("no answers within {PATIENCE:?}"),
+        }
+    }
+    node.close().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_request_that_is_none_is_passed_over() {
     let node = server_node("malformed");
     {
         let service = node.service::<SetBool>("~/switch").unwrap();
-        let server = service.server.as_ref().unwrap();
-        let decode = |body| service.decode(server, RmwRequestId::default(), Body(body));
+        let ends = service.ends.as_ref().unwrap();
+        let decode = |body| service.decode(ends, RmwRequestId::default(), Body(body));
         assert!(decode(vec![1]).unwrap().message.data);
         assert!(decode(Vec::new()).is_err());
         // A SetBool request has one byte, and at most seven of padding.

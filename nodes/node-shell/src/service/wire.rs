@@ -5,6 +5,11 @@
 //! - Cyclone DDS: 16 bytes stand in front of the message, in requests and responses alike, by which the
 //!   client knows its responses again; they say nothing to anyone else and go back as they came.
 //!
+//! What belongs together is told by parameters before the message. RustDDS 0.15.1 writes them wrongly into a message that
+//! it sends in fragments (`data_frag.rs`: a byte too many; built for debugging it ends its thread instead), and the peer
+//! passes the message over. So a client of Cyclone DDS gets responses without them, of any size, and all others get none
+//! that is sent in fragments.
+//!
 //! Nothing in a request says which of the two it is, but the first two bytes of its writer's identity are
 //! the number of the middleware's vendor.
 
@@ -21,9 +26,19 @@ pub(super) const CYCLONE_HEADER: usize = 16;
 /// What the length of a body is padded to: Cyclone DDS 0.10.2 refuses a message in fragments otherwise.
 pub(super) const PADDED_TO: usize = 4;
 
+/// What a datagram has besides its message, when it is sent whole by a reliable writer: headers of IP, UDP and RTPS, a
+/// heartbeat, and what RustDDS holds the message's own header to be (`DATAGRAM_HEADER_OVERHEAD`,
+/// `HEARTBEAT_SUBMESSAGE_SERIALIZED_SIZE`, `DATA_SUBMESSAGE_OVERHEAD`).
+const OVERHEAD: usize = 48 + 32 + 48;
+
+/// The largest message, with its encapsulation, that RustDDS sends whole to any peer.
+pub(super) fn largest_whole(smallest_mtu_bytes: usize) -> usize {
+    smallest_mtu_bytes.saturating_sub(OVERHEAD)
+}
+
 /// The body of a message as it is on the wire.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub(super) struct Body(pub(super) Vec<u8>);
+pub(crate) struct Body(pub(super) Vec<u8>);
 
 impl ros2_client::Message for Body {}
 

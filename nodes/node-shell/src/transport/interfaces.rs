@@ -34,6 +34,15 @@ pub(crate) fn of_this_machine() -> Vec<Interface> {
         .collect()
 }
 
+/// The largest datagram that every interface of this machine carries in one piece, but no more than Ethernet does.
+pub(crate) fn smallest_mtu_bytes() -> usize {
+    /// Of Ethernet.
+    const USUAL: u32 = 1500;
+    let has_address = |one: &netdev::Interface| !one.ipv4.is_empty();
+    let mtus = netdev::get_interfaces().into_iter().filter(has_address).filter_map(|one| one.mtu);
+    mtus.fold(USUAL, u32::min) as usize
+}
+
 /// The addresses of the interfaces that `wanted` gives by their names or addresses.
 ///
 /// # Errors

@@ -85,6 +85,11 @@ impl Schedule {
         }
     }
 
+    /// Goes on with other periods.
+    pub(super) fn set_periods(&mut self, periods: Periods) {
+        self.periods = periods;
+    }
+
     /// A cloud has come into the map.
     pub(super) fn cloud_came(&mut self, now: Instant) {
         self.news = Some(now);

@@ -7,6 +7,7 @@ use msgs::stillmap_msgs::{SegmentedCloud, StageReport};
 use nalgebra::{Isometry3, Point3};
 use node_shell::{Host, RosArguments, Transport};
 
+use super::parameters::period;
 use super::*;
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.

@@ -91,7 +91,8 @@ fn fields(package: &str, text: &str) -> Vec<Field> {
     let mut fields: Vec<_> = text
         .lines()
         .map(|line| line.split('#').next().unwrap().trim())
-        .filter(|line| !line.is_empty() && !line.contains('='))
+        // A bound has an equals sign, too.
+        .filter(|line| !line.is_empty() && !line.replace("<=", "").contains('='))
         .map(|line| field(package, line))
         .collect();
     if fields.is_empty() {
@@ -105,7 +106,10 @@ fn field(package: &str, line: &str) -> Field {
     let (Some(kind), Some(name)) = (words.next(), words.next()) else { panic!("no field: {line}") };
     let (element, arity) = match kind.strip_suffix(']').and_then(|kind| kind.split_once('[')) {
         None => (kind, Arity::One),
-        Some((element, "")) => (element, Arity::Sequence),
+        // A bound changes nothing on the wire.
+        Some((element, bound)) if bound.is_empty() || bound.starts_with("<=") => {
+            (element, Arity::Sequence)
+        }
         Some((element, length)) => (element, Arity::Array(length.parse().unwrap())),
     };
     let element = match (element, element.split_once('/')) {

@@ -6,6 +6,8 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use msgs::RosService;
+use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use tokio::time::timeout;
 
@@ -100,6 +102,12 @@ impl Peer {
             return Some(self.heard.remove(0));
         }
         timeout(longest, self.wait_for("heard")).await.ok()
+    }
+
+    /// Lets a peer in the mode `call` call a service; returns the response.
+    pub(super) async fn call<S: RosService>(&mut self, service: &str, request: Value) -> Value {
+        self.tell(&json!([service, S::TYPE_NAME, request]).to_string());
+        self.wait_for("answer").await.parse().expect("the peer tells in JSON")
     }
 
     /// Writes a line to the peer.

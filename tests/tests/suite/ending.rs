@@ -1,0 +1,71 @@
+//! How the nodes end.
+
+use std::time::{Duration, Instant};
+
+use msgs::diagnostic_msgs::DiagnosticArray;
+use node_shell::{Node, Qos, RosArguments};
+use rustix::process::Signal;
+use tokio::time::timeout;
+
+use crate::bags::{bag_of, pose, ten_stamps};
+use crate::program::Running;
+
+/// Longer than anything here takes on a busy machine; reached only by a fault.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// In this time a node has ended. It is so long on a busy machine, too.
+const LONGEST_END: Duration = Duration::from_secs(1);
+
+/// Each program, and the nodes that it is.
+const PROGRAMS: [(&[&str], &[&str]); 6] = [
+    (&["node", "detection"], &["detection"]),
+    (&["node", "segmentation"], &["segmentation"]),
+    (&["node", "reconstruction"], &["reconstruction"]),
+    (&["node", "compression"], &["compression"]),
+    (&["up"], &["detection", "segmentation", "reconstruction"]),
+    (&["play", BAG, "--loop"], &["bag_player"]),
+];
+/// Stands for the path of the bag.
+const BAG: &str = "BAG";
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_node_ends_in_order_on_either_signal() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = bag_of(folder.path(), "poses.mcap", |topics| {
+        topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
+    });
+    let namespace = format!("/ending_{}", std::process::id());
+    let rule = format!("__ns:={namespace}");
+    let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
+    let ear = Node::start("ear", &arguments).unwrap();
+    let reports = ear.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(100)).unwrap();
+    for (count, (program, nodes)) in PROGRAMS.iter().enumerate() {
+        for (name, signal) in [("int", Signal::INT), ("term", Signal::TERM)] {
+            let place = format!("{namespace}/{name}_{count}");
+            let mut line: Vec<String> = program
+                .iter()
+                .map(
+                    |word| {
+                        if *word == BAG { bag.display().to_string() } else { (*word).to_owned() }
+                    },
+                )
+                .collect();
+            line.extend(["--ros-args", "-r", &format!("__ns:={place}")].map(str::to_owned));
+            let running = Running::start(&line);
+            let mut awaited: Vec<String> =
+                nodes.iter().map(|node| format!("{place}/{node}")).collect();
+            let ready = async {
+                while !awaited.is_empty() {
+                    let report = reports.next().await.message;
+                    awaited.retain(|node| report.status.iter().all(|status| status.name != *node));
+                }
+            };
+            timeout(PATIENCE, ready).await.unwrap_or_else(|_| panic!("{line:?} does not report"));
+            let asked = Instant::now();
+            let status = running.end(signal);
+            assert!(status.success(), "{line:?} on {name}: {status}");
+            assert!(asked.elapsed() < LONGEST_END, "{line:?} on {name}: {:?}", asked.elapsed());
+        }
+    }
+    drop(reports);
+    ear.close().await;
+}
