@@ -15,8 +15,9 @@ pub(super) struct Laser {
     range_offset_m: f64,
     /// Beside `range_offset_m`, near by, along x and y; `None` without a two-point calibration.
     near_m: Option<[f64; 2]>,
-    height_m: f64,
-    side_m: f64,
+    origin_height_m: f64,
+    vertical_offset_m: f64,
+    horizontal_offset_m: f64,
 }
 
 /// Where the two points of the calibration are: near by along x and y, and far off (the manual's appendix F).
@@ -34,8 +35,9 @@ impl Laser {
             range_offset_m: calibration.range_offset_m,
             near_m: (near_m != [0.0; 2])
                 .then(|| near_m.map(|offset_m| offset_m - calibration.range_offset_m)),
-            height_m: calibration.height_m,
-            side_m: calibration.side_m,
+            origin_height_m: calibration.origin_height_m,
+            vertical_offset_m: calibration.vertical_offset_m,
+            horizontal_offset_m: calibration.horizontal_offset_m,
         }
     }
 
@@ -48,10 +50,11 @@ impl Laser {
     /// forward.
     pub(super) fn point_m(&self, range_m: f64, head_deg: f64) -> Point3<f32> {
         let (sin, cos) = (head_deg - self.rotation_deg).to_radians().sin_cos();
-        let along_m =
-            |range_m: f64| range_m * self.cos_elevation - self.height_m * self.sin_elevation;
-        let right_m = |range_m: f64| along_m(range_m) * sin - self.side_m * cos;
-        let forward_m = |range_m: f64| along_m(range_m) * cos + self.side_m * sin;
+        let along_m = |range_m: f64| {
+            range_m * self.cos_elevation - self.vertical_offset_m * self.sin_elevation
+        };
+        let right_m = |range_m: f64| along_m(range_m) * sin - self.horizontal_offset_m * cos;
+        let forward_m = |range_m: f64| along_m(range_m) * cos + self.horizontal_offset_m * sin;
         let [to_right_m, to_front_m] = match self.near_m {
             None => [range_m; 2],
             Some([near_x_m, near_y_m]) => {
@@ -64,7 +67,9 @@ impl Laser {
                 ]
             }
         };
-        let up_m = to_front_m * self.sin_elevation + self.height_m * self.cos_elevation;
+        let up_m = to_front_m * self.sin_elevation
+            + self.vertical_offset_m * self.cos_elevation
+            + self.origin_height_m;
         let point_m = [forward_m(to_front_m), -right_m(to_right_m), up_m];
         Point3::from(point_m.map(|value_m| value_m as f32))
     }

@@ -46,15 +46,22 @@ fn hdl_32e() -> Vec<LaserCalibration> {
 fn vlp_16() -> Vec<LaserCalibration> {
     const HEIGHTS_MM: [f64; 16] =
         [11.2, -0.7, 9.7, -2.2, 8.1, -3.7, 6.6, -5.1, 5.1, -6.6, 3.7, -8.1, 2.2, -9.7, 0.7, -11.2];
-    let lasers = alternating(16, -15.0, 2.0).into_iter().zip(HEIGHTS_MM);
-    lasers
-        .map(|(laser, height_mm)| LaserCalibration { height_m: height_mm / 1000.0, ..laser })
-        .collect()
+    with_heights(alternating(16, -15.0, 2.0), &HEIGHTS_MM)
 }
 
-/// The Puck Hi-Res' data sheet: 4/3 of a degree apart.
+/// The same table for the Puck Hi-Res: 4/3 of a degree apart.
 fn puck_hi_res() -> Vec<LaserCalibration> {
-    alternating(16, -10.0, 4.0 / 3.0)
+    const HEIGHTS_MM: [f64; 16] =
+        [7.4, -0.9, 6.5, -1.8, 5.5, -2.7, 4.6, -3.7, 3.7, -4.6, 2.7, -5.5, 1.8, -6.5, 0.9, -7.4];
+    with_heights(alternating(16, -10.0, 4.0 / 3.0), &HEIGHTS_MM)
+}
+
+fn with_heights(lasers: Vec<LaserCalibration>, heights_mm: &[f64]) -> Vec<LaserCalibration> {
+    let with_height = |(laser, height_mm): (LaserCalibration, &f64)| LaserCalibration {
+        origin_height_m: height_mm / 1000.0,
+        ..laser
+    };
+    lasers.into_iter().zip(heights_mm).map(with_height).collect()
 }
 
 /// VLP-32C user's manual, table 9-2: elevation, and the azimuth offset in tenths, which is clockwise.

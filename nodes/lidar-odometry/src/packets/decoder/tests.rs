@@ -22,8 +22,8 @@ fn plain_point(laser: &LaserCalibration, range_m: f64, azimuth_deg: f64) -> Vect
     let elevation_rad = laser.elevation_deg.to_radians();
     let forward = Vector3::new(azimuth_rad.cos(), azimuth_rad.sin(), 0.0);
     let up = Vector3::z();
-    forward * (range_m * elevation_rad.cos() - laser.height_m * elevation_rad.sin())
-        + up * (range_m * elevation_rad.sin() + laser.height_m * elevation_rad.cos())
+    forward * (range_m * elevation_rad.cos())
+        + up * (range_m * elevation_rad.sin() + laser.origin_height_m)
 }
 
 #[test]
@@ -93,8 +93,9 @@ fn the_two_point_calibration_is_that_of_the_manual() {
         rotation_deg: 3.0,
         range_offset_m: 1.2,
         near_range_offset_m: [1.3, 1.15],
-        height_m: 0.2,
-        side_m: -0.026,
+        origin_height_m: 0.0,
+        vertical_offset_m: 0.2,
+        horizontal_offset_m: -0.026,
     };
     let laser = Laser::new(&calibration);
     for (raw_m, head_deg) in [(2.0, 40.0), (11.0, 200.0), (40.0, 300.0_f64)] {

@@ -210,7 +210,7 @@ fn a_simulated_revolution_survives_its_packets() {
         let packets = encoded(&turn, model);
         // The simulator's lasers are all in one place.
         let mut calibration = crate::packets::Calibration::of_data_sheet(model);
-        calibration.lasers.iter_mut().for_each(|laser| laser.height_m = 0.0);
+        calibration.lasers.iter_mut().for_each(|laser| laser.origin_height_m = 0.0);
         let config = DecoderConfig { calibration: Some(calibration), ..DecoderConfig::default() };
         let mut decoder = PacketDecoder::new(config).unwrap();
         let mut builder = builder();
