@@ -33,10 +33,8 @@ pub struct LaserCalibration {
     /// What is added near by in place of it, along the sensor's x (to the right) and y (forward): the two-point
     /// calibration of the S2 and S3. Zero stands for none.
     pub near_range_offset_m: [f64; 2],
-    /// The beam comes from so far above the scanner's origin: the vertical correction of the VLP-16.
-    pub origin_height_m: f64,
-    /// The beam is so far above one through the origin, at right angles to it: that of the HDL-64E.
-    pub vertical_offset_m: f64,
+    /// The beam comes from so far above the scanner's origin.
+    pub height_m: f64,
     /// The beam is so far to the left of one through the origin, seen from behind.
     pub horizontal_offset_m: f64,
 }
@@ -129,8 +127,7 @@ impl LaserCalibration {
             ("range_offset_m", self.range_offset_m, MAX_OFFSET_M),
             ("near_range_offset_m", near_x_m, MAX_OFFSET_M),
             ("near_range_offset_m", near_y_m, MAX_OFFSET_M),
-            ("origin_height_m", self.origin_height_m, MAX_OFFSET_M),
-            ("vertical_offset_m", self.vertical_offset_m, MAX_OFFSET_M),
+            ("height_m", self.height_m, MAX_OFFSET_M),
             ("horizontal_offset_m", self.horizontal_offset_m, MAX_OFFSET_M),
         ];
         let wrong = values.into_iter().find(|(_, value, limit)| !(value.abs() <= *limit));

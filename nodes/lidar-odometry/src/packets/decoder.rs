@@ -220,8 +220,6 @@ impl PacketDecoder {
 struct BlockGroup {
     first: usize,
     azimuth_deg: f64,
-    /// How far the head turns in a second.
-    rate_deg_per_s: f64,
 }
 
 impl Table {
@@ -250,19 +248,20 @@ impl Table {
         return_mode: ReturnMode,
         config: &DecoderConfig,
     ) -> Result<DecodedPacket, PacketError> {
-        let groups = self.groups(packet.blocks(), return_mode, config.max_turn_rate_hz)?;
+        let (groups, rate_deg_per_s) =
+            self.groups(packet.blocks(), return_mode, config.max_turn_rate_hz)?;
         let mut firings = Vec::with_capacity(self.model.firings(return_mode));
         let mut shots = Vec::with_capacity(BLOCKS * SHOTS);
         let period_s = self.model.firing_period_s();
         for group in &groups {
             for within in 0..self.firings_per_block() {
                 let after_s = within as f64 * period_s;
-                let turned_deg = group.rate_deg_per_s * after_s;
+                let turned_deg = rate_deg_per_s * after_s;
                 let head = Head {
                     firing: firings.len() as u16,
                     time_s: firings.len() as f64 * period_s,
                     azimuth_deg: group.azimuth_deg + turned_deg,
-                    rate_deg_per_s: group.rate_deg_per_s,
+                    rate_deg_per_s,
                 };
                 firings.push(Firing {
                     azimuth_deg: head.azimuth_deg.rem_euclid(360.0),
@@ -312,19 +311,23 @@ impl Table {
         firing * lasers..(firing + 1) * lasers
     }
 
-    /// The blocks by azimuths. How fast the head turns at a group tells the step to the next one; at the last, that
-    /// to it (VLP-16 user's manual, section 9.5).
+    /// The blocks by azimuths, and how fast the head turns in degrees a second.
+    ///
+    /// The manuals take that from one block to the next (VLP-16, section 9.5). Azimuths are rounded to hundredths, so
+    /// that such steps differ by a tenth where the head, in half a millisecond, turns evenly: the whole packet tells
+    /// it better.
     fn groups(
         &self,
         blocks: &[Block<'_>; BLOCKS],
         return_mode: ReturnMode,
         max_turn_rate_hz: f64,
-    ) -> Result<Vec<BlockGroup>, PacketError> {
+    ) -> Result<(Vec<BlockGroup>, f64), PacketError> {
         let echoes = if return_mode == ReturnMode::Dual { 2 } else { 1 };
         let group_blocks = echoes * self.banks();
         let group_s = self.firings_per_block() as f64 * self.model.firing_period_s();
         let limit_deg = max_turn_rate_hz * 360.0 * group_s;
         let mut groups: Vec<BlockGroup> = Vec::with_capacity(BLOCKS);
+        let mut turned_deg = 0.0;
         for (index, of_group) in blocks.chunks_exact(group_blocks).enumerate() {
             let first = index * group_blocks;
             let Some(azimuth_deg) = of_group.first().map(Block::azimuth_deg) else { continue };
@@ -340,18 +343,17 @@ impl Table {
                     return Err(jump(first + within, azimuth_deg, block.azimuth_deg()));
                 }
             }
-            let mut rate_deg_per_s = 0.0;
-            if let Some(before) = groups.last_mut() {
+            if let Some(before) = groups.last() {
                 let step_deg = (azimuth_deg - before.azimuth_deg).rem_euclid(360.0);
                 if step_deg > limit_deg {
                     return Err(jump(first, before.azimuth_deg, azimuth_deg));
                 }
-                rate_deg_per_s = step_deg / group_s;
-                before.rate_deg_per_s = rate_deg_per_s;
+                turned_deg += step_deg;
             }
-            groups.push(BlockGroup { first, azimuth_deg, rate_deg_per_s });
+            groups.push(BlockGroup { first, azimuth_deg });
         }
-        Ok(groups)
+        let turned_s = group_s * groups.len().saturating_sub(1).max(1) as f64;
+        Ok((groups, turned_deg / turned_s))
     }
 
     fn shot(&self, head: &Head, laser: usize, echo: Echo, raw: (u16, u8)) -> Option<Shot> {
@@ -361,7 +363,8 @@ impl Table {
         }
         let (calibrated, row) = self.lasers.get(laser)?;
         let delay_s = self.model.laser_delay_s(laser);
-        let range_m = f64::from(units) * self.range_step_m + calibrated.range_offset_m();
+        let raw_range_m = f64::from(units) * self.range_step_m;
+        let range_m = raw_range_m + calibrated.range_offset_m();
         let azimuth_deg = head.azimuth_deg + head.rate_deg_per_s * delay_s;
         Some(Shot {
             firing: head.firing,
@@ -370,7 +373,7 @@ impl Table {
             intensity,
             time_s: (head.time_s + delay_s) as f32,
             range_m: range_m as f32,
-            position_m: calibrated.point_m(range_m, azimuth_deg),
+            position_m: calibrated.point_m(raw_range_m, azimuth_deg),
         })
     }
 }

@@ -15,8 +15,7 @@ pub(super) struct Laser {
     range_offset_m: f64,
     /// Beside `range_offset_m`, near by, along x and y; `None` without a two-point calibration.
     near_m: Option<[f64; 2]>,
-    origin_height_m: f64,
-    vertical_offset_m: f64,
+    height_m: f64,
     horizontal_offset_m: f64,
 }
 
@@ -35,8 +34,7 @@ impl Laser {
             range_offset_m: calibration.range_offset_m,
             near_m: (near_m != [0.0; 2])
                 .then(|| near_m.map(|offset_m| offset_m - calibration.range_offset_m)),
-            origin_height_m: calibration.origin_height_m,
-            vertical_offset_m: calibration.vertical_offset_m,
+            height_m: calibration.height_m,
             horizontal_offset_m: calibration.horizontal_offset_m,
         }
     }
@@ -46,18 +44,20 @@ impl Laser {
         self.range_offset_m
     }
 
-    /// The point at a corrected range, x forward, y left, z up. `head_deg` is where the head looks, clockwise from
-    /// forward.
-    pub(super) fn point_m(&self, range_m: f64, head_deg: f64) -> Point3<f32> {
+    /// The point at a range as the packet tells it, x forward, y left, z up. `head_deg` is where the head looks,
+    /// clockwise from forward.
+    ///
+    /// The two-point calibration corrects x and y each for itself, up to the far point; of the height, which the manual
+    /// leaves open, it is the mean of the two.
+    pub(super) fn point_m(&self, raw_range_m: f64, head_deg: f64) -> Point3<f32> {
+        let range_m = raw_range_m + self.range_offset_m;
         let (sin, cos) = (head_deg - self.rotation_deg).to_radians().sin_cos();
-        let along_m = |range_m: f64| {
-            range_m * self.cos_elevation - self.vertical_offset_m * self.sin_elevation
-        };
-        let right_m = |range_m: f64| along_m(range_m) * sin - self.horizontal_offset_m * cos;
-        let forward_m = |range_m: f64| along_m(range_m) * cos + self.horizontal_offset_m * sin;
+        let right_m =
+            |range_m: f64| range_m * self.cos_elevation * sin - self.horizontal_offset_m * cos;
+        let forward_m =
+            |range_m: f64| range_m * self.cos_elevation * cos + self.horizontal_offset_m * sin;
         let [to_right_m, to_front_m] = match self.near_m {
-            None => [range_m; 2],
-            Some([near_x_m, near_y_m]) => {
+            Some([near_x_m, near_y_m]) if raw_range_m <= FAR_M => {
                 let corrected_m = |near_m: f64, at_m: f64, distance_m: f64| {
                     range_m + near_m * (FAR_M - distance_m.abs()) / (FAR_M - at_m)
                 };
@@ -66,10 +66,9 @@ impl Laser {
                     corrected_m(near_y_m, NEAR_M[1], forward_m(range_m)),
                 ]
             }
+            _ => [range_m; 2],
         };
-        let up_m = to_front_m * self.sin_elevation
-            + self.vertical_offset_m * self.cos_elevation
-            + self.origin_height_m;
+        let up_m = 0.5 * (to_right_m + to_front_m) * self.sin_elevation + self.height_m;
         let point_m = [forward_m(to_front_m), -right_m(to_right_m), up_m];
         Point3::from(point_m.map(|value_m| value_m as f32))
     }

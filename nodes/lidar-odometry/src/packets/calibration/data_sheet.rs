@@ -58,7 +58,7 @@ fn puck_hi_res() -> Vec<LaserCalibration> {
 
 fn with_heights(lasers: Vec<LaserCalibration>, heights_mm: &[f64]) -> Vec<LaserCalibration> {
     let with_height = |(laser, height_mm): (LaserCalibration, &f64)| LaserCalibration {
-        origin_height_m: height_mm / 1000.0,
+        height_m: height_mm / 1000.0,
         ..laser
     };
     lasers.into_iter().zip(heights_mm).map(with_height).collect()

@@ -91,8 +91,7 @@ impl Laser {
             rotation_deg: self.rot_correction.to_degrees(),
             range_offset_m: self.dist_correction,
             near_range_offset_m: [self.dist_correction_x, self.dist_correction_y],
-            origin_height_m: 0.0,
-            vertical_offset_m: self.vert_offset_correction,
+            height_m: self.vert_offset_correction,
             horizontal_offset_m: self.horiz_offset_correction,
         }
     }

@@ -68,8 +68,7 @@ fn a_file_of_ros_is_read() {
         rotation_deg: (-0.01_f64).to_degrees(),
         range_offset_m: 1.2,
         near_range_offset_m: [1.3, 1.4],
-        origin_height_m: 0.0,
-        vertical_offset_m: 0.2,
+        height_m: 0.2,
         horizontal_offset_m: -0.026,
     };
     assert_eq!(calibration.lasers[1], expected);
