@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bag_player::{Bag, Selection};
 use geometry::Stamp;
+use lidar_odometry::packets::{Calibration, DecoderConfig, Model, PacketDecoder, ReturnMode};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::PointCloud2;
@@ -226,4 +227,44 @@ fn a_sequence_of_kitti_keeps_its_times_and_its_truth() {
     let result = stillmap(["import", "kitti", folder.path().to_str().unwrap(), "-o", output]);
     let stderr = String::from_utf8_lossy(&result.stderr);
     assert!(stderr.contains("holds no numbered .bin files"), "{stderr}");
+}
+
+#[test]
+fn a_scan_that_another_driver_recorded_is_read_and_decoded_as_an_independent_decoder_does() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/velodyne");
+    let bytes = std::fs::read(data.join("vlp16_scan.cdr")).unwrap();
+    let scan: VelodyneScan = msgs::cdr::decode(&bytes).unwrap();
+    assert_eq!((scan.header.frame_id.as_str(), scan.packets.len()), ("velodyne", 6));
+    assert_eq!(msgs::cdr::encode(&scan).unwrap(), bytes);
+
+    let reference = std::fs::read(data.join("vlp16_scan.reference.bin")).unwrap();
+    let values: Vec<f32> =
+        reference.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    let mut reference = values.as_chunks::<4>().0.iter();
+    // The reference knows the manual's heights of the lasers before they were rounded to tenths of a millimetre, and
+    // rounds azimuths to hundredths of a degree.
+    let mut calibration = Calibration::of_data_sheet(Model::Vlp16);
+    for laser in &mut calibration.lasers {
+        laser.height_m = -0.041_91 * laser.elevation_deg.to_radians().tan();
+    }
+    let calibration = Some(calibration);
+    let config = DecoderConfig {
+        calibration,
+        range_min_m: 0.1,
+        range_max_m: 200.0,
+        ..DecoderConfig::default()
+    };
+    let mut decoder = PacketDecoder::new(config).unwrap();
+    for packet in &scan.packets {
+        let packet = decoder.decode(&packet.data).unwrap();
+        assert_eq!((packet.model, packet.return_mode), (Model::Vlp16, ReturnMode::Dual));
+        for shot in packet.shots {
+            let [x_m, y_m, z_m, intensity] = *reference.next().unwrap();
+            let expected_m = nalgebra::Point3::new(x_m, y_m, z_m);
+            assert_eq!(f32::from(shot.intensity), intensity);
+            let off_m = (shot.position_m - expected_m).norm();
+            assert!(off_m < 2e-5 + 9e-5 * shot.range_m, "{shot:?} {expected_m}");
+        }
+    }
+    assert_eq!(reference.next(), None);
 }
