@@ -130,7 +130,7 @@ impl LaserCalibration {
             ("height_m", self.height_m, MAX_OFFSET_M),
             ("horizontal_offset_m", self.horizontal_offset_m, MAX_OFFSET_M),
         ];
-        let wrong = values.into_iter().find(|(_, value, limit)| !(value.abs() <= *limit));
+        let wrong = values.into_iter().find(|(_, value, limit)| !(-limit..=*limit).contains(value));
         match wrong {
             Some((name, value, limit)) => {
                 Err(CalibrationError::Value { laser, name, value, limit })

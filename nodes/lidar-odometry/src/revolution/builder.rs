@@ -227,7 +227,7 @@ impl Open {
         // Of another scanner, or of one that was calibrated anew, no column fits.
         self.elevations_rad != packet.elevations_rad
             || self.from_cut_deg + self.step_deg(firing.azimuth_deg) >= 360.0
-            || !(time_s <= config.max_duration_s)
+            || !(f64::MIN..=config.max_duration_s).contains(&time_s)
             // Whatever the clock says.
             || self.azimuths_rad.len() > most_columns
     }
