@@ -50,7 +50,8 @@ pub enum CaptureError {
     NotACapture,
     /// The frames are of a kind of network that is not read.
     #[error(
-        "frames of link type {link_type} after {frames} frames are not read (Ethernet, Linux cooked, loopback and raw IP are)"
+        "frames of link type {link_type} after {frames} frames are not read (Ethernet, Linux cooked, loopback and \
+         raw IP are)"
     )]
     LinkType {
         /// Its number in the registry of tcpdump.

@@ -1,91 +1,21 @@
 //! From the bytes of a packet to what the lasers saw.
 
+mod config;
+mod echo;
+
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use serde::{Deserialize, Serialize};
 
 use super::calibration::{Calibration, CalibrationError};
 use super::data_packet::{Block, BlockLayout, DataPacket};
 use super::error::PacketError;
 use super::laser::Laser;
 use super::model::{BLOCKS, Model, ReturnMode, SHOTS};
+use echo::Echoes;
 
-/// What a packet alone does not tell.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DecoderConfig {
-    /// The model, where the factory bytes do not tell it (firmware before they were there) or tell it wrongly.
-    pub model: Option<Model>,
-    /// The return mode, likewise.
-    pub return_mode: Option<ReturnMode>,
-    /// The scanner's own calibration; the data sheet's where there is none.
-    pub calibration: Option<Calibration>,
-    /// What is nearer is no return.
-    pub range_min_m: f64,
-    /// What is farther is no return.
-    pub range_max_m: f64,
-    /// No scanner turns faster: a larger step of the azimuth within a packet is an error.
-    pub max_turn_rate_hz: f64,
-}
-
-impl Default for DecoderConfig {
-    fn default() -> Self {
-        Self {
-            model: None,
-            return_mode: None,
-            calibration: None,
-            // All that the scanner sends: what is too near for the vehicle is the odometry's to say.
-            range_min_m: 0.0,
-            // Beyond what a packet can tell (65535 steps of 4 mm).
-            range_max_m: 300.0,
-            // 20 turns a second are the most of every model's manual, and a quarter for the encoder's steps.
-            max_turn_rate_hz: 25.0,
-        }
-    }
-}
-
-/// Why a configuration does not serve.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-pub enum DecoderConfigError {
-    /// The calibration is not one of the model.
-    #[error(transparent)]
-    Calibration(#[from] CalibrationError),
-    /// The limits of the range leave nothing between them.
-    #[error("range_min_m {min_m} and range_max_m {max_m} leave no ranges between them")]
-    Ranges {
-        /// `range_min_m`.
-        min_m: f64,
-        /// `range_max_m`.
-        max_m: f64,
-    },
-    /// The turn rate is none.
-    #[error("max_turn_rate_hz is {rate_hz}, not above 0")]
-    TurnRate {
-        /// `max_turn_rate_hz`.
-        rate_hz: f64,
-    },
-}
-
-impl DecoderConfig {
-    /// Checks what can be checked before the model is known.
-    ///
-    /// # Errors
-    /// When the limits are none, or the calibration is not one of the stated model.
-    pub fn validate(&self) -> Result<(), DecoderConfigError> {
-        let (min_m, max_m) = (self.range_min_m, self.range_max_m);
-        if !(min_m >= 0.0 && min_m < max_m && max_m.is_finite()) {
-            return Err(DecoderConfigError::Ranges { min_m, max_m });
-        }
-        if !(self.max_turn_rate_hz > 0.0 && self.max_turn_rate_hz.is_finite()) {
-            return Err(DecoderConfigError::TurnRate { rate_hz: self.max_turn_rate_hz });
-        }
-        match (self.model, &self.calibration) {
-            (Some(model), Some(calibration)) => Ok(calibration.validate(model)?),
-            _ => Ok(()),
-        }
-    }
-}
+pub use config::{DecoderConfig, DecoderConfigError};
+pub use echo::Echo;
 
 /// A decoded packet.
 #[derive(Clone, PartialEq, Debug)]
@@ -130,19 +60,6 @@ pub struct Shot {
     pub range_m: f32,
     /// In the scanner's frame: x forward, y left, z up.
     pub position_m: Point3<f32>,
-}
-
-/// Which echo of a shot a return is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Echo {
-    /// The strongest; another one came later, or was not asked for.
-    Strongest,
-    /// The last; another one was stronger, or was not asked for.
-    Last,
-    /// The strongest is the last.
-    StrongestAndLast,
-    /// The second strongest, where the strongest is the last.
-    SecondStrongest,
 }
 
 /// Decodes the packets of one scanner.
@@ -384,49 +301,6 @@ struct Head {
     time_s: f64,
     azimuth_deg: f64,
     rate_deg_per_s: f64,
-}
-
-/// The blocks that tell the echoes of the same shots.
-struct Echoes<'a> {
-    /// Of two, the one with the last echoes.
-    main: &'a Block<'a>,
-    other: Option<&'a Block<'a>>,
-    return_mode: ReturnMode,
-}
-
-impl Echoes<'_> {
-    /// The laser in its bank, the echo, and what the packet tells of it, for the shots of a firing.
-    fn read(
-        &self,
-        shots: std::ops::Range<usize>,
-    ) -> impl Iterator<Item = (usize, Echo, (u16, u8))> + '_ {
-        let (skipped, count) = (shots.start, shots.len());
-        let others = self.other.map(|block| block.shots().skip(skipped));
-        let mut others = others.into_iter().flatten();
-        let main = self.main.shots().skip(skipped).take(count).enumerate();
-        main.flat_map(move |(laser, main)| {
-            let (first, second) = match (self.return_mode, others.next()) {
-                (ReturnMode::Dual, Some(other)) => echoes_of(main, other),
-                (ReturnMode::Last, _) => ((Echo::Last, main), None),
-                _ => ((Echo::Strongest, main), None),
-            };
-            [Some(first), second].into_iter().flatten().map(move |(echo, raw)| (laser, echo, raw))
-        })
-    }
-}
-
-type RawEcho = (Echo, (u16, u8));
-
-/// The even block of a pair holds the last echoes, the odd one the strongest, or the second strongest where the last
-/// is the strongest (VLP-16 user's manual, section 9.3.2): that is so where the odd one is the weaker.
-fn echoes_of(last: (u16, u8), other: (u16, u8)) -> (RawEcho, Option<RawEcho>) {
-    if last == other || other.0 == 0 {
-        ((Echo::StrongestAndLast, last), None)
-    } else if other.1 < last.1 {
-        ((Echo::StrongestAndLast, last), Some((Echo::SecondStrongest, other)))
-    } else {
-        ((Echo::Last, last), Some((Echo::Strongest, other)))
-    }
 }
 
 #[cfg(test)]

@@ -31,7 +31,8 @@ pub enum PacketError {
     },
     /// The scanner would have turned backwards, or faster than any does.
     #[error(
-        "the azimuth steps from {from_deg:.2} to {to_deg:.2} degrees at block {block}, by more than {limit_deg:.2} forwards"
+        "the azimuth steps from {from_deg:.2} to {to_deg:.2} degrees at block {block}, by more than {limit_deg:.2} \
+         forwards"
     )]
     AzimuthJump {
         /// The block after the step, from 0.

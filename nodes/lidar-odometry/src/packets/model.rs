@@ -25,8 +25,8 @@ pub enum Model {
     PuckHiRes,
     /// 32 lasers from -25 to 15 degrees, close together at the horizon; the Ultra Puck.
     Vlp32c,
-    /// 64 lasers from -24.33 to 2 degrees in two banks; S2 and S3. Times within a packet are those of the S2; an S3 that
-    /// fires every 57.6 us in place of 48 us is late by up to 50 us.
+    /// 64 lasers from -24.33 to 2 degrees in two banks; S2 and S3. Times within a packet are those of the S2; an S3
+    /// that fires every 57.6 us in place of 48 us is late by up to 50 us.
     Hdl64e,
 }
 

@@ -26,7 +26,8 @@ pub enum KittiError {
     },
     /// Its points are not those of an HDL-64E in the order of its lasers.
     #[error(
-        "the azimuths pass forward so often that there would be {rows} rows and more; a scan of KITTI has {ROWS}, one after the other, each counterclockwise from forward"
+        "the azimuths pass forward so often that there would be {rows} rows and more; a scan of KITTI has {ROWS}, one \
+         after the other, each counterclockwise from forward"
     )]
     Rows {
         /// Rows that were found before the search ended.
