@@ -109,6 +109,7 @@ impl<'r> CaptureReader<'r> {
     pub fn new(bytes: impl Read + Send + 'r) -> Result<Self, CaptureError> {
         let reader = create_reader(BUFFER_BYTES, bytes).map_err(|error| match error {
             PcapError::Eof => CaptureError::Empty,
+            PcapError::ReadError => damaged(&PcapError::ReadError, 0),
             _ => CaptureError::NotACapture,
         })?;
         let (interfaces, counts) = (Interfaces::default(), CaptureCounts::default());

@@ -6,7 +6,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use lidar_odometry::capture::{CaptureCounts, CaptureReader, Datagram};
+use lidar_odometry::capture::{CaptureCounts, CaptureReader};
 use lidar_odometry::packets::{
     Calibration, DATA_PORT, DecoderConfig, Model, POSITION_PORT, PacketDecoder,
 };
@@ -107,10 +107,9 @@ pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
     let mut capture = CaptureReader::new(file).map_err(|error| {
         in_capture(error.to_string()).mend("give a capture of tcpdump, Wireshark or VeloView")
     })?;
-    // The bag is begun with the first packet: a capture without any leaves none.
     let mut other_port = None;
     let mut broken = None;
-    let mut recording = None;
+    let mut recording = Recording::new(args, decoder, builder);
     let progress = Progress::new("importing", frames);
     for next in capture.by_ref() {
         let datagram = match next {
@@ -120,24 +119,18 @@ pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
                 break;
             }
         };
-        if ![args.data_port, args.position_port].contains(&datagram.port) {
-            other_port.get_or_insert(datagram.port);
-            continue;
-        }
-        if recording.is_none() {
-            recording = Some(Recording::create(args, decoder.clone(), builder.clone())?);
-        }
-        if let Some(recording) = &mut recording {
-            take(recording, &datagram, args)?;
+        match datagram.port {
+            port if port == args.data_port => recording.data(&datagram)?,
+            port if port == args.position_port => recording.position(&datagram),
+            port => other_port = other_port.or(Some(port)),
         }
         progress.advance();
     }
     progress.finish();
     let broken = broken.map(|error| error.to_string());
-    let recording = match recording {
-        Some(recording) if recording.has_data() => recording,
-        found => return Err(nothing_imported(found.as_ref(), broken, other_port, args)),
-    };
+    if !recording.has_data() {
+        return Err(nothing_imported(&recording, broken, other_port, args));
+    }
     let (counts, summary) = recording.finish()?;
     console::print(format_args!(
         "{}: {} messages of {} packets",
@@ -155,29 +148,15 @@ fn frames_in(file: &File) -> u64 {
     file.metadata().map_or(0, |metadata| metadata.len() / FRAME_BYTES)
 }
 
-fn take(
-    recording: &mut Recording,
-    datagram: &Datagram,
-    args: &VelodyneArgs,
-) -> Result<(), Failure> {
-    if datagram.port == args.data_port {
-        recording.data(datagram)
-    } else {
-        recording.position(datagram);
-        Ok(())
-    }
-}
-
 /// Why there is no bag.
 fn nothing_imported(
-    recording: Option<&Recording>,
+    recording: &Recording,
     broken: Option<String>,
     other_port: Option<u16>,
     args: &VelodyneArgs,
 ) -> Failure {
     let failure = |what: String| Failure::new(what).within(args.capture.display());
-    let refusal = recording.and_then(Recording::first_refusal);
-    match (refusal, broken, other_port) {
+    match (recording.first_refusal(), broken, other_port) {
         (Some(refusal), ..) => failure(format!("no data packet could be decoded: {refusal}"))
             .mend("see --model, --calibration and --data-port"),
         (None, Some(broken), _) => failure(broken),

@@ -1,5 +1,7 @@
 //! The bag that a capture becomes.
 
+use std::path::PathBuf;
+
 use bag_player::BagSummary;
 use geometry::Stamp;
 use lidar_odometry::capture::Datagram;
@@ -28,7 +30,9 @@ pub(super) struct RecordingCounts {
 
 /// A bag being written.
 pub(super) struct Recording {
-    bag: SensorBag,
+    /// From the first packet on, so that what holds none leaves no bag.
+    bag: Option<SensorBag>,
+    output: PathBuf,
     decoder: PacketDecoder,
     builder: RevolutionBuilder,
     continuity: Continuity,
@@ -42,13 +46,14 @@ pub(super) struct Recording {
 }
 
 impl Recording {
-    pub(super) fn create(
+    pub(super) fn new(
         args: &VelodyneArgs,
         decoder: PacketDecoder,
         builder: RevolutionBuilder,
-    ) -> Result<Self, Failure> {
-        Ok(Self {
-            bag: SensorBag::create(&args.output)?,
+    ) -> Self {
+        Self {
+            bag: None,
+            output: args.output.clone(),
             decoder,
             builder,
             continuity: Continuity::default(),
@@ -58,7 +63,7 @@ impl Recording {
             scan: args.packets.then(VelodyneScan::default),
             frame_id: args.frame.clone(),
             last_stamp: None,
-        })
+        }
     }
 
     /// Whether any data packet was decoded.
@@ -113,15 +118,24 @@ impl Recording {
         } else {
             self.write_cloud(last)?;
         }
+        self.bag()?;
         let losses = self.continuity.counts();
-        Ok((RecordingCounts { losses, ..self.counts }, self.bag.finish()?))
+        let bag = self.bag.ok_or_else(|| Failure::new("the bag was not begun"))?;
+        Ok((RecordingCounts { losses, ..self.counts }, bag.finish()?))
+    }
+
+    fn bag(&mut self) -> Result<&mut SensorBag, Failure> {
+        match &mut self.bag {
+            Some(bag) => Ok(bag),
+            empty => Ok(empty.insert(SensorBag::create(&self.output)?)),
+        }
     }
 
     fn write_cloud(&mut self, ended: Option<BuiltRevolution>) -> Result<(), Failure> {
         let Some(built) = ended.filter(|built| built.is_whole() || self.partial) else {
             return Ok(());
         };
-        self.bag.velodyne(built.revolution.stamp, &message_from_revolution(&built.revolution))
+        self.bag()?.velodyne(built.revolution.stamp, &message_from_revolution(&built.revolution))
     }
 
     fn add_to_scan(&mut self, datagram: &Datagram) {
@@ -139,7 +153,7 @@ impl Recording {
     fn write_scan(&mut self) -> Result<(), Failure> {
         let Some(scan) = self.scan.as_mut().map(std::mem::take) else { return Ok(()) };
         match self.last_stamp {
-            Some(stamp) if !scan.packets.is_empty() => self.bag.velodyne_packets(stamp, &scan),
+            Some(stamp) if !scan.packets.is_empty() => self.bag()?.velodyne_packets(stamp, &scan),
             _ => Ok(()),
         }
     }
