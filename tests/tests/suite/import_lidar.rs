@@ -120,6 +120,11 @@ fn whole_turns_become_messages_and_losses_are_told() {
     assert!(found.eq(packets.iter().cloned()));
     assert_eq!(scans[1].header.stamp, scans[1].packets[0].stamp);
 
+    write_capture(&capture, 2368, &packets[..100]);
+    let result = stillmap(["import", "velodyne", input, "-o", output]);
+    assert_eq!(result.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&result.stderr).contains("no turn is whole (--partial"));
+
     packets.drain(100..103);
     packets[50].truncate(1000);
     write_capture(&capture, 2368, &packets);

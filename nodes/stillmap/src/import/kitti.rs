@@ -75,9 +75,6 @@ pub(crate) fn import(args: &KittiArgs) -> Result<Outcome, Failure> {
     let summary = bag.finish()?;
     progress.finish();
     console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
-    if poses.is_none() {
-        console::note("no poses: the bag has no truth (--poses FILE --calib FILE)");
-    }
     if without_pose > 0 {
         console::complain(&Failure::new(format!("{without_pose} scans have no pose")));
         return Ok(Outcome::WithLosses);
@@ -107,7 +104,10 @@ fn stamp_of(times: &[Stamp], number: usize) -> Stamp {
 /// Where the scanner was at each scan of the sequence, from where it was at the first.
 fn true_poses(args: &KittiArgs) -> Result<Option<Vec<nalgebra::Isometry3<f64>>>, Failure> {
     let given = args.poses.clone().or_else(|| layout::published_poses(&args.folder));
-    let Some(path) = given else { return Ok(None) };
+    let Some(path) = given else {
+        console::note("no poses: the bag has no truth (--poses FILE --calib FILE)");
+        return Ok(None);
+    };
     let calib = args.calib.clone().unwrap_or_else(|| args.folder.join("calib.txt"));
     if args.poses.is_none() && !calib.is_file() {
         console::note(format_args!(

@@ -138,7 +138,8 @@ pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
         summary.message_count,
         counts.losses.packets
     ))?;
-    Ok(tell(&args.capture, &counts, &capture.counts(), broken))
+    let nothing_written = summary.message_count == 0;
+    Ok(tell(args, &counts, &capture.counts(), broken, nothing_written))
 }
 
 /// How many frames a file of data packets holds, for somebody who waits.
@@ -196,13 +197,17 @@ fn read_calibration(path: &Path) -> Result<Calibration, Failure> {
 
 /// Says what was lost.
 fn tell(
-    capture: &Path,
+    args: &VelodyneArgs,
     counts: &RecordingCounts,
     in_capture: &CaptureCounts,
     broken: Option<String>,
+    nothing_written: bool,
 ) -> Outcome {
     let mut losses = Vec::new();
     losses.extend(broken);
+    if nothing_written {
+        losses.push("no turn is whole (--partial writes the parts too)".to_owned());
+    }
     if in_capture.cut_off {
         losses.push("the capture ends within a frame".to_owned());
     }
@@ -223,6 +228,6 @@ fn tell(
     if losses.is_empty() {
         return Outcome::Complete;
     }
-    console::complain(&Failure::new(losses.join("; ")).within(capture.display()));
+    console::complain(&Failure::new(losses.join("; ")).within(args.capture.display()));
     Outcome::WithLosses
 }
