@@ -4,7 +4,7 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -170,10 +170,7 @@ impl LiveSource {
     /// The next datagram, in the order of arrival on its port; `None` where none comes within `patience`.
     #[must_use]
     pub fn next_within(&self, patience: Duration) -> Option<Datagram> {
-        match self.datagrams.recv_timeout(patience) {
-            Ok(datagram) => Some(datagram),
-            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
-        }
+        self.datagrams.recv_timeout(patience).ok()
     }
 
     /// The counts so far.
