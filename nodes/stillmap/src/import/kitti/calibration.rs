@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 
 use crate::failure::Failure;
 
@@ -50,9 +50,8 @@ fn transform(line: &str) -> Option<Isometry3<f64>> {
     let [a, b, c, x, d, e, f, y, g, h, i, z] = rows;
     let matrix = Matrix3::new(a, b, c, d, e, f, g, h, i);
     let off = (matrix * matrix.transpose() - Matrix3::identity()).norm();
-    if !(off < NOT_ROTATED && matrix.determinant() > 0.0)
-        || !Vector3::new(x, y, z).norm().is_finite()
-    {
+    let is_rotation = off < NOT_ROTATED && matrix.determinant() > 0.0;
+    if !is_rotation || [x, y, z].iter().any(|shift_m| !shift_m.is_finite()) {
         return None;
     }
     let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix(&matrix));
@@ -61,6 +60,8 @@ fn transform(line: &str) -> Option<Isometry3<f64>> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
 
     #[test]

@@ -37,15 +37,13 @@ pub(super) fn scans(folder: &Path) -> Result<Vec<Scan>, Failure> {
         .mend("give the folder of a sequence: it holds velodyne/000000.bin, 000001.bin, ..."))
 }
 
+/// What KITTI's odometry benchmark and what KITTI-360 call their times.
+const SECONDS: &str = "times.txt";
+const DATES: &str = "timestamps.txt";
+
 /// The moments of all frames of the sequence: seconds since its start (`times.txt`) or dates (`timestamps.txt`).
 pub(super) fn times(folder: &Path) -> Result<Option<Vec<Stamp>>, Failure> {
-    let since_start = |line: &str| {
-        let seconds = line.trim().parse::<f64>().ok().filter(|seconds| seconds.is_finite())?;
-        Some(START.plus_seconds(seconds))
-    };
-    let kinds: [(&str, &dyn Fn(&str) -> Option<Stamp>); 2] =
-        [("times.txt", &since_start), ("timestamps.txt", &date)];
-    for (name, parse) in kinds {
+    for name in [SECONDS, DATES] {
         let path = folder.join(name);
         if !path.is_file() {
             continue;
@@ -54,7 +52,8 @@ pub(super) fn times(folder: &Path) -> Result<Option<Vec<Stamp>>, Failure> {
             .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))?;
         let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let stamps = lines.map(|(index, line)| {
-            parse(line).ok_or_else(|| {
+            let stamp = if name == SECONDS { since_start(line) } else { date(line) };
+            stamp.ok_or_else(|| {
                 let place = format!("{} line {}", path.display(), index + 1);
                 Failure::new(format!("{place}: cannot read '{}'", line.trim()))
             })
@@ -62,6 +61,11 @@ pub(super) fn times(folder: &Path) -> Result<Option<Vec<Stamp>>, Failure> {
         return stamps.collect::<Result<_, _>>().map(Some);
     }
     Ok(None)
+}
+
+fn since_start(line: &str) -> Option<Stamp> {
+    let seconds = line.trim().parse::<f64>().ok().filter(|seconds| seconds.is_finite())?;
+    Some(START.plus_seconds(seconds))
 }
 
 /// `poses/07.txt` beside `sequences/07`.
