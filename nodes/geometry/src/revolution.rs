@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_change_keeps_the_cells_and_may_drop_their_contents() {
         let left = two_rows_of_three().map(|column, found| {
-            (column < 2).then(|| LidarReturn { time_s: column as f32, ..*found })
+            (column < 2).then_some(LidarReturn { time_s: column as f32, ..*found })
         });
         assert_eq!((left.rows(), left.columns(), left.measured().count()), (2, 3, 2));
         assert_eq!((left.at(0, 0).unwrap().time_s, left.at(1, 1).unwrap().time_s), (0.0, 1.0));
