@@ -17,6 +17,7 @@ mod labels;
 mod marker;
 mod picture;
 mod pose;
+mod revolution;
 mod rows;
 mod scan;
 mod stamp;
@@ -48,6 +49,7 @@ pub use pose::{
     isometry_from_pose, isometry_from_transform, message_from_pose, pose_from_covariance_message,
     pose_from_isometry, pose_from_message, pose_from_odometry, transform_from_isometry,
 };
+pub use revolution::message_from_revolution;
 pub use scan::{message_from_scan, scan_from_message};
 pub use stamp::{stamp_from_time, time_from_stamp};
 pub use track::{message_from_tracks, tracks_from_message};

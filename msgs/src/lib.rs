@@ -28,6 +28,7 @@ pub mod std_msgs;
 pub mod std_srvs;
 pub mod stillmap_msgs;
 pub mod tf2_msgs;
+pub mod velodyne_msgs;
 pub mod visualization_msgs;
 
 #[cfg(test)]

@@ -75,6 +75,8 @@ macro_rules! for_each_message {
             $crate::stillmap_msgs::Track,
             $crate::stillmap_msgs::Tracks,
             $crate::tf2_msgs::TFMessage,
+            $crate::velodyne_msgs::VelodynePacket,
+            $crate::velodyne_msgs::VelodyneScan,
             $crate::visualization_msgs::Marker,
             $crate::visualization_msgs::MarkerArray,
             $crate::visualization_msgs::MeshFile,

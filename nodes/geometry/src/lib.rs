@@ -24,6 +24,7 @@ pub mod ply;
 mod point_block;
 mod point_file;
 mod pose;
+mod revolution;
 mod rigid;
 mod scan;
 mod scan_from_depth;
@@ -44,6 +45,7 @@ pub use pose::{
     FARTHEST_POSE_M, PoseBuffer, PoseLookupError, PosePushError, StampedPose, UnusablePose,
     check_pose, homogeneous_from_pose_vector, pose_from_vector, pose_vector,
 };
+pub use revolution::{LidarReturn, Revolution, RevolutionSizeError};
 pub use scan::{BeamOrder, Scan};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use stamp::Stamp;

@@ -2,5 +2,20 @@
 //!
 //! | room | what is in it |
 //! |---|---|
+//! | [`packets`] | what a Velodyne sends, to what its lasers saw |
+//! | [`panorama`] | a revolution as a picture of all around |
+//! | [`recorded`] | clouds of KITTI, and of CSV files, organised anew |
+//! | [`revolution`] | packets to organised clouds, one a turn; the motion of the vehicle taken out of them |
+//! | `capture` | the datagrams of a pcap or pcapng file (feature `io`) |
+//! | `live` | the datagrams of a scanner as they arrive (feature `io`) |
 //!
-//! No ROS, no files, no clock, no randomness but what a seed gives.
+//! Without the feature `io`: no ROS, no files, no clock, no randomness but what a seed gives.
+
+#[cfg(feature = "io")]
+pub mod capture;
+#[cfg(feature = "io")]
+pub mod live;
+pub mod packets;
+pub mod panorama;
+pub mod recorded;
+pub mod revolution;

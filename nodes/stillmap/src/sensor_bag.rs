@@ -9,6 +9,7 @@ use geometry::{CameraModel, Cloud, DepthImage, LabelImage, Scan, Stamp, StampedP
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu, LaserScan, PointCloud2};
 use msgs::stillmap_msgs::Tracks;
+use msgs::velodyne_msgs::VelodyneScan;
 use msgs::{RosMessage, convert, geometry_msgs::PoseStamped, std_msgs};
 
 use crate::failure::Failure;
@@ -27,6 +28,8 @@ pub(crate) const RAW_COLOUR: &str = "/camera/rgb/image_raw";
 pub(crate) const COLOUR_CAMERA_INFO: &str = "/camera/rgb/camera_info";
 /// The cloud of the 3D scanner, as velodyne_driver names it.
 pub(crate) const VELODYNE: &str = "/velodyne_points";
+/// The packets of the 3D scanner, as velodyne_driver names them.
+pub(crate) const VELODYNE_PACKETS: &str = "/velodyne_packets";
 /// True object ids, a number for each point of the 3D scanner.
 pub(crate) const TRUE_VELODYNE_LABELS: &str = "/truth/velodyne_labels";
 /// The inertial unit.
@@ -105,6 +108,14 @@ impl SensorBag {
 
     pub(crate) fn velodyne(&mut self, stamp: Stamp, cloud: &PointCloud2) -> Result<(), Failure> {
         self.write(VELODYNE, OfferedQos::sensor(SENSOR_DEPTH), stamp, cloud)
+    }
+
+    pub(crate) fn velodyne_packets(
+        &mut self,
+        stamp: Stamp,
+        scan: &VelodyneScan,
+    ) -> Result<(), Failure> {
+        self.write(VELODYNE_PACKETS, OfferedQos::sensor(SENSOR_DEPTH), stamp, scan)
     }
 
     pub(crate) fn velodyne_labels(&mut self, labels: &LabelImage) -> Result<(), Failure> {

@@ -14,6 +14,7 @@ mod program;
 
 mod config_files;
 mod import;
+mod import_lidar;
 mod local_run;
 mod trajectory;
 mod transforms;

@@ -2,9 +2,11 @@
 
 mod depth;
 mod depth_png;
+mod kitti;
 mod ros1;
 mod scan_cut;
 mod tum;
+mod velodyne;
 
 use clap::Subcommand;
 
@@ -19,6 +21,10 @@ pub(crate) enum ImportArgs {
     Depth(depth::DepthArgs),
     /// A bag of ROS 1
     Ros1(ros1::Ros1Args),
+    /// A capture of a Velodyne's packets, pcap or pcapng
+    Velodyne(velodyne::VelodyneArgs),
+    /// Laser scans of KITTI or KITTI-360, with true poses where there are any
+    Kitti(kitti::KittiArgs),
 }
 
 /// Runs `stillmap import`.
@@ -27,5 +33,7 @@ pub(crate) fn run(args: ImportArgs) -> Result<Outcome, Failure> {
         ImportArgs::Tum(args) => tum::import(&args),
         ImportArgs::Depth(args) => depth::import(&args),
         ImportArgs::Ros1(args) => ros1::import(&args),
+        ImportArgs::Velodyne(args) => velodyne::import(&args),
+        ImportArgs::Kitti(args) => kitti::import(&args),
     }
 }

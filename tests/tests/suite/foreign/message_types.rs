@@ -60,6 +60,8 @@ macro_rules! for_each_message_type {
             msgs::stillmap_msgs::Track,
             msgs::stillmap_msgs::Tracks,
             msgs::tf2_msgs::TFMessage,
+            msgs::velodyne_msgs::VelodynePacket,
+            msgs::velodyne_msgs::VelodyneScan,
             msgs::visualization_msgs::Marker,
             msgs::visualization_msgs::MarkerArray,
             msgs::visualization_msgs::MeshFile,

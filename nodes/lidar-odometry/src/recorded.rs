@@ -1,0 +1,14 @@
+//! Clouds that were recorded as clouds, not as packets: organised anew, so that the odometry sees them as its own.
+//!
+//! | file | what |
+//! |---|---|
+//! | `columns` | points of a row to columns by azimuth, without losing one |
+//! | `kitti` | the `.bin` files of KITTI and KITTI-360 |
+//! | `csv` | the files that Road LiDAR's section 2.4, option C, exports |
+
+mod columns;
+mod csv;
+mod kitti;
+
+pub use csv::{CsvError, CsvFile, revolutions_from_csv};
+pub use kitti::{KittiError, revolution_from_kitti};

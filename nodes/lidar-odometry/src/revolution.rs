@@ -1,0 +1,17 @@
+//! One organised cloud for each revolution of the scanner, and the motion of the vehicle taken out of it.
+//!
+//! | file | what |
+//! |---|---|
+//! | `builder` | packets to revolutions, cut where the head passes an azimuth |
+//! | `deskew` | a revolution as if measured at one moment, by a constant velocity |
+//! | `twist` | that velocity, and the motion that it comes to |
+
+mod builder;
+mod deskew;
+mod twist;
+
+pub use builder::{
+    BuiltRevolution, KeptEcho, RevolutionBuilder, RevolutionConfig, RevolutionConfigError,
+};
+pub use deskew::deskewed;
+pub use twist::BodyTwist;
