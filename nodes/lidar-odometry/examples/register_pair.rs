@@ -33,7 +33,9 @@ fn main() {
             "threads" => threads = value.parse().unwrap(),
             "repeats" => repeats = value.parse().unwrap(),
             "voxel_edge_m" => preparation.voxel_edge_m = value.parse().unwrap(),
-            "every" => config.coarse = CoarseConfig { every: value.parse().unwrap(), ..config.coarse },
+            "every" => {
+                config.coarse = CoarseConfig { every: value.parse().unwrap(), ..config.coarse }
+            }
             _ => panic!("there is no option {name}"),
         }
     }
@@ -41,13 +43,14 @@ fn main() {
     let [target, source] = [0, 1].map(|which| points(&paths[which]));
     for _ in 0..repeats {
         let start = Instant::now();
-        let [target, source] =
-            [&target, &source].map(|points| PreparedCloud::new(points, &preparation, threads).unwrap());
+        let [target, source] = [&target, &source]
+            .map(|points| PreparedCloud::new(points, &preparation, threads).unwrap());
         let prepared = start.elapsed();
         let found = register(&source, &target, &Isometry3::identity(), &config, threads).unwrap();
         let whole = start.elapsed();
         let pose = found.target_from_source.to_homogeneous();
-        let rows: Vec<f64> = pose.row_iter().flat_map(|row| row.iter().copied().collect::<Vec<_>>()).collect();
+        let rows: Vec<f64> =
+            pose.row_iter().flat_map(|row| row.iter().copied().collect::<Vec<_>>()).collect();
         println!(
             "{{\"ms\": {:.3}, \"prepare_ms\": {:.3}, \"iterations\": {}, \"converged\": {}, \"points\": [{}, {}], \
              \"correspondences\": {}, \"residual_rms_m\": {:.5}, \"estimated\": {}, \"least_told_share\": {:.5}, \
