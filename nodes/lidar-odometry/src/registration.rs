@@ -46,8 +46,9 @@ pub use self::motion::{perturbation_between, perturbed};
 pub use self::observability::{Direction, Observability};
 pub use self::prepared_cloud::PreparedCloud;
 
-use self::alignment::align;
-use self::voxel_surface::VoxelSurface;
+pub(crate) use self::alignment::align;
+pub(crate) use self::config::{check, check_positive};
+pub(crate) use self::voxel_surface::VoxelSurface;
 
 /// Lays a cloud onto another: the pose of the source in the target's frame, from a guess.
 ///
