@@ -4,11 +4,13 @@
 //! |---|---|
 //! | [`registration`] | how one cloud lies to another: ICP, point to plane, GICP, voxelised GICP |
 //! | [`odometry`] | each scan onto a map of the last ones, or onto the one before |
+//! | [`selection`] | which points take part: by ray, by the road's intensity, by the ground's shape |
 //!
 //! No ROS, no files, no clock, no randomness but what a seed gives.
 
 pub mod odometry;
 mod parallel;
 pub mod registration;
+pub mod selection;
 #[cfg(test)]
 mod testing;

@@ -157,3 +157,6 @@ impl Hasher for CellHasher {
         self.mixed ^ (self.mixed >> 32)
     }
 }
+
+#[cfg(test)]
+mod tests;
