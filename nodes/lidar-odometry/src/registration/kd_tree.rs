@@ -8,7 +8,7 @@ mod tests;
 pub(crate) use search::{MOST_NEIGHBOURS, Neighbours};
 
 /// A leaf has no more points than this. Distances to all of a leaf's points are computed together.
-const LEAF_POINTS: usize = 32;
+const LEAF_POINTS: usize = 16;
 
 /// A balanced k-d tree over points that it keeps itself, leaf by leaf. A point's number is its place in that order, so
 /// that points with neighbouring numbers are mostly neighbours in space.
