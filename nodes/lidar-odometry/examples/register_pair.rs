@@ -32,6 +32,7 @@ fn main() {
             "method" => config.method = method(value),
             "threads" => threads = value.parse().unwrap(),
             "repeats" => repeats = value.parse().unwrap(),
+            "neighbours" => preparation.neighbours = value.parse().unwrap(),
             "voxel_edge_m" => preparation.voxel_edge_m = value.parse().unwrap(),
             "every" => {
                 config.coarse = CoarseConfig { every: value.parse().unwrap(), ..config.coarse }

@@ -42,8 +42,12 @@ pub struct PreparationConfig {
 
 impl Default for PreparationConfig {
     fn default() -> Self {
-        // small_gicp (Koide 2024) has the same two: its figures are for them.
-        Self { voxel_edge_m: 0.25, neighbours: 10 }
+        Self {
+            // small_gicp's default (Koide 2024).
+            voxel_edge_m: 0.25,
+            // Segal et al. 2009, section III.B. Ten are two thirds of the time; of a sensor of 16 rays they mostly lie along one.
+            neighbours: 20,
+        }
     }
 }
 

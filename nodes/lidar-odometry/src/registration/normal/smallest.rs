@@ -8,9 +8,9 @@ use crate::registration::symmetric::Symmetric3;
 const MOST_STEPS: usize = 12;
 /// ... and they end when one is shorter than this share of the sum of the eigenvalues.
 const SETTLED: f64 = 1e-9;
-/// Points that scatter across the line that they lie along by less than this share (of variances: a fifteenth of its
-/// length) may be a plane of any normal about it: so lie those of a single ray far out.
-const THINNEST_PLANE: f64 = 0.005;
+/// Points that scatter across the line that they lie along by less than this share (of variances: a fifth of its length)
+/// may be a plane of any normal about it: so lie those of a single ray.
+const THINNEST_PLANE: f64 = 0.05;
 /// A plane scatters less along its normal than this share of its least variance within.
 const THICKEST_PLANE: f64 = 0.5;
 
