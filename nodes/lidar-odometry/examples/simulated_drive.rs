@@ -129,7 +129,7 @@ fn traffic(way: &Path, cars: u16) -> Vec<MovingObject> {
                 path.waypoints.reverse();
             }
             let paint = Material::matt(0.5);
-            let body = Body::cuboid("body", [-2.1, -0.9, 0.3], [2.1, 0.9, 0.9], paint.clone());
+            let body = Body::cuboid("body", [-2.1, -0.9, 0.3], [2.1, 0.9, 0.9], paint);
             let cabin = Body::cuboid("cabin", [-1.5, -0.8, 0.9], [0.8, 0.8, 1.5], paint);
             let figure = Figure::Rigid(vec![body, cabin]);
             MovingObject { id, name: format!("car {id}"), figure, path, label_span_s: None }
