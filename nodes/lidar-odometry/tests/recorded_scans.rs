@@ -1,4 +1,6 @@
 //! Recorded scans of an HDL-64E, where they are there (`../shared/data` beside the repository).
+// A test may stop where it stands, and says what it measured.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,6 @@
 //! Pairs of simulated scans of a street, whose motion is known: up to 2 m and 5 degrees, from no guess.
+// A test may stop where it stands, and says what it measured.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::num::NonZeroUsize;
 

@@ -40,7 +40,9 @@ impl Default for LidarOdometryConfig {
             // vehicle sees most within 5 m.
             min_range_m: 2.0,
             max_range_m: 100.0,
-            preparation: PreparationConfig { voxel_edge_m: 0.5, ..PreparationConfig::default() },
+            // Half of the map's voxels. At this spacing twenty neighbours reach round corners: on simulated drives ten drift
+            // by a quarter less.
+            preparation: PreparationConfig { voxel_edge_m: 0.5, neighbours: 10 },
             registration: RegistrationConfig {
                 kernel: RobustKernel::GemanMcClure,
                 coarse: CoarseConfig { every: 4, ..CoarseConfig::default() },
