@@ -34,6 +34,9 @@ use self::track::{Moment, Track};
 use self::velocity::Velocity;
 use crate::registration::{ConfigError, VoxelSurface, align};
 
+/// Scans that are nearer together are one and the same, stamped twice: no sensor turns a thousand times a second.
+const LEAST_INTERVAL_S: f64 = 1e-3;
+
 /// The points of a turn of the sensor, in the sensor's frame of when each was measured.
 #[derive(Clone, Copy, Debug)]
 pub struct LidarScan<'a> {
@@ -75,7 +78,7 @@ impl LidarOdometry {
     /// Takes in the next scan. What it does not tell is predicted, and said in the quality.
     ///
     /// # Errors
-    /// When the scan has no point within range, or its stamp does not come after the one before. Nothing changes then.
+    /// When the scan has no point within range, or it does not come after the one before. Nothing changes then.
     pub fn step(&mut self, scan: &LidarScan<'_>) -> Result<LidarPose, Refusal> {
         let moment = Moment::of(scan)?;
         let Some(mut track) = self.track.take() else { return self.start(scan, moment) };
@@ -92,8 +95,8 @@ impl LidarOdometry {
         moment: &Moment,
     ) -> Result<LidarPose, Refusal> {
         let passed_s = moment.stamp.seconds_since(track.stamp);
-        if passed_s <= 0.0 {
-            return Err(Refusal::NotLater { by_s: -passed_s });
+        if passed_s < LEAST_INTERVAL_S {
+            return Err(Refusal::NotLater { since_s: passed_s });
         }
         if track.velocity.is_none() {
             self.set_out(track, scan, moment, passed_s)?;

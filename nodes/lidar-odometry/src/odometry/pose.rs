@@ -66,11 +66,11 @@ pub enum Refusal {
     },
     /// It does not come after the one before.
     #[error(
-        "the scan was measured {by_s} s before the last one: scans must come in the order of time"
+        "the scan was measured {since_s} s after the last one: scans must come one after another in time"
     )]
     NotLater {
-        /// How much earlier it is.
-        by_s: f64,
+        /// From the last one to this one; negative when it is earlier.
+        since_s: f64,
     },
     /// Points and times do not belong together.
     #[error("the scan has {points} points and {times} times: each point needs one")]

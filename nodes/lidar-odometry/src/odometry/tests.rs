@@ -129,6 +129,9 @@ fn scans_of_no_use_are_refused_and_change_nothing() {
     odometry.step(&drive.scan(1)).unwrap();
     let before = odometry.clone();
     assert!(matches!(odometry.step(&drive.scan(1)), Err(Refusal::NotLater { .. })));
+    let stamp = drive.stamps[1].plus_seconds(1e-6);
+    let twice = odometry.step(&LidarScan { stamp, ..drive.scan(1) });
+    assert!(matches!(twice, Err(Refusal::NotLater { .. })), "{twice:?}");
     let nothing = LidarScan { points_m: &[], times_s: None, ..drive.scan(2) };
     assert_eq!(odometry.step(&nothing), Err(Refusal::NoPoints { points: 0 }));
     let near = [Point3::new(0.5, 0.0, 0.0), Point3::new(f32::NAN, 5.0, 0.0)];
@@ -138,6 +141,19 @@ fn scans_of_no_use_are_refused_and_change_nothing() {
     assert!(matches!(odometry.step(&half), Err(Refusal::Times { times: 7, .. })));
     let mut before = before;
     assert_eq!(odometry.step(&drive.scan(2)), before.step(&drive.scan(2)));
+}
+
+#[test]
+fn a_pause_is_bridged_where_the_vehicle_stood_still() {
+    let drive = Drive::new(&street(&mut Random::new(3)), 4, 12_000);
+    let mut odometry = LidarOdometry::new(LidarOdometryConfig::default(), threads(1)).unwrap();
+    for number in 0..4 {
+        odometry.step(&drive.scan(number)).unwrap();
+    }
+    // An hour later, from nearly the same place.
+    let stamp = drive.stamps[3].plus_seconds(3600.0);
+    let pose = odometry.step(&LidarScan { stamp, ..drive.scan(3) }).unwrap();
+    assert!(pose.odom_from_lidar.translation.vector.norm() < 20.0, "{:?}", pose.odom_from_lidar);
 }
 
 #[test]

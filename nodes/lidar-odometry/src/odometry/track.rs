@@ -1,7 +1,7 @@
 //! What is known after a scan; the first scans, and those that do not fit.
 
 use geometry::Stamp;
-use nalgebra::{Isometry3, Matrix6, Point3};
+use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 
 use super::deskew::{Span, deskewed};
 use super::pose::{LidarPose, Outcome, Quality, Refusal};
@@ -14,6 +14,9 @@ use crate::registration::{
 
 /// The map is cut to its reach when the vehicle has gone this share of it.
 const CUT_SHARE: f64 = 0.05;
+
+/// After a longer pause nobody knows where the vehicle has gone: it is looked for as far on as it goes in this time.
+const LONGEST_PREDICTION_S: f64 = 1.0;
 
 /// When a scan was measured.
 #[derive(Clone, Copy, Debug)]
@@ -70,8 +73,9 @@ impl FirstScan {
 }
 
 impl Track {
-    /// Where the vehicle is after so many seconds, if it goes on as it did.
+    /// Where the vehicle is after so many seconds, if it goes on as it did, for a while.
     pub(super) fn predicted(&self, passed_s: f64) -> Isometry3<f64> {
+        let passed_s = passed_s.min(LONGEST_PREDICTION_S);
         let motion =
             self.velocity.map_or_else(Isometry3::identity, |velocity| velocity.motion(passed_s));
         self.odom_from_lidar * motion
@@ -184,11 +188,15 @@ impl LidarOdometry {
             self.take_in(cloud, track);
         }
         let rules = self.rules(&track.threshold);
+        let reach_m2 = rules.max_correspondence_m.powi(2);
+        let turn_rad2 = reach_m2 / self.config.max_range_m.powi(2);
         LidarPose {
             stamp: moment.stamp,
             odom_from_lidar: *predicted,
-            // Nothing is known but that the vehicle goes on: as far off as a correspondence may be.
-            covariance: Matrix6::from_diagonal_element(track.threshold.reach_m().powi(2)),
+            // Nothing is known but that the vehicle goes on: the farthest points are as far off as one may be.
+            covariance: Matrix6::from_diagonal(&Vector6::new(
+                reach_m2, reach_m2, reach_m2, turn_rad2, turn_rad2, turn_rad2,
+            )),
             quality: self.quality(cloud, &rules, outcome, None),
         }
     }
