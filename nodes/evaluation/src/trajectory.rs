@@ -20,6 +20,7 @@ mod parse;
 mod path;
 mod plane;
 mod relative;
+mod road;
 mod score;
 mod segments;
 mod statistics;
@@ -38,6 +39,7 @@ pub use self::parse::{
 pub use self::path::{LeftOut, RawPose, StampsError, Times, Trajectory};
 pub use self::plane::Plane;
 pub use self::relative::{Delta, DeltaUnit, Pairs, PairsFrom, RelativeConfig, RelativeScore};
+pub use self::road::{RoadScore, road_score};
 pub use self::score::{
     ScoredTrajectory, TrajectoryFacts, TrajectoryScore, TrajectoryScoreConfig,
     TrajectoryScoreError, score_trajectory,

@@ -6,6 +6,9 @@
 //! | [`panorama`] | a revolution as a picture of all around |
 //! | [`recorded`] | clouds of KITTI, and of CSV files, organised anew |
 //! | [`revolution`] | packets to organised clouds, one a turn; the motion of the vehicle taken out of them |
+//! | [`selection`] | which points take part: by ray, by the road's intensity, by the ground's shape |
+//! | [`registration`] | how one cloud lies to another: ICP, point to plane, GICP, voxelised GICP |
+//! | [`odometry`] | each scan onto a map of the last ones, or onto the one before |
 //! | `capture` | the datagrams of a pcap or pcapng file (feature `io`) |
 //! | `live` | the datagrams of a scanner as they arrive (feature `io`) |
 //!
@@ -15,7 +18,13 @@
 pub mod capture;
 #[cfg(feature = "io")]
 pub mod live;
+pub mod odometry;
 pub mod packets;
 pub mod panorama;
+mod parallel;
 pub mod recorded;
+pub mod registration;
 pub mod revolution;
+pub mod selection;
+#[cfg(test)]
+mod testing;

@@ -1,0 +1,127 @@
+//! Where the vehicle is: each scan is laid onto a map of the last ones.
+//!
+//! | file | the idea |
+//! |---|---|
+//! | `velocity`, `deskew` | the motion goes on as it was; the scan as if measured at once |
+//! | `threshold` | how far the truth may be from what was predicted |
+//! | `track` | what is known after a scan; the first ones, and those that do not fit |
+//! | `pose` | what is told of each scan |
+//! | `scan_to_scan` | the thesis' way, to be compared with |
+//!
+//! The frame is the KISS-ICP pipeline (Vizzo et al. 2023, section III); what a scan is laid onto are the planes of voxels, by
+//! the generalised distance (Koide et al. 2021).
+
+mod config;
+mod deskew;
+mod pose;
+mod scan_to_scan;
+#[cfg(test)]
+mod tests;
+mod threshold;
+mod track;
+mod velocity;
+
+use std::num::NonZeroUsize;
+
+use geometry::Stamp;
+use nalgebra::Point3;
+
+pub use self::config::LidarOdometryConfig;
+pub use self::pose::{LidarPose, Outcome, Quality, Refusal};
+pub use self::scan_to_scan::{Guess, ScanToScan};
+
+use self::track::{Moment, Track};
+use self::velocity::Velocity;
+use crate::registration::{ConfigError, VoxelSurface, align};
+
+/// Scans that are nearer together are one and the same, stamped twice: no sensor turns a thousand times a second.
+const LEAST_INTERVAL_S: f64 = 1e-3;
+
+/// The points of a turn of the sensor, in the sensor's frame of when each was measured.
+#[derive(Clone, Copy, Debug)]
+pub struct LidarScan<'a> {
+    /// When the times count from.
+    pub stamp: Stamp,
+    /// The points. Those that are not finite are left out.
+    pub points_m: &'a [Point3<f32>],
+    /// When each was measured, in seconds since the stamp. `None` where all are as if measured at the stamp.
+    pub times_s: Option<&'a [f32]>,
+}
+
+/// Follows a turning LiDAR by its scans.
+///
+/// Memory is bounded by `max_map_voxels`. The same scans give the same poses, bit for bit, whatever the number of threads.
+#[derive(Clone, Debug)]
+pub struct LidarOdometry {
+    config: LidarOdometryConfig,
+    threads: NonZeroUsize,
+    map: VoxelSurface,
+    track: Option<Track>,
+}
+
+impl LidarOdometry {
+    /// An odometry that has seen nothing.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub fn new(config: LidarOdometryConfig, threads: NonZeroUsize) -> Result<Self, ConfigError> {
+        config.validate()?;
+        Ok(Self { config, threads, map: VoxelSurface::new(config.map_voxel_edge_m), track: None })
+    }
+
+    /// Forgets everything: the next scan is the first one.
+    pub fn forget(&mut self) {
+        self.map.clear();
+        self.track = None;
+    }
+
+    /// Takes in the next scan. What it does not tell is predicted, and said in the quality.
+    ///
+    /// # Errors
+    /// When the scan has no point within range, or it does not come after the one before. Nothing changes then.
+    pub fn step(&mut self, scan: &LidarScan<'_>) -> Result<LidarPose, Refusal> {
+        let moment = Moment::of(scan)?;
+        let Some(mut track) = self.track.take() else { return self.start(scan, moment) };
+        let pose = self.next(&mut track, scan, &moment);
+        self.track = Some(track);
+        pose
+    }
+
+    /// The pipeline of KISS-ICP (section III), and its equations.
+    fn next(
+        &mut self,
+        track: &mut Track,
+        scan: &LidarScan<'_>,
+        moment: &Moment,
+    ) -> Result<LidarPose, Refusal> {
+        let passed_s = moment.stamp.seconds_since(track.stamp);
+        if passed_s < LEAST_INTERVAL_S {
+            return Err(Refusal::NotLater { since_s: passed_s });
+        }
+        if track.velocity.is_none() {
+            self.set_out(track, scan, moment, passed_s)?;
+        }
+        // A: the motion goes on (eq. 1), and the scan is as if measured at once (eq. 2).
+        let predicted = track.predicted(passed_s);
+        let cloud = self.prepared(scan, moment, track.velocity)?;
+        // C, D: correspondences with the map reach as far as predictions have been off (eq. 6), and are doubted sooner.
+        let rules = self.rules(&track.threshold);
+        // E: the pose.
+        let found = match align(&cloud, &self.map, &predicted, &rules, self.threads) {
+            Ok(found) => found,
+            Err(error) => return Ok(self.hold(track, scan, &cloud, (moment, &predicted), error)),
+        };
+        let odom_from_lidar = found.target_from_source;
+        track.velocity =
+            Some(Velocity::between(&track.odom_from_lidar, &odom_from_lidar, passed_s));
+        track.threshold.take_in(&predicted, &odom_from_lidar);
+        track.arrive(moment, odom_from_lidar);
+        self.take_in(&cloud, track);
+        Ok(LidarPose {
+            stamp: moment.stamp,
+            odom_from_lidar,
+            covariance: found.covariance,
+            quality: self.quality(&cloud, &rules, Outcome::Matched, Some(&found)),
+        })
+    }
+}

@@ -1,0 +1,105 @@
+//! The points of a scan as if all had been measured at once.
+
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+
+use super::velocity::Velocity;
+
+/// The scan is cut into so many stretches of time, whose points are moved alike: at 30 m/s and ten turns a second the
+/// sensor moves by 3 mm within one.
+const STRETCHES: usize = 1024;
+
+/// When the points of a scan were measured, in seconds since its stamp.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Span {
+    first_s: f64,
+    last_s: f64,
+}
+
+impl Span {
+    /// From the first to the last of the finite times; `None` without any.
+    pub(super) fn of(times_s: &[f32]) -> Option<Self> {
+        let finite = times_s.iter().copied().filter(|time_s| time_s.is_finite());
+        let (first_s, last_s) = finite
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(first, last), time_s| {
+                (first.min(time_s), last.max(time_s))
+            });
+        (first_s <= last_s).then(|| Self { first_s: first_s.into(), last_s: last_s.into() })
+    }
+
+    /// The middle: to it the points are moved.
+    pub(super) fn middle_s(&self) -> f64 {
+        0.5 * (self.first_s + self.last_s)
+    }
+}
+
+/// The points in the sensor's frame of the middle of the scan, while it moved with this velocity. A point without a finite
+/// time becomes not a number.
+pub(super) fn deskewed(
+    points_m: &[Point3<f32>],
+    times_s: &[f32],
+    span: &Span,
+    velocity: &Velocity,
+) -> Vec<Point3<f32>> {
+    let length_s = (span.last_s - span.first_s).max(f64::MIN_POSITIVE);
+    let motions: Vec<(Matrix3<f32>, Vector3<f32>)> = (0..STRETCHES)
+        .map(|stretch| {
+            let share = (stretch as f64 + 0.5) / STRETCHES as f64 - 0.5;
+            single(&velocity.motion(share * length_s))
+        })
+        .collect();
+    let to_stretch = STRETCHES as f64 / length_s;
+    let moved = |(point, time_s): (&Point3<f32>, &f32)| {
+        let since_s = f64::from(*time_s) - span.first_s;
+        if !since_s.is_finite() {
+            return Point3::new(f32::NAN, f32::NAN, f32::NAN);
+        }
+        let stretch = ((since_s * to_stretch) as usize).min(STRETCHES - 1);
+        let (rotation, shift_m) = &motions[stretch];
+        Point3::from(rotation * point.coords + shift_m)
+    };
+    points_m.iter().zip(times_s).map(moved).collect()
+}
+
+fn single(pose: &Isometry3<f64>) -> (Matrix3<f32>, Vector3<f32>) {
+    (pose.rotation.to_rotation_matrix().into_inner().cast(), pose.translation.vector.cast())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Random;
+
+    #[test]
+    fn points_that_a_moving_sensor_saw_come_to_where_they_are() {
+        let mut random = Random::new(2);
+        let velocity = Velocity::between(&Isometry3::identity(), &random.motion(1.5, 0.08), 0.1);
+        let places: Vec<Point3<f64>> =
+            (0..500).map(|_| Point3::from(30.0 * random.direction())).collect();
+        let times_s: Vec<f32> = (0..500).map(|_| random.between(0.02, 0.12) as f32).collect();
+        let seen: Vec<Point3<f32>> = places
+            .iter()
+            .zip(&times_s)
+            .map(|(place, time_s)| {
+                (velocity.motion(f64::from(*time_s) - 0.07).inverse() * place).cast()
+            })
+            .collect();
+        let span = Span { first_s: 0.02, last_s: 0.12 };
+        assert!((span.middle_s() - 0.07).abs() < 1e-12);
+        for (point, place) in deskewed(&seen, &times_s, &span, &velocity).iter().zip(&places) {
+            // Half a stretch of way, and of turn at 30 m.
+            assert!((point.cast() - place).norm() < 0.0025, "{point} {place}");
+        }
+    }
+
+    #[test]
+    fn times_of_no_use_are_left_out() {
+        assert_eq!(Span::of(&[]), None);
+        assert_eq!(Span::of(&[f32::NAN]), None);
+        let span = Span::of(&[0.5, f32::NAN, 0.0, f32::INFINITY]).unwrap();
+        assert_eq!(span, Span { first_s: 0.0, last_s: 0.5 });
+        let velocity =
+            Velocity::between(&Isometry3::identity(), &Isometry3::translation(1.0, 0.0, 0.0), 1.0);
+        let points = deskewed(&[Point3::origin(); 3], &[0.0, f32::NAN, 0.5], &span, &velocity);
+        assert!(points[1].x.is_nan() && points[0].x < -0.24 && points[2].x > 0.24);
+    }
+}

@@ -1,0 +1,75 @@
+//! The thesis' own odometry: each scan onto the one before, and the motions one after another (Road LiDAR, section 3.1.2,
+//! eq. 3.1). It drifts with every scan; it is here to be compared with.
+
+use std::num::NonZeroUsize;
+
+use nalgebra::{Isometry3, Point3};
+use serde::{Deserialize, Serialize};
+
+use crate::registration::{
+    PreparationConfig, PreparedCloud, Registration, RegistrationConfig, RegistrationError, register,
+};
+
+/// Where a registration begins.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Guess {
+    /// As if the vehicle stood.
+    Standing,
+    /// As if it moved on as it did (the thesis' matrix of estimation, section 4.2.1.1: 58 % of the time saved).
+    #[default]
+    PreviousMotion,
+}
+
+/// The odometry from scan to scan.
+#[derive(Clone, Debug)]
+pub struct ScanToScan {
+    preparation: PreparationConfig,
+    registration: RegistrationConfig,
+    guess: Guess,
+    threads: NonZeroUsize,
+    previous: Option<PreparedCloud>,
+    motion: Isometry3<f64>,
+    odom_from_lidar: Isometry3<f64>,
+}
+
+impl ScanToScan {
+    /// An odometry that has seen nothing.
+    #[must_use]
+    pub fn new(
+        preparation: PreparationConfig,
+        registration: RegistrationConfig,
+        guess: Guess,
+        threads: NonZeroUsize,
+    ) -> Self {
+        let (motion, odom_from_lidar) = (Isometry3::identity(), Isometry3::identity());
+        Self { preparation, registration, guess, threads, previous: None, motion, odom_from_lidar }
+    }
+
+    /// Takes in the points of the next scan (in the sensor's frame, as if measured at once). The pose, and how the scan lies
+    /// to the one before; `None` for the first.
+    ///
+    /// # Errors
+    /// When the scan has no point, a parameter is out of its range, or the scans do not overlap. The next scan is then
+    /// laid onto the last that was of use.
+    pub fn step(
+        &mut self,
+        points_m: &[Point3<f32>],
+    ) -> Result<(Isometry3<f64>, Option<Registration>), RegistrationError> {
+        let cloud = PreparedCloud::new(points_m, &self.preparation, self.threads)?;
+        let mut registration = None;
+        if let Some(previous) = &self.previous {
+            let guess = match self.guess {
+                Guess::Standing => Isometry3::identity(),
+                Guess::PreviousMotion => self.motion,
+            };
+            let found = register(&cloud, previous, &guess, &self.registration, self.threads)?;
+            self.motion = found.target_from_source;
+            self.odom_from_lidar *= self.motion;
+            self.odom_from_lidar.rotation.renormalize_fast();
+            registration = Some(found);
+        }
+        self.previous = Some(cloud);
+        Ok((self.odom_from_lidar, registration))
+    }
+}

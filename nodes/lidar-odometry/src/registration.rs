@@ -1,0 +1,83 @@
+//! How one cloud lies to another: from a guess, the points that are nearest to each other are taken to be the same, the
+//! pose is corrected by what they miss, and again (Road LiDAR, section 3.1.3; Besl and McKay 1992).
+//!
+//! | file | the idea |
+//! |---|---|
+//! | `prepared_cloud` | thinning out by voxels, the order, the normals: once for each cloud |
+//! | `kd_tree` | neighbours in a cloud |
+//! | `normal` | the plane of a point's neighbours |
+//! | `surface`, `voxel_surface` | what a cloud is laid onto: points, or means of voxels |
+//! | `factor` | how a distance is measured: all in which the methods differ |
+//! | `correspondences`, `normal_equations` | what corresponds, and its sums |
+//! | `alignment` | the steps |
+//! | `observability` | which directions are told |
+//! | `motion` | the six numbers of a correction |
+//!
+//! Points are single precision in the frame of their sensor; everything that is summed is double. The number of threads
+//! changes no bit: chunks have a fixed size, and their sums are added in their order.
+
+mod alignment;
+mod config;
+mod correspondences;
+mod error;
+mod factor;
+mod kd_tree;
+mod motion;
+mod normal;
+mod normal_equations;
+mod observability;
+mod prepared_cloud;
+mod surface;
+mod symmetric;
+#[cfg(test)]
+mod tests;
+mod voxel_surface;
+
+use std::num::NonZeroUsize;
+
+use nalgebra::Isometry3;
+
+pub use self::alignment::Registration;
+pub use self::config::{
+    CoarseConfig, ConfigError, Method, PreparationConfig, RegistrationConfig, RobustKernel,
+};
+pub use self::error::RegistrationError;
+pub use self::motion::{perturbation_between, perturbed};
+pub use self::observability::{Direction, Observability};
+pub use self::prepared_cloud::PreparedCloud;
+
+pub(crate) use self::alignment::align;
+pub(crate) use self::config::{check, check_positive};
+pub(crate) use self::voxel_surface::VoxelSurface;
+
+/// Lays a cloud onto another: the pose of the source in the target's frame, from a guess.
+///
+/// Directions that the clouds do not tell of keep the guess ([`Registration::observability`]). The same clouds give the
+/// same result to the bit, whatever the number of threads.
+///
+/// # Errors
+/// When a parameter is out of its range, the guess is not finite, or the clouds do not overlap where it puts them.
+pub fn register(
+    source: &PreparedCloud,
+    target: &PreparedCloud,
+    guess: &Isometry3<f64>,
+    config: &RegistrationConfig,
+    threads: NonZeroUsize,
+) -> Result<Registration, RegistrationError> {
+    if config.method == Method::VoxelisedGeneralised {
+        config.validate()?;
+        let target = voxelised(target, config.target_voxel_edge_m);
+        return align(source, &target, guess, config, threads);
+    }
+    align(source, target, guess, config, threads)
+}
+
+/// A cloud as the means of its voxels.
+fn voxelised(cloud: &PreparedCloud, edge_m: f64) -> VoxelSurface {
+    let mut surface = VoxelSurface::new(edge_m);
+    for number in 0..cloud.len() {
+        let (place_m, normal) = cloud.point(number);
+        surface.add(&place_m, &normal, u32::MAX, 0);
+    }
+    surface
+}

@@ -1,0 +1,218 @@
+//! Gauss-Newton's steps over correspondences that are found anew before each, within the directions that are told.
+
+use std::num::NonZeroUsize;
+
+use nalgebra::{Isometry3, Matrix6, Vector6};
+
+use super::config::RegistrationConfig;
+use super::correspondences::{Correspondences, Rules};
+use super::error::RegistrationError;
+use super::motion::{is_finite, parts, perturbed};
+use super::normal_equations::NormalEquations;
+use super::observability::Observability;
+use super::prepared_cloud::PreparedCloud;
+use super::surface::Surface;
+
+/// Six numbers are sought: no fewer correspondences are ever enough.
+const UNKNOWNS: usize = 6;
+
+/// Where a cloud lies.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Registration {
+    /// Takes points of the source to the target.
+    pub target_from_source: Isometry3<f64>,
+    /// Of a perturbation of the pose ([`super::perturbed`]), in m^2, m rad and rad^2: by how well the correspondences fit,
+    /// as if their errors did not depend on each other. Directions that were held have the reach of the correspondences
+    /// for their standard deviation.
+    pub covariance: Matrix6<f64>,
+    /// What the correspondences tell of, direction by direction.
+    pub observability: Observability,
+    /// Whether the steps became small before they were too many.
+    pub converged: bool,
+    /// Steps that were taken.
+    pub iterations: usize,
+    /// Points of the source that have a correspondence.
+    pub correspondences: usize,
+    /// The share of the source's points that they are.
+    pub overlap: f64,
+    /// The root of the mean of the squared weighted distances of the correspondences: across the surface, where there is
+    /// one.
+    pub residual_rms_m: f64,
+}
+
+/// A stage of the descent.
+struct Stage {
+    settled_m: f64,
+    settled_rad: f64,
+    needed: usize,
+    iterations: usize,
+}
+
+/// The end of a stage.
+struct Descent {
+    pose: Isometry3<f64>,
+    last: NormalEquations,
+    converged: bool,
+    iterations: usize,
+}
+
+/// Lays the source onto the target, from a guess.
+pub(crate) fn align<S: Surface>(
+    source: &PreparedCloud,
+    target: &S,
+    guess: &Isometry3<f64>,
+    config: &RegistrationConfig,
+    threads: NonZeroUsize,
+) -> Result<Registration, RegistrationError> {
+    config.validate()?;
+    if !is_finite(guess) {
+        return Err(RegistrationError::Guess);
+    }
+    let rules = Rules {
+        method: config.method,
+        max_correspondence_m: config.max_correspondence_m,
+        kernel: config.kernel,
+        kernel_width_m: config.kernel_width_m,
+    };
+    let (pose, spent) = coarsely(source, target, guess, config, rules, threads)?;
+    let mut fine = Correspondences::new(source, target, 1, rules, threads);
+    let stage = Stage {
+        settled_m: config.settled_m,
+        settled_rad: config.settled_rad,
+        needed: config.min_correspondences,
+        iterations: config.max_iterations.saturating_sub(spent).max(1),
+    };
+    let descent = descend(&mut fine, &pose, config, &stage)?;
+    let observability = observability(&mut fine, &descent.pose, config)?;
+    let count = descent.last.count;
+    let variance_m2 = descent.last.squares_m2 / count.saturating_sub(UNKNOWNS).max(1) as f64;
+    let reach_m = config.max_correspondence_m;
+    Ok(Registration {
+        target_from_source: descent.pose,
+        covariance: covariance(&descent.last, variance_m2, &observability, reach_m)?,
+        observability,
+        converged: descent.converged,
+        iterations: spent + descent.iterations,
+        correspondences: count,
+        overlap: count as f64 / source.len().max(1) as f64,
+        residual_rms_m: (descent.last.squares_m2 / count.max(1) as f64).sqrt(),
+    })
+}
+
+/// The first steps: with a part of the points, and from farther away. With the number of steps.
+fn coarsely<S: Surface>(
+    source: &PreparedCloud,
+    target: &S,
+    guess: &Isometry3<f64>,
+    config: &RegistrationConfig,
+    rules: Rules,
+    threads: NonZeroUsize,
+) -> Result<(Isometry3<f64>, usize), RegistrationError> {
+    let coarse = config.coarse;
+    let needed = (config.min_correspondences / coarse.every.max(1)).max(UNKNOWNS);
+    if coarse.every == 0 || source.len() / coarse.every < needed {
+        return Ok((*guess, 0));
+    }
+    let rules = Rules { max_correspondence_m: coarse.max_correspondence_m, ..rules };
+    let mut correspondences = Correspondences::new(source, target, coarse.every, rules, threads);
+    let stage = Stage {
+        settled_m: coarse.settled_m,
+        settled_rad: coarse.settled_rad,
+        needed,
+        // At least one is left for all of the points.
+        iterations: config.max_iterations - 1,
+    };
+    let descent = descend(&mut correspondences, guess, config, &stage)?;
+    Ok((descent.pose, descent.iterations))
+}
+
+fn descend<S: Surface>(
+    correspondences: &mut Correspondences<'_, S>,
+    guess: &Isometry3<f64>,
+    config: &RegistrationConfig,
+    stage: &Stage,
+) -> Result<Descent, RegistrationError> {
+    let mut last = enough(correspondences, guess, stage)?;
+    let observability = observability(correspondences, guess, config)?;
+    let mut descent = Descent { pose: *guess, last, converged: false, iterations: 0 };
+    while descent.iterations < stage.iterations {
+        let step = step(&last, &observability).ok_or(RegistrationError::Unsolvable)?;
+        descent.pose = perturbed(&descent.pose, &step);
+        descent.last = last;
+        descent.iterations += 1;
+        let (shift, turn) = parts(&step);
+        descent.converged = shift.norm() < stage.settled_m && turn.norm() < stage.settled_rad;
+        if descent.converged {
+            break;
+        }
+        last = enough(correspondences, &descent.pose, stage)?;
+    }
+    Ok(descent)
+}
+
+/// The normal equations at a pose where enough points correspond.
+fn enough<S: Surface>(
+    correspondences: &mut Correspondences<'_, S>,
+    pose: &Isometry3<f64>,
+    stage: &Stage,
+) -> Result<NormalEquations, RegistrationError> {
+    let sums = correspondences.found_at(pose);
+    if sums.count < stage.needed {
+        return Err(RegistrationError::NoOverlap {
+            found: sums.count,
+            points: correspondences.points(),
+            needed: stage.needed,
+            within_m: correspondences.max_correspondence_m(),
+        });
+    }
+    Ok(sums)
+}
+
+fn observability<S: Surface>(
+    correspondences: &mut Correspondences<'_, S>,
+    pose: &Isometry3<f64>,
+    config: &RegistrationConfig,
+) -> Result<Observability, RegistrationError> {
+    let agreement = correspondences.agreement_at(pose);
+    if !agreement.information().iter().all(|value| value.is_finite()) {
+        return Err(RegistrationError::Unsolvable);
+    }
+    Ok(Observability::of(&agreement, config.min_told_share))
+}
+
+/// Gauss-Newton's step within the directions that are told. `None` when the numbers are not finite.
+fn step(sums: &NormalEquations, observability: &Observability) -> Option<Vector6<f64>> {
+    let (information, held) = told(sums, observability);
+    let scale = observability.in_metres().map(f64::recip);
+    let pull = sums.pull().component_mul(&scale);
+    let pull = pull - held * pull;
+    Some(information.cholesky()?.solve(&pull).component_mul(&scale))
+        .filter(|step| step.iter().all(|value| value.is_finite()))
+}
+
+/// The information on a perturbation in metres, with no tie between what is told and what is held; and what takes a
+/// perturbation to its held part. Along what is held the information is as large as along the rest: no step leads there.
+fn told(sums: &NormalEquations, observability: &Observability) -> (Matrix6<f64>, Matrix6<f64>) {
+    let scale = observability.in_metres().map(f64::recip);
+    let information = sums.information();
+    let scaled =
+        Matrix6::from_fn(|row, column| information[(row, column)] * scale[row] * scale[column]);
+    let held = observability.weak_projector();
+    let told = Matrix6::identity() - held;
+    let size = scaled.diagonal().max().max(f64::MIN_POSITIVE);
+    (told * scaled * told + size * held, held)
+}
+
+fn covariance(
+    sums: &NormalEquations,
+    variance_m2: f64,
+    observability: &Observability,
+    reach_m: f64,
+) -> Result<Matrix6<f64>, RegistrationError> {
+    let (information, held) = told(sums, observability);
+    let inverse = information.cholesky().ok_or(RegistrationError::Unsolvable)?.inverse();
+    let told = Matrix6::identity() - held;
+    let scaled = variance_m2 * told * inverse * told + reach_m * reach_m * held;
+    let scale = observability.in_metres().map(f64::recip);
+    Ok(Matrix6::from_fn(|row, column| scaled[(row, column)] * scale[row] * scale[column]))
+}

@@ -1,0 +1,118 @@
+//! How the distance between two corresponding places is measured: the idea in which the methods differ.
+
+use nalgebra::Vector3;
+
+use super::config::{Method, RobustKernel};
+use super::symmetric::Symmetric3;
+
+/// The variance of a plane along its normal, in units of that within it (Segal et al. 2009, section III.B: "epsilon").
+const THICKNESS: f64 = 1e-3;
+
+/// The weight matrix `M` of a correspondence: its squared error is `e^T M e` for the way `e` from the source's point to
+/// the target's. Scaled such that a unit of it is a square metre across the surface.
+///
+/// The target's surface faces as `target_normals` tells (the mean of `n n^T`), the source's along `source_normal`, both
+/// in the target's frame; zero where there is no surface.
+#[inline]
+pub(super) fn weight_matrix(
+    method: Method,
+    target_normals: &Symmetric3,
+    source_normal: &Vector3<f64>,
+) -> Symmetric3 {
+    match method {
+        Method::PointToPoint => Symmetric3::IDENTITY,
+        Method::PointToPlane => *target_normals,
+        Method::Generalised | Method::VoxelisedGeneralised => {
+            // The covariances of both, I - (1 - epsilon) n n^T each, add up; the weight is the inverse of the sum.
+            let normals = target_normals.plus(1.0, &Symmetric3::outer(source_normal));
+            let twice = Symmetric3::default().plus(2.0, &Symmetric3::IDENTITY);
+            let inverse = twice.plus(THICKNESS - 1.0, &normals).inverse();
+            Symmetric3::default().plus(2.0 * THICKNESS, &inverse)
+        }
+    }
+}
+
+/// What a correspondence tells that both surfaces agree upon: `n n^T` where the normals are the same, nothing where they
+/// are at random. Noise of the two has no part in common, and adds up to nothing.
+#[inline]
+pub(super) fn agreement(target_normals: &Symmetric3, source_normal: &Vector3<f64>) -> Symmetric3 {
+    // The symmetric part of N n n^T.
+    let n = target_normals.times(source_normal);
+    let (a, b) = (&n, source_normal);
+    Symmetric3 {
+        xx: a.x * b.x,
+        xy: 0.5 * (a.x * b.y + a.y * b.x),
+        xz: 0.5 * (a.x * b.z + a.z * b.x),
+        yy: a.y * b.y,
+        yz: 0.5 * (a.y * b.z + a.z * b.y),
+        zz: a.z * b.z,
+    }
+}
+
+impl RobustKernel {
+    /// What a squared error costs, and the derivative of that, which is its weight.
+    #[inline]
+    pub(super) fn loss_and_weight(self, square: f64, width_square: f64) -> (f64, f64) {
+        match self {
+            Self::Huber if square > width_square => {
+                let product = (square * width_square).sqrt();
+                (2.0 * product - width_square, product / square)
+            }
+            Self::GemanMcClure => {
+                let share = width_square / (width_square + square);
+                (square * share, share * share)
+            }
+            Self::Huber | Self::None => (square, 1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::testing::Random;
+
+    #[test]
+    fn the_weight_of_the_generalised_method_is_the_inverse_of_both_covariances() {
+        let mut random = Random::new(1);
+        for _ in 0..20 {
+            let (a, b) = (random.direction(), random.direction());
+            let covariance =
+                |n: &Vector3<f64>| Matrix3::identity() - (1.0 - THICKNESS) * n * n.transpose();
+            let expected =
+                2.0 * THICKNESS * (covariance(&a) + covariance(&b)).try_inverse().unwrap();
+            let found = weight_matrix(Method::Generalised, &Symmetric3::outer(&a), &b).matrix();
+            assert!((found - expected).norm() < 1e-9, "{found} {expected}");
+            let same = weight_matrix(Method::Generalised, &Symmetric3::outer(&a), &-a);
+            assert!((a.dot(&same.times(&a)) - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn noise_of_two_surfaces_agrees_upon_nothing() {
+        let mut random = Random::new(2);
+        let mut noisy = || {
+            (Vector3::z() + 0.1 * Vector3::new(random.normal(), random.normal(), 0.0)).normalize()
+        };
+        let sum = (0..10_000).fold(Symmetric3::default(), |sum, _| {
+            sum.plus(1e-4, &agreement(&Symmetric3::outer(&noisy()), &noisy()))
+        });
+        assert!(sum.zz > 0.95 && sum.xx.abs() < 5e-4 && sum.yy.abs() < 5e-4, "{sum:?}");
+    }
+
+    #[test]
+    fn the_weight_of_a_kernel_is_the_slope_of_its_loss() {
+        const SMALL: f64 = 1e-6;
+        for kernel in [RobustKernel::None, RobustKernel::Huber, RobustKernel::GemanMcClure] {
+            for square in [0.1, 1.0, 5.9, 6.1, 40.0, 1e4] {
+                let loss = |square: f64| kernel.loss_and_weight(square, 6.0).0;
+                let slope = (loss(square * (1.0 + SMALL)) - loss(square * (1.0 - SMALL)))
+                    / (2.0 * SMALL * square);
+                let weight = kernel.loss_and_weight(square, 6.0).1;
+                assert!((weight - slope).abs() < 1e-6, "{kernel:?} {square}: {weight} {slope}");
+            }
+        }
+    }
+}

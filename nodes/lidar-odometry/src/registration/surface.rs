@@ -1,0 +1,29 @@
+//! What a cloud is laid onto.
+
+use nalgebra::Vector3;
+
+use super::symmetric::Symmetric3;
+
+/// A piece of a surface: a place on it, and which way it faces.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(crate) struct SurfaceElement {
+    /// In the frame of the surface.
+    pub(crate) place_m: Vector3<f64>,
+    /// The mean of `n n^T` over its normals; 0 where there is none, and in part where they differ.
+    pub(crate) normals: Symmetric3,
+}
+
+/// Surfaces that are asked for what corresponds to a point.
+pub(crate) trait Surface: Sync {
+    /// The number of the element that corresponds to a place, if one is nearer than the limit. `before` is what
+    /// corresponded to nearly the same place.
+    fn corresponding(
+        &self,
+        place_m: &Vector3<f64>,
+        limit_m: f64,
+        before: Option<u32>,
+    ) -> Option<u32>;
+
+    /// An element by its number.
+    fn element(&self, number: u32) -> SurfaceElement;
+}
