@@ -9,6 +9,7 @@ use detection::shell::DetectionParameters;
 use msgs::rcl_interfaces::{ListParametersResponse, ListParametersResult, ParameterType};
 use node_shell::MessageTooLarge;
 use node_shell::parameters::{self, Assignment, NodeParameters, Range};
+use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
 use serde::Serialize;
@@ -79,6 +80,27 @@ fn each_node_has_a_file_with_every_parameter_at_its_default() {
     holds_every_default::<SegmentationParameters>("segmentation");
     holds_every_default::<ReconstructionParameters>("reconstruction");
     holds_every_default::<CompressionParameters>("compression");
+}
+
+/// The parameters of a section, those of groups with the groups' names before them.
+fn leaves(group: &Value, prefix: &str) -> BTreeSet<String> {
+    let leaf = |(name, value): (&String, &Value)| {
+        let name = format!("{prefix}{name}");
+        if value.is_object() { leaves(value, &format!("{name}.")) } else { [name].into() }
+    };
+    group.as_object().unwrap().iter().flat_map(leaf).collect()
+}
+
+#[test]
+fn the_pose_nodes_file_has_every_parameter_at_its_default() {
+    let file = config("pose.yaml");
+    let document: Value = serde_saphyr::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
+    let described = parameters::describe::<PoseParameters>().unwrap();
+    let known: BTreeSet<String> = described.into_iter().map(|(name, _)| name).collect();
+    assert_eq!(leaves(&document[section_of("pose")]["ros__parameters"], ""), known);
+    let loaded: PoseParameters = load("pose", &file);
+    assert_eq!(loaded, PoseParameters::default());
+    loaded.validate().unwrap();
 }
 
 /// What a node says of its parameters to others: each has a description, and its range is no narrower than what the node

@@ -29,4 +29,5 @@ mod restarted_node;
 mod simulated_time;
 mod up;
 
+mod recorded_camera;
 mod recorded_kitchen;

@@ -15,7 +15,7 @@ pub enum View<'a> {
     PointsInCamera(&'a Cloud),
     /// Points in the rig frame.
     PointsInRig(&'a Cloud),
-    /// A depth image, with the projector of its camera from [`Detector::depth_projector`].
+    /// A depth image, with the projector of its camera from [`Detector::depth_projector`](super::Detector::depth_projector).
     Depth {
         /// The image.
         image: &'a DepthImage,
@@ -47,7 +47,7 @@ pub struct CycleInput<'a> {
     pub map_frame_id: &'a str,
 }
 
-/// A stage of [`Detector::step`], for whoever times them.
+/// A stage of [`Detector::step`](super::Detector::step), for whoever times them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Step {
     /// Cropping the scan and filling its gaps (3.2.1.1).
