@@ -8,6 +8,8 @@ mod output;
 mod pairing;
 mod parameters;
 mod stage;
+#[cfg(test)]
+mod tests;
 
 use std::process::ExitCode;
 

@@ -6,10 +6,12 @@
 //! What of a frame is no landmark yet becomes one.
 
 mod config;
+mod fates;
 mod history;
 mod readout;
 mod relocalisation;
 mod result;
+mod sighting;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
