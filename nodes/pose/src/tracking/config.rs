@@ -30,7 +30,7 @@ pub struct TrackerConfig {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FollowConfig {
-    /// A map begins with a frame that has so many corners and segments with depths.
+    /// A map begins with a frame that has so many corners with depths; here and below a segment is worth two.
     pub least_to_begin: usize,
     /// A pose counts when it explains so many corners and segments, ...
     pub least_inliers: usize,

@@ -12,6 +12,9 @@ use crate::solve::{
     refine_pose, split_rigid_sets,
 };
 
+/// A segment is worth as many corners as it has ends.
+pub(super) const ENDS: usize = 2;
+
 /// A pose that a frame gives, and by what.
 pub(super) struct Sighting {
     /// The features that were looked at: without those of moving things, taken to the middle row.
@@ -47,7 +50,7 @@ impl Tracker {
         let refined = PoseGuess { camera_from_map: pose, ..*guess };
         let frame = self.at_middle_row(seen, camera, &refined);
         let second = self.attempt(&frame, camera, &refined, narrow_px, &otherwise)?;
-        let inliers = second.pose.point_inliers() + second.pose.line_inliers();
+        let inliers = second.pose.point_inliers() + ENDS * second.pose.line_inliers();
         let is_enough = inliers >= least_inliers
             && (otherwise != LeftOut::default()
                 || share(&second) >= self.config.follow.least_inlier_share);

@@ -8,7 +8,7 @@ use super::history::History;
 use super::readout::{Readout, SeenMoving};
 use super::relocalisation::relocalised;
 use super::result::CameraPose;
-use super::sighting::Sighting;
+use super::sighting::{ENDS, Sighting};
 use super::{Tracked, TrackerConfig, TrackerConfigError, TrackingState, Trouble};
 use crate::frame::{Frame, LeftOut, MovingThing};
 use crate::local_map::{Associations, Lean, LocalMap, Verdicts, View};
@@ -143,11 +143,11 @@ impl Tracker {
     fn trouble_with(&self, frame: &Frame) -> Option<Trouble> {
         let needed = self.config.follow.least_to_begin;
         let (corners, lines) = (frame.corners.len(), frame.lines.len());
-        let measured = frame.measured_corners() + frame.measured_lines();
-        if corners + lines < needed {
+        let measured = frame.measured_corners() + ENDS * frame.measured_lines();
+        if corners + ENDS * lines < needed {
             Some(Trouble::TooFewFeatures { corners, lines })
         } else if measured < needed {
-            Some(Trouble::TooFewDepths { features: corners + lines, measured, needed })
+            Some(Trouble::TooFewDepths { features: corners + ENDS * lines, measured, needed })
         } else {
             None
         }
