@@ -9,6 +9,7 @@
 
 mod arrivals;
 mod config;
+mod gaussian;
 mod line;
 mod point;
 mod search;

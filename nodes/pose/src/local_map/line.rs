@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector2, Vector3};
 
+use super::gaussian::corrected;
 use super::point::Spread;
 use super::{LocalMapConfig, View};
 use crate::feature::lines::{LineDescriptor, LineFeature, SegmentInSpace};
@@ -190,10 +191,7 @@ impl LineLandmark {
 impl LineEnd {
     /// A step of the Kalman filter with one number.
     fn update(&mut self, slope: &Vector3<f64>, off: f64, variance: f64) {
-        let carried = self.covariance * slope;
-        let gain = carried / (slope.dot(&carried) + variance);
-        self.position_m += gain * off;
-        self.covariance -= gain * carried.transpose();
+        corrected(&mut self.position_m, &mut self.covariance, slope, off, variance);
     }
 }
 

@@ -3,6 +3,7 @@
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Matrix2x3, Matrix3, Point2, Point3, Vector2, Vector3};
 
+use super::gaussian::corrected;
 use super::{LocalMapConfig, View};
 use crate::feature::points::{Corner, Descriptor};
 use crate::frame::MeasuredDepth;
@@ -188,11 +189,8 @@ impl PointLandmark {
 
     /// A step of the Kalman filter with one number, of a place that leans so.
     fn update(&mut self, slope: &Vector3<f64>, off: f64, variance: f64, lean: &Vector3<f64>) {
-        let carried = self.covariance * slope;
-        let gain = carried / (slope.dot(&carried) + variance);
-        self.position_m += gain * off;
+        let gain = corrected(&mut self.position_m, &mut self.covariance, slope, off, variance);
         self.lean_m_per_s += gain * slope.dot(&(lean - self.lean_m_per_s));
-        self.covariance -= gain * carried.transpose();
     }
 
     /// As the corner that it last was; it has no place in an image.
