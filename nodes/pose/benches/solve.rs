@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use geometry::{CameraModel, Distortion};
-use nalgebra::{Isometry3, Point2, Point3, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 use pose::solve::p3p::p3p;
 use pose::solve::{
     LineObservation, PointObservation, PoseGuess, RansacConfig, RefineConfig, RigidSetsConfig,
@@ -77,6 +77,7 @@ fn points(count: usize, outliers: f64, with_depth: bool) -> Vec<PointObservation
                 pixel_px,
                 depth_m: with_depth.then_some(depth_m),
                 pixel_std_dev_px: NOISE_PX,
+                spread_px: Vector2::zeros(),
                 depth_std_dev_m,
             }
         })

@@ -9,8 +9,8 @@
 
 mod arrivals;
 mod config;
-mod gaussian;
 mod line;
+mod place;
 mod point;
 mod search;
 mod upkeep;
@@ -20,8 +20,8 @@ use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 
 pub use config::LocalMapConfig;
 pub use line::{LineEnd, LineLandmark};
+pub(crate) use place::image_slopes;
 pub use point::PointLandmark;
-pub(crate) use point::image_slopes;
 
 use crate::feature::points::Corner;
 use crate::frame::{Frame, Twist};
@@ -121,7 +121,7 @@ impl LocalMap {
     #[must_use]
     pub fn leans_m_per_s(&self, associations: &Associations) -> Vec<Vector3<f64>> {
         let lean = |pair: &Association| {
-            self.points.get(pair.landmark).map_or_else(Vector3::zeros, |point| point.lean_m_per_s)
+            self.points.get(pair.landmark).map_or_else(Vector3::zeros, PointLandmark::lean_m_per_s)
         };
         associations.points.iter().map(lean).collect()
     }
@@ -129,7 +129,7 @@ impl LocalMap {
     /// Moves the points to where they are when the camera takes so much longer to read an image than was thought.
     pub fn correct_readout(&mut self, longer_s: f64) {
         for point in &mut self.points {
-            point.position_m += longer_s * point.lean_m_per_s;
+            point.correct_readout(longer_s);
         }
     }
 

@@ -1,11 +1,11 @@
 //! A line of the map.
 
-use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 
-use super::gaussian::corrected;
-use super::point::Spread;
+use super::place::{Place, Spread};
 use super::{LocalMapConfig, View};
 use crate::feature::lines::{LineDescriptor, LineFeature, SegmentInSpace};
+use crate::frame::MeasuredDepth;
 use crate::matching::lines::ProjectedLine;
 use crate::solve::LineObservation;
 
@@ -14,8 +14,8 @@ use crate::solve::LineObservation;
 pub struct LineEnd {
     /// Where it is in the map frame.
     pub position_m: Point3<f64>,
-    /// Covariance of its position, with the poses from which it was seen held to be known.
-    pub covariance: Matrix3<f64>,
+    /// The same, with what it may be off by, the poses from which it was seen held to be known.
+    place: Place,
 }
 
 /// A line that was seen as a segment.
@@ -54,23 +54,11 @@ impl LineLandmark {
         view: &View<'_>,
         config: &LocalMapConfig,
     ) -> Option<Self> {
-        let View { camera, camera_from_map, .. } = view;
         let in_space = seen.in_space?;
-        let map_from_camera = camera_from_map.inverse();
-        let end = |in_camera_m: &Point3<f64>, std_dev_m: f64| {
-            let along = in_camera_m.coords / in_camera_m.z * std_dev_m;
-            let across_m = config.line_std_dev_px * in_camera_m.z / camera.fx_px.min(camera.fy_px);
-            let in_camera = along * along.transpose() + Matrix3::identity() * across_m * across_m;
-            let rotation = map_from_camera.rotation.to_rotation_matrix();
-            LineEnd {
-                position_m: map_from_camera * in_camera_m,
-                covariance: rotation * in_camera * rotation.transpose(),
-            }
-        };
         Some(Self {
             id,
-            start: end(&in_space.start_m, in_space.start_std_dev_m),
-            end: end(&in_space.end_m, in_space.end_std_dev_m),
+            start: LineEnd::new(&in_space.start_m, in_space.start_std_dev_m, view, config)?,
+            end: LineEnd::new(&in_space.end_m, in_space.end_std_dev_m, view, config)?,
             descriptor: seen.feature.descriptor,
             seen_in_frame: view.number,
             arrival: view.number,
@@ -119,15 +107,17 @@ impl LineLandmark {
         view: &View<'_>,
         config: &LocalMapConfig,
     ) -> LineObservation {
-        let spread = |end: &LineEnd| Spread::of(&end.position_m, &end.covariance, view);
-        let (start, end) = (spread(&self.start), spread(&self.end));
-        let root = |std_dev: f64, variance: f64| (std_dev * std_dev + variance).sqrt();
+        let [start, end] = [&self.start, &self.end].map(|end| end.place.spread(view));
         let known = self.observation_if_known(seen, config);
-        let pixel_variance_px2 = mean(start.pixel_variance_px2, end.pixel_variance_px2);
-        let depth_variance_m2 = mean(start.depth_variance_m2, end.depth_variance_m2);
+        // How far the line may lie from where it is thought to be, across the segment.
+        let along = (known.end_px - known.start_px).normalize();
+        let across = Vector2::new(-along.y, along.x);
+        let across_px2 = |spread: &Spread| across.dot(&(spread.image_px2 * across)).max(0.0);
+        let pixel_px2 = mean(across_px2(&start), across_px2(&end));
+        let depth_m2 = mean(start.depth_std_dev_m.powi(2), end.depth_std_dev_m.powi(2));
         LineObservation {
-            pixel_std_dev_px: root(known.pixel_std_dev_px, pixel_variance_px2),
-            depth_std_dev_m: root(known.depth_std_dev_m, depth_variance_m2),
+            pixel_std_dev_px: known.pixel_std_dev_px.hypot(pixel_px2.sqrt()),
+            depth_std_dev_m: known.depth_std_dev_m.hypot(depth_m2.sqrt()),
             ..known
         }
     }
@@ -138,9 +128,10 @@ impl LineLandmark {
         if let Some(in_space) = seen.in_space {
             self.learn_depths(in_space, &view.camera_from_map);
         }
-        let noise = Matrix3::identity() * config.landmark_noise_m.powi(2);
-        self.start.covariance += noise;
-        self.end.covariance += noise;
+        for end in [&mut self.start, &mut self.end] {
+            end.place.loosen(config.landmark_noise_m);
+            end.position_m = end.place.in_map_m();
+        }
         self.descriptor = seen.feature.descriptor;
         self.seen_in_frame = view.number;
         self.seen += 1;
@@ -189,9 +180,25 @@ impl LineLandmark {
 }
 
 impl LineEnd {
+    /// An end that a segment shows for the first time.
+    fn new(
+        in_camera_m: &Point3<f64>,
+        std_dev_m: f64,
+        view: &View<'_>,
+        config: &LocalMapConfig,
+    ) -> Option<Self> {
+        let View { camera, camera_from_map, .. } = view;
+        let pixel = camera.project(in_camera_m)?;
+        let depth = MeasuredDepth { depth_m: in_camera_m.z, std_dev_m };
+        let (map_from_camera, std_dev_px) = (camera_from_map.inverse(), config.line_std_dev_px);
+        let place = Place::seen(camera, map_from_camera, &pixel, std_dev_px, depth)?;
+        Some(Self { position_m: place.in_map_m(), place })
+    }
+
     /// A step of the Kalman filter with one number.
     fn update(&mut self, slope: &Vector3<f64>, off: f64, variance: f64) {
-        corrected(&mut self.position_m, &mut self.covariance, slope, off, variance);
+        self.place.correct(slope, off, variance, &Vector3::zeros());
+        self.position_m = self.place.in_map_m();
     }
 }
 

@@ -1,9 +1,9 @@
 //! A point of the map.
 
 use geometry::CameraModel;
-use nalgebra::{Isometry3, Matrix2x3, Matrix3, Point2, Point3, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector2, Vector3};
 
-use super::gaussian::corrected;
+use super::place::{Place, image_slopes};
 use super::{LocalMapConfig, View};
 use crate::feature::points::{Corner, Descriptor};
 use crate::frame::MeasuredDepth;
@@ -17,10 +17,8 @@ pub struct PointLandmark {
     pub id: u64,
     /// Where it is in the map frame.
     pub position_m: Point3<f64>,
-    /// Covariance of its position, with the poses from which it was seen held to be known.
-    pub covariance: Matrix3<f64>,
-    /// How its place changes with each second that the camera takes longer to read an image than was thought.
-    pub lean_m_per_s: Vector3<f64>,
+    /// The same, with what it may be off by.
+    place: Place,
     /// What it looked like when it was last seen.
     pub descriptor: Descriptor,
     /// From where it was last seen: a unit vector of the map frame from the point to the camera.
@@ -41,7 +39,7 @@ pub struct PointLandmark {
     pub foreseen: u32,
 }
 
-/// A corner with its depth, at a pose.
+/// A corner, with its depth where it has one.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct SeenPoint<'a> {
     pub(super) corner: &'a Corner,
@@ -57,27 +55,18 @@ impl PointLandmark {
         config: &LocalMapConfig,
     ) -> Option<Self> {
         let View { camera, camera_from_map, .. } = view;
-        let depth = seen.depth?;
         let pixel = seen.corner.pixel.cast::<f64>();
-        let ray = camera.ray(&pixel)?.push(1.0);
-        let in_camera_m = Point3::from(ray * depth.depth_m);
         let map_from_camera = camera_from_map.inverse();
         let pixel_std_dev = config.pixel_std_dev_px(seen.corner.level);
-        let across = Vector2::new(
-            pixel_std_dev * depth.depth_m / camera.fx_px,
-            pixel_std_dev * depth.depth_m / camera.fy_px,
-        );
-        let along = ray * depth.std_dev_m;
-        let across = across.component_mul(&across);
-        let in_camera = along * along.transpose() + Matrix3::from_diagonal(&across.push(0.0));
-        let rotation = map_from_camera.rotation.to_rotation_matrix();
+        let mut place = Place::seen(camera, map_from_camera, &pixel, pixel_std_dev, seen.depth?)?;
+        let in_camera_m = camera_from_map * place.in_map_m();
+        let lean_m_per_s =
+            view.lean.of_measured(&in_camera_m, pixel.y, camera) - view.lean.of_pose(&in_camera_m);
+        place.set_lean(&(map_from_camera.rotation * lean_m_per_s));
         let mut landmark = Self {
             id,
-            position_m: map_from_camera * in_camera_m,
-            covariance: rotation * in_camera * rotation.transpose(),
-            lean_m_per_s: map_from_camera.rotation
-                * (view.lean.of_measured(&in_camera_m, pixel.y, camera)
-                    - view.lean.of_pose(&in_camera_m)),
+            position_m: place.in_map_m(),
+            place,
             descriptor: seen.corner.descriptor,
             towards_camera: Vector3::zeros(),
             distance_m: 0.0,
@@ -131,6 +120,7 @@ impl PointLandmark {
             pixel_px: seen.corner.pixel.cast(),
             depth_m: seen.depth.map(|depth| depth.depth_m),
             pixel_std_dev_px: config.pixel_std_dev_px(seen.corner.level),
+            spread_px: Vector2::zeros(),
             depth_std_dev_m: seen.depth.map_or(0.0, |depth| depth.std_dev_m),
         }
     }
@@ -142,8 +132,15 @@ impl PointLandmark {
         view: &View<'_>,
         config: &LocalMapConfig,
     ) -> PointObservation {
-        let spread = Spread::of(&self.position_m, &self.covariance, view);
-        spread.added_to(self.observation_if_known(seen, config))
+        let spread = self.place.spread(view);
+        let [along_px, across_px] = spread.axes_px();
+        let known = self.observation_if_known(seen, config);
+        PointObservation {
+            pixel_std_dev_px: known.pixel_std_dev_px.hypot(across_px.norm()),
+            spread_px: along_px,
+            depth_std_dev_m: known.depth_std_dev_m.hypot(spread.depth_std_dev_m),
+            ..known
+        }
     }
 
     /// The same where no pose is known: as unsure as it is in the mean of all directions.
@@ -153,11 +150,14 @@ impl PointLandmark {
         camera: &CameraModel,
         config: &LocalMapConfig,
     ) -> PointObservation {
-        let depth_variance_m2 = self.covariance.trace() / 3.0;
+        let std_dev_m = (self.covariance_m2().trace() / 3.0).sqrt();
         let distance_m = seen.depth.map_or(self.distance_m, |depth| depth.depth_m);
-        let pixel_variance_px2 = depth_variance_m2 * (camera.fx_px / distance_m).powi(2);
-        let spread = Spread { pixel_variance_px2, depth_variance_m2 };
-        spread.added_to(self.observation_if_known(seen, config))
+        let known = self.observation_if_known(seen, config);
+        PointObservation {
+            pixel_std_dev_px: known.pixel_std_dev_px.hypot(std_dev_m * camera.fx_px / distance_m),
+            depth_std_dev_m: known.depth_std_dev_m.hypot(std_dev_m),
+            ..known
+        }
     }
 
     /// A corner that the pose explains makes its place surer.
@@ -174,23 +174,34 @@ impl PointLandmark {
             - view.lean.of_pose(&in_camera_m);
         let lean = rotation.transpose() * lean;
         for row in 0..2 {
-            self.update(&slopes.row(row).transpose(), off[row], variance, &lean);
+            self.place.correct(&slopes.row(row).transpose(), off[row], variance, &lean);
         }
         if let Some(depth) = seen.depth {
-            let slope = rotation.row(2).transpose();
-            let off_m = depth.depth_m - (camera_from_map * self.position_m).z;
-            self.update(&slope, off_m, depth.std_dev_m.powi(2), &lean);
+            self.place.correct_depth(camera_from_map, depth, &lean);
         }
         // A landmark that is known too well could not be corrected any more.
-        self.covariance += Matrix3::identity() * config.landmark_noise_m.powi(2);
+        self.place.loosen(config.landmark_noise_m);
+        self.position_m = self.place.in_map_m();
         self.descriptor = seen.corner.descriptor;
         self.look(view.number, seen.corner, &camera_from_map.inverse());
     }
 
-    /// A step of the Kalman filter with one number, of a place that leans so.
-    fn update(&mut self, slope: &Vector3<f64>, off: f64, variance: f64, lean: &Vector3<f64>) {
-        let gain = corrected(&mut self.position_m, &mut self.covariance, slope, off, variance);
-        self.lean_m_per_s += gain * slope.dot(&(lean - self.lean_m_per_s));
+    /// Covariance of its position, with the poses from which it was seen held to be known.
+    #[must_use]
+    pub fn covariance_m2(&self) -> Matrix3<f64> {
+        self.place.covariance_m2()
+    }
+
+    /// How its place changes with each second that the camera takes longer to read an image than was thought.
+    #[must_use]
+    pub fn lean_m_per_s(&self) -> Vector3<f64> {
+        self.place.lean_m_per_s()
+    }
+
+    /// Moves it to where it is when the camera takes so much longer to read an image.
+    pub(super) fn correct_readout(&mut self, longer_s: f64) {
+        self.place.correct_readout(longer_s);
+        self.position_m = self.place.in_map_m();
     }
 
     /// As the corner that it last was; it has no place in an image.
@@ -213,37 +224,4 @@ impl PointLandmark {
         self.seen_in_frame = frame;
         self.seen += 1;
     }
-}
-
-/// What the uncertainty of a place makes of its image.
-pub(super) struct Spread {
-    /// The mean of both directions.
-    pub(super) pixel_variance_px2: f64,
-    pub(super) depth_variance_m2: f64,
-}
-
-impl Spread {
-    fn added_to(&self, mut observation: PointObservation) -> PointObservation {
-        let root = |std_dev: f64, variance: f64| (std_dev * std_dev + variance).sqrt();
-        observation.pixel_std_dev_px = root(observation.pixel_std_dev_px, self.pixel_variance_px2);
-        observation.depth_std_dev_m = root(observation.depth_std_dev_m, self.depth_variance_m2);
-        observation
-    }
-
-    pub(super) fn of(place_m: &Point3<f64>, covariance: &Matrix3<f64>, view: &View<'_>) -> Self {
-        let View { camera, camera_from_map, .. } = view;
-        let rotation = camera_from_map.rotation.to_rotation_matrix().into_inner();
-        let in_camera_m = camera_from_map * place_m;
-        let in_camera = rotation * covariance * rotation.transpose();
-        let slopes = image_slopes(camera, &in_camera_m);
-        let pixel_variance_px2 = 0.5 * (slopes * in_camera * slopes.transpose()).trace();
-        Self { pixel_variance_px2, depth_variance_m2: in_camera[(2, 2)] }
-    }
-}
-
-/// How the image of a point changes with its place in the camera frame.
-pub(crate) fn image_slopes(camera: &CameraModel, in_camera_m: &Point3<f64>) -> Matrix2x3<f64> {
-    let (x, y) = (camera.fx_px / in_camera_m.z, camera.fy_px / in_camera_m.z);
-    let (toward_x, toward_y) = (in_camera_m.x / in_camera_m.z, in_camera_m.y / in_camera_m.z);
-    Matrix2x3::new(x, 0.0, -x * toward_x, 0.0, y, -y * toward_y)
 }

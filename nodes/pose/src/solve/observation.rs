@@ -1,6 +1,6 @@
 //! A point or a line of the map, and where the image has it.
 
-use nalgebra::{Point2, Point3};
+use nalgebra::{Point2, Point3, Vector2};
 
 /// A point of the map as the camera sees it.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -11,8 +11,11 @@ pub struct PointObservation {
     pub pixel_px: Point2<f64>,
     /// Its depth (z of the camera frame) where there is one.
     pub depth_m: Option<f64>,
-    /// Standard deviation of the column and of the row. What the point of the map itself is off by counts too.
+    /// Standard deviation of the column and of the row.
     pub pixel_std_dev_px: f64,
+    /// What the point of the map itself may be off by in the image: one standard deviation, in this direction. A point whose
+    /// depth is unsure is so along the line through its images by both cameras, and not across it.
+    pub spread_px: Vector2<f64>,
     /// Standard deviation of the depth; not looked at without a depth.
     pub depth_std_dev_m: f64,
 }

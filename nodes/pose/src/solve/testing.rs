@@ -1,7 +1,9 @@
 //! What several tests share: a camera, rooms of points and lines, and noise.
 
 use geometry::{CameraModel, Distortion};
-use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{
+    Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3, Vector6,
+};
 use proptest::prelude::*;
 
 use super::perturbation::{perturbation_between, perturbed};
@@ -109,6 +111,7 @@ impl View {
             pixel_px: pixel_of(&in_camera),
             depth_m: noise.depth_at_1_m.map(|_| in_camera.z),
             pixel_std_dev_px: noise.pixel_px,
+            spread_px: Vector2::zeros(),
             depth_std_dev_m: noise.depth_at_1_m.unwrap_or(1.0) * in_camera.z.powi(2),
         });
     }

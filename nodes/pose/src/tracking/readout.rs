@@ -64,7 +64,7 @@ impl Readout {
         for ((point, lean_m_per_s), _) in accepted.filter(|(_, verdict)| verdict.is_inlier()) {
             let place_m = camera_from_map * point.point_in_map_m;
             let Some(projected) = camera.project(&place_m) else { continue };
-            let weight = point.pixel_std_dev_px.powi(-2);
+            let weight = point.pixel_std_dev_px.hypot(point.spread_px.norm()).powi(-2);
             let slopes = image_slopes(camera, &place_m);
             let measured = lean.of_measured(&place_m, point.pixel_px.y, camera);
             let by_time = slopes * (measured - camera_from_map.rotation * lean_m_per_s);

@@ -1,9 +1,10 @@
 //! The derivatives against differences, and the quick errors against those that come with derivatives.
 
-use nalgebra::{Point2, Vector6};
+use nalgebra::{Matrix2, Point2, Vector2, Vector6};
 use proptest::prelude::*;
 
 use super::*;
+use crate::solve::PointObservation;
 use crate::solve::perturbation::perturbed;
 use crate::solve::testing::{Draw, KINECT_NOISE, NO_DEPTH, View, kinect};
 
@@ -42,13 +43,35 @@ proptest! {
         let noise = if with_depth { KINECT_NOISE } else { NO_DEPTH };
         let view = View::room(5, 5, noise, seed).noisy(3.0, seed);
         let guess = view.guess(&Draw::new(seed).perturbation(0.1, 0.05));
+        let mut draw = Draw::new(seed);
         for point in &view.points {
             check_derivatives(&PointTerm::new(point).unwrap(), &guess)?;
+            let spread_px = Vector2::new(draw.uniform(-9.0, 9.0), draw.uniform(-9.0, 9.0));
+            let unsure = PointObservation { spread_px, ..*point };
+            check_derivatives(&PointTerm::new(&unsure).unwrap(), &guess)?;
         }
         for line in &view.lines {
             if let Some(term) = LineTerm::new(&kinect(), line) {
                 check_derivatives(&term, &guess)?;
             }
+        }
+    }
+
+    #[test]
+    fn a_spread_weighs_errors_by_the_covariance_that_it_makes(seed in any::<u64>()) {
+        let view = View::room(5, 0, NO_DEPTH, seed).noisy(3.0, seed);
+        let mut draw = Draw::new(seed);
+        for point in &view.points {
+            let spread_px = Vector2::new(draw.uniform(-9.0, 9.0), draw.uniform(-9.0, 9.0));
+            let unsure = PointObservation { spread_px, ..*point };
+            let pose = Placed::new(&view.camera_from_map);
+            let errors = PointTerm::new(&unsure).unwrap().errors(&kinect(), &pose).unwrap();
+            let place = view.camera_from_map * point.point_in_map_m;
+            let off = kinect().project(&place).unwrap() - point.pixel_px;
+            let covariance = Matrix2::identity() * point.pixel_std_dev_px.powi(2)
+                + spread_px * spread_px.transpose();
+            let chi2 = off.dot(&(covariance.try_inverse().unwrap() * off));
+            prop_assert!((errors.chi2 - chi2).abs() < 1e-9 * (1.0 + chi2));
         }
     }
 
