@@ -159,6 +159,23 @@ impl LocalMap {
     }
 }
 
+impl Associations {
+    /// How many features that have depths are landmarks that the verdicts accept.
+    #[must_use]
+    pub fn measured_inliers(&self, frame: &Frame, verdicts: Verdicts<'_>) -> usize {
+        let is_corner =
+            |pair: &Association| frame.corner_depths.get(pair.feature).is_some_and(Option::is_some);
+        let is_line = |pair: &Association| {
+            frame.lines_in_space.get(pair.feature).is_some_and(Option::is_some)
+        };
+        let points = self.points.iter().zip(verdicts.points);
+        let lines = self.lines.iter().zip(verdicts.lines);
+        let points = points.filter(|(pair, verdict)| verdict.is_inlier() && is_corner(pair));
+        points.count()
+            + lines.filter(|(pair, verdict)| verdict.is_inlier() && is_line(pair)).count()
+    }
+}
+
 impl Lean {
     /// How a place in the camera frame changes that a feature shows.
     pub(crate) fn of_measured(

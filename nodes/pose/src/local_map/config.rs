@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use super::place::InverseDepth;
 use crate::matching::lines::LineMatchConfig;
 use crate::matching::points::{GuidedConfig, MatchConfig};
 use crate::solve::ConfigError;
@@ -28,6 +29,16 @@ pub struct LocalMapConfig {
     pub levels: usize,
     /// What a landmark's place may be off by from one frame to the next, whatever its filter says: standard deviation.
     pub landmark_noise_m: f64,
+    /// Inverse depth, in 1/m, of a feature whose depth is not measured: the mean ...
+    pub unmeasured_inverse_depth: f64,
+    /// ... and the standard deviation.
+    pub unmeasured_inverse_depth_std_dev: f64,
+    /// A landmark is located when the standard deviation of its inverse depth is at most this share of it. A lost camera is
+    /// looked for by located points alone.
+    pub located_share: f64,
+    /// What others are off by in the image through their depths is taken to be so many times as much when they say where the
+    /// camera is.
+    pub unlocated_doubt: f64,
     /// A landmark is forgotten when it was seen in a smaller share of the frames that should have.
     pub min_seen_share: f64,
     /// But not before so many frames.
@@ -56,6 +67,15 @@ impl Default for LocalMapConfig {
             scale_factor: f64::from(point_matching.scale_factor),
             levels: 8,
             landmark_noise_m: 2e-4,
+            // From 3 m to infinity within two standard deviations: what a depth camera does not measure is beyond its
+            // range, or at an edge. (Civera, Davison and Montiel 2008, section III: infinity must be within.)
+            unmeasured_inverse_depth: 0.1,
+            unmeasured_inverse_depth_std_dev: 0.1,
+            // Twice what structured light has at 7 m.
+            located_share: 0.02,
+            // Before they are located all are off to the same side, as far as a scene is farther or nearer than was
+            // thought, in one frame after the other: a thousand of them would say so with the voice of a thousand.
+            unlocated_doubt: 100.0,
             // PL-SLAM section 2.3 (ORB-SLAM): found in more than a quarter of the frames that should see it.
             min_seen_share: 0.25,
             least_foreseen: 5,
@@ -76,7 +96,20 @@ impl LocalMapConfig {
         ConfigError::unless_positive("point_std_dev_px", self.point_std_dev_px)?;
         ConfigError::unless_positive("line_std_dev_px", self.line_std_dev_px)?;
         ConfigError::unless_positive("landmark_noise_m", self.landmark_noise_m)?;
+        ConfigError::unless_positive("unmeasured_inverse_depth", self.unmeasured_inverse_depth)?;
+        let std_dev = self.unmeasured_inverse_depth_std_dev;
+        ConfigError::unless_positive("unmeasured_inverse_depth_std_dev", std_dev)?;
+        ConfigError::unless_positive("located_share", self.located_share)?;
+        ConfigError::unless_positive("unlocated_doubt", self.unlocated_doubt)?;
         ConfigError::unless(self.scale_factor > 1.0, "scale_factor", "above 1", self.scale_factor)
+    }
+
+    /// How far a feature is whose depth is not measured.
+    pub(super) fn unmeasured_depth(&self) -> InverseDepth {
+        InverseDepth {
+            mean: self.unmeasured_inverse_depth,
+            std_dev: self.unmeasured_inverse_depth_std_dev,
+        }
     }
 
     /// A corner is as sure as the pixels of its level.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 
-use super::place::{Place, Spread};
+use super::place::{InverseDepth, Place, Spread};
 use super::{LocalMapConfig, View};
 use crate::feature::lines::{LineDescriptor, LineFeature, SegmentInSpace};
 use crate::frame::MeasuredDepth;
@@ -47,18 +47,19 @@ pub(super) struct SeenLine<'a> {
 }
 
 impl LineLandmark {
-    /// A landmark that a segment shows for the first time; `None` where it has no place in space.
+    /// A landmark that a segment shows for the first time. Where its depths make no line its ends are somewhere along
+    /// their rays.
     pub(super) fn new(
         id: u64,
         seen: SeenLine<'_>,
         view: &View<'_>,
         config: &LocalMapConfig,
     ) -> Option<Self> {
-        let in_space = seen.in_space?;
+        let [start, end] = LineEnd::both(seen, view, config)?;
         Some(Self {
             id,
-            start: LineEnd::new(&in_space.start_m, in_space.start_std_dev_m, view, config)?,
-            end: LineEnd::new(&in_space.end_m, in_space.end_std_dev_m, view, config)?,
+            start,
+            end,
             descriptor: seen.feature.descriptor,
             seen_in_frame: view.number,
             arrival: view.number,
@@ -113,7 +114,8 @@ impl LineLandmark {
         let along = (known.end_px - known.start_px).normalize();
         let across = Vector2::new(-along.y, along.x);
         let across_px2 = |spread: &Spread| across.dot(&(spread.image_px2 * across)).max(0.0);
-        let pixel_px2 = mean(across_px2(&start), across_px2(&end));
+        let doubt = self.start.place.doubt(config).max(self.end.place.doubt(config));
+        let pixel_px2 = doubt * doubt * mean(across_px2(&start), across_px2(&end));
         let depth_m2 = mean(start.depth_std_dev_m.powi(2), end.depth_std_dev_m.powi(2));
         LineObservation {
             pixel_std_dev_px: known.pixel_std_dev_px.hypot(pixel_px2.sqrt()),
@@ -124,9 +126,12 @@ impl LineLandmark {
 
     /// A segment that the pose explains makes its place surer: each end is moved across the line, never along it.
     pub(super) fn learn(&mut self, seen: SeenLine<'_>, view: &View<'_>, config: &LocalMapConfig) {
-        self.learn_image(seen, view, config);
-        if let Some(in_space) = seen.in_space {
-            self.learn_depths(in_space, &view.camera_from_map);
+        let is_located = [&self.start, &self.end].map(|end| end.place.is_located(config));
+        let measured = seen.in_space.and_then(|_| LineEnd::both(seen, view, config));
+        match measured {
+            // What was only a pair of rays is where it is seen to be now.
+            Some([start, end]) if is_located != [true; 2] => (self.start, self.end) = (start, end),
+            _ => self.correct(seen, view, config),
         }
         for end in [&mut self.start, &mut self.end] {
             end.place.loosen(config.landmark_noise_m);
@@ -135,6 +140,13 @@ impl LineLandmark {
         self.descriptor = seen.feature.descriptor;
         self.seen_in_frame = view.number;
         self.seen += 1;
+    }
+
+    fn correct(&mut self, seen: SeenLine<'_>, view: &View<'_>, config: &LocalMapConfig) {
+        self.learn_image(seen, view, config);
+        if let Some(in_space) = seen.in_space {
+            self.learn_depths(in_space, &view.camera_from_map);
+        }
     }
 
     /// By how far the images of its ends lie from the segment.
@@ -180,19 +192,28 @@ impl LineLandmark {
 }
 
 impl LineEnd {
-    /// An end that a segment shows for the first time.
-    fn new(
-        in_camera_m: &Point3<f64>,
-        std_dev_m: f64,
-        view: &View<'_>,
-        config: &LocalMapConfig,
-    ) -> Option<Self> {
+    /// The ends that a segment shows.
+    fn both(seen: SeenLine<'_>, view: &View<'_>, config: &LocalMapConfig) -> Option<[Self; 2]> {
         let View { camera, camera_from_map, .. } = view;
-        let pixel = camera.project(in_camera_m)?;
-        let depth = MeasuredDepth { depth_m: in_camera_m.z, std_dev_m };
         let (map_from_camera, std_dev_px) = (camera_from_map.inverse(), config.line_std_dev_px);
-        let place = Place::seen(camera, map_from_camera, &pixel, std_dev_px, depth)?;
-        Some(Self { position_m: place.in_map_m(), place })
+        let end = |pixel: Point2<f64>, depth: InverseDepth| {
+            let place = Place::seen(camera, map_from_camera, &pixel, std_dev_px, depth)?;
+            Some(Self { position_m: place.in_map_m(), place })
+        };
+        let measured = |in_camera_m: &Point3<f64>, std_dev_m: f64| {
+            let depth = MeasuredDepth { depth_m: in_camera_m.z, std_dev_m };
+            end(camera.project(in_camera_m)?, depth.into())
+        };
+        let unmeasured =
+            |pixel: [f32; 2]| end(Point2::from(pixel.map(f64::from)), config.unmeasured_depth());
+        let segment = &seen.feature.segment;
+        Some(match seen.in_space {
+            Some(line) => [
+                measured(&line.start_m, line.start_std_dev_m)?,
+                measured(&line.end_m, line.end_std_dev_m)?,
+            ],
+            None => [unmeasured(segment.start_px)?, unmeasured(segment.end_px)?],
+        })
     }
 
     /// A step of the Kalman filter with one number.

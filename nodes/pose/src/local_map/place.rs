@@ -7,7 +7,7 @@
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Matrix2, Matrix2x3, Matrix3, Point2, Point3, Vector2, Vector3};
 
-use super::View;
+use super::{LocalMapConfig, View};
 use crate::frame::MeasuredDepth;
 
 /// Nothing is thought to be farther: its ray hardly changes any more, and its place stays finite.
@@ -54,6 +54,20 @@ pub(crate) fn image_slopes(camera: &CameraModel, in_camera_m: &Point3<f64>) -> M
     Matrix2x3::new(x, 0.0, -x * toward_x, 0.0, y, -y * toward_y)
 }
 
+/// One over a depth, and its standard deviation, both in 1/m.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct InverseDepth {
+    pub(super) mean: f64,
+    pub(super) std_dev: f64,
+}
+
+impl From<MeasuredDepth> for InverseDepth {
+    fn from(depth: MeasuredDepth) -> Self {
+        let mean = depth.depth_m.recip();
+        Self { mean, std_dev: depth.std_dev_m * mean * mean }
+    }
+}
+
 impl Place {
     /// At a pixel that is known so well, and at a depth.
     pub(super) fn seen(
@@ -61,16 +75,15 @@ impl Place {
         map_from_camera: Isometry3<f64>,
         pixel: &Point2<f64>,
         pixel_std_dev: f64,
-        depth: MeasuredDepth,
+        depth: InverseDepth,
     ) -> Option<Self> {
-        let (inverse_depth, inverse_depth_std_dev) = inverted(depth);
         let ray = camera.ray(pixel)?;
         let ray_std_dev =
             Vector2::new(camera.fx_px, camera.fy_px).map(|focal| pixel_std_dev / focal);
-        let variances = ray_std_dev.push(inverse_depth_std_dev).map(|std_dev| std_dev * std_dev);
+        let variances = ray_std_dev.push(depth.std_dev).map(|std_dev| std_dev * std_dev);
         Some(Self {
             map_from_first: map_from_camera,
-            state: ray.push(inverse_depth).into(),
+            state: ray.push(depth.mean).into(),
             covariance: Matrix3::from_diagonal(&variances),
             lean_per_s: Vector3::zeros(),
         })
@@ -94,6 +107,16 @@ impl Place {
     pub(super) fn covariance_m2(&self) -> Matrix3<f64> {
         let slopes = self.slopes();
         slopes * self.covariance * slopes.transpose()
+    }
+
+    /// Whether its depth is known, and not only its ray.
+    pub(super) fn is_located(&self, config: &LocalMapConfig) -> bool {
+        self.covariance[(2, 2)].sqrt() <= config.located_share * self.state.z
+    }
+
+    /// What its standard deviations in the image are multiplied by before it says where the camera is.
+    pub(super) fn doubt(&self, config: &LocalMapConfig) -> f64 {
+        if self.is_located(config) { 1.0 } else { config.unlocated_doubt }
     }
 
     /// What the place may be off by in an image.
@@ -146,11 +169,11 @@ impl Place {
         depth: MeasuredDepth,
         lean_m_per_s: &Vector3<f64>,
     ) {
-        let (measured, std_dev) = inverted(depth);
+        let measured = InverseDepth::from(depth);
         let foreseen = (camera_from_map * self.in_map_m()).z.recip();
         let toward = camera_from_map.rotation.inverse() * Vector3::z();
         let slope = -foreseen * foreseen * toward;
-        self.correct(&slope, measured - foreseen, std_dev * std_dev, lean_m_per_s);
+        self.correct(&slope, measured.mean - foreseen, measured.std_dev.powi(2), lean_m_per_s);
     }
 
     /// It is where it is when the camera takes so much longer to read an image.
@@ -171,12 +194,6 @@ impl Place {
     fn hold(&mut self) {
         self.state.z = self.state.z.max(FARTHEST_M.recip());
     }
-}
-
-/// One over a depth, and its standard deviation, both in 1/m.
-fn inverted(depth: MeasuredDepth) -> (f64, f64) {
-    let inverse = depth.depth_m.recip();
-    (inverse, depth.std_dev_m * inverse * inverse)
 }
 
 #[cfg(test)]
@@ -214,7 +231,8 @@ mod tests {
             let first = Isometry3::identity();
             let (pixel, depth) = seen(&first, &point_m, &mut draw);
             let mut place =
-                Place::seen(&kinect(), first.inverse(), &pixel, PIXEL_STD_DEV, depth).unwrap();
+                Place::seen(&kinect(), first.inverse(), &pixel, PIXEL_STD_DEV, depth.into())
+                    .unwrap();
             for step in 1..6 {
                 let camera_from_map = Isometry3::from_parts(
                     Translation3::new(-0.1 * f64::from(step), 0.02, 0.05 * f64::from(step)),

@@ -3,7 +3,7 @@
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector2, Vector3};
 
-use super::place::{Place, image_slopes};
+use super::place::{InverseDepth, Place, image_slopes};
 use super::{LocalMapConfig, View};
 use crate::feature::points::{Corner, Descriptor};
 use crate::frame::MeasuredDepth;
@@ -47,7 +47,7 @@ pub(super) struct SeenPoint<'a> {
 }
 
 impl PointLandmark {
-    /// A landmark that a corner shows for the first time; `None` without a depth.
+    /// A landmark that a corner shows for the first time. Without a depth it is somewhere along the corner's ray.
     pub(super) fn new(
         id: u64,
         seen: SeenPoint<'_>,
@@ -58,7 +58,8 @@ impl PointLandmark {
         let pixel = seen.corner.pixel.cast::<f64>();
         let map_from_camera = camera_from_map.inverse();
         let pixel_std_dev = config.pixel_std_dev_px(seen.corner.level);
-        let mut place = Place::seen(camera, map_from_camera, &pixel, pixel_std_dev, seen.depth?)?;
+        let depth = seen.depth.map_or_else(|| config.unmeasured_depth(), InverseDepth::from);
+        let mut place = Place::seen(camera, map_from_camera, &pixel, pixel_std_dev, depth)?;
         let in_camera_m = camera_from_map * place.in_map_m();
         let lean_m_per_s =
             view.lean.of_measured(&in_camera_m, pixel.y, camera) - view.lean.of_pose(&in_camera_m);
@@ -137,7 +138,7 @@ impl PointLandmark {
         let known = self.observation_if_known(seen, config);
         PointObservation {
             pixel_std_dev_px: known.pixel_std_dev_px.hypot(across_px.norm()),
-            spread_px: along_px,
+            spread_px: self.place.doubt(config) * along_px,
             depth_std_dev_m: known.depth_std_dev_m.hypot(spread.depth_std_dev_m),
             ..known
         }
@@ -196,6 +197,11 @@ impl PointLandmark {
     #[must_use]
     pub fn lean_m_per_s(&self) -> Vector3<f64> {
         self.place.lean_m_per_s()
+    }
+
+    /// Whether its depth is known, and not only its ray.
+    pub(super) fn is_located(&self, config: &LocalMapConfig) -> bool {
+        self.place.is_located(config)
     }
 
     /// Moves it to where it is when the camera takes so much longer to read an image.

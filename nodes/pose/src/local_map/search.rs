@@ -96,7 +96,8 @@ impl LocalMap {
         (points.collect(), lines.collect())
     }
 
-    /// What corners say of the pose where none is known: one observation for each pair that exists.
+    /// What corners say of the pose where none is known: one observation for each pair of a point that is
+    /// located.
     #[must_use]
     pub fn blind_observations(
         &self,
@@ -106,7 +107,9 @@ impl LocalMap {
     ) -> Vec<PointObservation> {
         let points = pairs.iter().filter_map(|pair| {
             let seen = seen_point(frame, pair.feature)?;
-            Some(self.points.get(pair.landmark)?.blind_observation(seen, camera, &self.config))
+            let point = self.points.get(pair.landmark)?;
+            let is_located = point.is_located(&self.config);
+            is_located.then(|| point.blind_observation(seen, camera, &self.config))
         });
         points.collect()
     }

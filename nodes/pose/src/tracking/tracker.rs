@@ -234,9 +234,9 @@ impl Tracker {
         let frame_covariance = self.frame_covariance(&view, &pose, &associations);
         let covariance = self.map.covariance_at(&view, &associations, verdicts) + frame_covariance;
         self.map.learn(&view, &associations, verdicts);
-        let inliers = pose.point_inliers() + pose.line_inliers();
         let measured = seen.measured_corners() + seen.measured_lines();
-        if (inliers as f64) < self.config.follow.known_share * measured as f64 {
+        let known_inliers = associations.measured_inliers(&seen, verdicts);
+        if (known_inliers as f64) < self.config.follow.known_share * measured as f64 {
             let refine = &self.config.refine;
             self.map.insert(&view, &covariance, &associations, &otherwise, refine);
         }
