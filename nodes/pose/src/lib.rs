@@ -7,6 +7,7 @@
 //! | [`feature`] | corners with descriptors, line segments with descriptors |
 //! | [`matching`] | which feature of one image is which of another |
 //! | [`local_map`] | the points and lines that the camera has seen |
+//! | [`map`] | keyframes, points, lines, and who sees what |
 //! | [`tracking`] | where the camera is, frame by frame |
 //! | [`motion`] | where the camera will be, by its motion so far, a gyroscope or wheels |
 //! | [`solve`] | the pose that explains matches, how sure it is, and what it cannot say |
@@ -18,6 +19,7 @@ pub mod feature;
 pub mod frame;
 pub mod image;
 pub mod local_map;
+pub mod map;
 pub mod matching;
 pub mod motion;
 #[cfg(feature = "ros")]
