@@ -14,6 +14,8 @@ mod ordering;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix6, Vector6};
 
 use factor::Factor;
@@ -24,14 +26,21 @@ use ordering::Symbolic;
 /// Which blocks may differ from zero is decided at the beginning; their numbers may be set again and again.
 #[derive(Clone, Debug)]
 pub struct BlockSystem {
+    /// A clone shares it.
+    pattern: Arc<Pattern>,
+    diagonal: Vec<Matrix6<f64>>,
+    off_diagonal: Vec<Matrix6<f64>>,
+    right: Vec<Vector6<f64>>,
+}
+
+/// Which blocks may differ from zero.
+#[derive(Debug)]
+struct Pattern {
     symbolic: Symbolic,
     /// Sorted pairs of nodes, the smaller first.
     pairs: Vec<(usize, usize)>,
     /// Where the pairs of each node, as the smaller one, begin; one more at the end.
     starts: Vec<usize>,
-    diagonal: Vec<Matrix6<f64>>,
-    off_diagonal: Vec<Matrix6<f64>>,
-    right: Vec<Vector6<f64>>,
 }
 
 impl BlockSystem {
@@ -52,12 +61,10 @@ impl BlockSystem {
             starts[node + 1] += starts[node];
         }
         Self {
-            symbolic: Symbolic::new(nodes, &pairs),
-            starts,
             diagonal: vec![Matrix6::zeros(); nodes],
             off_diagonal: vec![Matrix6::zeros(); pairs.len()],
             right: vec![Vector6::zeros(); nodes],
-            pairs,
+            pattern: Arc::new(Pattern { symbolic: Symbolic::new(nodes, &pairs), starts, pairs }),
         }
     }
 
@@ -70,7 +77,7 @@ impl BlockSystem {
     /// Blocks below the diagonal of the factor: what the order has made of the ties.
     #[must_use]
     pub fn factor_blocks(&self) -> usize {
-        self.symbolic.blocks()
+        self.pattern.symbolic.blocks()
     }
 
     /// All numbers become zero.
@@ -126,14 +133,16 @@ impl BlockSystem {
     /// The solution, by nodes. `None` when the matrix is not positive definite, or has a number that is not finite.
     #[must_use]
     pub fn solve(&self) -> Option<Vec<Vector6<f64>>> {
-        let factor = Factor::new(&self.symbolic, &self.diagonal, &self.pairs, &self.off_diagonal)?;
+        let Pattern { symbolic, pairs, .. } = &*self.pattern;
+        let factor = Factor::new(symbolic, &self.diagonal, pairs, &self.off_diagonal)?;
         Some(factor.solve(&self.right))
     }
 
     /// The place of a pair, by a search among those of the smaller node.
     fn find(&self, small: usize, large: usize) -> Option<usize> {
-        let (from, to) = (*self.starts.get(small)?, *self.starts.get(small + 1)?);
-        let place = self.pairs.get(from..to)?.binary_search_by_key(&large, |pair| pair.1).ok()?;
+        let Pattern { pairs, starts, .. } = &*self.pattern;
+        let (from, to) = (*starts.get(small)?, *starts.get(small + 1)?);
+        let place = pairs.get(from..to)?.binary_search_by_key(&large, |pair| pair.1).ok()?;
         Some(from + place)
     }
 }

@@ -7,7 +7,9 @@
 //! | [`feature`] | corners with descriptors, line segments with descriptors |
 //! | [`matching`] | which feature of one image is which of another |
 //! | [`local_map`] | the points and lines that the camera has seen |
+//! | [`bundle_adjustment`] | poses, points and lines that explain together what keyframes saw |
 //! | [`map`] | keyframes, points, lines, and who sees what |
+//! | [`place_recognition`] | which keyframes show the same place, by descriptors alone |
 //! | [`tracking`] | where the camera is, frame by frame |
 //! | [`motion`] | where the camera will be, by its motion so far, a gyroscope or wheels |
 //! | [`solve`] | the pose that explains matches, how sure it is, and what it cannot say |
@@ -15,6 +17,7 @@
 //! The core knows no ROS, no files, no clock, no randomness but what a seed gives. With the feature `ros` there is the node
 //! around it, `shell`.
 
+pub mod bundle_adjustment;
 pub mod feature;
 pub mod frame;
 pub mod image;
@@ -22,6 +25,7 @@ pub mod local_map;
 pub mod map;
 pub mod matching;
 pub mod motion;
+pub mod place_recognition;
 #[cfg(feature = "ros")]
 pub mod shell;
 pub mod solve;

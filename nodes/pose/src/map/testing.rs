@@ -1,5 +1,7 @@
 //! What several tests need: frames of nothing but features, and maps of them.
 
+mod world;
+
 use std::sync::Arc;
 
 use geometry::Stamp;
@@ -10,6 +12,7 @@ use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment};
 use crate::feature::points::{Corner, Descriptor};
 use crate::frame::Frame;
 use crate::solve::testing::kinect;
+pub(crate) use world::{World, around};
 
 /// A frame with so many corners and segments, all alike.
 pub(crate) fn blank_frame(corners: usize, lines: usize) -> Arc<Frame> {

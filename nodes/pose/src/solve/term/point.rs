@@ -1,7 +1,7 @@
 //! The reprojection error of a point, and the error of its depth.
 
 use geometry::CameraModel;
-use nalgebra::{Point2, Vector3};
+use nalgebra::{Point2, Point3, Vector3};
 
 use super::{Block, Errors, MAX_ROWS, NEAREST_M, Placed, Term, by_perturbation};
 use super::{is_finite_point, is_std_dev};
@@ -31,6 +31,12 @@ impl PointTerm {
             per_px: seen.pixel_std_dev_px.recip(),
             depth: seen.depth_m.map(|depth_m| (depth_m, seen.depth_std_dev_m.recip())),
         })
+    }
+
+    /// The same, were the point elsewhere.
+    #[inline]
+    pub(crate) fn moved(&self, in_map_m: &Point3<f64>) -> Self {
+        Self { in_map_m: in_map_m.coords, ..*self }
     }
 }
 
