@@ -6,6 +6,7 @@
 //! | [`frame`] | the features of a pair of images, how far they are, and which lie on moving things |
 //! | [`feature`] | corners with descriptors, line segments with descriptors |
 //! | [`matching`] | which feature of one image is which of another |
+//! | [`keyframing`] | which frames the map keeps, what it takes from them, and what it lets go |
 //! | [`local_map`] | the points and lines that the camera has seen |
 //! | [`bundle_adjustment`] | poses, points and lines that explain together what keyframes saw |
 //! | [`map`] | keyframes, points, lines, and who sees what |
@@ -21,6 +22,7 @@ pub mod bundle_adjustment;
 pub mod feature;
 pub mod frame;
 pub mod image;
+pub mod keyframing;
 pub mod local_map;
 pub mod map;
 pub mod matching;
