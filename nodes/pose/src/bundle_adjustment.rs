@@ -28,6 +28,7 @@ use nalgebra::{Isometry3, Point3};
 
 pub use config::{BundleConfig, WindowConfig};
 pub use window::{Applied, StaleWindow, Window};
+pub(crate) use window::{line_observation, point_observation};
 
 use crate::solve::perturbation::is_finite;
 use crate::solve::{

@@ -16,7 +16,7 @@ mod config;
 mod creation;
 mod culling;
 mod decision;
-mod foresight;
+pub(crate) mod foresight;
 mod fusion;
 #[cfg(test)]
 mod tests;

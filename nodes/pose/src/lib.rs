@@ -9,6 +9,7 @@
 //! | [`keyframing`] | which frames the map keeps, what it takes from them, and what it lets go |
 //! | [`local_map`] | the points and lines that the camera has seen |
 //! | [`bundle_adjustment`] | poses, points and lines that explain together what keyframes saw |
+//! | [`loop_closing`] | a camera that is back where it was, and what follows from that |
 //! | [`map`] | keyframes, points, lines, and who sees what |
 //! | [`place_recognition`] | which keyframes show the same place, by descriptors alone |
 //! | [`tracking`] | where the camera is, frame by frame |
@@ -24,6 +25,7 @@ pub mod frame;
 pub mod image;
 pub mod keyframing;
 pub mod local_map;
+pub mod loop_closing;
 pub mod map;
 pub mod matching;
 pub mod motion;

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Point2, Point3};
 
 use super::{Adjusted, Bundle, BundlePose, Sighting, WindowConfig};
+use crate::feature::lines::SegmentInSpace;
+use crate::frame::Frame;
 use crate::map::{Id, Keyframe, KeyframeId, Landmark, LineId, Map, PointId};
 use crate::solve::{LineObservation, PointObservation, Verdict};
 
@@ -201,16 +203,27 @@ fn seen_by(map: &Map, keyframes: &BTreeSet<KeyframeId>) -> (Vec<PointId>, Vec<Li
 }
 
 /// What a corner says, were the place of its point known.
-pub(crate) fn point_seen(
+fn point_seen(
     keyframe: &Keyframe,
     corner: usize,
     config: &WindowConfig,
     scale_factor: f64,
 ) -> Option<PointObservation> {
-    let depth = keyframe.frame().corner_depths.get(corner).copied().flatten();
-    let corner = keyframe.frame().corners.get(corner)?;
+    point_observation(keyframe.frame(), corner, &Point3::origin(), scale_factor, config)
+}
+
+/// What a corner says of a point at this place.
+pub(crate) fn point_observation(
+    frame: &Frame,
+    corner: usize,
+    place_m: &Point3<f64>,
+    scale_factor: f64,
+    config: &WindowConfig,
+) -> Option<PointObservation> {
+    let depth = frame.corner_depths.get(corner).copied().flatten();
+    let corner = frame.corners.get(corner)?;
     Some(PointObservation {
-        point_in_map_m: Point3::origin(),
+        point_in_map_m: *place_m,
         pixel_px: corner.pixel.cast(),
         depth_m: depth.map(|depth| depth.depth_m),
         pixel_std_dev_px: config.point_std_dev_px * scale_factor.powi(i32::from(corner.level)),
@@ -224,16 +237,26 @@ fn line_seen(
     segment: usize,
     config: &WindowConfig,
 ) -> Option<LineObservation> {
-    let in_space = keyframe.frame().lines_in_space.get(segment).and_then(Option::as_ref);
-    let segment = keyframe.frame().lines.get(segment)?.segment;
+    line_observation(keyframe.frame(), segment, &[Point3::origin(); 2], config)
+}
+
+/// What a segment says of a line with these ends.
+pub(crate) fn line_observation(
+    frame: &Frame,
+    segment: usize,
+    ends_m: &[Point3<f64>; 2],
+    config: &WindowConfig,
+) -> Option<LineObservation> {
+    let in_space = frame.lines_in_space.get(segment).and_then(Option::as_ref);
+    let segment = frame.lines.get(segment)?.segment;
     let [start_px, end_px] =
         [segment.start_px, segment.end_px].map(|pixel| Point2::from(pixel.map(f64::from)));
-    let variance = |line: &crate::feature::lines::SegmentInSpace| {
-        0.5 * (line.start_std_dev_m.powi(2) + line.end_std_dev_m.powi(2))
-    };
+    let variance =
+        |line: &SegmentInSpace| 0.5 * (line.start_std_dev_m.powi(2) + line.end_std_dev_m.powi(2));
+    let [start_in_map_m, end_in_map_m] = *ends_m;
     Some(LineObservation {
-        start_in_map_m: Point3::origin(),
-        end_in_map_m: Point3::origin(),
+        start_in_map_m,
+        end_in_map_m,
         start_px,
         end_px,
         pixel_std_dev_px: config.line_std_dev_px,

@@ -185,7 +185,8 @@ fn keyframes_that_say_nothing_new_go_and_their_number_stays_bounded() {
     assert!(map.keyframes().contains(ids[0]) && map.keyframes().contains(ids[29]));
     assert_eq!(map.check(), Ok(()));
     // One that sees what others do not stays.
-    let far = around(1, 0.0)[0] * nalgebra::Isometry3::translation(-1.5, 0.0, 0.0);
+    let world = World::wall(400, 0, 10.0, 1.0, 12);
+    let far = around(1, 0.0)[0] * nalgebra::Isometry3::translation(-3.0, 0.0, 0.0);
     let (map, ids) = world.map(&[poses[0], poses[1], poses[2], poses[3], far], 11);
     assert!(!is_redundant(&map, ids[4], &config));
 }
