@@ -60,7 +60,9 @@ impl Default for LoopConfig {
             // Of 40 points a pose is known to half of that.
             loop_std_dev_m: 0.01,
             loop_std_dev_rad: 0.005,
-            graph: GraphConfig::default(),
+            // Odometry drifts the same way with each step, not to and fro: so much is a loop of two hundred steps, each off by a
+            // standard deviation. It is there for loops that cannot be.
+            graph: GraphConfig { max_rise_chi2: 200.0, ..GraphConfig::default() },
             keyframing: KeyframingConfig::default(),
         }
     }

@@ -41,16 +41,24 @@ pub(super) fn with_loop(map: &Map, new: Option<NewLoop>, config: &LoopConfig) ->
     let closed = information(config.loop_std_dev_m, config.loop_std_dev_rad);
     for (id, keyframe) in map.keyframes().iter() {
         let Some(from) = nodes.get(&id).copied() else { continue };
-        let parent = keyframe.parent();
-        let near = keyframe.covisible().iter().filter(|(other, shared)| {
-            // Each pair once; those of the tree are tied anyhow.
-            let is_tree = parent == Some(**other) || keyframe.children().contains(other);
-            !is_tree && **other > id && shared.landmarks() >= config.essential_shared
+        // To the parent, and to those that came before: each pair once.
+        let earlier = keyframe.covisible().iter().filter_map(|(other, shared)| {
+            let number = map.keyframes().get(*other)?.number();
+            let is_tree = keyframe.parent() == Some(*other) || keyframe.children().contains(other);
+            let is_near = shared.landmarks() >= config.essential_shared;
+            (is_near && !is_tree && number < keyframe.number()).then_some(*other)
         });
-        let near = near.map(|(other, _)| *other).chain(parent);
-        for to in near.filter_map(|other| nodes.get(&other).copied()) {
-            let from_to = graph.poses[from].inverse() * graph.poses[to];
-            graph.edges.push(Edge { from, to, from_to, information: step, is_doubtful: false });
+        let earlier: Vec<KeyframeId> = earlier.chain(keyframe.parent()).collect();
+        for other in &earlier {
+            let (Some(to), Some(of_other)) = (nodes.get(other), map.keyframes().get(*other)) else {
+                continue;
+            };
+            // They are all told by the same features: together they are worth one. And what drifts does so with each
+            // keyframe between.
+            let between = keyframe.number().abs_diff(of_other.number()).max(1);
+            let information = step / (earlier.len() as f64 * between as f64);
+            let from_to = graph.poses[from].inverse() * graph.poses[*to];
+            graph.edges.push(Edge { from, to: *to, from_to, information, is_doubtful: false });
         }
         for (other, edge) in keyframe.loops().iter().filter(|(other, _)| **other > id) {
             let Some(to) = nodes.get(other).copied() else { continue };
