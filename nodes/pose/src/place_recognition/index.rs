@@ -162,7 +162,7 @@ mod tests {
         assert!(expected(&|_| true).len() > 50);
         assert_eq!(search(&index), expected(&|_| true));
         assert_eq!(search(&index), expected(&|_| true));
-        let is_even = |owner: u32| owner % 2 == 0;
+        let is_even = |owner: u32| owner.is_multiple_of(2);
         index.retain(is_even);
         assert_eq!(search(&index), expected(&is_even));
         assert_eq!(index.len(), 150);
