@@ -42,7 +42,7 @@ const OTHER_RAD: f64 = 45.0 * std::f64::consts::PI / 180.0;
 /// Segments of an image that are described.
 const MAX_LINES: usize = 200;
 /// What is printed.
-const VOTES: [u32; 6] = [5, 10, 15, 20, 30, 50];
+const VOTES: [u32; 7] = [20, 30, 40, 50, 70, 100, 150];
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 

@@ -12,6 +12,7 @@
 //! | [`loop_closing`] | a camera that is back where it was, and what follows from that |
 //! | [`map`] | keyframes, points, lines, and who sees what |
 //! | [`place_recognition`] | which keyframes show the same place, by descriptors alone |
+//! | [`mapping`] | what a new keyframe brings about, from landmarks to loops |
 //! | [`tracking`] | where the camera is, frame by frame |
 //! | [`motion`] | where the camera will be, by its motion so far, a gyroscope or wheels |
 //! | [`solve`] | the pose that explains matches, how sure it is, and what it cannot say |
@@ -27,6 +28,7 @@ pub mod keyframing;
 pub mod local_map;
 pub mod loop_closing;
 pub mod map;
+pub mod mapping;
 pub mod matching;
 pub mod motion;
 pub mod place_recognition;

@@ -91,12 +91,29 @@ pub fn locate(
 ) -> Result<Located, NotLocated> {
     let blind = blind_observations(map, keyframe, frame, config)?;
     let found = pnp_ransac(camera, &blind, &config.ransac)?;
-    let mut camera_from_map = found.pose.camera_from_map;
+    let guess = PoseGuess { camera_from_map: found.pose.camera_from_map, covariance: None };
+    locate_near(map, keyframe, frame, camera, &guess, config)
+}
+
+/// The same with an idea of the pose: how a camera is followed by the map of keyframes (PL-SLAM section 2.1, "Seguimiento
+/// del mapa local").
+///
+/// # Errors
+/// When the frame does not show what should be seen from there, or not surely enough.
+pub fn locate_near(
+    map: &Map,
+    keyframe: KeyframeId,
+    frame: &Frame,
+    camera: &CameraModel,
+    guess: &PoseGuess,
+    config: &LoopConfig,
+) -> Result<Located, NotLocated> {
+    let mut camera_from_map = guess.camera_from_map;
     let around = Around::new(map, keyframe, config);
     let mut located = None;
     for _ in 0..ROUNDS {
         let seen = around.seen(map, frame, camera, &camera_from_map, config);
-        let guess = PoseGuess { camera_from_map, covariance: None };
+        let guess = PoseGuess { camera_from_map, ..*guess };
         let (points, lines) = (&seen.point_observations, &seen.line_observations);
         let pose = refine_pose(camera, &guess, points, lines, &config.ransac.refine)?;
         camera_from_map = pose.camera_from_map;

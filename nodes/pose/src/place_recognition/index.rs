@@ -32,6 +32,8 @@ struct Entry {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Found {
     pub(super) owner: u32,
+    /// The how manyth of all descriptors it is.
+    pub(super) entry: u32,
     pub(super) distance: u32,
 }
 
@@ -104,7 +106,7 @@ impl Index {
                     *met = scratch.search;
                     let distance = distance(bits, &entry.bits);
                     if distance <= max_distance {
-                        found.push(Found { owner: entry.owner, distance });
+                        found.push(Found { owner: entry.owner, entry: index, distance });
                     }
                 }
                 index = entry.next[word];
@@ -113,10 +115,14 @@ impl Index {
     }
 }
 
-/// Where the newest entry with this word is kept.
+/// Where the newest entry with this word is kept. A word is made of bits that lie far apart: neighbouring ones are not
+/// independent of each other, and most entries would have few values.
 fn slot(bits: &Bits, word: usize) -> usize {
-    let at = word * WORD_BITS;
-    let value = (bits[at / 64] >> (at % 64)) as usize % VALUES;
+    let mut value = 0;
+    for place in 0..WORD_BITS {
+        let bit = place * WORDS + word;
+        value |= ((bits[bit / 64] >> (bit % 64)) as usize & 1) << place;
+    }
     word * VALUES + value
 }
 

@@ -59,16 +59,24 @@ fn what_is_everywhere_says_nothing() {
     let mut database = PlaceDatabase::new(PlaceConfig::default());
     let mut own = Vec::new();
     for id in &ids {
-        let rare = Descriptor(std::array::from_fn(|_| draw.bits()));
+        let rare: [Descriptor; 5] =
+            std::array::from_fn(|_| Descriptor(std::array::from_fn(|_| draw.bits())));
         own.push(rare);
-        database.insert(*id, common.iter().copied().chain([rare; 5]));
+        database.insert(*id, common.iter().copied().chain(rare));
     }
-    let frame: Vec<Descriptor> = common.iter().copied().chain([own[7]; 5]).collect();
+    let frame: Vec<Descriptor> = common.iter().copied().chain(own[7]).collect();
     let scores = database.query(&frame);
     assert_eq!((scores[0].keyframe, scores[0].votes), (ids[7], 55));
     assert!(scores[1].votes == 50 && scores[0].score > 5.0 * scores[1].score);
     // Of equal ones the newest.
     assert_eq!(scores[1].keyframe, ids[19]);
+    // What is many times in one place says nothing of it either.
+    let many = vec![common[0]; 30];
+    database.remove(ids[19]);
+    database.insert(ids[19], many.iter().copied());
+    let votes =
+        |id| database.query(&many).iter().find(|score| score.keyframe == id).map(|s| s.votes);
+    assert_eq!((votes(ids[19]), votes(ids[3])), (None, Some(1)));
     database.remove(ids[7]);
     assert_eq!(database.len(), 19);
     assert!(database.query(&frame).iter().all(|score| score.keyframe != ids[7]));
