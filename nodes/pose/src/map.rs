@@ -8,6 +8,7 @@
 //! | `sightings` | the two steps that all others are made of: a keyframe sees a landmark, or no longer does |
 //! | `culling`, `fusion` | what goes, and what was one all along |
 //! | `tree` | the spanning tree, when a keyframe goes |
+//! | `queries` | who sees what, and who sees the same |
 //! | `look` | what a landmark looks like, by all that see it |
 //! | `consistency` | what must hold of a map |
 //!
@@ -25,6 +26,7 @@ mod insertion;
 mod keyframe;
 mod landmark;
 mod look;
+mod queries;
 mod sightings;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -194,18 +196,6 @@ impl Map {
     #[must_use]
     pub fn keyframes_so_far(&self) -> u64 {
         self.next_number
-    }
-
-    /// The keyframes that see at least `least` of the landmarks that this one sees, those with the most first; of equal
-    /// ones the newer.
-    #[must_use]
-    pub fn neighbours(&self, keyframe: KeyframeId, least: u32) -> Vec<(KeyframeId, Shared)> {
-        let Some(keyframe) = self.keyframes.get(keyframe) else { return Vec::new() };
-        let near = keyframe.covisible.iter().filter(|(_, shared)| shared.landmarks() >= least);
-        let mut near: Vec<_> = near.map(|(id, shared)| (*id, *shared)).collect();
-        let number = |id| self.keyframes.get(id).map_or(0, Keyframe::number);
-        near.sort_by_key(|(id, shared)| std::cmp::Reverse((shared.landmarks(), number(*id))));
-        near
     }
 
     /// Puts a keyframe elsewhere.

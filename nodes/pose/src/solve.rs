@@ -25,7 +25,7 @@ pub mod observation;
 pub mod p3p;
 pub mod perturbation;
 pub mod plucker;
-pub(crate) mod random;
+mod random;
 pub mod ransac;
 pub mod refine;
 pub mod rigid_alignment;

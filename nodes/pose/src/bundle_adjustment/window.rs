@@ -49,7 +49,7 @@ impl Window {
         let near = map.neighbours(keyframe, config.least_shared);
         let near = near.into_iter().map(|(id, _)| id).take(config.max_keyframes.saturating_sub(1));
         let adjusted: BTreeSet<KeyframeId> = near.chain([keyframe]).collect();
-        let (points, lines) = seen_by(map, &adjusted);
+        let (points, lines) = map.landmarks_of(adjusted.iter().copied());
         let mut counts = BTreeMap::<KeyframeId, u32>::new();
         let of_points = points.iter().filter_map(|id| map.points().get(*id));
         let of_lines = lines.iter().filter_map(|id| map.lines().get(*id));
@@ -190,16 +190,6 @@ fn drop_outliers<'a, L: Landmark + 'a>(
             applied.dropped += usize::from(is_gone);
         }
     }
-}
-
-/// All that some keyframes see, in the order of ids.
-fn seen_by(map: &Map, keyframes: &BTreeSet<KeyframeId>) -> (Vec<PointId>, Vec<LineId>) {
-    let (mut points, mut lines) = (BTreeSet::new(), BTreeSet::new());
-    for keyframe in keyframes.iter().filter_map(|id| map.keyframes().get(*id)) {
-        points.extend(keyframe.points().iter().flatten());
-        lines.extend(keyframe.lines().iter().flatten());
-    }
-    (points.into_iter().collect(), lines.into_iter().collect())
 }
 
 /// What a corner says, were the place of its point known.

@@ -39,12 +39,11 @@ pub fn fuse_duplicates(
     around.remove(&keyframe);
     let mut fused = FusedDuplicates::default();
     for near in &around {
-        let (points, lines) = seen_by(map, &[keyframe]);
+        let (points, lines) = map.landmarks_of([keyframe]);
         fused.add(fuse_into(map, *near, &points, config));
         fused.add(fuse_lines_into(map, *near, &lines, config));
     }
-    let around: Vec<KeyframeId> = around.into_iter().collect();
-    let (points, lines) = seen_by(map, &around);
+    let (points, lines) = map.landmarks_of(around);
     fused.add(fuse_into(map, keyframe, &points, config));
     fused.add(fuse_lines_into(map, keyframe, &lines, config));
     fused
@@ -127,14 +126,4 @@ fn join<L: Landmark>(
         }
     }
     done
-}
-
-/// All that some keyframes see, in the order of ids.
-fn seen_by(map: &Map, keyframes: &[KeyframeId]) -> (Vec<PointId>, Vec<LineId>) {
-    let (mut points, mut lines) = (BTreeSet::new(), BTreeSet::new());
-    for keyframe in keyframes.iter().filter_map(|id| map.keyframes().get(*id)) {
-        points.extend(keyframe.points().iter().flatten());
-        lines.extend(keyframe.lines().iter().flatten());
-    }
-    (points.into_iter().collect(), lines.into_iter().collect())
 }

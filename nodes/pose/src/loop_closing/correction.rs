@@ -166,16 +166,7 @@ fn join(
     }
     let least = config.keyframing.least_shared;
     let there = map.neighbours(to, least).into_iter().map(|(id, _)| id).chain([to]);
-    let (mut points, mut lines) = (Vec::new(), Vec::new());
-    for id in there {
-        let Some(there) = map.keyframes().get(id) else { continue };
-        points.extend(there.points().iter().flatten());
-        lines.extend(there.lines().iter().flatten());
-    }
-    points.sort_unstable();
-    points.dedup();
-    lines.sort_unstable();
-    lines.dedup();
+    let (points, lines) = map.landmarks_of(there);
     let here = map.neighbours(keyframe, least).into_iter().map(|(id, _)| id).chain([keyframe]);
     let here: Vec<KeyframeId> = here.collect();
     // After the graph was optimised the two sides lie on each other to some pixels.

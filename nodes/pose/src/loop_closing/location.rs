@@ -4,8 +4,6 @@
 //! (or without, where most have none). Then by all points and lines of the neighbourhood that should be seen from there,
 //! each near its place: twice, the second time from the better pose.
 
-use std::collections::BTreeSet;
-
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Point3};
 
@@ -179,12 +177,8 @@ impl Around {
         let rules = &config.keyframing;
         let near = map.neighbours(keyframe, rules.least_shared).into_iter();
         let near = near.map(|(id, _)| id).take(rules.neighbours);
-        let (mut points, mut lines) = (BTreeSet::new(), BTreeSet::new());
-        for keyframe in near.chain([keyframe]).filter_map(|id| map.keyframes().get(id)) {
-            points.extend(keyframe.points().iter().flatten());
-            lines.extend(keyframe.lines().iter().flatten());
-        }
-        Self { points: points.into_iter().collect(), lines: lines.into_iter().collect() }
+        let (points, lines) = map.landmarks_of(near.chain([keyframe]));
+        Self { points, lines }
     }
 
     fn seen(

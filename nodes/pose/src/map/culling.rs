@@ -2,9 +2,7 @@
 
 use nalgebra::Isometry3;
 
-use super::{
-    Id, Keyframe, KeyframeId, Landmark, LineId, Map, MapError, MapLine, MapPoint, PointId,
-};
+use super::{Id, KeyframeId, Landmark, LineId, Map, MapError, PointId};
 
 /// A keyframe that is gone, and what is left of it: where it was from one that stays, so that whoever has tied something to
 /// it can tie that to the other.
@@ -63,16 +61,5 @@ impl Map {
             self.unobserve(keyframe, landmark)?;
         }
         Ok(())
-    }
-
-    /// How many landmarks of each kind a keyframe sees.
-    #[must_use]
-    pub fn seen_by(&self, keyframe: KeyframeId) -> (usize, usize) {
-        fn count<L: Landmark>(keyframe: &Keyframe) -> usize {
-            L::features(keyframe).iter().flatten().count()
-        }
-        self.keyframes
-            .get(keyframe)
-            .map_or((0, 0), |keyframe| (count::<MapPoint>(keyframe), count::<MapLine>(keyframe)))
     }
 }

@@ -7,9 +7,7 @@ use geometry::CameraModel;
 use nalgebra::{Isometry3, Point3};
 
 use super::landmark::Sightings;
-use super::{
-    Keyframe, KeyframeId, LineId, Map, MapError, MapLine, MapPoint, PointId, Shared, look,
-};
+use super::{Keyframe, KeyframeId, LineId, Map, MapError, MapLine, MapPoint, PointId, look};
 use crate::frame::Frame;
 use crate::solve::PluckerLine;
 use crate::solve::perturbation::is_finite;
@@ -121,19 +119,5 @@ impl Map {
         let id = self.lines.insert(line).ok_or(MapError::Full)?;
         self.observe(keyframe, segment, id)?;
         Ok(id)
-    }
-
-    /// Which keyframes see which share of a set of points, with how many each: those that see the most first.
-    #[must_use]
-    pub fn seen_from(&self, points: &[PointId]) -> Vec<(KeyframeId, Shared)> {
-        let mut counts = BTreeMap::<KeyframeId, Shared>::new();
-        for point in points.iter().filter_map(|point| self.points.get(*point)) {
-            for (keyframe, _) in point.sightings.iter() {
-                counts.entry(keyframe).or_default().points += 1;
-            }
-        }
-        let mut counts: Vec<_> = counts.into_iter().collect();
-        counts.sort_by_key(|(id, shared)| (std::cmp::Reverse(shared.points), *id));
-        counts
     }
 }

@@ -181,7 +181,9 @@ fn a_keyframe_hangs_on_the_one_that_sees_most_with_it() {
     // One that sees nothing of the map hangs on the newest.
     let lost = map.insert_keyframe(blank(&frame)).unwrap();
     assert_eq!(map.keyframes.get(lost).unwrap().parent(), Some(new));
-    assert_eq!(map.seen_from(&points)[0], (ids[0], Shared { points: 3, lines: 0 }));
+    assert_eq!(map.seen_from(&points), [(new, 3), (ids[0], 3), (ids[1], 1)]);
+    assert_eq!(map.landmarks_of([ids[1], lost]), (vec![points[0]], Vec::new()));
+    assert_eq!((map.count_seen_by(new), map.count_seen_by(lost)), ((3, 0), (0, 0)));
 }
 
 #[test]

@@ -82,7 +82,7 @@ fn trip(frames: usize, seed: u64) -> Trip {
                 }
                 Err(_) => trip.lost += 1,
             }
-            let (reference_points, _) = map.seen_by(reference);
+            let (reference_points, _) = map.count_seen_by(reference);
             let frame = FollowedFrame {
                 since_relocalisation: None,
                 since_keyframe,

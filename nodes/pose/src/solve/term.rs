@@ -41,7 +41,7 @@ impl Placed {
     }
 
     #[inline]
-    pub(crate) fn in_camera(&self, in_map_m: &Vector3<f64>) -> Vector3<f64> {
+    fn in_camera(&self, in_map_m: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * in_map_m + self.translation
     }
 }
