@@ -6,7 +6,13 @@
 //! | [`frame`] | the features of a pair of images, how far they are, and which lie on moving things |
 //! | [`feature`] | corners with descriptors, line segments with descriptors |
 //! | [`matching`] | which feature of one image is which of another |
+//! | [`keyframing`] | which frames the map keeps, what it takes from them, and what it lets go |
 //! | [`local_map`] | the points and lines that the camera has seen |
+//! | [`bundle_adjustment`] | poses, points and lines that explain together what keyframes saw |
+//! | [`loop_closing`] | a camera that is back where it was, and what follows from that |
+//! | [`map`] | keyframes, points, lines, and who sees what |
+//! | [`place_recognition`] | which keyframes show the same place, by descriptors alone |
+//! | [`mapping`] | what a new keyframe brings about, from landmarks to loops |
 //! | [`tracking`] | where the camera is, frame by frame |
 //! | [`motion`] | where the camera will be, by its motion so far, a gyroscope or wheels |
 //! | [`solve`] | the pose that explains matches, how sure it is, and what it cannot say |
@@ -14,12 +20,18 @@
 //! The core knows no ROS, no files, no clock, no randomness but what a seed gives. With the feature `ros` there is the node
 //! around it, `shell`.
 
+pub mod bundle_adjustment;
 pub mod feature;
 pub mod frame;
 pub mod image;
+pub mod keyframing;
 pub mod local_map;
+pub mod loop_closing;
+pub mod map;
+pub mod mapping;
 pub mod matching;
 pub mod motion;
+pub mod place_recognition;
 #[cfg(feature = "ros")]
 pub mod shell;
 pub mod solve;

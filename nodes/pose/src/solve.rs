@@ -17,7 +17,7 @@
 //! The camera is rectified: a [`geometry::CameraModel`] with lens distortion is refused. A pose is `camera_from_map`. It is
 //! corrected on the left, in the camera frame: see [`perturbation`]. All covariances of poses are of that correction.
 
-mod chi_square;
+pub(crate) mod chi_square;
 pub mod config;
 mod information;
 pub mod observability;
@@ -30,7 +30,7 @@ pub mod ransac;
 pub mod refine;
 pub mod rigid_alignment;
 pub mod rigid_sets;
-mod term;
+pub(crate) mod term;
 #[cfg(test)]
 pub(crate) mod testing;
 

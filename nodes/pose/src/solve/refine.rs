@@ -143,7 +143,7 @@ pub fn information_at(
     problem.information_of_inliers(camera_from_map, &problem.usable())
 }
 
-pub(super) fn check_camera(camera: &CameraModel) -> Result<(), PoseError> {
+pub(crate) fn check_camera(camera: &CameraModel) -> Result<(), PoseError> {
     camera.validate()?;
     if camera.distortion.is_none() { Ok(()) } else { Err(PoseError::NotRectified) }
 }

@@ -10,29 +10,34 @@ mod tests;
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-pub(super) use line::LineTerm;
-pub(super) use point::PointTerm;
+pub(crate) use line::LineTerm;
+pub(crate) use point::PointTerm;
 
 /// What is nearer to the camera than this is in no image: no lens is as short.
 const NEAREST_M: f64 = 0.05;
 /// Errors of the image come first, as many for a point as for a line.
-pub(super) const PIXEL_ROWS: usize = 2;
+pub(crate) const PIXEL_ROWS: usize = 2;
 /// Two ends of a line, each with a depth.
-pub(super) const MAX_ROWS: usize = 4;
+pub(crate) const MAX_ROWS: usize = 4;
 
 /// A pose as points are moved by it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placed {
+pub(crate) struct Placed {
     rotation: Matrix3<f64>,
     translation: Vector3<f64>,
 }
 
 impl Placed {
-    pub(super) fn new(camera_from_map: &Isometry3<f64>) -> Self {
+    pub(crate) fn new(camera_from_map: &Isometry3<f64>) -> Self {
         Self {
             rotation: camera_from_map.rotation.to_rotation_matrix().into_inner(),
             translation: camera_from_map.translation.vector,
         }
+    }
+
+    #[inline]
+    pub(crate) fn rotation(&self) -> &Matrix3<f64> {
+        &self.rotation
     }
 
     #[inline]
@@ -42,7 +47,7 @@ impl Placed {
 }
 
 /// An observation whose numbers can be used.
-pub(super) trait Term {
+pub(crate) trait Term {
     /// How many errors it has.
     fn rows(&self) -> usize;
 
@@ -55,16 +60,16 @@ pub(super) trait Term {
 
 /// The errors of an observation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Errors {
+pub(crate) struct Errors {
     /// The sum of the squared errors in the image.
-    pub(super) pixel_chi2: f64,
+    pub(crate) pixel_chi2: f64,
     /// The sum of all.
-    pub(super) chi2: f64,
+    pub(crate) chi2: f64,
 }
 
 /// The errors of an observation with their derivatives by the perturbation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block {
+pub(crate) struct Block {
     errors: [f64; MAX_ROWS],
     jacobian: [[f64; 6]; MAX_ROWS],
     rows: usize,
@@ -73,14 +78,14 @@ pub(super) struct Block {
 impl Block {
     /// The first rows, each an error and its derivatives.
     #[inline]
-    pub(super) fn rows(&self, most: usize) -> impl Iterator<Item = (f64, &[f64; 6])> {
+    pub(crate) fn rows(&self, most: usize) -> impl Iterator<Item = (f64, &[f64; 6])> {
         let rows = self.rows.min(most);
         self.errors.iter().copied().zip(&self.jacobian).take(rows)
     }
 
     /// The sum of the squared errors of the first rows.
     #[inline]
-    pub(super) fn chi2(&self, most: usize) -> f64 {
+    pub(crate) fn chi2(&self, most: usize) -> f64 {
         self.rows(most).map(|(error, _)| error * error).sum()
     }
 }

@@ -6,7 +6,7 @@ impl RobustKernel {
     /// What a squared error costs, and the derivative of that, which is its weight. `doubt` is the squared error at which
     /// the kernel begins to doubt.
     #[inline]
-    pub(super) fn loss_and_weight(self, chi2: f64, doubt: f64) -> (f64, f64) {
+    pub(crate) fn loss_and_weight(self, chi2: f64, doubt: f64) -> (f64, f64) {
         match self {
             Self::Huber if chi2 > doubt => {
                 let product = (chi2 * doubt).sqrt();

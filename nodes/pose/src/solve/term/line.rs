@@ -6,7 +6,7 @@
 //! the map would have to be weighed by how far off it is, and the two distances would not be independent.
 
 use geometry::CameraModel;
-use nalgebra::{Point2, Vector3};
+use nalgebra::{Point2, Point3, Vector3};
 
 use super::{Block, Errors, MAX_ROWS, NEAREST_M, PIXEL_ROWS, Placed, Term, by_perturbation};
 use super::{is_finite_point, is_std_dev};
@@ -81,6 +81,13 @@ impl LineTerm {
             per_px: seen.pixel_std_dev_px.recip(),
             per_m: seen.depth_std_dev_m.recip(),
         })
+    }
+
+    /// The same, were the line elsewhere: through these two points.
+    #[inline]
+    pub(crate) fn moved(&self, in_map_m: &[Point3<f64>; 2]) -> Self {
+        let [start_in_map_m, end_in_map_m] = in_map_m.map(|point| point.coords);
+        Self { start_in_map_m, end_in_map_m, ..*self }
     }
 
     #[inline]

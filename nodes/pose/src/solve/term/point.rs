@@ -1,7 +1,7 @@
 //! The reprojection error of a point, and the error of its depth.
 
 use geometry::CameraModel;
-use nalgebra::{Point2, Vector2, Vector3};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use super::{Block, Errors, MAX_ROWS, NEAREST_M, Placed, Term, by_perturbation};
 use super::{is_finite_point, is_std_dev};
@@ -38,9 +38,13 @@ impl PointTerm {
             depth: seen.depth_m.map(|depth_m| (depth_m, seen.depth_std_dev_m.recip())),
         })
     }
-}
 
-impl PointTerm {
+    /// The same, were the point elsewhere.
+    #[inline]
+    pub(crate) fn moved(&self, in_map_m: &Point3<f64>) -> Self {
+        Self { in_map_m: in_map_m.coords, ..*self }
+    }
+
     /// An offset in the image in standard deviations, along the direction of the spread and across it.
     #[inline]
     fn weighed(&self, off_x: f64, off_y: f64) -> [f64; 2] {

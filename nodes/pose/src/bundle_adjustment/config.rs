@@ -1,0 +1,92 @@
+//! The parameters of bundle adjustment.
+
+use serde::{Deserialize, Serialize};
+
+use crate::solve::{ConfigError, RobustKernel};
+
+/// Parameters of [`adjust`](super::adjust).
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BundleConfig {
+    /// So many of the right sightings are to pass for inliers.
+    pub inlier_probability: f64,
+    /// The robust kernel of the first half.
+    pub kernel: RobustKernel,
+    /// Steps of the first half, at most.
+    pub first_iterations: usize,
+    /// Steps of the second, without outliers and without the kernel.
+    pub second_iterations: usize,
+    /// A sighting whose place in the image fits but not its depth is used without the depth.
+    pub keep_without_depth: bool,
+}
+
+impl Default for BundleConfig {
+    fn default() -> Self {
+        Self {
+            // The quantiles 5.991 and 7.815, Huber's kernel, five steps and ten: ORB-SLAM2's local bundle adjustment.
+            inlier_probability: 0.95,
+            kernel: RobustKernel::Huber,
+            first_iterations: 5,
+            second_iterations: 10,
+            // Corners are found where things end, and there the depths of a Kinect belong to either side.
+            keep_without_depth: true,
+        }
+    }
+}
+
+impl BundleConfig {
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// The first parameter out of its range, with its name, its value and what is accepted.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        let share = self.inlier_probability;
+        let holds = share > 0.0 && share < 1.0;
+        ConfigError::unless(holds, "inlier_probability", "between 0 and 1", share)?;
+        ConfigError::unless_positive("first_iterations", self.first_iterations as f64)
+    }
+}
+
+/// Which part of a map is adjusted, and how well its features are seen.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct WindowConfig {
+    /// Keyframes that are adjusted, at most: those that see most of the same landmarks.
+    pub max_keyframes: usize,
+    /// Keyframes that are held, at most: those that see most of what is adjusted.
+    pub max_fixed: usize,
+    /// A keyframe that sees fewer of the same landmarks is no neighbour.
+    pub least_shared: u32,
+    /// Standard deviation of a corner of level 0, along each axis of the image.
+    pub point_std_dev_px: f64,
+    /// Standard deviation of an end of a segment, across it.
+    pub line_std_dev_px: f64,
+}
+
+impl Default for WindowConfig {
+    fn default() -> Self {
+        Self {
+            // What a local adjustment must end in a keyframe's time with; see the benchmark `bundle`.
+            max_keyframes: 20,
+            max_fixed: 40,
+            // An edge of ORB-SLAM's covisibility graph (Mur-Artal et al. 2015, section III-D).
+            least_shared: 15,
+            // ORB-SLAM2's: one pixel of the level.
+            point_std_dev_px: 1.0,
+            line_std_dev_px: 1.0,
+        }
+    }
+}
+
+impl WindowConfig {
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// The first parameter out of its range, with its name, its value and what is accepted.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        ConfigError::unless_positive("max_keyframes", self.max_keyframes as f64)?;
+        ConfigError::unless_positive("max_fixed", self.max_fixed as f64)?;
+        ConfigError::unless_positive("point_std_dev_px", self.point_std_dev_px)?;
+        ConfigError::unless_positive("line_std_dev_px", self.line_std_dev_px)
+    }
+}

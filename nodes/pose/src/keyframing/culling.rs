@@ -1,0 +1,70 @@
+//! Recent landmarks that do not prove themselves go, and keyframes that say nothing new.
+
+use super::KeyframingConfig;
+use crate::map::{CulledKeyframe, Id, Keyframe, KeyframeId, Landmark, Map, MapLine, MapPoint};
+
+/// Lets the landmarks go that are on probation and were found too seldom, or that too few keyframes see. Returns how many.
+pub fn cull_recent(map: &mut Map, config: &KeyframingConfig) -> usize {
+    cull_recent_of::<MapPoint>(map, config) + cull_recent_of::<MapLine>(map, config)
+}
+
+fn cull_recent_of<L: Landmark>(map: &mut Map, config: &KeyframingConfig) -> usize {
+    let now = map.keyframes_so_far().saturating_sub(1);
+    let fails = |landmark: &L| {
+        let sightings = landmark.sightings();
+        let age = now.saturating_sub(sightings.born());
+        let is_settled = age >= config.settled_keyframes;
+        age <= config.probation_keyframes
+            && (sightings.found_share() <= config.min_found_share
+                || is_settled && sightings.count() < config.least_sightings)
+    };
+    let failed = L::arena(map).iter().filter(|(_, landmark)| fails(landmark));
+    let failed: Vec<Id<L>> = failed.map(|(id, _)| id).collect();
+    failed.iter().filter(|landmark| map.cull_landmark(**landmark).is_ok()).count()
+}
+
+/// Whether a keyframe says nothing new: most of its close points are seen by enough others, on the same level or a finer one.
+#[must_use]
+pub fn is_redundant(map: &Map, keyframe: KeyframeId, config: &KeyframingConfig) -> bool {
+    let Some(of) = map.keyframes().get(keyframe) else { return false };
+    let level = |keyframe: &Keyframe, corner: usize| {
+        keyframe.frame().corners.get(corner).map(|corner| corner.level)
+    };
+    let (mut points, mut redundant) = (0_u32, 0_u32);
+    for (corner, id) in of.points().iter().enumerate() {
+        let depth = of.frame().corner_depths.get(corner).copied().flatten();
+        let is_far = depth.is_some_and(|depth| depth.depth_m > config.close_m());
+        let Some(point) = id.and_then(|id| map.points().get(id)).filter(|_| !is_far) else {
+            continue;
+        };
+        points += 1;
+        let own = level(of, corner);
+        // One level coarser is as good: where a corner is found wavers by that.
+        let is_as_fine = |other: KeyframeId, corner: usize| {
+            let other = map.keyframes().get(other).and_then(|other| level(other, corner));
+            other.zip(own).is_some_and(|(other, own)| other <= own.saturating_add(1))
+        };
+        let others = point.sightings().iter();
+        let others = others.filter(|(other, at)| *other != keyframe && is_as_fine(*other, *at));
+        redundant += u32::from(others.count() >= config.redundant_sightings);
+    }
+    points > 0 && f64::from(redundant) >= config.redundant_share * f64::from(points)
+}
+
+/// Lets those of the neighbours of a keyframe go that say nothing new, but for the root and the ends of loops. The one that
+/// shares most is looked at first. Returns each with what is left of it.
+pub fn cull_keyframes(
+    map: &mut Map,
+    keyframe: KeyframeId,
+    config: &KeyframingConfig,
+) -> Vec<(KeyframeId, CulledKeyframe)> {
+    let mut culled = Vec::new();
+    for (neighbour, _) in map.neighbours(keyframe, config.least_shared) {
+        if is_redundant(map, neighbour, config)
+            && let Ok(gone) = map.cull_keyframe(neighbour)
+        {
+            culled.push((neighbour, gone));
+        }
+    }
+    culled
+}

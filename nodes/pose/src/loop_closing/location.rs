@@ -1,0 +1,249 @@
+//! Where a frame is, by what a keyframe and its neighbours see.
+//!
+//! First by corners that look like points of the keyframe, with no idea of the pose: random samples of three with depths
+//! (or without, where most have none). Then by all points and lines of the neighbourhood that should be seen from there,
+//! each near its place: twice, the second time from the better pose.
+
+use geometry::CameraModel;
+use nalgebra::{Isometry3, Point3};
+
+use super::LoopConfig;
+use crate::bundle_adjustment::{line_observation, point_observation};
+use crate::feature::points::Corner;
+use crate::frame::Frame;
+use crate::keyframing::foresight::{foreseen_line, foreseen_point};
+use crate::map::{KeyframeId, LineId, Map, PointId};
+use crate::matching::lines::{DirectionBins, LineMatchConfig, match_projected_lines};
+use crate::matching::points::{CornerGrid, GuidedConfig, match_all, match_guided};
+use crate::solve::{
+    LineObservation, PnpError, PointObservation, PoseError, PoseEstimate, PoseGuess, pnp_ransac,
+    refine_pose,
+};
+
+/// Rounds of looking for landmarks near their places.
+const ROUNDS: usize = 2;
+
+/// Where a frame is, and by what.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Located {
+    /// The pose in the frame of the map around the keyframe, and how sure it is.
+    pub pose: PoseEstimate,
+    /// Which corners are which points, of those that the pose explains.
+    pub points: Vec<(usize, PointId)>,
+    /// Which segments are which lines.
+    pub lines: Vec<(usize, LineId)>,
+}
+
+/// The frame does not show what the keyframe does.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum NotLocated {
+    /// The keyframe is not there.
+    #[error("the map has no keyframe {0:?}")]
+    NoKeyframe(KeyframeId),
+    /// Too few corners look alike.
+    #[error("{matches} corners look alike: it takes {needed}")]
+    TooFewMatches {
+        /// How many do.
+        matches: usize,
+        /// What it takes.
+        needed: usize,
+    },
+    /// No pose explains enough of them.
+    #[error(transparent)]
+    NoPose(#[from] PnpError),
+    /// No pose near that explains what is seen around there.
+    #[error(transparent)]
+    NotRefined(#[from] PoseError),
+    /// The pose explains too little of what should be seen from there.
+    #[error(
+        "the pose explains {inliers} of {matches} points: it takes {needed}, and {share} of all"
+    )]
+    TooFewInliers {
+        /// What it explains.
+        inliers: usize,
+        /// Points that were found near their places.
+        matches: usize,
+        /// What it takes.
+        needed: usize,
+        /// The share that it takes.
+        share: f64,
+    },
+    /// What is seen leaves directions of the pose open.
+    #[error("{directions} directions of the pose are not told")]
+    Degenerate {
+        /// How many.
+        directions: usize,
+    },
+}
+
+/// Finds where a frame is that may show what a keyframe does.
+///
+/// # Errors
+/// When it does not, or not surely enough.
+pub fn locate(
+    map: &Map,
+    keyframe: KeyframeId,
+    frame: &Frame,
+    camera: &CameraModel,
+    config: &LoopConfig,
+) -> Result<Located, NotLocated> {
+    let blind = blind_observations(map, keyframe, frame, config)?;
+    let found = pnp_ransac(camera, &blind, &config.ransac)?;
+    let guess = PoseGuess { camera_from_map: found.pose.camera_from_map, covariance: None };
+    locate_near(map, keyframe, frame, camera, &guess, config)
+}
+
+/// The same with an idea of the pose: how a camera is followed by the map of keyframes (PL-SLAM section 2.1, "Seguimiento
+/// del mapa local").
+///
+/// # Errors
+/// When the frame does not show what should be seen from there, or not surely enough.
+pub fn locate_near(
+    map: &Map,
+    keyframe: KeyframeId,
+    frame: &Frame,
+    camera: &CameraModel,
+    guess: &PoseGuess,
+    config: &LoopConfig,
+) -> Result<Located, NotLocated> {
+    let mut camera_from_map = guess.camera_from_map;
+    let around = Around::new(map, keyframe, config);
+    let mut located = None;
+    for _ in 0..ROUNDS {
+        let seen = around.seen(map, frame, camera, &camera_from_map, config);
+        let guess = PoseGuess { camera_from_map, ..*guess };
+        let (points, lines) = (&seen.point_observations, &seen.line_observations);
+        let pose = refine_pose(camera, &guess, points, lines, &config.ransac.refine)?;
+        camera_from_map = pose.camera_from_map;
+        located = Some((seen, pose));
+    }
+    let Some((seen, pose)) = located else { return Err(NotLocated::NoKeyframe(keyframe)) };
+    let (inliers, matches) = (pose.point_inliers(), seen.points.len());
+    let (needed, share) = (config.least_inliers, config.least_inlier_share);
+    if inliers < needed || (inliers as f64) < share * matches as f64 {
+        return Err(NotLocated::TooFewInliers { inliers, matches, needed, share });
+    }
+    let directions = pose.observability.weak().count();
+    if directions > 0 {
+        return Err(NotLocated::Degenerate { directions });
+    }
+    let points = seen.points.iter().zip(&pose.points);
+    let points = points.filter(|(_, verdict)| verdict.is_inlier()).map(|(pair, _)| *pair).collect();
+    let lines = seen.lines.iter().zip(&pose.lines);
+    let lines = lines.filter(|(_, verdict)| verdict.is_inlier()).map(|(pair, _)| *pair).collect();
+    Ok(Located { pose, points, lines })
+}
+
+/// The corners that look like points of the keyframe.
+fn blind_observations(
+    map: &Map,
+    keyframe: KeyframeId,
+    frame: &Frame,
+    config: &LoopConfig,
+) -> Result<Vec<PointObservation>, NotLocated> {
+    let of = map.keyframes().get(keyframe).ok_or(NotLocated::NoKeyframe(keyframe))?;
+    let known = of.points().iter().zip(&of.frame().corners);
+    let known = known.filter_map(|(id, corner)| Some((map.points().get((*id)?)?, corner)));
+    let (places, corners): (Vec<Point3<f64>>, Vec<Corner>) =
+        known.map(|(point, corner)| (*point.position_m(), *corner)).unzip();
+    let pairs = match_all(&frame.corners, &corners, &config.matching);
+    let needed = config.least_matches;
+    if pairs.len() < needed {
+        return Err(NotLocated::TooFewMatches { matches: pairs.len(), needed });
+    }
+    let (scale_factor, window) = (map.config().scale_factor, &config.keyframing.window);
+    let seen = pairs.iter().filter_map(|pair| {
+        point_observation(frame, pair.sought, places.get(pair.found)?, scale_factor, window)
+    });
+    Ok(seen.collect())
+}
+
+/// What a keyframe and its neighbours see.
+struct Around {
+    points: Vec<PointId>,
+    lines: Vec<LineId>,
+}
+
+/// What of that a frame shows.
+struct Seen {
+    points: Vec<(usize, PointId)>,
+    lines: Vec<(usize, LineId)>,
+    point_observations: Vec<PointObservation>,
+    line_observations: Vec<LineObservation>,
+}
+
+impl Around {
+    fn new(map: &Map, keyframe: KeyframeId, config: &LoopConfig) -> Self {
+        let rules = &config.keyframing;
+        let near = map.neighbours(keyframe, rules.least_shared).into_iter();
+        let near = near.map(|(id, _)| id).take(rules.neighbours);
+        let (points, lines) = map.landmarks_of(near.chain([keyframe]));
+        Self { points, lines }
+    }
+
+    fn seen(
+        &self,
+        map: &Map,
+        frame: &Frame,
+        camera: &CameraModel,
+        camera_from_map: &Isometry3<f64>,
+        config: &LoopConfig,
+    ) -> Seen {
+        let by = (map.config(), config.keyframing.max_viewing_angle_rad);
+        let foreseen = self.points.iter().filter_map(|id| {
+            let point = map.points().get(*id)?;
+            Some((*id, foreseen_point(point, camera, camera_from_map, by)?))
+        });
+        let (ids, foreseen): (Vec<PointId>, Vec<_>) = foreseen.unzip();
+        let guided =
+            GuidedConfig { radius_px: config.search_radius_px, ..config.keyframing.fusing };
+        let pairs = match_guided(&foreseen, &CornerGrid::new(&frame.corners), &guided);
+        let mut seen = Seen {
+            points: Vec::new(),
+            lines: Vec::new(),
+            point_observations: Vec::new(),
+            line_observations: Vec::new(),
+        };
+        for pair in pairs {
+            let Some(id) = ids.get(pair.sought).copied() else { continue };
+            let place = map.points().get(id).map(|point| *point.position_m());
+            let (scale_factor, window) = (map.config().scale_factor, &config.keyframing.window);
+            let observed = place.and_then(|place| {
+                point_observation(frame, pair.found, &place, scale_factor, window)
+            });
+            if let Some(observed) = observed {
+                seen.points.push((pair.found, id));
+                seen.point_observations.push(observed);
+            }
+        }
+        self.add_lines(map, frame, (camera, camera_from_map), config, &mut seen);
+        seen
+    }
+
+    fn add_lines(
+        &self,
+        map: &Map,
+        frame: &Frame,
+        (camera, camera_from_map): (&CameraModel, &Isometry3<f64>),
+        config: &LoopConfig,
+        seen: &mut Seen,
+    ) {
+        let foreseen = self.lines.iter().filter_map(|id| {
+            Some((*id, foreseen_line(map.lines().get(*id)?, camera, camera_from_map)?))
+        });
+        let (ids, foreseen): (Vec<LineId>, Vec<_>) = foreseen.unzip();
+        let max_offset_px = f64::from(config.search_radius_px);
+        let matching = LineMatchConfig { max_offset_px, ..config.keyframing.fusing_lines };
+        let bins = DirectionBins::new(&frame.lines);
+        for pair in match_projected_lines(&foreseen, &frame.lines, &bins, &matching) {
+            let Some(id) = ids.get(pair.from).copied() else { continue };
+            let observed = map.lines().get(id).and_then(|line| {
+                line_observation(frame, pair.to, &line.ends_m(), &config.keyframing.window)
+            });
+            if let Some(observed) = observed {
+                seen.lines.push((pair.to, id));
+                seen.line_observations.push(observed);
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! A camera that turns about in a round room, followed by nothing but the map that it makes.
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+
+use super::*;
+use crate::feature::lines::LineDescriptor;
+use crate::keyframing::{FollowedFrame, decide};
+use crate::loop_closing::locate_near;
+use crate::map::testing::World;
+use crate::solve::PoseGuess;
+use crate::solve::perturbation::{perturbation_between, perturbed};
+use crate::solve::testing::{Draw, kinect};
+
+/// A room whose wall is 3 to 5 m off all around.
+fn round_room(points: usize, lines: usize, seed: u64) -> World {
+    let mut draw = Draw::new(seed);
+    let place = |draw: &mut Draw| {
+        let (angle, radius) = (draw.uniform(0.0, std::f64::consts::TAU), draw.uniform(3.0, 5.0));
+        Point3::new(radius * angle.sin(), draw.uniform(-1.5, 1.5), radius * angle.cos())
+    };
+    let bits = |draw: &mut Draw| [(); 4].map(|()| draw.bits());
+    let points = (0..points).map(|_| (place(&mut draw), Descriptor(bits(&mut draw)))).collect();
+    let lines = (0..lines).map(|_| {
+        let start = place(&mut draw);
+        let along = Vector3::new(draw.normal(), draw.normal(), draw.normal()).normalize();
+        ([start, start + 0.6 * along], LineDescriptor(bits(&mut draw)))
+    });
+    let lines = lines.collect();
+    World { points, lines, noise: 1.0 }
+}
+
+/// Looking outwards from a circle of half a metre.
+fn looking(angle: f64) -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * angle);
+    let place = turn * Vector3::z() * 0.5;
+    Isometry3::from_parts(Translation3::from(place), turn).inverse()
+}
+
+struct Trip {
+    mapper: Mapper,
+    /// The frames' poses as they were followed, and the truth.
+    followed: Vec<(Isometry3<f64>, Isometry3<f64>)>,
+    /// Keyframes, and the truth.
+    kept: Vec<(KeyframeId, Isometry3<f64>)>,
+    closed: Vec<(usize, ClosedLoop)>,
+    lost: usize,
+}
+
+/// Follows the camera over frames 4 degrees apart: by a prediction that is off, then by the map.
+fn trip(frames: usize, seed: u64) -> Trip {
+    let world = round_room(700, 80, seed);
+    let mut draw = Draw::new(seed + 1);
+    let mut config = MappingConfig::default();
+    config.loops.keyframing.window.max_keyframes = 8;
+    let mut trip = Trip {
+        mapper: Mapper::new(config).unwrap(),
+        followed: Vec::new(),
+        kept: Vec::new(),
+        closed: Vec::new(),
+        lost: 0,
+    };
+    let (mut pose, mut truth_before) = (looking(0.0), looking(0.0));
+    let mut since_keyframe = 0;
+    for at in 0..frames {
+        let truth = looking(at as f64 * 4.0_f64.to_radians());
+        let shown = world.frame(&truth, &mut draw);
+        let step = perturbed(&(truth * truth_before.inverse()), &draw.perturbation(0.005, 0.003));
+        pose = step * pose;
+        truth_before = truth;
+        let (mut points, mut lines) = (Vec::new(), Vec::new());
+        let mut wants = true;
+        if let Some((reference, _)) = trip.kept.last() {
+            let map = trip.mapper.map();
+            let reference = Some(*reference).filter(|id| map.keyframes().contains(*id));
+            let reference = reference.or(map.newest()).unwrap();
+            let guess = PoseGuess { camera_from_map: pose, covariance: None };
+            let loops = &config.loops;
+            match locate_near(map, reference, &shown.frame, &kinect(), &guess, loops) {
+                Ok(located) => {
+                    pose = located.pose.camera_from_map;
+                    (points, lines) = (located.points, located.lines);
+                }
+                Err(_) => trip.lost += 1,
+            }
+            let (reference_points, _) = map.count_seen_by(reference);
+            let frame = FollowedFrame {
+                since_relocalisation: None,
+                since_keyframe,
+                is_mapping_idle: true,
+                tracked_points: points.len(),
+                reference_points,
+            };
+            wants = decide(&frame, &config.loops.keyframing).is_ok();
+            for (_, point) in &points {
+                trip.mapper.map_mut().count_foreseen(*point, true);
+            }
+        }
+        since_keyframe += 1;
+        if wants {
+            let new = NewKeyframe {
+                camera: kinect(),
+                camera_from_map: pose,
+                frame: std::sync::Arc::clone(&shown.frame),
+                points: &points,
+                lines: &lines,
+            };
+            let done = trip.mapper.step(new, &|| false).unwrap();
+            assert_eq!(trip.mapper.map().check(), Ok(()));
+            pose = done.correction * pose;
+            trip.kept.push((done.keyframe, truth));
+            if let Some((_, closed)) = done.closed {
+                trip.closed.push((at, closed));
+            }
+            since_keyframe = 0;
+        }
+        trip.followed.push((pose, truth));
+    }
+    trip
+}
+
+#[test]
+fn a_camera_that_turns_about_is_followed_by_the_map_that_it_makes() {
+    let trip = trip(105, 1);
+    let rms =
+        |off: Vec<f64>| (off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64).sqrt();
+    let off = |(one, other): &(Isometry3<f64>, Isometry3<f64>)| {
+        perturbation_between(one, other).fixed_rows::<3>(0).norm()
+    };
+    let followed = rms(trip.followed.iter().map(off).collect());
+    let map = trip.mapper.map();
+    let left = trip
+        .kept
+        .iter()
+        .filter_map(|(id, truth)| Some((*map.keyframes().get(*id)?.camera_from_map(), *truth)));
+    let left: Vec<_> = left.collect();
+    let keyframes = rms(left.iter().map(off).collect());
+    println!(
+        "105 frames, 420 degrees: {} keyframes kept, {} left, {} points, {} lines, lost {}, loops {:?}; \
+         followed to {followed:.4} m, keyframes to {keyframes:.4} m",
+        trip.kept.len(),
+        left.len(),
+        map.points().len(),
+        map.lines().len(),
+        trip.lost,
+        trip.closed
+    );
+    assert_eq!(trip.lost, 0);
+    assert!(trip.kept.len() > 10 && followed < 0.02 && keyframes < 0.015);
+    // After a turn the beginning is known again: by a loop, or since it was never forgotten.
+    let first = trip.mapper.map().root().unwrap();
+    let (last, _) = trip.kept.last().unwrap();
+    assert!(
+        map.neighbours(*last, 15)
+            .iter()
+            .any(|(id, _)| { map.keyframes().get(*id).unwrap().number() < 15 || *id == first })
+    );
+    // A lost camera is found again.
+    let world = round_room(700, 80, 1);
+    let truth = looking(1.0);
+    let shown = world.frame(&truth, &mut Draw::new(77));
+    let corners: Vec<Descriptor> = shown.frame.corners.iter().map(|c| c.descriptor).collect();
+    let at = trip.mapper.lost_at(&corners)[0];
+    let loops = &trip.mapper.config().loops;
+    let found = locate(map, at, &shown.frame, &kinect(), loops).unwrap();
+    assert!(off(&(found.pose.camera_from_map, truth)) < 0.03);
+}
+
+#[test]
+fn bad_parameters_are_named() {
+    let mut config = MappingConfig::default();
+    config.loops.keyframing.baseline_m = -1.0;
+    let refused = Mapper::new(config).unwrap_err().to_string();
+    assert!(refused.starts_with("baseline_m"), "{refused}");
+}
