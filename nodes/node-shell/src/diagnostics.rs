@@ -17,6 +17,7 @@ use missing::MissingWarning;
 use crate::clock::NodeClock;
 use crate::counters::{Counters, Snapshot};
 use crate::graph::{Graph, Match, Role, Trouble};
+use crate::lifecycle::{Life, LifecycleState};
 use crate::publisher::Publisher;
 use crate::transport::ReceiveHealth;
 
@@ -31,6 +32,7 @@ pub(crate) struct Diagnostics {
     pub(crate) graph: Graph,
     pub(crate) counters: Counters,
     pub(crate) clock: NodeClock,
+    pub(crate) life: Life,
     pub(crate) health: Arc<ReceiveHealth>,
 }
 
@@ -47,8 +49,11 @@ impl Diagnostics {
             changes.mark_unchanged();
             let (matches, snapshot) = (self.graph.matches(), self.counters.snapshot());
             let (datagrams_dropped, loss) = losses.look(reported, &matches, &snapshot);
+            let idle = self.life.state().filter(|state| *state != LifecycleState::Active);
             let findings = Findings {
-                missing: missing(&matches),
+                idle,
+                // Who does nothing waits for nobody.
+                missing: if idle.is_none() { missing(&matches) } else { Vec::new() },
                 troubles: self.graph.troubles(),
                 loss: loss.cloned(),
                 datagrams_dropped,
@@ -83,8 +88,9 @@ impl Diagnostics {
     ) -> DiagnosticArray {
         let dropped = now.drops.saturating_sub(before.drops);
         let (level, message) = findings.summary(dropped);
-        let mut values: Vec<_> =
-            now.values.iter().map(|(key, value)| pair(key, value.clone())).collect();
+        let state = self.life.state().map(|state| pair("state", state.label().to_owned()));
+        let mut values: Vec<_> = state.into_iter().collect();
+        values.extend(now.values.iter().map(|(key, value)| pair(key, value.clone())));
         for one in matches {
             let peers = match one.role {
                 Role::Publisher => "subscribers",
@@ -143,6 +149,8 @@ impl Diagnostics {
 
 /// What is not as it should be.
 struct Findings<'a> {
+    /// The state of a node that does not work.
+    idle: Option<LifecycleState>,
     /// The subscriptions that nobody publishes to.
     missing: Vec<&'a str>,
     /// Peers that do not fit.
@@ -164,6 +172,9 @@ impl Findings<'_> {
             level = level.max(grave);
             parts.push(text);
         };
+        if let Some(state) = self.idle {
+            add(DiagnosticStatus::OK, format!("{}: does nothing", state.label()));
+        }
         for trouble in &self.troubles {
             add(trouble.level(), format!("{}: {}", trouble.topic, trouble.short()));
         }
@@ -237,6 +248,7 @@ mod tests {
     fn the_gravest_finding_sets_the_level_and_each_is_told() {
         let trouble = |kind| Trouble { topic: "/scan".to_owned(), kind, text: "text".to_owned() };
         let mut findings = Findings {
+            idle: None,
             missing: Vec::new(),
             troubles: Vec::new(),
             loss: None,
@@ -244,6 +256,10 @@ mod tests {
             warnings: Vec::new(),
         };
         assert_eq!(findings.summary(0), (DiagnosticStatus::OK, "running".to_owned()));
+        findings.idle = Some(LifecycleState::Inactive);
+        let idle = "inactive: does nothing".to_owned();
+        assert_eq!(findings.summary(0), (DiagnosticStatus::OK, idle));
+        findings.idle = None;
         findings.warnings.push("extrinsics: off".to_owned());
         assert_eq!(findings.summary(0), (DiagnosticStatus::WARN, "extrinsics: off".to_owned()));
         findings.warnings.clear();

@@ -31,7 +31,7 @@
 //! });
 //! ```
 //!
-//! What is absent: `/rosout`, lifecycle, broadcasters of tf, clients of services, and actions.
+//! What is absent: `/rosout`, broadcasters of tf, clients of services, and actions.
 //! They come when a node needs them.
 
 pub mod arguments;
@@ -46,6 +46,7 @@ mod host;
 #[cfg(test)]
 mod in_process;
 mod inbox;
+mod lifecycle;
 pub mod log;
 pub mod names;
 mod network;
@@ -76,6 +77,7 @@ pub use counters::Counters;
 pub use error::{PublishError, ShellError};
 pub use graph::{Match, Role};
 pub use host::Host;
+pub use lifecycle::{Lifecycle, LifecycleState, Reset};
 pub use node::Node;
 pub use parameter_services::{LiveParameters, descriptors};
 pub use payload::PayloadError;

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::value;
 use crate::parameters::{
-    NodeParameters, Overlay, ParameterError, Range, USE_SIM_TIME, ValueOrigin,
+    AUTOSTART, NodeParameters, Overlay, ParameterError, Range, USE_SIM_TIME, ValueOrigin,
 };
 
 /// Text that is no variant of anything.
@@ -37,16 +37,23 @@ pub(super) fn descriptors<P: NodeParameters>()
             (name, descriptor)
         })
         .collect();
-    descriptors.insert(
-        USE_SIM_TIME.to_owned(),
-        ParameterDescriptor {
-            name: USE_SIM_TIME.to_owned(),
+    let mut switch = |name: &str, description: &str| {
+        let descriptor = ParameterDescriptor {
+            name: name.to_owned(),
             r#type: ParameterType::PARAMETER_BOOL,
-            description: "Whether the node goes by the time of /clock.".to_owned(),
+            description: description.to_owned(),
             read_only: true,
             ..ParameterDescriptor::default()
-        },
-    );
+        };
+        descriptors.insert(name.to_owned(), descriptor);
+    };
+    switch(USE_SIM_TIME, "Whether the node goes by the time of /clock.");
+    if P::IS_MANAGED {
+        switch(
+            AUTOSTART,
+            "Whether the node is active from its start; else others bring it up by its lifecycle.",
+        );
+    }
     Ok(descriptors)
 }
 
