@@ -14,6 +14,7 @@ use tokio::time::Instant;
 use loss::{Loss, LossWatch};
 use missing::MissingWarning;
 
+use crate::assembly::resident_bytes;
 use crate::clock::NodeClock;
 use crate::counters::{Counters, Snapshot};
 use crate::graph::{Graph, Match, Role, Trouble};
@@ -44,6 +45,7 @@ impl Diagnostics {
         let mut last = (Instant::now(), Snapshot::default());
         let mut losses = LossWatch::new(Arc::clone(&self.health));
         let mut missing_warning = MissingWarning::default();
+        let mut silent_warning = MissingWarning::default();
         loop {
             let reported = Instant::now();
             changes.mark_unchanged();
@@ -51,6 +53,7 @@ impl Diagnostics {
             let (datagrams_dropped, loss) = losses.look(reported, &matches, &snapshot);
             let idle = self.life.state().filter(|state| *state != LifecycleState::Active);
             let findings = Findings {
+                silent: if idle.is_none() { silent(&matches, &snapshot) } else { Vec::new() },
                 idle,
                 // Who does nothing waits for nobody.
                 missing: if idle.is_none() { missing(&matches) } else { Vec::new() },
@@ -63,7 +66,6 @@ impl Diagnostics {
             if let Err(error) = self.publisher.publish(message) {
                 tracing::debug!("diagnostics: {error}");
             }
-            last = (reported, snapshot);
             if missing_warning.is_due(&findings.missing, reported) {
                 tracing::warn!(
                     "nothing publishes {}; check that the driver runs, its topic's name (remap with \
@@ -71,6 +73,17 @@ impl Diagnostics {
                     findings.missing.join(", ")
                 );
             }
+
+            let ceased: Vec<&str> = findings.silent.iter().map(|one| one.topic).collect();
+            if silent_warning.is_due(&ceased, reported) {
+                let told: Vec<String> = findings.silent.iter().map(Silent::to_string).collect();
+                tracing::warn!(
+                    "{}; what publishes it has paused, stopped or died",
+                    told.join(", ")
+                );
+            }
+
+            last = (reported, snapshot);
 
             tokio::select! {
                 () = &mut stop => return,
@@ -137,6 +150,9 @@ impl Diagnostics {
             pair("receive buffer KiB", (granted.bytes() / 1024).to_string()),
             pair("largest safe message kB", (granted.largest_safe_message() / 1000).to_string()),
         ];
+        if let Some(bytes) = resident_bytes() {
+            values.push(pair("resident memory MB", format!("{:.1}", bytes as f64 * 1e-6)));
+        }
         if let Some(dropped) = findings.datagrams_dropped {
             values.push(pair("datagrams dropped by the kernel", dropped.to_string()));
         }
@@ -153,6 +169,8 @@ struct Findings<'a> {
     idle: Option<LifecycleState>,
     /// The subscriptions that nobody publishes to.
     missing: Vec<&'a str>,
+    /// Those that used to get messages, and get none.
+    silent: Vec<Silent<'a>>,
     /// Peers that do not fit.
     troubles: Vec<Trouble>,
     /// What the kernel dropped of late.
@@ -189,11 +207,37 @@ impl Findings<'_> {
         } else if dropped > 0 {
             add(DiagnosticStatus::WARN, format!("{dropped} dropped in the last report's time"));
         }
+        for silent in &self.silent {
+            add(DiagnosticStatus::WARN, silent.to_string());
+        }
         if parts.is_empty() {
             parts.push("running".to_owned());
         }
         (level, parts.join("; "))
     }
+}
+
+/// A topic that used to come, and comes no more.
+struct Silent<'a> {
+    topic: &'a str,
+    for_s: f64,
+}
+
+impl std::fmt::Display for Silent<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "nothing on {} for {:.1} s", self.topic, self.for_s)
+    }
+}
+
+/// The topics with a publisher that have ceased to come. One that nobody publishes is missing.
+fn silent<'a>(matches: &[Match], snapshot: &'a Snapshot) -> Vec<Silent<'a>> {
+    let is_published = |topic: &str| {
+        matches
+            .iter()
+            .any(|one| one.role == Role::Subscription && one.topic == topic && one.peers > 0)
+    };
+    let silent = snapshot.silent.iter().filter(|(topic, _)| is_published(topic));
+    silent.map(|(topic, silence)| Silent { topic, for_s: silence.as_secs_f64() }).collect()
 }
 
 /// Waits for the next report's time: a second, or a change of the graph when the last report is not
@@ -245,11 +289,23 @@ mod tests {
     }
 
     #[test]
+    fn a_topic_is_silent_only_while_somebody_publishes_it() {
+        let silent_topics =
+            ["/points", "/scan"].map(|topic| (topic.to_owned(), Duration::from_secs(2)));
+        let snapshot = Snapshot { silent: silent_topics.into(), ..Snapshot::default() };
+        let matches = [one(Role::Subscription, "/points", 0), one(Role::Subscription, "/scan", 1)];
+        let found: Vec<&str> =
+            silent(&matches, &snapshot).into_iter().map(|silent| silent.topic).collect();
+        assert_eq!(found, ["/scan"]);
+    }
+
+    #[test]
     fn the_gravest_finding_sets_the_level_and_each_is_told() {
         let trouble = |kind| Trouble { topic: "/scan".to_owned(), kind, text: "text".to_owned() };
         let mut findings = Findings {
             idle: None,
             missing: Vec::new(),
+            silent: Vec::new(),
             troubles: Vec::new(),
             loss: None,
             datagrams_dropped: None,
@@ -264,6 +320,10 @@ mod tests {
         assert_eq!(findings.summary(0), (DiagnosticStatus::WARN, "extrinsics: off".to_owned()));
         findings.warnings.clear();
         assert_eq!(findings.summary(2).0, DiagnosticStatus::WARN);
+        findings.silent.push(Silent { topic: "/scan", for_s: 3.25 });
+        let silent = "nothing on /scan for 3.2 s".to_owned();
+        assert_eq!(findings.summary(0), (DiagnosticStatus::WARN, silent));
+        findings.silent.clear();
         findings.missing.push("/scan");
         assert_eq!(findings.summary(2), (DiagnosticStatus::WARN, "waiting for /scan".to_owned()));
         findings.troubles.push(trouble(TroubleKind::Incompatible));

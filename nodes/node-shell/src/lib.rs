@@ -31,7 +31,7 @@
 //! });
 //! ```
 //!
-//! What is absent: `/rosout`, broadcasters of tf, clients of services, and actions.
+//! What is absent: clients of services, and actions.
 //! They come when a node needs them.
 
 pub mod arguments;
@@ -60,6 +60,7 @@ mod program;
 mod publisher;
 mod qos;
 mod reader;
+mod rosout;
 mod service;
 mod shutdown;
 mod stage_report;
@@ -92,7 +93,8 @@ pub use subscription::{Received, Subscription};
 pub use survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
 pub use throttle::{Throttle, WARNING_PERIOD};
 pub use transforms::{
-    TransformArrival, TransformError, TransformListener, TransformRefused, TransformTree,
+    TransformArrival, TransformBroadcaster, TransformError, TransformListener, TransformRefused,
+    TransformTree,
 };
 pub use transport::{
     Announcer, BacklogWatch, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,

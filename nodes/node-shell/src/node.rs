@@ -25,6 +25,7 @@ use crate::parameters::{self, NodeParameters, ParameterError, Switches};
 use crate::publisher::{Outlet, Publisher, RawPublisher};
 use crate::qos::Qos;
 use crate::reader::{MakeReader, Reader};
+use crate::rosout::{self, NodeLines};
 use crate::service::Service;
 use crate::shutdown::Shutdown;
 use crate::subscription::Subscription;
@@ -96,6 +97,7 @@ impl Node {
         };
         node.start_clock()?;
         node.start_diagnostics()?;
+        node.start_rosout()?;
         Ok(node)
     }
 
@@ -386,6 +388,18 @@ impl Node {
             clock: self.clock.clone(),
         };
         network.spawn(|stop| diagnostics.run(stop));
+        Ok(())
+    }
+
+    /// Tells the node's log to the graph.
+    fn start_rosout(&self) -> Result<(), ShellError> {
+        let Some(network) = &self.network else { return Ok(()) };
+        let Some(lines) = NodeLines::of(self.identity.name()) else { return Ok(()) };
+        // Reliable and kept, as ROS 2 has it: it fits every subscriber.
+        let qos = Qos::new(true, true, rosout::LINES_KEPT);
+        let publisher = self.own_publisher(rosout::TOPIC, &qos)?;
+        let clock = self.clock.clone();
+        network.spawn(|stop| lines.publish(publisher, clock, stop));
         Ok(())
     }
 }

@@ -16,7 +16,10 @@ use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, ViewMessage};
 use super::mounts::{Mounts, WAITING_FOR_TRANSFORM};
 use super::{DetectionParameters, PROGRAM, extrinsics};
-use crate::{CycleInput, Detected, Detector, Dropped, Input, MatchEvent, Matched, Matcher, View};
+use crate::{
+    CycleInput, Detected, DetectionConfig, Detector, Dropped, Input, MatchEvent, Matched, Matcher,
+    View,
+};
 
 /// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
@@ -29,6 +32,7 @@ pub const IMAGE_WITHOUT_CALIBRATION: &str = "image without a calibration";
 /// The core with its topics.
 pub struct Stage {
     inputs: Inputs,
+    config: DetectionConfig,
     matcher: Matcher<Scan, ViewMessage>,
     detector: Detector,
     camera: Option<(CameraModel, DepthProjector)>,
@@ -64,6 +68,7 @@ impl Stage {
             None => None,
         };
         Ok(Self {
+            config: config.clone(),
             detector,
             matcher: Matcher::new(config),
             camera,
@@ -197,6 +202,17 @@ impl Stage {
             self.handle(events);
             self.forget();
         }
+    }
+
+    /// Drops what waits, what was seen, and the camera's calibration, but for one of a file. Transforms that are fixed stay:
+    /// they are told once.
+    pub(super) fn reset(&mut self) {
+        self.matcher = Matcher::new(&self.config);
+        self.uncalibrated.clear();
+        if !self.camera_is_given {
+            self.camera = None;
+        }
+        self.forget();
     }
 
     /// Forgets what was seen over several cycles.
