@@ -15,6 +15,7 @@ mod place;
 mod by_name;
 mod drivers;
 mod latched;
+mod lifecycle;
 mod misfits;
 mod parameters;
 mod round_trips;
