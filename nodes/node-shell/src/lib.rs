@@ -94,7 +94,7 @@ pub use survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
 pub use throttle::{Throttle, WARNING_PERIOD};
 pub use transforms::{
     TransformArrival, TransformBroadcaster, TransformError, TransformListener, TransformRefused,
-    TransformTree,
+    TransformTree, TransformWait,
 };
 pub use transport::{
     Announcer, BacklogWatch, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,

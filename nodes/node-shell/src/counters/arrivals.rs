@@ -24,6 +24,10 @@ pub(super) struct Arrivals {
 
 impl Arrivals {
     pub(super) fn note(&mut self, now: Instant) {
+        if self.silence(now).is_some() {
+            // What comes after a silence may come at another pace.
+            *self = Self::default();
+        }
         if let Some(last) = self.last {
             let pause_s = now.saturating_duration_since(last).as_secs_f64();
             let share = if self.count < 2 { 1.0 } else { SHARE_OF_THE_LAST };
@@ -71,6 +75,19 @@ mod tests {
         let (arrivals, last) = arrivals(Duration::from_secs(1), 20);
         assert_eq!(arrivals.silence(last + Duration::from_secs(9)), None);
         assert!(arrivals.silence(last + Duration::from_secs(11)).is_some());
+    }
+
+    /// Regression: the pause of a source that was away made the next one seem usual, and it was told of seconds later.
+    #[test]
+    fn a_silence_is_no_usual_pause() {
+        let (mut arrivals, last) = arrivals(Duration::from_millis(100), 20);
+        let after = |ms| last + Duration::from_millis(ms);
+        (0..10).for_each(|index| arrivals.note(after(5_000 + 100 * index)));
+        assert!(arrivals.silence(after(7_500)).is_some());
+        // And a source that has become slow is no silent one for long.
+        let start = after(60_000);
+        (0..10).for_each(|index| arrivals.note(start + Duration::from_secs(5) * index));
+        assert_eq!(arrivals.silence(start + Duration::from_secs(45 + 30)), None);
     }
 
     #[test]

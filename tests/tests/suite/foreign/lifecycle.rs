@@ -7,6 +7,7 @@ use msgs::convert;
 use msgs::lifecycle_msgs::{
     ChangeState, GetAvailableStates, GetAvailableTransitions, GetState, TransitionEvent,
 };
+use msgs::rcl_interfaces::Log;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::ReducedCloud;
 use nalgebra::{Isometry3, Point3};
@@ -19,6 +20,8 @@ use super::build::Make;
 use super::peer::Peer;
 use super::place::{GREETINGS, PATIENCE, Place};
 use crate::program::Running;
+
+const ROSOUT: &str = "/rosout";
 
 /// Cycles come ten times as often.
 const SILENCE: Duration = Duration::from_millis(500);
@@ -205,10 +208,14 @@ async fn a_peer_brings_a_node_up_lets_it_pause_and_ends_it() {
 /// The nodes of the suite, each as a process of its own.
 const NODES: [&str; 5] = ["detection", "segmentation", "reconstruction", "pose", "compression"];
 
+/// What each of them does is told on `/rosout`, too.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_node_is_managed() {
     let place = Place::new().await;
-    let Some(peer) = Peer::start(Make::CyclonePython, "call", &place, &[]).await else { return };
+    let topics = [ROSOUT, Log::TYPE_NAME];
+    let Some(peer) = Peer::start(Make::CyclonePython, "call", &place, &topics).await else {
+        return;
+    };
     let mut manager = Manager { peer };
     let rule = format!("__ns:={}", place.namespace());
     for node in NODES {
@@ -226,6 +233,14 @@ async fn every_node_is_managed() {
             assert!(manager.change(&name, id, "").await, "{node} {label}");
             assert_eq!(manager.state(&name).await["label"], state, "{node} {label}");
         }
+        let lines = manager.heard_on(ROSOUT).await;
+        let logger = name.trim_start_matches('/').replace('/', ".");
+        let is_it = |line: &Value| {
+            line["name"] == logger.as_str()
+                && line["level"] == Log::INFO
+                && line["msg"].as_str().unwrap().ends_with("it was inactive, and is active")
+        };
+        assert!(lines.iter().any(is_it), "{node}: {lines:?}");
         assert!(manager.change(&name, 7, "").await);
         assert!(process.wait().success(), "{node}");
     }
