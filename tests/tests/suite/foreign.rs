@@ -13,6 +13,7 @@ mod peer;
 mod place;
 
 mod by_name;
+mod discovery;
 mod drivers;
 mod latched;
 mod lifecycle;

@@ -97,8 +97,13 @@ async fn a_scan_waits_for_its_transform() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_scanner_is_where_tf_says_as_soon_as_it_does() {
-    let parameters =
-        DetectionParameters { extrinsics: ExtrinsicsSource::Tf, ..DetectionParameters::default() };
+    // Each scan that waits in vain does so for twice this time.
+    let config = DetectionConfig { max_wait_s: 0.1, ..DetectionConfig::default() };
+    let parameters = DetectionParameters {
+        extrinsics: ExtrinsicsSource::Tf,
+        config,
+        ..DetectionParameters::default()
+    };
     let bench = Bench::start_by("tf", parameters).await;
     let diagnostics =
         bench.peer.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(50)).unwrap();
