@@ -1,12 +1,12 @@
 //! What a node counts of itself, for `/diagnostics`.
 
+mod arrivals;
+mod steps;
+
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-
-mod arrivals;
-mod steps;
 
 use arrivals::Arrivals;
 use steps::StepTimes;
