@@ -1,17 +1,17 @@
 //! A ROS 2 node: its name, its parameters, its endpoints, and its participant on the network.
 
+mod own_tasks;
+
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Weak};
 
-use msgs::rosgraph_msgs::Clock;
 use msgs::{RosMessage, RosService};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::arguments::RosArguments;
-use crate::clock::{CLOCK_TOPIC, NodeClock};
+use crate::clock::NodeClock;
 use crate::counters::Counters;
-use crate::diagnostics::Diagnostics;
 use crate::error::ShellError;
 use crate::exchange::TopicKey;
 use crate::graph::{Graph, Match, OpenEndpoint, Role};
@@ -25,16 +25,12 @@ use crate::parameters::{self, NodeParameters, ParameterError, Switches};
 use crate::publisher::{Outlet, Publisher, RawPublisher};
 use crate::qos::Qos;
 use crate::reader::{MakeReader, Reader};
-use crate::rosout::{self, NodeLines};
 use crate::service::Service;
 use crate::shutdown::Shutdown;
 use crate::subscription::Subscription;
 use crate::survey::{self, DiscoveredEndpoint};
 use crate::transport::{GrantedBuffer, Transport};
 use crate::writer::{MakeWriter, Writer};
-
-/// The topic that nodes report about themselves on.
-const DIAGNOSTICS: &str = "/diagnostics";
 
 /// A running node.
 pub struct Node {
@@ -359,48 +355,6 @@ impl Node {
             tracing::warn!("the node closes with {open} publishers or subscriptions still open");
         }
         drop(network);
-    }
-
-    /// On no network nobody tells the time: nodes that are driven there go by the stamps of the data alone.
-    fn start_clock(&self) -> Result<(), ShellError> {
-        let Some(network) = self.network.as_ref().filter(|_| self.switches.use_sim_time) else {
-            return Ok(());
-        };
-        // As rclcpp has it.
-        let topic =
-            self.subscription_behind::<Clock>(Gate::default(), CLOCK_TOPIC, &Qos::sensor(1))?;
-        tracing::info!("the time is that of {}", topic.topic());
-        let clock = self.clock.clone();
-        network.spawn(|stop| clock.follow(topic, stop));
-        Ok(())
-    }
-
-    /// A node on no network has nobody to report to.
-    fn start_diagnostics(&self) -> Result<(), ShellError> {
-        let Some(network) = &self.network else { return Ok(()) };
-        let diagnostics = Diagnostics {
-            health: Arc::clone(&network.health),
-            node_name: self.full_name(),
-            publisher: self.own_publisher(DIAGNOSTICS, &Qos::reliable(10))?,
-            life: self.life.clone(),
-            graph: self.graph.clone(),
-            counters: self.counters.clone(),
-            clock: self.clock.clone(),
-        };
-        network.spawn(|stop| diagnostics.run(stop));
-        Ok(())
-    }
-
-    /// Tells the node's log to the graph.
-    fn start_rosout(&self) -> Result<(), ShellError> {
-        let Some(network) = &self.network else { return Ok(()) };
-        let Some(lines) = NodeLines::of(self.identity.name()) else { return Ok(()) };
-        // Reliable and kept, as ROS 2 has it: it fits every subscriber.
-        let qos = Qos::new(true, true, rosout::LINES_KEPT);
-        let publisher = self.own_publisher(rosout::TOPIC, &qos)?;
-        let clock = self.clock.clone();
-        network.spawn(|stop| lines.publish(publisher, clock, stop));
-        Ok(())
     }
 }
 

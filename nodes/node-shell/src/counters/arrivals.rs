@@ -20,19 +20,25 @@ pub(super) struct Arrivals {
     count: u64,
     last: Option<Instant>,
     usual_pause_s: f64,
+    /// Whether the last message came after a silence.
+    was_silent: bool,
 }
 
 impl Arrivals {
     pub(super) fn note(&mut self, now: Instant) {
-        if self.silence(now).is_some() {
-            // What comes after a silence may come at another pace.
-            *self = Self::default();
-        }
+        let is_silent = self.silence(now).is_some();
         if let Some(last) = self.last {
             let pause_s = now.saturating_duration_since(last).as_secs_f64();
-            let share = if self.count < 2 { 1.0 } else { SHARE_OF_THE_LAST };
+            let share = match (is_silent, self.was_silent) {
+                // One silence says nothing of the pace; a second one that the pace is another.
+                (true, false) => 0.0,
+                (true, true) => 1.0,
+                (false, _) if self.count < 2 => 1.0,
+                (false, _) => SHARE_OF_THE_LAST,
+            };
             self.usual_pause_s += share * (pause_s - self.usual_pause_s);
         }
+        self.was_silent = is_silent;
         self.last = Some(now);
         self.count += 1;
     }
@@ -82,8 +88,10 @@ mod tests {
     fn a_silence_is_no_usual_pause() {
         let (mut arrivals, last) = arrivals(Duration::from_millis(100), 20);
         let after = |ms| last + Duration::from_millis(ms);
-        (0..10).for_each(|index| arrivals.note(after(5_000 + 100 * index)));
-        assert!(arrivals.silence(after(7_500)).is_some());
+        arrivals.note(after(5_000));
+        assert!(arrivals.silence(after(6_600)).is_some(), "it is known how it comes");
+        (0..10).for_each(|index| arrivals.note(after(7_000 + 100 * index)));
+        assert!(arrivals.silence(after(9_500)).is_some());
         // And a source that has become slow is no silent one for long.
         let start = after(60_000);
         (0..10).for_each(|index| arrivals.note(start + Duration::from_secs(5) * index));
