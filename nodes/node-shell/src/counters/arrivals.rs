@@ -11,8 +11,10 @@ const LEAST_MESSAGES: u64 = 5;
 const USUAL_PAUSES: f64 = 10.0;
 /// ... and for so long at least: a busy machine may be late by a second.
 const LEAST_SILENCE: Duration = Duration::from_millis(1500);
-/// How much of the usual pause the last one is: the mean of some twenty.
+/// How much of the usual pause the last one is: the mean of some twenty, ...
 const SHARE_OF_THE_LAST: f64 = 0.1;
+/// ... but a shorter one tells at once that the source is quicker than was thought.
+const SHARE_OF_A_SHORTER: f64 = 0.5;
 
 /// When the messages of one topic came.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,6 +36,7 @@ impl Arrivals {
                 (true, false) => 0.0,
                 (true, true) => 1.0,
                 (false, _) if self.count < 2 => 1.0,
+                (false, _) if pause_s < self.usual_pause_s => SHARE_OF_A_SHORTER,
                 (false, _) => SHARE_OF_THE_LAST,
             };
             self.usual_pause_s += share * (pause_s - self.usual_pause_s);
