@@ -18,6 +18,7 @@ pub mod convert;
 pub mod diagnostic_msgs;
 mod fixed_array;
 pub mod geometry_msgs;
+pub mod lifecycle_msgs;
 pub mod nav_msgs;
 pub mod rcl_interfaces;
 mod registry;

@@ -8,7 +8,7 @@ use super::compare::{Values, differences};
 use super::definition::Definition;
 use super::fill::filled;
 use crate::registry::for_each_message;
-use crate::{RosMessage, RosService, rcl_interfaces, std_srvs};
+use crate::{RosMessage, RosService, lifecycle_msgs, rcl_interfaces, std_srvs};
 
 fn package_of<M: RosMessage>() -> &'static str {
     M::TYPE_NAME.split('/').next().unwrap()
@@ -77,6 +77,10 @@ fn every_definition_file_has_its_struct() {
         std_srvs::Trigger::TYPE_NAME,
         std_srvs::Empty::TYPE_NAME,
         std_srvs::SetBool::TYPE_NAME,
+        lifecycle_msgs::ChangeState::TYPE_NAME,
+        lifecycle_msgs::GetState::TYPE_NAME,
+        lifecycle_msgs::GetAvailableStates::TYPE_NAME,
+        lifecycle_msgs::GetAvailableTransitions::TYPE_NAME,
         rcl_interfaces::DescribeParameters::TYPE_NAME,
         rcl_interfaces::GetParameters::TYPE_NAME,
         rcl_interfaces::GetParameterTypes::TYPE_NAME,

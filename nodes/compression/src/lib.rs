@@ -56,11 +56,14 @@ pub async fn serve(node: &Node, parameters: CompressionParameters) -> Result<(),
     let depth = lane(parameters.images.has_depth(), DEPTH_TOPIC, COMPRESSED_DEPTH_TOPIC)?;
     let color = lane(parameters.images.has_color(), COLOR_TOPIC, COMPRESSED_IMAGE_TOPIC)?;
     let mut live = node.serve_parameters(&parameters)?;
+    let mut lifecycle = node.manage()?;
     let shutdown = node.shutdown_signal();
     loop {
         tokio::select! {
             biased;
             () = shutdown.wait() => return Ok(()),
+            // It holds nothing.
+            _reset = lifecycle.reset() => {}
             parameters = live.changed() => {
                 (depth_codec, metres_as) = parameters.depth_codec()?;
                 color_codec = parameters.color_codec()?;

@@ -115,6 +115,7 @@ pub async fn serve(node: &Node, parameters: DetectionParameters) -> Result<(), N
         Duration::try_from_secs_f64(SILENCE_IN_WAITS * parameters.config.max_wait_s)?;
     let mut stage = Stage::new(node, &parameters)?;
     let mut live = node.serve_parameters(&parameters)?;
+    let mut lifecycle = node.manage()?;
     let clock = node.clock();
     let mut jumps = clock.jumps();
     let shutdown = node.shutdown_signal();
@@ -130,6 +131,7 @@ pub async fn serve(node: &Node, parameters: DetectionParameters) -> Result<(), N
             biased;
             () = shutdown.wait() => break,
             parameters = live.changed() => stage.change(&parameters)?,
+            _reset = lifecycle.reset() => stage.reset(),
             now = jumps.next() => stage.set_back(now),
             arrival = stage.next() => stage.take(arrival),
             () = silence => stage.give_up_waiting(),

@@ -1,9 +1,15 @@
 //! What a node counts of itself, for `/diagnostics`.
 
+mod arrivals;
+mod steps;
+
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+use arrivals::Arrivals;
+use steps::StepTimes;
 
 /// Messages received on one topic.
 #[derive(Debug, Default)]
@@ -11,12 +17,18 @@ pub(crate) struct TopicCounters {
     received: AtomicU64,
     lost: AtomicU64,
     malformed: AtomicU64,
+    arrivals: Mutex<Arrivals>,
 }
 
 impl TopicCounters {
     pub(crate) fn count_received(&self, lost_before: u64) {
         self.received.fetch_add(1, Ordering::Relaxed);
         self.lost.fetch_add(lost_before, Ordering::Relaxed);
+        self.lock_arrivals().note(Instant::now());
+    }
+
+    fn lock_arrivals(&self) -> MutexGuard<'_, Arrivals> {
+        self.arrivals.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(crate) fn count_malformed(&self) {
@@ -42,6 +54,18 @@ struct Counts {
     drops: BTreeMap<String, u64>,
     steps: BTreeMap<String, StepTimes>,
     conditions: BTreeMap<String, Condition>,
+    /// What the last cycle counted.
+    counted: BTreeMap<String, u64>,
+    fills: BTreeMap<String, Fill>,
+    /// How old the data of the last cycle were when it was done.
+    age_s: Option<f64>,
+}
+
+/// How much there is of something that is bounded.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Fill {
+    used: u64,
+    bound: u64,
 }
 
 /// How something is that the node watches.
@@ -49,14 +73,6 @@ struct Counts {
 struct Condition {
     text: String,
     is_warning: bool,
-}
-
-/// How long one step took, since the last snapshot.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-struct StepTimes {
-    runs: u32,
-    total_s: f64,
-    longest_s: f64,
 }
 
 /// The counts of one moment, as names with values.
@@ -72,6 +88,8 @@ pub(crate) struct Snapshot {
     pub(crate) received: BTreeMap<String, u64>,
     /// Messages missing between those received, by topic.
     pub(crate) lost: BTreeMap<String, u64>,
+    /// The topics that have ceased to come, and for how long.
+    pub(crate) silent: BTreeMap<String, Duration>,
     /// Messages published, by topic.
     pub(crate) published: BTreeMap<String, u64>,
     /// What the node watches and is not as it should be.
@@ -104,12 +122,26 @@ impl Counters {
 
     /// Notes how long a step took.
     pub fn note_step(&self, step: &str, duration: Duration) {
-        let mut counts = self.lock();
-        let times = counts.steps.entry(step.to_owned()).or_default();
-        let seconds = duration.as_secs_f64();
-        times.runs = times.runs.saturating_add(1);
-        times.total_s += seconds;
-        times.longest_s = times.longest_s.max(seconds);
+        self.lock().steps.entry(step.to_owned()).or_default().note(duration);
+    }
+
+    /// Notes what the last cycle counted, as zones or tracks; each stays until the next note.
+    pub fn note_counts(&self, counts: &[(&str, u64)]) {
+        let mut noted = self.lock();
+        for (name, count) in counts {
+            noted.counted.insert((*name).to_owned(), *count);
+        }
+    }
+
+    /// Notes how much there is of something that takes memory, and how much there may be at most.
+    pub fn note_fill(&self, name: &str, used: usize, bound: usize) {
+        let fill = Fill { used: used as u64, bound: bound as u64 };
+        self.lock().fills.insert(name.to_owned(), fill);
+    }
+
+    /// Notes how old the data of the last cycle were when it was done.
+    pub(crate) fn note_age(&self, age_s: f64) {
+        self.lock().age_s = Some(age_s);
     }
 
     pub(crate) fn of_subscription(&self, topic: &str) -> Arc<TopicCounters> {
@@ -120,9 +152,9 @@ impl Counters {
         Arc::clone(self.lock().published.entry(topic.to_owned()).or_default())
     }
 
-    /// Reads everything, and starts the times of the steps anew.
+    /// Reads everything.
     pub(crate) fn snapshot(&self) -> Snapshot {
-        let mut counts = self.lock();
+        let (counts, moment) = (self.lock(), Instant::now());
         let mut snapshot = Snapshot {
             cycles: counts.cycles,
             drops: counts.drops.values().sum(),
@@ -132,6 +164,15 @@ impl Counters {
         put("cycles".to_owned(), counts.cycles.to_string());
         for (name, condition) in &counts.conditions {
             put(name.clone(), condition.text.clone());
+        }
+        for (name, count) in &counts.counted {
+            put(name.clone(), count.to_string());
+        }
+        for (name, Fill { used, bound }) in &counts.fills {
+            put(format!("fill {name}"), format!("{used} of {bound}"));
+        }
+        if let Some(age_s) = counts.age_s {
+            put("age of the last cycle s".to_owned(), format!("{age_s:.3}"));
         }
         for (cause, count) in &counts.drops {
             put(format!("dropped: {cause}"), count.to_string());
@@ -143,14 +184,18 @@ impl Counters {
             if malformed > 0 {
                 put(format!("malformed {topic}"), malformed.to_string());
             }
+            if let Some(age) = one.lock_arrivals().age(moment) {
+                put(format!("seconds since {topic}"), format!("{:.3}", age.as_secs_f64()));
+            }
         }
         for (topic, published) in &counts.published {
             put(format!("published {topic}"), published.load(Ordering::Relaxed).to_string());
         }
-        for (step, times) in std::mem::take(&mut counts.steps) {
-            let mean_ms = times.total_s / f64::from(times.runs.max(1)) * 1e3;
-            put(format!("{step} mean ms"), format!("{mean_ms:.3}"));
-            put(format!("{step} max ms"), format!("{:.3}", times.longest_s * 1e3));
+        for (step, times) in &counts.steps {
+            let Some(times) = times.percentiles() else { continue };
+            put(format!("{step} median ms"), format!("{:.3}", times.median_ms));
+            put(format!("{step} p99 ms"), format!("{:.3}", times.p99_ms));
+            put(format!("{step} max ms"), format!("{:.3}", times.max_ms));
         }
         let warnings = counts.conditions.iter().filter(|(_, condition)| condition.is_warning);
         snapshot.warnings =
@@ -160,6 +205,10 @@ impl Counters {
         let lost = |one: &TopicCounters| one.lost.load(Ordering::Relaxed);
         snapshot.lost =
             counts.received.iter().map(|(topic, one)| (topic.clone(), lost(one))).collect();
+        let silence = |(topic, one): (&String, &Arc<TopicCounters>)| {
+            Some((topic.clone(), one.lock_arrivals().silence(moment)?))
+        };
+        snapshot.silent = counts.received.iter().filter_map(silence).collect();
         snapshot.published = counts
             .published
             .iter()
@@ -182,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_add_up_and_times_start_anew() {
+    fn counts_add_up_and_times_stay() {
         let counters = Counters::default();
         counters.count_cycle();
         counters.count_drop("no pose");
@@ -198,9 +247,26 @@ mod tests {
         assert_eq!(value(&snapshot, "received /scan"), Some("2"));
         assert_eq!(value(&snapshot, "lost /scan"), Some("3"));
         assert_eq!(value(&snapshot, "malformed /scan"), None);
-        assert_eq!(value(&snapshot, "reduce mean ms"), Some("4.000"));
+        assert_eq!(value(&snapshot, "reduce median ms"), Some("2.000"));
+        assert_eq!(value(&snapshot, "reduce p99 ms"), Some("6.000"));
         assert_eq!(value(&snapshot, "reduce max ms"), Some("6.000"));
-        assert_eq!(value(&counters.snapshot(), "reduce mean ms"), None);
+        assert_eq!(value(&counters.snapshot(), "reduce median ms"), Some("2.000"));
+        assert!(value(&snapshot, "seconds since /scan").is_some());
+        assert!(snapshot.silent.is_empty());
+    }
+
+    #[test]
+    fn what_was_noted_last_is_told() {
+        let counters = Counters::default();
+        counters.note_counts(&[("zones", 2), ("tracks", 1)]);
+        counters.note_counts(&[("zones", 0)]);
+        counters.note_fill("voxels", 10, 1000);
+        counters.note_age(0.0625);
+        let snapshot = counters.snapshot();
+        assert_eq!(value(&snapshot, "zones"), Some("0"));
+        assert_eq!(value(&snapshot, "tracks"), Some("1"));
+        assert_eq!(value(&snapshot, "fill voxels"), Some("10 of 1000"));
+        assert_eq!(value(&snapshot, "age of the last cycle s"), Some("0.062"));
     }
 
     #[test]

@@ -14,9 +14,11 @@ use tokio::time::Instant;
 use loss::{Loss, LossWatch};
 use missing::MissingWarning;
 
+use crate::assembly::resident_bytes;
 use crate::clock::NodeClock;
 use crate::counters::{Counters, Snapshot};
 use crate::graph::{Graph, Match, Role, Trouble};
+use crate::lifecycle::{Life, LifecycleState};
 use crate::publisher::Publisher;
 use crate::transport::ReceiveHealth;
 
@@ -31,6 +33,7 @@ pub(crate) struct Diagnostics {
     pub(crate) graph: Graph,
     pub(crate) counters: Counters,
     pub(crate) clock: NodeClock,
+    pub(crate) life: Life,
     pub(crate) health: Arc<ReceiveHealth>,
 }
 
@@ -42,13 +45,18 @@ impl Diagnostics {
         let mut last = (Instant::now(), Snapshot::default());
         let mut losses = LossWatch::new(Arc::clone(&self.health));
         let mut missing_warning = MissingWarning::default();
+        let mut silent_warning = MissingWarning::default();
         loop {
             let reported = Instant::now();
             changes.mark_unchanged();
             let (matches, snapshot) = (self.graph.matches(), self.counters.snapshot());
             let (datagrams_dropped, loss) = losses.look(reported, &matches, &snapshot);
+            let idle = self.life.state().filter(|state| *state != LifecycleState::Active);
             let findings = Findings {
-                missing: missing(&matches),
+                silent: if idle.is_none() { silent(&matches, &snapshot) } else { Vec::new() },
+                idle,
+                // Who does nothing waits for nobody.
+                missing: if idle.is_none() { missing(&matches) } else { Vec::new() },
                 troubles: self.graph.troubles(),
                 loss: loss.cloned(),
                 datagrams_dropped,
@@ -58,7 +66,6 @@ impl Diagnostics {
             if let Err(error) = self.publisher.publish(message) {
                 tracing::debug!("diagnostics: {error}");
             }
-            last = (reported, snapshot);
             if missing_warning.is_due(&findings.missing, reported) {
                 tracing::warn!(
                     "nothing publishes {}; check that the driver runs, its topic's name (remap with \
@@ -66,6 +73,17 @@ impl Diagnostics {
                     findings.missing.join(", ")
                 );
             }
+
+            let ceased: Vec<&str> = findings.silent.iter().map(|one| one.topic).collect();
+            if silent_warning.is_due(&ceased, reported) {
+                let told: Vec<String> = findings.silent.iter().map(Silent::to_string).collect();
+                tracing::warn!(
+                    "{}; what publishes it has paused, stopped or died",
+                    told.join(", ")
+                );
+            }
+
+            last = (reported, snapshot);
 
             tokio::select! {
                 () = &mut stop => return,
@@ -83,8 +101,9 @@ impl Diagnostics {
     ) -> DiagnosticArray {
         let dropped = now.drops.saturating_sub(before.drops);
         let (level, message) = findings.summary(dropped);
-        let mut values: Vec<_> =
-            now.values.iter().map(|(key, value)| pair(key, value.clone())).collect();
+        let state = self.life.state().map(|state| pair("state", state.label().to_owned()));
+        let mut values: Vec<_> = state.into_iter().collect();
+        values.extend(now.values.iter().map(|(key, value)| pair(key, value.clone())));
         for one in matches {
             let peers = match one.role {
                 Role::Publisher => "subscribers",
@@ -131,6 +150,9 @@ impl Diagnostics {
             pair("receive buffer KiB", (granted.bytes() / 1024).to_string()),
             pair("largest safe message kB", (granted.largest_safe_message() / 1000).to_string()),
         ];
+        if let Some(bytes) = resident_bytes() {
+            values.push(pair("resident memory MB", format!("{:.1}", bytes as f64 * 1e-6)));
+        }
         if let Some(dropped) = findings.datagrams_dropped {
             values.push(pair("datagrams dropped by the kernel", dropped.to_string()));
         }
@@ -143,8 +165,12 @@ impl Diagnostics {
 
 /// What is not as it should be.
 struct Findings<'a> {
+    /// The state of a node that does not work.
+    idle: Option<LifecycleState>,
     /// The subscriptions that nobody publishes to.
     missing: Vec<&'a str>,
+    /// Those that used to get messages, and get none.
+    silent: Vec<Silent<'a>>,
     /// Peers that do not fit.
     troubles: Vec<Trouble>,
     /// What the kernel dropped of late.
@@ -164,6 +190,9 @@ impl Findings<'_> {
             level = level.max(grave);
             parts.push(text);
         };
+        if let Some(state) = self.idle {
+            add(DiagnosticStatus::OK, format!("{}: does nothing", state.label()));
+        }
         for trouble in &self.troubles {
             add(trouble.level(), format!("{}: {}", trouble.topic, trouble.short()));
         }
@@ -178,11 +207,37 @@ impl Findings<'_> {
         } else if dropped > 0 {
             add(DiagnosticStatus::WARN, format!("{dropped} dropped in the last report's time"));
         }
+        for silent in &self.silent {
+            add(DiagnosticStatus::WARN, silent.to_string());
+        }
         if parts.is_empty() {
             parts.push("running".to_owned());
         }
         (level, parts.join("; "))
     }
+}
+
+/// A topic that used to come, and comes no more.
+struct Silent<'a> {
+    topic: &'a str,
+    for_s: f64,
+}
+
+impl std::fmt::Display for Silent<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "nothing on {} for {:.1} s", self.topic, self.for_s)
+    }
+}
+
+/// The topics with a publisher that have ceased to come. One that nobody publishes is missing.
+fn silent<'a>(matches: &[Match], snapshot: &'a Snapshot) -> Vec<Silent<'a>> {
+    let is_published = |topic: &str| {
+        matches
+            .iter()
+            .any(|one| one.role == Role::Subscription && one.topic == topic && one.peers > 0)
+    };
+    let silent = snapshot.silent.iter().filter(|(topic, _)| is_published(topic));
+    silent.map(|(topic, silence)| Silent { topic, for_s: silence.as_secs_f64() }).collect()
 }
 
 /// Waits for the next report's time: a second, or a change of the graph when the last report is not
@@ -234,20 +289,41 @@ mod tests {
     }
 
     #[test]
+    fn a_topic_is_silent_only_while_somebody_publishes_it() {
+        let silent_topics =
+            ["/points", "/scan"].map(|topic| (topic.to_owned(), Duration::from_secs(2)));
+        let snapshot = Snapshot { silent: silent_topics.into(), ..Snapshot::default() };
+        let matches = [one(Role::Subscription, "/points", 0), one(Role::Subscription, "/scan", 1)];
+        let found: Vec<&str> =
+            silent(&matches, &snapshot).into_iter().map(|silent| silent.topic).collect();
+        assert_eq!(found, ["/scan"]);
+    }
+
+    #[test]
     fn the_gravest_finding_sets_the_level_and_each_is_told() {
         let trouble = |kind| Trouble { topic: "/scan".to_owned(), kind, text: "text".to_owned() };
         let mut findings = Findings {
+            idle: None,
             missing: Vec::new(),
+            silent: Vec::new(),
             troubles: Vec::new(),
             loss: None,
             datagrams_dropped: None,
             warnings: Vec::new(),
         };
         assert_eq!(findings.summary(0), (DiagnosticStatus::OK, "running".to_owned()));
+        findings.idle = Some(LifecycleState::Inactive);
+        let idle = "inactive: does nothing".to_owned();
+        assert_eq!(findings.summary(0), (DiagnosticStatus::OK, idle));
+        findings.idle = None;
         findings.warnings.push("extrinsics: off".to_owned());
         assert_eq!(findings.summary(0), (DiagnosticStatus::WARN, "extrinsics: off".to_owned()));
         findings.warnings.clear();
         assert_eq!(findings.summary(2).0, DiagnosticStatus::WARN);
+        findings.silent.push(Silent { topic: "/scan", for_s: 3.25 });
+        let silent = "nothing on /scan for 3.2 s".to_owned();
+        assert_eq!(findings.summary(0), (DiagnosticStatus::WARN, silent));
+        findings.silent.clear();
         findings.missing.push("/scan");
         assert_eq!(findings.summary(2), (DiagnosticStatus::WARN, "waiting for /scan".to_owned()));
         findings.troubles.push(trouble(TroubleKind::Incompatible));

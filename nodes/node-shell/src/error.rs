@@ -93,6 +93,14 @@ pub enum PublishError {
         /// The largest that every client gets.
         largest: usize,
     },
+    /// The node is managed, and does not work now.
+    #[error(
+        "{topic}: the node is not active and publishes nothing; activate it: ros2 lifecycle set NODE activate"
+    )]
+    NotActive {
+        /// The topic.
+        topic: String,
+    },
     /// A reliable subscriber is too far behind.
     #[error(
         "a message for {topic} was not taken: a reliable subscriber has not acknowledged the earlier \

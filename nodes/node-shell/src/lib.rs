@@ -31,7 +31,7 @@
 //! });
 //! ```
 //!
-//! What is absent: `/rosout`, lifecycle, broadcasters of tf, clients of services, and actions.
+//! What is absent: clients of services, and actions.
 //! They come when a node needs them.
 
 pub mod arguments;
@@ -46,6 +46,7 @@ mod host;
 #[cfg(test)]
 mod in_process;
 mod inbox;
+mod lifecycle;
 pub mod log;
 pub mod names;
 mod network;
@@ -59,6 +60,7 @@ mod program;
 mod publisher;
 mod qos;
 mod reader;
+mod rosout;
 mod service;
 mod shutdown;
 mod stage_report;
@@ -76,6 +78,7 @@ pub use counters::Counters;
 pub use error::{PublishError, ShellError};
 pub use graph::{Match, Role};
 pub use host::Host;
+pub use lifecycle::{Lifecycle, LifecycleState, Reset};
 pub use node::Node;
 pub use parameter_services::{LiveParameters, descriptors};
 pub use payload::PayloadError;
@@ -90,7 +93,8 @@ pub use subscription::{Received, Subscription};
 pub use survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
 pub use throttle::{Throttle, WARNING_PERIOD};
 pub use transforms::{
-    TransformArrival, TransformError, TransformListener, TransformRefused, TransformTree,
+    TransformArrival, TransformBroadcaster, TransformError, TransformListener, TransformRefused,
+    TransformTree, TransformWait,
 };
 pub use transport::{
     Announcer, BacklogWatch, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,

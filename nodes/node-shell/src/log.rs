@@ -1,4 +1,4 @@
-//! What a node prints: lines on stderr in the form that ROS 2 tools know.
+//! What a node prints: lines on stderr in the form that ROS 2 tools know; nodes on a network tell them on `/rosout`, too.
 //!
 //! `[INFO] [1731140000.123456789] [detection]: text`
 
@@ -10,7 +10,11 @@ use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::util::SubscriberInitExt;
+
+use crate::rosout::RosoutLayer;
 
 /// The DDS library warns once a datagram above 1500 bytes, some 80 lines a cloud; the client library
 /// tells of every topic that it creates. On a machine without a default route the DDS library calls it an
@@ -71,12 +75,15 @@ pub struct LogDirective {
 pub fn start(logger: &str, directives: &[LogDirective]) {
     let filter = filter_text(logger, directives);
     let format = RosFormat { logger: logger.to_owned() };
-    // An error means that somebody else has set up logging: theirs it is, then.
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(EnvFilter::new(filter))
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
-        .event_format(format)
+        .event_format(format);
+    // An error means that somebody else has set up logging: theirs it is, then.
+    let _ = tracing_subscriber::registry()
+        .with(EnvFilter::new(filter))
+        .with(lines)
+        .with(RosoutLayer::start(logger))
         .try_init();
 }
 

@@ -59,8 +59,8 @@ impl Network {
             .map_err(|error| join_error(error.to_string()))?;
         let name = NodeName::new(identity.namespace(), identity.name())
             .map_err(|error| join_error(error.to_string()))?;
-        // The library's parameter services have a mapping that Cyclone's clients cannot call, and
-        // nothing of this suite writes to its rosout.
+        // The library's parameter services have a mapping that Cyclone's clients cannot call, and its rosout knows nothing
+        // of this suite's log.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let inner =
             context.new_node(name, options).map_err(|error| join_error(error.to_string()))?;

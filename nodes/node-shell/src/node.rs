@@ -1,26 +1,27 @@
 //! A ROS 2 node: its name, its parameters, its endpoints, and its participant on the network.
 
+mod own_tasks;
+
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Weak};
 
-use msgs::rosgraph_msgs::Clock;
 use msgs::{RosMessage, RosService};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::arguments::RosArguments;
-use crate::clock::{CLOCK_TOPIC, NodeClock};
+use crate::clock::NodeClock;
 use crate::counters::Counters;
-use crate::diagnostics::Diagnostics;
 use crate::error::ShellError;
 use crate::exchange::TopicKey;
 use crate::graph::{Graph, Match, OpenEndpoint, Role};
 use crate::host::Host;
 use crate::inbox::Queue;
+use crate::lifecycle::{Gate, Life, Lifecycle, LifecycleServices};
 use crate::names::{self, NodeIdentity};
 use crate::network::Network;
 use crate::parameter_services::{LiveParameters, ParameterServices};
-use crate::parameters::{self, NodeParameters, ParameterError};
+use crate::parameters::{self, NodeParameters, ParameterError, Switches};
 use crate::publisher::{Outlet, Publisher, RawPublisher};
 use crate::qos::Qos;
 use crate::reader::{MakeReader, Reader};
@@ -31,9 +32,6 @@ use crate::survey::{self, DiscoveredEndpoint};
 use crate::transport::{GrantedBuffer, Transport};
 use crate::writer::{MakeWriter, Writer};
 
-/// The topic that nodes report about themselves on.
-const DIAGNOSTICS: &str = "/diagnostics";
-
 /// A running node.
 pub struct Node {
     identity: NodeIdentity,
@@ -42,7 +40,8 @@ pub struct Node {
     counters: Counters,
     host: Host,
     clock: NodeClock,
-    use_sim_time: bool,
+    switches: Switches,
+    life: Life,
     network: Option<Network>,
 }
 
@@ -75,7 +74,7 @@ impl Node {
         arguments: &RosArguments,
     ) -> Result<Self, ShellError> {
         let identity = arguments.identity(default_name)?;
-        let use_sim_time = parameters::use_sim_time(&identity, &arguments.parameters)?;
+        let switches = parameters::switches(&identity, &arguments.parameters)?;
         let graph = Graph::new(Arc::clone(host.exchange()), host.siblings().clone());
         let network = match host.transport() {
             None => None,
@@ -87,12 +86,14 @@ impl Node {
             graph,
             counters: Counters::default(),
             host: host.clone(),
-            clock: NodeClock::new(use_sim_time),
-            use_sim_time,
+            clock: NodeClock::new(switches.use_sim_time),
+            switches,
+            life: Life::default(),
             network,
         };
         node.start_clock()?;
         node.start_diagnostics()?;
+        node.start_rosout()?;
         Ok(node)
     }
 
@@ -134,8 +135,21 @@ impl Node {
         self.clock.clone()
     }
 
-    pub(crate) fn uses_sim_time(&self) -> bool {
-        self.use_sim_time
+    /// Lets others manage the node as long as it runs; see [`Lifecycle`]. The node is active from the start unless its
+    /// parameter `autostart` is false.
+    ///
+    /// # Errors
+    /// When a name is none, or the library refuses.
+    pub fn manage(&self) -> Result<Lifecycle, ShellError> {
+        let Some(network) = &self.network else { return Ok(Lifecycle::unmanaged()) };
+        let (services, lifecycle) =
+            LifecycleServices::open(self, &self.life, self.switches.autostart)?;
+        network.spawn(|stop| services.run(stop));
+        Ok(lifecycle)
+    }
+
+    pub(crate) fn switches(&self) -> Switches {
+        self.switches
     }
 
     /// The absolute name of a topic, after remapping.
@@ -155,7 +169,16 @@ impl Node {
         topic: &str,
         qos: &Qos,
     ) -> Result<Publisher<M>, ShellError> {
-        Ok(Publisher::new(self.outlet(topic, M::TYPE_NAME, qos)?))
+        Ok(Publisher::new(self.outlet(topic, M::TYPE_NAME, qos, self.life.gate())?))
+    }
+
+    /// A publisher of what the node says of itself, whether it works or not.
+    pub(crate) fn own_publisher<M: RosMessage>(
+        &self,
+        topic: &str,
+        qos: &Qos,
+    ) -> Result<Publisher<M>, ShellError> {
+        Ok(Publisher::new(self.outlet(topic, M::TYPE_NAME, qos, Gate::default())?))
     }
 
     /// A publisher of messages that are encoded already; `type_name` as `sensor_msgs/msg/LaserScan`.
@@ -168,15 +191,26 @@ impl Node {
         type_name: &str,
         qos: &Qos,
     ) -> Result<RawPublisher, ShellError> {
-        Ok(RawPublisher::new(self.outlet(topic, type_name, qos)?))
+        Ok(RawPublisher::new(self.outlet(topic, type_name, qos, self.life.gate())?))
     }
 
-    /// A subscription to messages of one type.
+    /// A subscription to messages of one type. What arrives while the node does not work is passed over, but for a topic
+    /// whose last messages are kept for those who come late: they come once.
     ///
     /// # Errors
     /// When the name is none, or the library refuses.
     pub fn subscription<M: RosMessage>(
         &self,
+        topic: &str,
+        qos: &Qos,
+    ) -> Result<Subscription<M>, ShellError> {
+        let gate = if qos.is_transient_local() { Gate::default() } else { self.life.gate() };
+        self.subscription_behind(gate, topic, qos)
+    }
+
+    fn subscription_behind<M: RosMessage>(
+        &self,
+        gate: Gate,
         topic: &str,
         qos: &Qos,
     ) -> Result<Subscription<M>, ShellError> {
@@ -206,7 +240,7 @@ impl Node {
             }
         };
         let counters = self.counters.of_subscription(&absolute);
-        Ok(Subscription::new((&absolute, qos.depth()), queue, reader, endpoint, counters))
+        Ok(Subscription::new((&absolute, qos.depth()), queue, reader, endpoint, (counters, gate)))
     }
 
     /// A service, for those outside; it must be dropped before the node is closed.
@@ -222,11 +256,22 @@ impl Node {
     }
 
     #[cfg(test)]
+    pub(crate) fn life(&self) -> &Life {
+        &self.life
+    }
+
+    #[cfg(test)]
     pub(crate) fn graph(&self) -> &Graph {
         &self.graph
     }
 
-    fn outlet(&self, topic: &str, type_name: &str, qos: &Qos) -> Result<Outlet, ShellError> {
+    fn outlet(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+        gate: Gate,
+    ) -> Result<Outlet, ShellError> {
         let absolute = self.resolve(topic)?;
         let dds_type = names::dds_type_name(type_name)?;
         let key = TopicKey { topic: absolute.clone(), dds_type: dds_type.clone() };
@@ -263,6 +308,7 @@ impl Node {
             granted: self.granted_buffer(),
             warned_of_size: AtomicBool::new(false),
             published: self.counters.of_publisher(&absolute),
+            gate,
         })
     }
 
@@ -309,34 +355,6 @@ impl Node {
             tracing::warn!("the node closes with {open} publishers or subscriptions still open");
         }
         drop(network);
-    }
-
-    /// On no network nobody tells the time: nodes that are driven there go by the stamps of the data alone.
-    fn start_clock(&self) -> Result<(), ShellError> {
-        let Some(network) = self.network.as_ref().filter(|_| self.use_sim_time) else {
-            return Ok(());
-        };
-        // As rclcpp has it.
-        let topic = self.subscription::<Clock>(CLOCK_TOPIC, &Qos::sensor(1))?;
-        tracing::info!("the time is that of {}", topic.topic());
-        let clock = self.clock.clone();
-        network.spawn(|stop| clock.follow(topic, stop));
-        Ok(())
-    }
-
-    /// A node on no network has nobody to report to.
-    fn start_diagnostics(&self) -> Result<(), ShellError> {
-        let Some(network) = &self.network else { return Ok(()) };
-        let diagnostics = Diagnostics {
-            health: Arc::clone(&network.health),
-            node_name: self.full_name(),
-            publisher: self.publisher(DIAGNOSTICS, &Qos::reliable(10))?,
-            graph: self.graph.clone(),
-            counters: self.counters.clone(),
-            clock: self.clock.clone(),
-        };
-        network.spawn(|stop| diagnostics.run(stop));
-        Ok(())
     }
 }
 

@@ -15,7 +15,6 @@ use msgs::rcl_interfaces::{
     ParameterDescriptor, ParameterEvent, SetParameters, SetParametersAtomically,
     SetParametersAtomicallyResponse, SetParametersResponse, SetParametersResult,
 };
-use msgs::{RosMessage, RosService};
 use tokio::sync::watch;
 
 use crate::clock::NodeClock;
@@ -24,7 +23,7 @@ use crate::node::Node;
 use crate::parameters::{NodeParameters, ParameterError};
 use crate::publisher::Publisher;
 use crate::qos::Qos;
-use crate::service::{Request, Service};
+use crate::service::{Service, answer};
 use crate::throttle::Throttle;
 use store::Store;
 
@@ -33,7 +32,7 @@ const EVENTS: &str = "/parameter_events";
 /// Events that a subscriber may be behind, as ROS 2 has it.
 const EVENTS_KEPT: usize = 1000;
 
-/// What each parameter of a node is, `use_sim_time` included.
+/// What each parameter of a node is, those of every node included.
 ///
 /// # Errors
 /// When the struct cannot be written as parameters.
@@ -89,9 +88,9 @@ impl<P: NodeParameters> ParameterServices<P> {
         let services = Self {
             node_name: node.full_name(),
             clock: node.clock(),
-            store: Store::new(parameters, node.uses_sim_time())?,
+            store: Store::new(parameters, node.switches())?,
             changes,
-            events: node.publisher(EVENTS, &Qos::reliable(EVENTS_KEPT))?,
+            events: node.own_publisher(EVENTS, &Qos::reliable(EVENTS_KEPT))?,
             describe: node.service("~/describe_parameters")?,
             get: node.service("~/get_parameters")?,
             get_types: node.service("~/get_parameter_types")?,
@@ -185,18 +184,5 @@ impl<P: NodeParameters> Teller<P> {
     fn tell(&self, event: ParameterEvent) {
         let node = self.node_name.clone();
         self.events.publish_or_warn(ParameterEvent { stamp: self.clock.now(), node, ..event });
-    }
-}
-
-/// A response that cannot be sent is told of once in a while: clients ask again.
-fn answer<S>(failed: &Throttle, request: Request<'_, S>, response: &S::Response)
-where
-    S: RosService,
-    S::Response: RosMessage,
-{
-    if let Err(error) = request.respond(response)
-        && let Some(held_back) = failed.pass()
-    {
-        tracing::warn!("{error} ({held_back} more since the last warning)");
     }
 }

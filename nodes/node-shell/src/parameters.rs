@@ -30,6 +30,33 @@ pub(crate) use overlay::Overlay;
 
 /// The parameter by which ROS 2 switches a node to simulated time.
 pub(crate) const USE_SIM_TIME: &str = "use_sim_time";
+/// The parameter by which a managed node waits to be brought up by others, by the name that Nav2 has for it.
+pub(crate) const AUTOSTART: &str = "autostart";
+
+/// The parameters that every node has.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Switches {
+    /// Whether the node is to go by the time of `/clock`.
+    pub(crate) use_sim_time: bool,
+    /// Whether a managed node is active from its start.
+    pub(crate) autostart: bool,
+}
+
+impl Default for Switches {
+    fn default() -> Self {
+        Self { use_sim_time: false, autostart: true }
+    }
+}
+
+impl Switches {
+    fn of(&mut self, key: &str) -> Option<&mut bool> {
+        match key {
+            USE_SIM_TIME => Some(&mut self.use_sim_time),
+            AUTOSTART => Some(&mut self.autostart),
+            _ => None,
+        }
+    }
+}
 
 /// Where a value stood.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -205,7 +232,7 @@ where
         if overlay.has(&given.key) {
             return overlay.set(&given.key, given.value, given.origin);
         }
-        if given.key == USE_SIM_TIME {
+        if Switches::default().of(&given.key).is_some() {
             return truth(&given).map(|_| ());
         }
         let unknown = overlay.unknown(&given.key, given.origin);
@@ -220,22 +247,22 @@ where
     Ok(overlay.finish())
 }
 
-/// Whether the node is to go by the time of `/clock`: the parameter `use_sim_time`, which every node has.
+/// The parameters that every node has.
 ///
 /// # Errors
-/// When a file or its value cannot be used.
-pub(crate) fn use_sim_time(
+/// When a file or a value cannot be used.
+pub(crate) fn switches(
     node: &NodeIdentity,
     sources: &[ParameterSource],
-) -> Result<bool, ParameterError> {
-    let mut wanted = false;
+) -> Result<Switches, ParameterError> {
+    let mut switches = Switches::default();
     for_each_value(&node.full_name(), node.name(), sources, |given| {
-        if given.key == USE_SIM_TIME {
-            wanted = truth(&given)?;
+        if let Some(switch) = switches.of(&given.key) {
+            *switch = truth(&given)?;
         }
         Ok(())
     })?;
-    Ok(wanted)
+    Ok(switches)
 }
 
 /// A value that a source has for the node.

@@ -11,6 +11,7 @@ use ros2_client::WriteError;
 use crate::error::PublishError;
 use crate::exchange::{Exchange, Message};
 use crate::graph::OpenEndpoint;
+use crate::lifecycle::Gate;
 use crate::payload::Payload;
 use crate::throttle::Throttle;
 use crate::transport::GrantedBuffer;
@@ -40,6 +41,7 @@ impl<M: RosMessage> Publisher<M> {
     /// # Errors
     /// When it cannot be encoded, or is not taken.
     pub fn publish(&self, message: impl Into<Arc<M>>) -> Result<(), PublishError> {
+        self.outlet.check_open()?;
         let message = message.into();
         let shared = Message::Shared(Arc::<M>::clone(&message));
         self.outlet.hand_over(&shared)?;
@@ -55,10 +57,11 @@ impl<M: RosMessage> Publisher<M> {
     }
 
     /// Publishes a message; when that fails, the failure is told of once in a while, and `false` comes
-    /// back. For what is lost without harm, or comes again.
+    /// back. For what is lost without harm, or comes again. That the node is not active is no news.
     pub fn publish_or_warn(&self, message: impl Into<Arc<M>>) -> bool {
         match self.publish(message) {
             Ok(()) => true,
+            Err(PublishError::NotActive { .. }) => false,
             Err(error) => {
                 if let Some(held_back) = self.failed.pass() {
                     tracing::warn!("{error} ({held_back} more since the last warning)");
@@ -104,6 +107,7 @@ impl RawPublisher {
     /// # Errors
     /// When it has another encoding, is no message of its type, or is not taken.
     pub fn publish(&self, encoded: &[u8]) -> Result<(), PublishError> {
+        self.outlet.check_open()?;
         Payload::check(encoded)
             .map_err(|source| PublishError::Payload { topic: self.topic().to_owned(), source })?;
         if self.outlet.is_awaited_here() {
@@ -147,9 +151,19 @@ pub(crate) struct Outlet {
     pub(crate) granted: Option<GrantedBuffer>,
     pub(crate) warned_of_size: AtomicBool,
     pub(crate) published: Arc<AtomicU64>,
+    /// Open while the node works.
+    pub(crate) gate: Gate,
 }
 
 impl Outlet {
+    fn check_open(&self) -> Result<(), PublishError> {
+        if self.gate.is_open() {
+            Ok(())
+        } else {
+            Err(PublishError::NotActive { topic: self.topic.to_string() })
+        }
+    }
+
     fn is_awaited_here(&self) -> bool {
         self.keeps || self.endpoint.peers_in_host() > 0
     }

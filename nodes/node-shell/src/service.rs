@@ -139,6 +139,19 @@ impl<S: RosService> Service<S> {
     }
 }
 
+/// Answers a request. A response that cannot be sent is told of once in a while: clients ask again.
+pub(crate) fn answer<S: RosService>(
+    failed: &Throttle,
+    request: Request<'_, S>,
+    response: &S::Response,
+) {
+    if let Err(error) = request.respond(response)
+        && let Some(held_back) = failed.pass()
+    {
+        tracing::warn!("{error} ({held_back} more since the last warning)");
+    }
+}
+
 /// A request that waits for its response. Dropped without one, it leaves its client waiting.
 #[must_use = "the client waits for a response"]
 pub struct Request<'a, S: RosService> {

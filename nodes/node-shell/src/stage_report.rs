@@ -1,8 +1,11 @@
 //! The report of a stage about each cycle, on `~/report`.
 
+use geometry::Stamp;
+use msgs::convert;
 use msgs::std_msgs::Header;
 use msgs::stillmap_msgs::StageReport;
 
+use crate::clock::NodeClock;
 use crate::counters::Counters;
 use crate::error::ShellError;
 use crate::node::Node;
@@ -21,6 +24,7 @@ pub struct StageReporter {
     stage: &'static str,
     publisher: Publisher<StageReport>,
     counters: Counters,
+    clock: NodeClock,
     dropped: Throttle,
 }
 
@@ -34,6 +38,7 @@ impl StageReporter {
             stage,
             publisher: node.publisher(TOPIC, &Qos::reliable(DEPTH))?,
             counters: node.counters(),
+            clock: node.clock(),
             dropped: Throttle::for_warnings(),
         })
     }
@@ -47,6 +52,10 @@ impl StageReporter {
         timer: &StepTimer,
     ) {
         self.counters.count_cycle();
+        self.counters.note_counts(counts);
+        let now = convert::stamp_from_time(self.clock.now());
+        let taken: Stamp = convert::stamp_from_time(header.stamp);
+        self.counters.note_age(now.seconds_since(taken));
         for (step, duration) in timer.steps() {
             self.counters.note_step(step, *duration);
         }

@@ -1,6 +1,7 @@
 //! Subscriptions to messages of one type.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use geometry::Stamp;
@@ -10,6 +11,7 @@ use rustdds::GUID;
 use crate::counters::TopicCounters;
 use crate::graph::OpenEndpoint;
 use crate::inbox::{self, Queue};
+use crate::lifecycle::Gate;
 use crate::reader::{self, Reader};
 use crate::throttle::Throttle;
 
@@ -35,6 +37,10 @@ pub struct Subscription<M: RosMessage> {
     waiting: Mutex<VecDeque<Waiting<M>>>,
     depth: usize,
     malformed: Throttle,
+    /// Open while the node works.
+    gate: Gate,
+    /// Its turns at the last look.
+    turns_seen: AtomicU64,
 }
 
 /// A message from outside, and how many are missing before it.
@@ -49,7 +55,7 @@ impl<M: RosMessage> Subscription<M> {
         queue: Arc<Queue<M>>,
         reader: Option<Reader<M>>,
         endpoint: OpenEndpoint,
-        counters: Arc<TopicCounters>,
+        (counters, gate): (Arc<TopicCounters>, Gate),
     ) -> Self {
         Self {
             topic: topic.into(),
@@ -61,6 +67,8 @@ impl<M: RosMessage> Subscription<M> {
             waiting: Mutex::default(),
             depth,
             malformed: Throttle::for_warnings(),
+            turns_seen: AtomicU64::new(gate.turns()),
+            gate,
         }
     }
 
@@ -68,16 +76,36 @@ impl<M: RosMessage> Subscription<M> {
     ///
     /// What cannot be decoded, and what a peer of another type sent, is counted, told of once in a
     /// while, and passed over.
+    ///
+    /// A node that does not work gets nothing; nor, when it works again, what came meanwhile.
     pub async fn next(&self) -> Received<M> {
-        tokio::select! {
-            biased;
-            taken = self.queue.next() => self.accept_from_host(taken),
-            received = self.next_from_outside() => received,
+        loop {
+            self.pass_over_what_came_while_closed();
+            let received = tokio::select! {
+                biased;
+                taken = self.queue.next() => self.accept_from_host(taken),
+                received = self.next_from_outside() => received,
+            };
+            if self.gate.is_open() {
+                return received;
+            }
         }
     }
 
     /// The next message if it is here already.
     pub fn try_next(&self) -> Option<Received<M>> {
+        self.pass_over_what_came_while_closed();
+        self.take_any()
+    }
+
+    fn pass_over_what_came_while_closed(&self) {
+        let turns = self.gate.turns();
+        if self.turns_seen.swap(turns, Ordering::AcqRel) != turns || !self.gate.is_open() {
+            while self.take_any().is_some() {}
+        }
+    }
+
+    fn take_any(&self) -> Option<Received<M>> {
         if let Some(taken) = self.queue.take() {
             return Some(self.accept_from_host(taken));
         }

@@ -48,11 +48,15 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// When a parameter is out of its range, or a topic cannot be had.
 pub async fn serve(node: &Node, parameters: PoseParameters) -> Result<(), NodeFailure> {
     let mut stage = Stage::new(node, &parameters)?;
+    // None of them changes while the map goes on.
+    node.serve_parameters(&parameters)?;
+    let mut lifecycle = node.manage()?;
     let shutdown = node.shutdown_signal();
     loop {
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
+            _reset = lifecycle.reset() => stage.reset()?,
             arrival = stage.next() => stage.take(arrival),
         }
     }

@@ -37,8 +37,8 @@ use msgs::sensor_msgs::PointCloud2;
 use msgs::std_srvs::{Trigger, TriggerResponse};
 use msgs::stillmap_msgs::SegmentedCloud;
 use node_shell::{
-    Node, NodeFailure, Program, Publisher, Qos, Request, StageReporter, StepTimer, Subscription,
-    Throttle,
+    Counters, Node, NodeFailure, Program, Publisher, Qos, Request, StageReporter, StepTimer,
+    Subscription, Throttle,
 };
 use serde::{Deserialize, Serialize};
 use tokio::time::{Instant, MissedTickBehavior};
@@ -128,10 +128,11 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
     let mut settings = Settings::of(&parameters)?;
     let mut stage = Stage::new(node, &parameters)?;
     let mut live = node.serve_parameters(&parameters)?;
+    let mut lifecycle = node.manage()?;
     let publish_map = node.service::<Trigger>("~/publish_map")?;
     let save_map = node.service::<Trigger>("~/save_map")?;
     let load_map = node.service::<Trigger>("~/load_map")?;
-    let reset = node.service::<Trigger>("~/reset")?;
+    let empty = node.service::<Trigger>("~/reset")?;
     let shutdown = node.shutdown_signal();
     let mut look_time = tokio::time::interval(LOOK_AGAIN);
     look_time.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -143,11 +144,12 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
                 settings = Settings::of(&parameters)?;
                 stage.change(&settings);
             }
+            _reset = lifecycle.reset() => drop(stage.reset()),
             request = publish_map.next() => respond(request, stage.publish_on_request()),
             request = save_map.next() => respond(request, stage.save(settings.file.as_ref())),
             request = load_map.next() => respond(request, stage.load(settings.file.as_ref())),
-            request = reset.next() => respond(request, Ok(stage.reset())),
-            _ = look_time.tick() => stage.publish_what_is_due(),
+            request = empty.next() => respond(request, Ok(stage.reset())),
+            _ = look_time.tick(), if lifecycle.is_active() => stage.publish_what_is_due(),
             received = stage.clouds.next() => stage.take(&received.message),
         }
     }
@@ -182,6 +184,8 @@ pub struct Stage {
     map_failed: Throttle,
     spill_watch: SpillWatch,
     reporter: StageReporter,
+    counters: Counters,
+    max_voxels: usize,
 }
 
 impl Stage {
@@ -202,6 +206,8 @@ impl Stage {
             map_failed: Throttle::for_warnings(),
             spill_watch: SpillWatch::new(node.counters()),
             reporter: StageReporter::new(node, PROGRAM.name)?,
+            counters: node.counters(),
+            max_voxels: parameters.config.max_voxels,
             clouds: node.subscription("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
         })
     }
@@ -240,6 +246,7 @@ impl Stage {
                     ("map_bytes", self.map.memory_bytes() as u64),
                 ];
                 counts.extend(spilling::reported(&self.map));
+                self.counters.note_fill("voxels", self.map.len(), self.max_voxels);
                 self.reporter.processed(message.header.clone(), self.cycles, &counts, &timer);
                 self.cycles = self.cycles.wrapping_add(1);
             }

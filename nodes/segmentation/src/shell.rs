@@ -11,7 +11,7 @@ use msgs::stillmap_msgs::{ReducedCloud, SegmentedCloud, Tracks};
 use msgs::visualization_msgs::MarkerArray;
 use node_shell::parameters::{NodeParameters, Range};
 use node_shell::{
-    Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer, Subscription,
+    Counters, Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer, Subscription,
 };
 use serde::{Deserialize, Serialize};
 
@@ -86,11 +86,13 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
     let mut stage = Stage::new(node, &parameters)?;
     // None of them changes while the evidence and the tracks go on.
     node.serve_parameters(&parameters)?;
+    let mut lifecycle = node.manage()?;
     let shutdown = node.shutdown_signal();
     loop {
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
+            _reset = lifecycle.reset() => stage.reset()?,
             received = stage.cycles.next() => stage.take(&received.message),
         }
     }
@@ -101,6 +103,7 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
 /// The core with its topics.
 pub struct Stage {
     cycles: Subscription<ReducedCloud>,
+    config: SegmentationConfig,
     segmenter: Segmenter,
     next_cycle: u32,
     static_clouds: Publisher<PointCloud2>,
@@ -109,6 +112,7 @@ pub struct Stage {
     tracks: Publisher<Tracks>,
     markers: Publisher<MarkerArray>,
     reporter: StageReporter,
+    counters: Counters,
 }
 
 impl Stage {
@@ -118,6 +122,7 @@ impl Stage {
     /// When a parameter is out of its range, or a topic cannot be had.
     pub fn new(node: &Node, parameters: &SegmentationParameters) -> Result<Self, NodeFailure> {
         Ok(Self {
+            config: parameters.config,
             segmenter: Segmenter::new(parameters.config)?,
             next_cycle: 0,
             static_clouds: node.publisher("static_cloud", &Qos::reliable(CYCLES_KEPT))?,
@@ -126,8 +131,15 @@ impl Stage {
             tracks: node.publisher("tracks", &Qos::reliable(CYCLES_KEPT))?,
             markers: node.publisher("track_markers", &Qos::reliable(MARKERS_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
+            counters: node.counters(),
             cycles: node.subscription("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
         })
+    }
+
+    /// Drops the evidence and the tracks.
+    fn reset(&mut self) -> Result<(), NodeFailure> {
+        self.segmenter = Segmenter::new(self.config)?;
+        Ok(())
     }
 
     /// Takes every message that is here already.
@@ -157,7 +169,7 @@ impl Stage {
         &mut self,
         message: &ReducedCloud,
         timer: &mut StepTimer,
-    ) -> Result<[(&'static str, u64); 4], NodeFailure> {
+    ) -> Result<[(&'static str, u64); 5], NodeFailure> {
         let cycle = convert::detected_cycle_from_message(message)?;
         timer.end_of("convert");
         let Segmented { cycle, tracks, counts } =
@@ -172,11 +184,14 @@ impl Stage {
             self.markers.publish_or_warn(markers);
         }
         timer.end_of("publish");
+        let evidence = self.segmenter.evidence_voxels();
+        self.counters.note_fill("evidence voxels", evidence, self.config.max_evidence_voxels);
         Ok([
             ("points_reduced", counts.reduced as u64),
             ("points_in_zone", counts.in_zone as u64),
             ("points_dynamic", counts.dynamic as u64),
             ("points_static", cycle.static_cloud.points_m.len() as u64),
+            ("tracks", tracks.len() as u64),
         ])
     }
 }

@@ -15,6 +15,7 @@ from cyclonedds.util import duration
 
 import call
 import messages
+import nodes
 
 # Samples that a volatile endpoint keeps; a latched one keeps the last.
 DEPTH = 10
@@ -95,6 +96,9 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["call"] and len(sys.argv) > 2 and len(sys.argv) % 2:
         call.run(sys.argv[2], list(zip(sys.argv[3::2], sys.argv[4::2])))
         sys.exit()
+    if sys.argv[1:2] == ["nodes"] and len(sys.argv) == 3:
+        nodes.run(sys.argv[2])
+        sys.exit()
     if len(sys.argv) != 6 or sys.argv[1] not in ("echo", "name"):
-        sys.exit("usage: peer.py echo|name DOMAIN NAMESPACE RELIABILITY DURABILITY, or call DOMAIN [TOPIC TYPE]...")
+        sys.exit("usage: peer.py echo|name DOMAIN NAMESPACE RELIABILITY DURABILITY, call DOMAIN [TOPIC TYPE]..., or nodes DOMAIN")
     run(*sys.argv[1:])

@@ -184,6 +184,14 @@ fn each_parameter_is_described_with_the_range_that_its_node_accepts() {
     descriptors_say_what_holds::<CompressionParameters>();
 }
 
+/// Their ranges are not told yet.
+#[test]
+fn each_parameter_of_the_pose_node_is_described() {
+    for one in node_shell::descriptors::<PoseParameters>().unwrap() {
+        assert!(!one.description.is_empty(), "{} has no description", one.name);
+    }
+}
+
 #[test]
 fn each_rig_preset_fits_all_three_nodes() {
     let presets: Vec<PathBuf> =

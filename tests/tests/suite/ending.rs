@@ -16,10 +16,11 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const LONGEST_END: Duration = Duration::from_secs(1);
 
 /// Each program, and the nodes that it is.
-const PROGRAMS: [(&[&str], &[&str]); 6] = [
+const PROGRAMS: [(&[&str], &[&str]); 7] = [
     (&["node", "detection"], &["detection"]),
     (&["node", "segmentation"], &["segmentation"]),
     (&["node", "reconstruction"], &["reconstruction"]),
+    (&["node", "pose"], &["pose"]),
     (&["node", "compression"], &["compression"]),
     (&["up"], &["detection", "segmentation", "reconstruction"]),
     (&["play", BAG, "--loop"], &["bag_player"]),
@@ -50,6 +51,11 @@ async fn every_node_ends_in_order_on_either_signal() {
                 )
                 .collect();
             line.extend(["--ros-args", "-r", &format!("__ns:={place}")].map(str::to_owned));
+            let map = folder.path().join(format!("{name}_{count}.ply"));
+            if nodes.contains(&"reconstruction") {
+                let value = format!("reconstruction:save_map_on_exit:={}", map.display());
+                line.extend(["-p".to_owned(), value]);
+            }
             let running = Running::start(&line);
             let mut awaited: Vec<String> =
                 nodes.iter().map(|node| format!("{place}/{node}")).collect();
@@ -64,6 +70,7 @@ async fn every_node_ends_in_order_on_either_signal() {
             let status = running.end(signal);
             assert!(status.success(), "{line:?} on {name}: {status}");
             assert!(asked.elapsed() < LONGEST_END, "{line:?} on {name}: {:?}", asked.elapsed());
+            assert_eq!(map.is_file(), nodes.contains(&"reconstruction"), "{line:?} on {name}");
         }
     }
     drop(reports);

@@ -13,8 +13,10 @@ mod peer;
 mod place;
 
 mod by_name;
+mod discovery;
 mod drivers;
 mod latched;
+mod lifecycle;
 mod misfits;
 mod parameters;
 mod round_trips;

@@ -11,6 +11,7 @@
 mod bad_input;
 mod bags;
 mod program;
+mod sensors;
 
 mod config_files;
 mod import;
@@ -19,11 +20,13 @@ mod local_run;
 mod trajectory;
 mod transforms;
 
+mod apart;
 mod bench;
 mod dds_run;
 mod doctor;
 mod ending;
 mod foreign;
+mod killed_nodes;
 mod network;
 mod restarted_node;
 mod simulated_time;

@@ -48,13 +48,32 @@ pub(crate) struct Running {
 
 impl Running {
     pub(crate) fn start<A: AsRef<OsStr>>(arguments: impl IntoIterator<Item = A>) -> Self {
-        let child = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"))
-            .args(arguments)
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
+        Self::spawn(Command::new(env!("CARGO_BIN_EXE_stillmap-under-test")).args(arguments))
+    }
+
+    /// The same on a DDS domain.
+    pub(crate) fn start_on<A: AsRef<OsStr>>(
+        domain_id: u16,
+        arguments: impl IntoIterator<Item = A>,
+    ) -> Self {
+        let domain_id = domain_id.to_string();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"));
+        Self::spawn(program.args(arguments).env("ROS_DOMAIN_ID", domain_id))
+    }
+
+    fn spawn(program: &mut Command) -> Self {
+        let child = program.stdin(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
         Self { child }
+    }
+
+    /// Whether it runs still.
+    pub(crate) fn is_up(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
+    }
+
+    /// Waits until it ends by itself.
+    pub(crate) fn wait(mut self) -> ExitStatus {
+        self.child.wait().unwrap()
     }
 
     /// Kills it, with no chance to say good-bye.

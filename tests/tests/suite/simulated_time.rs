@@ -25,6 +25,15 @@ const RATE_HZ: u16 = 10;
 const CLOUD_AFTER_SCAN_S: f64 = 0.01;
 /// The first cloud has so many points, and each one more than the last.
 const FIRST_POINTS: u16 = 100;
+/// For all nodes, and for this one in its namespace.
+const PARAMETERS: &str = "/**:
+  ros__parameters:
+    use_sim_time: true
+/**/detection:
+  ros__parameters:
+    input: points
+    extrinsics_check_period_s: 0.0
+";
 /// Passes of the bag that are looked at.
 const PASSES: usize = 3;
 
@@ -89,6 +98,8 @@ async fn a_bag_that_starts_anew_pairs_nothing_of_two_passes() {
         Node::start("ear", &RosArguments::parse(["--ros-args", "-r", &rule]).unwrap()).unwrap();
     let reduced = ear.subscription::<ReducedCloud>("reduced_cloud", &Qos::reliable(200)).unwrap();
     let reports = ear.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(50)).unwrap();
+    let parameters = folder.path().join("parameters.yaml");
+    std::fs::write(&parameters, PARAMETERS).unwrap();
     let detection = Running::start([
         "node",
         "detection",
@@ -97,12 +108,8 @@ async fn a_bag_that_starts_anew_pairs_nothing_of_two_passes() {
         &rule,
         "-r",
         &clock_rule,
-        "-p",
-        "input:=points",
-        "-p",
-        "use_sim_time:=true",
-        "-p",
-        "extrinsics_check_period_s:=0.0",
+        "--params-file",
+        parameters.to_str().unwrap(),
     ]);
     timeout(PATIENCE, reduced.wait_for_publishers(1)).await.unwrap();
     let topics = ["scan", "pose", "points"];

@@ -10,13 +10,17 @@ use msgs::std_msgs::Header;
 use msgs::stillmap_msgs::{DynamicZones, ReducedCloud};
 use node_shell::{
     Counters, GrantedBuffer, Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, Throttle,
+    TransformWait,
 };
 
 use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, ViewMessage};
 use super::mounts::{Mounts, WAITING_FOR_TRANSFORM};
 use super::{DetectionParameters, PROGRAM, extrinsics};
-use crate::{CycleInput, Detected, Detector, Dropped, Input, MatchEvent, Matched, Matcher, View};
+use crate::{
+    CycleInput, Detected, DetectionConfig, Detector, Dropped, Input, MatchEvent, Matched, Matcher,
+    View,
+};
 
 /// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
@@ -29,6 +33,7 @@ pub const IMAGE_WITHOUT_CALIBRATION: &str = "image without a calibration";
 /// The core with its topics.
 pub struct Stage {
     inputs: Inputs,
+    config: DetectionConfig,
     matcher: Matcher<Scan, ViewMessage>,
     detector: Detector,
     camera: Option<(CameraModel, DepthProjector)>,
@@ -37,6 +42,8 @@ pub struct Stage {
     extrinsics: Option<ExtrinsicsCheck>,
     /// Where the scanner is by tf; none where a parameter says it.
     mounts: Option<Mounts>,
+    /// What was put together, and waits for its transform.
+    unmounted: TransformWait<Matched<Scan, ViewMessage>>,
     /// Images that came before the calibration of their camera.
     uncalibrated: VecDeque<ViewMessage>,
     most_uncalibrated: usize,
@@ -64,12 +71,14 @@ impl Stage {
             None => None,
         };
         Ok(Self {
+            config: config.clone(),
             detector,
             matcher: Matcher::new(config),
             camera,
             camera_is_given: given.is_some(),
             extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
             mounts: Mounts::new(node, parameters)?,
+            unmounted: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
             uncalibrated: VecDeque::new(),
             most_uncalibrated: config.max_waiting_clouds,
             rig_frame_id: config.rig_frame_id.clone(),
@@ -118,9 +127,9 @@ impl Stage {
         }
     }
 
-    /// Whether scans wait for their image or pose.
+    /// Whether scans wait for their image, pose or transform.
     pub(super) fn is_waiting(&self) -> bool {
-        self.matcher.waiting_scans() > 0
+        self.matcher.waiting_scans() > 0 || !self.unmounted.is_empty()
     }
 
     pub(super) fn take(&mut self, arrival: Arrival) {
@@ -145,7 +154,7 @@ impl Stage {
                 if let Some(mounts) = &mut self.mounts {
                     mounts.take(&transforms);
                 }
-                return;
+                return self.work_off();
             }
         };
         self.handle(events);
@@ -199,8 +208,24 @@ impl Stage {
         }
     }
 
-    /// Forgets what was seen over several cycles.
+    /// Drops what waits, what was seen, and the camera's calibration, but for one of a file. Transforms that are fixed stay:
+    /// they are told once.
+    pub(super) fn reset(&mut self) {
+        self.matcher = Matcher::new(&self.config);
+        self.unmounted.start_anew();
+        self.uncalibrated.clear();
+        if !self.camera_is_given {
+            self.camera = None;
+        }
+        self.forget();
+    }
+
+    /// Forgets what was seen over several cycles, and what waits for the transform of a moment that has gone.
     fn forget(&mut self) {
+        for matched in self.unmounted.start_anew() {
+            let reason = "the time jumped back before its transform came";
+            self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, reason);
+        }
         self.detector.forget();
         if let Some(check) = &mut self.extrinsics {
             check.forget();
@@ -214,12 +239,21 @@ impl Stage {
     pub fn give_up_waiting(&mut self) {
         let events = self.matcher.flush();
         self.handle(events);
+        while let Some((_, matched)) = self.unmounted.pop() {
+            match self.mount_lidar(&matched) {
+                Ok(()) => self.cycle(&matched),
+                Err(error) => self.drop_unmounted(&matched, error.as_ref()),
+            }
+        }
     }
 
     fn handle(&mut self, events: Vec<MatchEvent<Scan, ViewMessage>>) {
         for event in events {
             match event {
-                MatchEvent::Matched(matched) => self.cycle(&matched),
+                MatchEvent::Matched(matched) => {
+                    self.unmounted.push(matched.scan_stamp, matched);
+                    self.work_off();
+                }
                 MatchEvent::Dropped(dropped) => {
                     let topics = self.missing_topics(&dropped);
                     let reason = format!("missing {topics}; {}", dropped.cause);
@@ -254,12 +288,25 @@ impl Stage {
         }
     }
 
+    /// Works off what has its transform, in its order. What has not waits a while; it may be told late.
+    fn work_off(&mut self) {
+        while let Some((stamp, matched)) = self.unmounted.pop() {
+            match self.mount_lidar(&matched) {
+                Ok(()) => self.cycle(&matched),
+                Err(error) => match self.unmounted.wait_on(stamp, matched) {
+                    Ok(()) => return,
+                    Err(matched) => self.drop_unmounted(&matched, error.as_ref()),
+                },
+            }
+        }
+    }
+
+    fn drop_unmounted(&self, matched: &Matched<Scan, ViewMessage>, error: &dyn std::error::Error) {
+        self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, &error.to_string());
+    }
+
     fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>) {
         let mut timer = StepTimer::start();
-        if let Err(error) = self.mount_lidar(matched) {
-            let reason = error.to_string();
-            return self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, &reason);
-        }
         match self.detect(matched, &mut timer) {
             Ok(detected) => self.publish(&detected, &mut timer),
             Err(error) => {

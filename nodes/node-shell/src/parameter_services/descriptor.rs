@@ -7,8 +7,11 @@ use serde_json::Value;
 
 use super::value;
 use crate::parameters::{
-    NodeParameters, Overlay, ParameterError, Range, USE_SIM_TIME, ValueOrigin,
+    AUTOSTART, NodeParameters, Overlay, ParameterError, Range, USE_SIM_TIME, ValueOrigin,
 };
+
+/// The key below a node's name, with its parameters.
+const SECTION: &str = "ros__parameters";
 
 /// Text that is no variant of anything.
 const NO_VARIANT: &str = "\u{1}";
@@ -37,16 +40,23 @@ pub(super) fn descriptors<P: NodeParameters>()
             (name, descriptor)
         })
         .collect();
-    descriptors.insert(
-        USE_SIM_TIME.to_owned(),
-        ParameterDescriptor {
-            name: USE_SIM_TIME.to_owned(),
+    let mut switch = |name: &str, description: &str| {
+        let descriptor = ParameterDescriptor {
+            name: name.to_owned(),
             r#type: ParameterType::PARAMETER_BOOL,
-            description: "Whether the node goes by the time of /clock.".to_owned(),
+            description: description.to_owned(),
             read_only: true,
             ..ParameterDescriptor::default()
-        },
-    );
+        };
+        descriptors.insert(name.to_owned(), descriptor);
+    };
+    switch(USE_SIM_TIME, "Whether the node goes by the time of /clock.");
+    if P::IS_MANAGED {
+        switch(
+            AUTOSTART,
+            "Whether the node is active from its start; else others bring it up by its lifecycle.",
+        );
+    }
     Ok(descriptors)
 }
 
@@ -83,21 +93,37 @@ fn constraints<P: NodeParameters>(overlay: &Overlay<P>, name: &str, default: &Va
     }
 }
 
-/// The comment above each key of a parameter file. An empty line ends a comment, so that one above it is for nobody.
+/// The comment above each key of a parameter file, by the key with those of its groups before it. An empty line ends a
+/// comment, so that one above it is for nobody.
 fn comments(file: &str) -> BTreeMap<String, String> {
     let mut comments = BTreeMap::new();
     let mut comment: Vec<&str> = Vec::new();
-    for line in file.lines().map(str::trim) {
-        if let Some(text) = line.strip_prefix('#') {
+    // The groups that are open, each with its indentation.
+    let mut groups: Vec<(usize, &str)> = Vec::new();
+    for line in file.lines() {
+        let text = line.trim();
+        if let Some(text) = text.strip_prefix('#') {
             comment.push(text.trim());
             continue;
         }
-        if let Some((key, _)) = line.split_once(':') {
-            comments.insert(key.to_owned(), comment.join(" "));
+        if let Some((key, value)) = text.split_once(':') {
+            let indentation = line.len() - line.trim_start().len();
+            groups.retain(|(of_group, _)| *of_group < indentation);
+            let names = groups.iter().map(|(_, name)| *name).skip_while(|name| is_section(name));
+            let path: Vec<&str> = names.chain([key]).collect();
+            comments.insert(path.join("."), comment.join(" "));
+            if value.trim().is_empty() {
+                groups.push((indentation, key));
+            }
         }
         comment.clear();
     }
     comments
+}
+
+/// Whether a key names nodes, or begins their parameters.
+fn is_section(key: &str) -> bool {
+    key.starts_with('/') || key == SECTION
 }
 
 #[cfg(test)]
@@ -112,5 +138,15 @@ mod tests {
         assert_eq!(comments["first_m"], "The first, in m.");
         assert_eq!(comments["second"], "");
         assert_eq!(comments["third"], "The third.");
+    }
+
+    #[test]
+    fn a_comment_in_a_group_is_of_the_whole_name() {
+        let file = "/**/node:\n  ros__parameters:\n    # A group.\n    voxel:\n      # Its edge.\n      edge_m: 1.0\n\
+                    \x20     fine:\n        # Deep.\n        most: 2\n    # After it.\n    edge_m: 3.0\n";
+        let comments = comments(file);
+        assert_eq!(comments["voxel.edge_m"], "Its edge.");
+        assert_eq!(comments["voxel.fine.most"], "Deep.");
+        assert_eq!(comments["edge_m"], "After it.");
     }
 }

@@ -10,24 +10,30 @@ use serde_json::Value;
 
 use super::descriptor::descriptors;
 use super::value;
-use crate::parameters::{NodeParameters, Overlay, ParameterError, USE_SIM_TIME, ValueOrigin};
+use crate::parameters::{
+    AUTOSTART, NodeParameters, Overlay, ParameterError, Switches, USE_SIM_TIME, ValueOrigin,
+};
 
 /// What stands between the parts of a name.
 const SEPARATOR: char = '.';
 
 pub(super) struct Store<P> {
     overlay: Overlay<P>,
-    use_sim_time: Value,
+    /// The parameters of every node.
+    switches: BTreeMap<&'static str, Value>,
     descriptors: BTreeMap<String, ParameterDescriptor>,
 }
 
 impl<P: NodeParameters> Store<P> {
     /// # Errors
     /// When the struct cannot be written as parameters.
-    pub(super) fn new(parameters: &P, use_sim_time: bool) -> Result<Self, ParameterError> {
+    pub(super) fn new(parameters: &P, switches: Switches) -> Result<Self, ParameterError> {
         Ok(Self {
             overlay: Overlay::of(parameters.clone())?,
-            use_sim_time: Value::Bool(use_sim_time),
+            switches: BTreeMap::from([
+                (USE_SIM_TIME, Value::Bool(switches.use_sim_time)),
+                (AUTOSTART, Value::Bool(switches.autostart)),
+            ]),
             descriptors: descriptors::<P>()?,
         })
     }
@@ -39,7 +45,7 @@ impl<P: NodeParameters> Store<P> {
 
     /// Whether the node has parameters besides those of every node.
     pub(super) fn has_own(&self) -> bool {
-        self.descriptors.keys().any(|name| name != USE_SIM_TIME)
+        self.descriptors.keys().any(|name| !self.switches.contains_key(name.as_str()))
     }
 
     /// Every parameter.
@@ -136,6 +142,6 @@ impl<P: NodeParameters> Store<P> {
     }
 
     fn value(&self, name: &str) -> Option<&Value> {
-        if name == USE_SIM_TIME { Some(&self.use_sim_time) } else { self.overlay.value(name) }
+        self.switches.get(name).or_else(|| self.overlay.value(name))
     }
 }

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::*;
-use crate::parameters::Range;
+use crate::parameters::{Range, Switches};
 use crate::program::NodeFailure;
 
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -55,7 +55,8 @@ impl NodeParameters for Parameters {
 }
 
 fn store() -> Store<Parameters> {
-    Store::new(&Parameters::default(), true).unwrap()
+    let switches = Switches { use_sim_time: true, ..Switches::default() };
+    Store::new(&Parameters::default(), switches).unwrap()
 }
 
 fn parameter(name: &str, value: &Value) -> Parameter {
@@ -109,7 +110,7 @@ fn names_are_listed_by_prefix_and_depth() {
         let result = store().list(&ListParametersRequest { prefixes: names(prefixes), depth });
         (result.names.join(" "), result.prefixes.join(" "))
     };
-    let all = "input least_s most_s mount use_sim_time voxel.edge_m voxel.most";
+    let all = "autostart input least_s most_s mount use_sim_time voxel.edge_m voxel.most";
     assert_eq!(list(&[], 0), (all.to_owned(), "voxel".to_owned()));
     assert_eq!(list(&[], 2).0, all);
     assert_eq!(list(&[], 1), (all.split(" voxel").next().unwrap().to_owned(), String::new()));

@@ -19,6 +19,9 @@ pub trait NodeParameters:
     /// Those that may change while the node runs. The others stay what they were at its start.
     const CHANGEABLE: &'static [&'static str] = &[];
 
+    /// Whether the node is managed: see [`Lifecycle`](crate::Lifecycle).
+    const IS_MANAGED: bool = true;
+
     /// Checks all parameters together.
     ///
     /// # Errors
@@ -84,6 +87,7 @@ pub struct NoParameters {}
 
 impl NodeParameters for NoParameters {
     const FILE: &'static str = "";
+    const IS_MANAGED: bool = false;
 
     fn validate(&self) -> Result<(), NodeFailure> {
         Ok(())

@@ -305,13 +305,13 @@ fn several_files_and_assignments_are_taken_in_their_order() {
 fn simulated_time_is_every_nodes_parameter() {
     let node = NodeIdentity::new("/", "detection").unwrap();
     let text = |yaml: &str| ParameterSource::Text { name: "x".to_owned(), yaml: yaml.to_owned() };
-    let wanted = |sources: &[ParameterSource]| use_sim_time(&node, sources).unwrap();
+    let wanted = |sources: &[ParameterSource]| switches(&node, sources).unwrap().use_sim_time;
     let on = text("/**: {ros__parameters: {use_sim_time: true, others: 1}}");
     let off = text("detection: {ros__parameters: {use_sim_time: false}}");
     assert!(!wanted(&[]));
     assert!(wanted(std::slice::from_ref(&on)));
     assert!(!wanted(&[on, off]));
-    assert!(use_sim_time(&node, &[text("/**: {ros__parameters: {use_sim_time: 1}}")]).is_err());
+    assert!(switches(&node, &[text("/**: {ros__parameters: {use_sim_time: 1}}")]).is_err());
 }
 
 #[test]

@@ -5,15 +5,14 @@ use std::collections::VecDeque;
 use geometry::{Stamp, StampedPose};
 use msgs::convert;
 use msgs::geometry_msgs::{
-    Pose, PoseStamped, PoseWithCovariance, TransformStamped, Twist, TwistWithCovariance, Vector3,
+    Pose, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance, Vector3,
 };
 use msgs::nav_msgs::{Odometry, Path};
 use msgs::std_msgs::Header;
-use msgs::tf2_msgs::TFMessage;
 use nalgebra::{
     Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion, Vector3 as Vector, Vector4,
 };
-use node_shell::{Node, NodeFailure, Publisher, Qos};
+use node_shell::{Node, NodeFailure, Publisher, Qos, TransformBroadcaster};
 
 use super::parameters::PoseParameters;
 use crate::tracking::CameraPose;
@@ -27,7 +26,7 @@ const PATH_PERIOD_S: f64 = 1.0;
 pub(super) struct Output {
     poses: Publisher<PoseStamped>,
     odometry: Publisher<Odometry>,
-    transforms: Option<Publisher<TFMessage>>,
+    transforms: Option<TransformBroadcaster>,
     paths: Publisher<Path>,
     frames: Frames,
     path: VecDeque<PoseStamped>,
@@ -50,7 +49,8 @@ pub(super) struct Frames {
 impl Output {
     pub(super) fn new(node: &Node, parameters: &PoseParameters) -> Result<Self, NodeFailure> {
         let qos = Qos::reliable(POSES_KEPT);
-        let transforms = parameters.publish_tf.then(|| node.publisher("/tf", &qos)).transpose()?;
+        let transforms =
+            parameters.publish_tf.then(|| TransformBroadcaster::new(node)).transpose()?;
         Ok(Self {
             poses: node.publisher("pose", &qos)?,
             odometry: node.publisher("odom", &qos)?,
@@ -75,6 +75,13 @@ impl Output {
         self.last = None;
     }
 
+    /// The path begins anew, too.
+    pub(super) fn reset(&mut self) {
+        self.interrupt();
+        self.path.clear();
+        self.path_sent = None;
+    }
+
     pub(super) fn publish(&mut self, pose: &CameraPose) {
         let odom_from_rig = self.smoothing.smoothed(self.frames.odom_from_rig(pose));
         let header = self.frames.header(pose.stamp);
@@ -89,13 +96,8 @@ impl Output {
             self.path.pop_front();
         }
         if let Some(transforms) = &self.transforms {
-            transforms.publish_or_warn(TFMessage {
-                transforms: vec![TransformStamped {
-                    header: header.clone(),
-                    child_frame_id: self.frames.base_frame_id.clone(),
-                    transform: convert::transform_from_isometry(&odom_from_rig),
-                }],
-            });
+            let Frames { odom_frame_id, base_frame_id, .. } = &self.frames;
+            transforms.send(pose.stamp, odom_frame_id, base_frame_id, &odom_from_rig);
         }
         self.odometry.publish_or_warn(self.odometry(pose, &odom_from_rig, header.clone()));
         self.poses.publish_or_warn(message);

@@ -2,6 +2,8 @@
 
 use geometry::pose_from_vector;
 use nalgebra::Isometry3;
+use node_shell::NodeFailure;
+use node_shell::parameters::NodeParameters;
 use serde::{Deserialize, Serialize};
 
 use crate::solve::ConfigError;
@@ -126,6 +128,14 @@ pub enum PoseParametersError {
     /// One of the method's.
     #[error(transparent)]
     Tracker(#[from] TrackerConfigError),
+}
+
+impl NodeParameters for PoseParameters {
+    const FILE: &'static str = include_str!("../../../../config/pose.yaml");
+
+    fn validate(&self) -> Result<(), NodeFailure> {
+        Ok(Self::validate(self)?)
+    }
 }
 
 /// More poses in a mean would be another course.

@@ -21,12 +21,15 @@ use crate::tracking::{Fate, Hints, Tracked, Tracker, TrackingState};
 
 /// The condition in the diagnostics.
 const TRACKING: &str = "tracking";
+/// What it says before the first image.
+const WAITING: &str = "initialising: waits for images";
 /// A viewer needs the latest picture alone.
 const PICTURES_KEPT: usize = 1;
 
 /// The core with its topics.
 pub struct Stage {
     inputs: Inputs,
+    parameters: PoseParameters,
     pairing: Pairing<Arc<Image>, Arc<Image>>,
     cameras: Cameras,
     knowledge: Knowledge,
@@ -50,9 +53,10 @@ impl Stage {
     pub fn new(node: &Node, parameters: &PoseParameters) -> Result<Self, NodeFailure> {
         parameters.validate()?;
         let counters = node.counters();
-        counters.note_condition(TRACKING, "initialising: waits for images", true);
+        counters.note_condition(TRACKING, WAITING, true);
         Ok(Self {
             inputs: Inputs::subscribe(node, parameters)?,
+            parameters: parameters.clone(),
             pairing: Pairing::new(parameters.max_pair_gap_s, parameters.max_waiting_images),
             cameras: Cameras::new(parameters),
             knowledge: Knowledge::new(parameters),
@@ -67,6 +71,19 @@ impl Stage {
             bad_input: Throttle::for_warnings(),
             troubles: Throttle::for_warnings(),
         })
+    }
+
+    /// Drops the map, and all that has come so far: the next image is the first one again.
+    pub(super) fn reset(&mut self) -> Result<(), NodeFailure> {
+        let parameters = &self.parameters;
+        self.tracker = Tracker::new(parameters.tracker.clone())?;
+        self.pairing = Pairing::new(parameters.max_pair_gap_s, parameters.max_waiting_images);
+        self.cameras = Cameras::new(parameters);
+        self.knowledge = Knowledge::new(parameters);
+        self.output.reset();
+        self.state = TrackingState::default();
+        self.counters.note_condition(TRACKING, WAITING, true);
+        Ok(())
     }
 
     /// The next message. May be dropped while it waits.

@@ -239,3 +239,18 @@ fn an_image_before_any_calibration_says_what_it_waits_for() {
     let outcome = scene.see(0);
     assert!(outcome.reason().contains("no calibration on /rgb/camera_info"), "{outcome:?}");
 }
+
+#[test]
+fn after_a_reset_the_next_image_is_the_first_one_again() {
+    let mut scene = Scene::new();
+    for index in 0..10 {
+        scene.is_right(index);
+    }
+    scene.stage.reset().unwrap();
+    let (color, depth) = (scene.color(10, right_m(10)), scene.depth(10));
+    assert!(scene.take(color, depth).reason().contains("no calibration"), "it comes again");
+    scene.calibrate();
+    let (color, depth) = (scene.color(11, right_m(11)), scene.depth(11));
+    let y_m = scene.take(color, depth).y_m();
+    assert!(right_m(11) > 0.01 && y_m.abs() < 1e-6, "{y_m}");
+}

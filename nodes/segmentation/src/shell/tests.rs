@@ -91,9 +91,9 @@ async fn a_cycle_comes_out_in_two_parts_with_its_report() {
         assert_eq!((report.cycle, &report.header), (4, &message.header));
         assert_eq!(
             report.count_names,
-            ["points_reduced", "points_in_zone", "points_dynamic", "points_static"]
+            ["points_reduced", "points_in_zone", "points_dynamic", "points_static", "tracks"]
         );
-        assert_eq!(report.counts, [3, 2, 1, 2]);
+        assert_eq!(report.counts[..4], [3, 2, 1, 2]);
         assert_eq!(
             report.step_names,
             ["convert", "angular", "depth_clustering", "transform", "publish"]

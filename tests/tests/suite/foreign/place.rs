@@ -52,10 +52,15 @@ impl Place {
 
     /// A node of the suite in this place.
     pub(super) fn node(&self, name: &str) -> Node {
+        self.node_with(name, &[])
+    }
+
+    /// The same with more of ROS 2's arguments.
+    pub(super) fn node_with(&self, name: &str, more: &[&str]) -> Node {
         let transport = Transport::on_domain(self.domain_id).unwrap();
         let namespace = format!("__ns:={}", self.namespace);
-        let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
-        Node::start_on(transport, name, &arguments).unwrap()
+        let line = ["--ros-args", "-r", &namespace].into_iter().chain(more.iter().copied());
+        Node::start_on(transport, name, &RosArguments::parse(line).unwrap()).unwrap()
     }
 }
 

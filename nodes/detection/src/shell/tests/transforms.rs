@@ -65,10 +65,45 @@ async fn told(
     .await
 }
 
+/// A scan that comes before its transform waits for it, and is not lost.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_scan_waits_for_its_transform() {
+    let config = DetectionConfig { max_wait_s: 20.0, ..DetectionConfig::default() };
+    let parameters = DetectionParameters {
+        extrinsics: ExtrinsicsSource::Tf,
+        config,
+        ..DetectionParameters::default()
+    };
+    let bench = Bench::start_by("late_tf", parameters).await;
+    let diagnostics =
+        bench.peer.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(50)).unwrap();
+    bench.camera_infos.publish(camera_info(4)).unwrap();
+    for milliseconds in [1_000, 1_100] {
+        bench.images.publish(image(at(milliseconds))).unwrap();
+        bench.poses.publish(pose(at(milliseconds), 0.0)).unwrap();
+        bench.scans.publish(scan(at(milliseconds))).unwrap();
+    }
+    told(&diagnostics, "waiting for it").await;
+    let transforms = bench.peer.publisher::<TFMessage>("/tf_static", &broadcaster()).unwrap();
+    transforms.publish(TFMessage { transforms: vec![camera(), laser(0.0)] }).unwrap();
+    for milliseconds in [1_000, 1_100] {
+        let report = bench.report().await;
+        assert!(report.processed, "{report:?}");
+        assert_eq!(convert::stamp_from_time(report.header.stamp), at(milliseconds));
+    }
+    drop((transforms, diagnostics));
+    bench.end().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_scanner_is_where_tf_says_as_soon_as_it_does() {
-    let parameters =
-        DetectionParameters { extrinsics: ExtrinsicsSource::Tf, ..DetectionParameters::default() };
+    // Each scan that waits in vain does so for twice this time.
+    let config = DetectionConfig { max_wait_s: 0.1, ..DetectionConfig::default() };
+    let parameters = DetectionParameters {
+        extrinsics: ExtrinsicsSource::Tf,
+        config,
+        ..DetectionParameters::default()
+    };
     let bench = Bench::start_by("tf", parameters).await;
     let diagnostics =
         bench.peer.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(50)).unwrap();

@@ -1,0 +1,66 @@
+//! Managed nodes: others bring a node up, let it pause, and end it.
+//!
+//! A node that does not work keeps its endpoints. What arrives meanwhile is passed over, but for topics that keep their
+//! last message for those who come late: they tell it once. Nothing is published but what the node says of itself:
+//! `/diagnostics`, `/parameter_events`, `/rosout`, its transitions. Publishers and subscriptions see to that; the node's
+//! body has to say only how it drops its state, and must leave alone what it does by a timer.
+
+mod life;
+mod services;
+mod states;
+#[cfg(test)]
+mod tests;
+
+use tokio::sync::{mpsc, oneshot};
+
+pub(crate) use life::{Gate, Life};
+pub(crate) use services::LifecycleServices;
+pub use states::LifecycleState;
+
+/// The life of a node, as its body sees it.
+#[derive(Debug)]
+pub struct Lifecycle {
+    life: Life,
+    /// None on a node that is on no network: nobody manages it there.
+    resets: Option<mpsc::Receiver<Reset>>,
+}
+
+impl Lifecycle {
+    pub(crate) fn unmanaged() -> Self {
+        Self { life: Life::default(), resets: None }
+    }
+
+    /// Whether the node is to work. What it receives and publishes goes by that already; this is for what it does by
+    /// itself, as by a timer.
+    #[must_use]
+    pub fn is_active(&self) -> bool {
+        self.life.gate().is_open()
+    }
+
+    /// Waits until the node is to drop what it holds, and be as it was at its start. The transition ends when what comes
+    /// back is dropped. May be dropped while waiting.
+    pub async fn reset(&mut self) -> Reset {
+        if let Some(resets) = &mut self.resets
+            && let Some(reset) = resets.recv().await
+        {
+            return reset;
+        }
+        std::future::pending().await
+    }
+}
+
+/// The node is to drop what it holds. To be dropped when it has.
+#[derive(Debug)]
+#[must_use = "the node is taken to have dropped its state when this is dropped"]
+pub struct Reset {
+    done: Option<oneshot::Sender<()>>,
+}
+
+impl Drop for Reset {
+    fn drop(&mut self) {
+        if let Some(done) = self.done.take() {
+            // Who asked may have gone.
+            let _ = done.send(());
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! A managed node over real DDS; who manages it is the other end of the channel.
+
+use std::time::Duration;
+
+use msgs::std_msgs::String as Text;
+use tokio::time::timeout;
+
+use crate::{Host, Node, PublishError, Qos, RosArguments, Transport};
+
+/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+fn text(data: &str) -> Text {
+    Text { data: data.to_owned() }
+}
+
+fn host() -> Host {
+    Host::on(Transport::on_domain((1 + std::process::id() % 100) as u16).unwrap()).unwrap()
+}
+
+fn node(host: &Host, test: &str, extra: &[&str]) -> Node {
+    let rule = format!("__ns:=/lifecycle_test_{}_{test}", std::process::id());
+    let mut line = vec!["--ros-args", "-r", &rule];
+    line.extend(extra);
+    host.node("managed", &RosArguments::parse(line).unwrap()).unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_node_that_waits_takes_nothing_in_and_publishes_nothing() {
+    let host = host();
+    let (node, peer) =
+        (node(&host, "waits", &["-p", "autostart:=false"]), node(&host, "waits", &[]));
+    {
+        let inputs = node.subscription::<Text>("in", &Qos::reliable(5)).unwrap();
+        let outputs = node.publisher::<Text>("out", &Qos::reliable(5)).unwrap();
+        let own = node.own_publisher::<Text>("own", &Qos::reliable(5)).unwrap();
+        let kept = node.subscription::<Text>("kept", &Qos::latched()).unwrap();
+        let lifecycle = node.manage().unwrap();
+        assert!(!lifecycle.is_active());
+
+        peer.publisher::<Text>("in", &Qos::reliable(5)).unwrap().publish(text("early")).unwrap();
+        let latched = peer.publisher::<Text>("kept", &Qos::latched()).unwrap();
+        latched.publish(text("once")).unwrap();
+        assert!(inputs.try_next().is_none());
+        let heard = timeout(PATIENCE, kept.next()).await.unwrap();
+        assert_eq!(heard.message.data, "once", "it comes no second time");
+        let refused = outputs.publish(text("data")).unwrap_err();
+        assert!(matches!(refused, PublishError::NotActive { .. }), "{refused}");
+        assert!(!outputs.publish_or_warn(text("data")));
+        own.publish(text("about itself")).unwrap();
+    }
+    node.close().await;
+    peer.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_came_while_a_node_did_not_work_is_passed_over() {
+    let host = host();
+    let (node, peer) = (node(&host, "over", &[]), node(&host, "over", &[]));
+    {
+        let inputs = node.subscription::<Text>("in", &Qos::reliable(5)).unwrap();
+        let talker = peer.publisher::<Text>("in", &Qos::reliable(5)).unwrap();
+        talker.publish(text("before")).unwrap();
+        let lifecycle = node.manage().unwrap();
+        assert!(lifecycle.is_active());
+        assert_eq!(inputs.try_next().unwrap().message.data, "before", "a start loses nothing");
+
+        // Both turns before the node looks again.
+        talker.publish(text("last")).unwrap();
+        node.life().enter(super::LifecycleState::Deactivating);
+        talker.publish(text("meanwhile")).unwrap();
+        node.life().enter(super::LifecycleState::Active);
+        assert!(inputs.try_next().is_none());
+        talker.publish(text("after")).unwrap();
+        let heard = timeout(PATIENCE, inputs.next()).await.unwrap();
+        assert_eq!(heard.message.data, "after");
+    }
+    node.close().await;
+    peer.close().await;
+}
+
+#[test]
+fn on_no_network_nobody_manages_a_node() {
+    let host = Host::in_process();
+    let node = node(&host, "alone", &["-p", "autostart:=false"]);
+    assert!(node.manage().unwrap().is_active(), "who drives it says when it works");
+}

@@ -1,0 +1,43 @@
+use tracing_subscriber::layer::SubscriberExt;
+
+use super::*;
+
+/// One test alone: the process has one log.
+#[test]
+fn a_line_goes_to_the_node_in_whose_span_it_is_written() {
+    assert!(NodeLines::of("early").is_none(), "the log has not been started");
+    let subscriber = tracing_subscriber::registry().with(RosoutLayer::start("stillmap"));
+    let mut detection = NodeLines::of("detection").unwrap();
+    let mut segmentation = NodeLines::of("segmentation").unwrap();
+    tracing::subscriber::with_default(subscriber, || {
+        tracing::error_span!("segmentation").in_scope(|| tracing::warn!("of {}", "segmentation"));
+        tracing::info!(beams = 3, "of nobody");
+    });
+    let line = segmentation.waiting.try_recv().unwrap();
+    assert_eq!(
+        (line.level, line.name.as_str(), line.msg.as_str()),
+        (Log::WARN, "segmentation", "of segmentation")
+    );
+    assert!(line.file.ends_with("tests.rs") && line.line > 0, "{line:?}");
+    assert!(line.function.ends_with("rosout::tests"), "{line:?}");
+    assert!(segmentation.waiting.try_recv().is_err());
+    let line = detection.waiting.try_recv().unwrap();
+    assert_eq!(
+        (line.level, line.name.as_str(), line.msg.as_str()),
+        (Log::INFO, "stillmap", "of nobody beams=3")
+    );
+
+    // Who has gone gets nothing; many lines at a time cost lines, not memory.
+    drop(detection);
+    let subscriber = tracing_subscriber::registry().with(RosoutLayer::start("other"));
+    tracing::subscriber::with_default(subscriber, || {
+        for _ in 0..2 * LINES_WAITING {
+            tracing::info!("many");
+        }
+    });
+    let mut count = 0;
+    while segmentation.waiting.try_recv().is_ok() {
+        count += 1;
+    }
+    assert_eq!(count, LINES_WAITING);
+}
