@@ -1,5 +1,8 @@
 //! The doctor on live graphs with planted faults, and on bags.
 
+mod bags;
+mod plant;
+
 use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;

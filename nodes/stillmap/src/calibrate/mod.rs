@@ -3,7 +3,7 @@
 mod choice;
 mod gathering;
 mod poses;
-mod reader;
+pub(crate) mod reader;
 mod tell;
 #[cfg(test)]
 mod tests;
@@ -110,7 +110,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     Ok(if complete { Outcome::Complete } else { Outcome::WithLosses })
 }
 
-fn load_parameters(files: &[PathBuf]) -> Result<DetectionParameters, Failure> {
+/// The parameters of detection in some files, checked.
+pub(crate) fn load_parameters(files: &[PathBuf]) -> Result<DetectionParameters, Failure> {
     let node = format!("/{}", Stage::Detection.name());
     let node: DetectionParameters = parameters::load(&node, files, &[] as &[Assignment])
         .map_err(|error| Failure::new(error.to_string()))?;

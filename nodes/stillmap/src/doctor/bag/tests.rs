@@ -107,7 +107,9 @@ fn put<M: RosMessage>(writer: &mut BagWriter, topic: &str, messages: &[(Stamp, M
 fn findings_of(path: &Path) -> Vec<Finding> {
     let buffer =
         ReceiveBuffer { granted_bytes: 1 << 20, asked_bytes: 1 << 20, largest_safe_bytes: 1 << 20 };
-    findings(&Bag::open(path).unwrap(), &TopicArgs::default(), Some(&buffer)).unwrap()
+    let bag = Bag::open(path).unwrap();
+    let parameters = DetectionParameters::default();
+    findings(&bag, &TopicArgs::default(), &parameters, Some(&buffer)).unwrap()
 }
 
 /// The one finding that is no OK.
@@ -190,7 +192,7 @@ fn a_bag_that_was_cut_is_damaged() {
     let bytes = std::fs::read(&path).unwrap();
     std::fs::write(&path, &bytes[..bytes.len() / 4]).unwrap();
     let findings = findings_of(&path);
-    let is_damage = |one: &&Finding| one.check == "damage" && one.severity == Severity::Error;
+    let is_damage = |one: &&Finding| one.check == Check::Damage && one.severity == Severity::Error;
     let Some(damage) = findings.iter().find(is_damage) else { panic!("{findings:?}") };
     assert!(damage.line(false).contains("mcap recover"), "{damage:?}");
 }

@@ -58,6 +58,8 @@ pub(super) fn view(endpoints: Vec<DiscoveredEndpoint>) -> GraphView {
         suite: SuiteTopics::resolve(&arguments).unwrap(),
         cameras: BTreeMap::new(),
         measured: BTreeMap::new(),
+        heard: BTreeMap::new(),
+        transforms: TransformFacts::default(),
         reports: Vec::new(),
         dropped: None,
     }

@@ -13,15 +13,8 @@ fn every(period_s: f64, count: u32) -> Vec<Stamp> {
 }
 
 fn facts(type_name: &str, stamps: Vec<Stamp>) -> TopicFacts {
-    TopicFacts {
-        type_name: type_name.to_owned(),
-        is_chosen: true,
-        messages: stamps.len() as u64,
-        stamps,
-        largest_bytes: 0,
-        unusable: 0,
-        first_reason: None,
-    }
+    let messages = stamps.len() as u64;
+    TopicFacts { stamps, messages, ..TopicFacts::new(type_name, true) }
 }
 
 #[track_caller]
