@@ -14,6 +14,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 import call
+import graph
 import messages
 
 # Samples that a volatile endpoint keeps; a latched one keeps the last.
@@ -95,6 +96,9 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["call"] and len(sys.argv) > 2 and len(sys.argv) % 2:
         call.run(sys.argv[2], list(zip(sys.argv[3::2], sys.argv[4::2])))
         sys.exit()
+    if sys.argv[1:2] == ["graph"] and len(sys.argv) == 3:
+        graph.run(sys.argv[2])
+        sys.exit()
     if len(sys.argv) != 6 or sys.argv[1] not in ("echo", "name"):
-        sys.exit("usage: peer.py echo|name DOMAIN NAMESPACE RELIABILITY DURABILITY, or call DOMAIN [TOPIC TYPE]...")
+        sys.exit("usage: peer.py echo|name DOMAIN NAMESPACE RELIABILITY DURABILITY, call DOMAIN [TOPIC TYPE]..., or graph DOMAIN")
     run(*sys.argv[1:])

@@ -67,6 +67,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let config = CalibrationConfig::default();
     let choosing = Choosing {
         most_cycles: usize::from(args.cycles),
+        most_motion_m: f64::INFINITY,
         max_pose_gap_s: node.config.max_pose_gap_s,
         max_image_offset_s: node.config.max_cloud_offset_s,
         beam_order: node.config.stillmap.beam_order,

@@ -33,6 +33,8 @@ pub(crate) struct Topics {
 /// How cycles are made of messages.
 pub(crate) struct Choosing {
     pub(crate) most_cycles: usize,
+    /// Scans while which the platform moves returns farther are left out.
+    pub(crate) most_motion_m: f64,
     pub(crate) max_pose_gap_s: f64,
     pub(crate) max_image_offset_s: f64,
     pub(crate) beam_order: BeamOrder,
@@ -214,6 +216,9 @@ fn candidates(turns: &Turns, poses: &Poses, choosing: &Choosing) -> Vec<Candidat
         .filter_map(|(scan, turn)| {
             let end = turn.stamp.plus_seconds(turn.turn_s);
             let motion_m = left * poses.motion_m(turn.stamp, end)?;
+            if motion_m > choosing.most_motion_m {
+                return None;
+            }
             Some(Candidate { scan, motion_m, map_from_rig: poses.at(turn.stamp)? })
         })
         .collect()

@@ -60,6 +60,9 @@ pub(crate) struct DoctorArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Print a table of all checks, in Markdown, and end
+    #[arg(long, exclusive = true)]
+    checks: bool,
     #[command(flatten, next_help_heading = "Topics of the bag")]
     topics: TopicArgs,
 }
@@ -75,6 +78,10 @@ struct Report {
 }
 
 pub(crate) fn run(args: &DoctorArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
+    if args.checks {
+        console::print(checks::table().trim_end())?;
+        return Ok(Outcome::Complete);
+    }
     let mut report = match &args.bag {
         Some(bag) => examine_bag(bag, args)?,
         None if args.topics.is_empty() => examine_graph(args, ros)?,

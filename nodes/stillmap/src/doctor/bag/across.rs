@@ -7,7 +7,6 @@ use msgs::sensor_msgs::CameraInfo;
 
 use super::reading::{BagFacts, TopicFacts};
 use super::versions;
-use crate::doctor::checks::Check;
 use crate::doctor::content::clocks::{self, Clock};
 use crate::doctor::content::stamps::period_s;
 use crate::doctor::content::{Subject, latching};
@@ -18,9 +17,8 @@ use crate::run::inputs::{TF_STATIC, ViewTopics};
 const LEAST_MESSAGES: usize = 5;
 /// Where stamps and arrivals differ by less throughout, the bag was written with the stamps as arrivals.
 const SAME_TIME_S: f64 = 1e-3;
-/// A topic that begins and ends later than the others by so many of its periods, and as much at both ends.
+/// A topic whose clock is wrong begins and ends later or earlier than the others by more than so many of its periods.
 const SHIFT_PERIODS: f64 = 3.0;
-const SHIFT_SPREAD_PERIODS: f64 = 2.0;
 
 /// All of them.
 pub(super) fn findings(facts: &BagFacts) -> Vec<Finding> {
@@ -63,17 +61,19 @@ fn shifted<'a>(sensors: &[(&'a String, &'a TopicFacts)]) -> Vec<Clock<'a>> {
             .map(|(_, facts)| (since(facts.stamps.iter().min()), since(facts.stamps.iter().max())))
             .collect()
     };
+    let period_of = |facts: &TopicFacts| period_s(&facts.sorted_stamps()).unwrap_or_default();
+    // By so much each end is uncertain.
+    let longest_s = sensors.iter().map(|(_, facts)| period_of(facts)).fold(0.0, f64::max);
     let first_s = clocks::typical_offset(ends.iter().map(|(first_s, _)| *first_s));
     let last_s = clocks::typical_offset(ends.iter().map(|(_, last_s)| *last_s));
     sensors
         .iter()
         .zip(ends)
         .map(|((name, facts), ends)| {
-            let period_s = period_s(&facts.sorted_stamps()).unwrap_or_default();
             let (begin_s, end_s) = (ends.0 - first_s, ends.1 - last_s);
             let is_shift = begin_s * end_s > 0.0
-                && begin_s.abs().min(end_s.abs()) > SHIFT_PERIODS * period_s
-                && (begin_s - end_s).abs() < SHIFT_SPREAD_PERIODS * period_s;
+                && begin_s.abs().min(end_s.abs()) > SHIFT_PERIODS * period_of(facts)
+                && (begin_s - end_s).abs() < longest_s;
             let offset_s = if is_shift { 0.5 * (begin_s + end_s) } else { 0.0 };
             Clock { topic: name, is_read: facts.is_chosen, offset_s }
         })

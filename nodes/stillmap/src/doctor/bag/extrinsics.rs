@@ -16,6 +16,9 @@ use crate::run::inputs::{Inputs, ViewTopics};
 
 /// Cycles that are looked at together, each with its image in memory: those in which the platform moves least.
 const MOST_CYCLES: usize = 20;
+/// While a scan moves its returns farther than this, what lies beside the surfaces may be the motion: when each beam was
+/// measured is known to half a turn. A third of what the mount may be off by.
+const STILL_M: f64 = 0.01;
 /// Fewer cycles tell too little.
 const LEAST_CYCLES: usize = 5;
 
@@ -30,6 +33,7 @@ pub(super) fn finding(
     let config = &parameters.config;
     let choosing = Choosing {
         most_cycles: MOST_CYCLES,
+        most_motion_m: STILL_M,
         max_pose_gap_s: config.max_pose_gap_s,
         max_image_offset_s: config.max_cloud_offset_s,
         beam_order: config.stillmap.beam_order,

@@ -10,6 +10,7 @@ use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
 
 use super::*;
+use crate::doctor::checks::Check;
 use crate::doctor::finding::Severity;
 
 /// A bag of two seconds: images at 30 Hz, scans at 10 Hz, poses at 20 Hz.

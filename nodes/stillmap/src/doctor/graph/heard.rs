@@ -172,7 +172,7 @@ mod tests {
     fn rates_come_from_stamps() {
         let mut heard = Heard::of_type(LaserScan::TYPE_NAME);
         assert_eq!(heard.rate_hz(), None);
-        let mut take = |heard: &mut Heard, nanos| {
+        let take = |heard: &mut Heard, nanos| {
             let stamp = Stamp::from_nanos(nanos);
             let mut scan = LaserScan::default();
             scan.header.stamp = time_from_stamp(stamp);

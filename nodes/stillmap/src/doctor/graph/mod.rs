@@ -63,6 +63,7 @@ impl GraphView {
             findings.extend(who::same_names(&self.endpoints));
             findings.extend(who::several_publishers(self));
             findings.extend(who::makes(&self.endpoints));
+            findings.extend(who::releases(&self.endpoints));
             findings.extend(inputs::missing(self));
             findings.extend(inputs::astray(self));
             findings.extend(heard::findings(self));

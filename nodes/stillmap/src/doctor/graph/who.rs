@@ -73,6 +73,31 @@ pub(super) fn makes(endpoints: &[DiscoveredEndpoint]) -> Option<Finding> {
     })
 }
 
+/// Processes of a ROS 2 before Iron, beside newer ones.
+pub(super) fn releases(endpoints: &[DiscoveredEndpoint]) -> Option<Finding> {
+    let mut older: Vec<_> =
+        endpoints.iter().filter(|one| one.is_before_iron).map(|one| one.participant).collect();
+    older.sort_unstable();
+    older.dedup();
+    let first = older.first()?;
+    let topics: BTreeSet<&str> =
+        endpoints.iter().filter(|one| one.is_before_iron).map(|one| one.topic.as_str()).collect();
+    let topics: Vec<&str> = topics.into_iter().take(MOST_TOPICS).collect();
+    Some(Finding::warn(
+        Check::Versions,
+        format!(
+            "{} participants, {first} first, announce their nodes as ROS 2 did before Iron (on {})",
+            older.len(),
+            topics.join(", ")
+        ),
+        "run one release of ROS 2 on all machines (echo $ROS_DISTRO in each shell); topics cross, but names of nodes and \
+         some types do not",
+    ))
+}
+
+/// Topics that are named at most.
+const MOST_TOPICS: usize = 3;
+
 /// Transforms: whether they are a tree, and whether anybody tells of them.
 pub(super) fn transforms(view: &GraphView) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -140,6 +165,18 @@ mod tests {
         let mut graph = healthy();
         graph.push(of_another_process(publisher("/else", SCAN, "/fast"), [1, 0x0f]));
         tells(&makes(&graph).unwrap(), Severity::Warn, &["Cyclone DDS and on Fast DDS"]);
+    }
+
+    #[test]
+    fn an_older_release_is_told() {
+        let mut graph = healthy();
+        assert!(releases(&graph).is_none());
+        graph[0].is_before_iron = true;
+        tells(
+            &releases(&graph).unwrap(),
+            Severity::Warn,
+            &["1 participants", "before Iron", "/scan"],
+        );
     }
 
     #[test]
