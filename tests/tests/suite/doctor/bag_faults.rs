@@ -130,7 +130,7 @@ pub(super) const FAULTS: &[Fault] = &[
             later(bag, DEPTH, 0.4);
         },
         ["warn", "clocks"],
-        &[DEPTH, "0.400 s ahead", "begins and ends"],
+        &[DEPTH, "s ahead", "begins and ends"],
     )
     .also(&["offsets", "poses"]),
     fault(
