@@ -2,8 +2,10 @@
 
 use super::{Check, Finding};
 
-/// Clocks of one robot differ by less, and so does what drivers take from the measurement to the message.
+/// Clocks of one robot differ by less, ...
 const MOST_SKEW_S: f64 = 0.25;
+/// ... but what is computed may come later than what is measured.
+const MOST_LATE_S: f64 = 0.5;
 /// Beyond this no driver is late, but a clock is wrong.
 const GRAVE_SKEW_S: f64 = 1.0;
 
@@ -19,7 +21,8 @@ pub(in crate::doctor) struct Clock<'a> {
 /// The clocks that differ from those of the most topics. `evidence` says how that is known.
 pub(in crate::doctor) fn findings(clocks: &[Clock<'_>], evidence: &str) -> Vec<Finding> {
     let usual_s = typical_offset(clocks.iter().map(|clock| clock.offset_s));
-    let is_usual = |clock: &&Clock<'_>| (clock.offset_s - usual_s).abs() <= MOST_SKEW_S;
+    let is_usual =
+        |clock: &&Clock<'_>| (-MOST_LATE_S..=MOST_SKEW_S).contains(&(clock.offset_s - usual_s));
     let others: Vec<&str> = clocks.iter().filter(is_usual).map(|clock| clock.topic).collect();
     clocks
         .iter()
