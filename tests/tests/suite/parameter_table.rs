@@ -38,20 +38,33 @@ fn type_name(kind: u8) -> &'static str {
 }
 
 fn accepted(one: &ParameterDescriptor) -> String {
-    let ends = |least: String, most: String| format!("{least} to {most}");
-    // Next to nothing is above nothing.
-    let real = |number: f64| match number {
-        number if number != 0.0 && number.abs() < 1e-300 => "above 0".to_owned(),
-        f64::MAX => "any".to_owned(),
-        number => format!("{number}"),
-    };
-    let whole =
-        |number: i64| if number == i64::MAX { "any".to_owned() } else { number.to_string() };
-    let of_real =
-        one.floating_point_range.first().map(|r| ends(real(r.from_value), real(r.to_value)));
-    let of_whole = one.integer_range.first().map(|r| ends(whole(r.from_value), whole(r.to_value)));
+    let of_real = one.floating_point_range.first().map(|r| real_range(r.from_value, r.to_value));
+    let of_whole = one.integer_range.first().map(|r| whole_range(r.from_value, r.to_value));
     let parts = [of_real.or(of_whole), Some(one.additional_constraints.clone())];
     parts.into_iter().flatten().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
+}
+
+/// Ends that are left out are told by the numbers next to them.
+fn real_range(least: f64, most: f64) -> String {
+    let from = if least > 0.0 && least.next_down() == 0.0 {
+        "above 0".to_owned()
+    } else {
+        format!("{least} or more")
+    };
+    match most {
+        f64::MAX => from,
+        _ if most.next_up().fract() == 0.0 && most.fract() != 0.0 => {
+            format!("{from}, below {}", most.next_up())
+        }
+        _ => format!("{from}, to {most}"),
+    }
+}
+
+fn whole_range(least: i64, most: i64) -> String {
+    match most {
+        i64::MAX => format!("{least} or more"),
+        _ => format!("{least} to {most}"),
+    }
 }
 
 fn cell(text: &str) -> String {

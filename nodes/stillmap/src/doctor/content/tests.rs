@@ -13,7 +13,9 @@ const SUBJECT: Subject<'_> = Subject { topic: "/topic", is_read: true, period_s:
 
 fn findings_of<M: Observed>(messages: &[M]) -> Vec<Finding> {
     let mut content = Content::of_type(M::TYPE_NAME);
-    messages.iter().for_each(|message| drop(content.take(message)));
+    for message in messages {
+        content.take(message);
+    }
     content.findings(&SUBJECT)
 }
 
