@@ -11,6 +11,8 @@ use super::{Check, Finding, Typical};
 
 /// Frames that are kept at most.
 const MOST_FRAMES: usize = 4096;
+/// Parents of a frame that are kept at most.
+const MOST_PARENTS: usize = 16;
 /// A moving frame is silent for too long after so many of its periods, ...
 const GAP_PERIODS: f64 = 5.0;
 /// ... and no less than this: tf2 waits for transforms of a tenth of that, and remembers ten.
@@ -62,6 +64,9 @@ impl TransformFacts {
                 continue;
             }
             let parents = self.edges.entry(child.to_owned()).or_default();
+            if parents.len() >= MOST_PARENTS && !parents.contains_key(parent) {
+                continue;
+            }
             let edge = parents.entry(parent.to_owned()).or_default();
             edge.messages += 1;
             edge.fixed |= is_fixed;
