@@ -156,7 +156,16 @@ fn clocks_that_differ_are_found() {
     for (_, scan) in &mut bag.scans {
         scan.header.stamp.sec += 60;
     }
-    only_fault(&bag.findings(), Severity::Error, &["0 of 21 scans", "-59.000 s after", "chrony"]);
+    let findings = bag.findings();
+    let of =
+        |check| findings.iter().filter(move |one| one.check == check).cloned().collect::<Vec<_>>();
+    let parts = ["0 of 21 scans", "-59.000 s after", "chrony"];
+    only_fault(&of(Check::Offsets), Severity::Error, &parts);
+    only_fault(
+        &of(Check::Clocks),
+        Severity::Error,
+        &["/scan: its stamps are 60.000 s ahead", "PTP"],
+    );
 }
 
 #[test]
@@ -181,6 +190,10 @@ fn images_that_do_not_cross_dds_here_are_found() {
     for (_, image) in &mut bag.images {
         (image.width, image.height, image.step) = (640, 900, 1280);
         image.data = vec![1; 640 * 900 * 2];
+    }
+    for (_, info) in &mut bag.infos {
+        (info.width, info.height) = (640, 900);
+        info.k = [600.0, 0.0, 319.5, 0.0, 600.0, 449.5, 0.0, 0.0, 1.0];
     }
     let parts = ["/depth/image: messages of 1152 kB", "1048 kB", "--compress-depth /depth/image"];
     only_fault(&bag.findings(), Severity::Warn, &parts);
