@@ -1,34 +1,76 @@
-"""The three nodes beside a robot's drivers.
+"""The nodes beside a robot's drivers.
 
     ros2 launch launch-scripts/robot.launch.py scan:=/laser/scan depth_image:=/camera/depth/image_raw \
         depth_camera_info:=/camera/depth/camera_info pose:=/odometry/pose
 
-The programs `detection`, `segmentation` and `reconstruction` must be on the PATH.
+Built by colcon, the programs are found by their package (`ros2 launch stillmap robot.launch.py`); else `detection`,
+`segmentation`, `reconstruction` and what else is named must be on the PATH.
 """
 
 from pathlib import Path
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, Shutdown
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
+PACKAGE = 'stillmap'
 
-# The inputs of detection: launch argument, topic of the node, meaning.
+# The inputs: launch argument, topic of the nodes, meaning.
 INPUTS = [
     ('scan', 'scan', 'LaserScan of the 2D scanner'),
     ('depth_image', 'depth/image', 'depth image of the camera, 16UC1 or 32FC1'),
     ('depth_camera_info', 'depth/camera_info', 'calibration of the depth camera'),
     ('points', 'points', 'PointCloud2 of the camera, for rigs with `input: points`'),
     ('pose', 'pose', 'PoseStamped of the rig in the map'),
+    ('rgb_image', 'rgb/image', 'colour image, for the node pose'),
+    ('rgb_camera_info', 'rgb/camera_info', 'calibration of the colour camera, for the node pose'),
 ]
+NODES = ['detection', 'segmentation', 'reconstruction']
+# Those that the argument `nodes` may name besides.
+MORE_NODES = ['pose']
+
+
+def package():
+    """The package that the programs are installed in; none where they are on the PATH."""
+    try:
+        from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+    except ImportError:
+        return None
+    try:
+        get_package_prefix(PACKAGE)
+    except PackageNotFoundError:
+        return None
+    return PACKAGE
+
+
+def described_nodes(context):
+    """Describes the nodes that the argument `nodes` names."""
+    names = LaunchConfiguration('nodes').perform(context).split()
+    unknown = sorted(set(names) - set(NODES + MORE_NODES))
+    if unknown:
+        raise RuntimeError(f'nodes: there is no {unknown[0]}; known are {", ".join(NODES + MORE_NODES)}')
+    # An absolute path wins over the folder before it.
+    rig = PathJoinSubstitution([str(CONFIG / 'rig'), LaunchConfiguration('rig')])
+    # Text even where it is empty or looks like a number.
+    map_path = ParameterValue(LaunchConfiguration('save_map_on_exit'), value_type=str)
+    parameters = {'reconstruction': [{'save_map_on_exit': map_path}]}
+    return [
+        Node(
+            package=package(), executable=name, name=name, namespace=LaunchConfiguration('namespace'), output='screen',
+            parameters=[str(CONFIG / f'{name}.yaml'), rig, *parameters.get(name, [])],
+            remappings=[(topic, LaunchConfiguration(argument)) for argument, topic, _ in INPUTS],
+            # Without one of them the others wait for ever.
+            on_exit=[Shutdown(reason=f'{name} has ended')])
+        for name in names
+    ]
 
 
 def generate_launch_description():
     """Describes the nodes and their arguments."""
-    arguments = [
+    return LaunchDescription([
         DeclareLaunchArgument('namespace', default_value='/', description='namespace of the nodes, absolute'),
         DeclareLaunchArgument(
             'rig', default_value='rplidar_a1_kinect_v1.yaml',
@@ -36,25 +78,9 @@ def generate_launch_description():
         DeclareLaunchArgument(
             'save_map_on_exit', default_value='',
             description='where the map is saved at the end: a .ply or .pcd path, or nothing'),
-    ] + [
-        DeclareLaunchArgument(argument, default_value=topic, description=meaning)
-        for argument, topic, meaning in INPUTS
-    ]
-    # An absolute path wins over the folder before it.
-    rig = PathJoinSubstitution([str(CONFIG / 'rig'), LaunchConfiguration('rig')])
-
-    def node(name, remappings=(), parameters=()):
-        return Node(
-            executable=name, name=name, namespace=LaunchConfiguration('namespace'), output='screen',
-            parameters=[str(CONFIG / f'{name}.yaml'), rig, *parameters], remappings=list(remappings),
-            # Without one of them the others wait for ever.
-            on_exit=[Shutdown(reason=f'{name} has ended')])
-
-    # Text even where it is empty or looks like a number.
-    map_path = ParameterValue(LaunchConfiguration('save_map_on_exit'), value_type=str)
-    return LaunchDescription(arguments + [
-        node('detection', remappings=[
-            (topic, LaunchConfiguration(argument)) for argument, topic, _ in INPUTS]),
-        node('segmentation'),
-        node('reconstruction', parameters=[{'save_map_on_exit': map_path}]),
+        DeclareLaunchArgument(
+            'nodes', default_value=' '.join(NODES), description='the nodes to start, with spaces between; pose is one more'),
+        *(DeclareLaunchArgument(argument, default_value=topic, description=meaning)
+          for argument, topic, meaning in INPUTS),
+        OpaqueFunction(function=described_nodes),
     ])

@@ -17,13 +17,25 @@ pub(crate) struct Channel {
     /// Empty for a channel without a schema.
     pub(crate) type_name: Arc<str>,
     pub(crate) encoding: Arc<str>,
+    /// The definition of the type as the file has it; empty for one in another form than `.msg` files.
+    pub(crate) definition: Arc<str>,
     pub(crate) qos: Option<OfferedQos>,
 }
+
+/// What a type is called, and how it is defined.
+#[derive(Clone, Debug)]
+struct Schema {
+    name: Arc<str>,
+    definition: Arc<str>,
+}
+
+/// The encoding of schemas that are the text of `.msg` files.
+const MSG_FILES: &str = "ros2msg";
 
 /// The channels and schemas that have been seen.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Catalogue {
-    schema_names: BTreeMap<u16, Arc<str>>,
+    schemas: BTreeMap<u16, Schema>,
     channels: BTreeMap<u16, Arc<Channel>>,
     /// Channels whose schema has not been seen: parts of a file are not always read in its order.
     waiting: Vec<mcap::records::Channel>,
@@ -37,10 +49,15 @@ impl Catalogue {
             return Ok(());
         }
         match mcap::parse_record(opcode, body)? {
-            Record::Schema { header, .. } => {
-                let known = self.schema_names.len();
-                self.schema_names.entry(header.id).or_insert_with(|| header.name.into());
-                if self.schema_names.len() > known {
+            Record::Schema { header, data } => {
+                let known = self.schemas.len();
+                self.schemas.entry(header.id).or_insert_with(|| {
+                    let text =
+                        (header.encoding == MSG_FILES).then(|| std::str::from_utf8(&data).ok());
+                    let definition = text.flatten().unwrap_or_default().into();
+                    Schema { name: header.name.into(), definition }
+                });
+                if self.schemas.len() > known {
                     for channel in std::mem::take(&mut self.waiting) {
                         self.add(channel);
                     }
@@ -55,9 +72,9 @@ impl Catalogue {
     }
 
     fn add(&mut self, channel: mcap::records::Channel) {
-        let type_name = match (channel.schema_id, self.schema_names.get(&channel.schema_id)) {
-            (0, _) => Arc::from(""),
-            (_, Some(name)) => Arc::clone(name),
+        let schema = match (channel.schema_id, self.schemas.get(&channel.schema_id)) {
+            (0, _) => Schema { name: Arc::from(""), definition: Arc::from("") },
+            (_, Some(schema)) => schema.clone(),
             (_, None) => {
                 if !self.waiting.contains(&channel) {
                     self.waiting.push(channel);
@@ -70,7 +87,8 @@ impl Catalogue {
         self.channels.entry(channel.id).or_insert_with(|| {
             Arc::new(Channel {
                 topic: channel.topic.into(),
-                type_name,
+                type_name: schema.name,
+                definition: schema.definition,
                 encoding: channel.message_encoding.into(),
                 qos,
             })

@@ -70,6 +70,9 @@ pub struct TopicInfo {
     pub topic: String,
     /// The name of its type; empty where the bag has none.
     pub type_name: String,
+    /// The definition of its type and of those within it, in the form of `.msg` files, where the bag has it.
+    #[serde(skip)]
+    pub definition: Option<String>,
     /// How its messages are encoded.
     pub encoding: String,
     /// How many there are.
@@ -78,6 +81,14 @@ pub struct TopicInfo {
     pub rate_hz: Option<f64>,
     /// What its publishers offered, where that was recorded.
     pub qos: Option<OfferedQos>,
+}
+
+/// What was counted of a topic.
+#[derive(Default)]
+struct Tallied {
+    messages: u64,
+    qos: Option<OfferedQos>,
+    definition: Option<String>,
 }
 
 impl TopicInfo {
@@ -91,7 +102,7 @@ impl TopicInfo {
 /// Messages by channel description, and the times of the first and the last one.
 #[derive(Default)]
 struct Tally {
-    counts: BTreeMap<(String, String, String), (u64, Option<OfferedQos>)>,
+    counts: BTreeMap<(String, String, String), Tallied>,
     first_ns: Option<u64>,
     last_ns: Option<u64>,
     losses: Vec<Loss>,
@@ -121,14 +132,15 @@ pub(crate) fn of(bag: &Bag, read_all: bool) -> Result<BagInfo, BagError> {
     let topics: Vec<TopicInfo> = tally
         .counts
         .into_iter()
-        .map(|((topic, type_name, encoding), (message_count, qos))| TopicInfo {
-            rate_hz: (message_count > 1 && duration_s > 0.0)
-                .then(|| (message_count - 1) as f64 / duration_s),
-            qos: qos.or_else(|| bag.listed_qos(&topic)),
+        .map(|((topic, type_name, encoding), tallied)| TopicInfo {
+            rate_hz: (tallied.messages > 1 && duration_s > 0.0)
+                .then(|| (tallied.messages - 1) as f64 / duration_s),
+            qos: tallied.qos.or_else(|| bag.listed_qos(&topic)),
             topic,
             type_name,
+            definition: tallied.definition,
             encoding,
-            message_count,
+            message_count: tallied.messages,
         })
         .collect();
     Ok(BagInfo {
@@ -176,9 +188,12 @@ impl Tally {
             channel.type_name.to_string(),
             channel.encoding.to_string(),
         );
-        let entry = self.counts.entry(key).or_insert((0, channel.qos));
-        entry.0 += count;
-        entry.1 = entry.1.or(channel.qos);
+        let entry = self.counts.entry(key).or_default();
+        entry.messages += count;
+        entry.qos = entry.qos.or(channel.qos);
+        if entry.definition.is_none() && !channel.definition.is_empty() {
+            entry.definition = Some(channel.definition.to_string());
+        }
     }
 
     fn extend(&mut self, log_time_ns: u64) {

@@ -214,6 +214,11 @@ impl Graph {
         troubles
     }
 
+    /// Whether an endpoint's participant announced itself in the form of a ROS 2 before Iron.
+    pub(crate) fn is_before_iron(&self, endpoint: GUID) -> bool {
+        self.lock_names().announces_none(endpoint)
+    }
+
     /// The node that an endpoint of a peer belongs to, where that is known.
     pub(crate) fn node_of(&self, endpoint: GUID) -> Option<String> {
         self.lock_names().node_of(endpoint)

@@ -29,6 +29,8 @@ pub struct DiscoveredEndpoint {
     pub qos: DiscoveredQos,
     /// The node that it belongs to, by its full name; known once the peer has told.
     pub node: Option<String>,
+    /// Whether its participant announced its nodes in the form of a ROS 2 before Iron, which is not read here.
+    pub is_before_iron: bool,
     /// The participant that it belongs to.
     pub participant: ParticipantId,
     /// Where it can be reached.
@@ -205,6 +207,7 @@ pub(crate) fn of(participant: &DomainParticipant, graph: &Graph) -> Vec<Discover
             type_name: ros_type_name(dds_type),
             qos: DiscoveredQos { role, policies },
             node: graph.node_of(guid),
+            is_before_iron: graph.is_before_iron(guid),
             participant: id,
             addresses,
         })

@@ -43,6 +43,9 @@ pub(crate) struct SimulateArgs {
     choice: ChoiceArgs,
     #[command(flatten)]
     sensors: SensorArgs,
+    /// So many seconds, from the start; paths keep their times
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
     /// How far the depth camera's clock is ahead of the scanner's and the pose's
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     clock_skew_ms: Option<f64>,
@@ -74,6 +77,9 @@ fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
     let mut scenario = args.sensors.added_to(args.choice.scenario()?);
     if let Some([columns, rows]) = args.depth_size.as_deref() {
         scenario = scenario.with_depth_size(*columns, *rows);
+    }
+    if let Some(seconds) = args.seconds {
+        scenario = scenario.with_duration_s(seconds);
     }
     if let Some([position_m, rotation_rad]) = args.pose_noise.as_deref() {
         scenario = scenario.with_pose_noise(*position_m, *rotation_rad);

@@ -34,10 +34,16 @@ struct Preset {
     parameters: &'static str,
 }
 
-const PRESETS: [Preset; 1] = [Preset {
-    name: "rplidar_a1_kinect_v1",
-    parameters: include_str!("../../../config/rig/rplidar_a1_kinect_v1.yaml"),
-}];
+const PRESETS: [Preset; 2] = [
+    Preset {
+        name: "rplidar_a1_kinect_v1",
+        parameters: include_str!("../../../config/rig/rplidar_a1_kinect_v1.yaml"),
+    },
+    Preset {
+        name: "rplidar_s2_realsense_d435",
+        parameters: include_str!("../../../config/rig/rplidar_s2_realsense_d435.yaml"),
+    },
+];
 
 pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
     log::start("stillmap", &ros.log);

@@ -14,6 +14,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 import call
+import graph
 import messages
 import nodes
 
@@ -99,6 +100,10 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["nodes"] and len(sys.argv) == 3:
         nodes.run(sys.argv[2])
         sys.exit()
+    if sys.argv[1:2] == ["graph"] and len(sys.argv) == 3:
+        graph.run(sys.argv[2])
+        sys.exit()
     if len(sys.argv) != 6 or sys.argv[1] not in ("echo", "name"):
-        sys.exit("usage: peer.py echo|name DOMAIN NAMESPACE RELIABILITY DURABILITY, call DOMAIN [TOPIC TYPE]..., or nodes DOMAIN")
+        usage = "echo|name DOMAIN NAMESPACE RELIABILITY DURABILITY, call DOMAIN [TOPIC TYPE]..., nodes DOMAIN, or graph DOMAIN"
+        sys.exit(f"usage: peer.py {usage}")
     run(*sys.argv[1:])

@@ -2,14 +2,14 @@
 //! the same message, and the other way round. `tests/peers/README.md` says what they are and how to
 //! get them; where one is missing, its tests say so in a line.
 
-mod build;
+pub(crate) mod build;
 mod cases;
-mod definitions;
+pub(crate) mod definitions;
 mod fill;
 mod idl;
 mod lengths;
 mod message_types;
-mod peer;
+pub(crate) mod peer;
 mod place;
 
 mod by_name;

@@ -17,6 +17,8 @@ mod config_files;
 mod import;
 mod import_lidar;
 mod local_run;
+mod packaging;
+mod parameter_table;
 mod trajectory;
 mod transforms;
 

@@ -167,6 +167,7 @@ mod tests {
         TopicInfo {
             topic: name.into(),
             type_name: type_name.into(),
+            definition: None,
             encoding: "cdr".into(),
             message_count: 3,
             rate_hz: None,

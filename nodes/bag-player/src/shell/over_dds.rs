@@ -205,6 +205,24 @@ fn bag_of_images() -> (TempDir, PathBuf) {
     (folder, path)
 }
 
+/// It was once passed over, and the topic went by the bag's name.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_not_played_gets_no_other_name() {
+    let (_folder, path) = bag();
+    let (player, _listener) = nodes();
+    let remap = |text: &str| PlayOptions {
+        topics: vec!["/scan".into()],
+        remap: vec![text.parse().unwrap()],
+        ..PlayOptions::new(path.clone())
+    };
+    for text in ["/scam:=/laser/scan", "/map_name:=/name"] {
+        let refused = play(remap(text), &player).await.unwrap_err().to_string();
+        let from = text.split(":=").next().unwrap();
+        assert_eq!(refused, format!("--remap {from}: no such topic is played; there are /scan"));
+    }
+    assert!(play(remap("scan:=/laser/scan"), &player).await.is_ok());
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn depth_images_arrive_compressed_below_their_name() {
     let (_folder, path) = bag_of_images();

@@ -61,6 +61,14 @@ pub enum PlayError {
         /// What is played.
         available: String,
     },
+    /// A topic to give another name is not played.
+    #[error("--remap {from}: no such topic is played; there are {available}")]
+    RemapUnplayed {
+        /// The topic.
+        from: String,
+        /// What is played.
+        available: String,
+    },
     /// A topic to compress is not there.
     #[error("--{option} {topic}: no such topic is played; the bag's images are {images}")]
     CompressUnplayed {
@@ -131,6 +139,7 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
             && !(options.clock && options.published_name(topic) == CLOCK_TOPIC)
     };
     let played = info.topics.iter().filter(|topic| topic.is_playable() && wanted(&topic.topic));
+    check_remaps(&options, played.clone().map(|topic| topic.topic.as_str()))?;
     let offers = Offers::create(node, &options, &compression, played)?;
     let clock = clock_period.map(|period| BagClock::start(node, period)).transpose()?;
 
@@ -168,6 +177,22 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
         return Err(PlayError::NothingToPlay { path: options.bag, selected });
     }
     Ok(summary)
+}
+
+/// Whether what is to have another name is played: a misspelt one would else go by the bag's.
+fn check_remaps<'a>(
+    options: &PlayOptions,
+    played: impl Iterator<Item = &'a str> + Clone,
+) -> Result<(), PlayError> {
+    let is_played =
+        |from: &str| from == CLOCK_TOPIC || played.clone().any(|topic| bare(topic) == bare(from));
+    match options.remap.iter().find(|remap| !is_played(&remap.from)) {
+        Some(remap) => {
+            let available = played.clone().collect::<Vec<_>>().join(", ");
+            Err(PlayError::RemapUnplayed { from: remap.from.clone(), available })
+        }
+        None => Ok(()),
+    }
 }
 
 /// Opens the bag on a thread of its own: one without an index is read whole for it.

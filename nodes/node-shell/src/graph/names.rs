@@ -89,6 +89,13 @@ impl NodeNames {
         Some(full_name(owner))
     }
 
+    /// Whether the participant of an endpoint announced itself without any node. That of a ROS 2 before Iron seems to: names
+    /// of endpoints had 24 bytes then, the last eight of them zero, which are read as a list of nodes without nodes.
+    pub(super) fn announces_none(&self, endpoint: GUID) -> bool {
+        let nodes = self.participants.get(&prefix(&endpoint.to_bytes()));
+        nodes.is_some_and(Vec::is_empty)
+    }
+
     fn nodes_of(&self, prefix: &[u8; 12]) -> &[NodeEndpoints] {
         self.participants.get(prefix).map_or(&[], Vec::as_slice)
     }

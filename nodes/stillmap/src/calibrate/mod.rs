@@ -3,7 +3,7 @@
 mod choice;
 mod gathering;
 mod poses;
-mod reader;
+pub(crate) mod reader;
 mod tell;
 #[cfg(test)]
 mod tests;
@@ -67,6 +67,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let config = CalibrationConfig::default();
     let choosing = Choosing {
         most_cycles: usize::from(args.cycles),
+        most_motion_m: f64::INFINITY,
         max_pose_gap_s: node.config.max_pose_gap_s,
         max_image_offset_s: node.config.max_cloud_offset_s,
         beam_order: node.config.stillmap.beam_order,
@@ -110,7 +111,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     Ok(if complete { Outcome::Complete } else { Outcome::WithLosses })
 }
 
-fn load_parameters(files: &[PathBuf]) -> Result<DetectionParameters, Failure> {
+/// The parameters of detection in some files, checked.
+pub(crate) fn load_parameters(files: &[PathBuf]) -> Result<DetectionParameters, Failure> {
     let node = format!("/{}", Stage::Detection.name());
     let node: DetectionParameters = parameters::load(&node, files, &[] as &[Assignment])
         .map_err(|error| Failure::new(error.to_string()))?;

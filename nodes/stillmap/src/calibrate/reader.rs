@@ -23,34 +23,36 @@ const FAST_M: f64 = 0.04;
 const LEFT_OF_MOTION: f64 = 0.1;
 
 /// The topics that are read.
-pub(super) struct Topics {
-    pub(super) scan: String,
-    pub(super) image: String,
-    pub(super) camera_info: String,
-    pub(super) pose: String,
+pub(crate) struct Topics {
+    pub(crate) scan: String,
+    pub(crate) image: String,
+    pub(crate) camera_info: String,
+    pub(crate) pose: String,
 }
 
 /// How cycles are made of messages.
-pub(super) struct Choosing {
-    pub(super) most_cycles: usize,
-    pub(super) max_pose_gap_s: f64,
-    pub(super) max_image_offset_s: f64,
-    pub(super) beam_order: BeamOrder,
+pub(crate) struct Choosing {
+    pub(crate) most_cycles: usize,
+    /// Scans while which the platform moves returns farther are left out.
+    pub(crate) most_motion_m: f64,
+    pub(crate) max_pose_gap_s: f64,
+    pub(crate) max_image_offset_s: f64,
+    pub(crate) beam_order: BeamOrder,
 }
 
 /// What was read.
-pub(super) struct Read {
-    pub(super) cycles: ReadCycles,
+pub(crate) struct Read {
+    pub(crate) cycles: ReadCycles,
     /// The first calibration of the camera.
-    pub(super) camera: Option<CameraModel>,
+    pub(crate) camera: Option<CameraModel>,
     /// What of the bag could not be read.
-    pub(super) losses: Vec<Failure>,
+    pub(crate) losses: Vec<Failure>,
 }
 
 /// The cycles, and what should be known of them.
-pub(super) struct ReadCycles {
-    pub(super) cycles: Vec<Cycle>,
-    pub(super) findings: Vec<Failure>,
+pub(crate) struct ReadCycles {
+    pub(crate) cycles: Vec<Cycle>,
+    pub(crate) findings: Vec<Failure>,
 }
 
 /// A scan's time.
@@ -60,7 +62,7 @@ pub(super) struct Turn {
     pub(super) turn_s: f64,
 }
 
-pub(super) fn read(
+pub(crate) fn read(
     bag: &Bag,
     info: &BagInfo,
     topics: &Topics,
@@ -214,6 +216,9 @@ fn candidates(turns: &Turns, poses: &Poses, choosing: &Choosing) -> Vec<Candidat
         .filter_map(|(scan, turn)| {
             let end = turn.stamp.plus_seconds(turn.turn_s);
             let motion_m = left * poses.motion_m(turn.stamp, end)?;
+            if motion_m > choosing.most_motion_m {
+                return None;
+            }
             Some(Candidate { scan, motion_m, map_from_rig: poses.at(turn.stamp)? })
         })
         .collect()

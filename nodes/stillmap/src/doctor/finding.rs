@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::checks::Check;
+
 /// How grave a finding is.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -44,40 +46,40 @@ const WORD_WIDTH: usize = 5;
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub(crate) struct Finding {
     pub(crate) severity: Severity,
-    /// Which check made it, for programs.
-    pub(crate) check: &'static str,
+    /// Which check made it.
+    pub(crate) check: Check,
     /// What it is, with the numbers that show it.
     pub(crate) what: String,
+    /// What comes of it; only what is as it should be has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) consequence: Option<&'static str>,
     /// The command or the setting that mends it; only what is as it should be has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) mend: Option<String>,
 }
 
 impl Finding {
-    pub(crate) fn ok(check: &'static str, what: impl Into<String>) -> Self {
-        Self { severity: Severity::Ok, check, what: what.into(), mend: None }
+    pub(crate) fn ok(check: Check, what: impl Into<String>) -> Self {
+        Self { severity: Severity::Ok, check, what: what.into(), consequence: None, mend: None }
     }
 
-    pub(crate) fn warn(
-        check: &'static str,
-        what: impl Into<String>,
-        mend: impl Into<String>,
-    ) -> Self {
-        Self { severity: Severity::Warn, check, what: what.into(), mend: Some(mend.into()) }
+    pub(crate) fn warn(check: Check, what: impl Into<String>, mend: impl Into<String>) -> Self {
+        Self::new(Severity::Warn, check, what.into(), mend.into())
     }
 
-    pub(crate) fn error(
-        check: &'static str,
-        what: impl Into<String>,
-        mend: impl Into<String>,
-    ) -> Self {
-        Self { severity: Severity::Error, check, what: what.into(), mend: Some(mend.into()) }
+    pub(crate) fn error(check: Check, what: impl Into<String>, mend: impl Into<String>) -> Self {
+        Self::new(Severity::Error, check, what.into(), mend.into())
+    }
+
+    fn new(severity: Severity, check: Check, what: String, mend: String) -> Self {
+        let consequence = Some(check.entry().consequence);
+        Self { severity, check, what, consequence, mend: Some(mend) }
     }
 
     /// An error when `grave`, or else a warning.
     pub(crate) fn grave_if(
         grave: bool,
-        check: &'static str,
+        check: Check,
         what: impl Into<String>,
         mend: impl Into<String>,
     ) -> Self {
@@ -93,10 +95,14 @@ impl Finding {
         } else {
             word.to_owned()
         };
-        match &self.mend {
-            Some(mend) => format!("{word}{padding}  {}  ->  {mend}", self.what),
-            None => format!("{word}{padding}  {}", self.what),
+        let mut line = format!("{word}{padding}  {}", self.what);
+        if let Some(consequence) = self.consequence {
+            line += &format!("; {consequence}");
         }
+        if let Some(mend) = &self.mend {
+            line += &format!("  ->  {mend}");
+        }
+        line
     }
 }
 
@@ -139,18 +145,19 @@ mod tests {
 
     #[test]
     fn a_finding_is_a_line_with_its_mend() {
-        let finding = Finding::warn("gaps", "/scan has a gap of 2.0 s", "record again");
-        assert_eq!(finding.line(false), "warn   /scan has a gap of 2.0 s  ->  record again");
-        assert_eq!(Finding::ok("gaps", "no gap").line(false), "ok     no gap");
+        let finding = Finding::warn(Check::Motion, "/pose jumps by 2.0 m", "record again");
+        let expected = "warn   /pose jumps by 2.0 m; the map is torn there  ->  record again";
+        assert_eq!(finding.line(false), expected);
+        assert_eq!(Finding::ok(Check::Gaps, "no gap").line(false), "ok     no gap");
         assert!(finding.line(true).starts_with("\x1b[33mwarn\x1b[0m "));
     }
 
     #[test]
     fn findings_are_counted_by_severity() {
         let findings = [
-            Finding::ok("a", "x"),
-            Finding::error("a", "x", "y"),
-            Finding::grave_if(false, "a", "x", "y"),
+            Finding::ok(Check::Gaps, "x"),
+            Finding::error(Check::Gaps, "x", "y"),
+            Finding::grave_if(false, Check::Gaps, "x", "y"),
         ];
         let tally = Tally::of(&findings);
         assert_eq!(tally, Tally { errors: 1, warnings: 1, ok: 1 });
@@ -159,9 +166,10 @@ mod tests {
 
     #[test]
     fn a_program_reads_the_same() {
-        let json = serde_json::to_value(Finding::error("types", "what", "mend")).unwrap();
+        let json = serde_json::to_value(Finding::error(Check::Motion, "what", "mend")).unwrap();
         let expected = serde_json::json!({
-            "severity": "error", "check": "types", "what": "what", "mend": "mend"
+            "severity": "error", "check": "motion", "what": "what",
+            "consequence": "the map is torn there", "mend": "mend"
         });
         assert_eq!(json, expected);
     }

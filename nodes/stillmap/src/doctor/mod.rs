@@ -2,6 +2,8 @@
 //! its numbers, and with the command or the setting that mends it.
 
 mod bag;
+mod checks;
+mod content;
 mod finding;
 mod graph;
 mod machine;
@@ -17,9 +19,11 @@ use node_shell::log::{LogDirective, LogLevel};
 use node_shell::{RosArguments, ShellError, Transport, TransportError};
 use serde::Serialize;
 
+use crate::calibrate::load_parameters;
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::run::inputs::TopicArgs;
+use checks::Check;
 use finding::{Finding, Severity, Tally};
 use graph::{GraphView, Listening, TopicListing};
 use machine::{Machine, ReceiveBuffer};
@@ -37,9 +41,10 @@ const LOGGER: &str = "doctor";
   stillmap doctor --ros-args -r __ns:=/robot -r scan:=/laser/scan
   stillmap doctor room.mcap                             a bag
 
-Each finding is a line: ok, warn or error, what it is, and behind an arrow what mends it.
-Exit codes: 0 nothing is an error (warnings are none), 1 there is at least one error or the doctor could
-not look, 2 a command line that cannot be read.")]
+Each finding is a line: ok, warn or error, what it is with the numbers that show it, what comes of it, and behind
+an arrow what mends it.
+Exit codes: 0 all is well, 1 there is at least one error or the doctor could not look, 2 a command line that
+cannot be read, 3 there are warnings and no error.")]
 pub(crate) struct DoctorArgs {
     /// An MCAP file or a rosbag2 folder; without one, this machine and the live graph
     bag: Option<PathBuf>,
@@ -49,9 +54,15 @@ pub(crate) struct DoctorArgs {
     /// Subscribe to images and clouds too, to see their sizes and rates; a driver then sends them
     #[arg(long, conflicts_with = "bag")]
     measure: bool,
+    /// A ROS 2 parameter file of detection, as for `stillmap run`; later ones override earlier ones
+    #[arg(long = "params-file", value_name = "FILE", requires = "bag")]
+    parameter_files: Vec<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Print a table of all checks, in Markdown, and end
+    #[arg(long, exclusive = true)]
+    checks: bool,
     #[command(flatten, next_help_heading = "Topics of the bag")]
     topics: TopicArgs,
 }
@@ -67,8 +78,12 @@ struct Report {
 }
 
 pub(crate) fn run(args: &DoctorArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
+    if args.checks {
+        console::print(checks::table().trim_end())?;
+        return Ok(Outcome::Complete);
+    }
     let mut report = match &args.bag {
-        Some(bag) => examine_bag(bag, &args.topics)?,
+        Some(bag) => examine_bag(bag, args)?,
         None if args.topics.is_empty() => examine_graph(args, ros)?,
         None => {
             return Err(Failure::new("topics of a bag are named, but no bag")
@@ -80,7 +95,8 @@ pub(crate) fn run(args: &DoctorArgs, ros: &RosArguments) -> Result<Outcome, Fail
     if report.findings.iter().any(|finding| finding.severity == Severity::Error) {
         return Err(Failure::new(format!("{} found", report.tally)));
     }
-    Ok(Outcome::Complete)
+    let warned = report.tally.warnings > 0;
+    Ok(if warned { Outcome::WithLosses } else { Outcome::Complete })
 }
 
 fn tell(report: &Report, json: bool) -> Result<(), Failure> {
@@ -102,7 +118,8 @@ fn tell(report: &Report, json: bool) -> Result<(), Failure> {
     console::print(report.tally)
 }
 
-fn examine_bag(path: &Path, topics: &TopicArgs) -> Result<Report, Failure> {
+fn examine_bag(path: &Path, args: &DoctorArgs) -> Result<Report, Failure> {
+    let parameters = load_parameters(&args.parameter_files)?;
     let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
     // A bag can be looked at where no node can start.
     let buffer = Transport::from_environment()
@@ -110,7 +127,7 @@ fn examine_bag(path: &Path, topics: &TopicArgs) -> Result<Report, Failure> {
         .and_then(|transport| transport.probe_receive_buffer())
         .ok()
         .map(ReceiveBuffer::from);
-    let findings = bag::findings(&bag, topics, buffer.as_ref())?;
+    let findings = bag::findings(&bag, &args.topics, &parameters, buffer.as_ref())?;
     Ok(Report { findings, ..Report::default() })
 }
 
@@ -136,7 +153,7 @@ fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failur
 /// With such an environment no node starts, so there is nothing else to see.
 fn only(error: &TransportError) -> Report {
     let finding = Finding::error(
-        "environment",
+        Check::Environment,
         format!("no node can start: {}={} is not understood", error.variable, error.value),
         format!("export {}=... with {}; or unset it", error.variable, error.accepted),
     );

@@ -10,7 +10,7 @@ use super::idl;
 
 /// What a peer is made with.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Make {
+pub(crate) enum Make {
     /// Cyclone DDS in C.
     Cyclone,
     /// Its Python package.
@@ -20,10 +20,10 @@ pub(super) enum Make {
 }
 
 /// How to start a peer.
-pub(super) struct Program {
-    pub(super) path: PathBuf,
+pub(crate) struct Program {
+    pub(crate) path: PathBuf,
     /// What stands before the peer's own arguments.
-    pub(super) arguments: Vec<OsString>,
+    pub(crate) arguments: Vec<OsString>,
 }
 
 /// Where a Python with `cyclonedds` is.
@@ -32,7 +32,7 @@ const PYTHON: &str = "STILLMAP_TEST_PYTHON";
 const PYTHON_ENVIRONMENT: &str = "peers-venv/bin/python3";
 
 /// The peer's program; `None`, and a line that says what is missing, where it cannot be had.
-pub(super) fn program(make: Make) -> Option<Program> {
+pub(crate) fn program(make: Make) -> Option<Program> {
     let found = match make {
         Make::Cyclone => cyclone(),
         Make::FastDds => fast_dds(),

@@ -26,7 +26,7 @@ const CYCLONE: &str = "<CycloneDDS><Domain>\
 const LONGEST_END: Duration = Duration::from_secs(5);
 
 /// A running peer.
-pub(super) struct Peer {
+pub(crate) struct Peer {
     child: Child,
     input: Option<ChildStdin>,
     lines: mpsc::UnboundedReceiver<String>,
@@ -42,10 +42,20 @@ impl Peer {
         place: &Place,
         arguments: &[&str],
     ) -> Option<Self> {
+        Self::start_on(make, mode, place.domain_id(), arguments).await
+    }
+
+    /// The same on a domain.
+    pub(crate) async fn start_on(
+        make: Make,
+        mode: &str,
+        domain_id: u16,
+        arguments: &[&str],
+    ) -> Option<Self> {
         let Program { path, arguments: first } = program(make)?;
         let mut child = Command::new(path)
             .args(first)
-            .args([mode, &place.domain_id().to_string()])
+            .args([mode, &domain_id.to_string()])
             .args(arguments)
             .env("CYCLONEDDS_URI", CYCLONE)
             .env("STILLMAP_MSG_FOLDER", definitions::folder())
@@ -69,7 +79,7 @@ impl Peer {
     }
 
     /// Waits for a line that starts with `word`; returns the rest of it.
-    pub(super) async fn wait_for(&mut self, word: &str) -> String {
+    pub(crate) async fn wait_for(&mut self, word: &str) -> String {
         loop {
             let line = timeout(PATIENCE, self.lines.recv()).await;
             let line = line.unwrap_or_else(|_| panic!("the peer did not say {word}"));
@@ -111,7 +121,7 @@ impl Peer {
     }
 
     /// Writes a line to the peer.
-    pub(super) fn tell(&mut self, line: &str) {
+    pub(crate) fn tell(&mut self, line: &str) {
         let input = self.input.as_mut().unwrap();
         writeln!(input, "{line}").unwrap();
         input.flush().unwrap();

@@ -1,9 +1,13 @@
 //! A bag: what the suite can use of it, and what is wrong with that.
 
+mod across;
+mod extrinsics;
 mod reading;
 mod rules;
+mod versions;
 
 use bag_player::Bag;
+use detection::shell::DetectionParameters;
 
 use super::finding::Finding;
 use super::machine::ReceiveBuffer;
@@ -11,18 +15,21 @@ use crate::failure::Failure;
 use crate::run::inputs::TopicArgs;
 use reading::BagFacts;
 
-/// Reads the whole bag and says what is to be said of it. `buffer` is what this machine grants, where that
+/// Reads the whole bag and says what is to be said of it. `parameters` are those that a run would have; `buffer` is what this machine grants, where that
 /// is known.
 pub(super) fn findings(
     bag: &Bag,
     topics: &TopicArgs,
+    parameters: &DetectionParameters,
     buffer: Option<&ReceiveBuffer>,
 ) -> Result<Vec<Finding>, Failure> {
     let facts = BagFacts::read(bag, topics)?;
     let mut findings = rules::losses(&facts);
     findings.push(rules::choice(&facts));
     findings.extend(facts.topics.iter().flat_map(|(topic, facts)| rules::topic(topic, facts)));
-    findings.extend(rules::together(&facts));
+    findings.extend(rules::together(&facts, &parameters.config));
+    findings.extend(across::findings(&facts));
+    findings.extend(extrinsics::finding(bag, &facts, parameters));
     findings.extend(buffer.into_iter().flat_map(|buffer| rules::sizes(&facts, buffer)));
     Ok(findings)
 }

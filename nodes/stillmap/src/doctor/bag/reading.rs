@@ -5,14 +5,15 @@ use std::collections::BTreeMap;
 use bag_player::{Bag, BagError, BagInfo, BagMessage, Loss, Selection};
 use geometry::Stamp;
 use msgs::RosMessage;
-use msgs::convert::{self, ConvertError, stamp_from_time};
 use msgs::geometry_msgs::PoseStamped;
-use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
-use msgs::std_msgs::Header;
+use msgs::nav_msgs::Odometry;
+use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu, LaserScan, PointCloud2};
+use msgs::tf2_msgs::TFMessage;
 
+use crate::doctor::content::{Content, Observed, TransformFacts, Typical};
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
+use crate::run::inputs::{Inputs, TF_STATIC, TopicArgs, ViewTopics};
 
 /// What is known of a bag.
 pub(super) struct BagFacts {
@@ -21,6 +22,8 @@ pub(super) struct BagFacts {
     pub(super) choice: Result<Inputs, Failure>,
     /// The topics whose messages the suite understands.
     pub(super) topics: BTreeMap<String, TopicFacts>,
+    /// What tf tells.
+    pub(super) transforms: TransformFacts,
     pub(super) losses: Vec<Loss>,
 }
 
@@ -38,6 +41,10 @@ pub(super) struct TopicFacts {
     pub(super) unusable: u64,
     /// Why the first of them cannot.
     pub(super) first_reason: Option<String>,
+    /// From the stamp to the arrival at the recorder.
+    pub(super) delay_s: Typical,
+    /// What the messages say.
+    pub(super) content: Content,
 }
 
 impl BagFacts {
@@ -53,30 +60,25 @@ impl BagFacts {
                 let is_chosen = choice.as_ref().is_ok_and(|inputs| {
                     inputs.by_node_name().iter().any(|(_, chosen)| *chosen == topic.topic)
                 });
-                let facts = TopicFacts {
-                    type_name: topic.type_name.clone(),
-                    is_chosen,
-                    stamps: Vec::new(),
-                    messages: 0,
-                    largest_bytes: 0,
-                    unusable: 0,
-                    first_reason: None,
-                };
-                (topic.topic.clone(), facts)
+                (topic.topic.clone(), TopicFacts::new(&topic.type_name, is_chosen))
             })
             .collect();
         let progress = Progress::new("reading", info.message_count);
         // All topics: a chunk that is not read is not seen to be damaged.
         let mut messages = bag.messages(&Selection::default()).map_err(fail)?;
+        let mut transforms = TransformFacts::default();
         for message in messages.by_ref() {
             let message = message.map_err(fail)?;
             progress.advance();
             if let Some(facts) = facts.get_mut(&*message.topic) {
                 facts.take(&message);
+            } else if let Ok(tf) = message.decode::<TFMessage>() {
+                transforms.take(&tf, *message.topic == *TF_STATIC);
             }
         }
         progress.finish();
-        Ok(Self { info, choice, topics: facts, losses: messages.losses().to_vec() })
+        let losses = messages.losses().to_vec();
+        Ok(Self { info, choice, topics: facts, transforms, losses })
     }
 
     /// The topics that a run would read: scans, view, poses.
@@ -100,12 +102,34 @@ fn is_truth(topic: &str) -> bool {
 }
 
 impl TopicFacts {
+    /// Nothing yet, of messages of a type.
+    pub(super) fn new(type_name: &str, is_chosen: bool) -> Self {
+        Self {
+            type_name: type_name.to_owned(),
+            is_chosen,
+            stamps: Vec::new(),
+            messages: 0,
+            largest_bytes: 0,
+            unusable: 0,
+            first_reason: None,
+            delay_s: Typical::default(),
+            content: Content::of_type(type_name),
+        }
+    }
+
     fn take(&mut self, message: &BagMessage) {
         self.messages += 1;
         self.largest_bytes = self.largest_bytes.max(message.data.len());
         let Some(reader) = reader_of(&self.type_name) else { return };
-        match reader(message, self.is_chosen) {
-            Ok(stamp) => self.stamps.push(stamp),
+        match reader(message, self.is_chosen, &mut self.content) {
+            Ok(read) => {
+                self.delay_s.add(message.log_time.seconds_since(read.stamp));
+                self.stamps.push(read.stamp);
+                if let Some(reason) = read.useless {
+                    self.unusable += 1;
+                    self.first_reason.get_or_insert(reason);
+                }
+            }
             Err(reason) => {
                 self.unusable += 1;
                 self.first_reason.get_or_insert(reason);
@@ -113,53 +137,46 @@ impl TopicFacts {
         }
     }
 
-    /// The stamps in their order, and how many of them came behind a later one.
-    pub(super) fn sorted_stamps(&self) -> (Vec<Stamp>, usize) {
-        let late = self.stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();
+    /// The stamps in their order.
+    pub(super) fn sorted_stamps(&self) -> Vec<Stamp> {
         let mut sorted = self.stamps.clone();
         sorted.sort_unstable();
-        (sorted, late)
+        sorted
     }
 }
 
-/// Reads the stamp of a message, and, where it is to be used, sees whether it can be.
-type Reader = fn(&BagMessage, bool) -> Result<Stamp, String>;
+/// What was read of a message.
+struct ReadMessage {
+    stamp: Stamp,
+    /// Why it cannot be used, where it is to be.
+    useless: Option<String>,
+}
+
+/// Reads a message, and, where it is to be used, sees whether it can be.
+type Reader = fn(&BagMessage, bool, &mut Content) -> Result<ReadMessage, String>;
 
 /// The reader of messages of a type; none for types that the suite does not read.
 fn reader_of(type_name: &str) -> Option<Reader> {
-    let reader: Reader = match type_name {
-        LaserScan::TYPE_NAME => |message, used| {
-            read(message, used, |one: &LaserScan| &one.header, convert::scan_from_message)
-        },
-        PoseStamped::TYPE_NAME => |message, used| {
-            read(message, used, |one: &PoseStamped| &one.header, convert::pose_from_message)
-        },
-        Image::TYPE_NAME => |message, used| {
-            read(message, used, |one: &Image| &one.header, convert::depth_from_message)
-        },
-        CameraInfo::TYPE_NAME => |message, used| {
-            read(message, used, |one: &CameraInfo| &one.header, convert::camera_from_message)
-        },
-        PointCloud2::TYPE_NAME => |message, used| {
-            read(message, used, |one: &PointCloud2| &one.header, convert::cloud_from_message)
-        },
-        CompressedImage::TYPE_NAME => |message, used| {
-            read(message, used, |one: &CompressedImage| &one.header, |_| Ok::<_, ConvertError>(()))
-        },
+    Some(match type_name {
+        LaserScan::TYPE_NAME => read::<LaserScan>,
+        PoseStamped::TYPE_NAME => read::<PoseStamped>,
+        Odometry::TYPE_NAME => read::<Odometry>,
+        Image::TYPE_NAME => read::<Image>,
+        CompressedImage::TYPE_NAME => read::<CompressedImage>,
+        CameraInfo::TYPE_NAME => read::<CameraInfo>,
+        PointCloud2::TYPE_NAME => read::<PointCloud2>,
+        Imu::TYPE_NAME => read::<Imu>,
         _ => return None,
-    };
-    Some(reader)
+    })
 }
 
-fn read<M: RosMessage, T>(
+fn read<M: Observed>(
     message: &BagMessage,
     is_used: bool,
-    header: fn(&M) -> &Header,
-    convert: fn(&M) -> Result<T, ConvertError>,
-) -> Result<Stamp, String> {
+    content: &mut Content,
+) -> Result<ReadMessage, String> {
     let decoded: M = message.decode().map_err(|error| error.to_string())?;
-    if is_used {
-        convert(&decoded).map_err(|error| error.to_string())?;
-    }
-    Ok(stamp_from_time(header(&decoded).stamp))
+    let stamp = content.take(&decoded);
+    let useless = if is_used { decoded.check().err() } else { None };
+    Ok(ReadMessage { stamp, useless: useless.map(|error| error.to_string()) })
 }

@@ -8,6 +8,8 @@ use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::CameraInfo;
 
 use super::reading::{BagFacts, TopicFacts};
+use crate::doctor::checks::Check;
+use crate::doctor::content::{Subject, median, stamps};
 use crate::doctor::finding::Finding;
 use crate::doctor::machine::ReceiveBuffer;
 use crate::doctor::sizes::kb;
@@ -22,7 +24,7 @@ const SOUND_SHARE: f64 = 0.9;
 
 /// Parts of the bag that could not be read.
 pub(super) fn losses(facts: &BagFacts) -> Vec<Finding> {
-    const CHECK: &str = "damage";
+    const CHECK: Check = Check::Damage;
     const MEND: &str = "record or copy it again; what is left: mcap recover BAG -o recovered.mcap";
     if facts.losses.is_empty() {
         let what = format!("all of {} messages could be read", facts.info.message_count);
@@ -39,7 +41,7 @@ pub(super) fn losses(facts: &BagFacts) -> Vec<Finding> {
 
 /// What `stillmap run` would read.
 pub(super) fn choice(facts: &BagFacts) -> Finding {
-    const CHECK: &str = "inputs";
+    const CHECK: Check = Check::Inputs;
     match &facts.choice {
         Ok(inputs) => {
             let view = match &inputs.view {
@@ -68,7 +70,7 @@ pub(super) fn topic(name: &str, facts: &TopicFacts) -> Vec<Finding> {
         let reason = facts.first_reason.as_deref().unwrap_or("damaged");
         findings.push(Finding::grave_if(
             facts.unusable == facts.messages,
-            "messages",
+            Check::Messages,
             format!(
                 "{name}: {} of {} messages cannot be used; the first: {reason}",
                 facts.unusable, facts.messages
@@ -77,27 +79,14 @@ pub(super) fn topic(name: &str, facts: &TopicFacts) -> Vec<Finding> {
              --depth, --points, --pose)",
         ));
     }
-    let (sorted, late) = facts.sorted_stamps();
-    let (Some(first), Some(last)) = (sorted.first(), sorted.last()) else { return findings };
-    if first == last && sorted.len() > 1 {
-        findings.push(Finding::error(
-            "stamps",
-            format!(
-                "{name}: all {} messages have the stamp {:.3} s",
-                sorted.len(),
-                seconds(*first)
-            ),
-            "the driver must stamp each message with the time of its measurement",
-        ));
+    let mut sorted = facts.sorted_stamps();
+    sorted.retain(|stamp| !stamps::is_zero(stamp));
+    let period_s = stamps::period_s(&sorted);
+    let subject = Subject { topic: name, is_read: facts.is_chosen, period_s };
+    findings.extend(facts.content.findings(&subject));
+    findings.extend(stamps::findings(name, facts.is_chosen, &facts.stamps));
+    if sorted.first() == sorted.last() {
         return findings;
-    }
-    if late > 0 {
-        findings.push(Finding::warn(
-            "stamps",
-            format!("{name}: {late} of {} messages are stamped before the one before", sorted.len()),
-            "see that one driver alone publishes the topic, and that no clock was set back meanwhile \
-             (chronyc tracking)",
-        ));
     }
     findings.extend(gaps(name, facts, &sorted));
     findings
@@ -105,7 +94,7 @@ pub(super) fn topic(name: &str, facts: &TopicFacts) -> Vec<Finding> {
 
 /// Where messages are missing.
 fn gaps(name: &str, facts: &TopicFacts, sorted: &[Stamp]) -> Option<Finding> {
-    const CHECK: &str = "gaps";
+    const CHECK: Check = Check::Gaps;
     let mut steps_s: Vec<f64> =
         sorted.windows(2).map(|pair| pair[1].seconds_since(pair[0])).collect();
     let (at, longest_s) =
@@ -147,10 +136,9 @@ fn gaps(name: &str, facts: &TopicFacts, sorted: &[Stamp]) -> Option<Finding> {
 }
 
 /// Whether scans, images and poses belong together.
-pub(super) fn together(facts: &BagFacts) -> Vec<Finding> {
+pub(super) fn together(facts: &BagFacts, config: &DetectionConfig) -> Vec<Finding> {
     let Some((scans, view, poses)) = facts.chosen() else { return Vec::new() };
-    let config = DetectionConfig::default();
-    let sorted = |facts: &TopicFacts| facts.sorted_stamps().0;
+    let sorted = |facts: &TopicFacts| facts.sorted_stamps();
     let (scans, view, poses) = (sorted(scans), sorted(view), sorted(poses));
     offsets(&scans, &view, config.max_cloud_offset_s)
         .into_iter()
@@ -160,7 +148,7 @@ pub(super) fn together(facts: &BagFacts) -> Vec<Finding> {
 
 /// How far the nearest image is from each scan.
 fn offsets(scans: &[Stamp], view: &[Stamp], most_s: f64) -> Option<Finding> {
-    const CHECK: &str = "offsets";
+    const CHECK: Check = Check::Offsets;
     let mut offsets_s: Vec<f64> =
         scans.iter().filter_map(|scan| Some(nearest(view, *scan)?.seconds_since(*scan))).collect();
     let near = offsets_s.iter().filter(|offset_s| offset_s.abs() <= most_s).count();
@@ -187,7 +175,7 @@ fn offsets(scans: &[Stamp], view: &[Stamp], most_s: f64) -> Option<Finding> {
 
 /// For how many images the rig's pose is known.
 fn coverage(view: &[Stamp], poses: &[Stamp], most_gap_s: f64) -> Option<Finding> {
-    const CHECK: &str = "poses";
+    const CHECK: Check = Check::Poses;
     let (first, last) = (poses.first()?, poses.last()?);
     if view.is_empty() {
         return None;
@@ -221,7 +209,7 @@ fn is_bracketed(poses: &[Stamp], stamp: Stamp, most_gap_s: f64) -> bool {
 
 /// Whether the messages would cross DDS on this machine.
 pub(super) fn sizes(facts: &BagFacts, buffer: &ReceiveBuffer) -> Vec<Finding> {
-    const CHECK: &str = "sizes";
+    const CHECK: Check = Check::Sizes;
     let safe = buffer.largest_safe_bytes;
     let mut large: Vec<_> = facts
         .topics
@@ -264,16 +252,6 @@ fn nearest(sorted: &[Stamp], wanted: Stamp) -> Option<Stamp> {
             distance(one).total_cmp(&distance(other))
         },
     )
-}
-
-/// The middle one of the values, which it puts in order.
-fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
-
-fn seconds(stamp: Stamp) -> f64 {
-    stamp.seconds_since(Stamp::from_nanos(0))
 }
 
 #[cfg(test)]

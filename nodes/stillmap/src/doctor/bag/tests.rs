@@ -10,6 +10,7 @@ use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
 
 use super::*;
+use crate::doctor::checks::Check;
 use crate::doctor::finding::Severity;
 
 /// A bag of two seconds: images at 30 Hz, scans at 10 Hz, poses at 20 Hz.
@@ -107,7 +108,9 @@ fn put<M: RosMessage>(writer: &mut BagWriter, topic: &str, messages: &[(Stamp, M
 fn findings_of(path: &Path) -> Vec<Finding> {
     let buffer =
         ReceiveBuffer { granted_bytes: 1 << 20, asked_bytes: 1 << 20, largest_safe_bytes: 1 << 20 };
-    findings(&Bag::open(path).unwrap(), &TopicArgs::default(), Some(&buffer)).unwrap()
+    let bag = Bag::open(path).unwrap();
+    let parameters = DetectionParameters::default();
+    findings(&bag, &TopicArgs::default(), &parameters, Some(&buffer)).unwrap()
 }
 
 /// The one finding that is no OK.
@@ -153,7 +156,16 @@ fn clocks_that_differ_are_found() {
     for (_, scan) in &mut bag.scans {
         scan.header.stamp.sec += 60;
     }
-    only_fault(&bag.findings(), Severity::Error, &["0 of 21 scans", "-59.000 s after", "chrony"]);
+    let findings = bag.findings();
+    let of =
+        |check| findings.iter().filter(move |one| one.check == check).cloned().collect::<Vec<_>>();
+    let parts = ["0 of 21 scans", "-59.000 s after", "chrony"];
+    only_fault(&of(Check::Offsets), Severity::Error, &parts);
+    only_fault(
+        &of(Check::Clocks),
+        Severity::Error,
+        &["/scan: its stamps are 60.000 s ahead", "PTP"],
+    );
 }
 
 #[test]
@@ -179,6 +191,10 @@ fn images_that_do_not_cross_dds_here_are_found() {
         (image.width, image.height, image.step) = (640, 900, 1280);
         image.data = vec![1; 640 * 900 * 2];
     }
+    for (_, info) in &mut bag.infos {
+        (info.width, info.height) = (640, 900);
+        info.k = [600.0, 0.0, 319.5, 0.0, 600.0, 449.5, 0.0, 0.0, 1.0];
+    }
     let parts = ["/depth/image: messages of 1152 kB", "1048 kB", "--compress-depth /depth/image"];
     only_fault(&bag.findings(), Severity::Warn, &parts);
 }
@@ -190,7 +206,7 @@ fn a_bag_that_was_cut_is_damaged() {
     let bytes = std::fs::read(&path).unwrap();
     std::fs::write(&path, &bytes[..bytes.len() / 4]).unwrap();
     let findings = findings_of(&path);
-    let is_damage = |one: &&Finding| one.check == "damage" && one.severity == Severity::Error;
+    let is_damage = |one: &&Finding| one.check == Check::Damage && one.severity == Severity::Error;
     let Some(damage) = findings.iter().find(is_damage) else { panic!("{findings:?}") };
     assert!(damage.line(false).contains("mcap recover"), "{damage:?}");
 }

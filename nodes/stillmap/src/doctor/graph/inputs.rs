@@ -6,9 +6,9 @@ use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
 use node_shell::{Role, RosArguments, names::NameError};
 
-use super::{Finding, GraphView, owners};
+use super::{Check, Finding, GraphView, owners};
 
-const CHECK: &str = "inputs";
+const CHECK: Check = Check::Inputs;
 /// The node whose names these are.
 const READER: &str = "detection";
 
@@ -56,12 +56,21 @@ impl SuiteTopics {
 }
 
 impl SuiteTopics {
-    /// Whether one of the inputs has this name.
-    fn contains(&self, topic: &str) -> bool {
+    /// The names and types of all of them.
+    pub(super) fn all(&self) -> [(&str, &'static str); 6] {
         let Self { scan, pose, depth, compressed_depth, camera_info, points } = self;
         [scan, pose, depth, compressed_depth, camera_info, points]
-            .into_iter()
-            .any(|input| input.topic == topic)
+            .map(|input| (input.topic.as_str(), input.type_name))
+    }
+
+    /// Whether one of the inputs has this name.
+    pub(super) fn contains(&self, topic: &str) -> bool {
+        self.all().into_iter().any(|(input, _)| input == topic)
+    }
+
+    /// Whether it is a sensor's that tf must know the place of.
+    pub(super) fn is_placed(&self, topic: &str) -> bool {
+        self.contains(topic) && topic != self.pose.topic
     }
 }
 
@@ -145,7 +154,7 @@ pub(super) fn astray(view: &GraphView) -> Vec<Finding> {
         if let [only] = unread.as_slice() {
             let who = owners(view.at(Role::Subscription, topic));
             findings.push(Finding::warn(
-                "names",
+                Check::Names,
                 format!(
                     "{who} waits for {topic} ({}), which nobody publishes, and nobody reads {only} of \
                      the same type from {}",

@@ -6,11 +6,11 @@ use msgs::RosMessage;
 use msgs::sensor_msgs::{Image, PointCloud2};
 use node_shell::{DiscoveredEndpoint, Role};
 
-use super::{Finding, GraphView, Machine, ReceiveBuffer};
+use super::{Check, Finding, GraphView, Machine, ReceiveBuffer};
 use crate::doctor::machine;
 use crate::doctor::sizes::kb;
 
-const CHECK: &str = "sizes";
+const CHECK: Check = Check::Sizes;
 /// Bytes of a pixel of a depth image in millimetres (16UC1), the smaller of the two encodings.
 const DEPTH_PIXEL_BYTES: usize = 2;
 /// Bytes of a pixel in colour (rgb8).

@@ -1,5 +1,7 @@
 //! The live graph: who is there, who does not fit whom, and what is too large.
 
+mod ears;
+mod heard;
 mod inputs;
 mod large;
 mod listing;
@@ -8,14 +10,18 @@ mod pairs;
 mod reports;
 #[cfg(test)]
 mod synthetic;
+mod who;
 
 use std::collections::BTreeMap;
 
 use msgs::diagnostic_msgs::DiagnosticStatus;
 use node_shell::{DiscoveredEndpoint, Role};
 
+use super::checks::Check;
+use super::content::TransformFacts;
 use super::finding::Finding;
 use super::machine::{self, KernelDrops, Machine, ReceiveBuffer};
+use heard::Heard;
 use inputs::SuiteTopics;
 use large::{CameraSize, Measured};
 pub(super) use listing::TopicListing;
@@ -34,6 +40,10 @@ pub(super) struct GraphView {
     cameras: BTreeMap<String, CameraSize>,
     /// The large topics that were listened to.
     measured: BTreeMap<String, Measured>,
+    /// What came on the topics that were listened to.
+    heard: BTreeMap<String, Heard>,
+    /// What tf told.
+    transforms: TransformFacts,
     /// The latest report of each node.
     reports: Vec<DiagnosticStatus>,
     /// What the kernel dropped meanwhile, where it tells.
@@ -50,8 +60,14 @@ impl GraphView {
             findings.push(self.who());
             findings.extend(pairs::types(&self.endpoints));
             findings.extend(pairs::qualities(&self.endpoints));
+            findings.extend(who::same_names(&self.endpoints));
+            findings.extend(who::several_publishers(self));
+            findings.extend(who::makes(&self.endpoints));
+            findings.extend(who::releases(&self.endpoints));
             findings.extend(inputs::missing(self));
             findings.extend(inputs::astray(self));
+            findings.extend(heard::findings(self));
+            findings.extend(who::transforms(self));
             findings.extend(large::sizes(self, buffer));
             findings.extend(large::across_machines(self, machine));
         }
@@ -69,7 +85,7 @@ impl GraphView {
 
     fn nobody(&self, machine: &Machine) -> Finding {
         Finding::warn(
-            "graph",
+            Check::Graph,
             format!(
                 "nobody was heard on domain {} within {:.1} s",
                 machine.domain_id, self.heard_s
@@ -95,7 +111,7 @@ impl GraphView {
             .collect();
         let topics = listing::of(&self.endpoints).len();
         Finding::ok(
-            "graph",
+            Check::Graph,
             format!(
                 "{topics} topics of participants: {} (heard for {:.1} s)",
                 vendors.join(", "),

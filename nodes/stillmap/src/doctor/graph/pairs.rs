@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use node_shell::{DiscoveredEndpoint, QosMismatch, Role};
 
-use super::{Finding, owners};
+use super::{Check, Finding, owners};
 
 fn by_topic(endpoints: &[DiscoveredEndpoint]) -> BTreeMap<&str, Vec<&DiscoveredEndpoint>> {
     let mut topics: BTreeMap<_, Vec<_>> = BTreeMap::new();
@@ -34,7 +34,7 @@ pub(super) fn types(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
             })
             .collect();
         findings.push(Finding::error(
-            "types",
+            Check::Types,
             format!("{topic} has {} types, which do not talk: {}", names.len(), who.join(", ")),
             format!("start one of them with another name: --ros-args -r {topic}:={topic}_2"),
         ));
@@ -81,7 +81,7 @@ impl Misfit<'_> {
             (owners(self.publishers.iter().copied()), owners(self.subscriptions.iter().copied()));
         Finding::grave_if(
             self.is_grave,
-            "qos",
+            Check::Qos,
             format!(
                 "{topic}: the publisher of {publishers} offers {policy} {offered}, the subscription of \
                  {subscriptions} requests {requested}, so nothing is exchanged"

@@ -2,9 +2,9 @@
 
 use msgs::diagnostic_msgs::DiagnosticStatus;
 
-use super::Finding;
+use super::{Check, Finding};
 
-const CHECK: &str = "diagnostics";
+const CHECK: Check = Check::Diagnostics;
 /// What the keys begin with that say what is wrong, and what mends it.
 const TELLING_KEYS: [&str; 2] = ["trouble ", "loss"];
 

@@ -27,6 +27,7 @@ fn endpoint(role: Role, topic: &str, type_name: &str, node: &str, qos: &Qos) -> 
             Role::Subscription => DiscoveredQos::of_subscription(qos),
         },
         node: Some(node.to_owned()),
+        is_before_iron: false,
         participant: CYCLONE,
         addresses: BTreeSet::from([Ipv4Addr::LOCALHOST]),
     }
@@ -58,6 +59,8 @@ pub(super) fn view(endpoints: Vec<DiscoveredEndpoint>) -> GraphView {
         suite: SuiteTopics::resolve(&arguments).unwrap(),
         cameras: BTreeMap::new(),
         measured: BTreeMap::new(),
+        heard: BTreeMap::new(),
+        transforms: TransformFacts::default(),
         reports: Vec::new(),
         dropped: None,
     }

@@ -43,6 +43,6 @@ fn what_the_kernel_dropped_meanwhile_is_found_with_the_buffers_mend() {
     graph.dropped = Some(KernelDrops { receive_buffer_full: 9, ..KernelDrops::default() });
     let small = ReceiveBuffer { granted_bytes: 212_992, ..BUFFER };
     let findings = graph.findings(&machine(), &small);
-    let dropped = findings.iter().find(|one| one.check == "dropped").unwrap();
+    let dropped = findings.iter().find(|one| one.check == Check::Dropped).unwrap();
     tells(dropped, Severity::Warn, &["9 datagrams", "net.core.rmem_max"]);
 }

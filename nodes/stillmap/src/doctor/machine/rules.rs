@@ -5,6 +5,7 @@ use std::net::Ipv4Addr;
 use node_shell::DiscoveryRange;
 
 use super::{KEEP_RECEIVE_BUFFER, KernelDrops, KernelLimits, Machine, ReceiveBuffer};
+use crate::doctor::checks::Check;
 use crate::doctor::finding::Finding;
 use crate::doctor::sizes::{CLOUD_BYTES, DEPTH_IMAGE_BYTES, PADDED_CLOUD_BYTES, kb, kib};
 use node_shell::RAISE_RECEIVE_BUFFER;
@@ -21,7 +22,7 @@ const LONGEST_FRAGMENT_WAIT_S: u64 = 3;
 
 /// What the environment says.
 pub(super) fn transport(machine: &Machine) -> Finding {
-    Finding::ok("transport", format!("the environment asks for {}", machine.transport))
+    Finding::ok(Check::Transport, format!("the environment asks for {}", machine.transport))
 }
 
 /// A domain whose ports the kernel gives to anybody sometimes cannot be joined.
@@ -34,7 +35,7 @@ pub(super) fn ports(machine: &Machine) -> Option<Finding> {
     }
     let safe = (u32::from(lowest).saturating_sub(FIRST_PORT) / PORTS_PER_DOMAIN).saturating_sub(1);
     Some(Finding::warn(
-        "ports",
+        Check::Ports,
         format!(
             "the ports of domain {}, {first} to {last}, are among those that the kernel gives to \
              anybody, {lowest} to {highest}",
@@ -46,7 +47,7 @@ pub(super) fn ports(machine: &Machine) -> Option<Finding> {
 
 /// Where nodes can be heard.
 pub(super) fn interfaces(machine: &Machine) -> Vec<Finding> {
-    const CHECK: &str = "interfaces";
+    const CHECK: Check = Check::Interfaces;
     if machine.range == DiscoveryRange::Off {
         return vec![Finding::warn(
             CHECK,
@@ -86,7 +87,7 @@ pub(super) fn interfaces(machine: &Machine) -> Vec<Finding> {
 
 /// Whether large messages arrive whole.
 pub(super) fn receive_buffer(buffer: &ReceiveBuffer, limits: &KernelLimits) -> Vec<Finding> {
-    const CHECK: &str = "receive_buffer";
+    const CHECK: Check = Check::ReceiveBuffer;
     let safe = buffer.largest_safe_bytes;
     let mut size = kib(buffer.granted_bytes as u64);
     if buffer.granted_bytes < buffer.asked_bytes {
@@ -144,7 +145,7 @@ pub(crate) fn send_buffer(limits: &KernelLimits, topics: &[&str]) -> Option<Find
         return None;
     }
     Some(Finding::warn(
-        "send_buffer",
+        Check::SendBuffer,
         format!(
             "{} goes to another machine, and a socket here sends at most {} at once \
              (net.core.wmem_max={limit}), less than one depth image ({})",
@@ -164,7 +165,7 @@ pub(crate) fn fragments(limits: &KernelLimits, sources: &[String]) -> Option<Fin
         return None;
     }
     Some(Finding::warn(
-        "fragments",
+        Check::Fragments,
         format!(
             "{} in datagrams that the network carries in fragments; of incomplete ones the kernel \
              keeps {} for {wait_s} s (net.ipv4.ipfrag_high_thresh={memory}, ipfrag_time={wait_s}), and \
@@ -181,7 +182,7 @@ pub(crate) fn fragments(limits: &KernelLimits, sources: &[String]) -> Option<Fin
 
 /// What the kernel dropped while the doctor listened, whoever it was for.
 pub(crate) fn dropped_meanwhile(dropped: &KernelDrops, seconds: f64, mend: &str) -> Vec<Finding> {
-    const CHECK: &str = "dropped";
+    const CHECK: Check = Check::Dropped;
     let mut findings = Vec::new();
     if dropped.receive_buffer_full > 0 {
         findings.push(Finding::warn(

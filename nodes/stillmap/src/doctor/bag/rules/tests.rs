@@ -13,15 +13,8 @@ fn every(period_s: f64, count: u32) -> Vec<Stamp> {
 }
 
 fn facts(type_name: &str, stamps: Vec<Stamp>) -> TopicFacts {
-    TopicFacts {
-        type_name: type_name.to_owned(),
-        is_chosen: true,
-        messages: stamps.len() as u64,
-        stamps,
-        largest_bytes: 0,
-        unusable: 0,
-        first_reason: None,
-    }
+    let messages = stamps.len() as u64;
+    TopicFacts { stamps, messages, ..TopicFacts::new(type_name, true) }
 }
 
 #[track_caller]
@@ -69,9 +62,13 @@ fn stamps_that_go_back_or_stand_still_are_found() {
     back.swap(3, 4);
     let findings = topic("/scan", &facts(SCAN, back));
     tells(&findings[0], Severity::Warn, &["1 of 20 messages are stamped before", "chronyc"]);
-    let still = topic("/scan", &facts(SCAN, vec![Stamp::from_nanos(0); 5]));
-    assert_eq!(still.len(), 1);
-    tells(&still[0], Severity::Error, &["all 5 messages have the stamp 0.000 s"]);
+    for (nanos, part) in
+        [(0, "5 of 5 messages have the stamp 0"), (9, "all 5 messages have the stamp 0.000 s")]
+    {
+        let still = topic("/scan", &facts(SCAN, vec![Stamp::from_nanos(nanos); 5]));
+        assert_eq!(still.len(), 1);
+        tells(&still[0], Severity::Error, &[part]);
+    }
 }
 
 #[test]

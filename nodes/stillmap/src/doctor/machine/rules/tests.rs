@@ -53,7 +53,7 @@ fn tells(finding: &Finding, severity: Severity, parts: &[&str]) {
 fn a_healthy_machine_has_nothing_but_ok() {
     let findings = machine().findings(&buffer(32 << 20, 32 << 20));
     assert!(severities(&findings).iter().all(|one| *one == Severity::Ok), "{findings:?}");
-    let interfaces = findings.iter().find(|one| one.check == "interfaces").unwrap();
+    let interfaces = findings.iter().find(|one| one.check == Check::Interfaces).unwrap();
     tells(interfaces, Severity::Ok, &["eth0 (10.0.0.2, MTU 1500, multicast)", "lo (127.0.0.1"]);
 }
 

@@ -1,0 +1,130 @@
+//! The rules about what the topics of a bag say of one another.
+
+use bag_player::{Durability, TopicInfo};
+use geometry::Stamp;
+use msgs::RosMessage;
+use msgs::sensor_msgs::CameraInfo;
+
+use super::reading::{BagFacts, TopicFacts};
+use super::versions;
+use crate::doctor::content::clocks::{self, Clock};
+use crate::doctor::content::stamps::period_s;
+use crate::doctor::content::{Subject, latching};
+use crate::doctor::finding::Finding;
+use crate::run::inputs::{TF_STATIC, ViewTopics};
+
+/// Fewer messages say nothing of a clock.
+const LEAST_MESSAGES: usize = 5;
+/// Where stamps and arrivals differ by less throughout, the bag was written with the stamps as arrivals.
+const SAME_TIME_S: f64 = 1e-3;
+/// A topic whose clock is wrong begins and ends later or earlier than the others by more than so many of its periods.
+const SHIFT_PERIODS: f64 = 3.0;
+
+/// All of them.
+pub(super) fn findings(facts: &BagFacts) -> Vec<Finding> {
+    let mut findings = skews(facts);
+    findings.extend(cameras(facts));
+    findings.extend(transforms(facts));
+    findings.extend(fixed_transforms(&facts.info.topics));
+    findings.extend(facts.info.topics.iter().filter_map(versions::finding));
+    findings
+}
+
+/// Whether the stamps of all sensors are of one clock.
+fn skews(facts: &BagFacts) -> Vec<Finding> {
+    let sensors = || {
+        facts.topics.iter().filter(|(_, topic)| {
+            topic.stamps.len() >= LEAST_MESSAGES && topic.type_name != CameraInfo::TYPE_NAME
+        })
+    };
+    let by_arrival: Vec<Clock<'_>> = sensors()
+        .filter_map(|(name, topic)| {
+            let offset_s = -topic.delay_s.median()?;
+            Some(Clock { topic: name, is_read: topic.is_chosen, offset_s })
+        })
+        .collect();
+    if by_arrival.iter().any(|clock| clock.offset_s.abs() > SAME_TIME_S) {
+        return clocks::findings(&by_arrival, "by their times of arrival");
+    }
+    let sensors: Vec<(&String, &TopicFacts)> = sensors().collect();
+    clocks::findings(&shifted(&sensors), "it begins and ends as much apart from them")
+}
+
+/// How much earlier or later than most a topic begins and ends, where it is as much at both ends; else nothing.
+fn shifted<'a>(sensors: &[(&'a String, &'a TopicFacts)]) -> Vec<Clock<'a>> {
+    let ends: Vec<(f64, f64)> = {
+        let origin = sensors.iter().filter_map(|(_, facts)| facts.stamps.iter().min()).min();
+        let Some(origin) = origin.copied() else { return Vec::new() };
+        let since = |stamp: Option<&Stamp>| stamp.map_or(0.0, |stamp| stamp.seconds_since(origin));
+        sensors
+            .iter()
+            .map(|(_, facts)| (since(facts.stamps.iter().min()), since(facts.stamps.iter().max())))
+            .collect()
+    };
+    let period_of = |facts: &TopicFacts| period_s(&facts.sorted_stamps()).unwrap_or_default();
+    // By so much each end is uncertain.
+    let longest_s = sensors.iter().map(|(_, facts)| period_of(facts)).fold(0.0, f64::max);
+    let first_s = clocks::typical_offset(ends.iter().map(|(first_s, _)| *first_s));
+    let last_s = clocks::typical_offset(ends.iter().map(|(_, last_s)| *last_s));
+    sensors
+        .iter()
+        .zip(ends)
+        .map(|((name, facts), ends)| {
+            let (begin_s, end_s) = (ends.0 - first_s, ends.1 - last_s);
+            let is_shift = begin_s * end_s > 0.0
+                && begin_s.abs().min(end_s.abs()) > SHIFT_PERIODS * period_of(facts)
+                && (begin_s - end_s).abs() < longest_s;
+            let offset_s = if is_shift { 0.5 * (begin_s + end_s) } else { 0.0 };
+            Clock { topic: name, is_read: facts.is_chosen, offset_s }
+        })
+        .collect()
+}
+
+/// Images against the calibration beside them.
+fn cameras(facts: &BagFacts) -> Vec<Finding> {
+    let chosen = match facts.choice.as_ref().map(|inputs| &inputs.view) {
+        Ok(ViewTopics::Depth { image, camera_info }) => Some((image, camera_info)),
+        _ => None,
+    };
+    facts
+        .topics
+        .iter()
+        .filter_map(|(name, topic)| {
+            let image = topic.content.image()?;
+            let info_name = match chosen {
+                Some((chosen, info)) if chosen == name => info.clone(),
+                _ => format!("{}/camera_info", name.rsplit_once('/')?.0),
+            };
+            let camera = facts.topics.get(&info_name)?.content.camera()?;
+            let subject = Subject { topic: name, is_read: topic.is_chosen, period_s: None };
+            camera.sizes_differ(&info_name, &image.sizes_px, &subject)
+        })
+        .collect()
+}
+
+/// Whether tf hangs together, and knows the sensors.
+fn transforms(facts: &BagFacts) -> Vec<Finding> {
+    let sensors: Vec<(&str, &str)> = match &facts.choice {
+        Ok(inputs) => {
+            let view = match &inputs.view {
+                ViewTopics::Depth { image, .. } => image,
+                ViewTopics::Points(points) => points,
+            };
+            [&inputs.scan, view]
+                .into_iter()
+                .filter_map(|topic| {
+                    Some((topic.as_str(), facts.topics.get(topic)?.content.frame()?))
+                })
+                .collect()
+        }
+        Err(_) => Vec::new(),
+    };
+    facts.transforms.findings(&sensors)
+}
+
+/// Fixed transforms that only those hear who are there in time.
+fn fixed_transforms(topics: &[TopicInfo]) -> Option<Finding> {
+    let fixed = topics.iter().find(|topic| topic.topic == TF_STATIC)?;
+    let is_volatile = fixed.qos?.durability == Durability::Volatile;
+    is_volatile.then(|| latching(&format!("{} messages of {TF_STATIC}", fixed.message_count)))
+}

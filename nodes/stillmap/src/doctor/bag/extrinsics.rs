@@ -1,0 +1,147 @@
+//! Whether the scan lies on the surfaces that the camera sees: with the mount that the parameters say, and with the one
+//! that tf tells.
+
+use bag_player::Bag;
+use calibration::{
+    CalibrationConfig, Cycle, DepthOptics, DriftConfig, DriftMonitor, Extrinsics, RigMounts,
+};
+use detection::shell::{DetectionParameters, ExtrinsicsSource};
+use geometry::{RayTable, pose_from_vector, pose_vector};
+
+use super::reading::BagFacts;
+use crate::calibrate::reader::{self, Choosing, Topics};
+use crate::doctor::checks::Check;
+use crate::doctor::finding::Finding;
+use crate::run::inputs::{Inputs, ViewTopics};
+
+/// Cycles that are looked at together, each with its image in memory: those in which the platform moves least.
+const MOST_CYCLES: usize = 20;
+/// While a scan moves its returns farther than this, what lies beside the surfaces may be the motion: when each beam was
+/// measured is known to half a turn. A third of what the mount may be off by.
+const STILL_M: f64 = 0.01;
+/// Fewer cycles tell too little.
+const LEAST_CYCLES: usize = 5;
+
+/// What is to be said of the mount; nothing where the bag does not tell.
+pub(super) fn finding(
+    bag: &Bag,
+    facts: &BagFacts,
+    parameters: &DetectionParameters,
+) -> Option<Finding> {
+    let inputs = facts.choice.as_ref().ok()?;
+    let ViewTopics::Depth { image, camera_info } = &inputs.view else { return None };
+    let config = &parameters.config;
+    let choosing = Choosing {
+        most_cycles: MOST_CYCLES,
+        most_motion_m: STILL_M,
+        max_pose_gap_s: config.max_pose_gap_s,
+        max_image_offset_s: config.max_cloud_offset_s,
+        beam_order: config.stillmap.beam_order,
+    };
+    let topics = Topics {
+        scan: inputs.scan.clone(),
+        image: image.clone(),
+        camera_info: camera_info.clone(),
+        pose: inputs.pose.topic()?.to_owned(),
+    };
+    // What is wrong with the bag besides is found by others.
+    let read = reader::read(bag, &facts.info, &topics, &choosing).ok()?;
+    let (cycles, camera) = (read.cycles.cycles, read.camera?);
+    let size_px = (camera.width_px, camera.height_px);
+    let fits = |cycle: &Cycle| (cycle.image.width_px(), cycle.image.height_px()) == size_px;
+    if cycles.len() < LEAST_CYCLES || !cycles.iter().all(fits) {
+        return None;
+    }
+    let rays = RayTable::new(&camera).ok()?;
+    let optics = DepthOptics { camera: &camera, rays: &rays };
+    let rig_from_camera = pose_from_vector(&config.rig_from_camera);
+    let by_parameters =
+        RigMounts { rig_from_camera, rig_from_lidar: pose_from_vector(&config.rig_from_lidar) };
+    let by_tf = mount_of_tf(facts, inputs).map(|camera_from_lidar| RigMounts {
+        rig_from_camera,
+        rig_from_lidar: rig_from_camera * camera_from_lidar,
+    });
+    let limit_m = parameters.extrinsics_limit_m;
+    let judged = |mounts: &RigMounts| judge(&cycles, optics, mounts, limit_m);
+    let tf = by_tf.map(|mounts| (judged(&mounts), mounts));
+    told(judged(&by_parameters), tf, parameters.extrinsics)
+}
+
+fn mount_of_tf(facts: &BagFacts, inputs: &Inputs) -> Option<nalgebra::Isometry3<f64>> {
+    let ViewTopics::Depth { image, .. } = &inputs.view else { return None };
+    let frame = |topic: &str| facts.topics.get(topic)?.content.frame();
+    facts.transforms.tree().lookup_latest(frame(image)?, frame(&inputs.scan)?).ok()
+}
+
+fn judge(
+    cycles: &[Cycle],
+    optics: DepthOptics<'_>,
+    mounts: &RigMounts,
+    limit_m: f64,
+) -> Extrinsics {
+    // All cycles are one window.
+    let config = DriftConfig {
+        limit_m,
+        window_cycles: cycles.len(),
+        windows_in_a_row: 1,
+        ..DriftConfig::default()
+    };
+    let mut monitor = DriftMonitor::new(config, CalibrationConfig::default());
+    let mut verdict = Extrinsics::Unknown { returns: 0 };
+    for cycle in cycles {
+        verdict = monitor.observe(&cycle.returns, &cycle.image, optics, mounts);
+    }
+    verdict
+}
+
+/// In words: the offset, and how sure it is.
+fn offset(verdict: &Extrinsics) -> Option<String> {
+    match verdict {
+        Extrinsics::Unknown { .. } => None,
+        Extrinsics::Right { offset_m, std_dev_m, limit_m }
+        | Extrinsics::Wrong { offset_m, std_dev_m, limit_m } => Some(format!(
+            "{offset_m:.3} m (+- {std_dev_m:.3}, limit {limit_m:.3}) beside the surfaces that the camera sees"
+        )),
+    }
+}
+
+fn told(
+    by_parameters: Extrinsics,
+    by_tf: Option<(Extrinsics, RigMounts)>,
+    source: ExtrinsicsSource,
+) -> Option<Finding> {
+    const CALIBRATE: &str =
+        "stillmap calibrate BAG -o extrinsics.yaml, then --params-file extrinsics.yaml";
+    let reads_tf = source == ExtrinsicsSource::Tf;
+    if let Some((verdict, mounts)) = &by_tf {
+        let offset_by_tf = offset(verdict)?;
+        if verdict.is_wrong() {
+            return Some(Finding::grave_if(
+                reads_tf,
+                Check::Extrinsics,
+                format!("by tf the scan lies {offset_by_tf}"),
+                format!("{CALIBRATE}, and set the mount in the robot's description"),
+            ));
+        }
+        if by_parameters.is_wrong() && !reads_tf {
+            return Some(Finding::error(
+                Check::Extrinsics,
+                format!(
+                    "by the parameter rig_from_lidar the scan lies {}, and by tf {offset_by_tf}",
+                    offset(&by_parameters)?
+                ),
+                format!(
+                    "a --params-file with `extrinsics: tf` under detection: ros__parameters:, or `rig_from_lidar: {:.4?}`",
+                    pose_vector(&mounts.rig_from_lidar)
+                ),
+            ));
+        }
+        return Some(Finding::ok(Check::Extrinsics, format!("by tf the scan lies {offset_by_tf}")));
+    }
+    let what = format!("by the parameter rig_from_lidar the scan lies {}", offset(&by_parameters)?);
+    Some(if by_parameters.is_wrong() {
+        Finding::error(Check::Extrinsics, what, CALIBRATE)
+    } else {
+        Finding::ok(Check::Extrinsics, what)
+    })
+}

@@ -1,0 +1,222 @@
+//! What is in clouds: their distances, and the times of their points.
+
+use std::f64::consts::TAU;
+
+use msgs::sensor_msgs::{PointCloud2, PointField};
+
+use super::typical::median;
+use super::{Check, Finding, Subject, Typical};
+
+/// Points of a cloud that are looked at, about.
+const SAMPLES: usize = 2000;
+/// No scanner of a car sees this far for half of its points.
+const FARTHEST_M: f64 = 500.0;
+/// The horizon in parts; a scanner that turns has points in nearly all of them.
+const SECTORS: u32 = 12;
+const MOST_SECTORS: u32 = 10;
+/// Names of the field that tells which laser a point is of; only 3D scanners have one.
+const RING_FIELDS: [&str; 5] = ["ring", "line", "channel", "laser_id", "row"];
+/// Names of the field that tells when a point was measured.
+const TIME_FIELDS: [&str; 7] =
+    ["time", "t", "timestamp", "time_stamp", "timestamps", "offset_time", "stamps"];
+/// Parts of the names that 3D scanners have as topics and frames.
+const SCANNER_NAMES: [&str; 8] =
+    ["velodyne", "lidar", "ouster", "os_sensor", "hesai", "pandar", "rslidar", "livox"];
+/// A cloud's points take no longer than so many times the time between clouds, ...
+const MOST_PERIODS: f64 = 3.0;
+/// ... and no less than this share of it.
+const LEAST_PERIODS: f64 = 0.02;
+/// A sensor with fewer points than this share measures nothing.
+const LEAST_SHARE: f64 = 0.005;
+
+/// What is known of clouds.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(in crate::doctor) struct CloudFacts {
+    clouds: u64,
+    /// The fields of the first cloud.
+    fields: Vec<String>,
+    samples: u64,
+    finite: u64,
+    distance_m: Typical,
+    /// Of the horizon, a bit for each part that has points.
+    sectors: u32,
+    /// Whether a frame or a field is a 3D scanner's.
+    is_scanner: bool,
+    /// The field with the times of points, and how long the points of a cloud take by it.
+    time_field: Option<String>,
+    turn_s: Typical,
+}
+
+/// Reads one field of a point.
+struct FieldReader {
+    offset: usize,
+    datatype: u8,
+    is_bigendian: bool,
+}
+
+impl FieldReader {
+    fn of(cloud: &PointCloud2, field: &PointField) -> Self {
+        let offset = field.offset as usize;
+        Self { offset, datatype: field.datatype, is_bigendian: cloud.is_bigendian }
+    }
+
+    fn read(&self, point: &[u8]) -> Option<f64> {
+        match self.datatype {
+            PointField::UINT16 => {
+                Some(self.bytes(point, u16::from_le_bytes, u16::from_be_bytes)?.into())
+            }
+            PointField::INT32 => {
+                Some(self.bytes(point, i32::from_le_bytes, i32::from_be_bytes)?.into())
+            }
+            PointField::UINT32 => {
+                Some(self.bytes(point, u32::from_le_bytes, u32::from_be_bytes)?.into())
+            }
+            PointField::FLOAT32 => {
+                Some(self.bytes(point, f32::from_le_bytes, f32::from_be_bytes)?.into())
+            }
+            PointField::FLOAT64 => self.bytes(point, f64::from_le_bytes, f64::from_be_bytes),
+            _ => None,
+        }
+    }
+
+    fn bytes<T, const N: usize>(
+        &self,
+        point: &[u8],
+        little: fn([u8; N]) -> T,
+        big: fn([u8; N]) -> T,
+    ) -> Option<T> {
+        let bytes = *point.get(self.offset..)?.first_chunk::<N>()?;
+        Some(if self.is_bigendian { big(bytes) } else { little(bytes) })
+    }
+
+    /// The times of drivers in whole numbers are nanoseconds (Ouster, Livox), the others seconds.
+    fn unit_s(&self) -> f64 {
+        match self.datatype {
+            PointField::FLOAT32 | PointField::FLOAT64 => 1.0,
+            _ => 1e-9,
+        }
+    }
+}
+
+impl CloudFacts {
+    pub(super) fn take(&mut self, cloud: &PointCloud2) {
+        let field =
+            |names: &[&str]| cloud.fields.iter().find(|field| names.contains(&field.name.as_str()));
+        if self.clouds == 0 {
+            self.fields = cloud.fields.iter().map(|field| field.name.clone()).collect();
+        }
+        self.clouds += 1;
+        self.is_scanner |= field(&RING_FIELDS).is_some() || is_scanner(&cloud.header.frame_id);
+        let [Some(x), Some(y), Some(z)] =
+            [["x"], ["y"], ["z"]].map(|name| Some(FieldReader::of(cloud, field(&name)?)))
+        else {
+            return;
+        };
+        let time = field(&TIME_FIELDS);
+        if let Some(time) = time {
+            self.time_field.get_or_insert_with(|| time.name.clone());
+        }
+        let time = time.map(|time| FieldReader::of(cloud, time));
+        let point_bytes = (cloud.point_step as usize).max(1);
+        // Rows may be padded, which costs a sample or two of the distances nothing.
+        let points = cloud.data.chunks_exact(point_bytes);
+        let step = (points.len() / SAMPLES).max(1) | 1;
+        let mut distances_m = Vec::new();
+        let mut times: Option<(f64, f64)> = None;
+        for point in points.step_by(step) {
+            self.samples += 1;
+            let (Some(x_m), Some(y_m), Some(z_m)) = (x.read(point), y.read(point), z.read(point))
+            else {
+                continue;
+            };
+            let position = nalgebra::Vector3::new(x_m, y_m, z_m);
+            let distance_m = position.norm();
+            if !distance_m.is_finite() || distance_m == 0.0 {
+                continue;
+            }
+            self.finite += 1;
+            distances_m.push(distance_m);
+            let bearing = y_m.atan2(x_m).rem_euclid(TAU) / TAU;
+            self.sectors |= 1 << ((bearing * f64::from(SECTORS)) as u32).min(SECTORS - 1);
+            if let Some(at) = time.as_ref().and_then(|time| time.read(point)) {
+                let (first, last) = times.unwrap_or((at, at));
+                times = Some((first.min(at), last.max(at)));
+            }
+        }
+        if let Some(distance_m) = median(&mut distances_m) {
+            self.distance_m.add(distance_m);
+        }
+        if let (Some((first, last)), Some(time)) = (times, time) {
+            self.turn_s.add((last - first) * time.unit_s());
+        }
+    }
+
+    pub(super) fn findings(&self, subject: &Subject<'_>) -> Vec<Finding> {
+        let topic = subject.topic;
+        let mut findings = Vec::new();
+        if let Some(distance_m) = self.distance_m.median()
+            && distance_m > FARTHEST_M
+        {
+            findings.push(subject.grave(
+                Check::Units,
+                format!(
+                    "{topic}: the median distance of its points is {distance_m:.0} m, which is {:.2} m if they are \
+                     millimetres",
+                    distance_m * 1e-3
+                ),
+                "x, y and z have metres (REP-103): divide by 1000 in the driver",
+            ));
+        }
+        findings.extend(self.point_times(subject));
+        if self.samples > 0 && (self.finite as f64) < LEAST_SHARE * self.samples as f64 {
+            findings.push(Finding::grave_if(
+                self.finite == 0 && subject.is_read,
+                Check::Returns,
+                format!(
+                    "{topic}: {} of {} points of {} clouds have a place",
+                    self.finite, self.samples, self.clouds
+                ),
+                "uncover the sensor; see that it turns, or that it is in its range and out of the sun",
+            ));
+        }
+        findings
+    }
+
+    /// Whether it is known when the points of a turn were measured.
+    fn point_times(&self, subject: &Subject<'_>) -> Option<Finding> {
+        let turns = self.sectors.count_ones() >= MOST_SECTORS;
+        if !turns || !(self.is_scanner || is_scanner(subject.topic)) {
+            return None;
+        }
+        const MEND: &str = "let the driver publish the time of each point (velodyne_driver: XYZIRT; ouster: t; \
+                            hesai, robosense: timestamp), or record its packets";
+        let topic = subject.topic;
+        let Some(name) = &self.time_field else {
+            let what = format!(
+                "{topic}: the clouds of a scanner that turns have no time for each point (fields: {})",
+                self.fields.join(", ")
+            );
+            return Some(Finding::warn(Check::PointTimes, what, MEND));
+        };
+        let (turn_s, period_s) = (self.turn_s.median()?, subject.period_s?);
+        if turn_s == 0.0 {
+            let what = format!("{topic}: the field {name} is the same for all points of a cloud");
+            return Some(Finding::warn(Check::PointTimes, what, MEND));
+        }
+        if (LEAST_PERIODS * period_s..=MOST_PERIODS * period_s).contains(&turn_s) {
+            return None;
+        }
+        Some(subject.grave(
+            Check::Units,
+            format!(
+                "{topic}: by the field {name} the points of a cloud take {turn_s:.3e} s, and clouds come every \
+                 {period_s:.3} s"
+            ),
+            "times of points are seconds in floating point, or nanoseconds in whole numbers: convert them in the driver",
+        ))
+    }
+}
+
+fn is_scanner(name: &str) -> bool {
+    SCANNER_NAMES.iter().any(|part| name.contains(part))
+}

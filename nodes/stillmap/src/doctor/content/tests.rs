@@ -1,0 +1,181 @@
+//! Readings one by one; whole bags and graphs are in the tests of the whole.
+
+use msgs::geometry_msgs::{Transform, TransformStamped};
+use msgs::sensor_msgs::PointField;
+use msgs::tf2_msgs::TFMessage;
+use proptest::prelude::*;
+
+use super::clocks::Clock;
+use super::*;
+use crate::doctor::finding::Severity;
+
+const SUBJECT: Subject<'_> = Subject { topic: "/topic", is_read: true, period_s: Some(0.1) };
+
+fn findings_of<M: Observed>(messages: &[M]) -> Vec<Finding> {
+    let mut content = Content::of_type(M::TYPE_NAME);
+    for message in messages {
+        content.take(message);
+    }
+    content.findings(&SUBJECT)
+}
+
+#[track_caller]
+fn only(findings: &[Finding], check: Check, severity: Severity) {
+    let found: Vec<_> = findings.iter().map(|one| (one.check, one.severity)).collect();
+    assert_eq!(found, [(check, severity)], "{findings:?}");
+}
+
+fn header() -> Header {
+    Header { frame_id: "sensor".to_owned(), ..Header::default() }
+}
+
+fn scan(ranges: Vec<f32>) -> LaserScan {
+    LaserScan {
+        header: header(),
+        angle_increment: 0.01,
+        range_max: 8.0,
+        ranges,
+        ..LaserScan::default()
+    }
+}
+
+#[test]
+fn a_scanner_in_a_hall_that_is_too_large_for_it_is_no_error() {
+    let mut ranges = vec![f32::INFINITY; 100];
+    ranges[..3].fill(5.0);
+    assert!(findings_of(&[scan(ranges.clone())]).is_empty());
+    ranges[1..3].fill(0.0);
+    only(&findings_of(&[scan(ranges)]), Check::Returns, Severity::Warn);
+    // Far returns, as a limit in metres beside ranges in centimetres has.
+    only(&findings_of(&[scan(vec![150.0; 100])]), Check::Returns, Severity::Error);
+}
+
+#[test]
+fn an_inertial_unit_is_judged_by_what_it_measures() {
+    let reading = |acceleration: f64, covariance: f64| {
+        let mut imu = Imu { header: header(), ..Imu::default() };
+        imu.linear_acceleration.z = acceleration;
+        imu.linear_acceleration_covariance[0] = covariance;
+        vec![imu; 20]
+    };
+    assert!(findings_of(&reading(9.8, 0.0)).is_empty());
+    only(&findings_of(&reading(1.0, 0.0)), Check::Units, Severity::Error);
+    only(&findings_of(&reading(0.05, 0.0)), Check::Units, Severity::Error);
+    // It says that it measures none.
+    assert!(findings_of(&reading(0.0, -1.0)).is_empty());
+}
+
+#[test]
+fn a_calibration_without_numbers_is_none() {
+    let info = |k: [f64; 9]| CameraInfo {
+        header: header(),
+        width: 640,
+        height: 480,
+        k,
+        ..CameraInfo::default()
+    };
+    let k = [525.0, 0.0, 319.5, 0.0, 525.0, 239.5, 0.0, 0.0, 1.0];
+    assert!(findings_of(&[info(k), info(k)]).is_empty());
+    for (place, value) in [(0, f64::NAN), (0, -1.0), (0, 5.0), (4, 1e6), (2, 700.0), (5, -3.0)] {
+        let mut k = k;
+        k[place] = value;
+        only(&findings_of(&[info(k)]), Check::Calibration, Severity::Error);
+    }
+    let mut other = k;
+    other[0] += 1.0;
+    only(&findings_of(&[info(k), info(other)]), Check::Calibration, Severity::Warn);
+}
+
+#[test]
+fn what_is_computed_may_be_late_and_nothing_may_be_early() {
+    let skewed = |offset_s: f64| {
+        let clock = |topic, offset_s| Clock { topic, is_read: true, offset_s };
+        clocks::findings(&[clock("/a", 0.0), clock("/b", -0.01), clock("/c", offset_s)], "x")
+    };
+    assert!(skewed(-0.4).is_empty());
+    assert!(skewed(0.2).is_empty());
+    only(&skewed(0.4), Check::Clocks, Severity::Warn);
+    only(&skewed(-0.6), Check::Clocks, Severity::Warn);
+    only(&skewed(2.0), Check::Clocks, Severity::Error);
+    assert!(clocks::findings(&[], "x").is_empty());
+}
+
+fn transforms(edges: &[(&str, &str)]) -> TransformFacts {
+    let one = |(parent, child): &(&str, &str)| TransformStamped {
+        header: Header { frame_id: (*parent).to_owned(), ..Header::default() },
+        child_frame_id: (*child).to_owned(),
+        transform: Transform {
+            rotation: msgs::geometry_msgs::Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 },
+            ..Transform::default()
+        },
+    };
+    let mut facts = TransformFacts::default();
+    facts.take(&TFMessage { transforms: edges.iter().map(one).collect() }, true);
+    facts
+}
+
+#[test]
+fn each_loop_is_told_once() {
+    let facts = transforms(&[("b", "a"), ("a", "b"), ("b", "c"), ("d", "d")]);
+    let told: Vec<String> = facts.findings(&[]).into_iter().map(|one| one.what).collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(told[0].contains("a -> b -> a is a loop"), "{told:?}");
+    assert!(told[1].contains("d -> d is a loop"), "{told:?}");
+}
+
+#[test]
+fn a_tree_is_in_one_piece_and_a_sensor_outside_of_it_is_told() {
+    let facts = transforms(&[("base", "laser"), ("base", "camera")]);
+    only(
+        &facts.findings(&[("/scan", "/laser"), ("/depth", "camera")]),
+        Check::Transforms,
+        Severity::Ok,
+    );
+    only(&facts.findings(&[("/scan", "lidar")]), Check::Frames, Severity::Warn);
+    let apart = transforms(&[("base", "laser"), ("mast", "camera")]);
+    only(
+        &apart.findings(&[("/scan", "laser"), ("/depth", "camera")]),
+        Check::Transforms,
+        Severity::Warn,
+    );
+}
+
+#[test]
+fn a_chain_of_any_length_ends() {
+    let names: Vec<String> = (0..5000).map(|number| format!("f{number}")).collect();
+    let edges: Vec<(&str, &str)> =
+        names.windows(2).map(|pair| (pair[0].as_str(), pair[1].as_str())).collect();
+    assert!(!transforms(&edges).findings(&[("/scan", "f40")]).is_empty());
+}
+
+proptest! {
+    #[test]
+    fn no_cloud_is_too_strange(
+        data in prop::collection::vec(any::<u8>(), 0..200),
+        fields in prop::collection::vec(("x|y|z|t|time|ring", 0_u32..40, 0_u8..10), 0..6),
+        point_step in 0_u32..40,
+        is_bigendian: bool,
+    ) {
+        let field = |(name, offset, datatype)| PointField { name, offset, datatype, count: 1 };
+        let cloud = PointCloud2 {
+            header: header(),
+            fields: fields.into_iter().map(field).collect(),
+            point_step,
+            is_bigendian,
+            data,
+            ..PointCloud2::default()
+        };
+        findings_of(&[cloud.clone(), cloud]);
+    }
+
+    #[test]
+    fn no_scan_is_too_strange(
+        ranges in prop::collection::vec(any::<f32>(), 0..20),
+        [angle_min, angle_increment, time_increment, range_min, range_max] in any::<[f32; 5]>(),
+    ) {
+        let scan = LaserScan {
+            angle_min, angle_increment, time_increment, range_min, range_max, ranges, ..LaserScan::default()
+        };
+        findings_of(&[scan.clone(), scan]);
+    }
+}

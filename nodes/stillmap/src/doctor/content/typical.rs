@@ -1,0 +1,40 @@
+//! What is typical of many numbers.
+
+/// Numbers that are kept at most: a day at 10 Hz.
+const MOST_VALUES: usize = 1 << 20;
+
+/// Numbers, one or a few a message.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct Typical {
+    values: Vec<f64>,
+}
+
+impl Typical {
+    /// Takes a number in; those that are not finite are passed over.
+    pub(crate) fn add(&mut self, value: f64) {
+        if value.is_finite() && self.values.len() < MOST_VALUES {
+            self.values.push(value);
+        }
+    }
+
+    /// The middle one.
+    pub(crate) fn median(&self) -> Option<f64> {
+        median(&mut self.values.clone())
+    }
+
+    /// The largest one.
+    pub(crate) fn largest(&self) -> Option<f64> {
+        self.values.iter().copied().max_by(f64::total_cmp)
+    }
+
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.values.len()
+    }
+}
+
+/// The middle one of the values, which it puts in order.
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
