@@ -112,7 +112,9 @@ impl Frame {
                 let poses = way.map_from_vehicle.iter().chain(way.truth.into_iter().flatten());
                 let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
                 for pose in poses {
-                    for (axis, value) in [pose.translation.x, pose.translation.y].into_iter().enumerate() {
+                    for (axis, value) in
+                        [pose.translation.x, pose.translation.y].into_iter().enumerate()
+                    {
                         low[axis] = low[axis].min(value);
                         high[axis] = high[axis].max(value);
                     }
@@ -168,7 +170,8 @@ impl Frame {
     fn draw_vehicle(&self, canvas: &mut Canvas, pose: &Isometry3<f64>) {
         let size_m = 0.025 * self.edge_px / self.px_per_m;
         let corner = |x: f64, y: f64| {
-            let place = pose.translation.vector + pose.rotation * (size_m * Vector3::new(x, y, 0.0));
+            let place =
+                pose.translation.vector + pose.rotation * (size_m * Vector3::new(x, y, 0.0));
             self.px(place.x, place.y)
         };
         canvas.triangle([corner(1.0, 0.0), corner(-0.7, 0.7), corner(-0.7, -0.7)], VEHICLE);

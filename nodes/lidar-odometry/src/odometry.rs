@@ -31,6 +31,7 @@ use geometry::Stamp;
 use nalgebra::{Isometry3, Point3};
 
 pub use self::config::LidarOdometryConfig;
+pub use self::deskew::deskewed_cloud;
 pub use self::follower::{Follower, FollowerConfig, FollowerError, Way};
 pub use self::hint::MotionHint;
 pub use self::pose::{LidarPose, Outcome, Quality, Refusal};

@@ -47,9 +47,16 @@ impl Canvas {
     }
 
     /// A line as thick as its dots; what is outside of the picture costs nothing.
-    pub(super) fn line(&mut self, from_px: [f64; 2], to_px: [f64; 2], radius_px: i64, colour: [u8; 3]) {
+    pub(super) fn line(
+        &mut self,
+        from_px: [f64; 2],
+        to_px: [f64; 2],
+        radius_px: i64,
+        colour: [u8; 3],
+    ) {
         let Some([from_px, to_px]) = self.within(from_px, to_px) else { return };
-        let steps = (to_px[0] - from_px[0]).abs().max((to_px[1] - from_px[1]).abs()).ceil().max(1.0);
+        let steps =
+            (to_px[0] - from_px[0]).abs().max((to_px[1] - from_px[1]).abs()).ceil().max(1.0);
         for step in 0..=steps as u32 {
             let share = f64::from(step) / steps;
             let at = |axis: usize| from_px[axis] + share * (to_px[axis] - from_px[axis]);
@@ -66,7 +73,8 @@ impl Canvas {
             if !way_px.is_finite() {
                 return None;
             }
-            for (towards, room_px) in [(-way_px, from_px[axis]), (way_px, edge_px - from_px[axis])] {
+            for (towards, room_px) in [(-way_px, from_px[axis]), (way_px, edge_px - from_px[axis])]
+            {
                 if towards == 0.0 {
                     if room_px < 0.0 {
                         return None;

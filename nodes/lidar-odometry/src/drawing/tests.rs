@@ -46,7 +46,9 @@ fn the_whole_way_fits_whatever_it_is() {
     // The way goes from the lower left to the lower right and up.
     assert_eq!(colour_at(&whole, 100, 187), WAY);
     assert_eq!(colour_at(&whole, 187, 100), WAY);
-    for poses in [vec![], vec![Isometry3::identity()], vec![Isometry3::translation(f64::NAN, 0.0, 0.0)]] {
+    for poses in
+        [vec![], vec![Isometry3::identity()], vec![Isometry3::translation(f64::NAN, 0.0, 0.0)]]
+    {
         for view in [DrawnView::Whole, DrawnView::AboutVehicle { radius_m: 0.0 }] {
             assert_eq!(drawn(&way(&poses), view, 50).picture.rgb.len(), 7500);
         }
@@ -56,7 +58,8 @@ fn the_whole_way_fits_whatever_it_is() {
 #[test]
 fn the_truth_and_what_stands_around_lie_below_the_way() {
     let poses = corner();
-    let truth: Vec<_> = poses.iter().map(|pose| Isometry3::translation(0.0, 10.0, 0.0) * pose).collect();
+    let truth: Vec<_> =
+        poses.iter().map(|pose| Isometry3::translation(0.0, 10.0, 0.0) * pose).collect();
     let around = [Point2::new(25.0, 20.0), Point2::new(25.0, 0.0)];
     let way = DrawnWay { map_from_vehicle: &poses, truth: Some(&truth), surroundings_m: &around };
     let picture = drawn(&way, DrawnView::AboutVehicle { radius_m: 100.0 }, 200).picture;

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 
 use geometry::{LidarCloud, Stamp};
-use nalgebra::{Isometry3, Matrix6, Point3};
+use nalgebra::{Matrix6, Point3};
 use serde::{Deserialize, Serialize};
 
 use super::{

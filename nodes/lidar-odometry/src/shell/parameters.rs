@@ -335,10 +335,14 @@ impl LidarOdometryParameters {
         let calibration = if path.is_empty() {
             None
         } else {
-            let text = std::fs::read_to_string(path)
-                .map_err(|error| format!("parameter calibration_file: cannot read {path}: {error}"))?;
+            let text = std::fs::read_to_string(path).map_err(|error| {
+                format!("parameter calibration_file: cannot read {path}: {error}")
+            })?;
             let calibration = Calibration::from_yaml(&text);
-            Some(calibration.map_err(|error| format!("parameter calibration_file: {path}: {error}"))?)
+            Some(
+                calibration
+                    .map_err(|error| format!("parameter calibration_file: {path}: {error}"))?,
+            )
         };
         Ok(DecoderConfig { model, calibration, ..DecoderConfig::default() })
     }
@@ -389,9 +393,10 @@ impl LidarOdometryParameters {
                     deviations: self.road_deviations,
                     ..RoadIntensityFilter::default()
                 }),
-                FilterChoice::Ground => {
-                    PointChoice::NotGround(GroundFilter { sensor_height_m, ..GroundFilter::default() })
-                }
+                FilterChoice::Ground => PointChoice::NotGround(GroundFilter {
+                    sensor_height_m,
+                    ..GroundFilter::default()
+                }),
             },
             local_map,
             guess: self.guess,

@@ -1,4 +1,4 @@
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 
 use super::*;
 use crate::registration::CoarseConfig;
