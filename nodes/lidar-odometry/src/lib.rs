@@ -7,6 +7,7 @@
 //! | [`panorama`] | a revolution as a picture of all around |
 //! | [`recorded`] | clouds of KITTI, and of CSV files, organised anew |
 //! | [`revolution`] | packets to organised clouds, one a turn; the motion of the vehicle taken out of them |
+//! | [`road_map`] | the 3D map of a drive, coloured by what came back |
 //! | [`selection`] | which points take part: by ray, by the road's intensity, by the ground's shape |
 //! | [`registration`] | how one cloud lies to another: ICP, point to plane, GICP, voxelised GICP |
 //! | [`odometry`] | each scan onto a map of the last ones, or onto the one before |
@@ -28,6 +29,7 @@ mod parallel;
 pub mod recorded;
 pub mod registration;
 pub mod revolution;
+pub mod road_map;
 pub mod selection;
 #[cfg(feature = "ros")]
 pub mod shell;

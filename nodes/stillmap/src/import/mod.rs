@@ -2,7 +2,7 @@
 
 mod depth;
 mod depth_png;
-mod kitti;
+pub(crate) mod kitti;
 mod ros1;
 mod scan_cut;
 mod tum;
