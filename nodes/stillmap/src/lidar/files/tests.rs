@@ -38,6 +38,7 @@ fn a_map_that_was_spilled_is_read_from_every_file_with_all_its_points() {
     let pcd = pcd::decode(&fs::read(path("map.pcd")).unwrap()).unwrap();
     assert!(ply.len() as u64 == extent.points && ply == pcd);
     let mut las = las::Reader::from_path(path("map.las")).unwrap();
+    let las = las.read_all().unwrap();
     let las: Vec<Point> = las.points().map(Result::unwrap).collect();
     assert_eq!(las.len(), ply.len());
     for (las, ply) in las.iter().zip(&ply) {
