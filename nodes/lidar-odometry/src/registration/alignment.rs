@@ -218,8 +218,9 @@ fn covariance(
     let inverse = information.cholesky().ok_or(RegistrationError::Unsolvable)?.inverse();
     let told = Matrix6::identity() - held;
     let scale = observability.in_metres().map(f64::recip);
-    let scaled_by =
-        |matrix: &Matrix6<f64>| Matrix6::from_fn(|row, column| matrix[(row, column)] * scale[row] * scale[column]);
+    let scaled_by = |matrix: &Matrix6<f64>| {
+        Matrix6::from_fn(|row, column| matrix[(row, column)] * scale[row] * scale[column])
+    };
     let of_told = if scatter.count >= LEAST_NEIGHBOURHOODS {
         // As many numbers were fitted to them.
         let count = scatter.count as f64;

@@ -283,10 +283,11 @@ fn packets_of_a_driver_become_scans() {
             ),
             data: bytes.as_slice().try_into().unwrap(),
         };
-        let mut scan = VelodyneScan::default();
-        scan.packets = of_message.iter().enumerate().map(packet).collect();
+        let mut of_message: Vec<VelodynePacket> =
+            of_message.iter().enumerate().map(packet).collect();
         // One that is of nobody.
-        scan.packets.push(VelodynePacket::default());
+        of_message.push(VelodynePacket::default());
+        let scan = VelodyneScan { packets: of_message, ..VelodyneScan::default() };
         scene.packets.publish(scan).unwrap();
         let heard = scene.hear();
         outcomes.odometry.extend(heard.odometry);

@@ -7,6 +7,8 @@ mod pictures;
 mod report;
 mod road;
 mod source;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use follower::LidarFollower;
 pub(crate) use odometry::run as run_odometry;
