@@ -64,7 +64,7 @@ fn main() {
     }
     for (name, of) in [("truth", true), ("estimate", false)] {
         if let Some(path) = option(name) {
-            let (truth, estimate) = runs[0].from_first();
+            let (truth, estimate) = runs[0].both_from_first();
             std::fs::write(path, kitti_lines(if of { &truth } else { &estimate })).unwrap();
         }
     }
@@ -128,7 +128,7 @@ impl Run {
     }
 
     /// Both from the first pose.
-    fn from_first(&self) -> (Vec<Isometry3<f64>>, Vec<Isometry3<f64>>) {
+    fn both_from_first(&self) -> (Vec<Isometry3<f64>>, Vec<Isometry3<f64>>) {
         let from = |poses: &[Isometry3<f64>]| {
             let first = poses[0].inverse();
             poses.iter().map(|pose| first * pose).collect()
@@ -137,7 +137,7 @@ impl Run {
     }
 
     fn tell(&self) {
-        let (truth, estimate) = self.from_first();
+        let (truth, estimate) = self.both_from_first();
         let mut times_ms = self.times_ms.clone();
         times_ms.sort_by(f64::total_cmp);
         let off_m: Vec<nalgebra::Vector3<f64>> = truth
