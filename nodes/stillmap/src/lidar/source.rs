@@ -44,9 +44,9 @@ pub(crate) enum Sensed {
     /// A scan.
     Cloud(PointCloud2),
     /// A reading of the inertial unit.
-    Imu(Imu),
+    Imu(Box<Imu>),
     /// What the wheels tell.
-    Wheels(Odometry),
+    Wheels(Box<Odometry>),
     /// Where the vehicle truly was.
     Truth(geometry::Stamp, Isometry3<f64>),
 }
@@ -309,9 +309,9 @@ impl BagSource {
             } else if topic == self.topic {
                 take(Sensed::Cloud(message.decode().map_err(failed)?))?;
             } else if self.imu.as_deref() == Some(topic) {
-                take(Sensed::Imu(message.decode().map_err(failed)?))?;
+                take(Sensed::Imu(Box::new(message.decode().map_err(failed)?)))?;
             } else if self.wheels.as_deref() == Some(topic) {
-                take(Sensed::Wheels(message.decode().map_err(failed)?))?;
+                take(Sensed::Wheels(Box::new(message.decode().map_err(failed)?)))?;
             } else {
                 let pose = message.decode::<PoseStamped>().map_err(failed)?;
                 if let Ok(place) = convert::isometry_from_pose(&pose.pose) {
