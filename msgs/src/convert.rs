@@ -14,6 +14,7 @@ mod cycle;
 mod depth;
 mod error;
 mod labels;
+mod lidar_cloud;
 mod marker;
 mod picture;
 mod pose;
@@ -43,6 +44,9 @@ pub use cycle::{
 pub use depth::{depth_from_message, message_from_depth};
 pub use error::ConvertError;
 pub use labels::{labels_from_message, message_from_labels};
+pub use lidar_cloud::{
+    LidarCloudReading, PointTimes, TimeOrigin, TimeUnit, lidar_cloud_from_message,
+};
 pub use marker::markers_from_tracks;
 pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{

@@ -1,6 +1,6 @@
 //! Clouds.
 
-mod layout;
+pub(super) mod layout;
 #[cfg(test)]
 mod tests;
 

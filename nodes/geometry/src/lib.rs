@@ -18,6 +18,7 @@ mod cycle;
 mod depth;
 mod depth_projection;
 mod label;
+mod lidar_cloud;
 pub mod parameter;
 pub mod pcd;
 pub mod ply;
@@ -39,6 +40,7 @@ pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
 pub use depth::{DepthImage, DepthPixels, DepthSizeError};
 pub use depth_projection::{DepthCameraError, DepthLimits, DepthProjector, ReducedDepth};
 pub use label::{LabelImage, LabelSizeError};
+pub use lidar_cloud::LidarCloud;
 pub use parameter::ParameterError;
 pub use point_file::PointFileError;
 pub use pose::{

@@ -1,21 +1,23 @@
-//! Follows a simulated drive with traffic, and says how far it drifts:
+//! Follows a simulated drive with traffic in several ways at once, and says how far each drifts:
 //!
 //! ```text
 //! cargo run --release -p lidar-odometry --example simulated_drive -- [model=hdl64e] [seconds=40] [traffic=5] [threads=2]
-//!     [way=map|scan] [truth=FILE] [estimate=FILE]
+//!     [road=short|long] [seed=1] [ways=map,scan,...] [truth=FILE] [estimate=FILE]
 //! ```
 //!
-//! The files hold poses of KITTI's format, for `stillmap eval trajectory`. The drift is the mean over all stretches of 100 m
-//! (Geiger et al. 2012, section 3.2).
+//! Ways: `map` is the odometry; `scan` the thesis' GICP from scan to scan with the guess of the previous motion, `standing` without
+//! it; `intensity` with the filter of the road's intensity, `rays` without the lowest rays, `ground` without the ground, all three from
+//! scan to scan; `map_ground`, `map_intensity` the odometry with these. The files hold poses of KITTI's format, the estimate of the
+//! first way. The drift is the mean over all stretches of 100 m (Geiger et al. 2012, section 3.2); `long` is a round of 2 km.
 // An example prints, and may stop where it stands.
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
-use geometry::Stamp;
-use lidar_odometry::odometry::{Guess, LidarOdometry, LidarOdometryConfig, LidarScan, ScanToScan};
-use lidar_odometry::registration::{PreparationConfig, RegistrationConfig};
+use geometry::{LidarCloud, Stamp};
+use lidar_odometry::odometry::{Follower, FollowerConfig, Guess, MotionHint, Way};
+use lidar_odometry::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
 use nalgebra::{Isometry3, Point3};
 use simulator::{
     Body, Figure, Material, MovingObject, Path, Sample, Scenario, VelodyneModel, VelodyneTurn,
@@ -37,67 +39,130 @@ fn main() {
         Some(other) => panic!("there is no model {other}"),
     };
     let threads = NonZeroUsize::new(number("threads", 2.0) as usize).expect("at least one thread");
-    let mut scenario = Scenario::road(model, number("seed", 1.0) as u64);
+    let seed = number("seed", 1.0) as u64;
+    let mut scenario = match option("road") {
+        Some("long") => Scenario::long_road(model, seed),
+        _ => Scenario::road(model, seed),
+    };
     let seconds = number("seconds", scenario.duration_s);
     scenario.scene.objects = traffic(&scenario.rig.path, number("traffic", 5.0) as u16);
     let scenario = scenario.with_duration_s(seconds);
-    let mut config = LidarOdometryConfig::default();
-    config.preparation.voxel_edge_m = number("voxel_edge_m", config.preparation.voxel_edge_m);
-    config.preparation.neighbours =
-        number("neighbours", config.preparation.neighbours as f64) as usize;
-    config.map_voxel_edge_m = number("map_voxel_edge_m", config.map_voxel_edge_m);
-    config.map_memory_points = number("memory", f64::from(config.map_memory_points)) as u32;
-    let mut onto_map = LidarOdometry::new(config, threads).unwrap();
-    let mut onto_scan = ScanToScan::new(
-        PreparationConfig::default(),
-        RegistrationConfig::default(),
-        Guess::PreviousMotion,
-        threads,
-    );
-    let (mut truth, mut estimate, mut times_ms) = (Vec::new(), Vec::new(), Vec::new());
+    let mut runs: Vec<Run> = option("ways")
+        .unwrap_or("map")
+        .split(',')
+        .map(|name| Run::new(name, model, threads))
+        .collect();
     for sample in scenario.samples().unwrap().on_threads(threads) {
         let Sample::Velodyne(turn) = sample else { continue };
-        let (points_m, times_s) = points_of(&turn);
-        let start = Instant::now();
-        let (stamp, pose) = if option("way") == Some("scan") {
-            (turn.stamp, onto_scan.step(&points_m).unwrap().0)
-        } else {
-            let scan =
-                LidarScan { stamp: turn.stamp, points_m: &points_m, times_s: Some(&times_s) };
-            let pose = onto_map.step(&scan).unwrap();
-            if option("verbose").is_some() {
-                eprintln!("{:?}", pose.quality);
-            }
-            (pose.stamp, pose.odom_from_lidar)
-        };
-        times_ms.push(1e3 * start.elapsed().as_secs_f64());
-        let since_s = stamp.seconds_since(Stamp::default());
-        truth.push(scenario.rig.path.pose_at(since_s - scenario_start_s(&scenario)));
-        estimate.push(pose);
-    }
-    let origin = truth[0].inverse();
-    truth.iter_mut().for_each(|pose| *pose = origin * *pose);
-    for (name, poses) in [("truth", &truth), ("estimate", &estimate)] {
-        if let Some(path) = option(name) {
-            std::fs::write(path, kitti_lines(poses)).unwrap();
+        let cloud = cloud_of(&turn);
+        for run in &mut runs {
+            run.step(&cloud, &scenario);
         }
     }
-    times_ms.sort_by(f64::total_cmp);
-    let errors_m: Vec<f64> = truth
-        .iter()
-        .zip(&estimate)
-        .map(|(truth, estimate)| (truth.translation.vector - estimate.translation.vector).norm())
-        .collect();
-    let (drift_percent, turn_deg) = drift(&truth, &estimate);
-    println!(
-        "{} scans; drift over {STRETCH_M} m: {drift_percent:.3} %, {turn_deg:.4} degrees; farthest off {:.3} m, at the end {:.3} m; \
-         median {:.1} ms, most {:.1} ms",
-        truth.len(),
-        errors_m.iter().copied().fold(0.0, f64::max),
-        errors_m[errors_m.len() - 1],
-        times_ms[times_ms.len() / 2],
-        times_ms[times_ms.len() - 1],
-    );
+    for run in &runs {
+        run.tell();
+    }
+    for (name, of) in [("truth", true), ("estimate", false)] {
+        if let Some(path) = option(name) {
+            let (truth, estimate) = runs[0].both_from_first();
+            std::fs::write(path, kitti_lines(if of { &truth } else { &estimate })).unwrap();
+        }
+    }
+}
+
+/// One of the ways.
+struct Run {
+    name: String,
+    follower: Follower,
+    truth: Vec<Isometry3<f64>>,
+    estimate: Vec<Isometry3<f64>>,
+    times_ms: Vec<f64>,
+    failures: usize,
+}
+
+impl Run {
+    fn new(name: &str, model: VelodyneModel, threads: NonZeroUsize) -> Self {
+        // The thesis leaves 14 of 32 rays.
+        let lowest_left_out = match model {
+            VelodyneModel::Hdl64e => 36,
+            VelodyneModel::Hdl32e => 18,
+            _ => 9,
+        };
+        let rays = PointChoice::Rays(RayFilter { lowest_left_out, every: 1 });
+        let road = PointChoice::NotRoadIntensity(RoadIntensityFilter::default());
+        let ground = PointChoice::NotGround(GroundFilter::default());
+        let (way, guess, points) = match name {
+            "map" => (Way::LocalMap, Guess::PreviousMotion, PointChoice::All),
+            "map_ground" => (Way::LocalMap, Guess::PreviousMotion, ground),
+            "map_intensity" => (Way::LocalMap, Guess::PreviousMotion, road),
+            "scan" => (Way::ScanToScan, Guess::PreviousMotion, PointChoice::All),
+            "standing" => (Way::ScanToScan, Guess::Standing, PointChoice::All),
+            "intensity" => (Way::ScanToScan, Guess::PreviousMotion, road),
+            "rays" => (Way::ScanToScan, Guess::PreviousMotion, rays),
+            "ground" => (Way::ScanToScan, Guess::PreviousMotion, ground),
+            other => panic!("there is no way {other}"),
+        };
+        let config = FollowerConfig { way, guess, points, ..FollowerConfig::default() };
+        Self {
+            name: name.to_owned(),
+            follower: Follower::new(config, threads).unwrap(),
+            truth: Vec::new(),
+            estimate: Vec::new(),
+            times_ms: Vec::new(),
+            failures: 0,
+        }
+    }
+
+    fn step(&mut self, cloud: &LidarCloud, scenario: &Scenario) {
+        let start = Instant::now();
+        let pose = self.follower.step(cloud, &MotionHint::default());
+        self.times_ms.push(1e3 * start.elapsed().as_secs_f64());
+        let Ok(pose) = pose else {
+            self.failures += 1;
+            return;
+        };
+        self.failures += usize::from(pose.quality.trouble().is_some());
+        let since_s = pose.stamp.seconds_since(Stamp::default());
+        self.truth.push(scenario.rig.path.pose_at(since_s - scenario_start_s(scenario)));
+        self.estimate.push(pose.odom_from_lidar);
+    }
+
+    /// Both from the first pose.
+    fn both_from_first(&self) -> (Vec<Isometry3<f64>>, Vec<Isometry3<f64>>) {
+        let from = |poses: &[Isometry3<f64>]| {
+            let first = poses[0].inverse();
+            poses.iter().map(|pose| first * pose).collect()
+        };
+        (from(&self.truth), from(&self.estimate))
+    }
+
+    fn tell(&self) {
+        let (truth, estimate) = self.both_from_first();
+        let mut times_ms = self.times_ms.clone();
+        times_ms.sort_by(f64::total_cmp);
+        let off_m: Vec<nalgebra::Vector3<f64>> = truth
+            .iter()
+            .zip(&estimate)
+            .map(|(truth, estimate)| estimate.translation.vector - truth.translation.vector)
+            .collect();
+        let rms_m = |of: fn(&nalgebra::Vector3<f64>) -> f64| {
+            (off_m.iter().map(|off_m| of(off_m).powi(2)).sum::<f64>() / off_m.len() as f64).sqrt()
+        };
+        let (drift_percent, turn_deg) = drift(&truth, &estimate);
+        println!(
+            "{:>13}: {} scans, {} in trouble; drift over {STRETCH_M} m {drift_percent:.3} %, {turn_deg:.3} degrees; RMS 2D {:.3} m, \
+             3D {:.3} m; end {:.3} m off, {:.3} of it up; median {:.1} ms, most {:.1} ms",
+            self.name,
+            truth.len(),
+            self.failures,
+            rms_m(|off| off.xy().norm()),
+            rms_m(|off| off.norm()),
+            off_m[off_m.len() - 1].norm(),
+            off_m[off_m.len() - 1].z,
+            times_ms[times_ms.len() / 2],
+            times_ms[times_ms.len() - 1],
+        );
+    }
 }
 
 fn scenario_start_s(scenario: &Scenario) -> f64 {
@@ -137,9 +202,16 @@ fn traffic(way: &Path, cars: u16) -> Vec<MovingObject> {
         .collect()
 }
 
-fn points_of(turn: &VelodyneTurn) -> (Vec<Point3<f32>>, Vec<f32>) {
-    let measured = turn.points.iter().filter(|point| point.is_measured());
-    measured.map(|point| (Point3::from(point.position_m), point.time_s)).unzip()
+fn cloud_of(turn: &VelodyneTurn) -> LidarCloud {
+    let measured = || turn.points.iter().filter(|point| point.is_measured());
+    LidarCloud {
+        stamp: turn.stamp,
+        frame_id: turn.frame_id.clone(),
+        points_m: measured().map(|point| Point3::from(point.position_m)).collect(),
+        intensities: Some(measured().map(|point| point.intensity).collect()),
+        rings: Some(measured().map(|point| point.ring).collect()),
+        times_s: Some(measured().map(|point| point.time_s).collect()),
+    }
 }
 
 fn kitti_lines(poses: &[Isometry3<f64>]) -> String {

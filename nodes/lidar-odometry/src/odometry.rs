@@ -6,13 +6,17 @@
 //! | `threshold` | how far the truth may be from what was predicted |
 //! | `track` | what is known after a scan; the first ones, and those that do not fit |
 //! | `pose` | what is told of each scan |
+//! | `hint` | what wheels or a gyroscope know of the motion |
 //! | `scan_to_scan` | the thesis' way, to be compared with |
+//! | `follower` | both ways behind one call, with the choice of points |
 //!
 //! The frame is the KISS-ICP pipeline (Vizzo et al. 2023, section III); what a scan is laid onto are the planes of voxels, by
 //! the generalised distance (Koide et al. 2021).
 
 mod config;
 mod deskew;
+mod follower;
+mod hint;
 mod pose;
 mod scan_to_scan;
 #[cfg(test)]
@@ -24,13 +28,16 @@ mod velocity;
 use std::num::NonZeroUsize;
 
 use geometry::Stamp;
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 
 pub use self::config::LidarOdometryConfig;
+pub use self::deskew::deskewed_cloud;
+pub use self::follower::{Follower, FollowerConfig, FollowerError, Way};
+pub use self::hint::MotionHint;
 pub use self::pose::{LidarPose, Outcome, Quality, Refusal};
 pub use self::scan_to_scan::{Guess, ScanToScan};
 
-use self::track::{Moment, Track};
+use self::track::{LONGEST_PREDICTION_S, Moment, Track};
 use self::velocity::Velocity;
 use crate::registration::{ConfigError, VoxelSurface, align};
 
@@ -80,11 +87,36 @@ impl LidarOdometry {
     /// # Errors
     /// When the scan has no point within range, or it does not come after the one before. Nothing changes then.
     pub fn step(&mut self, scan: &LidarScan<'_>) -> Result<LidarPose, Refusal> {
+        self.step_with(scan, &MotionHint::default())
+    }
+
+    /// The same, where wheels or a gyroscope tell of the motion since the last pose ([`Self::interval`]): the scan is expected
+    /// there, and deskewed by it.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn step_with(
+        &mut self,
+        scan: &LidarScan<'_>,
+        hint: &MotionHint,
+    ) -> Result<LidarPose, Refusal> {
         let moment = Moment::of(scan)?;
         let Some(mut track) = self.track.take() else { return self.start(scan, moment) };
-        let pose = self.next(&mut track, scan, &moment);
+        let pose = self.next(&mut track, scan, &moment, hint);
         self.track = Some(track);
         pose
+    }
+
+    /// From when to when the motion would be of use that leads to a scan: from the last pose to that of the scan.
+    #[must_use]
+    pub fn interval(&self, scan: &LidarScan<'_>) -> Option<(Stamp, Stamp)> {
+        Some((self.track.as_ref()?.stamp, Moment::of(scan).ok()?.stamp))
+    }
+
+    /// The points of the map that scans are laid onto, in the odometry's frame.
+    #[must_use]
+    pub fn local_map(&self) -> Vec<Point3<f32>> {
+        self.map.places_m().map(|place_m| Point3::from(place_m.cast())).collect()
     }
 
     /// The pipeline of KISS-ICP (section III), and its equations.
@@ -93,6 +125,7 @@ impl LidarOdometry {
         track: &mut Track,
         scan: &LidarScan<'_>,
         moment: &Moment,
+        hint: &MotionHint,
     ) -> Result<LidarPose, Refusal> {
         let passed_s = moment.stamp.seconds_since(track.stamp);
         if passed_s < LEAST_INTERVAL_S {
@@ -102,8 +135,12 @@ impl LidarOdometry {
             self.set_out(track, scan, moment, passed_s)?;
         }
         // A: the motion goes on (eq. 1), and the scan is as if measured at once (eq. 2).
-        let predicted = track.predicted(passed_s);
-        let cloud = self.prepared(scan, moment, track.velocity)?;
+        let hinted = hint.motion(&track.expected_motion(passed_s));
+        let predicted = track.odom_from_lidar * hinted.unwrap_or(track.expected_motion(passed_s));
+        let by_hint = hinted
+            .filter(|_| passed_s <= LONGEST_PREDICTION_S)
+            .map(|motion| Velocity::between(&Isometry3::identity(), &motion, passed_s));
+        let cloud = self.prepared(scan, moment, by_hint.or(track.velocity))?;
         // C, D: correspondences with the map reach as far as predictions have been off (eq. 6), and are doubted sooner.
         let rules = self.rules(&track.threshold);
         // E: the pose.

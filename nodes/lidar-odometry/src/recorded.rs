@@ -4,11 +4,14 @@
 //! |---|---|
 //! | `columns` | points of a row to columns by azimuth, without losing one |
 //! | `kitti` | the `.bin` files of KITTI and KITTI-360 |
+//! | `cloud` | what any driver lists, by its rings |
 //! | `csv` | the files that Road LiDAR's section 2.4, option C, exports |
 
+mod cloud;
 mod columns;
 mod csv;
 mod kitti;
 
+pub use cloud::revolution_from_cloud;
 pub use csv::{CsvError, CsvFile, revolutions_from_csv};
 pub use kitti::{KittiError, revolution_from_kitti};

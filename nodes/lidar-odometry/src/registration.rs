@@ -42,6 +42,7 @@ pub use self::config::{
     CoarseConfig, ConfigError, Method, PreparationConfig, RegistrationConfig, RobustKernel,
 };
 pub use self::error::RegistrationError;
+pub(crate) use self::motion::is_finite as is_finite_pose;
 pub use self::motion::{perturbation_between, perturbed};
 pub use self::observability::{Direction, Observability};
 pub use self::prepared_cloud::PreparedCloud;

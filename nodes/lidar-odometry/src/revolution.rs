@@ -2,14 +2,17 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `assembly` | datagrams to revolutions, with counts of what is missing |
 //! | `builder` | packets to revolutions, cut where the head passes an azimuth |
 //! | `deskew` | a revolution as if measured at one moment, by a constant velocity |
 //! | `twist` | that velocity, and the motion that it comes to |
 
+mod assembly;
 mod builder;
 mod deskew;
 mod twist;
 
+pub use assembly::{AssemblyConfigError, AssemblyCounts, RevolutionAssembly};
 pub use builder::{
     BuiltRevolution, KeptEcho, RevolutionBuilder, RevolutionConfig, RevolutionConfigError,
 };

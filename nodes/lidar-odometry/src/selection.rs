@@ -4,10 +4,12 @@
 //! Each filter answers, point by point, whether it is kept; [`kept`] applies the answers. What is left out is left out of
 //! the registration only, not of a map.
 
+mod choice;
 mod ground;
 mod rays;
 mod road_intensity;
 
+pub use self::choice::{PointChoice, PointChoiceError};
 pub use self::ground::GroundFilter;
 pub use self::rays::RayFilter;
 pub use self::road_intensity::{RoadIntensity, RoadIntensityFilter};

@@ -6,8 +6,11 @@ use std::f64::consts::TAU;
 
 use crate::{Handheld, Path, Scenario, Scene, Velodyne, VelodyneModel};
 
-/// The block's corners, along the middle of the road, and the way round it.
-const CORNERS_M: [[f64; 2]; 4] = [[0.0, 0.0], [90.0, 0.0], [90.0, 60.0], [0.0, 60.0]];
+/// A block's corners, along the middle of the road, and the way round it.
+type Corners = [[f64; 2]; 4];
+const CORNERS_M: Corners = [[0.0, 0.0], [90.0, 0.0], [90.0, 60.0], [0.0, 60.0]];
+/// A block whose other sides a scanner does not see: two kilometres round it.
+const LONG_CORNERS_M: Corners = [[0.0, 0.0], [600.0, 0.0], [600.0, 400.0], [0.0, 400.0]];
 /// The mean speed: 30 km/h.
 const SPEED_M_PER_S: f64 = 8.3;
 /// Controls of the way are so far apart: corners are rounded by about that.
@@ -27,11 +30,21 @@ impl Scenario {
     /// are not. The 2D scanner and the depth camera are there, as everywhere, but of no use.
     #[must_use]
     pub fn road(model: VelodyneModel, seed: u64) -> Self {
-        let path = way(seed);
+        Self::round_block("road", &CORNERS_M, model, seed)
+    }
+
+    /// The same round a block of two kilometres, whose other sides the scanner does not see: how far an odometry drifts.
+    #[must_use]
+    pub fn long_road(model: VelodyneModel, seed: u64) -> Self {
+        Self::round_block("long road", &LONG_CORNERS_M, model, seed)
+    }
+
+    fn round_block(name: &str, corners_m: &Corners, model: VelodyneModel, seed: u64) -> Self {
+        let path = way(corners_m, seed);
         let duration_s = path.end_s() + 0.5;
-        let scene = Scene { bodies: street::bodies(&CORNERS_M), ..Scene::default() };
+        let scene = Scene { bodies: street::bodies(corners_m), ..Scene::default() };
         let mut scenario =
-            Self { name: "road".to_owned(), seed, duration_s, scene, ..Self::default() };
+            Self { name: name.to_owned(), seed, duration_s, scene, ..Self::default() };
         scenario.rig.path = path;
         scenario.rig.velodyne = Some(Velodyne { model, ..Velodyne::default() });
         scenario.rig.depth_camera = scenario.rig.depth_camera.with_size(64, 48);
@@ -41,12 +54,12 @@ impl Scenario {
 }
 
 /// Along the right lane round the block, facing forward.
-fn way(seed: u64) -> Path {
-    let round_m: f64 = sides().iter().map(|side| side.length_m).sum();
+fn way(corners_m: &Corners, seed: u64) -> Path {
+    let round_m: f64 = sides(corners_m).iter().map(|side| side.length_m).sum();
     let steps = ((round_m + OVERLAP_M) / STEP_M) as u32;
     let near = (0..=steps)
         .map(|step| {
-            let [x_m, y_m] = lane_at((BEGINS_M + f64::from(step) * STEP_M) % round_m);
+            let [x_m, y_m] = lane_at(corners_m, (BEGINS_M + f64::from(step) * STEP_M) % round_m);
             [x_m, y_m, HEIGHT_M, 0.0, 0.0, 0.0]
         })
         .collect();
@@ -62,9 +75,9 @@ struct Side {
     length_m: f64,
 }
 
-fn sides() -> Vec<Side> {
-    let next = CORNERS_M.iter().cycle().skip(1);
-    CORNERS_M
+fn sides(corners_m: &Corners) -> Vec<Side> {
+    let next = corners_m.iter().cycle().skip(1);
+    corners_m
         .iter()
         .zip(next)
         .map(|(from, to)| {
@@ -76,8 +89,8 @@ fn sides() -> Vec<Side> {
 }
 
 /// A place of the lane, by the way along the middle of the road.
-fn lane_at(mut way_m: f64) -> [f64; 2] {
-    let sides = sides();
+fn lane_at(corners_m: &Corners, mut way_m: f64) -> [f64; 2] {
+    let sides = sides(corners_m);
     for side in &sides {
         if way_m <= side.length_m {
             let [ax, ay] = side.along;
@@ -89,7 +102,7 @@ fn lane_at(mut way_m: f64) -> [f64; 2] {
         }
         way_m -= side.length_m;
     }
-    CORNERS_M[0]
+    corners_m[0]
 }
 
 /// The same way, turned to where it leads: yaw is added to what sways.

@@ -11,6 +11,7 @@ mod experiments;
 mod failure;
 mod import;
 mod info;
+mod lidar;
 mod node;
 mod odometry;
 mod processes;
@@ -60,7 +61,7 @@ enum Command {
     Demo(demo::DemoArgs),
     /// A bag through the whole pipeline
     Run(run::RunArgs),
-    /// Where the camera of a bag was, by the points and lines that it sees
+    /// Where the camera of a bag was, by the points and lines that it sees; or its LiDAR
     Odometry(odometry::OdometryArgs),
     /// Play a bag onto DDS
     Play(PlayOptions),
@@ -85,7 +86,7 @@ enum Command {
     Bench(bench::BenchArgs),
     /// The whole suite live, in one process, as ROS 2 nodes
     Up(up::UpArgs),
-    /// One node of the suite: detection, segmentation, reconstruction, pose or compression
+    /// One node of the suite: detection, segmentation, reconstruction, pose, lidar-odometry or compression
     Node(node::NodeArgs),
 }
 

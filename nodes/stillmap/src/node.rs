@@ -27,6 +27,8 @@ pub(crate) enum NodeName {
     Reconstruction,
     /// Colour and depth images to the rig's pose
     Pose,
+    /// Clouds or packets of a turning LiDAR to the vehicle's pose
+    LidarOdometry,
     /// A camera's raw images to compressed ones, beside a driver that sends only raw ones
     Compression,
 }
@@ -38,6 +40,7 @@ pub(crate) fn run(args: NodeArgs) -> ExitCode {
         NodeName::Segmentation => segmentation::shell::run(args.arguments),
         NodeName::Reconstruction => reconstruction::shell::run(args.arguments),
         NodeName::Pose => pose::shell::run(args.arguments),
+        NodeName::LidarOdometry => lidar_odometry::shell::run(args.arguments),
         NodeName::Compression => compression::run(args.arguments),
     }
 }

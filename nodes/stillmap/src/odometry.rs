@@ -1,4 +1,4 @@
-//! `stillmap odometry`: where the camera of a bag was, by what it sees.
+//! `stillmap odometry`: where the camera of a bag was, by what it sees; or its LiDAR.
 
 use std::path::{Path, PathBuf};
 
@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use crate::console;
 use crate::failure::{Failure, Outcome};
+use crate::lidar::{self, LidarArgs};
 use crate::progress::Progress;
 use crate::visual::{self, VisualOdometry, VisualTopicArgs, VisualTopics, write_trajectory};
 
@@ -26,11 +27,13 @@ const NAMESPACE: &str = "/stillmap_odometry";
   stillmap import tum rgbd_dataset_freiburg1_rpy -o fr1_rpy.mcap
   stillmap odometry fr1_rpy.mcap -o fr1_rpy.txt
   stillmap eval trajectory fr1_rpy.txt --ref rgbd_dataset_freiburg1_rpy/groundtruth.txt
+  stillmap odometry drive.pcap --of lidar -o drive.txt
 
 The file has a line `seconds x y z qx qy qz qw` for each pose; images without a pose have none. The frame that poses lead to
-is that of the rig at the first image: x forward, z up.")]
+is that of the rig at the first image: x forward, z up.
+With --of lidar a capture of a Velodyne's packets (pcap, pcapng) and a folder of KITTI's scans do, too.")]
 pub(crate) struct OdometryArgs {
-    /// An MCAP file or a rosbag2 folder, with colour and depth images
+    /// An MCAP file or a rosbag2 folder, with colour and depth images or a LiDAR's scans
     bag: PathBuf,
     /// Where the poses go, in the form of the TUM benchmark
     #[arg(short, long, value_name = "FILE")]
@@ -46,7 +49,9 @@ pub(crate) struct OdometryArgs {
     /// Whose poses are written
     #[arg(long, value_enum, default_value_t = Whose::Camera)]
     of: Whose,
-    /// A ROS 2 parameter file for the node pose; later ones override earlier ones
+    #[command(flatten)]
+    lidar: LidarArgs,
+    /// A ROS 2 parameter file for the node pose, or lidar_odometry; later ones override earlier ones
     #[arg(long = "params-file", value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Print the summary as JSON
@@ -72,6 +77,8 @@ enum Whose {
     Camera,
     /// The rig (x forward), as ROS has it
     Rig,
+    /// The turning LiDAR, by its scans alone
+    Lidar,
 }
 
 /// What came of a bag.
@@ -87,6 +94,13 @@ struct OdometrySummary {
 }
 
 pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
+    if args.of == Whose::Lidar {
+        return lidar::run_odometry(&args.bag, &args.output, &args.lidar, &args.files, args.json);
+    }
+    if !args.lidar.is_empty() {
+        return Err(Failure::new("--lidar and --calibration are of a LiDAR")
+            .mend("give --of lidar to follow it"));
+    }
     let mut parameters: PoseParameters =
         parameters::load(&format!("/{}", visual::NODE), &args.files, &[] as &[Assignment])
             .map_err(|error| Failure::new(error.to_string()))?;
@@ -122,7 +136,7 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     progress.finish();
     let rig_from_written = match args.of {
         Whose::Camera => geometry::pose_from_vector(&parameters.rig_from_camera),
-        Whose::Rig => nalgebra::Isometry3::identity(),
+        Whose::Rig | Whose::Lidar => nalgebra::Isometry3::identity(),
     };
     write_trajectory(&args.output, followed.odometry.poses(), &rig_from_written)?;
     let summary = followed.summary();

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use detection::shell::DetectionParameters;
+use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::arguments::ParameterSource;
 use node_shell::{Host, Node, NodeFailure, RosArguments, ShellError, Shutdown, Transport, log};
 use reconstruction::shell::ReconstructionParameters;
@@ -13,6 +14,7 @@ use tokio::task::JoinSet;
 use tracing::Instrument;
 
 use crate::failure::{Failure, Outcome};
+use crate::lidar;
 use crate::run::Stage;
 
 /// Arguments of `stillmap up`.
@@ -26,6 +28,9 @@ pub(crate) struct UpArgs {
     /// A preset of the rig, or the path of a parameter file
     #[arg(long, default_value = PRESETS[0].name)]
     rig: String,
+    /// The node lidar_odometry beside the others: it follows a turning LiDAR, and publishes the pose that they take
+    #[arg(long)]
+    lidar: bool,
 }
 
 /// A rig that this program knows by itself.
@@ -55,7 +60,8 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
         .build()
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
-        let nodes = Nodes::start(&arguments).map_err(|error| Failure::new(error.to_string()))?;
+        let nodes = Nodes::start(&arguments, args.lidar)
+            .map_err(|error| Failure::new(error.to_string()))?;
         nodes.serve().await
     })
 }
@@ -80,10 +86,11 @@ struct Nodes {
     detection: (Node, DetectionParameters),
     segmentation: (Node, SegmentationParameters),
     reconstruction: (Node, ReconstructionParameters),
+    lidar: Option<(Node, LidarOdometryParameters)>,
 }
 
 impl Nodes {
-    fn start(arguments: &RosArguments) -> Result<Self, ShellError> {
+    fn start(arguments: &RosArguments, with_lidar: bool) -> Result<Self, ShellError> {
         let host = Host::on(Transport::from_environment()?)?;
         let node = |stage: Stage| {
             let _named = span(stage).entered();
@@ -92,7 +99,13 @@ impl Nodes {
         let detection = node(Stage::Detection)?;
         let segmentation = node(Stage::Segmentation)?;
         let reconstruction = node(Stage::Reconstruction)?;
+        let lidar = || {
+            let _named = lidar_span().entered();
+            host.node(lidar::NODE, arguments)
+        };
+        let lidar = with_lidar.then(lidar).transpose()?;
         Ok(Self {
+            lidar: lidar.map(with_parameters).transpose()?,
             shutdown: host.shutdown_signal(),
             detection: with_parameters(detection)?,
             segmentation: with_parameters(segmentation)?,
@@ -108,23 +121,32 @@ impl Nodes {
         let serve = async move {
             let result = detection::shell::serve(&node, parameters).await;
             node.close().await;
-            (Stage::Detection, result)
+            (Stage::Detection.name(), result)
         };
         tasks.spawn(serve.instrument(span(Stage::Detection)));
         let (node, parameters) = self.segmentation;
         let serve = async move {
             let result = segmentation::shell::serve(&node, parameters).await;
             node.close().await;
-            (Stage::Segmentation, result)
+            (Stage::Segmentation.name(), result)
         };
         tasks.spawn(serve.instrument(span(Stage::Segmentation)));
         let (node, parameters) = self.reconstruction;
         let serve = async move {
             let result = reconstruction::shell::serve(&node, parameters).await;
             node.close().await;
-            (Stage::Reconstruction, result)
+            (Stage::Reconstruction.name(), result)
         };
         tasks.spawn(serve.instrument(span(Stage::Reconstruction)));
+
+        if let Some((node, parameters)) = self.lidar {
+            let serve = async move {
+                let result = lidar_odometry::shell::serve(&node, parameters).await;
+                node.close().await;
+                (lidar::NODE, result)
+            };
+            tasks.spawn(serve.instrument(lidar_span()));
+        }
 
         let mut failure = None;
         while let Some(ended) = tasks.join_next().await {
@@ -137,12 +159,12 @@ impl Nodes {
     }
 }
 
-type Ended = Result<(Stage, Result<(), NodeFailure>), tokio::task::JoinError>;
+type Ended = Result<(&'static str, Result<(), NodeFailure>), tokio::task::JoinError>;
 
 fn outcome(ended: Ended) -> Result<(), Failure> {
     match ended {
         Ok((_, Ok(()))) => Ok(()),
-        Ok((stage, Err(error))) => Err(Failure::new(format!("{}: {error}", stage.name()))),
+        Ok((name, Err(error))) => Err(Failure::new(format!("{name}: {error}"))),
         Err(error) => Err(Failure::new(format!("a node ended badly: {error}"))),
     }
 }
@@ -162,4 +184,8 @@ fn span(stage: Stage) -> tracing::Span {
         Stage::Segmentation => tracing::error_span!("segmentation"),
         Stage::Reconstruction => tracing::error_span!("reconstruction"),
     }
+}
+
+fn lidar_span() -> tracing::Span {
+    tracing::error_span!("lidar_odometry")
 }

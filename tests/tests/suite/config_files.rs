@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use compression::CompressionParameters;
 use detection::shell::DetectionParameters;
+use lidar_odometry::shell::LidarOdometryParameters;
 use msgs::rcl_interfaces::{ListParametersResponse, ListParametersResult, ParameterType};
 use node_shell::MessageTooLarge;
 use node_shell::parameters::{self, Assignment, NodeParameters, Range};
@@ -80,6 +81,7 @@ fn each_node_has_a_file_with_every_parameter_at_its_default() {
     holds_every_default::<SegmentationParameters>("segmentation");
     holds_every_default::<ReconstructionParameters>("reconstruction");
     holds_every_default::<CompressionParameters>("compression");
+    holds_every_default::<LidarOdometryParameters>("lidar_odometry");
 }
 
 /// The parameters of a section, those of groups with the groups' names before them.
@@ -171,10 +173,12 @@ fn the_names_of_each_nodes_parameters_fit_into_one_response() {
     names_fit_into_a_response::<SegmentationParameters>();
     names_fit_into_a_response::<ReconstructionParameters>();
     names_fit_into_a_response::<CompressionParameters>();
+    names_fit_into_a_response::<LidarOdometryParameters>();
 }
 
 /// Their ranges hang on one another.
-const BOUND_BY_OTHERS: [&str; 3] = ["evidence_cell_m", "evidence_extent_m", "evidence_reach_m"];
+const BOUND_BY_OTHERS: [&str; 5] =
+    ["evidence_cell_m", "evidence_extent_m", "evidence_reach_m", "min_range_m", "max_range_m"];
 
 #[test]
 fn each_parameter_is_described_with_the_range_that_its_node_accepts() {
@@ -182,6 +186,7 @@ fn each_parameter_is_described_with_the_range_that_its_node_accepts() {
     descriptors_say_what_holds::<SegmentationParameters>();
     descriptors_say_what_holds::<ReconstructionParameters>();
     descriptors_say_what_holds::<CompressionParameters>();
+    descriptors_say_what_holds::<LidarOdometryParameters>();
 }
 
 /// Their ranges are not told yet.

@@ -44,8 +44,9 @@ impl Datatype {
         }
     }
 
-    /// The number at the start of `bytes`, rounded to what a cloud holds.
-    fn read(self, bytes: &[u8], big_endian: bool) -> Option<f32> {
+    /// The number at the start of `bytes`: a double holds each of them exactly.
+    #[inline]
+    fn read(self, bytes: &[u8], big_endian: bool) -> Option<f64> {
         macro_rules! number {
             ($number:ty) => {{
                 let bytes = *bytes.first_chunk()?;
@@ -57,27 +58,37 @@ impl Datatype {
             }};
         }
         Some(match self {
-            Self::Int8 => f32::from(number!(i8)),
-            Self::Uint8 => f32::from(number!(u8)),
-            Self::Int16 => f32::from(number!(i16)),
-            Self::Uint16 => f32::from(number!(u16)),
-            Self::Int32 => number!(i32) as f32,
-            Self::Uint32 => number!(u32) as f32,
-            Self::Float32 => number!(f32),
-            Self::Float64 => number!(f64) as f32,
+            Self::Int8 => f64::from(number!(i8)),
+            Self::Uint8 => f64::from(number!(u8)),
+            Self::Int16 => f64::from(number!(i16)),
+            Self::Uint16 => f64::from(number!(u16)),
+            Self::Int32 => f64::from(number!(i32)),
+            Self::Uint32 => f64::from(number!(u32)),
+            Self::Float32 => f64::from(number!(f32)),
+            Self::Float64 => number!(f64),
         })
     }
 }
 
-/// One coordinate within the record of a point.
+/// One field within the record of a point; it lies within it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Coordinate {
+pub(in crate::convert) struct FieldPlace {
     offset: usize,
     datatype: Datatype,
 }
 
-impl Coordinate {
-    fn of(message: &PointCloud2, field: &'static str) -> Result<Self, ConvertError> {
+impl FieldPlace {
+    /// Its number in the record of a point.
+    #[inline]
+    pub(in crate::convert) fn read(self, record: &[u8], big_endian: bool) -> Option<f64> {
+        self.datatype.read(record.get(self.offset..)?, big_endian)
+    }
+
+    /// Where a message says that a field is.
+    pub(in crate::convert) fn of(
+        message: &PointCloud2,
+        field: &'static str,
+    ) -> Result<Self, ConvertError> {
         let mut named = message.fields.iter().filter(|candidate| candidate.name == field);
         let Some(found) = named.next() else {
             let mut present = Vec::new();
@@ -107,7 +118,7 @@ impl Coordinate {
 
 /// Where x, y and z stand in the record of a point; each lies within it.
 pub(super) struct Layout {
-    coordinates: [Coordinate; 3],
+    coordinates: [FieldPlace; 3],
     big_endian: bool,
     point_bytes: usize,
 }
@@ -119,7 +130,7 @@ const BLOCK_POINTS: usize = 64;
 impl Layout {
     /// The layout that a message describes.
     pub(super) fn of(message: &PointCloud2) -> Result<Self, ConvertError> {
-        let coordinate = |field| Coordinate::of(message, field);
+        let coordinate = |field| FieldPlace::of(message, field);
         Ok(Self {
             coordinates: [coordinate("x")?, coordinate("y")?, coordinate("z")?],
             big_endian: message.is_bigendian,
@@ -145,8 +156,9 @@ impl Layout {
     }
 
     fn read(&self, record: &[u8]) -> Option<[f32; 3]> {
-        let read = |coordinate: Coordinate| {
-            coordinate.datatype.read(record.get(coordinate.offset..)?, self.big_endian)
+        let read = |place: FieldPlace| {
+            // Rounded to what a cloud holds.
+            place.read(record, self.big_endian).map(|value| value as f32)
         };
         let [x, y, z] = self.coordinates;
         Some([read(x)?, read(y)?, read(z)?])

@@ -1,5 +1,6 @@
 //! The points of a scan as if all had been measured at once.
 
+use geometry::LidarCloud;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use super::velocity::Velocity;
@@ -58,6 +59,22 @@ pub(super) fn deskewed(
         Point3::from(rotation * point.coords + shift_m)
     };
     points_m.iter().zip(times_s).map(moved).collect()
+}
+
+/// The points of a cloud as if all had been measured at the middle of its times, while the scanner moved as from the pose
+/// before: by `last_from_now` in `passed_s`. Those of a cloud without times stay, and points without a finite time become not a
+/// number.
+#[must_use]
+pub fn deskewed_cloud(
+    cloud: &LidarCloud,
+    last_from_now: &Isometry3<f64>,
+    passed_s: f64,
+) -> Vec<Point3<f32>> {
+    let times_s = cloud.times_s.as_deref().filter(|_| passed_s > 0.0);
+    let timed = times_s.and_then(|times_s| Some((times_s, Span::of(times_s)?)));
+    let Some((times_s, span)) = timed else { return cloud.points_m.clone() };
+    let velocity = Velocity::between(&Isometry3::identity(), last_from_now, passed_s);
+    deskewed(&cloud.points_m, times_s, &span, &velocity)
 }
 
 fn single(pose: &Isometry3<f64>) -> (Matrix3<f32>, Vector3<f32>) {

@@ -46,6 +46,25 @@ impl ScanToScan {
         Self { preparation, registration, guess, threads, previous: None, motion, odom_from_lidar }
     }
 
+    /// Forgets everything: the next scan is the first one.
+    pub fn forget(&mut self) {
+        self.previous = None;
+        self.motion = Isometry3::identity();
+        self.odom_from_lidar = Isometry3::identity();
+    }
+
+    /// Where the sensor was at the last scan, in its frame at the first.
+    #[must_use]
+    pub fn pose(&self) -> Isometry3<f64> {
+        self.odom_from_lidar
+    }
+
+    /// How far correspondences reach.
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        self.registration.max_correspondence_m
+    }
+
     /// Takes in the points of the next scan (in the sensor's frame, as if measured at once). The pose, and how the scan lies
     /// to the one before; `None` for the first.
     ///

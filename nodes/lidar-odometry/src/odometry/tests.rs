@@ -185,3 +185,33 @@ fn the_thesis_way_follows_from_scan_to_scan() {
         }
     }
 }
+
+/// A vehicle that stops at once: only wheels know it before the scan does.
+#[test]
+fn what_wheels_tell_is_where_the_scan_is_expected_and_what_deskews_it() {
+    let drive = Drive::new(&street(&mut Random::new(1)), 12, 16_000);
+    let (mut odometry, mut blind) = (
+        LidarOdometry::new(LidarOdometryConfig::default(), threads(1)).unwrap(),
+        LidarOdometry::new(LidarOdometryConfig::default(), threads(1)).unwrap(),
+    );
+    let at = |stamp: Stamp| truth(stamp.seconds_since(Stamp::default()));
+    for number in 0..10 {
+        let scan = drive.scan(number);
+        let motion = odometry.interval(&scan).map(|(from, to)| at(from).inv_mul(&at(to)));
+        odometry.step_with(&scan, &MotionHint { motion, turn: None }).unwrap();
+        blind.step(&scan).unwrap();
+    }
+    // Far away from anything: what is left is the prediction.
+    let mut lost = drive.points_m[10].clone();
+    lost.iter_mut().for_each(|point| point.z += 60.0);
+    let scan = LidarScan { points_m: &lost, ..drive.scan(10) };
+    let motion = Some(Isometry3::translation(0.1, 0.0, 0.0));
+    let before = odometry.clone().local_map().len();
+    assert!(before > 0);
+    let held = odometry.step_with(&scan, &MotionHint { motion, turn: None }).unwrap();
+    let held_blind = blind.step(&scan).unwrap();
+    let way_m = |pose: &LidarPose| pose.odom_from_lidar.translation.vector.x;
+    // It had come 9 steps of 0.8 m.
+    assert!((way_m(&held) - 7.3).abs() < 0.1, "{}", way_m(&held));
+    assert!((way_m(&held_blind) - 8.0).abs() < 0.1, "{}", way_m(&held_blind));
+}

@@ -16,7 +16,7 @@ use crate::registration::{
 const CUT_SHARE: f64 = 0.05;
 
 /// After a longer pause nobody knows where the vehicle has gone: it is looked for as far on as it goes in this time.
-const LONGEST_PREDICTION_S: f64 = 1.0;
+pub(super) const LONGEST_PREDICTION_S: f64 = 1.0;
 
 /// When a scan was measured.
 #[derive(Clone, Copy, Debug)]
@@ -73,12 +73,10 @@ impl FirstScan {
 }
 
 impl Track {
-    /// Where the vehicle is after so many seconds, if it goes on as it did, for a while.
-    pub(super) fn predicted(&self, passed_s: f64) -> Isometry3<f64> {
+    /// How far the vehicle goes in so many seconds, if it goes on as it did, for a while.
+    pub(super) fn expected_motion(&self, passed_s: f64) -> Isometry3<f64> {
         let passed_s = passed_s.min(LONGEST_PREDICTION_S);
-        let motion =
-            self.velocity.map_or_else(Isometry3::identity, |velocity| velocity.motion(passed_s));
-        self.odom_from_lidar * motion
+        self.velocity.map_or_else(Isometry3::identity, |velocity| velocity.motion(passed_s))
     }
 
     /// The next pose.

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use geometry::{LidarReturn, Revolution, Stamp};
 use nalgebra::Point3;
 
+use super::cloud::middle_elevation_rad;
 use super::columns::{Row, organised};
 
 /// Bytes of a point.
@@ -89,20 +90,6 @@ fn floats(point: &[u8; POINT_BYTES]) -> [f32; 4] {
     let (values, _) = point.as_chunks::<4>();
     let value = |index: usize| values.get(index).map_or(f32::NAN, |v| f32::from_le_bytes(*v));
     std::array::from_fn(value)
-}
-
-/// The median: the laser is beside the scanner's centre, so that near points seem to be at other angles.
-fn middle_elevation_rad(row: &Row) -> f32 {
-    let mut elevations_rad: Vec<f32> = row
-        .points
-        .iter()
-        .map(|(_, found)| {
-            let [x_m, y_m, z_m] = found.position_m.coords.into();
-            z_m.atan2(x_m.hypot(y_m))
-        })
-        .collect();
-    elevations_rad.sort_by(f32::total_cmp);
-    elevations_rad.get(elevations_rad.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

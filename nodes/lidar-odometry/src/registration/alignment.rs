@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use nalgebra::{Isometry3, Matrix6, Vector6};
 
 use super::config::RegistrationConfig;
-use super::correspondences::{Correspondences, Rules};
+use super::correspondences::{Correspondences, Rules, Scatter};
 use super::error::RegistrationError;
 use super::motion::{is_finite, parts, perturbed};
 use super::normal_equations::NormalEquations;
@@ -21,9 +21,8 @@ const UNKNOWNS: usize = 6;
 pub struct Registration {
     /// Takes points of the source to the target.
     pub target_from_source: Isometry3<f64>,
-    /// Of a perturbation of the pose ([`super::perturbed`]), in m^2, m rad and rad^2: by how well the correspondences fit,
-    /// as if their errors did not depend on each other. Directions that were held have the reach of the correspondences
-    /// for their standard deviation.
+    /// Of a perturbation of the pose ([`super::perturbed`]), in m^2, m rad and rad^2: by how much the pulls of neighbourhoods
+    /// differ. Directions that were held have the reach of the correspondences for their standard deviation.
     pub covariance: Matrix6<f64>,
     /// What the correspondences tell of, direction by direction.
     pub observability: Observability,
@@ -85,11 +84,11 @@ pub(crate) fn align<S: Surface>(
     let descent = descend(&mut fine, &pose, config, &stage)?;
     let observability = observability(&mut fine, &descent.pose, config)?;
     let count = descent.last.count;
-    let variance_m2 = descent.last.squares_m2 / count.saturating_sub(UNKNOWNS).max(1) as f64;
+    let scatter = fine.scatter_at(&descent.pose);
     let reach_m = config.max_correspondence_m;
     Ok(Registration {
         target_from_source: descent.pose,
-        covariance: covariance(&descent.last, variance_m2, &observability, reach_m)?,
+        covariance: covariance(&descent.last, &scatter, &observability, reach_m)?,
         observability,
         converged: descent.converged,
         iterations: spent + descent.iterations,
@@ -203,16 +202,37 @@ fn told(sums: &NormalEquations, observability: &Observability) -> (Matrix6<f64>,
     (told * scaled * told + size * held, held)
 }
 
+/// Fewer neighbourhoods tell nothing of how they differ.
+const LEAST_NEIGHBOURHOODS: usize = 4 * UNKNOWNS;
+
+/// The covariance of the pose when errors of one neighbourhood depend on each other, in whatever way, and those of different
+/// ones do not: the "sandwich" `H^-1 (sum p p^T) H^-1` (Liang and Zeger 1986, eq. 9; Huber 1967). Where neighbourhoods are few,
+/// that of independent errors, `s^2 H^-1`, as far as neighbours can be alike.
 fn covariance(
     sums: &NormalEquations,
-    variance_m2: f64,
+    scatter: &Scatter,
     observability: &Observability,
     reach_m: f64,
 ) -> Result<Matrix6<f64>, RegistrationError> {
     let (information, held) = told(sums, observability);
     let inverse = information.cholesky().ok_or(RegistrationError::Unsolvable)?.inverse();
     let told = Matrix6::identity() - held;
-    let scaled = variance_m2 * told * inverse * told + reach_m * reach_m * held;
     let scale = observability.in_metres().map(f64::recip);
-    Ok(Matrix6::from_fn(|row, column| scaled[(row, column)] * scale[row] * scale[column]))
+    let scaled_by = |matrix: &Matrix6<f64>| {
+        Matrix6::from_fn(|row, column| matrix[(row, column)] * scale[row] * scale[column])
+    };
+    let of_told = if scatter.count >= LEAST_NEIGHBOURHOODS {
+        // As many numbers were fitted to them.
+        let count = scatter.count as f64;
+        let correction = count / (count - UNKNOWNS as f64);
+        correction * inverse * scaled_by(&scatter.squares) * inverse
+    } else {
+        let points = sums.count.saturating_sub(UNKNOWNS).max(1) as f64;
+        let alike = sums.count as f64 / scatter.count.max(1) as f64;
+        alike * sums.squares_m2 / points * inverse
+    };
+    let scaled = told * of_told * told + reach_m * reach_m * held;
+    let covariance = scaled_by(&scaled);
+    // Rounding leaves the halves a little apart.
+    Ok(0.5 * (covariance + covariance.transpose()))
 }

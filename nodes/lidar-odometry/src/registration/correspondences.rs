@@ -2,7 +2,7 @@
 
 use std::num::NonZeroUsize;
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3};
 
 use super::config::{Method, RobustKernel};
 use super::factor::{agreement, weight_matrix};
@@ -13,6 +13,10 @@ use crate::parallel::for_each;
 
 /// Points that one thread takes at a time. The sums of each chunk are added in the order of the chunks.
 const CHUNK_POINTS: usize = 512;
+/// Points of a neighbourhood: in the order of the tree points that follow each other lie together, these on a patch of some
+/// eight by eight. Their errors have a part in common, since normals are those of ten to twenty neighbours, and several of them
+/// are laid onto the same element.
+const NEIGHBOURHOOD_POINTS: usize = 64;
 /// No element.
 const NONE: u32 = u32::MAX;
 
@@ -41,6 +45,16 @@ struct Chunk {
     /// The element of every point of the chunk that takes part.
     elements: Vec<u32>,
     sums: NormalEquations,
+    scatter: Scatter,
+}
+
+/// By how much the pulls of neighbourhoods differ.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(super) struct Scatter {
+    /// `sum p p^T` over the neighbourhoods, with the pull `p = sum A^T M e` of each.
+    pub(super) squares: Matrix6<f64>,
+    /// Neighbourhoods with a correspondence.
+    pub(super) count: usize,
 }
 
 impl<'a, S: Surface> Correspondences<'a, S> {
@@ -59,6 +73,7 @@ impl<'a, S: Surface> Correspondences<'a, S> {
                 first: first * every,
                 elements: vec![NONE; CHUNK_POINTS.min(points - first)],
                 sums: NormalEquations::default(),
+                scatter: Scatter::default(),
             })
             .collect();
         Self { source, target, rules, threads, every, chunks }
@@ -114,6 +129,44 @@ impl<'a, S: Surface> Correspondences<'a, S> {
             }
             sums
         })
+    }
+
+    /// By how much the pulls of neighbourhoods differ, by the correspondences found last.
+    pub(super) fn scatter_at(&mut self, target_from_source: &Isometry3<f64>) -> Scatter {
+        let Self { source, target, rules, every, .. } = *self;
+        let placed = Placed::new(source, target_from_source);
+        let width_square = rules.kernel_width_m * rules.kernel_width_m;
+        for_each(self.threads, &mut self.chunks, |chunk| {
+            let mut scatter = Scatter::default();
+            let mut numbers = (chunk.first..).step_by(every);
+            for elements in chunk.elements.chunks(NEIGHBOURHOOD_POINTS) {
+                let mut sums = NormalEquations::default();
+                for (element, number) in elements.iter().zip(&mut numbers) {
+                    if *element == NONE {
+                        continue;
+                    }
+                    let Point { lever_m, place_m, normal } = placed.point(number);
+                    let element = target.element(*element);
+                    let error_m = element.place_m - place_m;
+                    let matrix = weight_matrix(rules.method, &element.normals, &normal);
+                    let square_m2 = error_m.dot(&matrix.times(&error_m));
+                    let (_, weight) = rules.kernel.loss_and_weight(square_m2, width_square);
+                    sums.add(&error_m, weight, &matrix, &lever_m);
+                }
+                if sums.count > 0 {
+                    let pull = sums.pull();
+                    scatter.squares += pull * pull.transpose();
+                    scatter.count += 1;
+                }
+            }
+            chunk.scatter = scatter;
+        });
+        let mut all = Scatter::default();
+        for chunk in &self.chunks {
+            all.squares += chunk.scatter.squares;
+            all.count += chunk.scatter.count;
+        }
+        all
     }
 
     fn sum(&mut self, of_chunk: impl Fn(&mut Chunk) -> NormalEquations + Sync) -> NormalEquations {

@@ -41,6 +41,11 @@ impl VoxelSurface {
         self.voxels.len()
     }
 
+    /// The means of the voxels, in the order in which they were occupied.
+    pub(crate) fn places_m(&self) -> impl Iterator<Item = Vector3<f64>> {
+        self.voxels.iter().map(|voxel| voxel.mean.place_m)
+    }
+
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         self.voxels.clear();

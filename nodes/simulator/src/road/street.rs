@@ -40,8 +40,11 @@ fn scattered(index: usize, which: u32) -> f64 {
 
 /// The whole neighbourhood of a block with these corners, counter-clockwise.
 pub(super) fn bodies(corners_m: &[[f64; 2]; 4]) -> Vec<Body> {
+    /// The ground reaches so far beyond the farthest corner.
+    const BEYOND_M: f64 = 160.0;
+    let far_m = corners_m.iter().flatten().copied().fold(0.0, f64::max) + BEYOND_M;
     let mut bodies =
-        vec![Body::cuboid("ground", [-150.0, -150.0, -0.5], [250.0, 250.0, GROUND_TOP_M], GRASS)];
+        vec![Body::cuboid("ground", [-150.0, -150.0, -0.5], [far_m, far_m, GROUND_TOP_M], GRASS)];
     let next = corners_m.iter().cycle().skip(1);
     for (side, (from, to)) in corners_m.iter().zip(next).enumerate() {
         let street = Street::between(*from, *to);

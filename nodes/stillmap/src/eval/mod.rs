@@ -1,5 +1,6 @@
 //! `stillmap eval`: scores of results against a reference.
 
+mod kitti;
 mod map;
 mod scans;
 mod trajectory;
@@ -11,6 +12,8 @@ use crate::failure::{Failure, Outcome};
 /// What is scored.
 #[derive(Subcommand, Debug)]
 pub(crate) enum EvalArgs {
+    /// LiDAR odometry on a sequence of KITTI: drift, ATE, and the road thesis' tables beside ours
+    Kitti(kitti::KittiArgs),
     /// A map against the empty scene: correlation by localised views, accuracy, completeness, F-score
     Map(map::MapArgs),
     /// Detection on scans alone: zones where labelled legs move, and where nobody is
@@ -21,6 +24,7 @@ pub(crate) enum EvalArgs {
 
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome, Failure> {
     match args {
+        EvalArgs::Kitti(args) => kitti::run(args),
         EvalArgs::Map(args) => map::run(args),
         EvalArgs::Scans(args) => scans::run(args),
         EvalArgs::Trajectory(args) => trajectory::run(args),

@@ -6,9 +6,10 @@ mod layout;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use geometry::{Stamp, StampedPose};
+use geometry::{Revolution, Stamp, StampedPose};
 use lidar_odometry::recorded::revolution_from_kitti;
 use msgs::convert::message_from_revolution;
+use nalgebra::Isometry3;
 
 use crate::console;
 use crate::failure::{Failure, Outcome};
@@ -48,26 +49,23 @@ pub(crate) struct KittiArgs {
 }
 
 pub(crate) fn import(args: &KittiArgs) -> Result<Outcome, Failure> {
-    let scans = scans(&args.folder)?;
-    let times = times_of(&scans, &args.folder)?;
-    let poses = true_poses(args)?;
+    let sequence = Sequence::open(&args.folder, args.poses.as_deref(), args.calib.as_deref())?;
+    if sequence.poses.is_none() {
+        console::note("no poses: the bag has no truth (--poses FILE --calib FILE)");
+    }
     let mut bag = SensorBag::create(&args.output)?;
-    let progress = Progress::new("importing", scans.len() as u64);
+    let progress = Progress::new("importing", sequence.len() as u64);
     let mut without_pose = 0_usize;
-    for Scan { number, path } in &scans {
-        let stamp = stamp_of(&times, *number);
-        let bytes = std::fs::read(path)
-            .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))?;
-        let revolution = revolution_from_kitti(&bytes, stamp, FRAME)
-            .map_err(|error| Failure::new(error.to_string()).within(path.display()))?;
-        match poses.as_ref().map(|poses| poses.get(*number)) {
-            Some(Some(map_from_velodyne)) => bag.true_pose(&StampedPose {
+    for index in 0..sequence.len() {
+        let revolution = sequence.revolution(index)?;
+        let stamp = revolution.stamp;
+        match sequence.true_pose(index) {
+            Some(map_from_velodyne) => bag.true_pose(&StampedPose {
                 stamp,
                 frame_id: MAP_FRAME.to_owned(),
-                map_from_rig: *map_from_velodyne,
+                map_from_rig: map_from_velodyne,
             })?,
-            Some(None) => without_pose += 1,
-            None => {}
+            None => without_pose += usize::from(sequence.poses.is_some()),
         }
         bag.velodyne(stamp, &message_from_revolution(&revolution))?;
         progress.advance();
@@ -80,6 +78,55 @@ pub(crate) fn import(args: &KittiArgs) -> Result<Outcome, Failure> {
         return Ok(Outcome::WithLosses);
     }
     Ok(Outcome::Complete)
+}
+
+/// The scans of a folder, with what is published beside them.
+pub(crate) struct Sequence {
+    scans: Vec<Scan>,
+    times: Vec<Stamp>,
+    /// Where the scanner was at each frame, from where it was at the first; as far as it is known.
+    poses: Option<Vec<Isometry3<f64>>>,
+}
+
+impl Sequence {
+    /// Finds the scans of a folder; `poses` and `calib` in the place of those that the data set has beside it.
+    pub(crate) fn open(
+        folder: &Path,
+        poses: Option<&Path>,
+        calib: Option<&Path>,
+    ) -> Result<Self, Failure> {
+        let scans = scans(folder)?;
+        let times = times_of(&scans, folder)?;
+        let poses = true_poses(folder, poses, calib)?;
+        Ok(Self { scans, times, poses })
+    }
+
+    /// Whether a folder holds scans.
+    pub(crate) fn is_one(folder: &Path) -> bool {
+        folder.is_dir() && scans(folder).is_ok()
+    }
+
+    /// Scans.
+    pub(crate) fn len(&self) -> usize {
+        self.scans.len()
+    }
+
+    /// A scan, as the data set has it: the motion was taken out of it.
+    pub(crate) fn revolution(&self, index: usize) -> Result<Revolution, Failure> {
+        let Some(Scan { number, path }) = self.scans.get(index) else {
+            return Err(Failure::new(format!("there is no scan {index}")));
+        };
+        let stamp = stamp_of(&self.times, *number);
+        let bytes = std::fs::read(path)
+            .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))?;
+        revolution_from_kitti(&bytes, stamp, FRAME)
+            .map_err(|error| Failure::new(error.to_string()).within(path.display()))
+    }
+
+    /// Where the scanner truly was at a scan, from where it was at the first frame of the sequence.
+    pub(crate) fn true_pose(&self, index: usize) -> Option<Isometry3<f64>> {
+        self.poses.as_ref()?.get(self.scans.get(index)?.number).copied()
+    }
 }
 
 /// The times of the sequence's frames, where all scans have one.
@@ -102,14 +149,16 @@ fn stamp_of(times: &[Stamp], number: usize) -> Stamp {
 }
 
 /// Where the scanner was at each scan of the sequence, from where it was at the first.
-fn true_poses(args: &KittiArgs) -> Result<Option<Vec<nalgebra::Isometry3<f64>>>, Failure> {
-    let given = args.poses.clone().or_else(|| layout::published_poses(&args.folder));
-    let Some(path) = given else {
-        console::note("no poses: the bag has no truth (--poses FILE --calib FILE)");
+fn true_poses(
+    folder: &Path,
+    given: Option<&Path>,
+    calib: Option<&Path>,
+) -> Result<Option<Vec<Isometry3<f64>>>, Failure> {
+    let Some(path) = given.map(Path::to_owned).or_else(|| layout::published_poses(folder)) else {
         return Ok(None);
     };
-    let calib = args.calib.clone().unwrap_or_else(|| args.folder.join("calib.txt"));
-    if args.poses.is_none() && !calib.is_file() {
+    let calib = calib.map_or_else(|| folder.join("calib.txt"), Path::to_owned);
+    if given.is_none() && !calib.is_file() {
         console::note(format_args!(
             "the poses of {} are left out: {} is not there (--calib FILE)",
             path.display(),
@@ -120,7 +169,7 @@ fn true_poses(args: &KittiArgs) -> Result<Option<Vec<nalgebra::Isometry3<f64>>>,
     let camera_from_velodyne = calibration::camera_from_velodyne(&calib)?;
     let velodyne_from_camera = camera_from_velodyne.inverse();
     let poses = calibration::read_poses(&path)?;
-    let from_first = |map_from_camera: &nalgebra::Isometry3<f64>| {
+    let from_first = |map_from_camera: &Isometry3<f64>| {
         velodyne_from_camera * map_from_camera * camera_from_velodyne
     };
     Ok(Some(poses.iter().map(from_first).collect()))

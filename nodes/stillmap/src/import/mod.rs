@@ -1,8 +1,10 @@
 //! `stillmap import`: recorded data sets become bags.
 
+mod clouds;
+mod csv;
 mod depth;
 mod depth_png;
-mod kitti;
+pub(crate) mod kitti;
 mod ros1;
 mod scan_cut;
 mod tum;
@@ -25,6 +27,10 @@ pub(crate) enum ImportArgs {
     Velodyne(velodyne::VelodyneArgs),
     /// Laser scans of KITTI or KITTI-360, with true poses where there are any
     Kitti(kitti::KittiArgs),
+    /// A recording as the road thesis' program exported it: coordinates and intensities
+    Csv(csv::CsvArgs),
+    /// Scans of a LiDAR, each a PLY or PCD file
+    Clouds(clouds::CloudsArgs),
 }
 
 /// Runs `stillmap import`.
@@ -35,5 +41,7 @@ pub(crate) fn run(args: ImportArgs) -> Result<Outcome, Failure> {
         ImportArgs::Ros1(args) => ros1::import(&args),
         ImportArgs::Velodyne(args) => velodyne::import(&args),
         ImportArgs::Kitti(args) => kitti::import(&args),
+        ImportArgs::Csv(args) => csv::import(&args),
+        ImportArgs::Clouds(args) => clouds::import(&args),
     }
 }

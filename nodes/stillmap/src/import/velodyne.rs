@@ -64,13 +64,26 @@ pub(crate) struct VelodyneArgs {
     output: PathBuf,
 }
 
+/// A scanner's model.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum ModelArg {
+pub(super) enum ModelArg {
     Hdl32e,
     Vlp16,
     PuckHiRes,
     Vlp32c,
     Hdl64e,
+}
+
+impl ModelArg {
+    pub(super) fn model(self) -> Model {
+        match self {
+            Self::Hdl32e => Model::Hdl32e,
+            Self::Vlp16 => Model::Vlp16,
+            Self::PuckHiRes => Model::PuckHiRes,
+            Self::Vlp32c => Model::Vlp32c,
+            Self::Hdl64e => Model::Hdl64e,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -171,13 +184,7 @@ fn nothing_imported(
 }
 
 fn decoder_config(args: &VelodyneArgs) -> Result<DecoderConfig, Failure> {
-    let model = args.model.map(|model| match model {
-        ModelArg::Hdl32e => Model::Hdl32e,
-        ModelArg::Vlp16 => Model::Vlp16,
-        ModelArg::PuckHiRes => Model::PuckHiRes,
-        ModelArg::Vlp32c => Model::Vlp32c,
-        ModelArg::Hdl64e => Model::Hdl64e,
-    });
+    let model = args.model.map(ModelArg::model);
     let calibration = match &args.calibration {
         Some(path) => Some(read_calibration(path)?),
         None => None,

@@ -9,6 +9,7 @@ use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 
 use crate::failure::Failure;
+use crate::lidar::{LIDAR, LidarArgs};
 use crate::sensor_bag;
 use crate::visual::{VISUAL, VisualTopicArgs, VisualTopics};
 
@@ -27,19 +28,33 @@ pub(crate) struct TopicArgs {
     /// A PointCloud2 topic, to be read in place of a depth image
     #[arg(long, value_name = "TOPIC", conflicts_with_all = ["depth", "camera_info"])]
     points: Option<String>,
-    /// The PoseStamped topic; or `visual`: the pose is found by what the colour and depth images show
+    /// The PoseStamped topic; or `visual`: the pose is found by what the colour and depth images show; or `lidar`: by the scans of
+    /// a turning LiDAR
     #[arg(long, value_name = "TOPIC")]
     pose: Option<String>,
     #[command(flatten)]
     visual: VisualTopicArgs,
+    #[command(flatten)]
+    lidar: LidarArgs,
 }
 
 impl TopicArgs {
     /// Whether the user names none.
     pub(crate) fn is_empty(&self) -> bool {
-        let Self { scan, depth, camera_info, points, pose, visual } = self;
+        let Self { scan, depth, camera_info, points, pose, visual, lidar } = self;
         [scan, depth, camera_info, points, pose].into_iter().all(Option::is_none)
             && visual.is_empty()
+            && lidar.is_empty()
+    }
+
+    /// Whether the pose is to be a LiDAR's.
+    pub(crate) fn wants_lidar(&self) -> bool {
+        self.pose.as_deref() == Some(LIDAR)
+    }
+
+    /// What the user names of the LiDAR.
+    pub(crate) fn lidar(&self) -> &LidarArgs {
+        &self.lidar
     }
 }
 

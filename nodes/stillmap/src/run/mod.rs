@@ -17,7 +17,9 @@ use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
 use evaluation::{DynamicScore, DynamicScoreRules, RunRecord, Summary};
 use geometry::{DepthLimits, pose_from_vector};
+use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
 
 use self::findings::Course;
@@ -28,15 +30,20 @@ pub(crate) use self::recorder::Stage;
 use self::truth::TruthReader;
 use crate::console;
 use crate::failure::{Failure, Outcome};
+use crate::lidar::{self, LidarSource, RoadArgs};
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
 
 /// Arguments of `stillmap run`.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
-  stillmap run room.mcap --out room --scan /laser/scan")]
+  stillmap run room.mcap --out room --scan /laser/scan
+  stillmap run drive.pcap --pose lidar --out drive
+
+With --pose lidar a recording that has no 2D scanner and depth camera becomes a road map: a bag with a LiDAR's clouds or packets, a
+capture of a Velodyne (pcap, pcapng), or a folder of KITTI's scans.")]
 pub(crate) struct RunArgs {
-    /// An MCAP file or a rosbag2 folder
+    /// An MCAP file or a rosbag2 folder; with --pose lidar a capture or a folder of scans, too
     bag: PathBuf,
     /// Where the map, the removed clouds, the summary and the report go
     #[arg(short, long, value_name = "DIR", default_value = "stillmap-out")]
@@ -45,6 +52,8 @@ pub(crate) struct RunArgs {
     how: HowArgs,
     #[command(flatten)]
     topics: TopicArgs,
+    #[command(flatten)]
+    road: RoadArgs,
 }
 
 /// How a bag is run; `stillmap demo` shares these.
@@ -84,7 +93,39 @@ pub(crate) enum TransportName {
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
     let transport = args.how.transport.unwrap_or(TransportName::Local);
+    if args.topics.wants_lidar() && is_road(&args.bag)? {
+        if transport == TransportName::Dds {
+            return Err(Failure::new("a road map is made with --transport local only").mend(
+                "over DDS start `stillmap node lidar-odometry`, and record what it publishes",
+            ));
+        }
+        let how = (args.topics.lidar(), &args.road);
+        return lidar::run_road(
+            &args.bag,
+            &args.out,
+            how,
+            args.how.parameters.files(),
+            args.how.json,
+        );
+    }
     run_bag(&args.bag, &args.out, &args.topics, &args.how, transport)
+}
+
+/// Whether a recording has a LiDAR alone, and not what the pipeline needs.
+fn is_road(path: &Path) -> Result<bool, Failure> {
+    if LidarSource::is_no_bag(path) {
+        return Ok(true);
+    }
+    let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
+    let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
+    let has = |type_name: &str| {
+        info.topics.iter().any(|topic| {
+            topic.type_name == type_name
+                && topic.message_count > 0
+                && !topic.topic.starts_with("/truth/")
+        })
+    };
+    Ok(!has(LaserScan::TYPE_NAME))
 }
 
 /// Runs a bag and writes what comes of it.

@@ -50,6 +50,11 @@ impl MethodName {
 }
 
 impl ParameterArgs {
+    /// The parameter files.
+    pub(crate) fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     /// The same with one file before all others.
     pub(crate) fn after(&self, first: PathBuf) -> Self {
         let files = std::iter::once(first).chain(self.files.iter().cloned()).collect();

@@ -1,0 +1,105 @@
+//! What a turning LiDAR measured in one revolution, as its driver lists it.
+
+use nalgebra::Point3;
+
+use crate::{Revolution, Stamp};
+
+/// The points of about one revolution, in the order of their message, each with what its driver says of it.
+///
+/// Every list that is there is as long as that of the points. Points are finite, and none is at the scanner itself.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct LidarCloud {
+    /// What the times count from.
+    pub stamp: Stamp,
+    /// The frame of the scanner: x forward, y left, z up.
+    pub frame_id: String,
+    /// The points, each in the scanner's frame of when it was measured.
+    pub points_m: Vec<Point3<f32>>,
+    /// In the scanner's own unit.
+    pub intensities: Option<Vec<f32>>,
+    /// The laser that measured each.
+    pub rings: Option<Vec<u16>>,
+    /// When each was measured, in seconds since the stamp; `None` where all are as if measured at once.
+    pub times_s: Option<Vec<f32>>,
+}
+
+impl LidarCloud {
+    /// The points that are kept, with what is said of them. Points without an answer are not.
+    #[must_use]
+    pub fn kept(&self, keep: &[bool]) -> Self {
+        fn of<T: Copy>(items: &[T], keep: &[bool]) -> Vec<T> {
+            items.iter().zip(keep).filter(|(_, keep)| **keep).map(|(item, _)| *item).collect()
+        }
+        Self {
+            stamp: self.stamp,
+            frame_id: self.frame_id.clone(),
+            points_m: of(&self.points_m, keep),
+            intensities: self.intensities.as_deref().map(|items| of(items, keep)),
+            rings: self.rings.as_deref().map(|items| of(items, keep)),
+            times_s: self.times_s.as_deref().map(|items| of(items, keep)),
+        }
+    }
+}
+
+impl From<&Revolution> for LidarCloud {
+    /// Rings count from the lowest row, 0. A revolution whose times are all the same has none.
+    fn from(revolution: &Revolution) -> Self {
+        let count = revolution.measured().count();
+        let (mut points_m, mut intensities) =
+            (Vec::with_capacity(count), Vec::with_capacity(count));
+        let (mut rings, mut times_s) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for row in 0..revolution.rows() {
+            let ring = u16::try_from(revolution.rows() - 1 - row).unwrap_or(u16::MAX);
+            for found in revolution.row(row).iter().flatten() {
+                points_m.push(found.position_m);
+                intensities.push(found.intensity);
+                rings.push(ring);
+                times_s.push(found.time_s);
+            }
+        }
+        let same = times_s.windows(2).all(|pair| matches!(pair, [a, b] if a == b));
+        Self {
+            stamp: revolution.stamp,
+            frame_id: revolution.frame_id.clone(),
+            points_m,
+            intensities: Some(intensities),
+            rings: Some(rings),
+            times_s: (!same).then_some(times_s),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::LidarReturn;
+
+    fn revolution(times_s: [f32; 2]) -> Revolution {
+        let at = |x_m: f32, time_s| {
+            let position_m = Point3::new(x_m, 0.0, 0.0);
+            Some(LidarReturn { position_m, intensity: 10.0 * x_m, time_s })
+        };
+        let returns = vec![at(1.0, times_s[0]), None, None, at(2.0, times_s[1])];
+        Revolution::new(Stamp::from_nanos(5), "v".into(), vec![0.1, -0.1], vec![0.0, 0.1], returns)
+            .unwrap()
+    }
+
+    #[test]
+    fn a_revolution_becomes_a_list_with_the_lowest_ring_first() {
+        let cloud = LidarCloud::from(&revolution([0.0, 0.1]));
+        assert_eq!(cloud.rings, Some(vec![1, 0]));
+        assert_eq!(cloud.times_s, Some(vec![0.0, 0.1]));
+        assert_eq!(cloud.intensities, Some(vec![10.0, 20.0]));
+        let kept = cloud.kept(&[false, true]);
+        assert_eq!(
+            (kept.points_m.len(), kept.rings, kept.times_s),
+            (1, Some(vec![0]), Some(vec![0.1]))
+        );
+        assert_eq!((kept.stamp, kept.frame_id.as_str()), (Stamp::from_nanos(5), "v"));
+    }
+
+    #[test]
+    fn times_that_do_not_differ_are_none() {
+        assert_eq!(LidarCloud::from(&revolution([0.0, 0.0])).times_s, None);
+    }
+}

@@ -1,0 +1,51 @@
+//! What others know of the motion: wheels, or a gyroscope.
+
+use nalgebra::{Isometry3, UnitQuaternion};
+
+/// How the sensor has moved from the last pose to the next, as far as others know it; in its frame at the last pose.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct MotionHint {
+    /// Its way and its turn: `last_from_now`, by wheels.
+    pub motion: Option<Isometry3<f64>>,
+    /// Its turn alone, by a gyroscope: it is believed before that of the wheels.
+    pub turn: Option<UnitQuaternion<f64>>,
+}
+
+impl MotionHint {
+    /// The motion as it is expected: that of the wheels, or that which goes on as it was; with the gyroscope's turn.
+    pub(super) fn motion(&self, going_on: &Isometry3<f64>) -> Option<Isometry3<f64>> {
+        let by_wheels = self.motion.filter(crate::registration::is_finite_pose);
+        let turn = self.turn.filter(|turn| turn.coords.iter().all(|value| value.is_finite()));
+        match (by_wheels, turn) {
+            (None, None) => None,
+            (Some(motion), None) => Some(motion),
+            (motion, Some(turn)) => {
+                let way = motion.as_ref().unwrap_or(going_on).translation;
+                Some(Isometry3::from_parts(way, turn))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    #[test]
+    fn the_gyroscope_is_believed_for_the_turn_and_the_wheels_for_the_way() {
+        let going_on = Isometry3::new(Vector3::x(), Vector3::z() * 0.1);
+        let motion = Some(Isometry3::new(Vector3::x() * 2.0, Vector3::z() * 0.2));
+        let turn = Some(UnitQuaternion::from_scaled_axis(Vector3::z() * 0.3));
+        let expected =
+            |x: f64, yaw: f64| Some(Isometry3::new(Vector3::x() * x, Vector3::z() * yaw));
+        let hint = |motion, turn| MotionHint { motion, turn }.motion(&going_on);
+        assert_eq!(hint(None, None), None);
+        assert_eq!(hint(motion, None), expected(2.0, 0.2));
+        assert_eq!(hint(None, turn), expected(1.0, 0.3));
+        assert_eq!(hint(motion, turn), expected(2.0, 0.3));
+        let broken = Some(Isometry3::translation(f64::NAN, 0.0, 0.0));
+        assert_eq!(hint(broken, turn), expected(1.0, 0.3));
+    }
+}

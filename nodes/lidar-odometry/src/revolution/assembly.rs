@@ -1,0 +1,93 @@
+//! From datagrams to revolutions: decoder, loss counts and builder in one.
+
+use geometry::Stamp;
+
+use super::{BuiltRevolution, RevolutionBuilder, RevolutionConfig, RevolutionConfigError};
+use crate::packets::{
+    Continuity, DecodeError, DecoderConfig, DecoderConfigError, LossCounts, Model, PacketDecoder,
+    ReturnMode,
+};
+
+/// Why packets cannot become revolutions.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum AssemblyConfigError {
+    /// They cannot be decoded so.
+    #[error(transparent)]
+    Decoder(#[from] DecoderConfigError),
+    /// They cannot be cut so.
+    #[error(transparent)]
+    Revolution(#[from] RevolutionConfigError),
+}
+
+/// What became of the datagrams so far.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct AssemblyCounts {
+    /// Of those that were decoded.
+    pub losses: LossCounts,
+    /// Those that could not be.
+    pub refused: u64,
+    /// Why the last of these could not.
+    pub last_refusal: Option<DecodeError>,
+}
+
+/// Makes revolutions of the data packets of one scanner.
+#[derive(Clone, Debug)]
+pub struct RevolutionAssembly {
+    decoder: PacketDecoder,
+    continuity: Continuity,
+    builder: RevolutionBuilder,
+    counts: AssemblyCounts,
+    scanner: Option<(Model, ReturnMode)>,
+}
+
+impl RevolutionAssembly {
+    /// One that has seen no packet.
+    ///
+    /// # Errors
+    /// When a configuration does not hold.
+    pub fn new(
+        decoder: DecoderConfig,
+        revolution: RevolutionConfig,
+    ) -> Result<Self, AssemblyConfigError> {
+        Ok(Self {
+            decoder: PacketDecoder::new(decoder)?,
+            continuity: Continuity::default(),
+            builder: RevolutionBuilder::new(revolution)?,
+            counts: AssemblyCounts::default(),
+            scanner: None,
+        })
+    }
+
+    /// Takes the payload of a datagram that arrived then; gives the revolution that it ends. What is no data packet is counted.
+    pub fn push(&mut self, payload: &[u8], arrival: Stamp) -> Option<BuiltRevolution> {
+        match self.decoder.decode(payload) {
+            Ok(packet) => {
+                self.continuity.push(&packet);
+                self.scanner = Some((packet.model, packet.return_mode));
+                self.builder.push(&packet, packet.stamp_by_arrival(arrival))
+            }
+            Err(error) => {
+                self.counts.refused += 1;
+                self.counts.last_refusal = Some(error);
+                None
+            }
+        }
+    }
+
+    /// The revolution that is not complete yet.
+    pub fn finish(&mut self) -> Option<BuiltRevolution> {
+        self.builder.finish()
+    }
+
+    /// The counts so far.
+    #[must_use]
+    pub fn counts(&self) -> AssemblyCounts {
+        AssemblyCounts { losses: self.continuity.counts(), ..self.counts }
+    }
+
+    /// What sends the packets, as far as one was decoded.
+    #[must_use]
+    pub fn scanner(&self) -> Option<(Model, ReturnMode)> {
+        self.scanner
+    }
+}

@@ -1,0 +1,444 @@
+//! The parameters of the node.
+
+use std::net::IpAddr;
+use std::num::NonZeroUsize;
+
+use geometry::pose_from_vector;
+use msgs::convert::TimeUnit;
+use nalgebra::Isometry3;
+use node_shell::NodeFailure;
+use node_shell::parameters::{NodeParameters, Range};
+use serde::{Deserialize, Serialize};
+
+use crate::live::LiveConfig;
+use crate::odometry::{FollowerConfig, Guess, LidarOdometryConfig, Way};
+use crate::packets::{Calibration, DATA_PORT, DecoderConfig, Model, POSITION_PORT};
+use crate::panorama::{ColourMap, PanoramaConfig};
+use crate::registration::ConfigError;
+use crate::revolution::{KeptEcho, RevolutionConfig};
+use crate::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
+
+/// Where the scans come from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LidarInput {
+    /// Clouds of any driver.
+    #[default]
+    Points,
+    /// Packets, by `velodyne_driver`.
+    VelodynePackets,
+    /// Packets, from the scanner itself.
+    Udp,
+}
+
+/// In which unit a cloud's points tell their times.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TimeUnitChoice {
+    /// In the one that makes a revolution of them.
+    #[default]
+    Auto,
+    /// Seconds.
+    S,
+    /// Milliseconds.
+    Ms,
+    /// Microseconds.
+    Us,
+    /// Nanoseconds.
+    Ns,
+}
+
+/// What sends the packets.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the models' own names")]
+pub enum ModelChoice {
+    /// What the packets say.
+    #[default]
+    Auto,
+    Hdl32e,
+    Vlp16,
+    PuckHiRes,
+    Vlp32c,
+    Hdl64e,
+}
+
+/// Which of two echoes is taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EchoChoice {
+    /// The strongest.
+    #[default]
+    Strongest,
+    /// The last.
+    Last,
+}
+
+/// Which points take part.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FilterChoice {
+    /// All.
+    #[default]
+    None,
+    /// Those of some rays.
+    Rays,
+    /// Those that are not as bright as the road: the road thesis' own.
+    RoadIntensity,
+    /// Those that do not lie on the ground.
+    Ground,
+}
+
+/// The parameters of the node.
+///
+/// Every default stands in [`LidarOdometryParameters::default`], or in that of the part which it is of, and nowhere else.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[expect(missing_docs, reason = "config/lidar_odometry.yaml has a text for each")]
+pub struct LidarOdometryParameters {
+    pub input: LidarInput,
+    pub time_unit: TimeUnitChoice,
+    pub model: ModelChoice,
+    pub calibration_file: String,
+    pub echo: EchoChoice,
+    pub cut_azimuth_deg: f64,
+    pub udp_address: String,
+    pub udp_port: u16,
+    pub udp_position_port: u16,
+    pub udp_scanner: String,
+    pub lidar_frame_id: String,
+
+    pub base_from_lidar: [f64; 6],
+    pub initial_pose: [f64; 6],
+    pub odom_frame_id: String,
+    pub base_frame_id: String,
+    pub publish_tf: bool,
+    pub path_poses: usize,
+
+    pub use_wheels: bool,
+    pub use_imu: bool,
+    pub base_from_imu: [f64; 6],
+
+    pub way: Way,
+    pub guess: Guess,
+    pub filter: FilterChoice,
+    pub lowest_rays_left_out: u16,
+    pub every_ray: u16,
+    pub sensor_height_m: f64,
+    pub road_radius_m: f64,
+    pub road_deviations: f64,
+    pub min_range_m: f64,
+    pub max_range_m: f64,
+    pub scan_voxel_edge_m: f64,
+    pub neighbours: usize,
+    pub map_voxel_edge_m: f64,
+    pub max_map_voxels: usize,
+    pub max_held_scans: usize,
+    pub threads: u16,
+
+    pub intensity_colours: ColourMap,
+    pub range_colours: ColourMap,
+    pub panorama_width_px: usize,
+    pub panorama_row_px: usize,
+    pub panorama_intensity: f64,
+    pub panorama_range_m: f64,
+    pub drawing_px: usize,
+    pub drawing_radius_m: f64,
+}
+
+impl Default for LidarOdometryParameters {
+    fn default() -> Self {
+        let (local_map, revolution) = (LidarOdometryConfig::default(), RevolutionConfig::default());
+        let (rays, road) = (RayFilter::default(), RoadIntensityFilter::default());
+        let panorama = PanoramaConfig::default();
+        let intensities = PanoramaConfig::intensities();
+        Self {
+            input: LidarInput::default(),
+            time_unit: TimeUnitChoice::default(),
+            model: ModelChoice::default(),
+            calibration_file: String::new(),
+            echo: EchoChoice::default(),
+            cut_azimuth_deg: revolution.cut_azimuth_deg,
+            udp_address: LiveConfig::default().address.to_string(),
+            udp_port: DATA_PORT,
+            udp_position_port: POSITION_PORT,
+            udp_scanner: String::new(),
+            lidar_frame_id: revolution.frame_id,
+            base_from_lidar: [0.0; 6],
+            initial_pose: [0.0; 6],
+            // REP 105.
+            odom_frame_id: "odom".to_owned(),
+            base_frame_id: "base_link".to_owned(),
+            publish_tf: true,
+            // A quarter of an hour at ten turns a second.
+            path_poses: 10_000,
+            use_wheels: false,
+            use_imu: false,
+            base_from_imu: [0.0; 6],
+            way: Way::default(),
+            guess: Guess::default(),
+            filter: FilterChoice::default(),
+            lowest_rays_left_out: rays.lowest_left_out,
+            every_ray: rays.every,
+            sensor_height_m: road.sensor_height_m,
+            road_radius_m: road.radius_m,
+            road_deviations: road.deviations,
+            min_range_m: local_map.min_range_m,
+            max_range_m: local_map.max_range_m,
+            scan_voxel_edge_m: local_map.preparation.voxel_edge_m,
+            neighbours: local_map.preparation.neighbours,
+            map_voxel_edge_m: local_map.map_voxel_edge_m,
+            max_map_voxels: local_map.max_map_voxels,
+            max_held_scans: local_map.max_held_scans,
+            // A robot's computer has more to do.
+            threads: 2,
+            intensity_colours: intensities.colour_map,
+            range_colours: panorama.colour_map,
+            panorama_width_px: panorama.width_px,
+            panorama_row_px: panorama.row_height_px,
+            panorama_intensity: f64::from(intensities.limits[1]),
+            panorama_range_m: f64::from(panorama.limits[1]),
+            // Half of a screen.
+            drawing_px: 800,
+            // A few streets.
+            drawing_radius_m: 100.0,
+        }
+    }
+}
+
+/// Lengths and times beyond this are mistakes.
+const MUCH: f64 = 1e6;
+/// Threads beyond this are.
+const MOST_THREADS: i64 = 256;
+/// Pictures larger than this no viewer opens.
+const MOST_PX: i64 = 16_384;
+
+impl NodeParameters for LidarOdometryParameters {
+    const FILE: &'static str = include_str!("../../../../config/lidar_odometry.yaml");
+    const RANGES: &'static [(&'static str, Range)] = &[
+        ("cut_azimuth_deg", Range::real(0.0, 360.0_f64.next_down())),
+        ("udp_port", Range::whole(0, 65_535)),
+        ("udp_position_port", Range::whole(0, 65_535)),
+        ("path_poses", Range::whole(1, 10_000_000)),
+        ("lowest_rays_left_out", Range::whole(0, 65_535)),
+        ("every_ray", Range::whole(1, 65_535)),
+        ("sensor_height_m", Range::above(0.0)),
+        ("road_radius_m", Range::above(0.0)),
+        ("road_deviations", Range::NOT_NEGATIVE),
+        ("min_range_m", Range::real(0.0, MUCH)),
+        ("max_range_m", Range::above(0.0)),
+        ("scan_voxel_edge_m", Range::NOT_NEGATIVE),
+        ("neighbours", Range::whole(4, 32)),
+        ("map_voxel_edge_m", Range::above(0.0)),
+        ("max_map_voxels", Range::whole(1_000, 10_000_000)),
+        ("max_held_scans", Range::whole(0, 1_000_000)),
+        ("threads", Range::whole(1, MOST_THREADS)),
+        ("panorama_width_px", Range::whole(1, MOST_PX)),
+        ("panorama_row_px", Range::whole(1, 64)),
+        ("panorama_intensity", Range::real(1e-3, MUCH)),
+        ("panorama_range_m", Range::real(3.0, MUCH)),
+        ("drawing_px", Range::whole(64, 4096)),
+        ("drawing_radius_m", Range::real(1.0, MUCH)),
+    ];
+
+    fn validate(&self) -> Result<(), NodeFailure> {
+        for (name, vector) in [
+            ("base_from_lidar", &self.base_from_lidar),
+            ("initial_pose", &self.initial_pose),
+            ("base_from_imu", &self.base_from_imu),
+        ] {
+            let bad = vector.iter().copied().find(|value| !value.is_finite());
+            Self::check(name, "six finite numbers", bad.unwrap_or(0.0), bad.is_none())?;
+        }
+        self.numbers().into_iter().try_for_each(|(name, value)| Self::within(name, value))?;
+        self.live()?;
+        self.follower().local_map.validate()?;
+        self.follower().points.validate()?;
+        self.panoramas().iter().try_for_each(PanoramaConfig::validate)?;
+        Ok(())
+    }
+}
+
+impl LidarOdometryParameters {
+    fn check(
+        name: &'static str,
+        accepted: &'static str,
+        value: f64,
+        holds: bool,
+    ) -> Result<(), ConfigError> {
+        if holds { Ok(()) } else { Err(ConfigError { name, accepted, value }) }
+    }
+
+    /// The numbers that have a range.
+    fn numbers(&self) -> [(&'static str, f64); 21] {
+        [
+            ("cut_azimuth_deg", self.cut_azimuth_deg),
+            ("path_poses", self.path_poses as f64),
+            ("every_ray", self.every_ray.into()),
+            ("sensor_height_m", self.sensor_height_m),
+            ("road_radius_m", self.road_radius_m),
+            ("road_deviations", self.road_deviations),
+            ("min_range_m", self.min_range_m),
+            ("max_range_m", self.max_range_m),
+            ("scan_voxel_edge_m", self.scan_voxel_edge_m),
+            ("neighbours", self.neighbours as f64),
+            ("map_voxel_edge_m", self.map_voxel_edge_m),
+            ("max_map_voxels", self.max_map_voxels as f64),
+            ("max_held_scans", self.max_held_scans as f64),
+            ("threads", self.threads.into()),
+            ("panorama_width_px", self.panorama_width_px as f64),
+            ("panorama_row_px", self.panorama_row_px as f64),
+            ("panorama_intensity", self.panorama_intensity),
+            ("panorama_range_m", self.panorama_range_m),
+            ("drawing_px", self.drawing_px as f64),
+            ("drawing_radius_m", self.drawing_radius_m),
+            ("udp_port", self.udp_port.into()),
+        ]
+    }
+
+    fn within(name: &'static str, value: f64) -> Result<(), ConfigError> {
+        let Some((_, range)) = Self::RANGES.iter().find(|(of, _)| *of == name) else {
+            return Ok(());
+        };
+        let (least, most) = match *range {
+            Range::Real { least, most } => (least, most),
+            Range::Whole { least, most } => (least as f64, most as f64),
+        };
+        let accepted = "in the range that `ros2 param describe` tells";
+        Self::check(name, accepted, value, (least..=most).contains(&value))
+    }
+
+    /// How revolutions are cut out of packets.
+    pub(super) fn revolution(&self) -> RevolutionConfig {
+        RevolutionConfig {
+            frame_id: self.lidar_frame_id.clone(),
+            cut_azimuth_deg: self.cut_azimuth_deg,
+            kept_echo: match self.echo {
+                EchoChoice::Strongest => KeptEcho::Strongest,
+                EchoChoice::Last => KeptEcho::Last,
+            },
+            ..RevolutionConfig::default()
+        }
+    }
+
+    /// How packets are decoded; reads the calibration, where there is one.
+    pub(super) fn decoder(&self) -> Result<DecoderConfig, NodeFailure> {
+        let model = match self.model {
+            ModelChoice::Auto => None,
+            ModelChoice::Hdl32e => Some(Model::Hdl32e),
+            ModelChoice::Vlp16 => Some(Model::Vlp16),
+            ModelChoice::PuckHiRes => Some(Model::PuckHiRes),
+            ModelChoice::Vlp32c => Some(Model::Vlp32c),
+            ModelChoice::Hdl64e => Some(Model::Hdl64e),
+        };
+        let path = &self.calibration_file;
+        let calibration = if path.is_empty() {
+            None
+        } else {
+            let text = std::fs::read_to_string(path).map_err(|error| {
+                format!("parameter calibration_file: cannot read {path}: {error}")
+            })?;
+            let calibration = Calibration::from_yaml(&text);
+            Some(
+                calibration
+                    .map_err(|error| format!("parameter calibration_file: {path}: {error}"))?,
+            )
+        };
+        Ok(DecoderConfig { model, calibration, ..DecoderConfig::default() })
+    }
+
+    /// Where packets are listened for.
+    pub(super) fn live(&self) -> Result<LiveConfig, NodeFailure> {
+        let address = |name: &str, text: &str| {
+            text.parse::<IpAddr>()
+                .map_err(|error| format!("parameter {name} is {text:?}, no address: {error}"))
+        };
+        let scanner = (!self.udp_scanner.is_empty())
+            .then(|| address("udp_scanner", &self.udp_scanner))
+            .transpose()?;
+        Ok(LiveConfig {
+            address: address("udp_address", &self.udp_address)?,
+            data_port: self.udp_port,
+            position_port: (self.udp_position_port != 0).then_some(self.udp_position_port),
+            scanner,
+            ..LiveConfig::default()
+        })
+    }
+
+    /// How the sensor is followed.
+    #[must_use]
+    pub fn follower(&self) -> FollowerConfig {
+        let sensor_height_m = self.sensor_height_m;
+        let mut local_map = LidarOdometryConfig {
+            min_range_m: self.min_range_m,
+            max_range_m: self.max_range_m,
+            map_voxel_edge_m: self.map_voxel_edge_m,
+            max_map_voxels: self.max_map_voxels,
+            max_held_scans: self.max_held_scans,
+            ..LidarOdometryConfig::default()
+        };
+        local_map.preparation.voxel_edge_m = self.scan_voxel_edge_m;
+        local_map.preparation.neighbours = self.neighbours;
+        FollowerConfig {
+            way: self.way,
+            points: match self.filter {
+                FilterChoice::None => PointChoice::All,
+                FilterChoice::Rays => PointChoice::Rays(RayFilter {
+                    lowest_left_out: self.lowest_rays_left_out,
+                    every: self.every_ray,
+                }),
+                FilterChoice::RoadIntensity => PointChoice::NotRoadIntensity(RoadIntensityFilter {
+                    sensor_height_m,
+                    radius_m: self.road_radius_m,
+                    deviations: self.road_deviations,
+                    ..RoadIntensityFilter::default()
+                }),
+                FilterChoice::Ground => PointChoice::NotGround(GroundFilter {
+                    sensor_height_m,
+                    ..GroundFilter::default()
+                }),
+            },
+            local_map,
+            guess: self.guess,
+            ..FollowerConfig::default()
+        }
+    }
+
+    /// The panoramas of intensity and of range.
+    pub(super) fn panoramas(&self) -> [PanoramaConfig; 2] {
+        let (width_px, row_height_px) = (self.panorama_width_px, self.panorama_row_px);
+        let mut intensity = PanoramaConfig {
+            colour_map: self.intensity_colours,
+            width_px,
+            row_height_px,
+            ..PanoramaConfig::intensities()
+        };
+        intensity.limits[1] = self.panorama_intensity as f32;
+        let mut range = PanoramaConfig {
+            colour_map: self.range_colours,
+            width_px,
+            row_height_px,
+            ..PanoramaConfig::default()
+        };
+        range.limits[1] = self.panorama_range_m as f32;
+        [intensity, range]
+    }
+
+    pub(super) fn thread_count(&self) -> NonZeroUsize {
+        NonZeroUsize::new(self.threads.into()).unwrap_or(NonZeroUsize::MIN)
+    }
+
+    pub(super) fn base_from_lidar(&self) -> Isometry3<f64> {
+        pose_from_vector(&self.base_from_lidar)
+    }
+
+    pub(super) fn unit(&self) -> Option<TimeUnit> {
+        match self.time_unit {
+            TimeUnitChoice::Auto => None,
+            TimeUnitChoice::S => Some(TimeUnit::Seconds),
+            TimeUnitChoice::Ms => Some(TimeUnit::Milliseconds),
+            TimeUnitChoice::Us => Some(TimeUnit::Microseconds),
+            TimeUnitChoice::Ns => Some(TimeUnit::Nanoseconds),
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! The node of LiDAR odometry in this process: fed, and its poses gathered.
+
+use std::collections::BTreeMap;
+
+use lidar_odometry::shell::{LidarInput, LidarOdometryParameters, Stage};
+use msgs::convert;
+use msgs::geometry_msgs::PoseStamped;
+use msgs::nav_msgs::Odometry;
+use msgs::sensor_msgs::{Imu, PointCloud2};
+use msgs::stillmap_msgs::StageReport;
+use nalgebra::Isometry3;
+use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, Subscription};
+
+use super::{NAMESPACE, NODE, Sensed};
+
+/// Poses and reports that one message may bring about.
+const KEPT: usize = 100;
+
+/// The node with what feeds it and what hears it.
+pub(crate) struct LidarFollower {
+    stage: Stage,
+    counters: Counters,
+    clouds: Publisher<PointCloud2>,
+    imu: Publisher<Imu>,
+    wheels: Publisher<Odometry>,
+    heard_poses: Subscription<PoseStamped>,
+    heard_reports: Subscription<StageReport>,
+    poses: Vec<PoseStamped>,
+    reports: Vec<StageReport>,
+    base_from_lidar: Isometry3<f64>,
+    /// Keeps the nodes, where they are this one's own.
+    _host: Option<Host>,
+}
+
+/// What a message has brought.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FollowedScan {
+    pub(crate) stamp: geometry::Stamp,
+    pub(crate) odom_from_base: Isometry3<f64>,
+    /// Whether the scan told it; else it is a prediction.
+    pub(crate) is_measured: bool,
+}
+
+impl LidarFollower {
+    /// A node in a host of its own.
+    pub(crate) fn alone(parameters: &LidarOdometryParameters) -> Result<Self, NodeFailure> {
+        let host = Host::in_process();
+        let arguments = ["--ros-args", "-r", &format!("__ns:={NAMESPACE}")].map(str::to_owned);
+        let arguments = RosArguments::parse(arguments)?;
+        let (node, beside) = (host.node(NODE, &arguments)?, host.node("feed", &arguments)?);
+        let mut follower = Self::new(&node, &beside, parameters)?;
+        follower._host = Some(host);
+        Ok(follower)
+    }
+
+    /// The node on `node`, fed and heard by `beside`.
+    pub(crate) fn new(
+        node: &Node,
+        beside: &Node,
+        parameters: &LidarOdometryParameters,
+    ) -> Result<Self, NodeFailure> {
+        let parameters =
+            LidarOdometryParameters { input: LidarInput::Points, ..parameters.clone() };
+        let qos = Qos::sensor(1);
+        Ok(Self {
+            stage: Stage::new(node, &parameters)?,
+            counters: node.counters(),
+            clouds: beside.publisher("points", &qos)?,
+            imu: beside.publisher("imu", &qos)?,
+            wheels: beside.publisher("wheels", &qos)?,
+            heard_poses: beside.subscription("pose", &Qos::reliable(KEPT))?,
+            heard_reports: beside.subscription(&format!("{NODE}/report"), &Qos::reliable(KEPT))?,
+            poses: Vec::new(),
+            reports: Vec::new(),
+            base_from_lidar: geometry::pose_from_vector(&parameters.base_from_lidar),
+            _host: None,
+        })
+    }
+
+    /// Hands on what was recorded; gives the pose that it brought, if it did.
+    pub(crate) fn take(&mut self, sensed: Sensed) -> Result<Option<FollowedScan>, NodeFailure> {
+        match sensed {
+            Sensed::Cloud(cloud) => drop(self.clouds.publish(cloud)?),
+            // Nobody subscribes to these two unless the parameters say so.
+            Sensed::Imu(imu) => drop(self.imu.publish(imu)?),
+            Sensed::Wheels(wheels) => drop(self.wheels.publish(wheels)?),
+            Sensed::Truth(..) => return Ok(None),
+        }
+        self.stage.take_waiting();
+        let mut is_held = false;
+        while let Some(received) = self.heard_reports.try_next() {
+            let report = &received.message;
+            let mut named = report.count_names.iter().zip(&report.counts);
+            is_held = named.any(|(name, count)| name == "held" && *count > 0);
+            self.reports.push((**report).clone());
+        }
+        let mut followed = None;
+        while let Some(received) = self.heard_poses.try_next() {
+            let pose = (*received.message).clone();
+            followed = Some(FollowedScan {
+                stamp: convert::stamp_from_time(pose.header.stamp),
+                odom_from_base: convert::isometry_from_pose(&pose.pose)?,
+                is_measured: !is_held,
+            });
+            self.poses.push(pose);
+        }
+        Ok(followed)
+    }
+
+    /// The poses of the vehicle so far.
+    pub(crate) fn poses(&self) -> &[PoseStamped] {
+        &self.poses
+    }
+
+    /// The reports so far.
+    pub(crate) fn reports(&self) -> &[StageReport] {
+        &self.reports
+    }
+
+    /// Why scans have no pose, by cause.
+    pub(crate) fn drops(&self) -> BTreeMap<String, u64> {
+        self.counters.drops()
+    }
+
+    /// The scanner on the vehicle.
+    pub(crate) fn base_from_lidar(&self) -> Isometry3<f64> {
+        self.base_from_lidar
+    }
+}

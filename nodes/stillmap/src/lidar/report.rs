@@ -1,0 +1,84 @@
+//! The report page of a drive.
+
+use std::path::Path;
+
+use evaluation::{CellTone, Page, PageCell, PagePart, PageRow, PageSection, PageTable, page_html};
+
+use super::pictures::NamedPicture;
+use super::road::RoadSummary;
+
+/// The page.
+pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording: &Path) -> String {
+    let odometry = &summary.odometry;
+    let name =
+        recording.file_name().unwrap_or(recording.as_os_str()).to_string_lossy().into_owned();
+    let rate_hz = 1e3 / odometry.milliseconds_median.max(f64::MIN_POSITIVE);
+    let mut lead = vec![
+        format!(
+            "{} of {} scans have a pose; the way is {:.1} m long.",
+            odometry.poses, odometry.scans, odometry.path_m
+        ),
+        format!(
+            "The map has {} points, one in each cube of {} m.",
+            summary.map_points, summary.map_voxel_edge_m
+        ),
+        format!(
+            "A scan of {} points takes {:.1} ms: {rate_hz:.0} a second (the road thesis: 0.03).",
+            odometry.points_median, odometry.milliseconds_median
+        ),
+    ];
+    if odometry.predicted > 0 {
+        lead.push(format!(
+            "{} poses are predictions, since their scans did not fit; these are not in the map.",
+            odometry.predicted
+        ));
+    }
+    lead.extend(summary.losses.iter().map(|loss| format!("Lost: {loss}.")));
+    let row = |name: &str, text: String| PageRow {
+        name: name.to_owned(),
+        cells: vec![PageCell { text, tone: CellTone::Plain }],
+    };
+    let steps = odometry.steps_ms.iter().map(|(name, ms)| row(name, format!("{ms:.2}"))).collect();
+    let table = |caption: &str, head: [&str; 2], rows| PageTable {
+        caption: caption.to_owned(),
+        columns: head.map(str::to_owned).to_vec(),
+        rows,
+    };
+    let causes = odometry.without_a_pose.iter().map(|(cause, count)| row(cause, count.to_string()));
+    let causes: Vec<PageRow> = causes.collect();
+    let mut tables = vec![table("Median of a scan", ["step", "ms"], steps)];
+    if !causes.is_empty() {
+        tables.push(table("Without a pose", ["cause", "scans"], causes));
+    }
+    let (mut way, mut map, mut around) = (Vec::new(), Vec::new(), Vec::new());
+    for NamedPicture { name, picture } in pictures {
+        if name.starts_with("panorama") {
+            around.push(PagePart::Pictures(vec![picture]));
+        } else if name.starts_with("map") {
+            map.push(PagePart::Pictures(vec![picture]));
+        } else {
+            way.push(picture);
+        }
+    }
+    let section = |id: &str, title: &str, parts| PageSection {
+        id: id.to_owned(),
+        title: title.to_owned(),
+        parts,
+    };
+    page_html(&Page {
+        kicker: "LiDAR odometry".to_owned(),
+        title: format!("The drive of {name}"),
+        facts: vec![
+            ("recording".to_owned(), name),
+            ("scans".to_owned(), odometry.scans.to_string()),
+            ("tiles that waited in files".to_owned(), summary.map.spilled_tiles.to_string()),
+        ],
+        lead,
+        sections: vec![
+            section("way", "The way", vec![PagePart::Pictures(way)]),
+            section("map", "The map", map),
+            section("around", "All around", around),
+            section("time", "Time", vec![PagePart::Tables(tables)]),
+        ],
+    })
+}

@@ -1,0 +1,278 @@
+//! `stillmap run ... --pose lidar` of a recording that has no 2D scanner and camera: the LiDAR's own road map.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use geometry::{LidarCloud, Stamp};
+use lidar_odometry::odometry::deskewed_cloud;
+use lidar_odometry::road_map::{RoadMap, RoadMapConfig, RoadMapCounts};
+use lidar_odometry::shell::LidarOdometryParameters;
+use msgs::convert::lidar_cloud_from_message;
+use nalgebra::{Isometry3, Point2};
+use serde::Serialize;
+
+use super::files::{
+    RoadColour, RoadExtent, TileFolder, cannot_write, for_each, write_las, write_pcd, write_ply,
+};
+use super::follower::FollowedScan;
+use super::odometry::{LidarSummary, failed, load, print};
+use super::{LidarArgs, LidarFollower, LidarSource, Sensed, pictures, report};
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::progress::Progress;
+use crate::visual::write_trajectory;
+
+/// What of a road map the user names.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RoadArgs {
+    /// With a LiDAR's road map: the edge of its voxels, in m
+    #[arg(long, value_name = "M", default_value_t = RoadMapConfig::default().voxel_edge_m)]
+    road_voxel: f64,
+    /// With a LiDAR's road map: voxels in memory; the rest waits in files, and none is lost
+    #[arg(long, value_name = "N", default_value_t = RoadMapConfig::default().max_voxels)]
+    road_memory: usize,
+    /// With a LiDAR's road map: what it is coloured by
+    #[arg(long, value_enum, default_value_t)]
+    colour: RoadColour,
+}
+
+impl Default for RoadArgs {
+    fn default() -> Self {
+        let RoadMapConfig { voxel_edge_m, max_voxels, .. } = RoadMapConfig::default();
+        Self { road_voxel: voxel_edge_m, road_memory: max_voxels, colour: RoadColour::default() }
+    }
+}
+
+/// What a run leaves as `summary.json`.
+#[derive(Serialize, Debug)]
+pub(super) struct RoadSummary {
+    pub(super) odometry: LidarSummary,
+    pub(super) map: RoadMapCounts,
+    pub(super) map_points: u64,
+    pub(super) map_voxel_edge_m: f64,
+    pub(super) losses: Vec<String>,
+}
+
+/// Follows a recording and leaves the map, the way and a report in a folder.
+pub(crate) fn run(
+    path: &Path,
+    out: &Path,
+    (lidar, road): (&LidarArgs, &RoadArgs),
+    files: &[PathBuf],
+    json: bool,
+) -> Result<Outcome, Failure> {
+    let parameters = load(files)?;
+    let source = LidarSource::open(path, lidar)?;
+    std::fs::create_dir_all(out).map_err(|error| cannot_write(out, &error))?;
+    let mut drive = Drive::new(&parameters, road, out)?;
+    let progress = Progress::new("mapping", source.steps());
+    let losses = source.each(|sensed| {
+        let is_scan = matches!(sensed, Sensed::Cloud(_));
+        drive.take(sensed)?;
+        if is_scan {
+            progress.advance();
+        }
+        Ok(())
+    })?;
+    drive.finish()?;
+    progress.finish();
+    let summary = drive.write(out, road, losses, path)?;
+    if json {
+        let json = serde_json::to_string_pretty(&summary)
+            .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
+        console::print(json)?;
+    } else {
+        tell(&summary, out)?;
+    }
+    for loss in &summary.losses {
+        console::complain(&Failure::new(loss.as_str()));
+    }
+    if summary.odometry.poses == 0 {
+        return Err(Failure::new(format!("no scan of {} has a pose", source.name()))
+            .mend("`stillmap info` lists what a bag holds"));
+    }
+    Ok(if summary.losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+fn tell(summary: &RoadSummary, out: &Path) -> Result<(), Failure> {
+    print(&summary.odometry)?;
+    let path = out.display();
+    console::print(format_args!(
+        "{} points of the map, voxels of {} m ({} tiles waited in files)",
+        summary.map_points, summary.map_voxel_edge_m, summary.map.spilled_tiles
+    ))?;
+    console::print(format_args!(
+        "map: {path}/map.ply, map.pcd, map.las; way: {path}/trajectory.txt; figures: {path}/summary.json"
+    ))?;
+    console::print(format_args!("report: {path}/report.html"))
+}
+
+/// A drive as far as it has gone.
+struct Drive {
+    follower: LidarFollower,
+    map: RoadMap,
+    lidar_from_base: Isometry3<f64>,
+    /// The first scan waits for the second, which tells how it moved.
+    first: Option<(LidarCloud, FollowedScan)>,
+    last: Option<FollowedScan>,
+    way: Vec<Isometry3<f64>>,
+    truth: Vec<(Stamp, Isometry3<f64>)>,
+    /// A scan from within the drive, for the panoramas.
+    shown: LidarCloud,
+    scans: u64,
+}
+
+impl Drive {
+    fn new(
+        parameters: &LidarOdometryParameters,
+        road: &RoadArgs,
+        out: &Path,
+    ) -> Result<Self, Failure> {
+        let follower = LidarFollower::alone(parameters).map_err(failed)?;
+        let config = RoadMapConfig {
+            voxel_edge_m: road.road_voxel,
+            max_voxels: road.road_memory,
+            ..RoadMapConfig::default()
+        };
+        let store = TileFolder::create(&out.join("tiles"))?;
+        let map = RoadMap::new(config, Box::new(store)).map_err(|error| {
+            Failure::new(error.to_string()).mend("see --road-voxel and --road-memory")
+        })?;
+        let lidar_from_base = follower.base_from_lidar().inverse();
+        Ok(Self {
+            follower,
+            map,
+            lidar_from_base,
+            first: None,
+            last: None,
+            way: Vec::new(),
+            truth: Vec::new(),
+            shown: LidarCloud::default(),
+            scans: 0,
+        })
+    }
+
+    fn take(&mut self, sensed: Sensed) -> Result<(), Failure> {
+        if let Sensed::Truth(stamp, pose) = sensed {
+            self.truth.push((stamp, pose));
+            return Ok(());
+        }
+        // What the node cannot read it counts.
+        let cloud = match &sensed {
+            Sensed::Cloud(message) => lidar_cloud_from_message(message, None).ok(),
+            _ => None,
+        };
+        let followed = self.follower.take(sensed).map_err(failed)?;
+        let (Some(cloud), Some(now)) = (cloud, followed) else { return Ok(()) };
+        self.way.push(now.odom_from_base);
+        self.scans += 1;
+        if self.scans.is_power_of_two() {
+            self.shown.clone_from(&cloud.cloud);
+        }
+        match self.last.replace(now) {
+            None => self.first = Some((cloud.cloud, now)),
+            Some(last) => {
+                if let Some((cloud, first)) = self.first.take() {
+                    self.add(&cloud, &first, (&last, &now))?;
+                }
+                self.add(&cloud.cloud, &now, (&last, &now))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a scan into the map, while the vehicle moved as between two poses.
+    fn add(
+        &mut self,
+        cloud: &LidarCloud,
+        at: &FollowedScan,
+        (from, to): (&FollowedScan, &FollowedScan),
+    ) -> Result<(), Failure> {
+        if !at.is_measured {
+            return Ok(());
+        }
+        let base_from_lidar = self.lidar_from_base.inverse();
+        let from_to = from.odom_from_base.inv_mul(&to.odom_from_base);
+        let motion = self.lidar_from_base * from_to * base_from_lidar;
+        let points_m = deskewed_cloud(cloud, &motion, to.stamp.seconds_since(from.stamp));
+        self.map
+            .add(&points_m, cloud.intensities.as_deref(), &(at.odom_from_base * base_from_lidar))
+            .map_err(|error| Failure::new(error.to_string()).mend("is the disk full?"))
+    }
+
+    /// A recording of one scan has a map, too.
+    fn finish(&mut self) -> Result<(), Failure> {
+        let Some((cloud, first)) = self.first.take() else { return Ok(()) };
+        self.add(&cloud, &first, (&first, &first))
+    }
+
+    fn write(
+        &self,
+        out: &Path,
+        road: &RoadArgs,
+        losses: Vec<String>,
+        recording: &Path,
+    ) -> Result<RoadSummary, Failure> {
+        let extent = RoadExtent::of(&self.map)?;
+        write_ply(&out.join("map.ply"), &self.map, &extent, road.colour)?;
+        write_pcd(&out.join("map.pcd"), &self.map, &extent)?;
+        write_las(&out.join("map.las"), &self.map, &extent, road.colour)?;
+        write_trajectory(
+            &out.join("trajectory.txt"),
+            self.follower.poses(),
+            &Isometry3::identity(),
+        )?;
+        let summary = RoadSummary {
+            odometry: LidarSummary::of(&self.follower),
+            map: self.map.counts(),
+            map_points: extent.points,
+            map_voxel_edge_m: road.road_voxel,
+            losses,
+        };
+        let json = serde_json::to_string_pretty(&summary)
+            .map_err(|error| Failure::new(format!("cannot write summary.json: {error}")))?;
+        write(&out.join("summary.json"), json.as_bytes())?;
+        let mut shown =
+            pictures::drawings(&self.way, self.true_way().as_deref(), &self.surroundings()?)?;
+        for (colour, name) in
+            [(RoadColour::Intensity, "map_intensity.png"), (RoadColour::Height, "map_height.png")]
+        {
+            shown.push(pictures::map_from_above(&self.map, &extent, colour, name)?);
+        }
+        shown.extend(pictures::panoramas(&self.shown)?);
+        pictures::write(out, &shown)?;
+        let page = report::page(&summary, shown, recording);
+        write(&out.join("report.html"), page.as_bytes())?;
+        Ok(summary)
+    }
+
+    /// The true way from the first pose, where the recording tells it.
+    fn true_way(&self) -> Option<Vec<Isometry3<f64>>> {
+        let (first, begins) = (self.truth.first()?.1.inverse(), *self.way.first()?);
+        Some(self.truth.iter().map(|(_, pose)| begins * first * pose).collect())
+    }
+
+    /// What stands around the vehicle at the end: points of the map that are as high as it.
+    fn surroundings(&self) -> Result<Vec<Point2<f32>>, Failure> {
+        /// Above the road and below bridges, from the scanner's height.
+        const BELOW_M: f64 = 1.0;
+        const ABOVE_M: f64 = 2.0;
+        const REACH_M: f64 = 150.0;
+        let Some(last) = self.way.last() else { return Ok(Vec::new()) };
+        let at_m = (last * self.lidar_from_base.inverse()).translation.vector;
+        let mut surroundings_m = Vec::new();
+        for_each(&self.map, |point| {
+            let off_m = point.position_m.coords - at_m;
+            let is_beside = (-BELOW_M..ABOVE_M).contains(&off_m.z);
+            if is_beside && off_m.xy().norm() < REACH_M {
+                surroundings_m.push(point.position_m.xy().cast());
+            }
+            Ok(())
+        })?;
+        Ok(surroundings_m)
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    std::fs::write(path, bytes).map_err(|error| cannot_write(path, &error))
+}
