@@ -7,8 +7,10 @@ use std::path::Path;
 
 use compression::CompressionParameters;
 use detection::shell::DetectionParameters;
+use lidar_odometry::shell::LidarOdometryParameters;
 use msgs::rcl_interfaces::{ParameterDescriptor, ParameterType};
 use node_shell::parameters::NodeParameters;
+use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
 use serde_json::Value;
@@ -98,6 +100,8 @@ fn the_tables_of_parameters_are_current() {
         table::<DetectionParameters>("detection"),
         table::<SegmentationParameters>("segmentation"),
         table::<ReconstructionParameters>("reconstruction"),
+        table::<PoseParameters>("pose"),
+        table::<LidarOdometryParameters>("lidar_odometry"),
         table::<CompressionParameters>("compression"),
     ]
     .concat();
