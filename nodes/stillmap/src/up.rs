@@ -3,19 +3,20 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::arguments::ParameterSource;
 use node_shell::{Host, Node, NodeFailure, RosArguments, ShellError, Shutdown, Transport, log};
+use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
 use tokio::task::JoinSet;
 use tracing::Instrument;
 
 use crate::failure::{Failure, Outcome};
-use crate::lidar;
 use crate::run::Stage;
+use crate::{lidar, visual};
 
 /// Arguments of `stillmap up`.
 #[derive(Args, Debug)]
@@ -28,9 +29,18 @@ pub(crate) struct UpArgs {
     /// A preset of the rig, or the path of a parameter file
     #[arg(long, default_value = PRESETS[0].name)]
     rig: String,
-    /// The node lidar_odometry beside the others: it follows a turning LiDAR, and publishes the pose that they take
-    #[arg(long)]
-    lidar: bool,
+    /// A node beside the others that publishes the pose that they take; without it the pose comes from outside
+    #[arg(long, value_enum, value_name = "BY")]
+    pose: Option<PoseNode>,
+}
+
+/// The nodes that publish the pose.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+enum PoseNode {
+    /// pose: by what a colour and depth camera sees
+    Visual,
+    /// lidar_odometry: by the scans of a turning LiDAR
+    Lidar,
 }
 
 /// A rig that this program knows by itself.
@@ -39,7 +49,7 @@ struct Preset {
     parameters: &'static str,
 }
 
-const PRESETS: [Preset; 2] = [
+const PRESETS: [Preset; 3] = [
     Preset {
         name: "rplidar_a1_kinect_v1",
         parameters: include_str!("../../../config/rig/rplidar_a1_kinect_v1.yaml"),
@@ -48,6 +58,7 @@ const PRESETS: [Preset; 2] = [
         name: "rplidar_s2_realsense_d435",
         parameters: include_str!("../../../config/rig/rplidar_s2_realsense_d435.yaml"),
     },
+    Preset { name: "hdl32e_car", parameters: include_str!("../../../config/rig/hdl32e_car.yaml") },
 ];
 
 pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
@@ -60,8 +71,8 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
         .build()
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
-        let nodes = Nodes::start(&arguments, args.lidar)
-            .map_err(|error| Failure::new(error.to_string()))?;
+        let nodes =
+            Nodes::start(&arguments, args.pose).map_err(|error| Failure::new(error.to_string()))?;
         nodes.serve().await
     })
 }
@@ -86,11 +97,17 @@ struct Nodes {
     detection: (Node, DetectionParameters),
     segmentation: (Node, SegmentationParameters),
     reconstruction: (Node, ReconstructionParameters),
-    lidar: Option<(Node, LidarOdometryParameters)>,
+    odometry: Option<Odometry>,
+}
+
+/// The node that publishes the pose.
+enum Odometry {
+    Visual(Node, Box<PoseParameters>),
+    Lidar(Node, Box<LidarOdometryParameters>),
 }
 
 impl Nodes {
-    fn start(arguments: &RosArguments, with_lidar: bool) -> Result<Self, ShellError> {
+    fn start(arguments: &RosArguments, pose: Option<PoseNode>) -> Result<Self, ShellError> {
         let host = Host::on(Transport::from_environment()?)?;
         let node = |stage: Stage| {
             let _named = span(stage).entered();
@@ -99,13 +116,22 @@ impl Nodes {
         let detection = node(Stage::Detection)?;
         let segmentation = node(Stage::Segmentation)?;
         let reconstruction = node(Stage::Reconstruction)?;
-        let lidar = || {
-            let _named = lidar_span().entered();
-            host.node(lidar::NODE, arguments)
+        let odometry = |pose: PoseNode| -> Result<Odometry, ShellError> {
+            let _named = pose.span().entered();
+            let node = host.node(pose.name(), arguments)?;
+            Ok(match pose {
+                PoseNode::Visual => {
+                    let (node, parameters) = with_parameters(node)?;
+                    Odometry::Visual(node, Box::new(parameters))
+                }
+                PoseNode::Lidar => {
+                    let (node, parameters) = with_parameters(node)?;
+                    Odometry::Lidar(node, Box::new(parameters))
+                }
+            })
         };
-        let lidar = with_lidar.then(lidar).transpose()?;
         Ok(Self {
-            lidar: lidar.map(with_parameters).transpose()?,
+            odometry: pose.map(odometry).transpose()?,
             shutdown: host.shutdown_signal(),
             detection: with_parameters(detection)?,
             segmentation: with_parameters(segmentation)?,
@@ -139,13 +165,24 @@ impl Nodes {
         };
         tasks.spawn(serve.instrument(span(Stage::Reconstruction)));
 
-        if let Some((node, parameters)) = self.lidar {
-            let serve = async move {
-                let result = lidar_odometry::shell::serve(&node, parameters).await;
-                node.close().await;
-                (lidar::NODE, result)
-            };
-            tasks.spawn(serve.instrument(lidar_span()));
+        match self.odometry {
+            Some(Odometry::Visual(node, parameters)) => {
+                let serve = async move {
+                    let result = pose::shell::serve(&node, *parameters).await;
+                    node.close().await;
+                    (PoseNode::Visual.name(), result)
+                };
+                tasks.spawn(serve.instrument(PoseNode::Visual.span()));
+            }
+            Some(Odometry::Lidar(node, parameters)) => {
+                let serve = async move {
+                    let result = lidar_odometry::shell::serve(&node, *parameters).await;
+                    node.close().await;
+                    (PoseNode::Lidar.name(), result)
+                };
+                tasks.spawn(serve.instrument(PoseNode::Lidar.span()));
+            }
+            None => {}
         }
 
         let mut failure = None;
@@ -186,6 +223,18 @@ fn span(stage: Stage) -> tracing::Span {
     }
 }
 
-fn lidar_span() -> tracing::Span {
-    tracing::error_span!("lidar_odometry")
+impl PoseNode {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Visual => visual::NODE,
+            Self::Lidar => lidar::NODE,
+        }
+    }
+
+    fn span(self) -> tracing::Span {
+        match self {
+            Self::Visual => tracing::error_span!("pose"),
+            Self::Lidar => tracing::error_span!("lidar_odometry"),
+        }
+    }
 }

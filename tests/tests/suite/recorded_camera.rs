@@ -10,7 +10,7 @@ use crate::program::{succeed, summary};
 const RECORDING: &str = "../shared/data/tum-fr1-rpy/rgbd_dataset_freiburg1_rpy";
 
 /// The recording as a bag, and the file with its true poses.
-fn recording(folder: &Path) -> Option<(PathBuf, PathBuf)> {
+pub(crate) fn recording(folder: &Path) -> Option<(PathBuf, PathBuf)> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(RECORDING);
     if !path.is_dir() {
         println!("skipped: the recording tum-fr1-rpy is not here");
@@ -23,7 +23,7 @@ fn recording(folder: &Path) -> Option<(PathBuf, PathBuf)> {
 }
 
 /// The root of the mean squared error of the positions, in metres.
-fn error_m(estimate: &Path, truth: &Path) -> f64 {
+pub(crate) fn error_m(estimate: &Path, truth: &Path) -> f64 {
     let (estimate, truth) = (estimate.to_str().unwrap(), truth.to_str().unwrap());
     let json = succeed(["eval", "trajectory", estimate, "--ref", truth, "--json"]);
     let scored: Value = serde_json::from_str(&json).unwrap();

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::ReducedCloud;
 use node_shell::{Node, Qos, RosArguments};
@@ -10,6 +11,7 @@ use tokio::time::timeout;
 
 use crate::bags::small_room;
 use crate::program::{Running, stillmap, succeed};
+use crate::recorded_camera::{error_m, recording};
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -41,7 +43,13 @@ async fn the_suite_in_one_process_builds_the_local_runs_map_and_shows_it_outside
         still.wait_for_publishers(1).await;
     };
     timeout(PATIENCE, ready).await.unwrap();
-    let player = play(&bag, &namespace);
+    let topics = [
+        ("/scan", "scan"),
+        ("/pose", "pose"),
+        ("/camera/depth/image_raw", "depth/image"),
+        ("/camera/depth/camera_info", "depth/camera_info"),
+    ];
+    let player = play(&bag, &namespace, &topics, 1.0);
     let (mut cycles, mut clouds) = (0, 0);
     let mut patience = PATIENCE;
     loop {
@@ -70,14 +78,83 @@ async fn the_suite_in_one_process_builds_the_local_runs_map_and_shows_it_outside
     assert!(same, "the two maps differ");
 }
 
-fn play(bag: &Path, namespace: &str) -> Running {
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_pose_node_beside_the_others_follows_a_camera_of_another_process_and_detection_takes_its_pose()
+ {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((bag, truth)) = recording(folder.path()) else { return };
+    let namespace = format!("/up_pose_{}", std::process::id());
+    let rule = format!("__ns:={namespace}");
+    let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
+    let node = Node::start("outsider", &arguments).unwrap();
+    let poses = node.subscription::<PoseStamped>("pose", &Qos::reliable(200)).unwrap();
+    let reduced = node.subscription::<ReducedCloud>("reduced_cloud", &Qos::reliable(200)).unwrap();
+    // The recording's depth is registered to the colour camera, and told by the same CameraInfo.
+    let up = Running::start([
+        "up",
+        "--pose",
+        "visual",
+        "--ros-args",
+        "-r",
+        &rule,
+        "-r",
+        "rgb/camera_info:=depth/camera_info",
+        "-p",
+        "pose:input:=compressed",
+    ]);
+    let ready = async {
+        poses.wait_for_publishers(1).await;
+        reduced.wait_for_publishers(1).await;
+    };
+    timeout(PATIENCE, ready).await.unwrap();
     let topics = [
         ("/scan", "scan"),
-        ("/pose", "pose"),
+        ("/camera/rgb/image_raw/compressed", "rgb/image/compressed"),
         ("/camera/depth/image_raw", "depth/image"),
         ("/camera/depth/camera_info", "depth/camera_info"),
     ];
+    // A program that is not optimised, beside others, has not the time for every image at half the pace either.
+    let player = play(&bag, &namespace, &topics, 0.5);
+    let (mut followed, mut cycles) = (String::new(), 0);
+    let mut patience = PATIENCE;
+    loop {
+        let next = async {
+            tokio::select! {
+                pose = poses.next() => Some(pose),
+                _ = reduced.next() => None,
+            }
+        };
+        let Ok(heard) = timeout(patience, next).await else { break };
+        match heard {
+            Some(pose) => followed.push_str(&line_of(&pose.message)),
+            None => cycles += 1,
+        }
+        patience = SILENCE;
+    }
+    drop(player);
+    assert!(up.interrupt());
+    let count = followed.lines().count();
+    assert!(count >= 20 && cycles >= 5, "{count} poses, {cycles} cycles");
+    let file = folder.path().join("poses.txt");
+    std::fs::write(&file, followed).unwrap();
+    let error_m = error_m(&file, &truth);
+    // Twice what all images make of it: some may be missing.
+    assert!(error_m <= 0.05, "{error_m} m");
+    drop((poses, reduced));
+    node.close().await;
+}
+
+/// As TUM writes it.
+fn line_of(message: &PoseStamped) -> String {
+    let (stamp, pose) = (&message.header.stamp, &message.pose);
+    let (at, to) = (&pose.position, &pose.orientation);
+    let seconds = format!("{}.{:09}", stamp.sec, stamp.nanosec);
+    format!("{seconds} {} {} {} {} {} {} {}\n", at.x, at.y, at.z, to.x, to.y, to.z, to.w)
+}
+
+fn play(bag: &Path, namespace: &str, topics: &[(&str, &str)], rate: f64) -> Running {
     let mut arguments = vec!["play".to_owned(), bag.display().to_string()];
+    arguments.push(format!("--rate={rate}"));
     for (from, name) in topics {
         let to = format!("{namespace}/{name}");
         arguments.push(format!("--topics={from}"));
@@ -90,6 +167,10 @@ fn play(bag: &Path, namespace: &str) -> Running {
 #[test]
 fn mistakes_end_it_at_once_and_are_named() {
     for (arguments, named) in [
+        (
+            vec!["up", "--pose", "lidar", "--ros-args", "-p", "lidar_odometry:every_ray:=0"],
+            "every_ray",
+        ),
         (vec!["up", "--rig", "no_such_rig"], "presets are: rplidar_a1_kinect_v1"),
         (vec!["up", "--ros-args", "-p", "detection:aperture:=1.0"], "aperture_rad"),
         (vec!["up", "--ros-args", "-p", "segmentation:depth_cell_m:=-1.0"], "depth_cell_m"),
