@@ -230,8 +230,9 @@ async fn every_node_is_managed() {
             (1, "configure", "inactive"),
             (3, "activate", "active"),
         ] {
-            assert!(manager.change(&name, id, "").await, "{node} {label}");
-            assert_eq!(manager.state(&name).await["label"], state, "{node} {label}");
+            // A request that was sent again, its answer being late, is refused the second time: the state counts.
+            let is_done = manager.change(&name, id, "").await;
+            assert_eq!(manager.state(&name).await["label"], state, "{node} {label}: {is_done}");
         }
         let lines = manager.heard_on(ROSOUT).await;
         let logger = name.trim_start_matches('/').replace('/', ".");
