@@ -50,8 +50,9 @@ pub use lidar_cloud::{
 pub use marker::markers_from_tracks;
 pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{
-    isometry_from_pose, isometry_from_transform, message_from_pose, pose_from_covariance_message,
-    pose_from_isometry, pose_from_message, pose_from_odometry, transform_from_isometry,
+    covariance_by_rows, isometry_from_pose, isometry_from_transform, message_from_pose,
+    pose_from_covariance_message, pose_from_isometry, pose_from_message, pose_from_odometry,
+    transform_from_isometry,
 };
 pub use revolution::message_from_revolution;
 pub use scan::{message_from_scan, scan_from_message};

@@ -6,7 +6,7 @@ mod tests;
 
 use geometry::Cloud;
 
-use super::rows::{Rows, StatedSizes};
+use super::rows::Rows;
 use super::{ConvertError, stamp_from_time, time_from_stamp};
 use crate::sensor_msgs::{PointCloud2, PointField};
 use crate::std_msgs::Header;
@@ -24,14 +24,7 @@ pub fn cloud_from_message(message: &PointCloud2) -> Result<Cloud, ConvertError> 
     let mut points_m = Vec::new();
     if message.width > 0 && message.height > 0 {
         let layout = Layout::of(message)?;
-        let sizes = StatedSizes {
-            message: "PointCloud2",
-            width: message.width,
-            height: message.height,
-            record_bytes: message.point_step,
-            step: message.row_step,
-        };
-        let rows = Rows::checked(&message.data, &sizes)?;
+        let rows = Rows::checked(&message.data, &message.into())?;
         // No more than 12 bytes for each byte of the data: the points do not overlap.
         points_m.reserve_exact(rows.records());
         layout.append_finite_points(&rows, &mut points_m);

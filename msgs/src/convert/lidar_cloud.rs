@@ -8,7 +8,7 @@ use geometry::LidarCloud;
 use nalgebra::Point3;
 
 use super::cloud::layout::FieldPlace;
-use super::rows::{Rows, StatedSizes};
+use super::rows::Rows;
 use super::{ConvertError, stamp_from_time};
 use crate::sensor_msgs::PointCloud2;
 pub use times::{PointTimes, TimeOrigin, TimeUnit};
@@ -52,14 +52,7 @@ pub fn lidar_cloud_from_message(
         return Ok(LidarCloudReading { cloud, times: PointTimes::NoField });
     }
     let fields = Fields::of(message)?;
-    let sizes = StatedSizes {
-        message: "PointCloud2",
-        width: message.width,
-        height: message.height,
-        record_bytes: message.point_step,
-        step: message.row_step,
-    };
-    let rows = Rows::checked(&message.data, &sizes)?;
+    let rows = Rows::checked(&message.data, &message.into())?;
     let mut listed = fields.list(message, &rows);
     let times = match fields.time {
         None => PointTimes::NoField,

@@ -1,7 +1,7 @@
 //! Poses.
 
 use geometry::{Stamp, StampedPose};
-use nalgebra::{Isometry3, Point3, Quaternion as Numbers, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Matrix6, Point3, Quaternion as Numbers, Translation3, UnitQuaternion};
 
 use super::{ConvertError, stamp_from_time, time_from_stamp};
 use crate::geometry_msgs::{
@@ -130,6 +130,12 @@ pub fn message_from_pose(pose: &StampedPose) -> PoseStamped {
         header: header_of(pose.stamp, &pose.frame_id),
         pose: pose_from_isometry(&pose.map_from_rig),
     }
+}
+
+/// A covariance as `PoseWithCovariance` and `TwistWithCovariance` have it: row by row.
+#[must_use]
+pub fn covariance_by_rows(covariance: &Matrix6<f64>) -> [f64; 36] {
+    std::array::from_fn(|index| covariance[(index / 6, index % 6)])
 }
 
 /// The header of a moment in a frame.

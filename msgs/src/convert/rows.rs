@@ -1,6 +1,7 @@
 //! Rows of records in a block of bytes, as clouds and images have them.
 
 use super::ConvertError;
+use crate::sensor_msgs::PointCloud2;
 
 /// Sizes as a message states them.
 pub(super) struct StatedSizes {
@@ -14,6 +15,18 @@ pub(super) struct StatedSizes {
     pub(super) record_bytes: u32,
     /// Bytes from a row to the next.
     pub(super) step: u32,
+}
+
+impl From<&PointCloud2> for StatedSizes {
+    fn from(message: &PointCloud2) -> Self {
+        Self {
+            message: "PointCloud2",
+            width: message.width,
+            height: message.height,
+            record_bytes: message.point_step,
+            step: message.row_step,
+        }
+    }
 }
 
 /// Rows that lie within their data.

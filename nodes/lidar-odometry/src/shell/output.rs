@@ -4,14 +4,11 @@ use std::collections::VecDeque;
 
 use geometry::{Stamp, StampedPose, pose_from_vector};
 use msgs::convert;
-use msgs::geometry_msgs::{
-    PoseStamped, PoseWithCovariance, TransformStamped, Twist, TwistWithCovariance, Vector3,
-};
+use msgs::geometry_msgs::{PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance, Vector3};
 use msgs::nav_msgs::{Odometry, Path};
 use msgs::std_msgs::Header;
-use msgs::tf2_msgs::TFMessage;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3 as Vector};
-use node_shell::{Node, NodeFailure, Publisher, Qos};
+use node_shell::{Node, NodeFailure, Publisher, Qos, TransformBroadcaster};
 
 use super::parameters::LidarOdometryParameters;
 use crate::odometry::LidarPose;
@@ -27,7 +24,7 @@ const UNKNOWN_VARIANCE: f64 = 1e4;
 pub(super) struct Output {
     poses: Publisher<PoseStamped>,
     odometry: Publisher<Odometry>,
-    transforms: Option<Publisher<TFMessage>>,
+    transforms: Option<TransformBroadcaster>,
     paths: Publisher<Path>,
     frames: Frames,
     path: VecDeque<PoseStamped>,
@@ -52,7 +49,8 @@ impl Output {
         parameters: &LidarOdometryParameters,
     ) -> Result<Self, NodeFailure> {
         let qos = Qos::reliable(POSES_KEPT);
-        let transforms = parameters.publish_tf.then(|| node.publisher("/tf", &qos)).transpose()?;
+        let transforms =
+            parameters.publish_tf.then(|| TransformBroadcaster::new(node)).transpose()?;
         Ok(Self {
             poses: node.publisher("pose", &qos)?,
             odometry: node.publisher("odom", &qos)?,
@@ -91,13 +89,8 @@ impl Output {
             self.path.pop_front();
         }
         if let Some(transforms) = &self.transforms {
-            transforms.publish_or_warn(TFMessage {
-                transforms: vec![TransformStamped {
-                    header: header.clone(),
-                    child_frame_id: self.frames.base_frame_id.clone(),
-                    transform: convert::transform_from_isometry(&odom_from_base),
-                }],
-            });
+            let Frames { odom_frame_id, base_frame_id, .. } = &self.frames;
+            transforms.send(pose.stamp, odom_frame_id, base_frame_id, &odom_from_base);
         }
         self.odometry.publish_or_warn(self.odometry(pose, &odom_from_base, header.clone()));
         self.poses.publish_or_warn(message);
@@ -128,7 +121,7 @@ impl Output {
             child_frame_id: self.frames.base_frame_id.clone(),
             pose: PoseWithCovariance {
                 pose: convert::pose_from_isometry(odom_from_base),
-                covariance: by_rows(&covariance),
+                covariance: convert::covariance_by_rows(&covariance),
             },
             twist: self.twist(pose.stamp, odom_from_base, &covariance),
         }
@@ -145,7 +138,7 @@ impl Output {
         let Some((elapsed_s, last)) = elapsed.filter(|(elapsed_s, _)| *elapsed_s > 0.0) else {
             return TwistWithCovariance {
                 twist: Twist::default(),
-                covariance: by_rows(&(UNKNOWN_VARIANCE * Matrix6::identity())),
+                covariance: convert::covariance_by_rows(&(UNKNOWN_VARIANCE * Matrix6::identity())),
             };
         };
         let motion = last.inverse() * odom_from_base;
@@ -157,7 +150,7 @@ impl Output {
         let vector = |v: Vector<f64>| Vector3 { x: v.x, y: v.y, z: v.z };
         TwistWithCovariance {
             twist: Twist { linear: vector(shift), angular: vector(turn) },
-            covariance: by_rows(&covariance),
+            covariance: convert::covariance_by_rows(&covariance),
         }
     }
 }
@@ -199,10 +192,6 @@ fn blocks(turn: &Matrix3<f64>) -> Matrix6<f64> {
     both.fixed_view_mut::<3, 3>(0, 0).copy_from(turn);
     both.fixed_view_mut::<3, 3>(3, 3).copy_from(turn);
     both
-}
-
-fn by_rows(matrix: &Matrix6<f64>) -> [f64; 36] {
-    std::array::from_fn(|index| matrix[(index / 6, index % 6)])
 }
 
 #[cfg(test)]

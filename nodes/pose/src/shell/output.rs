@@ -126,7 +126,10 @@ impl Output {
         Odometry {
             header,
             child_frame_id: self.frames.base_frame_id.clone(),
-            pose: PoseWithCovariance { pose: pose_message, covariance: by_rows(&turned) },
+            pose: PoseWithCovariance {
+                pose: pose_message,
+                covariance: convert::covariance_by_rows(&turned),
+            },
             twist: self.twist(pose, odom_from_rig),
         }
     }
@@ -137,7 +140,7 @@ impl Output {
         let Some((elapsed_s, last)) = elapsed.filter(|(elapsed_s, _)| *elapsed_s > 0.0) else {
             return TwistWithCovariance {
                 twist: Twist::default(),
-                covariance: by_rows(&(UNKNOWN_VARIANCE * Matrix6::identity())),
+                covariance: convert::covariance_by_rows(&(UNKNOWN_VARIANCE * Matrix6::identity())),
             };
         };
         let motion = last.inverse() * odom_from_rig;
@@ -148,7 +151,7 @@ impl Output {
         let vector = |v: Vector<f64>| Vector3 { x: v.x, y: v.y, z: v.z };
         TwistWithCovariance {
             twist: Twist { linear: vector(shift), angular: vector(turn) },
-            covariance: by_rows(&covariance),
+            covariance: convert::covariance_by_rows(&covariance),
         }
     }
 }
@@ -202,10 +205,6 @@ impl Frames {
         slopes.fixed_view_mut::<3, 3>(3, 3).copy_from(&-rotation);
         slopes * covariance * slopes.transpose()
     }
-}
-
-fn by_rows(matrix: &Matrix6<f64>) -> [f64; 36] {
-    std::array::from_fn(|index| matrix[(index / 6, index % 6)])
 }
 
 /// The mean of the last poses.
