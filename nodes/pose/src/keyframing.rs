@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `config` | the numbers of all rules, with their sources |
 //! | `decision` | when a frame becomes a keyframe |
-//! | `creation` | close features become landmarks by their depth |
+//! | `creation` | features become landmarks by their depth |
 //! | `triangulation` | others do when two keyframes see them |
 //! | `fusion` | landmarks that are one become one |
 //! | `culling` | recent landmarks that do not prove themselves go, and keyframes that say nothing new |
@@ -23,7 +23,7 @@ mod tests;
 mod triangulation;
 
 pub use config::KeyframingConfig;
-pub use creation::create_close;
+pub use creation::create_measured;
 pub use culling::{cull_keyframes, cull_recent, is_redundant};
 pub use decision::{FollowedFrame, NotYet, decide};
 pub use fusion::{FusedDuplicates, fuse_duplicates, fuse_into, fuse_lines_into};
@@ -48,7 +48,7 @@ pub struct TakenIn {
 /// one fused, in the order of ORB-SLAM2.
 pub fn take_in(map: &mut Map, keyframe: KeyframeId, config: &KeyframingConfig) -> TakenIn {
     let culled = cull_recent(map, config);
-    let created = create_close(map, keyframe, config);
+    let created = create_measured(map, keyframe);
     let triangulated = triangulate(map, keyframe, config);
     let fused = fuse_duplicates(map, keyframe, config);
     TakenIn { culled, created, triangulated, fused }

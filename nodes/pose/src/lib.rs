@@ -13,6 +13,7 @@
 //! | [`map`] | keyframes, points, lines, and who sees what |
 //! | [`place_recognition`] | which keyframes show the same place, by descriptors alone |
 //! | [`mapping`] | what a new keyframe brings about, from landmarks to loops |
+//! | [`slam`] | tracking, mapping and loop closing put together: the camera in a map that stays right |
 //! | [`tracking`] | where the camera is, frame by frame |
 //! | [`motion`] | where the camera will be, by its motion so far, a gyroscope or wheels |
 //! | [`solve`] | the pose that explains matches, how sure it is, and what it cannot say |
@@ -34,6 +35,7 @@ pub mod motion;
 pub mod place_recognition;
 #[cfg(feature = "ros")]
 pub mod shell;
+pub mod slam;
 pub mod solve;
 #[cfg(test)]
 mod testing;

@@ -10,6 +10,7 @@
 mod arrivals;
 mod config;
 mod line;
+mod numbers;
 mod place;
 mod point;
 mod search;
@@ -20,6 +21,7 @@ use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 
 pub use config::LocalMapConfig;
 pub use line::{LineEnd, LineLandmark};
+pub use numbers::LandmarkNumbers;
 pub(crate) use place::image_slopes;
 pub use point::PointLandmark;
 

@@ -20,4 +20,4 @@ mod tests;
 pub use config::LoopConfig;
 pub use correction::{ClosedLoop, Corrected, NotClosed, close_loop, correct};
 pub use essential_graph::{EssentialGraph, essential_graph};
-pub use location::{Located, NotLocated, locate, locate_near};
+pub use location::{Known, Located, NotLocated, locate, locate_near};

@@ -8,13 +8,15 @@
 #[cfg(test)]
 mod tests;
 
+use geometry::CameraModel;
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
 use crate::bundle_adjustment::{Applied, BundleConfig, BundleError, Window, adjust};
 use crate::feature::points::Descriptor;
+use crate::frame::Frame;
 use crate::keyframing::{TakenIn, cull_keyframes, take_in};
-use crate::loop_closing::{ClosedLoop, LoopConfig, close_loop, locate};
+use crate::loop_closing::{ClosedLoop, Located, LoopConfig, close_loop, locate};
 use crate::map::{CulledKeyframe, KeyframeId, Map, MapConfig, MapError, NewKeyframe};
 use crate::place_recognition::{
     CandidateConfig, Consistency, PlaceConfig, PlaceDatabase, loop_candidates,
@@ -73,9 +75,9 @@ pub struct MappingStep {
     pub culled: Vec<(KeyframeId, CulledKeyframe)>,
     /// The loop that was closed, and with which keyframe.
     pub closed: Option<(KeyframeId, ClosedLoop)>,
-    /// By how much the keyframe was put elsewhere in all: its pose is this times the one it came with. Whoever follows the
-    /// camera puts its own pose elsewhere alike.
-    pub correction: Isometry3<f64>,
+    /// What the step has moved the map around the keyframe by: its pose in the map is this times the one it came with.
+    /// Whoever follows the camera puts its own pose elsewhere alike.
+    pub map_from_before: Isometry3<f64>,
 }
 
 impl Mapper {
@@ -139,8 +141,8 @@ impl Mapper {
         let corners = frame.corners.iter().map(|corner| corner.descriptor);
         self.places.insert(keyframe, corners);
         let now = self.map.keyframes().get(keyframe).map(|keyframe| *keyframe.camera_from_map());
-        let correction = now.unwrap_or(came_with) * came_with.inverse();
-        Ok(MappingStep { keyframe, taken_in, adjusted, culled, closed, correction })
+        let map_from_before = now.unwrap_or(came_with).inverse() * came_with;
+        Ok(MappingStep { keyframe, taken_in, adjusted, culled, closed, map_from_before })
     }
 
     /// Adjusts a part of the map. `None` when the map was corrected meanwhile.
@@ -175,6 +177,18 @@ impl Mapper {
             return Some((to, closed));
         }
         None
+    }
+
+    /// Where a lost camera is, by what it sees alone; with the keyframe that it sees most of.
+    #[must_use]
+    pub fn find(&self, frame: &Frame, camera: &CameraModel) -> Option<(KeyframeId, Located)> {
+        let corners: Vec<Descriptor> =
+            frame.corners.iter().map(|corner| corner.descriptor).collect();
+        let near = self.lost_at(&corners).into_iter();
+        let mut found = near.filter_map(|id| {
+            Some((id, locate(&self.map, id, frame, camera, &self.config.loops).ok()?))
+        });
+        found.next()
     }
 
     /// The keyframes that a lost camera with these corners may be at; see [`crate::loop_closing::locate`].

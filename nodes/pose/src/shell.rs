@@ -2,6 +2,7 @@
 
 mod cameras;
 mod drawing;
+mod follower;
 mod hints;
 mod inputs;
 mod output;
@@ -32,6 +33,7 @@ const PROGRAM: Program = Program {
              out pose (geometry_msgs/msg/PoseStamped: the rig in odom_frame_id), reliable
              out odom (nav_msgs/msg/Odometry: the same with covariance and velocity), reliable
              out /tf (tf2_msgs/msg/TFMessage: odom_frame_id to base_frame_id), reliable; with publish_tf:=true
+             out /tf (map_frame_id to odom_frame_id), likewise; with slam:=true, and then pose and path are in map_frame_id
              out path (nav_msgs/msg/Path), reliable, once a second, for a viewer
              out features (sensor_msgs/msg/Image: what is seen, and what became of it), best effort, for a viewer
              out ~/report (stillmap_msgs/msg/StageReport), reliable",

@@ -13,12 +13,12 @@ mod relocalisation;
 mod result;
 mod sighting;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 mod tracker;
 
 pub use config::{FollowConfig, TrackerConfig, TrackerConfigError};
 pub use readout::Readout;
-pub use result::{CameraPose, Fate, Tracked, TrackingState, Trouble};
+pub use result::{CameraPose, Fate, Room, Tracked, TrackingState, Trouble};
 pub use tracker::{Hints, Tracker};

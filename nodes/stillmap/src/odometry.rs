@@ -46,6 +46,9 @@ pub(crate) struct OdometryArgs {
     /// What the camera is followed by
     #[arg(long, value_enum)]
     features: Option<Features>,
+    /// Keep a map and close loops; the poses are those that the map has in the end
+    #[arg(long)]
+    slam: bool,
     /// Whose poses are written
     #[arg(long, value_enum, default_value_t = Whose::Camera)]
     of: Whose,
@@ -94,6 +97,9 @@ struct OdometrySummary {
 }
 
 pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
+    if args.of == Whose::Lidar && args.slam {
+        return Err(Failure::new("--slam is of a camera").mend("leave it out for a LiDAR"));
+    }
     if args.of == Whose::Lidar {
         return lidar::run_odometry(&args.bag, &args.output, &args.lidar, &args.files, args.json);
     }
@@ -107,6 +113,10 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     if let Some(features) = args.features {
         parameters.tracker.frame.use_points = features != Features::Lines;
         parameters.tracker.frame.use_lines = features != Features::Points;
+    }
+    if args.slam {
+        // Between two images: the same bag gives the same poses.
+        (parameters.slam, parameters.slam_in_background) = (true, false);
     }
     let bag = Bag::open(&args.bag).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
@@ -138,7 +148,9 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
         Whose::Camera => geometry::pose_from_vector(&parameters.rig_from_camera),
         Whose::Rig | Whose::Lidar => nalgebra::Isometry3::identity(),
     };
-    write_trajectory(&args.output, followed.odometry.poses(), &rig_from_written)?;
+    let in_the_end = followed.odometry.trajectory();
+    let poses = in_the_end.as_deref().unwrap_or(followed.odometry.poses());
+    write_trajectory(&args.output, poses, &rig_from_written)?;
     let summary = followed.summary();
     tell(&summary, &args.output, args.json)?;
     if summary.poses == 0 {

@@ -185,6 +185,22 @@ fn a_keyframe_alone_and_landmarks_that_are_told_little_do_no_harm() {
 }
 
 #[test]
+fn depths_of_what_lies_behind_an_edge_do_not_pull_keyframes_astray() {
+    let scene = Scene::new(1.0, 21);
+    let mut bundle = Window::full(&scene.map, &WindowConfig::default()).bundle;
+    let before = scene.errors(&adjusted(&bundle));
+    // A third of the depths on the one side of the image are of what lies half a metre farther.
+    for (index, sighting) in bundle.point_sightings.iter_mut().enumerate() {
+        if index % 3 == 0 && sighting.seen.pixel_px.x > 320.0 {
+            sighting.seen.depth_m = sighting.seen.depth_m.map(|depth_m| depth_m + 0.5);
+        }
+    }
+    let after = scene.errors(&adjusted(&bundle));
+    println!("poses off by {before:?}, with wrong depths by {after:?}");
+    assert!(after[0] < 2.0 * before[0] && after[1] < 2.0 * before[1], "{before:?} {after:?}");
+}
+
+#[test]
 fn nonsense_is_named() {
     let bundle = Scene::new(1.0, 1).spoilt(1);
     let refused = |spoil: &dyn Fn(&mut Bundle)| {

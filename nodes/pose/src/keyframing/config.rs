@@ -22,10 +22,8 @@ pub struct KeyframingConfig {
 
     /// Between the camera and its projector, in metres.
     pub baseline_m: f64,
-    /// What is no farther than so many baselines is close: its depth is good enough to come in by itself.
+    /// What is no farther than so many baselines is close: it tells where the camera is, and not only where it looks.
     pub close_baselines: f64,
-    /// If fewer are close, so many of the nearest come in.
-    pub least_created: usize,
 
     /// A landmark is on probation for so many keyframes after its own.
     pub probation_keyframes: u64,
@@ -33,8 +31,8 @@ pub struct KeyframingConfig {
     pub min_found_share: f64,
     /// When so many keyframes have come after its own ...
     pub settled_keyframes: u64,
-    /// ... at least so many keyframes must see it.
-    pub least_sightings: usize,
+    /// ... it must have been seen so often: a view with its depth counts for two (ORB-SLAM2).
+    pub least_views: usize,
 
     /// A keyframe goes when this share of its close points ...
     pub redundant_share: f64,
@@ -75,15 +73,13 @@ impl Default for KeyframingConfig {
             // The Kinect's: 7.5 cm (Khoshelham and Elberink 2012); 40 of them: the seed, section 2.1 (Paz et al. 2008).
             baseline_m: 0.075,
             close_baselines: 40.0,
-            // ORB-SLAM2's RGB-D initialisation of keyframes.
-            least_created: 100,
             // ORB-SLAM: recent points are those of the last three keyframes.
             probation_keyframes: 3,
             // The seed, "Eliminación de puntos de mapa recientes": in more than 25 % of the frames; if more than one keyframe
             // has passed since its creation, in at least three. The same for lines (section 2.3).
             min_found_share: 0.25,
             settled_keyframes: 2,
-            least_sightings: 3,
+            least_views: 3,
             // The seed, "Selección local de fotogramas clave".
             redundant_share: 0.9,
             redundant_sightings: 3,

@@ -16,7 +16,7 @@ fn cull_recent_of<L: Landmark>(map: &mut Map, config: &KeyframingConfig) -> usiz
         let is_settled = age >= config.settled_keyframes;
         age <= config.probation_keyframes
             && (sightings.found_share() <= config.min_found_share
-                || is_settled && sightings.count() < config.least_sightings)
+                || is_settled && map.views_of(landmark) < config.least_views)
     };
     let failed = L::arena(map).iter().filter(|(_, landmark)| fails(landmark));
     let failed: Vec<Id<L>> = failed.map(|(id, _)| id).collect();

@@ -26,25 +26,24 @@ fn off_m(world: &World, point: &MapPoint) -> f64 {
 }
 
 #[test]
-fn close_features_become_landmarks_and_far_ones_do_not() {
+fn features_become_landmarks_where_their_depths_have_them() {
     let world = World::wall(300, 30, 6.0, 1.0, 1);
     let mut map = Map::new(MapConfig::default());
     let pose = around(1, 0.0)[0];
     let keyframe = insert(&mut map, &world, &pose, 2);
-    let config = KeyframingConfig { least_created: 0, ..KeyframingConfig::default() };
-    let created = create_close(&mut map, keyframe, &config);
-    assert_eq!(created, map.points().len() + map.lines().len());
-    assert!(map.points().len() > 20 && !map.lines().is_empty());
-    assert_eq!(map.check(), Ok(()));
+    let measured = {
+        let frame = map.keyframes().get(keyframe).unwrap().frame();
+        frame.measured_corners() + frame.measured_lines()
+    };
+    let created = create_measured(&mut map, keyframe);
+    assert_eq!((created, measured), (map.points().len() + map.lines().len(), created));
+    assert!(map.points().len() > 40 && !map.lines().is_empty());
     for (_, point) in map.points().iter() {
-        assert!((pose * point.position_m()).z <= 3.0 + 1e-9 && off_m(&world, point) < 0.08);
+        // A Kinect's depth at 6 m, four standard deviations.
+        assert!(off_m(&world, point) < 0.25, "{}", off_m(&world, point));
     }
-    // Of corners the nearest beyond come in where there are too few.
-    let close = map.points().len();
-    let config = KeyframingConfig { least_created: 10, ..config };
-    create_close(&mut map, keyframe, &config);
-    assert_eq!(map.points().len(), close + 10);
     assert_eq!(map.check(), Ok(()));
+    assert_eq!(create_measured(&mut map, keyframe), 0, "they are there already");
 }
 
 #[test]
@@ -121,8 +120,8 @@ fn landmarks_that_two_keyframes_made_of_one_thing_become_one() {
         lines: &[],
     };
     let keyframe = map.insert_keyframe(new).unwrap();
-    let config = KeyframingConfig { close_baselines: 100.0, ..KeyframingConfig::default() };
-    create_close(&mut map, keyframe, &config);
+    let config = KeyframingConfig::default();
+    create_measured(&mut map, keyframe);
     let twice = map.points().len() - points;
     assert!(twice > 60 && map.lines().len() > lines);
     let fused = fuse_duplicates(&mut map, keyframe, &config);

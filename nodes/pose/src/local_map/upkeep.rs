@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use nalgebra::Matrix6;
 
 use super::{
-    Associations, LineLandmark, LocalMap, PointLandmark, Verdicts, View, seen_line, seen_point,
+    Associations, LandmarkNumbers, LineLandmark, LocalMap, PointLandmark, Verdicts, View,
+    seen_line, seen_point,
 };
 use crate::frame::LeftOut;
 use crate::solve::{RefineConfig, Verdict, information_at};
@@ -39,7 +40,7 @@ impl LocalMap {
         }
     }
 
-    /// Takes in the features of a frame that are no landmark yet, from a pose of this covariance.
+    /// Takes in the features of a frame that are no landmark yet, from a pose of this covariance, and notes their numbers.
     pub fn insert(
         &mut self,
         view: &View<'_>,
@@ -47,6 +48,7 @@ impl LocalMap {
         associations: &Associations,
         left_out: &LeftOut,
         refine: &RefineConfig,
+        numbers: &mut LandmarkNumbers,
     ) {
         let (mut points, mut lines) = (Vec::new(), Vec::new());
         let known = associations.points.iter().map(|pair| pair.feature);
@@ -56,6 +58,7 @@ impl LocalMap {
             let Some(new) = new else { continue };
             points.push(new.observation_if_known(seen, &self.config));
             self.points.push(new);
+            numbers.set_corner(index, self.next_id);
             self.next_id += 1;
         }
         let known = associations.lines.iter().map(|pair| pair.feature);
@@ -65,6 +68,7 @@ impl LocalMap {
             let Some(new) = new else { continue };
             lines.push(new.observation_if_known(seen, &self.config));
             self.lines.push(new);
+            numbers.set_line(index, self.next_id);
             self.next_id += 1;
         }
         let at = &view.camera_from_map;

@@ -4,6 +4,8 @@
 //! (or without, where most have none). Then by all points and lines of the neighbourhood that should be seen from there,
 //! each near its place: twice, the second time from the better pose.
 
+use std::collections::BTreeSet;
+
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Point3};
 
@@ -32,6 +34,10 @@ pub struct Located {
     pub points: Vec<(usize, PointId)>,
     /// Which segments are which lines.
     pub lines: Vec<(usize, LineId)>,
+    /// The points that should be seen from there.
+    pub foreseen_points: Vec<PointId>,
+    /// The lines that should.
+    pub foreseen_lines: Vec<LineId>,
 }
 
 /// The frame does not show what the keyframe does.
@@ -90,10 +96,19 @@ pub fn locate(
     let blind = blind_observations(map, keyframe, frame, config)?;
     let found = pnp_ransac(camera, &blind, &config.ransac)?;
     let guess = PoseGuess { camera_from_map: found.pose.camera_from_map, covariance: None };
-    locate_near(map, keyframe, frame, camera, &guess, config)
+    locate_near(map, keyframe, (frame, &Known::default()), camera, &guess, config)
 }
 
-/// The same with an idea of the pose: how a camera is followed by the map of keyframes (PL-SLAM section 2.1, "Seguimiento
+/// What is known already of which feature is which landmark.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Known {
+    /// Which corners are which points.
+    pub points: Vec<(usize, PointId)>,
+    /// Which segments are which lines.
+    pub lines: Vec<(usize, LineId)>,
+}
+
+/// The same with an idea of the pose, and maybe of some of the landmarks: how a camera is followed by the map of keyframes (PL-SLAM section 2.1, "Seguimiento
 /// del mapa local").
 ///
 /// # Errors
@@ -101,16 +116,16 @@ pub fn locate(
 pub fn locate_near(
     map: &Map,
     keyframe: KeyframeId,
-    frame: &Frame,
+    (frame, known): (&Frame, &Known),
     camera: &CameraModel,
     guess: &PoseGuess,
     config: &LoopConfig,
 ) -> Result<Located, NotLocated> {
     let mut camera_from_map = guess.camera_from_map;
-    let around = Around::new(map, keyframe, config);
+    let around = Around::new(map, keyframe, known, config);
     let mut located = None;
     for _ in 0..ROUNDS {
-        let seen = around.seen(map, frame, camera, &camera_from_map, config);
+        let seen = around.seen(map, (frame, known), camera, &camera_from_map, config);
         let guess = PoseGuess { camera_from_map, ..*guess };
         let (points, lines) = (&seen.point_observations, &seen.line_observations);
         let pose = refine_pose(camera, &guess, points, lines, &config.ransac.refine)?;
@@ -131,7 +146,8 @@ pub fn locate_near(
     let points = points.filter(|(_, verdict)| verdict.is_inlier()).map(|(pair, _)| *pair).collect();
     let lines = seen.lines.iter().zip(&pose.lines);
     let lines = lines.filter(|(_, verdict)| verdict.is_inlier()).map(|(pair, _)| *pair).collect();
-    Ok(Located { pose, points, lines })
+    let Seen { foreseen_points, foreseen_lines, .. } = seen;
+    Ok(Located { pose, points, lines, foreseen_points, foreseen_lines })
 }
 
 /// The corners that look like points of the keyframe.
@@ -165,26 +181,34 @@ struct Around {
 }
 
 /// What of that a frame shows.
+#[derive(Default)]
 struct Seen {
     points: Vec<(usize, PointId)>,
     lines: Vec<(usize, LineId)>,
+    foreseen_points: Vec<PointId>,
+    foreseen_lines: Vec<LineId>,
     point_observations: Vec<PointObservation>,
     line_observations: Vec<LineObservation>,
 }
 
 impl Around {
-    fn new(map: &Map, keyframe: KeyframeId, config: &LoopConfig) -> Self {
+    fn new(map: &Map, keyframe: KeyframeId, known: &Known, config: &LoopConfig) -> Self {
         let rules = &config.keyframing;
         let near = map.neighbours(keyframe, rules.least_shared).into_iter();
         let near = near.map(|(id, _)| id).take(rules.neighbours);
-        let (points, lines) = map.landmarks_of(near.chain([keyframe]));
+        let (mut points, mut lines) = map.landmarks_of(near.chain([keyframe]));
+        // What is known need not be looked for.
+        let known_points: BTreeSet<PointId> = known.points.iter().map(|(_, id)| *id).collect();
+        let known_lines: BTreeSet<LineId> = known.lines.iter().map(|(_, id)| *id).collect();
+        points.retain(|id| !known_points.contains(id));
+        lines.retain(|id| !known_lines.contains(id));
         Self { points, lines }
     }
 
     fn seen(
         &self,
         map: &Map,
-        frame: &Frame,
+        (frame, known): (&Frame, &Known),
         camera: &CameraModel,
         camera_from_map: &Isometry3<f64>,
         config: &LoopConfig,
@@ -198,32 +222,30 @@ impl Around {
         let guided =
             GuidedConfig { radius_px: config.search_radius_px, ..config.keyframing.fusing };
         let pairs = match_guided(&foreseen, &CornerGrid::new(&frame.corners), &guided);
-        let mut seen = Seen {
-            points: Vec::new(),
-            lines: Vec::new(),
-            point_observations: Vec::new(),
-            line_observations: Vec::new(),
-        };
-        for pair in pairs {
-            let Some(id) = ids.get(pair.sought).copied() else { continue };
+        let mut seen = Seen::default();
+        let taken: BTreeSet<usize> = known.points.iter().map(|(corner, _)| *corner).collect();
+        let pairs = pairs.iter().filter(|pair| !taken.contains(&pair.found));
+        let pairs = pairs.filter_map(|pair| Some((pair.found, ids.get(pair.sought).copied()?)));
+        for (corner, id) in known.points.iter().copied().chain(pairs) {
             let place = map.points().get(id).map(|point| *point.position_m());
             let (scale_factor, window) = (map.config().scale_factor, &config.keyframing.window);
-            let observed = place.and_then(|place| {
-                point_observation(frame, pair.found, &place, scale_factor, window)
-            });
+            let observed = place
+                .and_then(|place| point_observation(frame, corner, &place, scale_factor, window));
             if let Some(observed) = observed {
-                seen.points.push((pair.found, id));
+                seen.points.push((corner, id));
                 seen.point_observations.push(observed);
             }
         }
-        self.add_lines(map, frame, (camera, camera_from_map), config, &mut seen);
+        seen.foreseen_points = ids;
+        seen.foreseen_points.extend(known.points.iter().map(|(_, id)| *id));
+        self.add_lines(map, (frame, known), (camera, camera_from_map), config, &mut seen);
         seen
     }
 
     fn add_lines(
         &self,
         map: &Map,
-        frame: &Frame,
+        (frame, known): (&Frame, &Known),
         (camera, camera_from_map): (&CameraModel, &Isometry3<f64>),
         config: &LoopConfig,
         seen: &mut Seen,
@@ -235,15 +257,20 @@ impl Around {
         let max_offset_px = f64::from(config.search_radius_px);
         let matching = LineMatchConfig { max_offset_px, ..config.keyframing.fusing_lines };
         let bins = DirectionBins::new(&frame.lines);
-        for pair in match_projected_lines(&foreseen, &frame.lines, &bins, &matching) {
-            let Some(id) = ids.get(pair.from).copied() else { continue };
+        let pairs = match_projected_lines(&foreseen, &frame.lines, &bins, &matching);
+        let taken: BTreeSet<usize> = known.lines.iter().map(|(segment, _)| *segment).collect();
+        let pairs = pairs.iter().filter(|pair| !taken.contains(&pair.to));
+        let pairs = pairs.filter_map(|pair| Some((pair.to, ids.get(pair.from).copied()?)));
+        for (segment, id) in known.lines.iter().copied().chain(pairs) {
             let observed = map.lines().get(id).and_then(|line| {
-                line_observation(frame, pair.to, &line.ends_m(), &config.keyframing.window)
+                line_observation(frame, segment, &line.ends_m(), &config.keyframing.window)
             });
             if let Some(observed) = observed {
-                seen.lines.push((pair.to, id));
+                seen.lines.push((segment, id));
                 seen.line_observations.push(observed);
             }
         }
+        seen.foreseen_lines = ids;
+        seen.foreseen_lines.extend(known.lines.iter().map(|(_, id)| *id));
     }
 }

@@ -8,6 +8,7 @@ use super::keyframe::Shared;
 use super::{Arena, Id, Keyframe, KeyframeId, Map};
 use crate::feature::lines::LineDescriptor;
 use crate::feature::points::Descriptor;
+use crate::frame::Frame;
 use crate::solve::PluckerLine;
 
 /// Who sees a landmark.
@@ -135,7 +136,7 @@ impl Landmark for MapPoint {}
 impl Landmark for MapLine {}
 
 pub(super) mod private {
-    use super::{Arena, Id, Keyframe, Map, Shared, Sightings};
+    use super::{Arena, Frame, Id, Keyframe, Map, Shared, Sightings};
 
     /// Where things of the kind are kept.
     pub trait Parts: Sized {
@@ -146,6 +147,8 @@ pub(super) mod private {
         fn features(keyframe: &Keyframe) -> &[Option<Id<Self>>];
         fn features_mut(keyframe: &mut Keyframe) -> &mut [Option<Id<Self>>];
         fn shared(shared: &mut Shared) -> &mut u32;
+        /// Whether a frame says how far such a feature is.
+        fn is_measured(frame: &Frame, feature: usize) -> bool;
     }
 }
 
@@ -177,6 +180,10 @@ impl private::Parts for MapPoint {
     fn shared(shared: &mut Shared) -> &mut u32 {
         &mut shared.points
     }
+
+    fn is_measured(frame: &Frame, corner: usize) -> bool {
+        frame.corner_depths.get(corner).is_some_and(Option::is_some)
+    }
 }
 
 impl private::Parts for MapLine {
@@ -206,5 +213,9 @@ impl private::Parts for MapLine {
 
     fn shared(shared: &mut Shared) -> &mut u32 {
         &mut shared.lines
+    }
+
+    fn is_measured(frame: &Frame, segment: usize) -> bool {
+        frame.lines_in_space.get(segment).is_some_and(Option::is_some)
     }
 }

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Keyframe, KeyframeId, LineId, Map, PointId, Shared};
+use super::{Keyframe, KeyframeId, Landmark, LineId, Map, PointId, Shared};
 
 impl Map {
     /// The keyframes that see at least `least` of the landmarks that this one sees, those with the most first; of equal
@@ -38,6 +38,16 @@ impl Map {
         self.keyframes.get(keyframe).map_or((0, 0), |keyframe| {
             (keyframe.points.iter().flatten().count(), keyframe.lines.iter().flatten().count())
         })
+    }
+
+    /// How many views tell where a landmark is: one for each keyframe that sees it, two where it sees its depth, too.
+    #[must_use]
+    pub fn views_of<L: Landmark>(&self, landmark: &L) -> usize {
+        let views = |(keyframe, feature): (KeyframeId, usize)| {
+            let keyframe = self.keyframes.get(keyframe)?;
+            Some(1 + usize::from(L::is_measured(&keyframe.frame, feature)))
+        };
+        landmark.sightings().iter().filter_map(views).sum()
     }
 
     /// The keyframes that see some of these points, with how many each: those that see the most first, of equal ones the

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use super::*;
 use crate::feature::lines::LineDescriptor;
 use crate::keyframing::{FollowedFrame, decide};
-use crate::loop_closing::locate_near;
+use crate::loop_closing::{Known, locate_near};
 use crate::map::testing::World;
 use crate::solve::PoseGuess;
 use crate::solve::perturbation::{perturbation_between, perturbed};
@@ -75,7 +75,14 @@ fn trip(frames: usize, seed: u64) -> Trip {
             let reference = reference.or(map.newest()).unwrap();
             let guess = PoseGuess { camera_from_map: pose, covariance: None };
             let loops = &config.loops;
-            match locate_near(map, reference, &shown.frame, &kinect(), &guess, loops) {
+            match locate_near(
+                map,
+                reference,
+                (&shown.frame, &Known::default()),
+                &kinect(),
+                &guess,
+                loops,
+            ) {
                 Ok(located) => {
                     pose = located.pose.camera_from_map;
                     (points, lines) = (located.points, located.lines);
@@ -106,7 +113,7 @@ fn trip(frames: usize, seed: u64) -> Trip {
             };
             let done = trip.mapper.step(new, &|| false).unwrap();
             assert_eq!(trip.mapper.map().check(), Ok(()));
-            pose = done.correction * pose;
+            pose *= done.map_from_before.inverse();
             trip.kept.push((done.keyframe, truth));
             if let Some((_, closed)) = done.closed {
                 trip.closed.push((at, closed));

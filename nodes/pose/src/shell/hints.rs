@@ -56,10 +56,11 @@ impl Knowledge {
         message: &Tracks,
         frames: &Frames,
     ) -> Result<(), NodeFailure> {
-        if message.header.frame_id != frames.odom_frame_id {
+        if message.header.frame_id != frames.pose_frame_id() {
             return Err(format!(
                 "tracks are told in frame {:?}, not in {:?}: detection must take its pose from this node",
-                message.header.frame_id, frames.odom_frame_id
+                message.header.frame_id,
+                frames.pose_frame_id()
             )
             .into());
         }
@@ -89,15 +90,16 @@ impl Knowledge {
         Ok(self.wheels.push(pose)?)
     }
 
-    /// The objects at a stamp, in the tracker's map.
+    /// The objects at a stamp, in the tracker's frame.
     pub(super) fn moving(&self, at: Stamp, frames: &Frames) -> Vec<MovingThing> {
         let later_s = self.tracks_at.map(|tracks_at| at.seconds_since(tracks_at));
         let Some(later_s) = later_s.filter(|later_s| later_s.abs() <= self.max_track_age_s) else {
             return Vec::new();
         };
-        let map_from_odom = frames.odom_from_map.inverse();
+        let tracker_from_pose_frame = frames.pose_frame_from_tracker().inverse();
         let thing = |track: &Track| {
-            MovingThing::of_track(track, later_s, self.track_margin_m).moved(&map_from_odom)
+            let thing = MovingThing::of_track(track, later_s, self.track_margin_m);
+            thing.moved(&tracker_from_pose_frame)
         };
         self.tracks.iter().map(thing).collect()
     }

@@ -40,6 +40,11 @@ pub(super) struct Output {
 #[derive(Clone, Debug)]
 pub(super) struct Frames {
     pub(super) odom_frame_id: String,
+    pub(super) map_frame_id: String,
+    /// Whether there is a map: poses are told in its frame.
+    has_map: bool,
+    /// Where the frame of the odometry is in that of the map, as far as it is known.
+    map_from_odom: Isometry3<f64>,
     base_frame_id: String,
     camera_from_rig: Isometry3<f64>,
     /// The tracker's map is the camera's frame at the first image.
@@ -78,17 +83,28 @@ impl Output {
     /// The path begins anew, too.
     pub(super) fn reset(&mut self) {
         self.interrupt();
+        self.frames.map_from_odom = Isometry3::identity();
         self.path.clear();
         self.path_sent = None;
     }
 
-    pub(super) fn publish(&mut self, pose: &CameraPose) {
+    /// Tells a pose of the camera in the tracker's frame; with a map in that of the map, too.
+    pub(super) fn publish(&mut self, pose: &CameraPose, map_from_odom: Option<&Isometry3<f64>>) {
         let odom_from_rig = self.smoothing.smoothed(self.frames.odom_from_rig(pose));
         let header = self.frames.header(pose.stamp);
-        let stamped = StampedPose {
-            stamp: pose.stamp,
-            frame_id: self.frames.odom_frame_id.clone(),
-            map_from_rig: odom_from_rig,
+        let map_from_odom = map_from_odom.map(|tie| self.frames.tied(tie));
+        self.frames.map_from_odom = map_from_odom.unwrap_or(self.frames.map_from_odom);
+        let stamped = match &map_from_odom {
+            Some(map_from_odom) => StampedPose {
+                stamp: pose.stamp,
+                frame_id: self.frames.map_frame_id.clone(),
+                map_from_rig: map_from_odom * odom_from_rig,
+            },
+            None => StampedPose {
+                stamp: pose.stamp,
+                frame_id: self.frames.odom_frame_id.clone(),
+                map_from_rig: odom_from_rig,
+            },
         };
         let message = convert::message_from_pose(&stamped);
         self.path.push_back(message.clone());
@@ -96,12 +112,16 @@ impl Output {
             self.path.pop_front();
         }
         if let Some(transforms) = &self.transforms {
-            let Frames { odom_frame_id, base_frame_id, .. } = &self.frames;
+            let Frames { odom_frame_id, map_frame_id, base_frame_id, .. } = &self.frames;
             transforms.send(pose.stamp, odom_frame_id, base_frame_id, &odom_from_rig);
+            if let Some(map_from_odom) = &map_from_odom {
+                transforms.send(pose.stamp, map_frame_id, odom_frame_id, map_from_odom);
+            }
         }
-        self.odometry.publish_or_warn(self.odometry(pose, &odom_from_rig, header.clone()));
+        let path_header = message.header.clone();
+        self.odometry.publish_or_warn(self.odometry(pose, &odom_from_rig, header));
         self.poses.publish_or_warn(message);
-        self.publish_path(pose.stamp, header);
+        self.publish_path(pose.stamp, path_header);
         self.last = Some((pose.stamp, odom_from_rig));
     }
 
@@ -164,10 +184,23 @@ impl Frames {
         let rig_from_camera = parameters.rig_from_camera();
         Self {
             odom_frame_id: parameters.odom_frame_id.clone(),
+            map_frame_id: parameters.map_frame_id.clone(),
+            has_map: parameters.slam,
+            map_from_odom: Isometry3::identity(),
             base_frame_id: parameters.base_frame_id.clone(),
             camera_from_rig: rig_from_camera.inverse(),
             odom_from_map: geometry::pose_from_vector(&parameters.initial_pose) * rig_from_camera,
         }
+    }
+
+    /// The frame that poses are told in.
+    pub(super) fn pose_frame_id(&self) -> &str {
+        if self.has_map { &self.map_frame_id } else { &self.odom_frame_id }
+    }
+
+    /// Where the tracker's frame is in it.
+    pub(super) fn pose_frame_from_tracker(&self) -> Isometry3<f64> {
+        self.map_from_odom * self.odom_from_map
     }
 
     fn header(&self, stamp: Stamp) -> Header {
@@ -175,7 +208,17 @@ impl Frames {
     }
 
     pub(super) fn odom_from_rig(&self, pose: &CameraPose) -> Isometry3<f64> {
-        self.odom_from_map * pose.camera_from_map.inverse() * self.camera_from_rig
+        self.rig_of(&pose.camera_from_map)
+    }
+
+    /// The rig, by the camera in the tracker's frame, or in that of the map: both begin at the camera's first place.
+    pub(super) fn rig_of(&self, camera_from_map: &Isometry3<f64>) -> Isometry3<f64> {
+        self.odom_from_map * camera_from_map.inverse() * self.camera_from_rig
+    }
+
+    /// How the two frames are tied, by how those of the camera are.
+    fn tied(&self, tie: &Isometry3<f64>) -> Isometry3<f64> {
+        self.odom_from_map * tie * self.odom_from_map.inverse()
     }
 
     /// The covariance as REP 103 and `geometry_msgs/PoseWithCovariance` have it: the shift along the axes of the odometry's

@@ -74,6 +74,14 @@ pub struct PoseParameters {
     pub rig_from_imu: [f64; 6],
     /// Whether wheels say how the rig moves.
     pub use_wheels: bool,
+    /// Whether a map is kept and loops are closed: `pose` and `path` are in `map_frame_id` then, and `/tf` ties it to
+    /// `odom_frame_id`.
+    pub slam: bool,
+    /// Whether the map is worked on in a thread of its own; otherwise between two images, and the same images give the same
+    /// poses.
+    pub slam_in_background: bool,
+    /// The frame of the map.
+    pub map_frame_id: String,
     /// The parameters of the method.
     #[serde(flatten)]
     pub tracker: TrackerConfig,
@@ -114,6 +122,10 @@ impl Default for PoseParameters {
             use_imu: false,
             rig_from_imu: [0.0; 6],
             use_wheels: false,
+            slam: false,
+            slam_in_background: true,
+            // REP 105.
+            map_frame_id: "map".to_owned(),
             tracker: TrackerConfig::default(),
         }
     }

@@ -11,13 +11,15 @@ use node_shell::{Counters, Node, NodeFailure, Publisher, Qos, StageReporter, Ste
 use super::PROGRAM;
 use super::cameras::{Cameras, RectifiedPair};
 use super::drawing::drawn;
+use super::follower::{Followed, Follower, InMap};
 use super::hints::Knowledge;
 use super::inputs::{Arrival, Inputs};
 use super::output::Output;
 use super::pairing::{Paired, Pairing};
 use super::parameters::PoseParameters;
 use crate::frame::{Frame, FrameExtractor, FrameStep};
-use crate::tracking::{Fate, Hints, Tracked, Tracker, TrackingState};
+use crate::slam::MapState;
+use crate::tracking::{Fate, Hints, Tracked, TrackingState};
 
 /// The condition in the diagnostics.
 const TRACKING: &str = "tracking";
@@ -34,7 +36,7 @@ pub struct Stage {
     cameras: Cameras,
     knowledge: Knowledge,
     extractor: FrameExtractor,
-    tracker: Tracker,
+    follower: Follower,
     output: Output,
     pictures: Publisher<Image>,
     reporter: StageReporter,
@@ -61,7 +63,7 @@ impl Stage {
             cameras: Cameras::new(parameters),
             knowledge: Knowledge::new(parameters),
             extractor: FrameExtractor::new(parameters.tracker.frame.clone())?,
-            tracker: Tracker::new(parameters.tracker.clone())?,
+            follower: Follower::new(parameters)?,
             output: Output::new(node, parameters)?,
             pictures: node.publisher("features", &Qos::sensor(PICTURES_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
@@ -76,7 +78,7 @@ impl Stage {
     /// Drops the map, and all that has come so far: the next image is the first one again.
     pub(super) fn reset(&mut self) -> Result<(), NodeFailure> {
         let parameters = &self.parameters;
-        self.tracker = Tracker::new(parameters.tracker.clone())?;
+        self.follower = Follower::new(parameters)?;
         self.pairing = Pairing::new(parameters.max_pair_gap_s, parameters.max_waiting_images);
         self.cameras = Cameras::new(parameters);
         self.knowledge = Knowledge::new(parameters);
@@ -191,18 +193,20 @@ impl Stage {
             });
         });
         let moving = self.knowledge.moving(stamp, self.output.frames());
-        let motion = self.tracker.config().motion;
-        let last = self.tracker.last_stamp();
+        let motion = self.follower.tracker().config().motion;
+        let last = self.follower.tracker().last_stamp();
         let hints = Hints {
             turn: last.and_then(|last| self.knowledge.turn(last, stamp, &motion)),
             wheels: last.and_then(|last| self.knowledge.wheel_step(last, stamp)),
             moving: &moving,
         };
-        let tracked = self.tracker.step(&frame, &camera, &hints);
+        let Followed { tracked, in_map } = self.follower.step(&frame, &camera, &hints);
         timer.end_of("tracking");
-        self.tell(&tracked);
+        self.tell(&tracked, in_map.as_ref());
         match &tracked.pose {
-            Some(pose) => self.output.publish(pose),
+            Some(pose) => {
+                self.output.publish(pose, in_map.and_then(|in_map| in_map.map_from_odom).as_ref());
+            }
             None => self.output.interrupt(),
         }
         if self.pictures.subscriber_count() > 0 {
@@ -210,23 +214,44 @@ impl Stage {
             self.pictures.publish_or_warn(drawn(&gray, &frame, &tracked, header));
         }
         timer.end_of("publish");
-        self.report(stamp, &frame, &tracked, &timer);
+        self.report(stamp, &frame, (&tracked, in_map.as_ref()), &timer);
+    }
+
+    /// Where the rig was at each image, in the frame of the map, as the map has it now; `None` without a map, or with one that
+    /// is worked on in the background.
+    #[must_use]
+    pub fn trajectory(&self) -> Option<Vec<geometry::StampedPose>> {
+        let frames = self.output.frames();
+        let poses = self.follower.trajectory()?.into_iter();
+        let poses = poses.map(|(stamp, camera_from_map)| geometry::StampedPose {
+            stamp,
+            frame_id: frames.map_frame_id.clone(),
+            map_from_rig: frames.rig_of(&camera_from_map),
+        });
+        Some(poses.collect())
     }
 
     /// Says how it goes, in the diagnostics and, where it changes, in the log.
-    fn tell(&mut self, tracked: &Tracked) {
+    fn tell(&mut self, tracked: &Tracked, in_map: Option<&InMap>) {
         let state = match tracked.state {
             TrackingState::Initialising => "initialising",
             TrackingState::Tracking => "tracking",
             TrackingState::Lost => "lost",
         };
-        let text = match &tracked.trouble {
+        let mut text = match &tracked.trouble {
             Some(trouble) => format!("{state}: {trouble}"),
             None => state.to_owned(),
         };
-        let is_warning = tracked.trouble.is_some() || tracked.state != TrackingState::Tracking;
+        let mut is_warning = tracked.trouble.is_some() || tracked.state != TrackingState::Tracking;
+        if in_map.is_some_and(|in_map| in_map.state == MapState::Unknown) {
+            text += "; not found in the map yet";
+            is_warning = true;
+        }
         self.counters.note_condition(TRACKING, &text, is_warning);
-        if tracked.is_relocalised {
+        if let Some(gap_m) = in_map.and_then(|in_map| in_map.closed_m) {
+            tracing::info!("a loop is closed that was open by {gap_m:.3} m");
+        }
+        if tracked.is_relocalised || in_map.is_some_and(|in_map| in_map.is_found) {
             tracing::info!("found again: the camera is where the map knows it");
         } else if tracked.state != self.state {
             if tracked.state == TrackingState::Tracking {
@@ -242,7 +267,13 @@ impl Stage {
         self.state = tracked.state;
     }
 
-    fn report(&mut self, stamp: Stamp, frame: &Frame, tracked: &Tracked, timer: &StepTimer) {
+    fn report(
+        &mut self,
+        stamp: Stamp,
+        frame: &Frame,
+        (tracked, in_map): (&Tracked, Option<&InMap>),
+        timer: &StepTimer,
+    ) {
         let number = self.next_frame;
         let Some(_) = tracked.pose else {
             let reason = tracked
@@ -252,7 +283,7 @@ impl Stage {
         };
         self.next_frame = self.next_frame.wrapping_add(1);
         let count = |count: usize| count as u64;
-        let map = self.tracker.map();
+        let map = self.follower.tracker().map();
         let mut counts = self.inputs.counts().to_vec();
         counts.extend([
             ("corners", count(frame.corners.len())),
@@ -262,6 +293,7 @@ impl Stage {
             ("left_out", count(tracked.count(Fate::LeftOut))),
             ("landmarks", count(map.points().len() + map.lines().len())),
         ]);
+        counts.extend(in_map.map(|in_map| ("keyframes", count(in_map.keyframes))));
         self.reporter.processed(self.header(stamp), number, &counts, timer);
     }
 

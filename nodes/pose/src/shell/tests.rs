@@ -2,9 +2,11 @@
 
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use msgs::convert;
+use msgs::geometry_msgs::PoseStamped;
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, Image};
 use msgs::stillmap_msgs::StageReport;
+use msgs::tf2_msgs::TFMessage;
 use nalgebra::Matrix3;
 use node_shell::{Host, Node, Publisher, Qos, RosArguments, Subscription};
 
@@ -27,6 +29,7 @@ struct Scene {
     odometry: Subscription<Odometry>,
     pictures: Subscription<Image>,
     reports: Subscription<StageReport>,
+    peer: Node,
     _host: Host,
 }
 
@@ -69,12 +72,16 @@ impl Outcome {
 
 impl Scene {
     fn new() -> Self {
+        Self::with(&PoseParameters::default())
+    }
+
+    fn with(parameters: &PoseParameters) -> Self {
         let host = Host::in_process();
         let arguments = RosArguments::parse([] as [String; 0]).unwrap();
         let node = |name: &str| -> Node { host.node(name, &arguments).unwrap() };
         let (own, peer) = (node("pose"), node("camera"));
         let scene = Self {
-            stage: Stage::new(&own, &PoseParameters::default()).unwrap(),
+            stage: Stage::new(&own, parameters).unwrap(),
             picture: dead_leaves(PICTURE_PX, 6_000, &mut Random::new(3)),
             camera: camera(320),
             colors: peer.publisher("rgb/image", &Qos::sensor(1)).unwrap(),
@@ -83,6 +90,7 @@ impl Scene {
             odometry: peer.subscription("odom", &Qos::reliable(10)).unwrap(),
             pictures: peer.subscription("features", &Qos::sensor(10)).unwrap(),
             reports: peer.subscription("pose/report", &Qos::reliable(10)).unwrap(),
+            peer,
             _host: host,
         };
         scene.calibrate();
@@ -253,4 +261,41 @@ fn after_a_reset_the_next_image_is_the_first_one_again() {
     let (color, depth) = (scene.color(11, right_m(11)), scene.depth(11));
     let y_m = scene.take(color, depth).y_m();
     assert!(right_m(11) > 0.01 && y_m.abs() < 1e-6, "{y_m}");
+}
+
+#[test]
+fn with_a_map_poses_are_told_in_it_and_the_two_frames_are_tied() {
+    let parameters =
+        PoseParameters { slam: true, slam_in_background: false, ..PoseParameters::default() };
+    let mut scene = Scene::with(&parameters);
+    let poses = scene.peer.subscription::<PoseStamped>("pose", &Qos::reliable(100)).unwrap();
+    let transforms = scene.peer.subscription::<TFMessage>("/tf", &Qos::reliable(100)).unwrap();
+    let mut last = None;
+    for index in 0..30 {
+        last = Some(scene.see(index));
+    }
+    let odometry = last.unwrap();
+    let report = &odometry.reports[0];
+    let keyframes = report.count_names.iter().position(|name| name == "keyframes").unwrap();
+    assert!(report.counts[keyframes] >= 1);
+    let mut told = Vec::new();
+    while let Some(pose) = poses.try_next() {
+        told.push(pose.message);
+    }
+    assert_eq!(told.len(), 30);
+    assert!(told.iter().all(|pose| pose.header.frame_id == "map"));
+    let mut tied = Vec::new();
+    while let Some(message) = transforms.try_next() {
+        tied.extend(message.message.transforms.clone());
+    }
+    let map_from_odom = tied.iter().rfind(|tied| tied.header.frame_id == "map").unwrap();
+    assert_eq!(map_from_odom.child_frame_id, "odom");
+    // What the odometry says, put into the map, is what the pose says.
+    let tie = convert::isometry_from_transform(&map_from_odom.transform).unwrap();
+    let odom = convert::isometry_from_pose(&odometry.odometry[0].pose.pose).unwrap();
+    let in_map = convert::isometry_from_pose(&told[29].pose).unwrap();
+    let off = (tie * odom).inverse() * in_map;
+    assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle() < 1e-9, "{off}");
+    assert!((in_map.translation.y + right_m(29)).abs() < 0.01, "{in_map}");
+    assert_eq!(scene.stage.trajectory().unwrap().len(), 30);
 }

@@ -1,8 +1,12 @@
 //! What became of a frame.
 
+use std::sync::Arc;
+
 use geometry::Stamp;
 use nalgebra::{Isometry3, Matrix6};
 
+use crate::frame::Frame;
+use crate::local_map::LandmarkNumbers;
 use crate::solve::Direction;
 
 /// What the tracker is at.
@@ -105,6 +109,17 @@ pub struct Tracked {
     pub corners: Vec<Fate>,
     /// What became of each segment, likewise.
     pub lines: Vec<Fate>,
+    /// What the frame shows of the room, without what moves and as it was at the moment of the middle row; only with a pose.
+    pub room: Option<Room>,
+}
+
+/// What a frame shows of the room.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Room {
+    /// Its features.
+    pub frame: Arc<Frame>,
+    /// Which landmark of the odometry each of them is.
+    pub numbers: LandmarkNumbers,
 }
 
 /// A pose with what it is off by.

@@ -1,5 +1,7 @@
 //! A frame at a time.
 
+use std::sync::Arc;
+
 use geometry::{CameraModel, Stamp};
 use nalgebra::{Isometry3, Matrix6};
 
@@ -9,9 +11,9 @@ use super::readout::{Readout, SeenMoving};
 use super::relocalisation::relocalised;
 use super::result::CameraPose;
 use super::sighting::{ENDS, Sighting};
-use super::{Tracked, TrackerConfig, TrackerConfigError, TrackingState, Trouble};
+use super::{Room, Tracked, TrackerConfig, TrackerConfigError, TrackingState, Trouble};
 use crate::frame::{Frame, LeftOut, MovingThing};
-use crate::local_map::{Associations, Lean, LocalMap, Verdicts, View};
+use crate::local_map::{Associations, LandmarkNumbers, Lean, LocalMap, Verdicts, View};
 use crate::motion::{KnownPose, Turn, WheelStep};
 use crate::solve::PoseGuess;
 
@@ -77,6 +79,12 @@ impl Tracker {
         &self.readout
     }
 
+    /// What it is at.
+    #[must_use]
+    pub fn state(&self) -> TrackingState {
+        self.state
+    }
+
     /// The stamp of the last frame that was not dropped: what hints are to begin at.
     #[must_use]
     pub fn last_stamp(&self) -> Option<Stamp> {
@@ -120,7 +128,8 @@ impl Tracker {
         let lean = Lean::default();
         let view = View { number: self.number, frame, camera, camera_from_map, lean };
         let (nothing, refine) = (Associations::default(), &self.config.refine);
-        self.map.insert(&view, &Matrix6::zeros(), &nothing, &left_out, refine);
+        let mut numbers = LandmarkNumbers::none(frame);
+        self.map.insert(&view, &Matrix6::zeros(), &nothing, &left_out, refine, &mut numbers);
         let covariance = Matrix6::zeros();
         let known = KnownPose { stamp: frame.stamp, camera_from_map, covariance };
         self.history.append(known, self.config.motion.max_gap_s);
@@ -135,8 +144,27 @@ impl Tracker {
             }),
             corners,
             lines,
+            room: Some(Room {
+                frame: Arc::new(frame.without(&left_out)),
+                numbers: numbers.without(&left_out),
+            }),
             ..Tracked::default()
         }
+    }
+
+    /// Takes this place for the camera's at a frame, whatever was thought before: a map that knows more has found it there.
+    /// What the frame shows comes into the map from there, and the camera is followed from it on.
+    pub fn put(&mut self, frame: &Frame, camera: &CameraModel, camera_from_map: Isometry3<f64>) {
+        let view =
+            View { number: self.number, frame, camera, camera_from_map, lean: Lean::default() };
+        let (nothing, refine) = (Associations::default(), &self.config.refine);
+        let (none, covariance) = (LeftOut::default(), Matrix6::zeros());
+        let mut numbers = LandmarkNumbers::none(frame);
+        self.map.insert(&view, &covariance, &nothing, &none, refine, &mut numbers);
+        self.history = History::default();
+        let known = KnownPose { stamp: frame.stamp, camera_from_map, covariance };
+        self.history.append(known, self.config.motion.max_gap_s);
+        self.state = TrackingState::Tracking;
     }
 
     /// What makes a frame worth nothing.
@@ -233,17 +261,22 @@ impl Tracker {
         let verdicts = Verdicts { points: &pose.points, lines: &pose.lines };
         let frame_covariance = self.frame_covariance(&view, &pose, &associations);
         let covariance = self.map.covariance_at(&view, &associations, verdicts) + frame_covariance;
+        let mut numbers = self.map.numbers(&seen, &associations, verdicts);
         self.map.learn(&view, &associations, verdicts);
         let measured = seen.measured_corners() + seen.measured_lines();
         let known_inliers = associations.measured_inliers(&seen, verdicts);
         if (known_inliers as f64) < self.config.follow.known_share * measured as f64 {
             let refine = &self.config.refine;
-            self.map.insert(&view, &covariance, &associations, &otherwise, refine);
+            self.map.insert(&view, &covariance, &associations, &otherwise, refine, &mut numbers);
         }
         self.map.forget();
         self.map.correct_readout(longer_s);
         self.history.append(known, self.config.motion.max_gap_s);
         let (corners, lines) = fates(frame, left_out, Some((&associations, verdicts, &otherwise)));
+        let room = Room {
+            frame: Arc::new(seen.without(&otherwise)),
+            numbers: numbers.without(&otherwise),
+        };
         let weak: Vec<_> = pose.observability.weak().copied().collect();
         Tracked {
             state: TrackingState::Tracking,
@@ -258,6 +291,7 @@ impl Tracker {
             weak,
             corners,
             lines,
+            room: Some(room),
         }
     }
 }

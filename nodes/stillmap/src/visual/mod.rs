@@ -113,6 +113,12 @@ impl VisualOdometry {
         &self.poses
     }
 
+    /// The poses as the map has them now; `None` without a map.
+    pub(crate) fn trajectory(&self) -> Option<Vec<PoseStamped>> {
+        let poses = self.stage.trajectory()?;
+        Some(poses.iter().map(msgs::convert::message_from_pose).collect())
+    }
+
     /// What the node said of each pair of images.
     pub(crate) fn reports(&self) -> &[StageReport] {
         &self.reports

@@ -1,0 +1,112 @@
+//! The odometry alone, or with a map around it.
+
+use geometry::CameraModel;
+use nalgebra::Isometry3;
+use node_shell::NodeFailure;
+
+use super::parameters::PoseParameters;
+use crate::frame::Frame;
+use crate::mapping::Mapper;
+use crate::slam::{
+    BackgroundMapping, InlineMapping, MapState, Mapping, Slam, SlamConfig, SlamFrame,
+};
+use crate::tracking::{Hints, Tracked, Tracker};
+
+/// What follows the camera.
+pub(super) enum Follower {
+    /// Odometry alone.
+    Odometry(Box<Tracker>),
+    /// With a map that is worked on meanwhile.
+    Background(Box<Slam<BackgroundMapping>>),
+    /// With a map that is worked on between two frames.
+    Inline(Box<Slam<InlineMapping>>),
+}
+
+/// What became of a frame.
+pub(super) struct Followed {
+    pub(super) tracked: Tracked,
+    /// In the map, where there is one.
+    pub(super) in_map: Option<InMap>,
+}
+
+/// A camera in the map.
+#[derive(Clone, Copy)]
+pub(super) struct InMap {
+    pub(super) state: MapState,
+    /// Where the tracker's frame is in the map; `None` before the camera was found there.
+    pub(super) map_from_odom: Option<Isometry3<f64>>,
+    /// Keyframes of the map.
+    pub(super) keyframes: usize,
+    /// By how much a loop was off that was closed at this frame, in metres.
+    pub(super) closed_m: Option<f64>,
+    /// A lost camera was found.
+    pub(super) is_found: bool,
+}
+
+impl Follower {
+    pub(super) fn new(parameters: &PoseParameters) -> Result<Self, NodeFailure> {
+        if !parameters.slam {
+            let tracker = Tracker::new(parameters.tracker.clone())?;
+            return Ok(Self::Odometry(Box::new(tracker)));
+        }
+        let config = SlamConfig { tracker: parameters.tracker.clone(), ..SlamConfig::default() };
+        let mapper = Mapper::new(config.mapping)?;
+        Ok(if parameters.slam_in_background {
+            let slam = Slam::new(&config, BackgroundMapping::new(mapper)?)?;
+            Self::Background(Box::new(slam))
+        } else {
+            let slam = Slam::new(&config, InlineMapping::of(mapper))?.with_trajectory();
+            Self::Inline(Box::new(slam))
+        })
+    }
+
+    pub(super) fn tracker(&self) -> &Tracker {
+        match self {
+            Self::Odometry(tracker) => tracker,
+            Self::Background(slam) => slam.tracker(),
+            Self::Inline(slam) => slam.tracker(),
+        }
+    }
+
+    pub(super) fn step(
+        &mut self,
+        frame: &Frame,
+        camera: &CameraModel,
+        hints: &Hints<'_>,
+    ) -> Followed {
+        match self {
+            Self::Odometry(tracker) => {
+                Followed { tracked: tracker.step(frame, camera, hints), in_map: None }
+            }
+            Self::Background(slam) => {
+                let done = slam.step(frame, camera, hints);
+                followed(done, slam.mapping())
+            }
+            Self::Inline(slam) => {
+                let done = slam.step(frame, camera, hints);
+                followed(done, slam.mapping())
+            }
+        }
+    }
+
+    /// Where the camera was at all frames, `camera_from_map`, as the map has it in the end; `None` where none is kept.
+    pub(super) fn trajectory(&self) -> Option<Vec<(geometry::Stamp, Isometry3<f64>)>> {
+        match self {
+            Self::Inline(slam) => Some(slam.trajectory()?.in_map(&slam.mapping().map())),
+            Self::Odometry(_) | Self::Background(_) => None,
+        }
+    }
+}
+
+fn followed(done: SlamFrame, mapping: &impl Mapping) -> Followed {
+    let SlamFrame { tracked, localised, steps, is_found } = done;
+    let mut closed = steps.iter().filter_map(|step| step.closed.as_ref());
+    let in_map = InMap {
+        state: localised.state,
+        map_from_odom: localised.map_from_odom,
+        keyframes: mapping.map().keyframes().len(),
+        closed_m: closed.next_back().map(|(_, closed)| closed.gap_m),
+        is_found,
+    };
+    Followed { tracked, in_map: Some(in_map) }
+}

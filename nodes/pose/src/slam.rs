@@ -1,0 +1,125 @@
+//! The camera in a map that stays right: tracking, mapping and loop closing put together (PL-SLAM, section 2.1).
+//!
+//! | module | what is in it |
+//! |---|---|
+//! | `session` | a frame at a time |
+//! | `localiser` | where the odometry is in the map, and which frames the map is to keep |
+//! | `followed` | which landmark of the map the odometry's landmarks are |
+//! | `tie` | how much of what a frame says of that is believed |
+//! | `inline`, `background` | the map, in the caller's thread or in one of its own |
+//! | `trajectory` | where the camera was, as the map has it in the end |
+//! | `config` | the parameters |
+//!
+//! Two frames: the tracker's own, `odom`, in which the camera never jumps, and which drifts; and `map`, that of the
+//! keyframes, which is corrected. What ties them, `map_from_odom`, is all that changes when a loop is closed (REP 105).
+//!
+//! Tracking reads a snapshot of the map and never waits for it. What it wants of the map, a frame to be kept or a lost
+//! camera to be found, are requests; the answers come with the next snapshot. Inline they are there at once, and the same
+//! frames give the same poses, bit for bit; in the background they come when they come.
+
+mod background;
+mod config;
+mod followed;
+mod inline;
+mod localiser;
+mod session;
+#[cfg(test)]
+mod tests;
+mod tie;
+mod trajectory;
+
+pub use background::BackgroundMapping;
+pub use config::{LocaliserConfig, SlamConfig, SlamConfigError};
+pub use inline::InlineMapping;
+pub use localiser::{Localised, MapState};
+pub use session::{Slam, SlamFrame};
+pub use trajectory::{Trajectory, TrajectoryPose};
+
+use std::sync::Arc;
+
+use geometry::CameraModel;
+use nalgebra::Isometry3;
+
+use crate::frame::Frame;
+use crate::map::{LineId, Map, MapError, PointId};
+use crate::mapping::MappingStep;
+
+/// The map, and who works on it.
+pub trait Mapping {
+    /// The map as it is now.
+    fn map(&self) -> Arc<Map>;
+
+    /// Whether nothing is being worked on, and nothing waits.
+    fn is_idle(&self) -> bool;
+
+    /// Asks for work. What is asked while other work waits waits behind it.
+    fn ask(&mut self, request: Request);
+
+    /// What was done since the last call, in the order of the requests.
+    fn answers(&mut self) -> Vec<Answer>;
+}
+
+/// What is asked of the map.
+#[derive(Clone, Debug)]
+pub enum Request {
+    /// A frame is to be kept.
+    Keep(Kept),
+    /// A camera is to be found.
+    Find {
+        /// What it sees.
+        frame: Arc<Frame>,
+        /// The rectified camera.
+        camera: CameraModel,
+    },
+}
+
+/// A frame that is to be kept.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// The rectified camera.
+    pub camera: CameraModel,
+    /// Where it was.
+    pub camera_from_map: Isometry3<f64>,
+    /// What it sees of the room.
+    pub frame: Arc<Frame>,
+    /// Which corners are which points.
+    pub points: Vec<(usize, PointId)>,
+    /// Which segments are which lines.
+    pub lines: Vec<(usize, LineId)>,
+    /// What the frames since the last request should have seen, and whether they have.
+    pub foreseen: Foreseen,
+}
+
+/// Landmarks that frames should have seen, and whether they have; a landmark as often as there were frames.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Foreseen {
+    /// Points.
+    pub points: Vec<(PointId, bool)>,
+    /// Lines.
+    pub lines: Vec<(LineId, bool)>,
+}
+
+/// What came of a request.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// The map since then.
+    pub map: Arc<Map>,
+    /// What was done.
+    pub done: Done,
+}
+
+/// What was done.
+#[derive(Clone, Debug)]
+pub enum Done {
+    /// A frame was kept, or could not be.
+    Kept(Result<MappingStep, MapError>),
+    /// A camera was looked for.
+    Found {
+        /// What it saw.
+        frame: Arc<Frame>,
+        /// The rectified camera.
+        camera: CameraModel,
+        /// Where it was; `None` where it was not found.
+        camera_from_map: Option<Isometry3<f64>>,
+    },
+}

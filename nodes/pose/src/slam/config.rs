@@ -1,0 +1,83 @@
+//! The parameters of SLAM.
+
+use serde::{Deserialize, Serialize};
+
+use crate::mapping::MappingConfig;
+use crate::solve::ConfigError;
+use crate::tracking::{TrackerConfig, TrackerConfigError};
+
+/// Parameters of [`Slam`](super::Slam).
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SlamConfig {
+    /// Of the odometry.
+    pub tracker: TrackerConfig,
+    /// Of the map.
+    pub mapping: MappingConfig,
+    /// Of the way between the two.
+    pub localiser: LocaliserConfig,
+}
+
+/// When frames are kept, and what happens where the map shows nothing.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LocaliserConfig {
+    /// Between two keyframes so many frames are at least: mapping inline is idle at every frame, and would keep all.
+    pub least_frames_between: u64,
+    /// After so many frames that the map does not place, one is kept by odometry alone: the camera is where the map does not
+    /// reach.
+    pub frames_beyond_map: u64,
+    /// Odometry drifts by this share of its way: standard deviation ...
+    pub drift_share: f64,
+    /// ... and by so much for each radian that it turns.
+    pub drift_per_rad: f64,
+    /// So many frames in a row are off by the same: they show the same landmarks, whose places are wrong alike.
+    pub alike_frames: f64,
+    /// Whether the map grows and is corrected; otherwise the camera is only placed in it.
+    pub is_mapping: bool,
+}
+
+impl Default for LocaliserConfig {
+    fn default() -> Self {
+        Self {
+            // Mapping takes a sixth of a second for a keyframe, and a camera has 30 frames a second.
+            least_frames_between: 5,
+            // A third of a second: what a hand before the lens takes.
+            frames_beyond_map: 10,
+            // What the best odometry has on long ways (Geiger et al. 2012): a per cent.
+            drift_share: 0.01,
+            drift_per_rad: 0.01,
+            // A second of a view.
+            alike_frames: 30.0,
+            is_mapping: true,
+        }
+    }
+}
+
+/// A parameter has a value that means nothing.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum SlamConfigError {
+    /// One of the odometry's.
+    #[error(transparent)]
+    Tracker(#[from] TrackerConfigError),
+    /// One of the map's.
+    #[error("mapping: {0}")]
+    Mapping(ConfigError),
+    /// One of the way between the two.
+    #[error("localiser: {0}")]
+    Localiser(ConfigError),
+}
+
+impl SlamConfig {
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// The first parameter out of its range, with its name, its value and what is accepted.
+    pub fn validate(&self) -> Result<(), SlamConfigError> {
+        self.tracker.validate()?;
+        self.mapping.validate().map_err(SlamConfigError::Mapping)?;
+        let beyond = self.localiser.frames_beyond_map as f64;
+        ConfigError::unless_positive("frames_beyond_map", beyond)
+            .map_err(SlamConfigError::Localiser)
+    }
+}

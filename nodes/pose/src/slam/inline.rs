@@ -1,0 +1,96 @@
+//! The map, worked on in the caller's thread: every answer is there at once.
+
+use std::sync::Arc;
+
+use super::{Answer, Done, Kept, Mapping, Request};
+use crate::map::{Map, MapError, NewKeyframe};
+use crate::mapping::{Mapper, MappingConfig, MappingStep};
+use crate::solve::ConfigError;
+
+/// A map that is worked on when it is asked.
+#[derive(Clone, Debug)]
+pub struct InlineMapping {
+    mapper: Mapper,
+    map: Arc<Map>,
+    answers: Vec<Answer>,
+}
+
+impl InlineMapping {
+    /// A map of nothing.
+    ///
+    /// # Errors
+    /// When a parameter has a value that means nothing.
+    pub fn new(config: MappingConfig) -> Result<Self, ConfigError> {
+        Ok(Self::of(Mapper::new(config)?))
+    }
+
+    /// A map that is there already.
+    #[must_use]
+    pub fn of(mapper: Mapper) -> Self {
+        let map = Arc::new(mapper.map().clone());
+        Self { mapper, map, answers: Vec::new() }
+    }
+
+    /// What works on the map.
+    #[must_use]
+    pub fn mapper(&self) -> &Mapper {
+        &self.mapper
+    }
+}
+
+impl Mapping for InlineMapping {
+    fn map(&self) -> Arc<Map> {
+        Arc::clone(&self.map)
+    }
+
+    fn is_idle(&self) -> bool {
+        true
+    }
+
+    fn ask(&mut self, request: Request) {
+        let done = answered(&mut self.mapper, request, &|| false);
+        self.map = Arc::new(self.mapper.map().clone());
+        self.answers.push(Answer { map: Arc::clone(&self.map), done });
+    }
+
+    fn answers(&mut self) -> Vec<Answer> {
+        std::mem::take(&mut self.answers)
+    }
+}
+
+/// Does what is asked.
+pub(super) fn answered(
+    mapper: &mut Mapper,
+    request: Request,
+    is_aborted: &dyn Fn() -> bool,
+) -> Done {
+    match request {
+        Request::Keep(kept) => Done::Kept(keep(mapper, &kept, is_aborted)),
+        Request::Find { frame, camera } => {
+            let found = mapper.find(&frame, &camera);
+            let camera_from_map = found.map(|(_, located)| located.pose.camera_from_map);
+            Done::Found { frame, camera, camera_from_map }
+        }
+    }
+}
+
+fn keep(
+    mapper: &mut Mapper,
+    kept: &Kept,
+    is_aborted: &dyn Fn() -> bool,
+) -> Result<MappingStep, MapError> {
+    for (point, is_found) in &kept.foreseen.points {
+        mapper.map_mut().count_foreseen(*point, *is_found);
+    }
+    for (line, is_found) in &kept.foreseen.lines {
+        mapper.map_mut().count_foreseen(*line, *is_found);
+    }
+    let new = NewKeyframe {
+        camera: kept.camera,
+        camera_from_map: kept.camera_from_map,
+        frame: Arc::clone(&kept.frame),
+        points: &kept.points,
+        lines: &kept.lines,
+    };
+    mapper.step(new, is_aborted)
+}

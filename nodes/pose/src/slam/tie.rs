@@ -1,0 +1,56 @@
+//! How much of what a frame says of its place in the map is believed.
+//!
+//! Odometry is smooth and drifts; the map does not drift, but what a single frame says of it wavers. The tie between the two
+//! frames is filtered (Kalman): it wanders off with the way that the camera goes, and each frame that the map places draws it
+//! back by what both are unsure by.
+
+use nalgebra::{Isometry3, Matrix6, Vector6};
+
+use super::LocaliserConfig;
+use crate::solve::PoseEstimate;
+use crate::solve::perturbation::{adjoint, parts, perturbation_between, perturbed};
+
+/// What the tie is off by.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tie {
+    /// The camera by odometry in the map, at the last frame, and the covariance of its perturbation; `None` while nothing is known.
+    known: Option<(Isometry3<f64>, Matrix6<f64>)>,
+}
+
+impl Tie {
+    /// The camera has gone on by odometry: this is where the tie has it.
+    pub(super) fn predict(&mut self, camera_from_map: &Isometry3<f64>, config: &LocaliserConfig) {
+        let Some((before, covariance)) = self.known else { return };
+        let motion = camera_from_map * before.inverse();
+        let (shift, turn) = parts(&perturbation_between(&before, camera_from_map));
+        let shift_m = config.drift_share * shift.norm();
+        let turn_rad = config.drift_per_rad * turn.norm() + config.drift_share * shift.norm();
+        let shift_m = shift_m + config.drift_per_rad * turn.norm();
+        let (shift, turn) = (shift_m.powi(2), turn_rad.powi(2));
+        let drift = Matrix6::from_diagonal(&Vector6::new(shift, shift, shift, turn, turn, turn));
+        let carry = adjoint(&motion);
+        self.known = Some((*camera_from_map, carry * covariance * carry.transpose() + drift));
+    }
+
+    /// Where the camera is, by the tie and by what a frame says.
+    pub(super) fn fused(
+        &mut self,
+        guess: &Isometry3<f64>,
+        located: &PoseEstimate,
+        config: &LocaliserConfig,
+    ) -> Isometry3<f64> {
+        let said = config.alike_frames.max(1.0) * located.covariance;
+        let Some((_, covariance)) = self.known else {
+            self.known = Some((located.camera_from_map, said));
+            return located.camera_from_map;
+        };
+        let Some(sum) = (covariance + said).cholesky() else { return located.camera_from_map };
+        // Of two that are as symmetric as this, the gain's transpose is what the solver gives.
+        let gain = sum.solve(&covariance).transpose();
+        let off = perturbation_between(guess, &located.camera_from_map);
+        let fused = perturbed(guess, &(gain * off));
+        let left = (Matrix6::identity() - gain) * covariance;
+        self.known = Some((fused, 0.5 * (left + left.transpose())));
+        fused
+    }
+}

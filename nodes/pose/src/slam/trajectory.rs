@@ -1,0 +1,59 @@
+//! Where the camera was, as the map has it in the end.
+
+use std::collections::BTreeMap;
+
+use geometry::Stamp;
+use nalgebra::Isometry3;
+
+use crate::map::{CulledKeyframe, KeyframeId, Map};
+
+/// Where the camera was, each time from a keyframe: when the keyframe is put elsewhere, so is the camera.
+///
+/// It grows with every frame: for recordings, not for a robot that drives for weeks.
+#[derive(Clone, Debug, Default)]
+pub struct Trajectory {
+    poses: Vec<TrajectoryPose>,
+    gone: BTreeMap<KeyframeId, CulledKeyframe>,
+}
+
+/// Where the camera was, from a keyframe.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct TrajectoryPose {
+    /// When.
+    pub stamp: Stamp,
+    /// From where; `None` for the map itself, before it had a keyframe.
+    pub keyframe: Option<KeyframeId>,
+    /// The pose.
+    pub camera_from_keyframe: Isometry3<f64>,
+}
+
+impl Trajectory {
+    /// The next pose.
+    pub fn append(&mut self, pose: TrajectoryPose) {
+        self.poses.push(pose);
+    }
+
+    /// Keyframes are gone; what was tied to them is tied to those that they hung on.
+    pub fn forget(&mut self, gone: &[(KeyframeId, CulledKeyframe)]) {
+        self.gone.extend(gone.iter().copied());
+    }
+
+    /// All poses in the map, `camera_from_map`, as far as their keyframes, or those these hung on, are still there.
+    #[must_use]
+    pub fn in_map(&self, map: &Map) -> Vec<(Stamp, Isometry3<f64>)> {
+        let pose = |pose: &TrajectoryPose| {
+            let mut camera_from_keyframe = pose.camera_from_keyframe;
+            let Some(mut keyframe) = pose.keyframe else {
+                return Some((pose.stamp, camera_from_keyframe));
+            };
+            // Each step leads to a keyframe that went later: there are no circles.
+            while let Some(gone) = self.gone.get(&keyframe) {
+                keyframe = gone.parent;
+                camera_from_keyframe *= gone.camera_from_parent;
+            }
+            let found = map.keyframes().get(keyframe)?;
+            Some((pose.stamp, camera_from_keyframe * found.camera_from_map()))
+        };
+        self.poses.iter().filter_map(pose).collect()
+    }
+}
