@@ -5,7 +5,7 @@ mod tests;
 
 use std::path::PathBuf;
 
-use crate::log::{LogDirective, LogLevel};
+use crate::log::{LogDirective, LogLevel, LogOutputs};
 use crate::names::{NameError, NodeIdentity, RemapKind, RemapRule};
 
 /// Where values of parameters come from, in the order of the command line; later ones win.
@@ -40,6 +40,8 @@ pub struct RosArguments {
     pub parameters: Vec<ParameterSource>,
     /// What to log.
     pub log: Vec<LogDirective>,
+    /// Where to.
+    pub outputs: LogOutputs,
     /// What stood outside `--ros-args ... --`, for the program itself.
     pub own: Vec<String>,
     /// What was accepted and changes nothing here, as it stood.
@@ -115,6 +117,7 @@ impl RosArguments {
             remappings: Vec::new(),
             parameters: Vec::new(),
             log: Vec::new(),
+            outputs: LogOutputs::default(),
             own: Vec::new(),
             without_effect: Vec::new(),
             node_names: Vec::new(),
@@ -197,17 +200,34 @@ impl RosArguments {
                 self.without_effect.push(format!("{option} {path}"));
                 Ok(())
             }
-            "--log-config-file" | "--log-file-name" => {
+            "--log-config-file" => {
                 let file = value(LOG_FILE)?;
                 self.without_effect.push(format!("{option} {file}"));
                 Ok(())
             }
-            // What they ask for is what this suite does anyway.
-            "--enable-stdout-logs" | "--disable-rosout-logs" | "--disable-external-lib-logs" => {
+            "--log-file-name" => {
+                let name = value(LOG_FILE)?;
+                // It names a file, not a place.
+                if name.is_empty() || name.contains('/') {
+                    return Err(ArgumentError::BadValue {
+                        option,
+                        value: name,
+                        accepted: LOG_FILE,
+                    });
+                }
+                self.outputs.file_name = Some(name);
                 Ok(())
             }
-            "--disable-stdout-logs" | "--enable-rosout-logs" | "--enable-external-lib-logs" => {
-                self.without_effect.push(option);
+            "--enable-stdout-logs" | "--disable-stdout-logs" => {
+                self.outputs.stderr = option.starts_with("--enable");
+                Ok(())
+            }
+            "--enable-rosout-logs" | "--disable-rosout-logs" => {
+                self.outputs.rosout = option.starts_with("--enable");
+                Ok(())
+            }
+            "--enable-external-lib-logs" | "--disable-external-lib-logs" => {
+                self.outputs.file = option.starts_with("--enable");
                 Ok(())
             }
             _ => Err(ArgumentError::Unknown { argument: option }),

@@ -11,8 +11,10 @@
 mod bad_input;
 mod bags;
 mod program;
+mod python;
 mod sensors;
 
+mod codemap;
 mod config_files;
 mod import;
 mod import_lidar;
@@ -29,7 +31,9 @@ mod doctor;
 mod ending;
 mod foreign;
 mod killed_nodes;
+mod logs;
 mod network;
+mod recorded_graph;
 mod restarted_node;
 mod simulated_time;
 mod up;

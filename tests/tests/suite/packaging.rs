@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use detection::shell::DetectionParameters;
+use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::parameters::{self, Assignment};
 use node_shell::{Node, RosArguments, Transport};
 use pose::shell::PoseParameters;
@@ -14,9 +15,10 @@ use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::program::{stillmap, succeed};
+use crate::python::python_with;
 
 fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
@@ -92,7 +94,7 @@ fn nodes_exist(file: &str, arguments: &[&str], expected: &[&str]) {
     assert_eq!(names, expected, "{file} {arguments:?}");
     for node in nodes {
         let name = node["name"].as_str().unwrap();
-        assert_eq!(node["executable"], name, "{file}");
+        assert_eq!(node["executable"], name.replace('_', "-"), "{file}");
         let full_name =
             format!("{}/{name}", node["namespace"].as_str().unwrap().trim_end_matches('/'));
         match name {
@@ -100,6 +102,7 @@ fn nodes_exist(file: &str, arguments: &[&str], expected: &[&str]) {
             "segmentation" => takes::<SegmentationParameters>(&full_name, node),
             "reconstruction" => takes::<ReconstructionParameters>(&full_name, node),
             "pose" => takes::<PoseParameters>(&full_name, node),
+            "lidar_odometry" => takes::<LidarOdometryParameters>(&full_name, node),
             other => panic!("{file}: there is no node {other}"),
         }
         for pair in node["remappings"].as_array().unwrap() {
@@ -127,6 +130,8 @@ fn launch_files_start_nodes_that_exist_with_parameters_that_they_take() {
     nodes_exist("robot.launch.py", &[], &ALL);
     nodes_exist("robot.launch.py", &presets, &ALL);
     nodes_exist("robot.launch.py", &["nodes:=pose detection"], &["pose", "detection"]);
+    let car = ["nodes:=lidar_odometry", "rig:=hdl32e_car.yaml"];
+    nodes_exist("robot.launch.py", &car, &["lidar_odometry"]);
     nodes_exist("bag.launch.py", &["bag:=room.mcap"], &ALL);
     nodes_exist("split.launch.py", &["part:=sensors"], &ALL[..1]);
     nodes_exist("split.launch.py", &["part:=map", "peer:=10.0.0.1"], &ALL[1..]);
@@ -308,6 +313,26 @@ fn packages_say_what_the_workspace_says() {
         let manifest = read(&format!("nodes/{program}/Cargo.toml"));
         assert!(manifest.contains(&format!("[[bin]]\nname = \"{program}\"")), "{program}");
     }
+}
+
+/// As colcon reads them.
+#[test]
+fn catkin_pkg_takes_the_packages() {
+    let Some(python) = python_with("catkin_pkg") else { return };
+    let script = "import json, sys\n\
+                  from catkin_pkg.package import parse_package\n\
+                  for folder in sys.argv[1:]:\n\
+                  \x20   warnings = []\n\
+                  \x20   package = parse_package(folder, warnings=warnings)\n\
+                  \x20   print(json.dumps([package.name, package.get_build_type(), warnings]))\n";
+    let folders = ["nodes/stillmap", "msgs"].map(root);
+    let output = Command::new(python).args(["-B", "-c", script]).args(folders).output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    let told = String::from_utf8(output.stdout).unwrap();
+    let told: Vec<Value> = told.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let package = |name| json!([name, "ament_cmake", []]);
+    assert_eq!(told, [package("stillmap"), package("stillmap_msgs")]);
 }
 
 #[test]
