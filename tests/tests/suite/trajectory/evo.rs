@@ -1,9 +1,8 @@
 //! The same files to evo, the tool that most papers use, as a program of its own. What it answered once stands
 //! in `tests/data/trajectory/evo.json` and is held to by a unit test of the crate `evaluation`; here it is asked again.
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use serde_json::Value;
 
