@@ -1,9 +1,12 @@
 //! The arguments that every ROS 2 node takes: `--ros-args ... [--]`.
 
+mod error;
 #[cfg(test)]
 mod tests;
 
 use std::path::PathBuf;
+
+pub use error::ArgumentError;
 
 use crate::log::{LogDirective, LogLevel, LogOutputs};
 use crate::names::{NameError, NodeIdentity, RemapKind, RemapRule};
@@ -48,48 +51,6 @@ pub struct RosArguments {
     pub without_effect: Vec<String>,
     node_names: Vec<RemapRule>,
     namespaces: Vec<RemapRule>,
-}
-
-/// An argument that cannot be understood.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-pub enum ArgumentError {
-    /// No option of `--ros-args` has this name.
-    #[error(
-        "unknown ROS argument `{argument}`; accepted are -r FROM:=TO, -p NAME:=VALUE, --params-file \
-         FILE, --log-level LEVEL, --enclave PATH, and `--` to end them"
-    )]
-    Unknown {
-        /// The argument.
-        argument: String,
-    },
-    /// An option stands at the end, without its value.
-    #[error("`{option}` must be followed by {accepted}")]
-    NoValue {
-        /// The option.
-        option: String,
-        /// What its value looks like.
-        accepted: &'static str,
-    },
-    /// The value of an option has another form.
-    #[error("`{option} {value}` is not understood: accepted is {accepted}")]
-    BadValue {
-        /// The option.
-        option: String,
-        /// Its value.
-        value: String,
-        /// What its value looks like.
-        accepted: &'static str,
-    },
-    /// A name in a remapping breaks the rules for names.
-    #[error("`{option} {value}`: {source}")]
-    BadName {
-        /// The option.
-        option: String,
-        /// Its value.
-        value: String,
-        /// What is wrong with the name.
-        source: NameError,
-    },
 }
 
 const REMAPPING: &str = "FROM:=TO, as scan:=/laser/scan or __node:=left_detection";

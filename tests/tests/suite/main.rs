@@ -19,6 +19,7 @@ mod config_files;
 mod import;
 mod import_lidar;
 mod local_run;
+mod packages;
 mod packaging;
 mod parameter_table;
 mod trajectory;
