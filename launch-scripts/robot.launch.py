@@ -59,7 +59,8 @@ def described_nodes(context):
     parameters = {'reconstruction': [{'save_map_on_exit': map_path}]}
     return [
         Node(
-            package=package(), executable=name.replace('_', '-'), name=name, namespace=LaunchConfiguration('namespace'), output='screen',
+            package=package(), executable=name.replace('_', '-'), name=name,
+            namespace=LaunchConfiguration('namespace'), output='screen',
             parameters=[str(CONFIG / f'{name}.yaml'), rig, *parameters.get(name, [])],
             remappings=[(topic, LaunchConfiguration(argument)) for argument, topic, _ in INPUTS],
             # Without one of them the others wait for ever.
@@ -79,7 +80,8 @@ def generate_launch_description():
             'save_map_on_exit', default_value='',
             description='where the map is saved at the end: a .ply or .pcd path, or nothing'),
         DeclareLaunchArgument(
-            'nodes', default_value=' '.join(NODES), description='the nodes to start, with spaces between; pose and lidar_odometry are two more'),
+            'nodes', default_value=' '.join(NODES),
+            description='the nodes to start, with spaces between; pose and lidar_odometry are two more'),
         *(DeclareLaunchArgument(argument, default_value=topic, description=meaning)
           for argument, topic, meaning in INPUTS),
         OpaqueFunction(function=described_nodes),

@@ -43,7 +43,7 @@ Ctrl-C or SIGTERM ends the recording and closes the bag. Until then it is room.m
 goes. With use_sim_time messages are logged at the time of /clock; before its first tick nothing is recorded.
 
 Exit codes: 0 all was recorded; 1 it could not be recorded; 2 wrong arguments; 3 it was recorded, but messages were lost on
-their way, or a topic of --topics never came.";
+their way, or a topic of --topics never came up.";
 
 /// Runs the recorder: prints the summary and gives the exit code.
 ///
@@ -105,7 +105,7 @@ pub async fn record(options: &RecordOptions, node: &Node) -> Result<RecordSummar
     }
     status.clear();
     let duration_s = started.elapsed().as_secs_f64();
-    let (topics, never_came) = ears.close().await;
+    let (topics, not_recorded) = ears.close().await;
     let bag = writing.finish().await?;
-    Ok(RecordSummary::new(bag, topics, never_came, duration_s))
+    Ok(RecordSummary::new(bag, topics, not_recorded, duration_s))
 }

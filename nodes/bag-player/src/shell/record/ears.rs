@@ -141,20 +141,19 @@ impl<'a> Ears<'a> {
         self.listening.spawn(ear.listen(announced, self.stop.subscribe()));
     }
 
-    /// Takes what has arrived, and ends the subscriptions. Returns what came of each, by name, and which of the topics that were
-    /// asked for never came up.
+    /// Takes what has arrived, and ends the subscriptions. Returns what came of each, by name, and which of the topics that
+    /// were asked for have none.
     pub(super) async fn close(self) -> (Vec<RecordedTopic>, Vec<String>) {
-        let Self { stop, listening, wanted, known, .. } = self;
+        let Self { stop, listening, wanted, .. } = self;
         stop.send_replace(true);
         let mut topics = listening.join_all().await;
         topics.sort_by(|one, other| one.topic.cmp(&other.topic));
-        let never_came = match wanted {
+        let is_recorded = |name: &String| topics.iter().any(|one| one.topic == *name);
+        let not_recorded = match wanted {
             Wanted::AllBut(_) => Vec::new(),
-            Wanted::Only(topics) => {
-                topics.into_iter().filter(|topic| !known.contains_key(topic)).collect()
-            }
+            Wanted::Only(names) => names.into_iter().filter(|name| !is_recorded(name)).collect(),
         };
-        (topics, never_came)
+        (topics, not_recorded)
     }
 }
 

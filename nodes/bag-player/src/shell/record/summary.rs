@@ -15,8 +15,8 @@ pub struct RecordSummary {
     pub duration_s: f64,
     /// The topics that came up, by name.
     pub topics: Vec<RecordedTopic>,
-    /// Topics that were asked for and never came up.
-    pub never_came: Vec<String>,
+    /// Topics that were asked for and never came up, or could not be recorded, as the log says.
+    pub not_recorded: Vec<String>,
 }
 
 /// What came of one topic.
@@ -53,22 +53,22 @@ impl RecordSummary {
     pub(super) fn new(
         bag: BagSummary,
         topics: Vec<RecordedTopic>,
-        never_came: Vec<String>,
+        not_recorded: Vec<String>,
         duration_s: f64,
     ) -> Self {
-        Self { bag, duration_s, topics, never_came }
+        Self { bag, duration_s, topics, not_recorded }
     }
 
     /// Whether all that was to be recorded was.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.never_came.is_empty() && self.topics.iter().all(|topic| topic.lost == 0)
+        self.not_recorded.is_empty() && self.topics.iter().all(|topic| topic.lost == 0)
     }
 }
 
 impl fmt::Display for RecordSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { bag, duration_s, topics, never_came } = self;
+        let Self { bag, duration_s, topics, not_recorded } = self;
         let (messages, megabytes) = (bag.message_count, bag.size_bytes as f64 * 1e-6);
         let path = bag.path.display();
         writeln!(
@@ -86,8 +86,8 @@ impl fmt::Display for RecordSummary {
             }
             writeln!(f)?;
         }
-        for topic in never_came {
-            writeln!(f, "  {topic} never came up")?;
+        for topic in not_recorded {
+            writeln!(f, "  {topic} was not recorded: nobody published it, or the log says why")?;
         }
         if messages == 0 {
             writeln!(f, "nothing was recorded; `stillmap doctor` shows what is on the graph")?;
