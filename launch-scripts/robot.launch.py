@@ -23,14 +23,14 @@ INPUTS = [
     ('scan', 'scan', 'LaserScan of the 2D scanner'),
     ('depth_image', 'depth/image', 'depth image of the camera, 16UC1 or 32FC1'),
     ('depth_camera_info', 'depth/camera_info', 'calibration of the depth camera'),
-    ('points', 'points', 'PointCloud2 of the camera, for rigs with `input: points`'),
+    ('points', 'points', 'PointCloud2 of the camera, for rigs with `input: points`, or of the LiDAR, for lidar_odometry'),
     ('pose', 'pose', 'PoseStamped of the rig in the map'),
     ('rgb_image', 'rgb/image', 'colour image, for the node pose'),
     ('rgb_camera_info', 'rgb/camera_info', 'calibration of the colour camera, for the node pose'),
 ]
 NODES = ['detection', 'segmentation', 'reconstruction']
 # Those that the argument `nodes` may name besides.
-MORE_NODES = ['pose']
+MORE_NODES = ['pose', 'lidar_odometry']
 
 
 def package():
@@ -59,7 +59,8 @@ def described_nodes(context):
     parameters = {'reconstruction': [{'save_map_on_exit': map_path}]}
     return [
         Node(
-            package=package(), executable=name, name=name, namespace=LaunchConfiguration('namespace'), output='screen',
+            package=package(), executable=name.replace('_', '-'), name=name,
+            namespace=LaunchConfiguration('namespace'), output='screen',
             parameters=[str(CONFIG / f'{name}.yaml'), rig, *parameters.get(name, [])],
             remappings=[(topic, LaunchConfiguration(argument)) for argument, topic, _ in INPUTS],
             # Without one of them the others wait for ever.
@@ -79,7 +80,8 @@ def generate_launch_description():
             'save_map_on_exit', default_value='',
             description='where the map is saved at the end: a .ply or .pcd path, or nothing'),
         DeclareLaunchArgument(
-            'nodes', default_value=' '.join(NODES), description='the nodes to start, with spaces between; pose is one more'),
+            'nodes', default_value=' '.join(NODES),
+            description='the nodes to start, with spaces between; pose and lidar_odometry are two more'),
         *(DeclareLaunchArgument(argument, default_value=topic, description=meaning)
           for argument, topic, meaning in INPUTS),
         OpaqueFunction(function=described_nodes),

@@ -195,7 +195,7 @@ impl<'a> Walk<'a> {
             end: frame.end().min(source.size),
             first_ns: head.first_ns,
             last_ns: head.last_ns,
-            channel_ids: None,
+            index_offsets: None,
             form: Form::Chunk { compression: head.compression },
         });
         // Reading a chunk that the file ends in recovers what it can and reports the rest.
@@ -211,13 +211,13 @@ impl<'a> Walk<'a> {
     fn indexed_chunk(&mut self, chunk: &ChunkIndex) -> u64 {
         self.end_run();
         let end = chunk.chunk_start_offset.saturating_add(chunk.chunk_length);
-        let channel_ids: Vec<u16> = chunk.message_index_offsets.keys().copied().collect();
+        let offsets = &chunk.message_index_offsets;
         self.index.segments.push(Segment {
             offset: chunk.chunk_start_offset,
             end,
             first_ns: chunk.message_start_time,
             last_ns: chunk.message_end_time,
-            channel_ids: (!channel_ids.is_empty()).then_some(channel_ids),
+            index_offsets: (!offsets.is_empty()).then(|| offsets.clone()),
             form: Form::Chunk { compression: chunk.compression.clone() },
         });
         end.saturating_add(chunk.message_index_length)
@@ -229,7 +229,7 @@ impl<'a> Walk<'a> {
             end: frame.end(),
             first_ns: log_time_ns,
             last_ns: log_time_ns,
-            channel_ids: None,
+            index_offsets: None,
             form: Form::Run,
         });
         run.end = frame.end();

@@ -18,6 +18,9 @@ use crate::segment::{Form, for_each_record, message_of};
 use crate::source::Source;
 
 mod display;
+mod span;
+
+use span::Span;
 
 /// What is in a bag: the content of `stillmap info`, as text ([`fmt::Display`]) or JSON.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -77,7 +80,7 @@ pub struct TopicInfo {
     pub encoding: String,
     /// How many there are.
     pub message_count: u64,
-    /// Mean rate over the whole bag; `None` for less than two messages.
+    /// Mean rate from the first to the last of them; `None` for less than two messages.
     pub rate_hz: Option<f64>,
     /// What its publishers offered, where that was recorded.
     pub qos: Option<OfferedQos>,
@@ -87,6 +90,7 @@ pub struct TopicInfo {
 #[derive(Default)]
 struct Tallied {
     messages: u64,
+    span: Option<Span>,
     qos: Option<OfferedQos>,
     definition: Option<String>,
 }
@@ -103,8 +107,7 @@ impl TopicInfo {
 #[derive(Default)]
 struct Tally {
     counts: BTreeMap<(String, String, String), Tallied>,
-    first_ns: Option<u64>,
-    last_ns: Option<u64>,
+    span: Option<Span>,
     losses: Vec<Loss>,
 }
 
@@ -113,28 +116,30 @@ pub(crate) fn of(bag: &Bag, read_all: bool) -> Result<BagInfo, BagError> {
     for file in bag.files() {
         match &file.statistics {
             Some(statistics) if file.knows_all_channels() && !read_all => {
+                let spans = span::of_channels(file)
+                    .map_err(|source| BagError::Open { path: file.path.clone(), source })?;
                 for (id, channel) in file.catalogue.channels() {
                     let count = statistics.channel_message_counts.get(&id);
-                    tally.add(channel, count.copied().unwrap_or(0));
+                    tally.add(channel, count.copied().unwrap_or(0), spans.get(&id).copied());
                 }
                 if statistics.message_count > 0 {
-                    tally.extend(statistics.message_start_time);
-                    tally.extend(statistics.message_end_time);
+                    tally.extend(Span::at(statistics.message_start_time));
+                    tally.extend(Span::at(statistics.message_end_time));
                 }
             }
             _ => tally.read(file)?,
         }
     }
-    let duration_s = match (tally.first_ns, tally.last_ns) {
-        (Some(first), Some(last)) => last.saturating_sub(first) as f64 * 1e-9,
-        _ => 0.0,
-    };
+    let span = tally.span;
     let topics: Vec<TopicInfo> = tally
         .counts
         .into_iter()
         .map(|((topic, type_name, encoding), tallied)| TopicInfo {
-            rate_hz: (tallied.messages > 1 && duration_s > 0.0)
-                .then(|| (tallied.messages - 1) as f64 / duration_s),
+            rate_hz: tallied
+                .span
+                .map(Span::seconds)
+                .filter(|seconds| tallied.messages > 1 && *seconds > 0.0)
+                .map(|seconds| (tallied.messages - 1) as f64 / seconds),
             qos: tallied.qos.or_else(|| bag.listed_qos(&topic)),
             topic,
             type_name,
@@ -147,9 +152,9 @@ pub(crate) fn of(bag: &Bag, read_all: bool) -> Result<BagInfo, BagError> {
         path: bag.path().to_owned(),
         files: bag.files().iter().map(|file| file_info(file)).collect(),
         size_bytes: bag.files().iter().map(|file| file.size_bytes).sum(),
-        start: tally.first_ns.map(stamp),
-        end: tally.last_ns.map(stamp),
-        duration_s,
+        start: span.map(|span| stamp(span.first_ns)),
+        end: span.map(|span| stamp(span.last_ns)),
+        duration_s: span.map_or(0.0, Span::seconds),
         message_count: topics.iter().map(|topic| topic.message_count).sum(),
         topics,
         losses: tally.losses,
@@ -182,7 +187,7 @@ fn file_info(file: &FileIndex) -> FileInfo {
 }
 
 impl Tally {
-    fn add(&mut self, channel: &Channel, count: u64) {
+    fn add(&mut self, channel: &Channel, count: u64, span: Option<Span>) {
         let key = (
             channel.topic.to_string(),
             channel.type_name.to_string(),
@@ -190,15 +195,15 @@ impl Tally {
         );
         let entry = self.counts.entry(key).or_default();
         entry.messages += count;
+        entry.span = joined(entry.span, span);
         entry.qos = entry.qos.or(channel.qos);
         if entry.definition.is_none() && !channel.definition.is_empty() {
             entry.definition = Some(channel.definition.to_string());
         }
     }
 
-    fn extend(&mut self, log_time_ns: u64) {
-        self.first_ns = Some(self.first_ns.map_or(log_time_ns, |first| first.min(log_time_ns)));
-        self.last_ns = Some(self.last_ns.map_or(log_time_ns, |last| last.max(log_time_ns)));
+    fn extend(&mut self, span: Span) {
+        self.span = joined(self.span, Some(span));
     }
 
     /// Counts the messages of a file by reading it, in the order of the file.
@@ -208,20 +213,20 @@ impl Tally {
         let mut catalogue: Catalogue = file.catalogue.clone();
         let mut unknown: BTreeMap<u16, u64> = BTreeMap::new();
         for segment in &file.segments {
-            let mut counts: BTreeMap<u16, u64> = BTreeMap::new();
-            let mut times: Option<(u64, u64)> = None;
+            let mut counts: BTreeMap<u16, (u64, Span)> = BTreeMap::new();
             let read = for_each_record(&mut source, segment, &mut |opcode, body| {
                 if opcode != op::MESSAGE {
                     // A record that makes no sense is reported when the messages are read.
                     let _ = catalogue.take(opcode, body);
                 } else if let Some((header, _)) = message_of(body) {
-                    *counts.entry(header.channel_id).or_default() += 1;
-                    let (first, last) = times.unwrap_or((header.log_time, header.log_time));
-                    times = Some((first.min(header.log_time), last.max(header.log_time)));
+                    let at = Span::at(header.log_time);
+                    let (count, span) = counts.entry(header.channel_id).or_insert((0, at));
+                    *count += 1;
+                    *span = span.with(at);
                 }
             });
             if let Err(fault) = read {
-                let recovered: u64 = counts.values().sum();
+                let recovered: u64 = counts.values().map(|(count, _)| count).sum();
                 let kind = match fault.kind {
                     LossKind::CutOff { .. } => LossKind::CutOff { recovered_messages: recovered },
                     kind => kind,
@@ -237,19 +242,16 @@ impl Tally {
                     continue;
                 }
             }
-            if let Some((first, last)) = times {
-                self.extend(first);
-                self.extend(last);
-            }
-            for (id, count) in counts {
+            for (id, (count, span)) in counts {
+                self.extend(span);
                 match catalogue.channel(id) {
-                    Some(channel) => self.add(channel, count),
+                    Some(channel) => self.add(channel, count, Some(span)),
                     None => *unknown.entry(id).or_default() += count,
                 }
             }
         }
         for (_, channel) in catalogue.channels() {
-            self.add(channel, 0);
+            self.add(channel, 0, None);
         }
         self.losses.extend(unknown.into_iter().map(|(channel_id, count)| Loss {
             file: file.path.clone(),
@@ -259,6 +261,13 @@ impl Tally {
             kind: LossKind::UnknownChannel { channel_id },
         }));
         Ok(())
+    }
+}
+
+fn joined(one: Option<Span>, other: Option<Span>) -> Option<Span> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.with(other)),
+        (one, other) => one.or(other),
     }
 }
 

@@ -84,7 +84,10 @@ impl Messages {
                     channel.is_none_or(|channel| filter.wants_topic(&channel.topic))
                 };
                 filter.overlaps(segment.first_ns, segment.last_ns)
-                    && segment.channel_ids.as_ref().is_none_or(|ids| ids.iter().any(channel_wanted))
+                    && segment
+                        .index_offsets
+                        .as_ref()
+                        .is_none_or(|offsets| offsets.keys().any(channel_wanted))
             });
             let before = pending.len();
             pending.extend(wanted.map(|(number, segment)| PendingSegment {

@@ -1,5 +1,6 @@
 //! The parts that a file is read in: a chunk, or a run of messages outside of chunks.
 
+use std::collections::BTreeMap;
 use std::io;
 
 use mcap::records::{MessageHeader, Record, op};
@@ -37,8 +38,8 @@ pub(crate) struct Segment {
     pub(crate) first_ns: u64,
     /// Latest log time of its messages.
     pub(crate) last_ns: u64,
-    /// Channels of its messages, where the index names them.
-    pub(crate) channel_ids: Option<Vec<u16>>,
+    /// Where the file has the index of each channel of its messages, where it has one.
+    pub(crate) index_offsets: Option<BTreeMap<u16, u64>>,
     pub(crate) form: Form,
 }
 

@@ -1,4 +1,4 @@
-//! The player: a bag onto DDS, as `bag-player BAG` or `stillmap play BAG`.
+//! The player: a bag onto DDS, as `bag-player BAG` or `stillmap play BAG`; and the recorder, as `stillmap record`.
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -19,6 +19,7 @@ mod over_dds;
 mod play;
 mod player;
 mod read_ahead;
+pub mod record;
 mod status;
 mod summary;
 
@@ -95,7 +96,7 @@ fn try_run(arguments: impl IntoIterator<Item = String>) -> Result<ExitCode, Node
 /// When the bag could not be played.
 pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode, NodeFailure> {
     let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
-    node_shell::log::start(&identity.logger_name(), &ros.log);
+    node_shell::log::start(&identity.logger_name(), &ros.log, &ros.outputs);
     ros.tell_without_effect();
     // A bag that cannot be read needs no network to say so.
     Bag::open(&options.bag)?;

@@ -115,8 +115,8 @@ impl BagWriter {
         self.raw_channel(topic, M::TYPE_NAME, &M::schema(), &qos.to_yaml())
     }
 
-    /// Adds a topic whose type is only known by its name and its ros2msg schema, with the YAML of its
-    /// publishers' QoS (see [`OfferedQos::to_yaml`]).
+    /// Adds a topic whose type is only known by its name and its ros2msg schema, empty where that is not known either, with
+    /// the YAML of its publishers' QoS (see [`OfferedQos::to_yaml`]).
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -129,9 +129,11 @@ impl BagWriter {
     ) -> Result<ChannelId, BagError> {
         let metadata =
             BTreeMap::from([(QOS_METADATA_KEY.to_owned(), offered_qos_profiles.to_owned())]);
+        // A schema without a content has no encoding either (MCAP's specification, "Schema").
+        let encoding = if ros2msg_schema.is_empty() { "" } else { "ros2msg" };
         let id = self
             .writer
-            .add_schema(type_name, "ros2msg", ros2msg_schema.as_bytes())
+            .add_schema(type_name, encoding, ros2msg_schema.as_bytes())
             .and_then(|schema| self.writer.add_channel(schema, topic, CDR, &metadata))
             .map_err(|source| self.failed(source))?;
         self.channels.entry(id).or_insert_with(|| WrittenChannel {

@@ -32,7 +32,7 @@ const PROGRAM: Program = Program {
              out /tf (tf2_msgs/msg/TFMessage: odom_frame_id to base_frame_id), reliable; with publish_tf:=true
              out path (nav_msgs/msg/Path), reliable, once a second, for a viewer
              out local_map (sensor_msgs/msg/PointCloud2: what scans are laid onto), reliable, once a second, for a viewer
-             out scan (sensor_msgs/msg/PointCloud2: the points in base_frame_id as if measured at once), best effort, for a viewer
+             out lidar_scan (sensor_msgs/msg/PointCloud2: the points in base_frame_id as if measured at once), best effort, for a viewer
              out intensity_panorama, range_panorama (sensor_msgs/msg/Image: all around), best effort, for a viewer
              out drive_from_above, whole_drive (sensor_msgs/msg/Image: the way, about the vehicle and all of it), best effort, for a viewer
              out ~/report (stillmap_msgs/msg/StageReport), reliable",
@@ -51,12 +51,19 @@ pub async fn serve(node: &Node, parameters: LidarOdometryParameters) -> Result<(
     let mut stage = Stage::new(node, &parameters)?;
     // None of them changes while the map goes on.
     node.serve_parameters(&parameters)?;
+    let mut lifecycle = node.manage()?;
     let shutdown = node.shutdown_signal();
     loop {
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
-            arrival = stage.next() => stage.take(arrival),
+            _reset = lifecycle.reset() => stage.reset(),
+            arrival = stage.next() => {
+                // What comes from the scanner itself comes in every state.
+                if lifecycle.is_active() {
+                    stage.take(arrival);
+                }
+            }
         }
     }
     Ok(())

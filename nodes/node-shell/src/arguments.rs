@@ -1,11 +1,14 @@
 //! The arguments that every ROS 2 node takes: `--ros-args ... [--]`.
 
+mod error;
 #[cfg(test)]
 mod tests;
 
 use std::path::PathBuf;
 
-use crate::log::{LogDirective, LogLevel};
+pub use error::ArgumentError;
+
+use crate::log::{LogDirective, LogLevel, LogOutputs};
 use crate::names::{NameError, NodeIdentity, RemapKind, RemapRule};
 
 /// Where values of parameters come from, in the order of the command line; later ones win.
@@ -40,54 +43,14 @@ pub struct RosArguments {
     pub parameters: Vec<ParameterSource>,
     /// What to log.
     pub log: Vec<LogDirective>,
+    /// Where to.
+    pub outputs: LogOutputs,
     /// What stood outside `--ros-args ... --`, for the program itself.
     pub own: Vec<String>,
     /// What was accepted and changes nothing here, as it stood.
     pub without_effect: Vec<String>,
     node_names: Vec<RemapRule>,
     namespaces: Vec<RemapRule>,
-}
-
-/// An argument that cannot be understood.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-pub enum ArgumentError {
-    /// No option of `--ros-args` has this name.
-    #[error(
-        "unknown ROS argument `{argument}`; accepted are -r FROM:=TO, -p NAME:=VALUE, --params-file \
-         FILE, --log-level LEVEL, --enclave PATH, and `--` to end them"
-    )]
-    Unknown {
-        /// The argument.
-        argument: String,
-    },
-    /// An option stands at the end, without its value.
-    #[error("`{option}` must be followed by {accepted}")]
-    NoValue {
-        /// The option.
-        option: String,
-        /// What its value looks like.
-        accepted: &'static str,
-    },
-    /// The value of an option has another form.
-    #[error("`{option} {value}` is not understood: accepted is {accepted}")]
-    BadValue {
-        /// The option.
-        option: String,
-        /// Its value.
-        value: String,
-        /// What its value looks like.
-        accepted: &'static str,
-    },
-    /// A name in a remapping breaks the rules for names.
-    #[error("`{option} {value}`: {source}")]
-    BadName {
-        /// The option.
-        option: String,
-        /// Its value.
-        value: String,
-        /// What is wrong with the name.
-        source: NameError,
-    },
 }
 
 const REMAPPING: &str = "FROM:=TO, as scan:=/laser/scan or __node:=left_detection";
@@ -115,6 +78,7 @@ impl RosArguments {
             remappings: Vec::new(),
             parameters: Vec::new(),
             log: Vec::new(),
+            outputs: LogOutputs::default(),
             own: Vec::new(),
             without_effect: Vec::new(),
             node_names: Vec::new(),
@@ -197,17 +161,34 @@ impl RosArguments {
                 self.without_effect.push(format!("{option} {path}"));
                 Ok(())
             }
-            "--log-config-file" | "--log-file-name" => {
+            "--log-config-file" => {
                 let file = value(LOG_FILE)?;
                 self.without_effect.push(format!("{option} {file}"));
                 Ok(())
             }
-            // What they ask for is what this suite does anyway.
-            "--enable-stdout-logs" | "--disable-rosout-logs" | "--disable-external-lib-logs" => {
+            "--log-file-name" => {
+                let name = value(LOG_FILE)?;
+                // It names a file, not a place.
+                if name.is_empty() || name.contains('/') {
+                    return Err(ArgumentError::BadValue {
+                        option,
+                        value: name,
+                        accepted: LOG_FILE,
+                    });
+                }
+                self.outputs.file_name = Some(name);
                 Ok(())
             }
-            "--disable-stdout-logs" | "--enable-rosout-logs" | "--enable-external-lib-logs" => {
-                self.without_effect.push(option);
+            "--enable-stdout-logs" | "--disable-stdout-logs" => {
+                self.outputs.stderr = option.starts_with("--enable");
+                Ok(())
+            }
+            "--enable-rosout-logs" | "--disable-rosout-logs" => {
+                self.outputs.rosout = option.starts_with("--enable");
+                Ok(())
+            }
+            "--enable-external-lib-logs" | "--disable-external-lib-logs" => {
+                self.outputs.file = option.starts_with("--enable");
                 Ok(())
             }
             _ => Err(ArgumentError::Unknown { argument: option }),

@@ -38,6 +38,10 @@ impl TopicCounters {
     pub(crate) fn received(&self) -> u64 {
         self.received.load(Ordering::Relaxed)
     }
+
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost.load(Ordering::Relaxed)
+    }
 }
 
 /// What a node counts of itself. Clones share the counts.
@@ -179,7 +183,7 @@ impl Counters {
         }
         for (topic, one) in &counts.received {
             put(format!("received {topic}"), one.received().to_string());
-            put(format!("lost {topic}"), one.lost.load(Ordering::Relaxed).to_string());
+            put(format!("lost {topic}"), one.lost().to_string());
             let malformed = one.malformed.load(Ordering::Relaxed);
             if malformed > 0 {
                 put(format!("malformed {topic}"), malformed.to_string());

@@ -1,9 +1,13 @@
-//! What a node prints: lines on stderr in the form that ROS 2 tools know; nodes on a network tell them on `/rosout`, too.
+//! What a node prints: lines on stderr in the form that ROS 2 tools know; nodes on a network tell them on `/rosout`, too,
+//! and a file has them where `ROS_LOG_DIR` is set.
 //!
 //! `[INFO] [1731140000.123456789] [detection]: text`
 
+mod outputs;
+
 use std::fmt;
 use std::io::IsTerminal;
+use std::sync::Mutex;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use tracing::{Event, Level, Subscriber};
@@ -13,6 +17,8 @@ use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::util::SubscriberInitExt;
+
+pub use outputs::LogOutputs;
 
 use crate::rosout::RosoutLayer;
 
@@ -72,19 +78,39 @@ pub struct LogDirective {
 
 /// Starts printing as a process of which `logger` is the logger (as `robot.detection`, for a node of this name); does
 /// nothing when the process prints already.
-pub fn start(logger: &str, directives: &[LogDirective]) {
+pub fn start(logger: &str, directives: &[LogDirective], outputs: &LogOutputs) {
     let filter = filter_text(logger, directives);
-    let format = RosFormat { logger: logger.to_owned() };
-    let lines = tracing_subscriber::fmt::layer()
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .event_format(format);
+    let format = || RosFormat { logger: logger.to_owned() };
+    let lines = outputs.stderr.then(|| {
+        tracing_subscriber::fmt::layer()
+            .with_writer(std::io::stderr)
+            .with_ansi(outputs::has_colours(std::io::stderr().is_terminal()))
+            .event_format(format())
+    });
+    let (file, failed) = match outputs.open_file(logger) {
+        Ok(file) => (file, None),
+        Err(error) => (None, Some(error)),
+    };
+    let (path, file) = file.unzip();
+    let file = file.map(|file| {
+        tracing_subscriber::fmt::layer()
+            .with_writer(Mutex::new(file))
+            .with_ansi(false)
+            .event_format(format())
+    });
     // An error means that somebody else has set up logging: theirs it is, then.
     let _ = tracing_subscriber::registry()
         .with(EnvFilter::new(filter))
         .with(lines)
+        .with(file)
         .with(RosoutLayer::start(logger))
         .try_init();
+    if let Some(path) = path {
+        tracing::debug!("the log goes to {}, too", path.display());
+    }
+    if let Some(error) = failed {
+        tracing::warn!("no log file can be written into ROS_LOG_DIR: {error}");
+    }
 }
 
 /// The filter for the directives; a later one wins over an earlier one for the same logger. The process' own logger goes

@@ -76,7 +76,7 @@ impl Program {
             }
         }
         let identity = arguments.identity(self.name).map_err(ShellError::from)?;
-        crate::log::start(&identity.logger_name(), &arguments.log);
+        crate::log::start(&identity.logger_name(), &arguments.log, &arguments.outputs);
         arguments.tell_without_effect();
         let parameters = parameters::of_node(&identity, &arguments.parameters)?;
         let runtime = tokio::runtime::Builder::new_multi_thread()

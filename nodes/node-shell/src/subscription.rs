@@ -135,6 +135,11 @@ impl<M: RosMessage> Subscription<M> {
         self.counters.received()
     }
 
+    /// How many messages are missing between those that were received.
+    pub(crate) fn lost_count(&self) -> u64 {
+        self.counters.lost()
+    }
+
     /// Replaces the reader, as when broken messages have filled the memory.
     #[cfg(test)]
     pub(crate) fn renew_reader(&self) {

@@ -126,6 +126,12 @@ impl DiscoveredQos {
         }
     }
 
+    /// Whether those who come late get the last messages, or want them.
+    #[must_use]
+    pub fn is_transient_local(&self) -> bool {
+        !matches!(self.policies.durability(), None | Some(Durability::Volatile))
+    }
+
     /// What this publisher's quality of service lacks for a subscription; `None` when they fit.
     #[must_use]
     pub fn mismatch(&self, requested: &Self) -> Option<QosMismatch> {

@@ -28,8 +28,9 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use bag_player::shell::PlayOptions;
+use bag_player::shell::record::{self, RecordOptions};
 use clap::{Parser, Subcommand};
-use node_shell::RosArguments;
+use node_shell::{NodeFailure, RosArguments};
 use rustix::process::Signal;
 
 use failure::{Failure, Outcome};
@@ -65,6 +66,9 @@ enum Command {
     Odometry(odometry::OdometryArgs),
     /// Play a bag onto DDS
     Play(PlayOptions),
+    /// Record the live graph into a bag
+    #[command(after_help = record::EXAMPLES)]
+    Record(RecordOptions),
     /// What is in a bag
     Info(info::InfoArgs),
     /// Turn recorded data sets into bags
@@ -113,7 +117,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Demo(args) => demo::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Odometry(args) => odometry::run(&args),
-        Command::Play(options) => return play(options, &ros),
+        Command::Play(options) => return code_of(bag_player::shell::run_options(options, &ros)),
+        Command::Record(options) => return code_of(record::run(&options, &ros)),
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(args),
         Command::Simulate(args) => simulate::run(&args),
@@ -153,9 +158,6 @@ fn split_ros_arguments(
     Ok((own, ros))
 }
 
-fn play(options: PlayOptions, ros: &RosArguments) -> ExitCode {
-    match bag_player::shell::run_options(options, ros) {
-        Ok(code) => code,
-        Err(error) => fail(&Failure::new(error.to_string())),
-    }
+fn code_of(result: Result<ExitCode, NodeFailure>) -> ExitCode {
+    result.unwrap_or_else(|error| fail(&Failure::new(error.to_string())))
 }

@@ -62,7 +62,7 @@ const PRESETS: [Preset; 3] = [
 ];
 
 pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
-    log::start("stillmap", &ros.log);
+    log::start("stillmap", &ros.log, &ros.outputs);
     ros.tell_without_effect();
     let mut arguments = ros.clone();
     arguments.parameters.insert(0, rig(&args.rig)?);

@@ -16,17 +16,23 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const LONGEST_END: Duration = Duration::from_secs(1);
 
 /// Each program, and the nodes that it is.
-const PROGRAMS: [(&[&str], &[&str]); 7] = [
+const PROGRAMS: [(&[&str], &[&str]); 11] = [
     (&["node", "detection"], &["detection"]),
     (&["node", "segmentation"], &["segmentation"]),
     (&["node", "reconstruction"], &["reconstruction"]),
     (&["node", "pose"], &["pose"]),
+    (&["node", "lidar-odometry"], &["lidar_odometry"]),
     (&["node", "compression"], &["compression"]),
     (&["up"], &["detection", "segmentation", "reconstruction"]),
+    (&["up", "--pose", "visual"], &["detection", "segmentation", "reconstruction", "pose"]),
+    (&["up", "--pose", "lidar"], &["detection", "reconstruction", "lidar_odometry"]),
     (&["play", BAG, "--loop"], &["bag_player"]),
+    (&["record", "--overwrite", "-o", RECORDED], &["bag_recorder"]),
 ];
-/// Stands for the path of the bag.
+/// Stands for the path of the bag that is played, ...
 const BAG: &str = "BAG";
+/// ... and for that of the one that is recorded.
+const RECORDED: &str = "RECORDED";
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_node_ends_in_order_on_either_signal() {
@@ -39,17 +45,16 @@ async fn every_node_ends_in_order_on_either_signal() {
     let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
     let ear = Node::start("ear", &arguments).unwrap();
     let reports = ear.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(100)).unwrap();
+    let recorded = folder.path().join("recorded.mcap");
     for (count, (program, nodes)) in PROGRAMS.iter().enumerate() {
         for (name, signal) in [("int", Signal::INT), ("term", Signal::TERM)] {
             let place = format!("{namespace}/{name}_{count}");
-            let mut line: Vec<String> = program
-                .iter()
-                .map(
-                    |word| {
-                        if *word == BAG { bag.display().to_string() } else { (*word).to_owned() }
-                    },
-                )
-                .collect();
+            let path = |word: &&str| match *word {
+                BAG => bag.display().to_string(),
+                RECORDED => recorded.display().to_string(),
+                word => word.to_owned(),
+            };
+            let mut line: Vec<String> = program.iter().map(path).collect();
             line.extend(["--ros-args", "-r", &format!("__ns:={place}")].map(str::to_owned));
             let map = folder.path().join(format!("{name}_{count}.ply"));
             if nodes.contains(&"reconstruction") {
@@ -69,7 +74,9 @@ async fn every_node_ends_in_order_on_either_signal() {
             let asked = Instant::now();
             let status = running.end(signal);
             assert!(status.success(), "{line:?} on {name}: {status}");
+            println!("{} on {name}: {:?}", program.join(" "), asked.elapsed());
             assert!(asked.elapsed() < LONGEST_END, "{line:?} on {name}: {:?}", asked.elapsed());
+            assert_eq!(recorded.is_file(), program.contains(&RECORDED), "{line:?} on {name}");
             assert_eq!(map.is_file(), nodes.contains(&"reconstruction"), "{line:?} on {name}");
         }
     }

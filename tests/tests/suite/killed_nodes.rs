@@ -29,7 +29,7 @@ struct Place {
     behind: &'static [&'static str],
 }
 
-const PLACES: [Place; 5] = [
+const PLACES: [Place; 6] = [
     Place {
         name: "detection",
         parameters: &["-p", "input:=points"],
@@ -44,6 +44,13 @@ const PLACES: [Place; 5] = [
     },
     Place { name: "reconstruction", parameters: &[], missed: None, behind: &[] },
     Place { name: "pose", parameters: &[], missed: None, behind: &[] },
+    Place {
+        name: "lidar_odometry",
+        // The pose is that of the sensors.
+        parameters: &["-r", "pose:=lidar/pose", "-r", "odom:=lidar/odom"],
+        missed: None,
+        behind: &[],
+    },
     Place { name: "compression", parameters: &[], missed: None, behind: &[] },
 ];
 
@@ -89,7 +96,8 @@ struct Member {
 impl Member {
     fn start(&mut self, namespace: &str) {
         let rule = format!("__ns:={namespace}");
-        let line = ["node", self.place.name, "--ros-args", "-r", &rule];
+        let program = self.place.name.replace('_', "-");
+        let line = ["node", &program, "--ros-args", "-r", &rule];
         self.process = Some(Running::start(line.iter().chain(self.place.parameters)));
     }
 

@@ -11,12 +11,15 @@
 mod bad_input;
 mod bags;
 mod program;
+mod python;
 mod sensors;
 
+mod codemap;
 mod config_files;
 mod import;
 mod import_lidar;
 mod local_run;
+mod packages;
 mod packaging;
 mod parameter_table;
 mod trajectory;
@@ -29,7 +32,9 @@ mod doctor;
 mod ending;
 mod foreign;
 mod killed_nodes;
+mod logs;
 mod network;
+mod recorded_graph;
 mod restarted_node;
 mod simulated_time;
 mod up;

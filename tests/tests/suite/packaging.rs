@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use detection::shell::DetectionParameters;
+use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::parameters::{self, Assignment};
 use node_shell::{Node, RosArguments, Transport};
 use pose::shell::PoseParameters;
@@ -92,7 +93,7 @@ fn nodes_exist(file: &str, arguments: &[&str], expected: &[&str]) {
     assert_eq!(names, expected, "{file} {arguments:?}");
     for node in nodes {
         let name = node["name"].as_str().unwrap();
-        assert_eq!(node["executable"], name, "{file}");
+        assert_eq!(node["executable"], name.replace('_', "-"), "{file}");
         let full_name =
             format!("{}/{name}", node["namespace"].as_str().unwrap().trim_end_matches('/'));
         match name {
@@ -100,6 +101,7 @@ fn nodes_exist(file: &str, arguments: &[&str], expected: &[&str]) {
             "segmentation" => takes::<SegmentationParameters>(&full_name, node),
             "reconstruction" => takes::<ReconstructionParameters>(&full_name, node),
             "pose" => takes::<PoseParameters>(&full_name, node),
+            "lidar_odometry" => takes::<LidarOdometryParameters>(&full_name, node),
             other => panic!("{file}: there is no node {other}"),
         }
         for pair in node["remappings"].as_array().unwrap() {
@@ -127,6 +129,8 @@ fn launch_files_start_nodes_that_exist_with_parameters_that_they_take() {
     nodes_exist("robot.launch.py", &[], &ALL);
     nodes_exist("robot.launch.py", &presets, &ALL);
     nodes_exist("robot.launch.py", &["nodes:=pose detection"], &["pose", "detection"]);
+    let car = ["nodes:=lidar_odometry", "rig:=hdl32e_car.yaml"];
+    nodes_exist("robot.launch.py", &car, &["lidar_odometry"]);
     nodes_exist("bag.launch.py", &["bag:=room.mcap"], &ALL);
     nodes_exist("split.launch.py", &["part:=sensors"], &ALL[..1]);
     nodes_exist("split.launch.py", &["part:=map", "peer:=10.0.0.1"], &ALL[1..]);
@@ -262,101 +266,5 @@ fn every_preset_is_known_by_its_name() {
     for file in std::fs::read_dir(root("config/rig")).unwrap() {
         let name = file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned();
         assert!(known.contains(&name), "{name} is not among: {known}");
-    }
-}
-
-/// The text of the first element of a name.
-fn element<'a>(xml: &'a str, name: &str) -> &'a str {
-    let rest = xml.split(&format!("<{name}>")).nth(1).unwrap_or_else(|| panic!("no <{name}>"));
-    rest.split(&format!("</{name}>")).next().unwrap()
-}
-
-#[test]
-fn packages_say_what_the_workspace_says() {
-    let workspace = read("Cargo.toml");
-    let value = |key: &str| {
-        let line = workspace.lines().find(|line| line.starts_with(&format!("{key} = "))).unwrap();
-        line.split('"').nth(1).unwrap().to_owned()
-    };
-    for (folder, name) in [("msgs", "stillmap_msgs"), ("nodes/stillmap", "stillmap")] {
-        let package = read(&format!("{folder}/package.xml"));
-        assert!(package.contains("<package format=\"3\">"), "{folder}");
-        assert_eq!(element(&package, "name"), name);
-        assert_eq!(element(&package, "version"), value("version"));
-        assert_eq!(element(&package, "license"), value("license"));
-        let cmake = read(&format!("{folder}/CMakeLists.txt"));
-        assert!(cmake.contains(&format!("project({name}")), "{folder}");
-    }
-    // What the messages are made of is what their package depends on.
-    let (package, cmake) = (read("msgs/package.xml"), read("msgs/CMakeLists.txt"));
-    let mut needed = BTreeSet::new();
-    for file in std::fs::read_dir(root("msgs/msg/stillmap_msgs")).unwrap() {
-        let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
-        let types =
-            text.lines().filter_map(|line| line.split('#').next()?.split_whitespace().next());
-        needed.extend(types.filter_map(|name| Some(name.split_once('/')?.0.to_owned())));
-    }
-    needed.remove("stillmap_msgs");
-    for name in &needed {
-        assert!(package.contains(&format!("<depend>{name}</depend>")), "{name}");
-        assert!(cmake.contains(&format!("find_package({name} REQUIRED)")), "{name}");
-    }
-    // The programs that colcon installs are those of the workspace.
-    let cmake = read("nodes/stillmap/CMakeLists.txt");
-    let programs = cmake.split("set(programs ").nth(1).unwrap().split(')').next().unwrap();
-    for program in programs.split(' ') {
-        let manifest = read(&format!("nodes/{program}/Cargo.toml"));
-        assert!(manifest.contains(&format!("[[bin]]\nname = \"{program}\"")), "{program}");
-    }
-}
-
-#[test]
-fn what_the_debian_package_holds_is_there() {
-    let manifest = read("nodes/stillmap/Cargo.toml");
-    let assets = manifest.split("assets = [").nth(1).unwrap();
-    let sources =
-        assets.lines().filter_map(|line| line.trim().strip_prefix("[\"")?.split('"').next());
-    let sources: Vec<&str> = sources.filter(|source| !source.starts_with("target/")).collect();
-    assert!(!sources.is_empty());
-    for source in sources {
-        let folder = source.split("/**").next().unwrap();
-        assert!(root("nodes/stillmap").join(folder).exists(), "{source}");
-    }
-}
-
-/// The generators of ROS 2 itself take the messages.
-#[test]
-fn rosidl_takes_the_messages() {
-    let script = "import pathlib, sys\n\
-                  from rosidl_adapter.msg import convert_msg_to_idl\n\
-                  from rosidl_parser.definition import IdlLocator\n\
-                  from rosidl_parser.parser import parse_idl_file\n\
-                  base, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])\n\
-                  for path in sorted(base.glob('stillmap_msgs/*.msg')):\n\
-                  \x20   package = path.parent.name\n\
-                  \x20   convert_msg_to_idl(path.parent, package, pathlib.Path(path.name), out / package / 'msg')\n\
-                  \x20   parse_idl_file(IdlLocator(out, pathlib.Path(package) / 'msg' / f'{path.stem}.idl'))\n\
-                  \x20   print(path.stem)\n";
-    let python = ["/usr/bin/python3", "python3"].into_iter().find(|python| {
-        let asked =
-            Command::new(python).args(["-c", "import rosidl_adapter, rosidl_parser"]).output();
-        asked.is_ok_and(|output| output.status.success())
-    });
-    let Some(python) = python else {
-        println!("skipped: rosidl is not here (Debian: python3-rosidl)");
-        return;
-    };
-    let out = tempfile::tempdir().unwrap();
-    let output = Command::new(python)
-        .args(["-B", "-c", script])
-        .arg(root("msgs/msg").canonicalize().unwrap())
-        .arg(out.path())
-        .output()
-        .unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    let told = String::from_utf8(output.stdout).unwrap();
-    for name in ["DynamicZones", "ReducedCloud", "SegmentedCloud", "StageReport", "Tracks"] {
-        assert!(told.lines().any(|line| line == name), "{name}: {told}");
     }
 }

@@ -108,12 +108,14 @@ async fn a_bag_that_starts_anew_pairs_nothing_of_two_passes() {
         &rule,
         "-r",
         &clock_rule,
+        "-r",
+        "detection:scan:=laser/scan",
         "--params-file",
         parameters.to_str().unwrap(),
     ]);
     timeout(PATIENCE, reduced.wait_for_publishers(1)).await.unwrap();
     let topics = ["scan", "pose", "points"];
-    let to = topics.map(|topic| format!("{namespace}/{topic}"));
+    let to = ["laser/scan", "pose", "points"].map(|topic| format!("{namespace}/{topic}"));
     let mut arguments = vec!["play".to_owned(), bag.display().to_string()];
     arguments.extend(["--clock", "--rate=3", "--loop"].map(str::to_owned));
     arguments.extend(topics.iter().zip(&to).map(|(topic, to)| format!("--remap=/{topic}:={to}")));

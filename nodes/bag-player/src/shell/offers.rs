@@ -14,7 +14,7 @@ use crate::shell::options::PlayOptions;
 use crate::shell::summary::TopicSummary;
 
 /// Types whose messages are too large for repeated delivery to be of use.
-const LARGE_TYPES: [&str; 3] =
+pub(super) const LARGE_TYPES: [&str; 3] =
     ["sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/CompressedImage"];
 
 /// The fixed transforms. No listener of tf2 takes them unless they are latched, also where a bag that was converted or cut

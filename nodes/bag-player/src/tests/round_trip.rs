@@ -74,6 +74,43 @@ fn messages_types_and_qos_are_read_back() -> Result<(), BagError> {
     Ok(())
 }
 
+/// A rate was once that of the topic over the whole bag: half of it for a sensor that was started halfway.
+#[test]
+fn a_rate_is_that_from_a_topics_first_message_to_its_last() -> Result<(), BagError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bag.mcap");
+    let mut writer = BagWriter::create(&path)?;
+    let whole = writer.channel::<LaserScan>("/whole", OfferedQos::sensor(5))?;
+    let late = writer.channel::<LaserScan>("/late", OfferedQos::sensor(5))?;
+    let once = writer.channel::<Text>("/once", OfferedQos::latched())?;
+    let none = writer.channel::<Text>("/none", OfferedQos::latched())?;
+    assert_ne!(once, none);
+    writer.write(once, time(700), &Text::default())?;
+    for index in 0..2000 {
+        writer.write(whole, time(index), &scan(index))?;
+        if (1000..1500).contains(&index) {
+            writer.write(late, time(index), &scan(index))?;
+        }
+    }
+    writer.finish()?;
+    let rates = |info: &crate::BagInfo| -> Vec<(String, Option<f64>)> {
+        let rounded = |rate_hz: f64| (rate_hz * 1e6).round() * 1e-6;
+        info.topics.iter().map(|one| (one.topic.clone(), one.rate_hz.map(rounded))).collect()
+    };
+    let expected = [("/late", Some(7.0)), ("/none", None), ("/once", None), ("/whole", Some(7.0))]
+        .map(|(topic, rate_hz)| (topic.to_owned(), rate_hz));
+    let info = Bag::open(&path)?.info()?;
+    assert!(info.files[0].chunks > 3);
+    assert_eq!(rates(&info), expected);
+    // The same of a file that was cut off, and has no index.
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() - 1000]).unwrap();
+    let cut = Bag::open(&path)?.info()?;
+    assert!(!cut.files[0].indexed);
+    assert_eq!(rates(&cut), expected);
+    Ok(())
+}
+
 #[test]
 fn the_same_calls_give_the_same_bytes() -> Result<(), BagError> {
     let folder = tempfile::tempdir().unwrap();

@@ -39,6 +39,12 @@ impl Hints {
         }
     }
 
+    /// Forgets what has come.
+    pub(super) fn forget(&mut self) {
+        self.rates.clear();
+        self.wheels.clear();
+    }
+
     pub(super) fn take_imu(&mut self, message: &Imu) -> Result<(), NodeFailure> {
         let rate = &message.angular_velocity;
         let rate = self.lidar_from_imu * Vector3::new(rate.x, rate.y, rate.z);

@@ -68,6 +68,11 @@ impl Output {
         &self.frames
     }
 
+    /// How many poses the path has, and how many it may have.
+    pub(super) fn path_fill(&self) -> (usize, usize) {
+        (self.path.len(), self.path_poses)
+    }
+
     /// Everything begins anew.
     pub(super) fn forget(&mut self) {
         self.last = None;

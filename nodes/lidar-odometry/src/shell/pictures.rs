@@ -61,7 +61,7 @@ impl Pictures {
             about_vehicle: image("drive_from_above")?,
             whole_drive: image("whole_drive")?,
             local_map: node.publisher("local_map", &Qos::reliable(KEPT))?,
-            scans: node.publisher("scan", &Qos::sensor(KEPT))?,
+            scans: node.publisher("lidar_scan", &Qos::sensor(KEPT))?,
             local_map_sent: None,
             edge_px: parameters.drawing_px,
             radius_m: parameters.drawing_radius_m,

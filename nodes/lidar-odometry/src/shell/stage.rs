@@ -39,6 +39,7 @@ pub struct Stage {
     pictures: Pictures,
     reporter: StageReporter,
     counters: Counters,
+    max_map_voxels: usize,
     next_scan: u32,
     late_scans: u32,
     times: Option<PointTimes>,
@@ -71,6 +72,7 @@ impl Stage {
             pictures: Pictures::new(node, parameters)?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters,
+            max_map_voxels: parameters.max_map_voxels,
             next_scan: 0,
             late_scans: 0,
             times: None,
@@ -226,6 +228,13 @@ impl Stage {
         self.last = Some((pose.stamp, pose.odom_from_lidar));
     }
 
+    /// Drops all that is held, and begins anew.
+    pub(super) fn reset(&mut self) {
+        self.forget();
+        self.hints.forget();
+        drop(self.assembly.finish());
+    }
+
     fn forget(&mut self) {
         self.follower.forget();
         self.output.forget();
@@ -305,6 +314,9 @@ impl Stage {
             ("predicted_directions", count(quality.degenerate.len())),
             ("held", u64::from(is_held)),
         ];
+        self.counters.note_fill("map voxels", quality.map_voxels, self.max_map_voxels);
+        let (path_poses, most) = self.output.path_fill();
+        self.counters.note_fill("path poses", path_poses, most);
         let header: Header = self.output.frames().header(pose.stamp);
         self.reporter.processed(header, number, &counts, timer);
     }

@@ -138,7 +138,7 @@ fn a_drive_has_poses_with_honest_numbers_and_what_a_viewer_wants() {
         ["intensity_panorama", "range_panorama", "drive_from_above", "whole_drive"].map(images);
     let clouds = |topic: &str, qos| scene.peer.subscription::<PointCloud2>(topic, &qos).unwrap();
     let map = clouds("local_map", Qos::reliable(1));
-    let scans = clouds("scan", Qos::sensor(10));
+    let scans = clouds("lidar_scan", Qos::sensor(10));
     let paths = scene.peer.subscription::<Path>("path", &Qos::reliable(1)).unwrap();
     let odometry = scene.is_right(4, 0).odometry.remove(0);
     assert_eq!(
@@ -182,6 +182,19 @@ fn a_recording_that_begins_anew_begins_at_the_origin() {
     scene.is_right(26, 20);
     for index in 0..3 {
         scene.is_right(index, 0);
+    }
+}
+
+/// Where others clean the node up and bring it up again.
+#[test]
+fn a_node_that_is_cleaned_up_begins_at_the_origin() {
+    let mut scene = Scene::new(&LidarOdometryParameters::default());
+    for index in 0..4 {
+        scene.is_right(index, 0);
+    }
+    scene.stage.reset();
+    for index in 4..8 {
+        scene.is_right(index, 4);
     }
 }
 

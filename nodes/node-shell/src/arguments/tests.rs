@@ -65,25 +65,23 @@ fn a_namespace_is_for_the_name_after_renaming() {
 
 #[test]
 fn what_has_no_effect_is_accepted_and_kept() {
-    let parsed = parse(
-        "--ros-args --enclave /robot -e /other --log-config-file a.yaml --log-file-name b \
-         --disable-stdout-logs --enable-rosout-logs --enable-external-lib-logs \
-         --enable-stdout-logs --disable-rosout-logs --disable-external-lib-logs -r a:=b",
-    )
-    .unwrap();
-    assert_eq!(
-        parsed.without_effect,
-        [
-            "--enclave /robot",
-            "-e /other",
-            "--log-config-file a.yaml",
-            "--log-file-name b",
-            "--disable-stdout-logs",
-            "--enable-rosout-logs",
-            "--enable-external-lib-logs"
-        ]
-    );
+    let parsed =
+        parse("--ros-args --enclave /robot -e /other --log-config-file a.yaml -r a:=b").unwrap();
+    let expected = ["--enclave /robot", "-e /other", "--log-config-file a.yaml"];
+    assert_eq!(parsed.without_effect, expected);
     assert_eq!(parsed.remappings.len(), 1);
+}
+
+#[test]
+fn the_log_goes_where_it_is_to_go() {
+    let outputs = |line: &str| parse(&format!("--ros-args {line}")).unwrap().outputs;
+    assert_eq!(outputs(""), LogOutputs::default());
+    let all_off = "--disable-stdout-logs --disable-rosout-logs --disable-external-lib-logs";
+    let expected = LogOutputs { stderr: false, rosout: false, file: false, file_name: None };
+    assert_eq!(outputs(all_off), expected);
+    let all_on = "--enable-stdout-logs --enable-rosout-logs --enable-external-lib-logs";
+    assert_eq!(outputs(&format!("{all_off} {all_on}")), LogOutputs::default());
+    assert_eq!(outputs("--log-file-name mapping").file_name.as_deref(), Some("mapping"));
 }
 
 #[test]
@@ -159,6 +157,8 @@ fn each_mistake_says_what_is_accepted() {
         ("--ros-args --log-level :=info", "debug, info"),
         ("--ros-args --log-level a=b:=info", "debug, info"),
         ("--ros-args --log-level", "debug, info"),
+        ("--ros-args --log-file-name ../a", "the name of a file"),
+        ("--ros-args --log-file-name", "the name of a file"),
         ("--ros-args a:=b", "unknown"),
         ("--ros-args --enclave", "an enclave"),
         ("--ros-args --enclave x", "an enclave"),

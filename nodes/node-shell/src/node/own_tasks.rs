@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use msgs::RosMessage;
 use msgs::rosgraph_msgs::Clock;
 
 use super::Node;
@@ -22,8 +23,8 @@ impl Node {
             return Ok(());
         };
         // As rclcpp has it.
-        let topic =
-            self.subscription_behind::<Clock>(Gate::default(), CLOCK_TOPIC, &Qos::sensor(1))?;
+        let name = (CLOCK_TOPIC, Clock::TYPE_NAME);
+        let topic = self.subscription_behind::<Clock>(Gate::default(), name, &Qos::sensor(1))?;
         tracing::info!("the time is that of {}", topic.topic());
         let clock = self.clock.clone();
         network.spawn(|stop| clock.follow(topic, stop));
@@ -48,7 +49,8 @@ impl Node {
 
     /// Tells the node's log to the graph.
     pub(super) fn start_rosout(&self) -> Result<(), ShellError> {
-        let Some(network) = &self.network else { return Ok(()) };
+        let is_told = self.arguments.outputs.rosout;
+        let Some(network) = self.network.as_ref().filter(|_| is_told) else { return Ok(()) };
         let Some(lines) = NodeLines::of(self.identity.name()) else { return Ok(()) };
         // Reliable and kept, as ROS 2 has it: it fits every subscriber.
         let qos = Qos::new(true, true, rosout::LINES_KEPT);

@@ -134,7 +134,8 @@ fn examine_bag(path: &Path, args: &DoctorArgs) -> Result<Report, Failure> {
 fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failure> {
     // What other nodes would log is among the findings.
     let quiet = [LogDirective { logger: None, level: LogLevel::Error }];
-    node_shell::log::start(LOGGER, if ros.log.is_empty() { &quiet } else { &ros.log });
+    let levels = if ros.log.is_empty() { &quiet[..] } else { &ros.log };
+    node_shell::log::start(LOGGER, levels, &ros.outputs);
     let transport = match Transport::from_environment() {
         Ok(transport) => transport,
         Err(error) => return Ok(only(&error)),

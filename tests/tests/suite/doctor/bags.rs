@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
-use super::bag_faults::FAULTS;
+use super::bag_faults;
 use super::json;
 use super::plant::Recording;
 use crate::program::{stillmap, succeed};
@@ -114,7 +114,7 @@ impl Fault {
 fn each_fault_that_is_planted_in_a_bag_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for fault in FAULTS {
+    for fault in bag_faults::faults() {
         let mut recording = fault.base.recording();
         (fault.plant)(&mut recording);
         let bag = recording.write(folder.path().join(format!("{}.mcap", fault.name)));

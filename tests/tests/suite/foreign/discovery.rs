@@ -10,11 +10,12 @@ use super::place::{PATIENCE, Place};
 use crate::program::Running;
 
 /// The nodes of the suite, each with a topic that it reads and one that it writes.
-const NODES: [(&str, &str, &str); 5] = [
+const NODES: [(&str, &str, &str); 6] = [
     ("detection", "scan", "reduced_cloud"),
     ("segmentation", "reduced_cloud", "static_cloud"),
     ("reconstruction", "segmented_cloud", "static_map"),
     ("pose", "rgb/image", "odom"),
+    ("lidar_odometry", "points", "local_map"),
     ("compression", "depth/image", "depth/image/compressedDepth"),
 ];
 
@@ -48,8 +49,9 @@ async fn a_peer_finds_each_node_with_its_endpoints() {
     let namespace = place.namespace();
     let rule = format!("__ns:={namespace}");
     for (name, reads, writes) in NODES {
+        let program = name.replace('_', "-");
         let process =
-            Running::start_on(place.domain_id(), ["node", name, "--ros-args", "-r", &rule]);
+            Running::start_on(place.domain_id(), ["node", &program, "--ros-args", "-r", &rule]);
         let full_name = format!("{namespace}/{name}");
         let mut readers = BTreeSet::from([format!("rt{namespace}/{reads}")]);
         let mut writers = BTreeSet::from([

@@ -206,7 +206,8 @@ async fn a_peer_brings_a_node_up_lets_it_pause_and_ends_it() {
 }
 
 /// The nodes of the suite, each as a process of its own.
-const NODES: [&str; 5] = ["detection", "segmentation", "reconstruction", "pose", "compression"];
+const NODES: [&str; 6] =
+    ["detection", "segmentation", "reconstruction", "pose", "lidar_odometry", "compression"];
 
 /// What each of them does is told on `/rosout`, too.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -219,7 +220,8 @@ async fn every_node_is_managed() {
     let mut manager = Manager { peer };
     let rule = format!("__ns:={}", place.namespace());
     for node in NODES {
-        let line = ["node", node, "--ros-args", "-r", &rule, "-p", "autostart:=false"];
+        let program = node.replace('_', "-");
+        let line = ["node", &program, "--ros-args", "-r", &rule, "-p", "autostart:=false"];
         let process = Running::start_on(place.domain_id(), line);
         let name = format!("{}/{node}", place.namespace());
         for (id, label, state) in [

@@ -9,7 +9,7 @@ use msgs::rcl_interfaces::{
     ParameterType, ParameterValue, SetParameters, SetParametersAtomically,
 };
 use msgs::std_srvs::Trigger;
-use node_shell::{Node, NodeFailure, Shutdown};
+use node_shell::{NodeFailure, Shutdown};
 use reconstruction::shell::{ReconstructionParameters, serve};
 use serde_json::{Value, json};
 use tokio::task::JoinHandle;
@@ -17,6 +17,7 @@ use tokio::task::JoinHandle;
 use super::build::Make;
 use super::peer::Peer;
 use super::place::{GREETINGS, LONGEST_GREETING, Place};
+use crate::program::Running;
 
 const EVENTS: &str = "/parameter_events";
 
@@ -68,7 +69,7 @@ impl Asked {
     }
 }
 
-async fn serving(node: Node) -> Result<(), NodeFailure> {
+async fn serving(node: node_shell::Node) -> Result<(), NodeFailure> {
     let result = serve(&node, ReconstructionParameters::default()).await;
     node.close().await;
     result
@@ -203,7 +204,105 @@ async fn a_peer_sets_parameters_and_hears_of_it() {
     asked.end().await;
 }
 
-/// Every node has what every node of ROS 2 has.
+/// A node, a value that it refuses with the reason, and one that it takes where it has such.
+struct Node {
+    name: &'static str,
+    refused: Value,
+    reason: &'static str,
+    taken: Option<Value>,
+}
+
+fn truth(name: &str, value: bool) -> Value {
+    parameter(name, ParameterType::PARAMETER_BOOL, "bool_value", &json!(value))
+}
+
+fn nodes() -> [Node; 6] {
+    let fixed = |name, refused| Node { name, refused, reason: "cannot change while", taken: None };
+    let live = |name, refused, reason, taken| Node { name, refused, reason, taken: Some(taken) };
+    [
+        live(
+            "detection",
+            fractional("extrinsics_limit_m", -1.0),
+            "extrinsics_limit_m",
+            fractional("extrinsics_limit_m", 0.05),
+        ),
+        fixed("segmentation", whole("max_tracks", 5)),
+        live(
+            "reconstruction",
+            whole("map_update_max_points", 0),
+            "at least 1",
+            whole("map_update_max_points", 7),
+        ),
+        fixed("pose", truth("publish_tf", false)),
+        fixed("lidar_odometry", truth("publish_tf", false)),
+        live("compression", whole("jpeg_quality", 101), "100", whole("jpeg_quality", 80)),
+    ]
+}
+
+/// Asks a node for all that a node of ROS 2 tells of its parameters, and sets some.
+async fn has_parameters(peer: &mut Peer, full_name: &str, node: &Node) {
+    let service = |name: &str| format!("{full_name}/{name}");
+    let all = json!({ "prefixes": [], "depth": 0 });
+    let listed = peer.call::<ListParameters>(&service("list_parameters"), all).await;
+    let names = &listed["result"]["names"];
+    for of_all in ["use_sim_time", "autostart"] {
+        assert!(names.as_array().unwrap().contains(&json!(of_all)), "{full_name}: {names}");
+    }
+    let of_names = json!({ "names": names });
+    let described = service("describe_parameters");
+    let described = peer.call::<DescribeParameters>(&described, of_names.clone()).await;
+    let values = peer.call::<GetParameters>(&service("get_parameters"), of_names.clone()).await;
+    let types = peer.call::<GetParameterTypes>(&service("get_parameter_types"), of_names).await;
+    for (index, descriptor) in described["descriptors"].as_array().unwrap().iter().enumerate() {
+        assert_eq!(descriptor["name"], names[index], "{full_name}");
+        assert_ne!(descriptor["description"], "", "{full_name}: {descriptor}");
+        assert_eq!(
+            descriptor["type"], values["values"][index]["type"],
+            "{full_name}: {descriptor}"
+        );
+        assert_eq!(descriptor["type"], types["types"][index], "{full_name}: {descriptor}");
+    }
+
+    let value_of = json!({ "names": [node.refused["name"]] });
+    let before = peer.call::<GetParameters>(&service("get_parameters"), value_of.clone()).await;
+    let request = json!({ "parameters": [node.refused] });
+    let answer = peer.call::<SetParameters>(&service("set_parameters"), request.clone()).await;
+    let each = &answer["results"][0];
+    let whole = service("set_parameters_atomically");
+    let together = &peer.call::<SetParametersAtomically>(&whole, request).await["result"];
+    for result in [each, together] {
+        let reason = result["reason"].as_str().unwrap();
+        println!("{full_name}: {reason}");
+        assert_eq!(result["successful"], false, "{full_name}");
+        assert!(reason.contains(node.reason), "{full_name}: {reason}");
+    }
+    let after = peer.call::<GetParameters>(&service("get_parameters"), value_of.clone()).await;
+    assert_eq!(before, after, "{full_name}");
+    if let Some(taken) = &node.taken {
+        let request = json!({ "parameters": [taken] });
+        let answer = peer.call::<SetParametersAtomically>(&whole, request).await;
+        assert_eq!(answer["result"], json!({ "successful": true, "reason": "" }), "{full_name}");
+        let after = peer.call::<GetParameters>(&service("get_parameters"), value_of).await;
+        assert_eq!(after["values"][0], taken["value"], "{full_name}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_peer_reads_and_sets_the_parameters_of_every_node() {
+    let place = Place::new().await;
+    let Some(mut peer) = Peer::start(Make::CyclonePython, "call", &place, &[]).await else {
+        return;
+    };
+    let rule = format!("__ns:={}", place.namespace());
+    for node in nodes() {
+        let program = node.name.replace('_', "-");
+        let line = ["node", &program, "--ros-args", "-r", &rule];
+        let process = Running::start_on(place.domain_id(), line);
+        has_parameters(&mut peer, &format!("{}/{}", place.namespace(), node.name), &node).await;
+        assert!(process.interrupt(), "{}", node.name);
+    }
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_node_ends_in_time_while_it_is_asked() {
     let place = Place::new().await;

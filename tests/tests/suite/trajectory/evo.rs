@@ -1,45 +1,18 @@
 //! The same files to evo, the tool that most papers use, as a program of its own. What it answered once stands
 //! in `tests/data/trajectory/evo.json` and is held to by a unit test of the crate `evaluation`; here it is asked again.
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use serde_json::Value;
 
 use super::{data, score};
+use crate::python::python_with;
 
-/// Where a Python with `evo` is.
-const PYTHON: &str = "STILLMAP_TEST_PYTHON";
-/// Where `.ci/install_peers` puts one, beside the folder of the tests' own files.
-const PYTHON_ENVIRONMENT: &str = "peers-venv/bin/python3";
 /// Both compute in double precision; evo rounds stamps and matrices otherwise.
 const TOLERANCE: f64 = 1e-6;
 /// One case of so many is asked live: each starts a Python that takes a second or more.
 const EACH: usize = 4;
-
-/// A Python with evo; `None`, and a line that says so, where it cannot be had.
-fn python() -> Option<OsString> {
-    let mut candidates = vec![
-        Path::new(env!("CARGO_TARGET_TMPDIR")).join("..").join(PYTHON_ENVIRONMENT).into_os_string(),
-        "python3".into(),
-    ];
-    if let Some(given) = std::env::var_os(PYTHON) {
-        candidates = vec![given];
-    }
-    let has_evo = |python: &OsString| {
-        let mut command = Command::new(python);
-        command.args(["-c", "from importlib.metadata import version; version('evo')"]);
-        let status = command.stdout(Stdio::null()).stderr(Stdio::null()).status();
-        status.is_ok_and(|status| status.success())
-    };
-    let found = candidates.into_iter().find(has_evo);
-    if found.is_none() {
-        assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "a Python with evo is missing");
-        println!("skipped: no Python with the package evo is here (.ci/install_peers installs it)");
-    }
-    found
-}
 
 /// Our statistics for a case.
 fn ours(case: &Value, folder: &Path) -> Value {
@@ -74,7 +47,7 @@ fn ours(case: &Value, folder: &Path) -> Value {
 
 #[test]
 fn the_program_prints_what_evo_finds() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_with("evo") else { return };
     let folder = tempfile::tempdir().unwrap();
     let all: Vec<Value> =
         serde_json::from_slice(&std::fs::read(data("evo.json")).unwrap()).unwrap();

@@ -1,0 +1,111 @@
+//! The recorder: the live graph into a bag, as `stillmap record`.
+
+mod ears;
+mod error;
+mod options;
+#[cfg(test)]
+mod over_dds;
+mod quality;
+mod status;
+mod summary;
+mod writing;
+
+use std::io::Write;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use node_shell::parameters::NoParameters;
+use node_shell::{Node, NodeFailure, RosArguments, ShellError};
+
+use crate::shell::{INCOMPLETE, THREADS};
+use ears::{Ears, Wanted};
+use status::StatusLine;
+use writing::Writing;
+
+pub use error::RecordError;
+pub use options::RecordOptions;
+pub use summary::{RecordSummary, RecordedTopic};
+
+/// Name of the node, unless the command line gives another.
+const NODE_NAME: &str = "bag_recorder";
+/// How often the recorder looks for topics that have come up.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// What stands below the options in `--help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  stillmap record -o room.mcap
+  stillmap record -o room.mcap --topics /scan,/camera/depth/image_raw,/camera/depth/camera_info,/tf,/tf_static
+  stillmap record -o room.mcap --exclude /camera/depth/points --duration 60 --json
+  stillmap record -o replayed.mcap --ros-args -p use_sim_time:=true
+
+Ctrl-C or SIGTERM ends the recording and closes the bag. Until then it is room.mcap.tmp, which can be read as far as it
+goes. With use_sim_time messages are logged at the time of /clock; before its first tick nothing is recorded.
+
+Exit codes: 0 all was recorded; 1 it could not be recorded; 2 wrong arguments; 3 it was recorded, but messages were lost on
+their way, or a topic of --topics never came up.";
+
+/// Runs the recorder: prints the summary and gives the exit code.
+///
+/// # Errors
+/// When nothing can be recorded, or the bag cannot be written.
+pub fn run(options: &RecordOptions, ros: &RosArguments) -> Result<ExitCode, NodeFailure> {
+    let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
+    node_shell::log::start(&identity.logger_name(), &ros.log, &ros.outputs);
+    ros.tell_without_effect();
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(THREADS)
+        .enable_all()
+        .build()
+        .map_err(ShellError::Process)?;
+    let summary = runtime.block_on(async {
+        let node = Node::start(NODE_NAME, ros)?;
+        // It has none but those of every node.
+        node.serve_parameters(&NoParameters {})?;
+        let result = record(options, &node).await;
+        node.close().await;
+        result.map_err(NodeFailure::from)
+    })?;
+    let mut stdout = std::io::stdout();
+    if options.json {
+        writeln!(stdout, "{}", serde_json::to_string_pretty(&summary)?)?;
+    } else {
+        write!(stdout, "{summary}")?;
+    }
+    Ok(if summary.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+}
+
+/// Records what is on the network of `node`, until it is asked to end or for as long as the options say.
+///
+/// # Errors
+/// When the bag is there already or cannot be written, or a name is none. What was lost on its way and topics that never came
+/// are no errors but part of the summary.
+pub async fn record(options: &RecordOptions, node: &Node) -> Result<RecordSummary, RecordError> {
+    let longest = options.longest()?;
+    // Before the bag is begun: what is refused leaves nothing.
+    let wanted = Wanted::new(node, options)?;
+    let writing = Writing::start(options)?;
+    let started = Instant::now();
+    let mut ears = Ears::new(node, wanted, writing.queue());
+    let mut status = StatusLine::new(started);
+    let shutdown = node.shutdown_signal();
+    loop {
+        ears.open_more(&node.survey());
+        status.update(writing.written());
+        let left = longest.map_or(LOOK, |longest| longest.saturating_sub(started.elapsed()));
+        if left.is_zero() {
+            break;
+        }
+        tokio::select! {
+            () = shutdown.wait() => break,
+            // The disk is full, or the like: the thread says so at its end.
+            () = writing.has_failed() => break,
+            () = tokio::time::sleep(left.min(LOOK)) => {}
+        }
+    }
+    status.clear();
+    let duration_s = started.elapsed().as_secs_f64();
+    let (topics, not_recorded) = ears.close().await;
+    let bag = writing.finish().await?;
+    Ok(RecordSummary::new(bag, topics, not_recorded, duration_s))
+}

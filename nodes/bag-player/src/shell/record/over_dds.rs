@@ -1,0 +1,196 @@
+//! The recorder over real DDS: it and what it records are participants of one process.
+
+use std::time::Duration;
+
+use geometry::Stamp;
+use msgs::rosgraph_msgs::Clock;
+use msgs::sensor_msgs::{LaserScan, PointCloud2};
+use msgs::std_msgs::String as Text;
+use msgs::{RosMessage, convert};
+use node_shell::{Node, Publisher, Qos, RosArguments, Transport};
+use tokio::task::JoinHandle;
+
+use super::{RecordError, RecordOptions, RecordSummary, record};
+use crate::{Bag, BagMessage, OfferedQos, Selection};
+
+/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// Until what was sent last has arrived.
+const SETTLING: Duration = Duration::from_millis(500);
+
+/// A graph of its own, a recorder in it, and a node that publishes.
+struct Graph {
+    recorder: Node,
+    driver: Node,
+}
+
+impl Graph {
+    fn new(number: u32, arguments: &[&str]) -> Self {
+        let domain = 101 + (std::process::id().wrapping_mul(11) + number) % 100;
+        let transport = Transport::on_domain(domain as u16).unwrap();
+        let start = |name: &str, arguments: &[&str]| {
+            let arguments = RosArguments::parse(arguments.iter().copied()).unwrap();
+            Node::start_on(transport.clone(), name, &arguments).unwrap()
+        };
+        Self { recorder: start("bag_recorder", arguments), driver: start("driver", &[]) }
+    }
+
+    fn publisher<M: RosMessage>(&self, topic: &str, qos: &Qos) -> Publisher<M> {
+        self.driver.publisher(topic, qos).unwrap()
+    }
+}
+
+/// Begins to record; the end is that of the recorder's node.
+fn recording(recorder: Node, options: RecordOptions) -> JoinHandle<RecordSummary> {
+    tokio::spawn(async move {
+        let summary = record(&options, &recorder).await.unwrap();
+        recorder.close().await;
+        summary
+    })
+}
+
+async fn is_heard<M: RosMessage>(publisher: &Publisher<M>) {
+    tokio::time::timeout(PATIENCE, publisher.wait_for_subscribers(1)).await.unwrap();
+}
+
+fn scan(index: u32) -> LaserScan {
+    LaserScan { ranges: (0..index).map(|beam| beam as f32).collect(), ..LaserScan::default() }
+}
+
+fn cloud(bytes: usize) -> PointCloud2 {
+    let data = (0..bytes).map(|at| (at * 7 % 251) as u8).collect();
+    PointCloud2 { data, is_dense: true, ..PointCloud2::default() }
+}
+
+fn messages(bag: &Bag) -> Vec<BagMessage> {
+    let all = bag.messages(&Selection::default()).unwrap();
+    all.map(|message| message.unwrap()).collect()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_recorded_is_what_was_sent() {
+    let graph = Graph::new(0, &[]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bag.mcap");
+    let shutdown = graph.recorder.shutdown_signal();
+    // Before the recorder: what is kept for those who come late.
+    let texts = graph.publisher::<Text>("/map_name", &Qos::latched());
+    texts.publish(Text { data: "hall".into() }).unwrap();
+    let hidden = graph.publisher::<Text>("/hidden", &Qos::reliable(5));
+    let scans = graph.publisher::<LaserScan>("/scan", &Qos::reliable(10));
+    let clouds = graph.publisher::<PointCloud2>("/points", &Qos::sensor(5));
+    let exclude =
+        ["hidden", "/rosout", "/diagnostics", "/parameter_events"].map(str::to_owned).to_vec();
+    let options = RecordOptions { exclude, ..RecordOptions::new(path.clone()) };
+    // Nobody here knows the definition of its type.
+    let thing = [0, 1, 0, 0, 7, 6, 5, 4, 3, 2, 1, 0];
+    let things =
+        graph.driver.raw_publisher("/thing", "other_msgs/msg/Thing", &Qos::reliable(5)).unwrap();
+    let Graph { recorder, driver } = graph;
+    let recording = recording(recorder, options);
+    is_heard(&scans).await;
+    is_heard(&clouds).await;
+    tokio::time::timeout(PATIENCE, things.wait_for_subscribers(1)).await.unwrap();
+    things.publish(&thing).unwrap();
+    is_heard(&texts).await;
+    for index in 0..20 {
+        scans.publish(scan(index)).unwrap();
+        hidden.publish(Text::default()).unwrap();
+    }
+    clouds.publish(cloud(200_003)).unwrap();
+    tokio::time::sleep(SETTLING).await;
+    assert!(!path.exists(), "a bag that is not closed must not have the name of a whole one");
+    shutdown.trigger();
+    let summary = tokio::time::timeout(PATIENCE, recording).await.unwrap().unwrap();
+    let names: Vec<_> = summary.topics.iter().map(|one| one.topic.as_str()).collect();
+    assert_eq!(names, ["/map_name", "/points", "/scan", "/thing"], "{summary}");
+    let is_defined: Vec<_> = summary.topics.iter().map(|one| one.is_defined).collect();
+    assert_eq!(is_defined, [true, true, true, false]);
+    assert!(summary.is_complete(), "{summary}");
+
+    let bag = Bag::open(&path).unwrap();
+    let messages = messages(&bag);
+    let of = |topic: &str| messages.iter().filter(|one| *one.topic == *topic).collect::<Vec<_>>();
+    let texts_back: Vec<Text> = of("/map_name").iter().map(|one| one.decode().unwrap()).collect();
+    assert_eq!(texts_back, [Text { data: "hall".into() }]);
+    let scans_back: Vec<LaserScan> = of("/scan").iter().map(|one| one.decode().unwrap()).collect();
+    assert_eq!(scans_back, (0..20).map(scan).collect::<Vec<_>>());
+    assert_eq!(of("/points")[0].decode::<PointCloud2>().unwrap(), cloud(200_003));
+    assert_eq!(
+        (of("/thing")[0].data.as_slice(), &*of("/thing")[0].type_name),
+        (&thing[..], "other_msgs/msg/Thing")
+    );
+    for message in &messages {
+        let way_s = message.log_time.seconds_since(message.publish_time);
+        assert!((-0.1..PATIENCE.as_secs_f64()).contains(&way_s), "{} {way_s} s", message.topic);
+    }
+    let info = bag.info().unwrap();
+    let qos = |topic: &str| info.topics.iter().find(|one| one.topic == topic).unwrap().qos;
+    assert_eq!(qos("/map_name"), Some(OfferedQos::latched()));
+    assert_eq!(qos("/scan"), Some(OfferedQos::reliable(10)));
+    assert_eq!(qos("/points"), Some(OfferedQos::sensor(5)));
+    drop((texts, hidden, scans, clouds, things));
+    driver.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn simulated_time_is_that_of_the_clock() {
+    let graph = Graph::new(1, &["--ros-args", "-p", "use_sim_time:=true"]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bag.mcap");
+    let shutdown = graph.recorder.shutdown_signal();
+    let clock = graph.publisher::<Clock>("/clock", &Qos::reliable(10));
+    let scans = graph.publisher::<LaserScan>("/scan", &Qos::reliable(10));
+    let topics = vec!["scan".to_owned(), "never".to_owned()];
+    let options = RecordOptions { topics, ..RecordOptions::new(path.clone()) };
+    let Graph { recorder, driver } = graph;
+    let recording = recording(recorder, options);
+    is_heard(&scans).await;
+    is_heard(&clock).await;
+    scans.publish(scan(1)).unwrap();
+    tokio::time::sleep(SETTLING).await;
+    let times = [Stamp::from_secs_nanos(70, 5), Stamp::from_secs_nanos(60, 0)];
+    for (time, beams) in times.into_iter().zip(2..) {
+        clock.publish(Clock { clock: convert::time_from_stamp(time) }).unwrap();
+        tokio::time::sleep(SETTLING).await;
+        scans.publish(scan(beams)).unwrap();
+        tokio::time::sleep(SETTLING).await;
+    }
+    shutdown.trigger();
+    let summary = tokio::time::timeout(PATIENCE, recording).await.unwrap().unwrap();
+    assert_eq!(summary.not_recorded, ["/never"]);
+    assert!(!summary.is_complete());
+    assert_eq!((summary.topics[0].recorded, summary.topics[0].before_clock), (2, 1), "{summary}");
+    let mut logged: Vec<(Stamp, usize)> = messages(&Bag::open(&path).unwrap())
+        .iter()
+        .map(|one| (one.log_time, one.decode::<LaserScan>().unwrap().ranges.len()))
+        .collect();
+    logged.sort_unstable();
+    assert_eq!(logged, [(times[1], 3), (times[0], 2)]);
+    drop((clock, scans));
+    driver.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_cannot_be_recorded_is_refused_in_words() {
+    let Graph { recorder, driver } = Graph::new(2, &[]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bag.mcap");
+    std::fs::write(&path, "a bag").unwrap();
+    let refused = async |options: RecordOptions| record(&options, &recorder).await.unwrap_err();
+    let exists = refused(RecordOptions::new(path.clone())).await;
+    assert!(matches!(exists, RecordError::Exists { .. }) && exists.to_string().contains("-o"));
+    assert_eq!(std::fs::read(&path).unwrap(), b"a bag");
+    for duration_s in [0.0, -1.0, f64::NAN] {
+        let options = RecordOptions {
+            duration_s: Some(duration_s),
+            ..RecordOptions::new(folder.path().join("other.mcap"))
+        };
+        let duration = refused(options).await.to_string();
+        assert!(duration.starts_with("--duration must be"), "{duration}");
+    }
+    let nowhere = refused(RecordOptions::new(folder.path().join("no/bag.mcap"))).await.to_string();
+    assert!(nowhere.contains("no/bag.mcap.tmp"), "{nowhere}");
+    recorder.close().await;
+    driver.close().await;
+}

@@ -1,0 +1,96 @@
+//! Where the log goes: stderr, `/rosout` and, as ROS 2 has it, a file in the folder that `ROS_LOG_DIR` names.
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The folder of log files. Unlike in ROS 2 there are none without it.
+const FOLDER: &str = "ROS_LOG_DIR";
+/// Whether lines have colours: `0` or `1`; by default where a person sees them.
+const COLOURS: &str = "RCUTILS_COLORIZED_OUTPUT";
+
+/// Where the log goes, by the arguments.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct LogOutputs {
+    /// To stderr: all but `--disable-stdout-logs`.
+    pub stderr: bool,
+    /// To `/rosout`: all but `--disable-rosout-logs`.
+    pub rosout: bool,
+    /// To a file, where `ROS_LOG_DIR` is set: all but `--disable-external-lib-logs`.
+    pub file: bool,
+    /// How the file's name begins: `--log-file-name`; by default as the node is called.
+    pub file_name: Option<String>,
+}
+
+impl Default for LogOutputs {
+    fn default() -> Self {
+        Self { stderr: true, rosout: true, file: true, file_name: None }
+    }
+}
+
+impl LogOutputs {
+    /// The file of this process, whose logger is `logger`; `None` where there is to be none.
+    pub(super) fn open_file(&self, logger: &str) -> io::Result<Option<(PathBuf, File)>> {
+        match std::env::var_os(FOLDER).filter(|folder| self.file && !folder.is_empty()) {
+            Some(folder) => self.create(Path::new(&folder), logger).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// Named as ROS 2 names it: what it is of, the process, the milliseconds since 1970.
+    fn create(&self, folder: &Path, logger: &str) -> io::Result<(PathBuf, File)> {
+        fs::create_dir_all(folder)?;
+        let what = self.file_name.as_deref().unwrap_or(logger);
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let name = format!("{what}_{}_{}.log", std::process::id(), since.as_millis());
+        let path = folder.join(name);
+        Ok((path.clone(), File::create(path)?))
+    }
+}
+
+/// Whether lines on stderr have colours.
+pub(super) fn has_colours(is_watched: bool) -> bool {
+    colours(std::env::var_os(COLOURS).as_deref(), is_watched)
+}
+
+fn colours(variable: Option<&OsStr>, is_watched: bool) -> bool {
+    match variable.and_then(OsStr::to_str) {
+        Some("0") => false,
+        Some("1") => true,
+        _ => is_watched,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    #[test]
+    fn colours_are_where_a_person_sees_them_unless_the_variable_says_otherwise() {
+        for is_watched in [false, true] {
+            let coloured = |text: &str| colours(Some(OsStr::new(text)), is_watched);
+            assert!(coloured("1") && !coloured("0"));
+            assert_eq!((coloured(""), colours(None, is_watched)), (is_watched, is_watched));
+        }
+    }
+
+    #[test]
+    fn a_file_is_named_as_ros_2_names_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let below = folder.path().join("a/b");
+        let start = |outputs: LogOutputs| {
+            let (path, mut file) = outputs.create(&below, "robot.detection").unwrap();
+            file.write_all(b"a line").unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"a line");
+            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+            name.split_once(&format!("_{}_", std::process::id())).unwrap().0.to_owned()
+        };
+        assert_eq!(start(LogOutputs::default()), "robot.detection");
+        let file_name = Some("mapping".to_owned());
+        assert_eq!(start(LogOutputs { file_name, ..LogOutputs::default() }), "mapping");
+    }
+}

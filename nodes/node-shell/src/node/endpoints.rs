@@ -1,0 +1,195 @@
+//! The ends of topics and services that a node has.
+
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Weak};
+
+use msgs::{RosMessage, RosService};
+
+use super::Node;
+use crate::error::ShellError;
+use crate::exchange::TopicKey;
+use crate::graph::{OpenEndpoint, Role};
+use crate::inbox::Queue;
+use crate::lifecycle::Gate;
+use crate::names;
+use crate::publisher::{Outlet, Publisher, RawPublisher};
+use crate::qos::Qos;
+use crate::raw_subscription::RawSubscription;
+use crate::reader::{MakeReader, Reader};
+use crate::service::Service;
+use crate::subscription::Subscription;
+use crate::writer::{MakeWriter, Writer};
+
+impl Node {
+    /// The absolute name of a topic, after remapping.
+    ///
+    /// # Errors
+    /// When the name breaks the rules for topic names.
+    pub fn resolve(&self, topic: &str) -> Result<String, ShellError> {
+        Ok(self.identity.resolve(&self.arguments.remappings, topic)?)
+    }
+
+    /// A publisher of messages of one type.
+    ///
+    /// # Errors
+    /// When the name is none, or the library refuses.
+    pub fn publisher<M: RosMessage>(
+        &self,
+        topic: &str,
+        qos: &Qos,
+    ) -> Result<Publisher<M>, ShellError> {
+        Ok(Publisher::new(self.outlet(topic, M::TYPE_NAME, qos, self.life.gate())?))
+    }
+
+    /// A publisher of what the node says of itself, whether it works or not.
+    pub(crate) fn own_publisher<M: RosMessage>(
+        &self,
+        topic: &str,
+        qos: &Qos,
+    ) -> Result<Publisher<M>, ShellError> {
+        Ok(Publisher::new(self.outlet(topic, M::TYPE_NAME, qos, Gate::default())?))
+    }
+
+    /// A publisher of messages that are encoded already; `type_name` as `sensor_msgs/msg/LaserScan`.
+    ///
+    /// # Errors
+    /// When a name is none, or the library refuses.
+    pub fn raw_publisher(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<RawPublisher, ShellError> {
+        Ok(RawPublisher::new(self.outlet(topic, type_name, qos, self.life.gate())?))
+    }
+
+    /// A subscription to messages of one type. What arrives while the node does not work is passed over, but for a topic
+    /// whose last messages are kept for those who come late: they come once.
+    ///
+    /// # Errors
+    /// When the name is none, or the library refuses.
+    pub fn subscription<M: RosMessage>(
+        &self,
+        topic: &str,
+        qos: &Qos,
+    ) -> Result<Subscription<M>, ShellError> {
+        self.subscription_behind(self.gate_for(qos), (topic, M::TYPE_NAME), qos)
+    }
+
+    /// A subscription to messages that are handed on as they are; `type_name` as `sensor_msgs/msg/LaserScan`.
+    ///
+    /// # Errors
+    /// When a name is none, or the library refuses.
+    pub fn raw_subscription(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<RawSubscription, ShellError> {
+        let messages = self.subscription_behind(self.gate_for(qos), (topic, type_name), qos)?;
+        Ok(RawSubscription::new(messages))
+    }
+
+    /// What is kept for those who come late comes once, and so at any time.
+    fn gate_for(&self, qos: &Qos) -> Gate {
+        if qos.is_transient_local() { Gate::default() } else { self.life.gate() }
+    }
+
+    pub(super) fn subscription_behind<M: RosMessage>(
+        &self,
+        gate: Gate,
+        (topic, type_name): (&str, &str),
+        qos: &Qos,
+    ) -> Result<Subscription<M>, ShellError> {
+        let absolute = self.resolve(topic)?;
+        let dds_type = names::dds_type_name(type_name)?;
+        let queue = Arc::new(Queue::new(qos.depth()));
+        let key = TopicKey { topic: absolute.clone(), dds_type: dds_type.clone() };
+        let id = self.host.exchange().enter_subscription(key, qos, queue.clone());
+        let endpoint = OpenEndpoint::new(id, &self.graph);
+        let reader = match &self.network {
+            None => self.graph.enter(id, (Role::Subscription, &absolute, &dds_type), || {
+                Ok::<_, ShellError>(None)
+            })?,
+            Some(network) => {
+                let make = network.reader_maker::<M>(&absolute, &dds_type, qos);
+                let first = self
+                    .graph
+                    .enter(id, (Role::Subscription, &absolute, &dds_type), || make().map(Some))
+                    .map_err(|reason| endpoint_error("subscription", &absolute, reason))?;
+                let graph = self.graph.clone();
+                let remake: MakeReader<M> = Box::new(move || graph.renew(id, &make));
+                first.map(|first| {
+                    let reader = Reader::new(&absolute, first, qos.is_reliable(), remake);
+                    self.graph.renew_with(id, reader.renewal());
+                    reader
+                })
+            }
+        };
+        let counters = self.counters.of_subscription(&absolute);
+        Ok(Subscription::new((&absolute, qos.depth()), queue, reader, endpoint, (counters, gate)))
+    }
+
+    /// A service, for those outside; it must be dropped before the node is closed.
+    ///
+    /// # Errors
+    /// When the name is none, or the library refuses.
+    pub fn service<S: RosService>(&self, name: &str) -> Result<Service<S>, ShellError> {
+        let absolute = self.identity.resolve_service(&self.arguments.remappings, name)?;
+        match &self.network {
+            None => Ok(Service::unasked(&absolute)),
+            Some(network) => Service::new(network, &absolute),
+        }
+    }
+
+    fn outlet(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+        gate: Gate,
+    ) -> Result<Outlet, ShellError> {
+        let absolute = self.resolve(topic)?;
+        let dds_type = names::dds_type_name(type_name)?;
+        let key = TopicKey { topic: absolute.clone(), dds_type: dds_type.clone() };
+        let id = self.host.exchange().enter_publisher(key, qos);
+        let endpoint = OpenEndpoint::new(id, &self.graph);
+        let keeps = if qos.is_transient_local() { qos.depth() } else { 0 };
+        let writer = match &self.network {
+            None => self
+                .graph
+                .enter(id, (Role::Publisher, &absolute, &dds_type), || Ok::<_, ShellError>(None))?,
+            Some(network) => {
+                let make =
+                    network.writer_maker(&absolute, &dds_type, qos.writer_policies(type_name));
+                let first = self
+                    .graph
+                    .enter(id, (Role::Publisher, &absolute, &dds_type), || make().map(Some))
+                    .map_err(|reason| endpoint_error("publisher", &absolute, reason))?;
+                let graph = self.graph.clone();
+                let remake: MakeWriter = Box::new(move || graph.renew(id, &make));
+                first.map(|first| {
+                    let writer = Writer::new(&absolute, first, keeps, remake);
+                    let link: Weak<Writer> = Arc::downgrade(&writer);
+                    self.graph.renew_with(id, link);
+                    writer
+                })
+            }
+        };
+        Ok(Outlet {
+            topic: absolute.as_str().into(),
+            exchange: Arc::clone(self.host.exchange()),
+            endpoint,
+            writer,
+            keeps: qos.is_transient_local(),
+            granted: self.granted_buffer(),
+            warned_of_size: AtomicBool::new(false),
+            published: self.counters.of_publisher(&absolute),
+            gate,
+        })
+    }
+}
+
+fn endpoint_error(endpoint: &'static str, topic: &str, reason: String) -> ShellError {
+    ShellError::Endpoint { endpoint, topic: topic.to_owned(), reason }
+}

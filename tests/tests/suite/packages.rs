@@ -1,0 +1,193 @@
+//! The packages for colcon and for Debian say what the workspace says, and the tools of ROS 2 take them.
+
+use std::collections::BTreeSet;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+use crate::python::python_with;
+
+fn root(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
+}
+
+fn read(path: &str) -> String {
+    std::fs::read_to_string(root(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// The text of the first element of a name.
+fn element<'a>(xml: &'a str, name: &str) -> &'a str {
+    let rest = xml.split(&format!("<{name}>")).nth(1).unwrap_or_else(|| panic!("no <{name}>"));
+    rest.split(&format!("</{name}>")).next().unwrap()
+}
+
+#[test]
+fn packages_say_what_the_workspace_says() {
+    let workspace = read("Cargo.toml");
+    let value = |key: &str| {
+        let line = workspace.lines().find(|line| line.starts_with(&format!("{key} = "))).unwrap();
+        line.split('"').nth(1).unwrap().to_owned()
+    };
+    for (folder, name) in [("msgs", "stillmap_msgs"), ("nodes/stillmap", "stillmap")] {
+        let package = read(&format!("{folder}/package.xml"));
+        assert!(package.contains("<package format=\"3\">"), "{folder}");
+        assert_eq!(element(&package, "name"), name);
+        assert_eq!(element(&package, "version"), value("version"));
+        assert_eq!(element(&package, "license"), value("license"));
+        let cmake = read(&format!("{folder}/CMakeLists.txt"));
+        assert!(cmake.contains(&format!("project({name}")), "{folder}");
+    }
+    // What the messages are made of is what their package depends on.
+    let (package, cmake) = (read("msgs/package.xml"), read("msgs/CMakeLists.txt"));
+    let mut needed = BTreeSet::new();
+    for file in std::fs::read_dir(root("msgs/msg/stillmap_msgs")).unwrap() {
+        let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
+        let types =
+            text.lines().filter_map(|line| line.split('#').next()?.split_whitespace().next());
+        needed.extend(types.filter_map(|name| Some(name.split_once('/')?.0.to_owned())));
+    }
+    needed.remove("stillmap_msgs");
+    for name in &needed {
+        assert!(package.contains(&format!("<depend>{name}</depend>")), "{name}");
+        assert!(cmake.contains(&format!("find_package({name} REQUIRED)")), "{name}");
+    }
+    // The programs that colcon installs are those of the workspace, all of them.
+    let cmake = read("nodes/stillmap/CMakeLists.txt");
+    let installed = cmake.split("set(programs ").nth(1).unwrap().split(')').next().unwrap();
+    let installed: BTreeSet<String> = installed.split(' ').map(str::to_owned).collect();
+    assert_eq!(installed, programs());
+}
+
+/// The programs of the workspace.
+fn programs() -> BTreeSet<String> {
+    let mut programs = BTreeSet::new();
+    for folder in std::fs::read_dir(root("nodes")).unwrap() {
+        let manifest = folder.unwrap().path().join("Cargo.toml");
+        let Ok(manifest) = std::fs::read_to_string(manifest) else { continue };
+        let names = manifest.split("[[bin]]\nname = \"").skip(1);
+        programs.extend(names.map(|rest| rest.split('"').next().unwrap().to_owned()));
+    }
+    programs
+}
+
+/// Where Debian has the CMake of ROS 2.
+const AMENT: &str = "/usr/share/ament_cmake/cmake/ament_cmakeConfig.cmake";
+/// The Python that goes with it.
+const PYTHON: &str = "/usr/bin/python3";
+
+/// The CMake of ROS 2 builds the package, and installs what `ros2 run` and `ros2 launch` look for. What cargo builds is not
+/// this test's: a stand-in makes files of those names.
+#[test]
+fn ament_cmake_builds_and_installs_the_suite() {
+    if !Path::new(AMENT).is_file() {
+        assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "ament_cmake is missing");
+        println!("skipped: ament_cmake is not here (.ci/install_peers installs it)");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let [cargo, build, installed] =
+        ["cargo", "build", "install"].map(|name| folder.path().join(name));
+    let names: Vec<String> = programs().into_iter().collect();
+    let script = format!(
+        "#!/bin/sh\nwhile [ $# -gt 0 ]; do case $1 in --target-dir) target=$2;; esac; shift; done\n\
+         mkdir -p \"$target/release\" && cd \"$target/release\" && touch {}\n",
+        names.join(" ")
+    );
+    std::fs::write(&cargo, script).unwrap();
+    std::fs::set_permissions(&cargo, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let cmake = |arguments: &[&str]| {
+        let output = Command::new("cmake").args(arguments).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "cmake {arguments:?}: {stderr}");
+    };
+    let (source, build) = (root("nodes/stillmap"), build.to_str().unwrap());
+    let cargo = format!("-DCARGO={}", cargo.display());
+    let prefix = format!("-DCMAKE_INSTALL_PREFIX={}", installed.display());
+    let python = format!("-DPython3_EXECUTABLE={PYTHON}");
+    cmake(&["-S", source.to_str().unwrap(), "-B", build, &cargo, &prefix, &python]);
+    cmake(&["--build", build]);
+    cmake(&["--install", build]);
+    for name in names {
+        let program = installed.join("lib/stillmap").join(&name);
+        let mode = std::fs::metadata(&program).unwrap_or_else(|_| panic!("{name}")).permissions();
+        assert_eq!(mode.mode() & 0o111, 0o111, "{name}");
+    }
+    let share = installed.join("share/stillmap");
+    for name in ["package.xml", "launch-scripts/robot.launch.py", "config/detection.yaml"] {
+        assert!(share.join(name).is_file(), "{name}");
+    }
+    assert!(installed.join("share/ament_index/resource_index/packages/stillmap").is_file());
+}
+
+/// As colcon reads them.
+#[test]
+fn catkin_pkg_takes_the_packages() {
+    let Some(python) = python_with("catkin_pkg") else { return };
+    let script = "import json, sys\n\
+                  from catkin_pkg.package import parse_package\n\
+                  for folder in sys.argv[1:]:\n\
+                  \x20   warnings = []\n\
+                  \x20   package = parse_package(folder, warnings=warnings)\n\
+                  \x20   print(json.dumps([package.name, package.get_build_type(), warnings]))\n";
+    let folders = ["nodes/stillmap", "msgs"].map(root);
+    let output = Command::new(python).args(["-B", "-c", script]).args(folders).output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    let told = String::from_utf8(output.stdout).unwrap();
+    let told: Vec<Value> = told.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let package = |name| json!([name, "ament_cmake", []]);
+    assert_eq!(told, [package("stillmap"), package("stillmap_msgs")]);
+}
+
+#[test]
+fn what_the_debian_package_holds_is_there() {
+    let manifest = read("nodes/stillmap/Cargo.toml");
+    let assets = manifest.split("assets = [").nth(1).unwrap();
+    let sources =
+        assets.lines().filter_map(|line| line.trim().strip_prefix("[\"")?.split('"').next());
+    let sources: Vec<&str> = sources.filter(|source| !source.starts_with("target/")).collect();
+    assert!(!sources.is_empty());
+    for source in sources {
+        let folder = source.split("/**").next().unwrap();
+        assert!(root("nodes/stillmap").join(folder).exists(), "{source}");
+    }
+}
+
+/// The generators of ROS 2 itself take the messages.
+#[test]
+fn rosidl_takes_the_messages() {
+    let script = "import pathlib, sys\n\
+                  from rosidl_adapter.msg import convert_msg_to_idl\n\
+                  from rosidl_parser.definition import IdlLocator\n\
+                  from rosidl_parser.parser import parse_idl_file\n\
+                  base, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])\n\
+                  for path in sorted(base.glob('stillmap_msgs/*.msg')):\n\
+                  \x20   package = path.parent.name\n\
+                  \x20   convert_msg_to_idl(path.parent, package, pathlib.Path(path.name), out / package / 'msg')\n\
+                  \x20   parse_idl_file(IdlLocator(out, pathlib.Path(package) / 'msg' / f'{path.stem}.idl'))\n\
+                  \x20   print(path.stem)\n";
+    let python = ["/usr/bin/python3", "python3"].into_iter().find(|python| {
+        let asked =
+            Command::new(python).args(["-c", "import rosidl_adapter, rosidl_parser"]).output();
+        asked.is_ok_and(|output| output.status.success())
+    });
+    let Some(python) = python else {
+        println!("skipped: rosidl is not here (Debian: python3-rosidl)");
+        return;
+    };
+    let out = tempfile::tempdir().unwrap();
+    let output = Command::new(python)
+        .args(["-B", "-c", script])
+        .arg(root("msgs/msg").canonicalize().unwrap())
+        .arg(out.path())
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    let told = String::from_utf8(output.stdout).unwrap();
+    for name in ["DynamicZones", "ReducedCloud", "SegmentedCloud", "StageReport", "Tracks"] {
+        assert!(told.lines().any(|line| line == name), "{name}: {told}");
+    }
+}
