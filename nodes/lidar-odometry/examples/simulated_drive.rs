@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! cargo run --release -p lidar-odometry --example simulated_drive -- [model=hdl64e] [seconds=40] [traffic=5] [threads=2]
-//!     [road=short|long] [seed=1] [ways=map,scan,...] [poses=FOLDER]
+//!     [road=short|long] [seed=1] [ways=map,scan,...] [poses=FOLDER] [loops=true]
 //! ```
 //!
 //! Ways: `map` is the odometry; `scan` the thesis' GICP from scan to scan with the guess of the previous motion, `standing` without
 //! it; `intensity` with the filter of the road's intensity, `rays` without the lowest rays, `ground` without the ground, all three from
 //! scan to scan; `map_ground`, `map_intensity` the odometry with these. The folder gets poses of KITTI's format, of the truth and of
-//! each way. The drift is the mean over stretches of 100, 200 ... 800 m that begin every tenth scan (Geiger et al. 2012, section 3.2,
+//! each way. With `loops=true` each way is told a second time, with its loops closed. The drift is the mean over stretches of 100, 200 ... 800 m that begin every tenth scan (Geiger et al. 2012, section 3.2,
 //! and the benchmark's page); `long` is a round of 2 km.
 // An example prints, and may stop where it stands.
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
@@ -17,7 +17,10 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use geometry::{LidarCloud, Stamp};
-use lidar_odometry::odometry::{Follower, FollowerConfig, Guess, MotionHint, Way};
+use lidar_odometry::loop_closing::{LoopCloser, LoopClosingConfig, LoopOutcome};
+use lidar_odometry::odometry::{
+    Follower, FollowerConfig, Guess, LidarPose, MotionHint, Way, deskewed_cloud,
+};
 use lidar_odometry::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
 use nalgebra::{Isometry3, Point3};
 use simulator::{
@@ -53,7 +56,7 @@ fn main() {
     let mut runs: Vec<Run> = option("ways")
         .unwrap_or("map")
         .split(',')
-        .map(|name| Run::new(name, model, threads))
+        .map(|name| Run::new(name, model, threads, option("loops").is_some()))
         .collect();
     for sample in scenario.samples().unwrap().on_threads(threads) {
         let Sample::Velodyne(turn) = sample else { continue };
@@ -64,6 +67,9 @@ fn main() {
     }
     for run in &runs {
         run.tell();
+        if let Some(with_loops) = run.with_loops() {
+            with_loops.tell();
+        }
     }
     if let Some(folder) = option("poses") {
         std::fs::create_dir_all(folder).unwrap();
@@ -84,10 +90,12 @@ struct Run {
     estimate: Vec<Isometry3<f64>>,
     times_ms: Vec<f64>,
     failures: usize,
+    stamps: Vec<Stamp>,
+    loops: Option<LoopCloser>,
 }
 
 impl Run {
-    fn new(name: &str, model: VelodyneModel, threads: NonZeroUsize) -> Self {
+    fn new(name: &str, model: VelodyneModel, threads: NonZeroUsize, with_loops: bool) -> Self {
         // The thesis leaves 14 of 32 rays.
         let lowest_left_out = match model {
             VelodyneModel::Hdl64e => 36,
@@ -116,6 +124,9 @@ impl Run {
             estimate: Vec::new(),
             times_ms: Vec::new(),
             failures: 0,
+            stamps: Vec::new(),
+            loops: with_loops
+                .then(|| LoopCloser::new(LoopClosingConfig::default(), threads).unwrap()),
         }
     }
 
@@ -128,9 +139,47 @@ impl Run {
             return;
         };
         self.failures += usize::from(pose.quality.trouble().is_some());
+        self.look_for_a_loop(cloud, &pose);
         let since_s = pose.stamp.seconds_since(Stamp::default());
+        self.stamps.push(pose.stamp);
         self.truth.push(scenario.rig.path.pose_at(since_s - scenario_start_s(scenario)));
         self.estimate.push(pose.odom_from_lidar);
+    }
+
+    fn look_for_a_loop(&mut self, cloud: &LidarCloud, pose: &LidarPose) {
+        let Some(loops) = &mut self.loops else { return };
+        if !loops.wants(&pose.odom_from_lidar) {
+            return;
+        }
+        let points_m = match (self.stamps.last(), self.estimate.last()) {
+            (Some(stamp), Some(last)) => {
+                let motion = last.inv_mul(&pose.odom_from_lidar);
+                deskewed_cloud(cloud, &motion, pose.stamp.seconds_since(*stamp))
+            }
+            _ => cloud.points_m.clone(),
+        };
+        let start = Instant::now();
+        let outcome = loops.take(pose.stamp, &pose.odom_from_lidar, &points_m);
+        let took_ms = 1e3 * start.elapsed().as_secs_f64();
+        if !matches!(outcome, LoopOutcome::NewPlace) {
+            eprintln!("{} at scan {}: {outcome:?}, {took_ms:.0} ms", self.name, self.truth.len());
+        }
+    }
+
+    /// The same drive, its loops closed.
+    fn with_loops(&self) -> Option<Self> {
+        let loops = self.loops.as_ref()?;
+        let poses = self.stamps.iter().zip(&self.estimate);
+        Some(Self {
+            name: format!("{} + {} loops", self.name, loops.closed_loops()),
+            follower: self.follower.clone(),
+            truth: self.truth.clone(),
+            estimate: poses.map(|(stamp, pose)| loops.map_from_vehicle(*stamp, pose)).collect(),
+            times_ms: self.times_ms.clone(),
+            failures: self.failures,
+            stamps: Vec::new(),
+            loops: None,
+        })
     }
 
     /// Both from the first pose.
