@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix6, Point3};
 use super::candidate::Candidate;
 use super::correction::LoopEdge;
 use super::{LoopCloser, NotALoop};
-use crate::registration::{PreparedCloud, Registration, Surface, register};
+use crate::registration::{PreparedCloud, Registration, RobustKernel, Surface, register};
 
 /// A surface stands upright when its normal lies so near to level: within 30 degrees.
 const UPRIGHT: f32 = 0.5;
@@ -54,12 +54,13 @@ impl LoopCloser {
         if gap_m > most_m || gap_rad > most_rad {
             return Err(NotALoop::TooFarOff { gap_m, gap_rad, way_m });
         }
-        let from_to = best.found.target_from_source;
+        let found = self.refined(best).unwrap_or_else(|| best.found.clone());
+        let from_to = found.target_from_source;
         Ok(LoopEdge {
             from: self.forgotten + best.candidate.keyframe,
             to: self.forgotten + self.keyframes.len() - 1,
             from_to,
-            information: self.information(&best.found.covariance, &from_to),
+            information: self.information(&found.covariance, &from_to),
             fit_share: best.share,
         })
     }
@@ -79,6 +80,26 @@ impl LoopCloser {
         let place = self.keyframes.get(candidate.keyframe)?;
         let map_from_vehicle = place.map_from_vehicle * found.target_from_source;
         Some(Fit { candidate: *candidate, found, map_from_vehicle, share })
+    }
+
+    /// What the last keyframes saw together, laid onto the place: a single scan of few rays knows its tilt to some tenths of a
+    /// degree only, and the whole drive would be bent by that.
+    fn refined(&self, fit: &Fit) -> Option<Registration> {
+        let last = self.keyframes.len().checked_sub(1)?;
+        let prepared = |keyframe| {
+            let points_m = self.place_m(keyframe)?;
+            PreparedCloud::new(&points_m, &self.config.preparation, self.threads).ok()
+        };
+        let (source, target) = (prepared(last)?, prepared(fit.candidate.keyframe)?);
+        let mut rules = self.config.registration;
+        rules.coarse.every = 0;
+        // What has been moved since, or is seen from one side only.
+        rules.kernel = RobustKernel::GemanMcClure;
+        rules.kernel_width_m = self.config.fit_distance_m;
+        let guess = &fit.found.target_from_source;
+        let refined = register(&source, &target, guess, &rules, self.threads).ok()?;
+        let moved_m = guess.inv_mul(&refined.target_from_source).translation.vector.norm();
+        (refined.converged && moved_m < self.config.fit_distance_m).then_some(refined)
     }
 
     /// What the keyframes about a place saw, in the frame of the vehicle there.

@@ -41,6 +41,8 @@ pub struct LidarOdometryParameters {
     pub base_frame_id: String,
     pub publish_tf: bool,
     pub path_poses: usize,
+    pub loop_closing: bool,
+    pub map_frame_id: String,
 
     pub use_wheels: bool,
     pub use_imu: bool,
@@ -99,6 +101,9 @@ impl Default for LidarOdometryParameters {
             publish_tf: true,
             // A quarter of an hour at ten turns a second.
             path_poses: 10_000,
+            // The frame of the map may have another owner: who has none asks for it.
+            loop_closing: false,
+            map_frame_id: "map".to_owned(),
             use_wheels: false,
             use_imu: false,
             base_from_imu: [0.0; 6],

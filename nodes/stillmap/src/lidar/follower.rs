@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use lidar_odometry::loop_closing::LoopCloser;
 use lidar_odometry::shell::{LidarInput, LidarOdometryParameters, Stage};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
@@ -110,6 +111,33 @@ impl LidarFollower {
     /// The poses of the vehicle so far.
     pub(crate) fn poses(&self) -> &[PoseStamped] {
         &self.poses
+    }
+
+    /// The poses of the vehicle with all loops that are known now.
+    pub(crate) fn final_poses(&self) -> Result<Vec<PoseStamped>, NodeFailure> {
+        let closed = |pose: &PoseStamped| {
+            let stamp = convert::stamp_from_time(pose.header.stamp);
+            let odom_from_base = convert::isometry_from_pose(&pose.pose)?;
+            let pose_in_map =
+                convert::pose_from_isometry(&self.map_from_base(stamp, &odom_from_base));
+            Ok(PoseStamped { header: pose.header.clone(), pose: pose_in_map })
+        };
+        self.poses.iter().map(closed).collect()
+    }
+
+    /// Where a pose of the odometry is with all loops that are known now.
+    pub(crate) fn map_from_base(
+        &self,
+        stamp: geometry::Stamp,
+        odom_from_base: &Isometry3<f64>,
+    ) -> Isometry3<f64> {
+        let loops = self.stage.loops();
+        loops.map_or(*odom_from_base, |loops| loops.map_from_vehicle(stamp, odom_from_base))
+    }
+
+    /// How often a loop was closed.
+    pub(crate) fn closed_loops(&self) -> usize {
+        self.stage.loops().map_or(0, LoopCloser::closed_loops)
     }
 
     /// The reports so far.
