@@ -1,5 +1,7 @@
 //! Drives whose truth is known, with an odometry that drifts.
 
+use std::sync::LazyLock;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::*;
@@ -137,6 +139,13 @@ impl Drive {
     }
 }
 
+/// Driven once for all tests.
+static ROUND_A_BLOCK: LazyLock<(Drive, LoopCloser, Vec<LoopOutcome>)> = LazyLock::new(|| {
+    let drive = Drive::round_a_block();
+    let (closer, outcomes) = drive.driven(LoopClosingConfig::default(), 2);
+    (drive, closer, outcomes)
+});
+
 fn closed(outcomes: &[LoopOutcome]) -> Vec<ClosedLoop> {
     let of = |outcome: &LoopOutcome| match outcome {
         LoopOutcome::Closed(closed) => Some(*closed),
@@ -147,9 +156,8 @@ fn closed(outcomes: &[LoopOutcome]) -> Vec<ClosedLoop> {
 
 #[test]
 fn a_drive_round_a_block_comes_back_to_where_it_began() {
-    let drive = Drive::round_a_block();
-    let (closer, outcomes) = drive.driven(LoopClosingConfig::default(), 2);
-    let loops = closed(&outcomes);
+    let (drive, closer, outcomes) = &*ROUND_A_BLOCK;
+    let loops = closed(outcomes);
     assert!(!loops.is_empty(), "{outcomes:?}");
     let last = drive.truth.len() - 1;
     assert!(loops[0].gap_m > 1.5 && loops[0].way_m > 250.0, "{loops:?}");
@@ -169,8 +177,7 @@ fn a_drive_round_a_block_comes_back_to_where_it_began() {
 
 #[test]
 fn poses_between_keyframes_go_along_with_both() {
-    let drive = Drive::round_a_block();
-    let (closer, _) = drive.driven(LoopClosingConfig::default(), 2);
+    let (drive, closer, _) = &*ROUND_A_BLOCK;
     let keyframes: Vec<KeyframePose> = closer.keyframes().collect();
     for number in [10, 60, 120] {
         let motion = drive.truth[number].inv_mul(&drive.truth[number + 1]);
@@ -193,29 +200,35 @@ fn poses_between_keyframes_go_along_with_both() {
 
 #[test]
 fn a_street_whose_houses_are_all_alike_is_no_loop() {
-    let scene = road([0.0, 0.0], [260.0, 0.0], Some(10.0), &mut Random::new(1));
-    let drive = Drive::new(&scene, way(&[[30.0, 0.0], [230.0, 0.0]]));
+    let scene = road([0.0, 0.0], [170.0, 0.0], Some(10.0), &mut Random::new(1));
+    let drive = Drive::new(&scene, way(&[[30.0, 0.0], [140.0, 0.0]]));
     let (closer, outcomes) = drive.driven(LoopClosingConfig::default(), 2);
     assert!(outcomes.iter().all(|outcome| *outcome == LoopOutcome::NewPlace), "{outcomes:?}");
     assert_eq!(closer.map_from_odom(), Isometry3::identity());
     // It is the drift that tells: whoever believes that the odometry may be anywhere is led astray, or in doubt, by looks alone.
     let blind = LoopClosingConfig { drift_m_per_km: 1000.0, ..LoopClosingConfig::default() };
-    let (_, outcomes) = drive.driven(blind, 2);
-    assert!(outcomes.iter().any(|outcome| *outcome != LoopOutcome::NewPlace));
+    let mut closer = LoopCloser::new(blind, threads(2)).unwrap();
+    let mut outcomes = drive
+        .odometry
+        .iter()
+        .zip(&drive.scans)
+        .enumerate()
+        .map(|(number, (pose, scan))| closer.take(Drive::stamp(number), pose, scan));
+    assert!(outcomes.any(|outcome| outcome != LoopOutcome::NewPlace));
 }
 
 #[test]
 fn a_loop_along_houses_that_are_all_alike_is_closed_at_the_right_ones_or_not_at_all() {
-    let mut scene = road([0.0, 0.0], [160.0, 0.0], Some(10.0), &mut Random::new(1));
-    scene.extend(road([160.0, 0.0], [160.0, 30.0], None, &mut Random::new(2)));
+    let mut scene = road([0.0, 0.0], [110.0, 0.0], Some(10.0), &mut Random::new(1));
+    scene.extend(road([110.0, 0.0], [110.0, 30.0], None, &mut Random::new(2)));
     // There, round, and back along the other side of the same street.
-    let drive = Drive::new(&scene, way(&[[10.0, -1.5], [150.0, -1.5], [150.0, 1.5], [20.0, 1.5]]));
+    let drive = Drive::new(&scene, way(&[[10.0, -1.5], [100.0, -1.5], [100.0, 1.5], [40.0, 1.5]]));
     let (closer, outcomes) = drive.driven(LoopClosingConfig::default(), 2);
     // Beside the street all is clear; along it most is not.
     let ambiguous = |outcome: &&LoopOutcome| {
         matches!(outcome, LoopOutcome::Refused(NotALoop::Ambiguous { .. }))
     };
-    assert!(outcomes.iter().filter(ambiguous).count() > 20, "{outcomes:?}");
+    assert!(outcomes.iter().filter(ambiguous).count() > 5, "{outcomes:?}");
     for (keyframe, truth) in closer.keyframes().zip(&drive.truth) {
         // The next house is ten metres on.
         let (off_m, _) = apart(&keyframe.map_from_vehicle, truth);
@@ -225,16 +238,15 @@ fn a_loop_along_houses_that_are_all_alike_is_closed_at_the_right_ones_or_not_at_
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let drive = Drive::round_a_block();
-    let (one, outcomes) = drive.driven(LoopClosingConfig::default(), 1);
+    let (drive, two, outcomes) = &*ROUND_A_BLOCK;
     let (three, same) = drive.driven(LoopClosingConfig::default(), 3);
-    assert_eq!(outcomes, same);
-    assert!(one.keyframes().eq(three.keyframes()));
+    assert_eq!(*outcomes, same);
+    assert!(two.keyframes().eq(three.keyframes()));
 }
 
 #[test]
 fn what_is_forgotten_is_no_loop_and_the_memory_is_bounded() {
-    let drive = Drive::round_a_block();
+    let (drive, ..) = &*ROUND_A_BLOCK;
     let config = LoopClosingConfig { max_keyframes: 40, ..LoopClosingConfig::default() };
     let (closer, outcomes) = drive.driven(config, 2);
     assert_eq!(closer.keyframes().len(), 40);
