@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::sensor_bag;
 
 /// The topics of a bag.
-pub(in crate::lidar) struct BagSource {
+pub(crate) struct BagSource {
     bag: Bag,
     pub(super) topic: String,
     pub(super) messages: u64,
