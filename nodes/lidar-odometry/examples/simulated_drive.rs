@@ -2,13 +2,14 @@
 //!
 //! ```text
 //! cargo run --release -p lidar-odometry --example simulated_drive -- [model=hdl64e] [seconds=40] [traffic=5] [threads=2]
-//!     [road=short|long] [seed=1] [ways=map,scan,...] [truth=FILE] [estimate=FILE]
+//!     [road=short|long] [seed=1] [ways=map,scan,...] [poses=FOLDER] [loops=true]
 //! ```
 //!
 //! Ways: `map` is the odometry; `scan` the thesis' GICP from scan to scan with the guess of the previous motion, `standing` without
 //! it; `intensity` with the filter of the road's intensity, `rays` without the lowest rays, `ground` without the ground, all three from
-//! scan to scan; `map_ground`, `map_intensity` the odometry with these. The files hold poses of KITTI's format, the estimate of the
-//! first way. The drift is the mean over all stretches of 100 m (Geiger et al. 2012, section 3.2); `long` is a round of 2 km.
+//! scan to scan; `map_ground`, `map_intensity` the odometry with these. The folder gets poses of KITTI's format, of the truth and of
+//! each way. With `loops=true` each way is told a second time, with its loops closed. The drift is the mean over stretches of 100, 200 ... 800 m that begin every tenth scan (Geiger et al. 2012, section 3.2,
+//! and the benchmark's page); `long` is a round of 2 km.
 // An example prints, and may stop where it stands.
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -16,15 +17,20 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use geometry::{LidarCloud, Stamp};
-use lidar_odometry::odometry::{Follower, FollowerConfig, Guess, MotionHint, Way};
+use lidar_odometry::loop_closing::{LoopCloser, LoopClosingConfig, LoopOutcome};
+use lidar_odometry::odometry::{
+    Follower, FollowerConfig, Guess, LidarPose, MotionHint, Way, deskewed_cloud,
+};
 use lidar_odometry::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
 use nalgebra::{Isometry3, Point3};
 use simulator::{
     Body, Figure, Material, MovingObject, Path, Sample, Scenario, VelodyneModel, VelodyneTurn,
 };
 
-/// Stretches are so long.
-const STRETCH_M: f64 = 100.0;
+/// Stretches are so long ...
+const STRETCHES_M: [f64; 8] = [100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0, 800.0];
+/// ... and begin so many scans after one another.
+const STRETCH_STEP: usize = 10;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -50,7 +56,7 @@ fn main() {
     let mut runs: Vec<Run> = option("ways")
         .unwrap_or("map")
         .split(',')
-        .map(|name| Run::new(name, model, threads))
+        .map(|name| Run::new(name, model, threads, option("loops").is_some()))
         .collect();
     for sample in scenario.samples().unwrap().on_threads(threads) {
         let Sample::Velodyne(turn) = sample else { continue };
@@ -61,11 +67,17 @@ fn main() {
     }
     for run in &runs {
         run.tell();
+        if let Some(with_loops) = run.with_loops() {
+            with_loops.tell();
+        }
     }
-    for (name, of) in [("truth", true), ("estimate", false)] {
-        if let Some(path) = option(name) {
-            let (truth, estimate) = runs[0].both_from_first();
-            std::fs::write(path, kitti_lines(if of { &truth } else { &estimate })).unwrap();
+    if let Some(folder) = option("poses") {
+        std::fs::create_dir_all(folder).unwrap();
+        let file = |name: &str| format!("{folder}/{name}.txt");
+        for run in &runs {
+            let (truth, estimate) = run.both_from_first();
+            std::fs::write(file("truth"), kitti_lines(&truth)).unwrap();
+            std::fs::write(file(&run.name), kitti_lines(&estimate)).unwrap();
         }
     }
 }
@@ -78,10 +90,12 @@ struct Run {
     estimate: Vec<Isometry3<f64>>,
     times_ms: Vec<f64>,
     failures: usize,
+    stamps: Vec<Stamp>,
+    loops: Option<LoopCloser>,
 }
 
 impl Run {
-    fn new(name: &str, model: VelodyneModel, threads: NonZeroUsize) -> Self {
+    fn new(name: &str, model: VelodyneModel, threads: NonZeroUsize, with_loops: bool) -> Self {
         // The thesis leaves 14 of 32 rays.
         let lowest_left_out = match model {
             VelodyneModel::Hdl64e => 36,
@@ -110,6 +124,9 @@ impl Run {
             estimate: Vec::new(),
             times_ms: Vec::new(),
             failures: 0,
+            stamps: Vec::new(),
+            loops: with_loops
+                .then(|| LoopCloser::new(LoopClosingConfig::default(), threads).unwrap()),
         }
     }
 
@@ -122,9 +139,47 @@ impl Run {
             return;
         };
         self.failures += usize::from(pose.quality.trouble().is_some());
+        self.look_for_a_loop(cloud, &pose);
         let since_s = pose.stamp.seconds_since(Stamp::default());
+        self.stamps.push(pose.stamp);
         self.truth.push(scenario.rig.path.pose_at(since_s - scenario_start_s(scenario)));
         self.estimate.push(pose.odom_from_lidar);
+    }
+
+    fn look_for_a_loop(&mut self, cloud: &LidarCloud, pose: &LidarPose) {
+        let Some(loops) = &mut self.loops else { return };
+        if !loops.wants(&pose.odom_from_lidar) {
+            return;
+        }
+        let points_m = match (self.stamps.last(), self.estimate.last()) {
+            (Some(stamp), Some(last)) => {
+                let motion = last.inv_mul(&pose.odom_from_lidar);
+                deskewed_cloud(cloud, &motion, pose.stamp.seconds_since(*stamp))
+            }
+            _ => cloud.points_m.clone(),
+        };
+        let start = Instant::now();
+        let outcome = loops.take(pose.stamp, &pose.odom_from_lidar, &points_m);
+        let took_ms = 1e3 * start.elapsed().as_secs_f64();
+        if !matches!(outcome, LoopOutcome::NewPlace) {
+            eprintln!("{} at scan {}: {outcome:?}, {took_ms:.0} ms", self.name, self.truth.len());
+        }
+    }
+
+    /// The same drive, its loops closed.
+    fn with_loops(&self) -> Option<Self> {
+        let loops = self.loops.as_ref()?;
+        let poses = self.stamps.iter().zip(&self.estimate);
+        Some(Self {
+            name: format!("{} + {} loops", self.name, loops.closed_loops()),
+            follower: self.follower.clone(),
+            truth: self.truth.clone(),
+            estimate: poses.map(|(stamp, pose)| loops.map_from_vehicle(*stamp, pose)).collect(),
+            times_ms: self.times_ms.clone(),
+            failures: self.failures,
+            stamps: Vec::new(),
+            loops: None,
+        })
     }
 
     /// Both from the first pose.
@@ -150,8 +205,8 @@ impl Run {
         };
         let (drift_percent, turn_deg) = drift(&truth, &estimate);
         println!(
-            "{:>13}: {} scans, {} in trouble; drift over {STRETCH_M} m {drift_percent:.3} %, {turn_deg:.3} degrees; RMS 2D {:.3} m, \
-             3D {:.3} m; end {:.3} m off, {:.3} of it up; median {:.1} ms, most {:.1} ms",
+            "{:>13}: {} scans, {} in trouble; drift {drift_percent:.3} %, {turn_deg:.3} degrees/100 m; RMS 2D {:.3} m, 3D {:.3} m; \
+             end {:.3} m off, {:.3} of it up; median {:.1} ms, most {:.1} ms",
             self.name,
             truth.len(),
             self.failures,
@@ -222,7 +277,7 @@ fn kitti_lines(poses: &[Isometry3<f64>]) -> String {
     poses.iter().map(line).collect()
 }
 
-/// The mean over all stretches, in percent and in degrees.
+/// The mean over all stretches, in percent and in degrees over 100 m.
 fn drift(truth: &[Isometry3<f64>], estimate: &[Isometry3<f64>]) -> (f64, f64) {
     let mut way_m = vec![0.0];
     for pair in truth.windows(2) {
@@ -230,16 +285,18 @@ fn drift(truth: &[Isometry3<f64>], estimate: &[Isometry3<f64>]) -> (f64, f64) {
         way_m.push(way_m[way_m.len() - 1] + step_m);
     }
     let mut sums = (0.0, 0.0, 0.0);
-    for from in 0..truth.len() {
-        let to = way_m.partition_point(|at_m| *at_m <= way_m[from] + STRETCH_M);
-        if to == truth.len() {
-            break;
+    for length_m in STRETCHES_M {
+        for from in (0..truth.len()).step_by(STRETCH_STEP) {
+            let to = way_m.partition_point(|at_m| *at_m <= way_m[from] + length_m);
+            if to == truth.len() {
+                break;
+            }
+            let expected = truth[from].inv_mul(&truth[to]);
+            let error = expected.inv_mul(&estimate[from].inv_mul(&estimate[to]));
+            sums.0 += error.translation.vector.norm() / length_m;
+            sums.1 += error.rotation.angle().to_degrees() / length_m;
+            sums.2 += 1.0;
         }
-        let expected = truth[from].inv_mul(&truth[to]);
-        let error = expected.inv_mul(&estimate[from].inv_mul(&estimate[to]));
-        sums.0 += error.translation.vector.norm();
-        sums.1 += error.rotation.angle().to_degrees();
-        sums.2 += 1.0;
     }
-    (100.0 * sums.0 / sums.2 / STRETCH_M, sums.1 / sums.2)
+    (100.0 * sums.0 / sums.2, 100.0 * sums.1 / sums.2)
 }

@@ -10,6 +10,7 @@
 //! | [`road_map`] | the 3D map of a drive, coloured by what came back |
 //! | [`selection`] | which points take part: by ray, by the road's intensity, by the ground's shape |
 //! | [`registration`] | how one cloud lies to another: ICP, point to plane, GICP, voxelised GICP |
+//! | [`loop_closing`] | places that are found again, and what the odometry has drifted by since |
 //! | [`odometry`] | each scan onto a map of the last ones, or onto the one before |
 //! | `capture` | the datagrams of a pcap or pcapng file (feature `io`) |
 //! | `live` | the datagrams of a scanner as they arrive (feature `io`) |
@@ -22,6 +23,7 @@ pub mod capture;
 pub mod drawing;
 #[cfg(feature = "io")]
 pub mod live;
+pub mod loop_closing;
 pub mod odometry;
 pub mod packets;
 pub mod panorama;

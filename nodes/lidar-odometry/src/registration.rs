@@ -49,6 +49,7 @@ pub use self::prepared_cloud::PreparedCloud;
 
 pub(crate) use self::alignment::align;
 pub(crate) use self::config::{check, check_positive};
+pub(crate) use self::surface::Surface;
 pub(crate) use self::voxel_surface::VoxelSurface;
 
 /// Lays a cloud onto another: the pose of the source in the target's frame, from a guess.

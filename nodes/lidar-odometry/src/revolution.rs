@@ -12,7 +12,7 @@ mod builder;
 mod deskew;
 mod twist;
 
-pub use assembly::{AssemblyConfigError, AssemblyCounts, RevolutionAssembly};
+pub use assembly::{AssemblyConfigError, AssemblyCounts, PacketClock, RevolutionAssembly};
 pub use builder::{
     BuiltRevolution, KeptEcho, RevolutionBuilder, RevolutionConfig, RevolutionConfigError,
 };

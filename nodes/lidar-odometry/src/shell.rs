@@ -2,6 +2,7 @@
 
 mod hints;
 mod inputs;
+mod loops;
 mod network;
 mod output;
 mod parameters;
@@ -30,7 +31,9 @@ const PROGRAM: Program = Program {
              out pose (geometry_msgs/msg/PoseStamped: the vehicle in odom_frame_id), reliable
              out odom (nav_msgs/msg/Odometry: the same with covariance and velocity), reliable
              out /tf (tf2_msgs/msg/TFMessage: odom_frame_id to base_frame_id), reliable; with publish_tf:=true
+             out /tf (map_frame_id to odom_frame_id), reliable; with loop_closing:=true and publish_tf:=true
              out path (nav_msgs/msg/Path), reliable, once a second, for a viewer
+             out map_path (nav_msgs/msg/Path: every two metres of the drive in map_frame_id), transient local; at each loop
              out local_map (sensor_msgs/msg/PointCloud2: what scans are laid onto), reliable, once a second, for a viewer
              out lidar_scan (sensor_msgs/msg/PointCloud2: the points in base_frame_id as if measured at once), best effort, for a viewer
              out intensity_panorama, range_panorama (sensor_msgs/msg/Image: all around), best effort, for a viewer

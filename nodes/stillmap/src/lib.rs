@@ -14,6 +14,7 @@ mod info;
 mod lidar;
 mod node;
 mod odometry;
+mod pose_listener;
 mod processes;
 mod progress;
 mod rig;

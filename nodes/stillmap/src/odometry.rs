@@ -54,6 +54,9 @@ pub(crate) struct OdometryArgs {
     of: Whose,
     #[command(flatten)]
     lidar: LidarArgs,
+    /// With a LiDAR: places are found again, and the poses are those with the drift since taken out
+    #[arg(long)]
+    loop_closing: bool,
     /// A ROS 2 parameter file for the node pose, or lidar_odometry; later ones override earlier ones
     #[arg(long = "params-file", value_name = "FILE")]
     files: Vec<PathBuf>,
@@ -101,10 +104,11 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
         return Err(Failure::new("--slam is of a camera").mend("leave it out for a LiDAR"));
     }
     if args.of == Whose::Lidar {
-        return lidar::run_odometry(&args.bag, &args.output, &args.lidar, &args.files, args.json);
+        let how = (&args.lidar, args.loop_closing);
+        return lidar::run_odometry(&args.bag, &args.output, how, &args.files, args.json);
     }
-    if !args.lidar.is_empty() {
-        return Err(Failure::new("--lidar and --calibration are of a LiDAR")
+    if !args.lidar.is_empty() || args.loop_closing {
+        return Err(Failure::new("--lidar, --calibration and --loop-closing are of a LiDAR")
             .mend("give --of lidar to follow it"));
     }
     let mut parameters: PoseParameters =

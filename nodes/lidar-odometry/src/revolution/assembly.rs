@@ -26,8 +26,20 @@ pub struct AssemblyCounts {
     pub losses: LossCounts,
     /// Those that could not be.
     pub refused: u64,
+    /// Why the first of these could not.
+    pub first_refusal: Option<DecodeError>,
     /// Why the last of these could not.
     pub last_refusal: Option<DecodeError>,
+}
+
+/// By whose clock revolutions have their stamps.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum PacketClock {
+    /// That of the computer at which the packets arrived.
+    #[default]
+    Arrival,
+    /// The scanner's own, which follows GPS.
+    Scanner,
 }
 
 /// Makes revolutions of the data packets of one scanner.
@@ -38,6 +50,7 @@ pub struct RevolutionAssembly {
     builder: RevolutionBuilder,
     counts: AssemblyCounts,
     scanner: Option<(Model, ReturnMode)>,
+    clock: PacketClock,
 }
 
 impl RevolutionAssembly {
@@ -55,7 +68,14 @@ impl RevolutionAssembly {
             builder: RevolutionBuilder::new(revolution)?,
             counts: AssemblyCounts::default(),
             scanner: None,
+            clock: PacketClock::default(),
         })
+    }
+
+    /// The same with stamps by another clock.
+    #[must_use]
+    pub fn with_clock(self, clock: PacketClock) -> Self {
+        Self { clock, ..self }
     }
 
     /// Takes the payload of a datagram that arrived then; gives the revolution that it ends. What is no data packet is counted.
@@ -64,10 +84,15 @@ impl RevolutionAssembly {
             Ok(packet) => {
                 self.continuity.push(&packet);
                 self.scanner = Some((packet.model, packet.return_mode));
-                self.builder.push(&packet, packet.stamp_by_arrival(arrival))
+                let stamp = match self.clock {
+                    PacketClock::Arrival => packet.stamp_by_arrival(arrival),
+                    PacketClock::Scanner => packet.stamp_by_scanner(arrival),
+                };
+                self.builder.push(&packet, stamp)
             }
             Err(error) => {
                 self.counts.refused += 1;
+                self.counts.first_refusal.get_or_insert(error);
                 self.counts.last_refusal = Some(error);
                 None
             }

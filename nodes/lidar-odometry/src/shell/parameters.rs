@@ -1,93 +1,20 @@
 //! The parameters of the node.
 
-use std::net::IpAddr;
-use std::num::NonZeroUsize;
+mod choice;
+mod conversion;
 
-use geometry::pose_from_vector;
-use msgs::convert::TimeUnit;
-use nalgebra::Isometry3;
 use node_shell::NodeFailure;
 use node_shell::parameters::{NodeParameters, Range};
 use serde::{Deserialize, Serialize};
 
+pub use self::choice::{EchoChoice, FilterChoice, LidarInput, ModelChoice, TimeUnitChoice};
 use crate::live::LiveConfig;
-use crate::odometry::{FollowerConfig, Guess, LidarOdometryConfig, Way};
-use crate::packets::{Calibration, DATA_PORT, DecoderConfig, Model, POSITION_PORT};
+use crate::odometry::{Guess, LidarOdometryConfig, Way};
+use crate::packets::{DATA_PORT, POSITION_PORT};
 use crate::panorama::{ColourMap, PanoramaConfig};
 use crate::registration::ConfigError;
-use crate::revolution::{KeptEcho, RevolutionConfig};
-use crate::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
-
-/// Where the scans come from.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LidarInput {
-    /// Clouds of any driver.
-    #[default]
-    Points,
-    /// Packets, by `velodyne_driver`.
-    VelodynePackets,
-    /// Packets, from the scanner itself.
-    Udp,
-}
-
-/// In which unit a cloud's points tell their times.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum TimeUnitChoice {
-    /// In the one that makes a revolution of them.
-    #[default]
-    Auto,
-    /// Seconds.
-    S,
-    /// Milliseconds.
-    Ms,
-    /// Microseconds.
-    Us,
-    /// Nanoseconds.
-    Ns,
-}
-
-/// What sends the packets.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the models' own names")]
-pub enum ModelChoice {
-    /// What the packets say.
-    #[default]
-    Auto,
-    Hdl32e,
-    Vlp16,
-    PuckHiRes,
-    Vlp32c,
-    Hdl64e,
-}
-
-/// Which of two echoes is taken.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum EchoChoice {
-    /// The strongest.
-    #[default]
-    Strongest,
-    /// The last.
-    Last,
-}
-
-/// Which points take part.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FilterChoice {
-    /// All.
-    #[default]
-    None,
-    /// Those of some rays.
-    Rays,
-    /// Those that are not as bright as the road: the road thesis' own.
-    RoadIntensity,
-    /// Those that do not lie on the ground.
-    Ground,
-}
+use crate::revolution::RevolutionConfig;
+use crate::selection::{RayFilter, RoadIntensityFilter};
 
 /// The parameters of the node.
 ///
@@ -114,6 +41,8 @@ pub struct LidarOdometryParameters {
     pub base_frame_id: String,
     pub publish_tf: bool,
     pub path_poses: usize,
+    pub loop_closing: bool,
+    pub map_frame_id: String,
 
     pub use_wheels: bool,
     pub use_imu: bool,
@@ -172,6 +101,9 @@ impl Default for LidarOdometryParameters {
             publish_tf: true,
             // A quarter of an hour at ten turns a second.
             path_poses: 10_000,
+            // The frame of the map may have another owner: who has none asks for it.
+            loop_closing: false,
+            map_frame_id: "map".to_owned(),
             use_wheels: false,
             use_imu: false,
             base_from_imu: [0.0; 6],
@@ -306,139 +238,5 @@ impl LidarOdometryParameters {
         };
         let accepted = "in the range that `ros2 param describe` tells";
         Self::check(name, accepted, value, (least..=most).contains(&value))
-    }
-
-    /// How revolutions are cut out of packets.
-    pub(super) fn revolution(&self) -> RevolutionConfig {
-        RevolutionConfig {
-            frame_id: self.lidar_frame_id.clone(),
-            cut_azimuth_deg: self.cut_azimuth_deg,
-            kept_echo: match self.echo {
-                EchoChoice::Strongest => KeptEcho::Strongest,
-                EchoChoice::Last => KeptEcho::Last,
-            },
-            ..RevolutionConfig::default()
-        }
-    }
-
-    /// How packets are decoded; reads the calibration, where there is one.
-    pub(super) fn decoder(&self) -> Result<DecoderConfig, NodeFailure> {
-        let model = match self.model {
-            ModelChoice::Auto => None,
-            ModelChoice::Hdl32e => Some(Model::Hdl32e),
-            ModelChoice::Vlp16 => Some(Model::Vlp16),
-            ModelChoice::PuckHiRes => Some(Model::PuckHiRes),
-            ModelChoice::Vlp32c => Some(Model::Vlp32c),
-            ModelChoice::Hdl64e => Some(Model::Hdl64e),
-        };
-        let path = &self.calibration_file;
-        let calibration = if path.is_empty() {
-            None
-        } else {
-            let text = std::fs::read_to_string(path).map_err(|error| {
-                format!("parameter calibration_file: cannot read {path}: {error}")
-            })?;
-            let calibration = Calibration::from_yaml(&text);
-            Some(
-                calibration
-                    .map_err(|error| format!("parameter calibration_file: {path}: {error}"))?,
-            )
-        };
-        Ok(DecoderConfig { model, calibration, ..DecoderConfig::default() })
-    }
-
-    /// Where packets are listened for.
-    pub(super) fn live(&self) -> Result<LiveConfig, NodeFailure> {
-        let address = |name: &str, text: &str| {
-            text.parse::<IpAddr>()
-                .map_err(|error| format!("parameter {name} is {text:?}, no address: {error}"))
-        };
-        let scanner = (!self.udp_scanner.is_empty())
-            .then(|| address("udp_scanner", &self.udp_scanner))
-            .transpose()?;
-        Ok(LiveConfig {
-            address: address("udp_address", &self.udp_address)?,
-            data_port: self.udp_port,
-            position_port: (self.udp_position_port != 0).then_some(self.udp_position_port),
-            scanner,
-            ..LiveConfig::default()
-        })
-    }
-
-    /// How the sensor is followed.
-    #[must_use]
-    pub fn follower(&self) -> FollowerConfig {
-        let sensor_height_m = self.sensor_height_m;
-        let mut local_map = LidarOdometryConfig {
-            min_range_m: self.min_range_m,
-            max_range_m: self.max_range_m,
-            map_voxel_edge_m: self.map_voxel_edge_m,
-            max_map_voxels: self.max_map_voxels,
-            max_held_scans: self.max_held_scans,
-            ..LidarOdometryConfig::default()
-        };
-        local_map.preparation.voxel_edge_m = self.scan_voxel_edge_m;
-        local_map.preparation.neighbours = self.neighbours;
-        FollowerConfig {
-            way: self.way,
-            points: match self.filter {
-                FilterChoice::None => PointChoice::All,
-                FilterChoice::Rays => PointChoice::Rays(RayFilter {
-                    lowest_left_out: self.lowest_rays_left_out,
-                    every: self.every_ray,
-                }),
-                FilterChoice::RoadIntensity => PointChoice::NotRoadIntensity(RoadIntensityFilter {
-                    sensor_height_m,
-                    radius_m: self.road_radius_m,
-                    deviations: self.road_deviations,
-                    ..RoadIntensityFilter::default()
-                }),
-                FilterChoice::Ground => PointChoice::NotGround(GroundFilter {
-                    sensor_height_m,
-                    ..GroundFilter::default()
-                }),
-            },
-            local_map,
-            guess: self.guess,
-            ..FollowerConfig::default()
-        }
-    }
-
-    /// The panoramas of intensity and of range.
-    pub(super) fn panoramas(&self) -> [PanoramaConfig; 2] {
-        let (width_px, row_height_px) = (self.panorama_width_px, self.panorama_row_px);
-        let mut intensity = PanoramaConfig {
-            colour_map: self.intensity_colours,
-            width_px,
-            row_height_px,
-            ..PanoramaConfig::intensities()
-        };
-        intensity.limits[1] = self.panorama_intensity as f32;
-        let mut range = PanoramaConfig {
-            colour_map: self.range_colours,
-            width_px,
-            row_height_px,
-            ..PanoramaConfig::default()
-        };
-        range.limits[1] = self.panorama_range_m as f32;
-        [intensity, range]
-    }
-
-    pub(super) fn thread_count(&self) -> NonZeroUsize {
-        NonZeroUsize::new(self.threads.into()).unwrap_or(NonZeroUsize::MIN)
-    }
-
-    pub(super) fn base_from_lidar(&self) -> Isometry3<f64> {
-        pose_from_vector(&self.base_from_lidar)
-    }
-
-    pub(super) fn unit(&self) -> Option<TimeUnit> {
-        match self.time_unit {
-            TimeUnitChoice::Auto => None,
-            TimeUnitChoice::S => Some(TimeUnit::Seconds),
-            TimeUnitChoice::Ms => Some(TimeUnit::Milliseconds),
-            TimeUnitChoice::Us => Some(TimeUnit::Microseconds),
-            TimeUnitChoice::Ns => Some(TimeUnit::Nanoseconds),
-        }
     }
 }

@@ -1,20 +1,23 @@
 //! The core with its topics: every scan ends in a pose, or in a reason why there is none.
 
+mod telling;
+
 use geometry::{LidarCloud, Revolution, Stamp};
 use msgs::convert::{self, LidarCloudReading, PointTimes, TimeUnit};
-use msgs::std_msgs::Header;
 use msgs::velodyne_msgs::VelodyneScan;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 use node_shell::{Counters, Node, NodeFailure, StageReporter, StepTimer, Throttle};
 
 use super::PROGRAM;
 use super::hints::Hints;
 use super::inputs::{Arrival, Inputs};
+use super::loops::Loops;
 use super::network::told;
 use super::output::Output;
 use super::parameters::LidarOdometryParameters;
 use super::pictures::{Pictures, Seen};
 use crate::live::LiveCounts;
+use crate::loop_closing::LoopCloser;
 use crate::odometry::{Follower, FollowerError, LidarPose, Outcome, Refusal, deskewed_cloud};
 use crate::revolution::{BuiltRevolution, RevolutionAssembly};
 
@@ -36,6 +39,7 @@ pub struct Stage {
     hints: Hints,
     follower: Follower,
     output: Output,
+    loops: Option<Loops>,
     pictures: Pictures,
     reporter: StageReporter,
     counters: Counters,
@@ -69,6 +73,7 @@ impl Stage {
             hints: Hints::new(parameters),
             follower: Follower::new(parameters.follower(), parameters.thread_count())?,
             output: Output::new(node, parameters)?,
+            loops: Loops::new(node, parameters)?,
             pictures: Pictures::new(node, parameters)?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters,
@@ -139,33 +144,6 @@ impl Stage {
         }
     }
 
-    fn bad_input(&self, topic: &str, error: &NodeFailure) {
-        self.counters.count_drop(&format!("unusable message on {topic}"));
-        if let Some(held_back) = self.bad_input.pass() {
-            tracing::warn!("{topic}: {error} ({held_back} more since the last warning)");
-        }
-    }
-
-    /// Says how the times of points were understood, when that changes.
-    fn tell_times(&mut self, times: PointTimes) {
-        let is_same = match (&self.times, &times) {
-            // The span is another one each time.
-            (Some(PointTimes::NoRevolution { .. }), PointTimes::NoRevolution { .. }) => true,
-            (before, now) => *before == Some(*now),
-        };
-        if is_same {
-            return;
-        }
-        let is_warning = !matches!(times, PointTimes::Told { .. } | PointTimes::AllTheSame { .. });
-        self.counters.note_condition(TIMES, &times.to_string(), is_warning);
-        if is_warning {
-            tracing::warn!("{times}");
-        } else {
-            tracing::info!("{times}");
-        }
-        self.times = Some(times);
-    }
-
     fn packets(&mut self, message: &VelodyneScan) {
         let before = self.assembly.counts();
         for packet in &message.packets {
@@ -224,6 +202,8 @@ impl Stage {
         let odom_from_base = self.output.publish(&pose);
         self.show(cloud, revolution, &pose, odom_from_base);
         timer.end_of("publish");
+        self.look_for_a_loop(cloud, &pose, &odom_from_base);
+        timer.end_of("loops");
         self.report(cloud, &pose, &timer);
         self.last = Some((pose.stamp, pose.odom_from_lidar));
     }
@@ -238,6 +218,7 @@ impl Stage {
     fn forget(&mut self) {
         self.follower.forget();
         self.output.forget();
+        self.loops.iter_mut().for_each(Loops::forget);
         self.pictures.forget();
         self.last = None;
         self.late_scans = 0;
@@ -251,14 +232,7 @@ impl Stage {
         pose: &LidarPose,
         odom_from_base: Isometry3<f64>,
     ) {
-        let last = self.last;
-        let points_m = || match last {
-            Some((stamp, last)) => {
-                let passed_s = pose.stamp.seconds_since(stamp);
-                deskewed_cloud(cloud, &last.inv_mul(&pose.odom_from_lidar), passed_s)
-            }
-            None => cloud.points_m.clone(),
-        };
+        let points_m = || at_once(cloud, pose, self.last.as_ref());
         let seen =
             Seen { cloud, revolution, points_m: &points_m, stamp: pose.stamp, odom_from_base };
         let lacks_rings = self.pictures.publish(&seen, &self.follower, self.output.frames());
@@ -271,53 +245,34 @@ impl Stage {
         }
     }
 
-    /// Says how it goes, in the diagnostics and, where it changes, in the log.
-    fn tell(&mut self, pose: &LidarPose) {
-        if let Some(trouble) = pose.quality.trouble() {
-            return self.note_trouble(&format!("degraded: {trouble}"));
+    /// A predicted pose is no place to come back to.
+    fn look_for_a_loop(
+        &mut self,
+        cloud: &LidarCloud,
+        pose: &LidarPose,
+        odom_from_base: &Isometry3<f64>,
+    ) {
+        let is_measured = matches!(pose.quality.outcome, Outcome::Started | Outcome::Matched);
+        if let Some(loops) = self.loops.as_mut().filter(|_| is_measured) {
+            let last = self.last.as_ref();
+            loops.take(pose.stamp, odom_from_base, &|| at_once(cloud, pose, last));
         }
-        if pose.quality.outcome == Outcome::Started {
-            let text = format!("initialising: one scan of {} points", pose.quality.points);
-            self.counters.note_condition(TRACKING, &text, false);
-            return;
-        }
-        self.counters.note_condition(TRACKING, "tracking", false);
-        if self.in_trouble {
-            tracing::info!("tracking");
-        }
-        self.in_trouble = false;
     }
 
-    fn note_trouble(&mut self, text: &str) {
-        self.counters.note_condition(TRACKING, text, true);
-        if !self.in_trouble {
-            tracing::warn!("{text}");
-        } else if let Some(held_back) = self.troubles.pass() {
-            tracing::warn!("{text} ({held_back} more since the last warning)");
-        }
-        self.in_trouble = true;
+    /// What is known of loops; `None` where none are closed.
+    #[must_use]
+    pub fn loops(&self) -> Option<&LoopCloser> {
+        self.loops.as_ref().map(Loops::closer)
     }
+}
 
-    fn report(&mut self, cloud: &LidarCloud, pose: &LidarPose, timer: &StepTimer) {
-        let number = self.next_scan;
-        self.next_scan = self.next_scan.wrapping_add(1);
-        let count = |count: usize| count as u64;
-        let quality = &pose.quality;
-        let is_held = matches!(quality.outcome, Outcome::Held(_) | Outcome::BegunAnew(_));
-        let counts = [
-            ("received_scans", self.inputs.received()),
-            ("measured_points", count(cloud.points_m.len())),
-            ("thinned_points", count(quality.points)),
-            ("map_voxels", count(quality.map_voxels)),
-            ("iterations", count(quality.iterations)),
-            ("overlap_percent", (100.0 * quality.overlap) as u64),
-            ("predicted_directions", count(quality.degenerate.len())),
-            ("held", u64::from(is_held)),
-        ];
-        self.counters.note_fill("map voxels", quality.map_voxels, self.max_map_voxels);
-        let (path_poses, most) = self.output.path_fill();
-        self.counters.note_fill("path poses", path_poses, most);
-        let header: Header = self.output.frames().header(pose.stamp);
-        self.reporter.processed(header, number, &counts, timer);
-    }
+/// The points of a cloud as if all had been measured at the pose, by the motion since the last one.
+fn at_once(
+    cloud: &LidarCloud,
+    pose: &LidarPose,
+    last: Option<&(Stamp, Isometry3<f64>)>,
+) -> Vec<Point3<f32>> {
+    let Some((stamp, last)) = last else { return cloud.points_m.clone() };
+    let motion = last.inv_mul(&pose.odom_from_lidar);
+    deskewed_cloud(cloud, &motion, pose.stamp.seconds_since(*stamp))
 }

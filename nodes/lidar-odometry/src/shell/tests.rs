@@ -1,5 +1,7 @@
 //! The node in this process, in a street.
 
+mod loops;
+
 use std::net::UdpSocket;
 use std::time::{Duration, Instant};
 
@@ -83,8 +85,13 @@ impl Scene {
 
     /// A cloud of the street with rings, all measured at once.
     fn cloud(&self, index: u32) -> PointCloud2 {
+        self.cloud_at(index, x_m(index))
+    }
+
+    /// The same from elsewhere along the street.
+    fn cloud_at(&self, index: u32, x_m: f64) -> PointCloud2 {
         let mut random = Random::new(100 + u64::from(index));
-        let at = Isometry3::translation(-25.0 + x_m(index), 0.0, 0.0);
+        let at = Isometry3::translation(-25.0 + x_m, 0.0, 0.0);
         let points_m = seen(&self.street, &at, POINTS, 0.01, &mut random);
         let found = |point: Point3<f32>| {
             Some(LidarReturn { position_m: point, intensity: 40.0, time_s: 0.0 })

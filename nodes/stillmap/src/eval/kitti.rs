@@ -50,7 +50,7 @@ pub(crate) struct KittiArgs {
         long,
         value_enum,
         value_delimiter = ',',
-        default_value = "ours,gicp-standing,gicp,gicp-intensity,gicp-rays,gicp-ground"
+        default_value = "ours,ours-loops,gicp-standing,gicp,gicp-intensity,gicp-rays,gicp-ground"
     )]
     variants: Vec<Variant>,
     /// Only so many of the first scans

@@ -7,10 +7,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use lidar_odometry::capture::{CaptureCounts, CaptureReader};
-use lidar_odometry::packets::{
-    Calibration, DATA_PORT, DecoderConfig, Model, POSITION_PORT, PacketDecoder,
-};
-use lidar_odometry::revolution::{KeptEcho, RevolutionBuilder, RevolutionConfig};
+use lidar_odometry::packets::{Calibration, DATA_PORT, DecoderConfig, Model, POSITION_PORT};
+use lidar_odometry::revolution::{KeptEcho, PacketClock, RevolutionAssembly, RevolutionConfig};
 
 use crate::console;
 use crate::failure::{Failure, Outcome};
@@ -99,9 +97,7 @@ enum ClockArg {
 }
 
 pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
-    let decoder = PacketDecoder::new(decoder_config(args)?)
-        .map_err(|error| Failure::new(error.to_string()))?;
-    let builder = RevolutionBuilder::new(RevolutionConfig {
+    let revolution = RevolutionConfig {
         frame_id: args.frame.clone(),
         cut_azimuth_deg: args.cut,
         kept_echo: match args.echo {
@@ -109,8 +105,13 @@ pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
             EchoArg::Last => KeptEcho::Last,
         },
         ..RevolutionConfig::default()
-    })
-    .map_err(|error| Failure::new(error.to_string()))?;
+    };
+    let assembly = RevolutionAssembly::new(decoder_config(args)?, revolution)
+        .map_err(|error| Failure::new(error.to_string()))?
+        .with_clock(match args.clock {
+            ClockArg::Arrival => PacketClock::Arrival,
+            ClockArg::Scanner => PacketClock::Scanner,
+        });
 
     let file = File::open(&args.capture).map_err(|error| {
         Failure::new(format!("cannot open {}: {error}", args.capture.display()))
@@ -122,7 +123,7 @@ pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
     })?;
     let mut other_port = None;
     let mut broken = None;
-    let mut recording = Recording::new(args, decoder, builder);
+    let mut recording = Recording::new(args, assembly);
     let progress = Progress::new("importing", frames);
     for next in capture.by_ref() {
         let datagram = match next {
@@ -141,15 +142,16 @@ pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
     }
     progress.finish();
     let broken = broken.map(|error| error.to_string());
-    if !recording.has_data() {
-        return Err(nothing_imported(&recording, broken, other_port, args));
+    let counts = recording.counts();
+    if counts.data.losses.packets == 0 {
+        return Err(nothing_imported(&counts, broken, other_port, args));
     }
     let (counts, summary) = recording.finish()?;
     console::print(format_args!(
         "{}: {} messages of {} packets",
         args.output.display(),
         summary.message_count,
-        counts.losses.packets
+        counts.data.losses.packets
     ))?;
     let nothing_written = summary.message_count == 0;
     Ok(tell(args, &counts, &capture.counts(), broken, nothing_written))
@@ -164,13 +166,13 @@ fn frames_in(file: &File) -> u64 {
 
 /// Why there is no bag.
 fn nothing_imported(
-    recording: &Recording,
+    counts: &RecordingCounts,
     broken: Option<String>,
     other_port: Option<u16>,
     args: &VelodyneArgs,
 ) -> Failure {
     let failure = |what: String| Failure::new(what).within(args.capture.display());
-    match (recording.first_refusal(), broken, other_port) {
+    match (counts.data.first_refusal, broken, other_port) {
         (Some(refusal), ..) => failure(format!("no data packet could be decoded: {refusal}"))
             .mend("see --model, --calibration and --data-port"),
         (None, Some(broken), _) => failure(broken),
@@ -219,8 +221,8 @@ fn tell(
         losses.push("the capture ends within a frame".to_owned());
     }
     for (count, what) in [
-        (counts.losses.lost, "packets are missing by the scanner's clock"),
-        (counts.refused, "data packets could not be decoded"),
+        (counts.data.losses.lost, "packets are missing by the scanner's clock"),
+        (counts.data.refused, "data packets could not be decoded"),
         (counts.broken_positions, "position packets could not be read"),
         (in_capture.fragments, "fragments of IP packets were left out"),
         (in_capture.cut_frames, "frames were captured in part only"),
@@ -229,7 +231,7 @@ fn tell(
             losses.push(format!("{count} {what}"));
         }
     }
-    if let Some(error) = &counts.first_refusal {
+    if let Some(error) = counts.data.first_refusal {
         losses.push(format!("the first of them: {error}"));
     }
     if losses.is_empty() {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use lidar_odometry::loop_closing::LoopCloser;
 use lidar_odometry::shell::{LidarInput, LidarOdometryParameters, Stage};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
@@ -9,24 +10,18 @@ use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{Imu, PointCloud2};
 use msgs::stillmap_msgs::StageReport;
 use nalgebra::Isometry3;
-use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, Subscription};
+use node_shell::{Host, Node, NodeFailure, Publisher, Qos, RosArguments};
 
 use super::{NAMESPACE, NODE, Sensed};
-
-/// Poses and reports that one message may bring about.
-const KEPT: usize = 100;
+use crate::pose_listener::PoseListener;
 
 /// The node with what feeds it and what hears it.
 pub(crate) struct LidarFollower {
     stage: Stage,
-    counters: Counters,
+    listener: PoseListener,
     clouds: Publisher<PointCloud2>,
     imu: Publisher<Imu>,
     wheels: Publisher<Odometry>,
-    heard_poses: Subscription<PoseStamped>,
-    heard_reports: Subscription<StageReport>,
-    poses: Vec<PoseStamped>,
-    reports: Vec<StageReport>,
     base_from_lidar: Isometry3<f64>,
     /// Keeps the nodes, where they are this one's own.
     _host: Option<Host>,
@@ -64,14 +59,10 @@ impl LidarFollower {
         let qos = Qos::sensor(1);
         Ok(Self {
             stage: Stage::new(node, &parameters)?,
-            counters: node.counters(),
+            listener: PoseListener::new(node, NODE, beside)?,
             clouds: beside.publisher("points", &qos)?,
             imu: beside.publisher("imu", &qos)?,
             wheels: beside.publisher("wheels", &qos)?,
-            heard_poses: beside.subscription("pose", &Qos::reliable(KEPT))?,
-            heard_reports: beside.subscription(&format!("{NODE}/report"), &Qos::reliable(KEPT))?,
-            poses: Vec::new(),
-            reports: Vec::new(),
             base_from_lidar: geometry::pose_from_vector(&parameters.base_from_lidar),
             _host: None,
         })
@@ -87,39 +78,59 @@ impl LidarFollower {
             Sensed::Truth(..) => return Ok(None),
         }
         self.stage.take_waiting();
-        let mut is_held = false;
-        while let Some(received) = self.heard_reports.try_next() {
-            let report = &received.message;
+        let (poses, reports) = self.listener.hear();
+        let is_held = reports.last().is_some_and(|report| {
             let mut named = report.count_names.iter().zip(&report.counts);
-            is_held = named.any(|(name, count)| name == "held" && *count > 0);
-            self.reports.push((**report).clone());
-        }
-        let mut followed = None;
-        while let Some(received) = self.heard_poses.try_next() {
-            let pose = (*received.message).clone();
-            followed = Some(FollowedScan {
-                stamp: convert::stamp_from_time(pose.header.stamp),
-                odom_from_base: convert::isometry_from_pose(&pose.pose)?,
-                is_measured: !is_held,
-            });
-            self.poses.push(pose);
-        }
-        Ok(followed)
+            named.any(|(name, count)| name == "held" && *count > 0)
+        });
+        let Some(pose) = poses.last() else { return Ok(None) };
+        Ok(Some(FollowedScan {
+            stamp: convert::stamp_from_time(pose.header.stamp),
+            odom_from_base: convert::isometry_from_pose(&pose.pose)?,
+            is_measured: !is_held,
+        }))
     }
 
     /// The poses of the vehicle so far.
     pub(crate) fn poses(&self) -> &[PoseStamped] {
-        &self.poses
+        self.listener.poses()
+    }
+
+    /// The poses of the vehicle with all loops that are known now.
+    pub(crate) fn final_poses(&self) -> Result<Vec<PoseStamped>, NodeFailure> {
+        let closed = |pose: &PoseStamped| {
+            let stamp = convert::stamp_from_time(pose.header.stamp);
+            let odom_from_base = convert::isometry_from_pose(&pose.pose)?;
+            let pose_in_map =
+                convert::pose_from_isometry(&self.map_from_base(stamp, &odom_from_base));
+            Ok(PoseStamped { header: pose.header.clone(), pose: pose_in_map })
+        };
+        self.poses().iter().map(closed).collect()
+    }
+
+    /// Where a pose of the odometry is with all loops that are known now.
+    pub(crate) fn map_from_base(
+        &self,
+        stamp: geometry::Stamp,
+        odom_from_base: &Isometry3<f64>,
+    ) -> Isometry3<f64> {
+        let loops = self.stage.loops();
+        loops.map_or(*odom_from_base, |loops| loops.map_from_vehicle(stamp, odom_from_base))
+    }
+
+    /// How often a loop was closed.
+    pub(crate) fn closed_loops(&self) -> usize {
+        self.stage.loops().map_or(0, LoopCloser::closed_loops)
     }
 
     /// The reports so far.
     pub(crate) fn reports(&self) -> &[StageReport] {
-        &self.reports
+        self.listener.reports()
     }
 
     /// Why scans have no pose, by cause.
     pub(crate) fn drops(&self) -> BTreeMap<String, u64> {
-        self.counters.drops()
+        self.listener.drops()
     }
 
     /// The scanner on the vehicle.

@@ -1,5 +1,6 @@
 //! What a turning LiDAR tells: the node of LiDAR odometry in this process, fed from a bag, a capture or scans of KITTI.
 
+mod drive_map;
 mod files;
 mod follower;
 mod odometry;

@@ -24,6 +24,8 @@ pub(crate) struct LidarSummary {
     pub(crate) predicted: usize,
     /// The way that was driven.
     pub(crate) path_m: f64,
+    /// Loops that were closed.
+    pub(crate) closed_loops: usize,
     /// Why scans have no pose.
     pub(crate) without_a_pose: BTreeMap<String, u64>,
     /// Points of a scan.
@@ -40,11 +42,11 @@ pub(crate) struct LidarSummary {
 pub(crate) fn run(
     path: &Path,
     output: &Path,
-    args: &LidarArgs,
+    (args, loop_closing): (&LidarArgs, bool),
     files: &[PathBuf],
     json: bool,
 ) -> Result<Outcome, Failure> {
-    let parameters = load(files)?;
+    let parameters = load(files, loop_closing)?;
     let source = LidarSource::open(path, args)?;
     let mut follower = LidarFollower::alone(&parameters).map_err(failed)?;
     let progress = Progress::new("following", source.steps());
@@ -57,7 +59,8 @@ pub(crate) fn run(
         Ok(())
     })?;
     progress.finish();
-    write_trajectory(output, follower.poses(), &follower.base_from_lidar())?;
+    let poses = follower.final_poses().map_err(failed)?;
+    write_trajectory(output, &poses, &follower.base_from_lidar())?;
     let summary = LidarSummary::of(&follower);
     tell(&summary, output, json)?;
     for loss in &losses {
@@ -70,10 +73,16 @@ pub(crate) fn run(
     Ok(if losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }
 
-/// The node's parameters out of files.
-pub(super) fn load(files: &[PathBuf]) -> Result<LidarOdometryParameters, Failure> {
-    parameters::load(&format!("/{NODE}"), files, &[] as &[Assignment])
-        .map_err(|error| Failure::new(error.to_string()))
+/// The node's parameters out of files; loops are closed where these or the user say so.
+pub(super) fn load(
+    files: &[PathBuf],
+    loop_closing: bool,
+) -> Result<LidarOdometryParameters, Failure> {
+    let mut parameters: LidarOdometryParameters =
+        parameters::load(&format!("/{NODE}"), files, &[] as &[Assignment])
+            .map_err(|error| Failure::new(error.to_string()))?;
+    parameters.loop_closing |= loop_closing;
+    Ok(parameters)
 }
 
 pub(super) fn failed(error: node_shell::NodeFailure) -> Failure {
@@ -114,6 +123,7 @@ impl LidarSummary {
             poses: poses.len(),
             predicted: count("held").filter(|held| *held > 0).count(),
             path_m,
+            closed_loops: follower.closed_loops(),
             without_a_pose: follower.drops(),
             points_median: points.get(points.len() / 2).copied().unwrap_or(0),
             milliseconds_median: quantile(&mut milliseconds, 0.5),
@@ -153,6 +163,9 @@ pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
             "{} poses are predictions: their scans did not fit",
             summary.predicted
         ))?;
+    }
+    if summary.closed_loops > 0 {
+        console::print(format_args!("loops closed: {}", summary.closed_loops))?;
     }
     for (cause, count) in &summary.without_a_pose {
         console::print(format_args!("{cause}: {count}"))?;

@@ -27,6 +27,12 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
             odometry.points_median, odometry.milliseconds_median
         ),
     ];
+    if odometry.closed_loops > 0 {
+        lead.push(format!(
+            "Loops closed: {}. The way and the map are those with the drift taken out.",
+            odometry.closed_loops
+        ));
+    }
     if odometry.predicted > 0 {
         lead.push(format!(
             "{} poses are predictions, since their scans did not fit; these are not in the map.",

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use geometry::{LidarCloud, Stamp};
-use lidar_odometry::odometry::deskewed_cloud;
-use lidar_odometry::road_map::{RoadMap, RoadMapConfig, RoadMapCounts};
+use lidar_odometry::road_map::{RoadMapConfig, RoadMapCounts};
 use lidar_odometry::shell::LidarOdometryParameters;
 use msgs::convert::lidar_cloud_from_message;
 use nalgebra::{Isometry3, Point2};
 use serde::Serialize;
 
+use super::drive_map::DriveMap;
 use super::files::{
-    RoadColour, RoadExtent, TileFolder, cannot_write, for_each, write_las, write_pcd, write_ply,
+    RoadColour, RoadExtent, cannot_write, for_each, write_las, write_pcd, write_ply,
 };
 use super::follower::FollowedScan;
 use super::odometry::{LidarSummary, failed, load, print};
@@ -34,12 +34,30 @@ pub(crate) struct RoadArgs {
     /// With a LiDAR's road map: what it is coloured by
     #[arg(long, value_enum, default_value_t)]
     colour: RoadColour,
+    /// With a LiDAR: places are found again, and what the odometry has drifted by since is taken out
+    #[arg(long)]
+    loop_closing: bool,
 }
 
 impl Default for RoadArgs {
     fn default() -> Self {
         let RoadMapConfig { voxel_edge_m, max_voxels, .. } = RoadMapConfig::default();
-        Self { road_voxel: voxel_edge_m, road_memory: max_voxels, colour: RoadColour::default() }
+        Self {
+            road_voxel: voxel_edge_m,
+            road_memory: max_voxels,
+            colour: RoadColour::default(),
+            loop_closing: false,
+        }
+    }
+}
+
+impl RoadArgs {
+    fn map(&self) -> RoadMapConfig {
+        RoadMapConfig {
+            voxel_edge_m: self.road_voxel,
+            max_voxels: self.road_memory,
+            ..RoadMapConfig::default()
+        }
     }
 }
 
@@ -61,7 +79,7 @@ pub(crate) fn run(
     files: &[PathBuf],
     json: bool,
 ) -> Result<Outcome, Failure> {
-    let parameters = load(files)?;
+    let parameters = load(files, road.loop_closing)?;
     let source = LidarSource::open(path, lidar)?;
     std::fs::create_dir_all(out).map_err(|error| cannot_write(out, &error))?;
     let mut drive = Drive::new(&parameters, road, out)?;
@@ -74,8 +92,11 @@ pub(crate) fn run(
         }
         Ok(())
     })?;
-    drive.finish()?;
+    drive.map.finish()?;
     progress.finish();
+    if drive.follower.closed_loops() > 0 {
+        drive.lay_out_anew(&source, road, out)?;
+    }
     let summary = drive.write(out, road, losses, path)?;
     if json {
         let json = serde_json::to_string_pretty(&summary)
@@ -110,16 +131,13 @@ fn tell(summary: &RoadSummary, out: &Path) -> Result<(), Failure> {
 /// A drive as far as it has gone.
 struct Drive {
     follower: LidarFollower,
-    map: RoadMap,
-    lidar_from_base: Isometry3<f64>,
-    /// The first scan waits for the second, which tells how it moved.
-    first: Option<(LidarCloud, FollowedScan)>,
-    last: Option<FollowedScan>,
+    map: DriveMap,
+    /// Each scan, and its pose where it has one.
+    scans: Vec<Option<FollowedScan>>,
     way: Vec<Isometry3<f64>>,
     truth: Vec<(Stamp, Isometry3<f64>)>,
     /// A scan from within the drive, for the panoramas.
     shown: LidarCloud,
-    scans: u64,
 }
 
 impl Drive {
@@ -129,26 +147,14 @@ impl Drive {
         out: &Path,
     ) -> Result<Self, Failure> {
         let follower = LidarFollower::alone(parameters).map_err(failed)?;
-        let config = RoadMapConfig {
-            voxel_edge_m: road.road_voxel,
-            max_voxels: road.road_memory,
-            ..RoadMapConfig::default()
-        };
-        let store = TileFolder::create(&out.join("tiles"))?;
-        let map = RoadMap::new(config, Box::new(store)).map_err(|error| {
-            Failure::new(error.to_string()).mend("see --road-voxel and --road-memory")
-        })?;
-        let lidar_from_base = follower.base_from_lidar().inverse();
+        let map = DriveMap::new(road.map(), follower.base_from_lidar(), &out.join("tiles"))?;
         Ok(Self {
             follower,
             map,
-            lidar_from_base,
-            first: None,
-            last: None,
+            scans: Vec::new(),
             way: Vec::new(),
             truth: Vec::new(),
             shown: LidarCloud::default(),
-            scans: 0,
         })
     }
 
@@ -157,53 +163,49 @@ impl Drive {
             self.truth.push((stamp, pose));
             return Ok(());
         }
-        // What the node cannot read it counts.
-        let cloud = match &sensed {
-            Sensed::Cloud(message) => lidar_cloud_from_message(message, None).ok(),
-            _ => None,
+        let Sensed::Cloud(message) = &sensed else {
+            return self.follower.take(sensed).map(drop).map_err(failed);
         };
+        // What the node cannot read it counts.
+        let cloud = lidar_cloud_from_message(message, None).ok();
         let followed = self.follower.take(sensed).map_err(failed)?;
+        self.scans.push(followed);
         let (Some(cloud), Some(now)) = (cloud, followed) else { return Ok(()) };
         self.way.push(now.odom_from_base);
-        self.scans += 1;
-        if self.scans.is_power_of_two() {
+        if self.way.len().is_power_of_two() {
             self.shown.clone_from(&cloud.cloud);
         }
-        match self.last.replace(now) {
-            None => self.first = Some((cloud.cloud, now)),
-            Some(last) => {
-                if let Some((cloud, first)) = self.first.take() {
-                    self.add(&cloud, &first, (&last, &now))?;
-                }
-                self.add(&cloud.cloud, &now, (&last, &now))?;
-            }
-        }
-        Ok(())
+        self.map.take(&cloud.cloud, now, &now.odom_from_base)
     }
 
-    /// Takes a scan into the map, while the vehicle moved as between two poses.
-    fn add(
+    /// With all loops closed scans lie elsewhere than they did on the way: the recording is gone through once more.
+    fn lay_out_anew(
         &mut self,
-        cloud: &LidarCloud,
-        at: &FollowedScan,
-        (from, to): (&FollowedScan, &FollowedScan),
+        source: &LidarSource,
+        road: &RoadArgs,
+        out: &Path,
     ) -> Result<(), Failure> {
-        if !at.is_measured {
-            return Ok(());
-        }
-        let base_from_lidar = self.lidar_from_base.inverse();
-        let from_to = from.odom_from_base.inv_mul(&to.odom_from_base);
-        let motion = self.lidar_from_base * from_to * base_from_lidar;
-        let points_m = deskewed_cloud(cloud, &motion, to.stamp.seconds_since(from.stamp));
-        self.map
-            .add(&points_m, cloud.intensities.as_deref(), &(at.odom_from_base * base_from_lidar))
-            .map_err(|error| Failure::new(error.to_string()).mend("is the disk full?"))
-    }
-
-    /// A recording of one scan has a map, too.
-    fn finish(&mut self) -> Result<(), Failure> {
-        let Some((cloud, first)) = self.first.take() else { return Ok(()) };
-        self.add(&cloud, &first, (&first, &first))
+        let base_from_lidar = self.follower.base_from_lidar();
+        let mut map = DriveMap::new(road.map(), base_from_lidar, &out.join("tiles_of_loops"))?;
+        let progress = Progress::new("laying out with loops closed", self.scans.len() as u64);
+        let mut scans = self.scans.iter();
+        self.way.clear();
+        // What is lost was told the first time.
+        let _ = source.each(|sensed| {
+            let Sensed::Cloud(message) = sensed else { return Ok(()) };
+            progress.advance();
+            let Some(now) = scans.next().copied().flatten() else { return Ok(()) };
+            let map_from_base = self.follower.map_from_base(now.stamp, &now.odom_from_base);
+            self.way.push(map_from_base);
+            match lidar_cloud_from_message(&message, None) {
+                Ok(cloud) => map.take(&cloud.cloud, now, &map_from_base),
+                Err(_) => Ok(()),
+            }
+        })?;
+        map.finish()?;
+        progress.finish();
+        self.map = map;
+        Ok(())
     }
 
     fn write(
@@ -213,18 +215,16 @@ impl Drive {
         losses: Vec<String>,
         recording: &Path,
     ) -> Result<RoadSummary, Failure> {
-        let extent = RoadExtent::of(&self.map)?;
-        write_ply(&out.join("map.ply"), &self.map, &extent, road.colour)?;
-        write_pcd(&out.join("map.pcd"), &self.map, &extent)?;
-        write_las(&out.join("map.las"), &self.map, &extent, road.colour)?;
-        write_trajectory(
-            &out.join("trajectory.txt"),
-            self.follower.poses(),
-            &Isometry3::identity(),
-        )?;
+        let map = self.map.map();
+        let extent = RoadExtent::of(map)?;
+        write_ply(&out.join("map.ply"), map, &extent, road.colour)?;
+        write_pcd(&out.join("map.pcd"), map, &extent)?;
+        write_las(&out.join("map.las"), map, &extent, road.colour)?;
+        let poses = self.follower.final_poses().map_err(failed)?;
+        write_trajectory(&out.join("trajectory.txt"), &poses, &Isometry3::identity())?;
         let summary = RoadSummary {
             odometry: LidarSummary::of(&self.follower),
-            map: self.map.counts(),
+            map: map.counts(),
             map_points: extent.points,
             map_voxel_edge_m: road.road_voxel,
             losses,
@@ -237,7 +237,7 @@ impl Drive {
         for (colour, name) in
             [(RoadColour::Intensity, "map_intensity.png"), (RoadColour::Height, "map_height.png")]
         {
-            shown.push(pictures::map_from_above(&self.map, &extent, colour, name)?);
+            shown.push(pictures::map_from_above(map, &extent, colour, name)?);
         }
         shown.extend(pictures::panoramas(&self.shown)?);
         pictures::write(out, &shown)?;
@@ -259,9 +259,9 @@ impl Drive {
         const ABOVE_M: f64 = 2.0;
         const REACH_M: f64 = 150.0;
         let Some(last) = self.way.last() else { return Ok(Vec::new()) };
-        let at_m = (last * self.lidar_from_base.inverse()).translation.vector;
+        let at_m = (last * self.follower.base_from_lidar()).translation.vector;
         let mut surroundings_m = Vec::new();
-        for_each(&self.map, |point| {
+        for_each(self.map.map(), |point| {
             let off_m = point.position_m.coords - at_m;
             let is_beside = (-BELOW_M..ABOVE_M).contains(&off_m.z);
             if is_beside && off_m.xy().norm() < REACH_M {

@@ -40,8 +40,8 @@ use crate::visual::write_trajectory;
   stillmap run room.mcap --out room --scan /laser/scan
   stillmap run drive.pcap --pose lidar --out drive
 
-With --pose lidar a recording that has no 2D scanner and depth camera becomes a road map: a bag with a LiDAR's clouds or packets, a
-capture of a Velodyne (pcap, pcapng), or a folder of KITTI's scans.")]
+With --pose lidar the scans of a turning LiDAR become a road map: those of a bag with its clouds or packets, of a capture of a
+Velodyne (pcap, pcapng), or of a folder of KITTI's. What else the bag holds takes no part.")]
 pub(crate) struct RunArgs {
     /// An MCAP file or a rosbag2 folder; with --pose lidar a capture or a folder of scans, too
     bag: PathBuf,
@@ -93,11 +93,16 @@ pub(crate) enum TransportName {
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
     let transport = args.how.transport.unwrap_or(TransportName::Local);
-    if args.topics.wants_lidar() && is_road(&args.bag)? {
+    if args.topics.wants_lidar() {
         if transport == TransportName::Dds {
-            return Err(Failure::new("a road map is made with --transport local only").mend(
-                "over DDS start `stillmap node lidar-odometry`, and record what it publishes",
-            ));
+            return Err(Failure::new("a road map is made with --transport local only")
+                .mend("over DDS start `stillmap up --pose lidar`, and play the recording"));
+        }
+        if has_scanner(&args.bag)? {
+            console::note(
+                "the map is of the turning LiDAR alone, the 2D scanner takes no part; `stillmap up --pose lidar` leads the LiDAR's pose to \
+                 the nodes that cut out what moves",
+            );
         }
         let how = (args.topics.lidar(), &args.road);
         return lidar::run_road(
@@ -111,21 +116,19 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Failure> {
     run_bag(&args.bag, &args.out, &args.topics, &args.how, transport)
 }
 
-/// Whether a recording has a LiDAR alone, and not what the pipeline needs.
-fn is_road(path: &Path) -> Result<bool, Failure> {
+/// Whether a recording is a bag with a 2D scanner.
+fn has_scanner(path: &Path) -> Result<bool, Failure> {
     if LidarSource::is_no_bag(path) {
-        return Ok(true);
+        return Ok(false);
     }
     let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
-    let has = |type_name: &str| {
-        info.topics.iter().any(|topic| {
-            topic.type_name == type_name
-                && topic.message_count > 0
-                && !topic.topic.starts_with("/truth/")
-        })
+    let is_one = |topic: &bag_player::TopicInfo| {
+        topic.type_name == LaserScan::TYPE_NAME
+            && topic.message_count > 0
+            && !topic.topic.starts_with("/truth/")
     };
-    Ok(!has(LaserScan::TYPE_NAME))
+    Ok(info.topics.iter().any(is_one))
 }
 
 /// Runs a bag and writes what comes of it.

@@ -8,9 +8,10 @@ use msgs::geometry_msgs::PoseStamped;
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu};
 use msgs::stillmap_msgs::StageReport;
-use node_shell::{Counters, Node, NodeFailure, PublishError, Publisher, Qos, Subscription};
+use node_shell::{Node, NodeFailure, PublishError, Publisher, Qos};
 use pose::shell::{ImageInput, PoseParameters, Stage};
 
+use crate::pose_listener::PoseListener;
 pub(crate) use topics::{VisualTopicArgs, VisualTopics};
 pub(crate) use trajectory_file::write_trajectory;
 
@@ -19,23 +20,16 @@ pub(crate) const NODE: &str = "pose";
 /// What the pose is to be taken from, in place of a topic.
 pub(crate) const VISUAL: &str = "visual";
 
-/// Poses and reports that one message may bring about.
-const KEPT: usize = 100;
-
 /// The pose node with what feeds it and what hears it.
 pub(crate) struct VisualOdometry {
     stage: Stage,
-    counters: Counters,
+    listener: PoseListener,
     topics: VisualTopics,
     images: Publisher<Image>,
     compressed: Publisher<CompressedImage>,
     camera_infos: Publisher<CameraInfo>,
     imu: Publisher<Imu>,
     wheels: Publisher<Odometry>,
-    heard_poses: Subscription<PoseStamped>,
-    heard_reports: Subscription<StageReport>,
-    poses: Vec<PoseStamped>,
-    reports: Vec<StageReport>,
 }
 
 /// Why a message of the bag reached no node.
@@ -60,17 +54,13 @@ impl VisualOdometry {
         let qos = Qos::sensor(1);
         Ok(Self {
             stage: Stage::new(node, &parameters)?,
-            counters: node.counters(),
+            listener: PoseListener::new(node, NODE, beside)?,
             images: beside.publisher("rgb/image", &qos)?,
             compressed: beside.publisher("rgb/image/compressed", &qos)?,
             camera_infos: beside.publisher("rgb/camera_info", &qos)?,
             imu: beside.publisher("imu", &qos)?,
             wheels: beside.publisher("wheels", &qos)?,
-            heard_poses: beside.subscription("pose", &Qos::reliable(KEPT))?,
-            heard_reports: beside.subscription("pose/report", &Qos::reliable(KEPT))?,
             topics,
-            poses: Vec::new(),
-            reports: Vec::new(),
         })
     }
 
@@ -100,17 +90,12 @@ impl VisualOdometry {
     /// Lets the node take what has come, and hears what it says.
     pub(crate) fn flow(&mut self) {
         self.stage.take_waiting();
-        while let Some(received) = self.heard_poses.try_next() {
-            self.poses.push((*received.message).clone());
-        }
-        while let Some(received) = self.heard_reports.try_next() {
-            self.reports.push((*received.message).clone());
-        }
+        self.listener.hear();
     }
 
     /// The poses so far.
     pub(crate) fn poses(&self) -> &[PoseStamped] {
-        &self.poses
+        self.listener.poses()
     }
 
     /// The poses as the map has them now; `None` without a map.
@@ -121,11 +106,11 @@ impl VisualOdometry {
 
     /// What the node said of each pair of images.
     pub(crate) fn reports(&self) -> &[StageReport] {
-        &self.reports
+        self.listener.reports()
     }
 
     /// What was of no use, by cause.
     pub(crate) fn drops(&self) -> std::collections::BTreeMap<String, u64> {
-        self.counters.drops()
+        self.listener.drops()
     }
 }

@@ -5,7 +5,10 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use geometry::{LidarCloud, Stamp};
-use lidar_odometry::odometry::{Follower, FollowerConfig, Guess, MotionHint, Way};
+use lidar_odometry::loop_closing::{LoopCloser, LoopClosingConfig};
+use lidar_odometry::odometry::{
+    Follower, FollowerConfig, Guess, LidarPose, MotionHint, Way, deskewed_cloud,
+};
 use lidar_odometry::registration::{Method, RegistrationConfig};
 use lidar_odometry::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
 use nalgebra::Isometry3;
@@ -34,6 +37,8 @@ pub(super) enum Variant {
     GicpGround,
     /// Our odometry without the ground
     OursGround,
+    /// Our odometry with its loops closed
+    OursLoops,
 }
 
 impl Variant {
@@ -48,12 +53,13 @@ impl Variant {
             Self::GicpRays => "gicp-rays",
             Self::GicpGround => "gicp-ground",
             Self::OursGround => "ours-ground",
+            Self::OursLoops => "ours-loops",
         }
     }
 
     fn config(self) -> FollowerConfig {
         let way = match self {
-            Self::None | Self::Ours | Self::OursGround => Way::LocalMap,
+            Self::None | Self::Ours | Self::OursGround | Self::OursLoops => Way::LocalMap,
             _ => Way::ScanToScan,
         };
         let points = match self {
@@ -85,6 +91,7 @@ pub(super) struct Follow {
     times_ms: Vec<f64>,
     rays: Option<u16>,
     threads: NonZeroUsize,
+    loops: Option<LoopCloser>,
 }
 
 impl Follow {
@@ -94,14 +101,30 @@ impl Follow {
         }
         let follower = Follower::new(variant.config(), threads)
             .map_err(|error| Failure::new(error.to_string()))?;
+        let loops = (variant == Variant::OursLoops)
+            .then(|| LoopCloser::new(LoopClosingConfig::default(), threads))
+            .transpose()
+            .map_err(|error| Failure::new(error.to_string()))?;
         let (poses, times_ms) = (Vec::new(), Vec::new());
-        Ok(Some(Self { variant, follower, poses, troubles: 0, times_ms, rays: None, threads }))
+        Ok(Some(Self {
+            variant,
+            follower,
+            poses,
+            troubles: 0,
+            times_ms,
+            rays: None,
+            threads,
+            loops,
+        }))
     }
 
     pub(super) fn step(&mut self, cloud: &LidarCloud) {
         self.fit_rays(cloud);
         let start = Instant::now();
         let stepped = self.follower.step(cloud, &MotionHint::default());
+        if let Ok(pose) = &stepped {
+            self.look_for_a_loop(cloud, pose);
+        }
         self.times_ms.push(1e3 * start.elapsed().as_secs_f64());
         match stepped {
             Ok(pose) => {
@@ -110,6 +133,19 @@ impl Follow {
             }
             Err(_) => self.troubles += 1,
         }
+    }
+
+    fn look_for_a_loop(&mut self, cloud: &LidarCloud, pose: &LidarPose) {
+        let Some(loops) = self.loops.as_mut().filter(|loops| loops.wants(&pose.odom_from_lidar))
+        else {
+            return;
+        };
+        let at_once_m = self.poses.last().map(|(stamp, last)| {
+            let motion = last.inv_mul(&pose.odom_from_lidar);
+            deskewed_cloud(cloud, &motion, pose.stamp.seconds_since(*stamp))
+        });
+        let points_m = at_once_m.as_ref().unwrap_or(&cloud.points_m);
+        loops.take(pose.stamp, &pose.odom_from_lidar, points_m);
     }
 
     /// Half of the rays, whatever scanner it is.
@@ -130,7 +166,10 @@ impl Follow {
     }
 
     pub(super) fn finish(self) -> Candidate {
-        let Self { variant, poses, troubles, times_ms, .. } = self;
+        let Self { variant, mut poses, troubles, times_ms, loops, .. } = self;
+        for ((stamp, pose), loops) in poses.iter_mut().zip(loops.iter().cycle()) {
+            *pose = loops.map_from_vehicle(*stamp, pose);
+        }
         Candidate { name: variant.name().to_owned(), poses, troubles, times_ms }
     }
 }

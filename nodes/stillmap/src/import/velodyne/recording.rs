@@ -5,25 +5,21 @@ use std::path::PathBuf;
 use bag_player::BagSummary;
 use geometry::Stamp;
 use lidar_odometry::capture::Datagram;
-use lidar_odometry::packets::{Continuity, LossCounts, PacketDecoder, PositionPacket};
-use lidar_odometry::revolution::{BuiltRevolution, RevolutionBuilder};
+use lidar_odometry::packets::PositionPacket;
+use lidar_odometry::revolution::{AssemblyCounts, BuiltRevolution, RevolutionAssembly};
 use msgs::convert::{message_from_revolution, time_from_stamp};
 use msgs::std_msgs::Header;
 use msgs::velodyne_msgs::{VelodynePacket, VelodyneScan};
 
-use super::{ClockArg, VelodyneArgs};
+use super::VelodyneArgs;
 use crate::failure::Failure;
 use crate::sensor_bag::SensorBag;
 
 /// What became of the datagrams.
-#[derive(Default)]
+#[derive(Clone, Copy)]
 pub(super) struct RecordingCounts {
-    /// Of the packets that were decoded.
-    pub(super) losses: LossCounts,
-    /// Datagrams on the data port that were not decoded.
-    pub(super) refused: u64,
-    /// Why the first of them was not.
-    pub(super) first_refusal: Option<String>,
+    /// Of the data port.
+    pub(super) data: AssemblyCounts,
     /// Position packets that could not be read.
     pub(super) broken_positions: u64,
 }
@@ -33,11 +29,8 @@ pub(super) struct Recording {
     /// From the first packet on, so that what holds none leaves no bag.
     bag: Option<SensorBag>,
     output: PathBuf,
-    decoder: PacketDecoder,
-    builder: RevolutionBuilder,
-    continuity: Continuity,
-    counts: RecordingCounts,
-    by_scanner: bool,
+    assembly: RevolutionAssembly,
+    broken_positions: u64,
     partial: bool,
     /// With `--packets`: those of the revolution that is not complete.
     scan: Option<VelodyneScan>,
@@ -46,19 +39,12 @@ pub(super) struct Recording {
 }
 
 impl Recording {
-    pub(super) fn new(
-        args: &VelodyneArgs,
-        decoder: PacketDecoder,
-        builder: RevolutionBuilder,
-    ) -> Self {
+    pub(super) fn new(args: &VelodyneArgs, assembly: RevolutionAssembly) -> Self {
         Self {
             bag: None,
             output: args.output.clone(),
-            decoder,
-            builder,
-            continuity: Continuity::default(),
-            counts: RecordingCounts::default(),
-            by_scanner: args.clock == ClockArg::Scanner,
+            assembly,
+            broken_positions: 0,
             partial: args.partial,
             scan: args.packets.then(VelodyneScan::default),
             frame_id: args.frame.clone(),
@@ -66,33 +52,18 @@ impl Recording {
         }
     }
 
-    /// Whether any data packet was decoded.
-    pub(super) fn has_data(&self) -> bool {
-        self.continuity.counts().packets > 0
-    }
-
-    /// Why the first datagram that was not decoded was not.
-    pub(super) fn first_refusal(&self) -> Option<&str> {
-        self.counts.first_refusal.as_deref()
+    /// What has become of the datagrams so far.
+    pub(super) fn counts(&self) -> RecordingCounts {
+        RecordingCounts { data: self.assembly.counts(), broken_positions: self.broken_positions }
     }
 
     /// Takes a datagram of the data port.
     pub(super) fn data(&mut self, datagram: &Datagram) -> Result<(), Failure> {
-        let packet = match self.decoder.decode(&datagram.payload) {
-            Ok(packet) => packet,
-            Err(error) => {
-                self.counts.refused += 1;
-                self.counts.first_refusal.get_or_insert_with(|| error.to_string());
-                return Ok(());
-            }
-        };
-        self.continuity.push(&packet);
-        let stamp = if self.by_scanner {
-            packet.stamp_by_scanner(datagram.arrival)
-        } else {
-            packet.stamp_by_arrival(datagram.arrival)
-        };
-        let ended = self.builder.push(&packet, stamp);
+        let refused = self.assembly.counts().refused;
+        let ended = self.assembly.push(&datagram.payload, datagram.arrival);
+        if self.assembly.counts().refused > refused {
+            return Ok(());
+        }
         if self.scan.is_some() {
             if ended.is_some() {
                 self.write_scan()?;
@@ -106,22 +77,22 @@ impl Recording {
     /// Takes a datagram of the position port.
     pub(super) fn position(&mut self, datagram: &Datagram) {
         if PositionPacket::parse(&datagram.payload).is_err() {
-            self.counts.broken_positions += 1;
+            self.broken_positions += 1;
         }
     }
 
     /// Writes what is not complete, as far as it is wanted, and closes the bag.
     pub(super) fn finish(mut self) -> Result<(RecordingCounts, BagSummary), Failure> {
-        let last = self.builder.finish();
+        let last = self.assembly.finish();
         if self.scan.is_some() {
             self.write_scan()?;
         } else {
             self.write_cloud(last)?;
         }
         self.bag()?;
-        let losses = self.continuity.counts();
+        let counts = self.counts();
         let bag = self.bag.ok_or_else(|| Failure::new("the bag was not begun"))?;
-        Ok((RecordingCounts { losses, ..self.counts }, bag.finish()?))
+        Ok((counts, bag.finish()?))
     }
 
     fn bag(&mut self) -> Result<&mut SensorBag, Failure> {
