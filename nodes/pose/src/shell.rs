@@ -7,6 +7,7 @@ mod inputs;
 mod output;
 mod pairing;
 mod parameters;
+mod ranges;
 mod stage;
 #[cfg(test)]
 mod tests;

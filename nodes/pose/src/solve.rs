@@ -35,7 +35,7 @@ pub(crate) mod term;
 pub(crate) mod testing;
 
 pub use config::{
-    ConfigError, FirstRound, NoiseScale, RansacConfig, RefineConfig, RigidSetsConfig, RobustKernel,
+    FirstRound, NoiseScale, RansacConfig, RefineConfig, RigidSetsConfig, RobustKernel,
 };
 pub use observability::{Direction, Observability};
 pub use observation::{LineObservation, PointObservation, Verdict};

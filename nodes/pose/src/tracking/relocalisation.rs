@@ -23,7 +23,7 @@ pub(super) fn relocalised(
     let pair = |pair: &PointMatch| Association { landmark: pair.found, feature: pair.sought };
     let pairs: Vec<Association> = matches.iter().map(pair).collect();
     let points = map.blind_observations(frame, camera, &pairs);
-    match pnp_ransac(camera, &points, &config.sets.ransac) {
+    match pnp_ransac(camera, &points, &config.sets.ransac, &config.refine) {
         Ok(found) => Ok(found.pose.camera_from_map),
         Err(PnpError::NoConsensus { inliers, .. }) => {
             Err(Trouble::TooFewInliers { inliers, matches: points.len() })

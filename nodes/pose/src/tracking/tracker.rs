@@ -11,7 +11,7 @@ use super::result::CameraPose;
 use super::sighting::{ENDS, Sighting};
 use super::{Tracked, TrackerConfig, TrackerConfigError, TrackingState, Trouble};
 use crate::frame::{Frame, LeftOut, MovingThing};
-use crate::local_map::{Associations, Lean, LocalMap, Verdicts, View};
+use crate::local_map::{Associations, Lean, LocalMap, LocalMapConfig, Verdicts, View};
 use crate::motion::{KnownPose, Turn, WheelStep};
 use crate::solve::PoseGuess;
 
@@ -47,8 +47,9 @@ impl Tracker {
     /// When a parameter has a value that means nothing.
     pub fn new(config: TrackerConfig) -> Result<Self, TrackerConfigError> {
         config.validate()?;
+        let pyramid = config.frame.points.pyramid();
         Ok(Self {
-            map: LocalMap::new(config.map),
+            map: LocalMap::new(LocalMapConfig { pyramid, ..config.map }),
             history: History::default(),
             readout: Readout::new(config.follow.readout_s),
             state: TrackingState::default(),
