@@ -6,6 +6,7 @@ use super::{Association, Associations, LocalMap, Verdicts, View, seen_line, seen
 use crate::frame::Frame;
 use crate::matching::lines::{DirectionBins, ProjectedLine, match_projected_lines};
 use crate::matching::points::{CornerGrid, PredictedCorner, match_guided};
+use crate::solve::line_ransac::LinePair;
 use crate::solve::{LineObservation, PointObservation};
 
 impl LocalMap {
@@ -109,5 +110,14 @@ impl LocalMap {
             is_located.then(|| point.blind_observation(seen, camera, &self.config))
         });
         points.collect()
+    }
+
+    /// What segments and lines say of the pose where none is known: one pair for each that both have a place in space.
+    pub(crate) fn line_pairs(&self, frame: &Frame, pairs: &[Association]) -> Vec<LinePair> {
+        let lines = pairs.iter().filter_map(|pair| {
+            let seen = seen_line(frame, pair.feature)?;
+            self.lines.get(pair.landmark)?.pair(seen, &self.config)
+        });
+        lines.collect()
     }
 }
