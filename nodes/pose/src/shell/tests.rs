@@ -1,5 +1,7 @@
 //! The node in this process, before a wall with a picture on it.
 
+mod options;
+
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use msgs::convert;
 use msgs::nav_msgs::Odometry;
@@ -27,6 +29,7 @@ struct Scene {
     odometry: Subscription<Odometry>,
     pictures: Subscription<Image>,
     reports: Subscription<StageReport>,
+    peer: Node,
     _host: Host,
 }
 
@@ -69,12 +72,16 @@ impl Outcome {
 
 impl Scene {
     fn new() -> Self {
+        Self::with(PoseParameters::default())
+    }
+
+    fn with(parameters: PoseParameters) -> Self {
         let host = Host::in_process();
         let arguments = RosArguments::parse([] as [String; 0]).unwrap();
         let node = |name: &str| -> Node { host.node(name, &arguments).unwrap() };
         let (own, peer) = (node("pose"), node("camera"));
         let scene = Self {
-            stage: Stage::new(&own, &PoseParameters::default()).unwrap(),
+            stage: Stage::new(&own, &parameters).unwrap(),
             picture: dead_leaves(PICTURE_PX, 6_000, &mut Random::new(3)),
             camera: camera(320),
             colors: peer.publisher("rgb/image", &Qos::sensor(1)).unwrap(),
@@ -83,6 +90,7 @@ impl Scene {
             odometry: peer.subscription("odom", &Qos::reliable(10)).unwrap(),
             pictures: peer.subscription("features", &Qos::sensor(10)).unwrap(),
             reports: peer.subscription("pose/report", &Qos::reliable(10)).unwrap(),
+            peer,
             _host: host,
         };
         scene.calibrate();
