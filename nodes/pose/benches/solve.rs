@@ -121,14 +121,14 @@ fn solve(criterion: &mut Criterion) {
     for (with_depth, solver) in [(true, "alignment"), (false, "P3P")] {
         for outliers in [0.5, 0.7] {
             let points = points(300, outliers, with_depth);
-            let config = RansacConfig::default();
-            let found = pnp_ransac(&CAMERA, &points, &config).unwrap();
+            let (config, refine) = (RansacConfig::default(), RefineConfig::default());
+            let found = pnp_ransac(&CAMERA, &points, &config, &refine).unwrap();
             let name = format!(
                 "RANSAC by {solver}, 300 points, {outliers} outliers ({} samples)",
                 found.iterations
             );
             criterion.bench_function(&name, |bencher| {
-                bencher.iter(|| pnp_ransac(&CAMERA, black_box(&points), &config));
+                bencher.iter(|| pnp_ransac(&CAMERA, black_box(&points), &config, &refine));
             });
         }
     }
@@ -145,10 +145,11 @@ fn solve(criterion: &mut Criterion) {
     let covariance = nalgebra::Matrix6::identity() * 1e-5;
     let prediction =
         PoseGuess { camera_from_map: Isometry3::identity(), covariance: Some(covariance) };
-    let config = RigidSetsConfig::default();
+    let (config, refine) = (RigidSetsConfig::default(), RefineConfig::default());
     criterion.bench_function("split of 300 points, 180 of them on a moving thing", |bencher| {
-        bencher
-            .iter(|| split_rigid_sets(&CAMERA, Some(&prediction), black_box(&moved), &[], &config));
+        bencher.iter(|| {
+            split_rigid_sets(&CAMERA, Some(&prediction), black_box(&moved), &[], &config, &refine)
+        });
     });
 }
 

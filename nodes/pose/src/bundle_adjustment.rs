@@ -23,7 +23,7 @@ mod schur;
 mod tests;
 mod window;
 
-use geometry::{CameraModel, CameraModelError};
+use geometry::{CameraModel, CameraModelError, ParameterError};
 use nalgebra::{Isometry3, Point3};
 
 pub use config::{BundleConfig, WindowConfig};
@@ -31,9 +31,7 @@ pub use window::{Applied, StaleWindow, Window};
 pub(crate) use window::{line_observation, point_observation};
 
 use crate::solve::perturbation::is_finite;
-use crate::solve::{
-    ConfigError, LineObservation, PluckerLine, PointObservation, PoseError, Verdict,
-};
+use crate::solve::{LineObservation, PluckerLine, PointObservation, PoseError, Verdict};
 use descent::Search;
 
 /// What is to be adjusted.
@@ -101,7 +99,7 @@ pub struct Adjusted {
 pub enum BundleError {
     /// A parameter means nothing.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] ParameterError),
     /// The numbers of a camera describe none.
     #[error(transparent)]
     Camera(#[from] CameraModelError),

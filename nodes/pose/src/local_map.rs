@@ -25,6 +25,7 @@ pub use numbers::LandmarkNumbers;
 pub(crate) use place::image_slopes;
 pub use point::PointLandmark;
 
+use crate::feature::lines::LineFeature;
 use crate::feature::points::Corner;
 use crate::frame::{Frame, Twist};
 use crate::solve::Verdict;
@@ -139,6 +140,12 @@ impl LocalMap {
     #[must_use]
     pub fn as_corners(&self) -> Vec<Corner> {
         self.points.iter().map(PointLandmark::as_corner).collect()
+    }
+
+    /// The lines as features, in their order; they have no place in an image.
+    #[must_use]
+    pub fn as_segments(&self) -> Vec<LineFeature> {
+        self.lines.iter().map(LineLandmark::as_segment).collect()
     }
 
     /// What the landmarks that the verdicts accept are off by together: the covariance of the camera's perturbation at the

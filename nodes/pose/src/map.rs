@@ -34,6 +34,7 @@ pub(crate) mod testing;
 mod tests;
 mod tree;
 
+use geometry::{ParameterError, parameter};
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
@@ -45,8 +46,8 @@ pub use insertion::{NewKeyframe, NewLine};
 pub use keyframe::{Keyframe, LoopEdge, Shared};
 pub use landmark::{Landmark, MapLine, MapPoint, PointLook, Sightings};
 
+use crate::solve::PluckerLine;
 use crate::solve::perturbation::is_finite;
-use crate::solve::{ConfigError, PluckerLine};
 
 /// The number of a keyframe.
 pub type KeyframeId = Id<Keyframe>;
@@ -89,9 +90,9 @@ impl MapConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        ConfigError::unless(self.scale_factor > 1.0, "scale_factor", "above 1", self.scale_factor)?;
-        ConfigError::unless_positive("levels", f64::from(self.levels))
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::check("scale_factor", "above 1", self.scale_factor, self.scale_factor > 1.0)?;
+        parameter::positive("levels", f64::from(self.levels))
     }
 }
 

@@ -8,7 +8,7 @@
 #[cfg(test)]
 mod tests;
 
-use geometry::CameraModel;
+use geometry::{CameraModel, ParameterError};
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,6 @@ use crate::map::{CulledKeyframe, KeyframeId, Map, MapConfig, MapError, NewKeyfra
 use crate::place_recognition::{
     CandidateConfig, Consistency, PlaceConfig, PlaceDatabase, loop_candidates,
 };
-use crate::solve::ConfigError;
 
 /// Parameters of a [`Mapper`].
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -44,7 +43,7 @@ impl MappingConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         self.map.validate()?;
         self.bundle.validate()?;
         self.places.validate()?;
@@ -85,7 +84,7 @@ impl Mapper {
     ///
     /// # Errors
     /// When a parameter has a value that means nothing.
-    pub fn new(config: MappingConfig) -> Result<Self, ConfigError> {
+    pub fn new(config: MappingConfig) -> Result<Self, ParameterError> {
         config.validate()?;
         Ok(Self {
             map: Map::new(config.map),

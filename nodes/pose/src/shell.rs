@@ -8,6 +8,7 @@ mod inputs;
 mod output;
 mod pairing;
 mod parameters;
+mod ranges;
 mod stage;
 #[cfg(test)]
 mod tests;

@@ -9,7 +9,7 @@
 //! | [`mod@refine`] | the most likely pose near a guess, its covariance, and which observations it explains |
 //! | [`observability`] | which directions of the pose the observations tell of |
 //! | [`mod@p3p`], [`mod@rigid_alignment`] | the pose by three matches, without and with their depths |
-//! | [`ransac`] | the pose without a guess |
+//! | [`ransac`], `line_ransac` | the pose without a guess, by points and by lines in space |
 //! | [`rigid_sets`] | what belongs to the room and what to things that move, by the help of a prediction |
 //!
 //! # Conventions
@@ -20,6 +20,7 @@
 pub(crate) mod chi_square;
 pub mod config;
 mod information;
+pub(crate) mod line_ransac;
 pub mod observability;
 pub mod observation;
 pub mod p3p;
@@ -35,7 +36,7 @@ pub(crate) mod term;
 pub(crate) mod testing;
 
 pub use config::{
-    ConfigError, FirstRound, NoiseScale, RansacConfig, RefineConfig, RigidSetsConfig, RobustKernel,
+    FirstRound, NoiseScale, RansacConfig, RefineConfig, RigidSetsConfig, RobustKernel,
 };
 pub use observability::{Direction, Observability};
 pub use observation::{LineObservation, PointObservation, Verdict};

@@ -1,8 +1,9 @@
 //! The parameters of bundle adjustment.
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
-use crate::solve::{ConfigError, RobustKernel};
+use crate::solve::RobustKernel;
 
 /// Parameters of [`adjust`](super::adjust).
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -41,11 +42,11 @@ impl BundleConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         let share = self.inlier_probability;
         let holds = share > 0.0 && share < 1.0;
-        ConfigError::unless(holds, "inlier_probability", "between 0 and 1", share)?;
-        ConfigError::unless_positive("first_iterations", self.first_iterations as f64)
+        parameter::check("inlier_probability", "between 0 and 1", share, holds)?;
+        parameter::positive("first_iterations", self.first_iterations as f64)
     }
 }
 
@@ -85,10 +86,10 @@ impl WindowConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        ConfigError::unless_positive("max_keyframes", self.max_keyframes as f64)?;
-        ConfigError::unless_positive("max_fixed", self.max_fixed as f64)?;
-        ConfigError::unless_positive("point_std_dev_px", self.point_std_dev_px)?;
-        ConfigError::unless_positive("line_std_dev_px", self.line_std_dev_px)
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::positive("max_keyframes", self.max_keyframes as f64)?;
+        parameter::positive("max_fixed", self.max_fixed as f64)?;
+        parameter::positive("point_std_dev_px", self.point_std_dev_px)?;
+        parameter::positive("line_std_dev_px", self.line_std_dev_px)
     }
 }

@@ -44,10 +44,10 @@ pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
-pub use config::{LineConfig, LineConfigError};
+pub use config::LineConfig;
 pub use descriptor::{LineDescriptor, LineFeature};
 pub use detector::{LineDetector, LineStep};
 pub use in_space::{
-    NoLineInSpace, SegmentDepthConfig, SegmentDepthConfigError, SegmentInSpace, segment_in_space,
+    DepthSensor, NoLineInSpace, SegmentDepthConfig, SegmentInSpace, segment_in_space,
 };
 pub use segment::LineSegment;

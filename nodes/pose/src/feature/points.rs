@@ -25,6 +25,6 @@ mod spread;
 mod tests;
 mod work;
 
-pub use config::{PointConfig, PointConfigError};
+pub use config::{PointConfig, Pyramid};
 pub use corner::{Corner, DESCRIPTOR_BITS, Descriptor};
 pub use extraction::PointExtractor;

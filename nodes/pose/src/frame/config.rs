@@ -1,12 +1,10 @@
 //! What is looked for in a pair of images.
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
-use crate::feature::lines::{
-    LineConfig, LineConfigError, SegmentDepthConfig, SegmentDepthConfigError,
-};
-use crate::feature::points::{PointConfig, PointConfigError};
-use crate::solve::ConfigError;
+use crate::feature::lines::{DepthSensor, LineConfig, SegmentDepthConfig};
+use crate::feature::points::PointConfig;
 
 /// Parameters of [`FrameExtractor`](super::FrameExtractor).
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -24,7 +22,7 @@ pub struct FrameConfig {
     pub max_lines: usize,
     /// How segments are located.
     pub line_depth: SegmentDepthConfig,
-    /// Standard deviation of the inverse of a depth, in 1/m.
+    /// Standard deviation of the inverse of a depth, in 1/m: that of a depth of `z` metres is `z^2` times this.
     pub inverse_depth_std_dev: f64,
     /// Depths beyond are not used.
     pub max_depth_m: f64,
@@ -38,7 +36,7 @@ pub struct FrameConfig {
 
 impl Default for FrameConfig {
     fn default() -> Self {
-        let line_depth = SegmentDepthConfig::default();
+        let sensor = DepthSensor::default();
         Self {
             use_points: true,
             use_lines: true,
@@ -46,9 +44,9 @@ impl Default for FrameConfig {
             lines: LineConfig::default(),
             // Of 500 segments of an indoor image these hold most of the length; time grows with their number.
             max_lines: 200,
-            inverse_depth_std_dev: line_depth.inverse_depth_std_dev,
-            max_depth_m: line_depth.max_depth_m,
-            line_depth,
+            line_depth: SegmentDepthConfig::default(),
+            inverse_depth_std_dev: sensor.inverse_depth_std_dev,
+            max_depth_m: sensor.max_depth_m,
             // Structured light is matched in windows of 9 pixels: a smaller one tells nothing more.
             depth_window_px: 1,
             // As for the two sides of a segment.
@@ -63,16 +61,16 @@ impl Default for FrameConfig {
 pub enum FrameConfigError {
     /// One of the corners'.
     #[error("points: {0}")]
-    Points(#[from] PointConfigError),
+    Points(ParameterError),
     /// One of the segments'.
     #[error("lines: {0}")]
-    Lines(#[from] LineConfigError),
+    Lines(ParameterError),
     /// One of the segments' depths'.
     #[error("line_depth: {0}")]
-    LineDepth(#[from] SegmentDepthConfigError),
+    LineDepth(ParameterError),
     /// One of these.
     #[error(transparent)]
-    Own(#[from] ConfigError),
+    Own(#[from] ParameterError),
 }
 
 /// A larger window would reach over whatever is small.
@@ -84,17 +82,23 @@ impl FrameConfig {
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
     pub fn validate(&self) -> Result<(), FrameConfigError> {
-        self.points.validate()?;
-        self.lines.validate()?;
-        self.line_depth.validate()?;
+        self.points.validate().map_err(FrameConfigError::Points)?;
+        self.lines.validate().map_err(FrameConfigError::Lines)?;
+        self.line_depth.validate().map_err(FrameConfigError::LineDepth)?;
         let nothing = !self.use_points && !self.use_lines;
-        ConfigError::unless(!nothing, "use_points", "true where use_lines is false", 0.0)?;
-        ConfigError::unless_positive("inverse_depth_std_dev", self.inverse_depth_std_dev)?;
-        ConfigError::unless_positive("max_depth_m", self.max_depth_m)?;
-        ConfigError::unless_positive("edge_std_devs", self.edge_std_devs)?;
+        parameter::check("use_points", "true where use_lines is false", 0.0, !nothing)?;
+        parameter::positive("inverse_depth_std_dev", self.inverse_depth_std_dev)?;
+        parameter::positive("max_depth_m", self.max_depth_m)?;
+        parameter::positive("edge_std_devs", self.edge_std_devs)?;
         let window = self.depth_window_px;
         let holds = window <= WIDEST_WINDOW_PX;
-        ConfigError::unless(holds, "depth_window_px", "in 0 .. 10", window as f64)?;
+        parameter::check("depth_window_px", "in 0 .. 10", window as f64, holds)?;
         Ok(())
+    }
+
+    /// What depths are worth.
+    pub(super) fn depth_sensor(&self) -> DepthSensor {
+        let Self { inverse_depth_std_dev, max_depth_m, .. } = *self;
+        DepthSensor { inverse_depth_std_dev, max_depth_m }
     }
 }

@@ -34,8 +34,9 @@ impl FrameExtractor {
     /// When a parameter has a value that means nothing.
     pub fn new(config: FrameConfig) -> Result<Self, FrameConfigError> {
         config.validate()?;
-        let points = PointExtractor::new(config.points.clone())?;
-        let lines = LineDetector::new(config.lines)?;
+        let points =
+            PointExtractor::new(config.points.clone()).map_err(FrameConfigError::Points)?;
+        let lines = LineDetector::new(config.lines).map_err(FrameConfigError::Lines)?;
         Ok(Self { config, points, lines })
     }
 
@@ -71,8 +72,9 @@ impl FrameExtractor {
         done(FrameStep::Features);
         let corner_depths =
             corners.iter().map(|corner| depth_at(depth, corner.pixel, config)).collect();
+        let sensor = config.depth_sensor();
         let in_space = |line: &LineFeature| {
-            segment_in_space(&line.segment, depth, camera, &config.line_depth).ok()
+            segment_in_space(&line.segment, depth, camera, sensor, &config.line_depth).ok()
         };
         let lines_in_space = lines.iter().map(in_space).collect();
         done(FrameStep::Depths);

@@ -1,11 +1,11 @@
 //! The numbers of all rules, with their sources.
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 use crate::bundle_adjustment::WindowConfig;
-use crate::matching::lines::LineMatchConfig;
+use crate::matching::lines::ProjectedLineConfig;
 use crate::matching::points::{GuidedConfig, MatchConfig};
-use crate::solve::ConfigError;
 
 /// Parameters of the rules. "The seed" is PL-SLAM section 2.1.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -54,7 +54,7 @@ pub struct KeyframingConfig {
     /// How points are looked for in another keyframe.
     pub fusing: GuidedConfig,
     /// How lines are.
-    pub fusing_lines: LineMatchConfig,
+    pub fusing_lines: ProjectedLineConfig,
     /// A landmark is looked for from directions that differ by at most so much from the mean one.
     pub max_viewing_angle_rad: f64,
     /// How well features are seen.
@@ -99,7 +99,10 @@ impl Default for KeyframingConfig {
                 ..guided
             },
             // A line's end is seen to a pixel, as a point is.
-            fusing_lines: LineMatchConfig { max_offset_px: 3.0, ..LineMatchConfig::default() },
+            fusing_lines: ProjectedLineConfig {
+                max_offset_px: 3.0,
+                ..ProjectedLineConfig::default()
+            },
             // PL-SLAM section 2.3.
             max_viewing_angle_rad: std::f64::consts::FRAC_PI_3,
             window: WindowConfig::default(),
@@ -112,16 +115,16 @@ impl KeyframingConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        ConfigError::unless_share("max_tracked_share", self.max_tracked_share)?;
-        ConfigError::unless_positive("baseline_m", self.baseline_m)?;
-        ConfigError::unless_positive("close_baselines", self.close_baselines)?;
-        ConfigError::unless_share("min_found_share", self.min_found_share)?;
-        ConfigError::unless_share("redundant_share", self.redundant_share)?;
-        ConfigError::unless_share("max_parallax_cos", self.max_parallax_cos)?;
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::between("max_tracked_share", self.max_tracked_share, 0.0, 1.0)?;
+        parameter::positive("baseline_m", self.baseline_m)?;
+        parameter::positive("close_baselines", self.close_baselines)?;
+        parameter::between("min_found_share", self.min_found_share, 0.0, 1.0)?;
+        parameter::between("redundant_share", self.redundant_share, 0.0, 1.0)?;
+        parameter::between("max_parallax_cos", self.max_parallax_cos, 0.0, 1.0)?;
         let scale = self.scale_consistency;
-        ConfigError::unless(scale >= 1.0, "scale_consistency", "at least 1", scale)?;
-        ConfigError::unless_positive("max_viewing_angle_rad", self.max_viewing_angle_rad)?;
+        parameter::check("scale_consistency", "at least 1", scale, scale >= 1.0)?;
+        parameter::positive("max_viewing_angle_rad", self.max_viewing_angle_rad)?;
         self.window.validate()
     }
 

@@ -199,6 +199,6 @@ fn the_defaults_are_valid_and_bad_values_are_named() {
         ("baseline_m", KeyframingConfig { baseline_m: 0.0, ..valid }),
         ("scale_consistency", KeyframingConfig { scale_consistency: 0.5, ..valid }),
     ] {
-        assert!(config.validate().unwrap_err().to_string().starts_with(name));
+        assert!(config.validate().unwrap_err().to_string().contains(&format!("parameter {name} ")));
     }
 }

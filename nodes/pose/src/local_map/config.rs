@@ -2,12 +2,13 @@
 
 use std::f64::consts::PI;
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 use super::place::InverseDepth;
-use crate::matching::lines::LineMatchConfig;
+use crate::feature::points::Pyramid;
+use crate::matching::lines::{LineMatchConfig, ProjectedLineConfig};
 use crate::matching::points::{GuidedConfig, MatchConfig};
-use crate::solve::ConfigError;
 
 /// Parameters of [`LocalMap`](super::LocalMap).
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -23,10 +24,9 @@ pub struct LocalMapConfig {
     pub point_std_dev_px: f64,
     /// Standard deviation of an end of a segment, across it.
     pub line_std_dev_px: f64,
-    /// The factor between the levels that corners are found on.
-    pub scale_factor: f64,
-    /// How many levels there are.
-    pub levels: usize,
+    /// The levels that corners are found on. [`Tracker`](crate::tracking::Tracker) has them from the extraction.
+    #[serde(skip)]
+    pub pyramid: Pyramid,
     /// What a landmark's place may be off by from one frame to the next, whatever its filter says: standard deviation.
     pub landmark_noise_m: f64,
     /// Inverse depth, in 1/m, of a feature whose depth is not measured: the mean ...
@@ -44,17 +44,20 @@ pub struct LocalMapConfig {
     /// But not before so many frames.
     pub least_foreseen: u32,
     /// How corners are matched to points.
-    pub point_matching: GuidedConfig,
+    pub point_matching: MatchConfig,
+    /// A corner may be found so many levels above or below the one that it is foreseen on.
+    pub level_tolerance: u8,
     /// How segments are matched to lines.
     pub line_matching: LineMatchConfig,
+    /// Along a line, it and a segment of it share at least this much of the shorter one.
+    pub min_line_overlap: f64,
 }
 
 impl Default for LocalMapConfig {
     fn default() -> Self {
-        let guided = GuidedConfig::default();
+        let (guided, projected) = (GuidedConfig::default(), ProjectedLineConfig::default());
         // What is alike by chance only makes outliers: of a prediction that is right, true matches differ by less.
-        let matching = MatchConfig { max_distance: 64, ..guided.matching };
-        let point_matching = GuidedConfig { matching, ..guided };
+        let point_matching = MatchConfig { max_distance: 64, ..guided.matching };
         Self {
             // Ten views of a thousand corners.
             max_points: 10_000,
@@ -64,8 +67,7 @@ impl Default for LocalMapConfig {
             // ORB-SLAM2's: one pixel of the level.
             point_std_dev_px: 1.0,
             line_std_dev_px: 1.0,
-            scale_factor: f64::from(point_matching.scale_factor),
-            levels: 8,
+            pyramid: Pyramid::default(),
             landmark_noise_m: 2e-4,
             // From 3 m to infinity within two standard deviations: what a depth camera does not measure is beyond its
             // range, or at an edge. (Civera, Davison and Montiel 2008, section III: infinity must be within.)
@@ -80,7 +82,9 @@ impl Default for LocalMapConfig {
             min_seen_share: 0.25,
             least_foreseen: 5,
             point_matching,
-            line_matching: LineMatchConfig::default(),
+            level_tolerance: guided.level_tolerance,
+            line_matching: projected.matching,
+            min_line_overlap: projected.min_overlap,
         }
     }
 }
@@ -90,18 +94,19 @@ impl LocalMapConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        ConfigError::unless_positive("max_points", self.max_points as f64)?;
-        ConfigError::unless_positive("max_viewing_angle_rad", self.max_viewing_angle_rad)?;
-        ConfigError::unless_positive("point_std_dev_px", self.point_std_dev_px)?;
-        ConfigError::unless_positive("line_std_dev_px", self.line_std_dev_px)?;
-        ConfigError::unless_positive("landmark_noise_m", self.landmark_noise_m)?;
-        ConfigError::unless_positive("unmeasured_inverse_depth", self.unmeasured_inverse_depth)?;
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::positive("max_points", self.max_points as f64)?;
+        parameter::positive("max_viewing_angle_rad", self.max_viewing_angle_rad)?;
+        parameter::positive("point_std_dev_px", self.point_std_dev_px)?;
+        parameter::positive("line_std_dev_px", self.line_std_dev_px)?;
+        parameter::positive("landmark_noise_m", self.landmark_noise_m)?;
+        parameter::positive("unmeasured_inverse_depth", self.unmeasured_inverse_depth)?;
         let std_dev = self.unmeasured_inverse_depth_std_dev;
-        ConfigError::unless_positive("unmeasured_inverse_depth_std_dev", std_dev)?;
-        ConfigError::unless_positive("located_share", self.located_share)?;
-        ConfigError::unless_positive("unlocated_doubt", self.unlocated_doubt)?;
-        ConfigError::unless(self.scale_factor > 1.0, "scale_factor", "above 1", self.scale_factor)
+        parameter::positive("unmeasured_inverse_depth_std_dev", std_dev)?;
+        parameter::positive("located_share", self.located_share)?;
+        parameter::positive("unlocated_doubt", self.unlocated_doubt)?;
+        parameter::between("min_seen_share", self.min_seen_share, 0.0, 1.0)?;
+        parameter::between("min_line_overlap", self.min_line_overlap, 0.0, 1.0)
     }
 
     /// How far a feature is whose depth is not measured.
@@ -114,6 +119,22 @@ impl LocalMapConfig {
 
     /// A corner is as sure as the pixels of its level.
     pub(super) fn pixel_std_dev_px(&self, level: u8) -> f64 {
-        self.point_std_dev_px * self.scale_factor.powi(i32::from(level))
+        self.point_std_dev_px * self.pyramid.scale_factor.powi(i32::from(level))
+    }
+
+    /// How corners are looked for, no farther from where they are foreseen.
+    pub(super) fn guided(&self, radius_px: f32) -> GuidedConfig {
+        GuidedConfig {
+            matching: self.point_matching,
+            radius_px,
+            scale_factor: self.pyramid.scale_factor as f32,
+            level_tolerance: self.level_tolerance,
+        }
+    }
+
+    /// How segments are, likewise.
+    pub(super) fn projected(&self, max_offset_px: f64) -> ProjectedLineConfig {
+        let (matching, min_overlap) = (self.line_matching, self.min_line_overlap);
+        ProjectedLineConfig { matching, max_offset_px, min_overlap }
     }
 }

@@ -4,10 +4,11 @@ use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 
 use super::place::{InverseDepth, Place, Spread};
 use super::{LocalMapConfig, View};
-use crate::feature::lines::{LineDescriptor, LineFeature, SegmentInSpace};
+use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment, SegmentInSpace};
 use crate::frame::MeasuredDepth;
 use crate::matching::lines::ProjectedLine;
 use crate::solve::LineObservation;
+use crate::solve::line_ransac::LinePair;
 
 /// An end of a line: a place on it that is known across the line.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -65,6 +66,25 @@ impl LineLandmark {
             arrival: view.number,
             seen: 1,
             foreseen: 1,
+        })
+    }
+
+    /// It as a feature that has no place in an image.
+    pub(super) fn as_segment(&self) -> LineFeature {
+        let segment = LineSegment { start_px: [0.0; 2], end_px: [0.0; 2], response: 0.0 };
+        LineFeature { segment, descriptor: self.descriptor }
+    }
+
+    /// It and a segment that may be it, in space; `None` where either's depth is not known.
+    pub(super) fn pair(&self, seen: SeenLine<'_>, config: &LocalMapConfig) -> Option<LinePair> {
+        let (line, ends) = (seen.in_space?, [&self.start, &self.end]);
+        let is_located = ends.iter().all(|end| end.place.is_located(config));
+        let variances_m2 = ends.map(|end| end.place.covariance_m2().trace());
+        let seen_std_dev_m = line.start_std_dev_m.max(line.end_std_dev_m);
+        is_located.then_some(LinePair {
+            in_map_m: ends.map(|end| end.position_m),
+            in_camera_m: [line.start_m, line.end_m],
+            std_dev_m: seen_std_dev_m.hypot(variances_m2[0].max(variances_m2[1]).sqrt()),
         })
     }
 

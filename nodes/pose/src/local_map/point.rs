@@ -97,9 +97,9 @@ impl PointLandmark {
         if self.towards_camera.dot(&towards_camera) < config.max_viewing_angle_rad.cos() {
             return None;
         }
-        let levels_nearer = (self.distance_m / distance_m).ln() / config.scale_factor.ln();
+        let levels_nearer = (self.distance_m / distance_m).ln() / config.pyramid.scale_factor.ln();
         let level = f64::from(self.level) + levels_nearer;
-        let top = f64::from(config.levels.saturating_sub(1) as u32);
+        let top = f64::from(config.pyramid.levels.saturating_sub(1) as u32);
         // A level beyond those that are looked at: too near or too far to be found again.
         (level >= -1.0 && level <= top + 1.0).then(|| PredictedCorner {
             pixel: pixel.cast(),

@@ -4,10 +4,9 @@ use geometry::CameraModel;
 
 use super::{Association, Associations, LocalMap, Verdicts, View, seen_line, seen_point};
 use crate::frame::Frame;
-use crate::matching::lines::{
-    DirectionBins, LineMatchConfig, ProjectedLine, match_projected_lines,
-};
-use crate::matching::points::{CornerGrid, GuidedConfig, PredictedCorner, match_guided};
+use crate::matching::lines::{DirectionBins, ProjectedLine, match_projected_lines};
+use crate::matching::points::{CornerGrid, PredictedCorner, match_guided};
+use crate::solve::line_ransac::LinePair;
 use crate::solve::{LineObservation, PointObservation};
 
 impl LocalMap {
@@ -27,7 +26,7 @@ impl LocalMap {
                 corners.push(corner);
             }
         }
-        let guided = GuidedConfig { radius_px, ..self.config.point_matching };
+        let guided = self.config.guided(radius_px);
         let pairs = match_guided(&corners, &CornerGrid::new(&view.frame.corners), &guided);
         let pairs = pairs.iter().filter_map(|pair| {
             let landmark = *foreseen.get(pair.sought)?;
@@ -45,8 +44,7 @@ impl LocalMap {
                 projected.push(line);
             }
         }
-        let max_offset_px = f64::from(radius_px);
-        let matching = LineMatchConfig { max_offset_px, ..self.config.line_matching };
+        let matching = self.config.projected(f64::from(radius_px));
         let bins = DirectionBins::new(&view.frame.lines);
         let pairs = match_projected_lines(&projected, &view.frame.lines, &bins, &matching);
         let pairs = pairs.iter().filter_map(|pair| {
@@ -112,5 +110,14 @@ impl LocalMap {
             is_located.then(|| point.blind_observation(seen, camera, &self.config))
         });
         points.collect()
+    }
+
+    /// What segments and lines say of the pose where none is known: one pair for each that both have a place in space.
+    pub(crate) fn line_pairs(&self, frame: &Frame, pairs: &[Association]) -> Vec<LinePair> {
+        let lines = pairs.iter().filter_map(|pair| {
+            let seen = seen_line(frame, pair.feature)?;
+            self.lines.get(pair.landmark)?.pair(seen, &self.config)
+        });
+        lines.collect()
     }
 }

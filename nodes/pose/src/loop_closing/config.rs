@@ -1,11 +1,12 @@
 //! The parameters of loop closing.
 
+use geometry::{ParameterError, parameter};
 use pose_graph::GraphConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::keyframing::KeyframingConfig;
 use crate::matching::points::MatchConfig;
-use crate::solve::{ConfigError, RansacConfig};
+use crate::solve::{RansacConfig, RefineConfig};
 
 /// Parameters of loop closing and relocalisation.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -17,6 +18,8 @@ pub struct LoopConfig {
     pub least_matches: usize,
     /// How the pose is found that they agree on; its `min_inliers` counts here.
     pub ransac: RansacConfig,
+    /// How it is refined.
+    pub refine: RefineConfig,
     /// How far around its place a point may be found when the pose is known so well, in pixels of level 0.
     pub search_radius_px: f32,
     /// A pose must explain so many points ...
@@ -41,12 +44,12 @@ pub struct LoopConfig {
 
 impl Default for LoopConfig {
     fn default() -> Self {
-        let ransac = RansacConfig::default();
         Self {
             matching: MatchConfig::default(),
             // ORB-SLAM2: 20 matches, 20 inliers, then 10 pixels around, and 40 matches in all.
             least_matches: 20,
-            ransac: RansacConfig { min_inliers: 20, ..ransac },
+            ransac: RansacConfig { min_inliers: 20, ..RansacConfig::default() },
+            refine: RefineConfig::default(),
             search_radius_px: 10.0,
             least_inliers: 40,
             // Two places that look alike agree in a part only.
@@ -73,15 +76,16 @@ impl LoopConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         let radius_px = f64::from(self.search_radius_px);
-        ConfigError::unless_positive("search_radius_px", radius_px)?;
-        ConfigError::unless_share("least_inlier_share", self.least_inlier_share)?;
-        ConfigError::unless_positive("edge_std_dev_m", self.edge_std_dev_m)?;
-        ConfigError::unless_positive("edge_std_dev_rad", self.edge_std_dev_rad)?;
-        ConfigError::unless_positive("loop_std_dev_m", self.loop_std_dev_m)?;
-        ConfigError::unless_positive("loop_std_dev_rad", self.loop_std_dev_rad)?;
+        parameter::positive("search_radius_px", radius_px)?;
+        parameter::between("least_inlier_share", self.least_inlier_share, 0.0, 1.0)?;
+        parameter::positive("edge_std_dev_m", self.edge_std_dev_m)?;
+        parameter::positive("edge_std_dev_rad", self.edge_std_dev_rad)?;
+        parameter::positive("loop_std_dev_m", self.loop_std_dev_m)?;
+        parameter::positive("loop_std_dev_rad", self.loop_std_dev_rad)?;
         self.ransac.validate()?;
+        self.refine.validate()?;
         self.keyframing.validate()
     }
 }

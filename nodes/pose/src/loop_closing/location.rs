@@ -15,7 +15,7 @@ use crate::feature::points::Corner;
 use crate::frame::Frame;
 use crate::keyframing::foresight::{foreseen_line, foreseen_point};
 use crate::map::{KeyframeId, LineId, Map, PointId};
-use crate::matching::lines::{DirectionBins, LineMatchConfig, match_projected_lines};
+use crate::matching::lines::{DirectionBins, ProjectedLineConfig, match_projected_lines};
 use crate::matching::points::{CornerGrid, GuidedConfig, match_all, match_guided};
 use crate::solve::{
     LineObservation, PnpError, PointObservation, PoseError, PoseEstimate, PoseGuess, pnp_ransac,
@@ -94,7 +94,7 @@ pub fn locate(
     config: &LoopConfig,
 ) -> Result<Located, NotLocated> {
     let blind = blind_observations(map, keyframe, frame, config)?;
-    let found = pnp_ransac(camera, &blind, &config.ransac)?;
+    let found = pnp_ransac(camera, &blind, &config.ransac, &config.refine)?;
     let guess = PoseGuess { camera_from_map: found.pose.camera_from_map, covariance: None };
     locate_near(map, keyframe, (frame, &Known::default()), camera, &guess, config)
 }
@@ -128,7 +128,7 @@ pub fn locate_near(
         let seen = around.seen(map, (frame, known), camera, &camera_from_map, config);
         let guess = PoseGuess { camera_from_map, ..*guess };
         let (points, lines) = (&seen.point_observations, &seen.line_observations);
-        let pose = refine_pose(camera, &guess, points, lines, &config.ransac.refine)?;
+        let pose = refine_pose(camera, &guess, points, lines, &config.refine)?;
         camera_from_map = pose.camera_from_map;
         located = Some((seen, pose));
     }
@@ -255,7 +255,7 @@ impl Around {
         });
         let (ids, foreseen): (Vec<LineId>, Vec<_>) = foreseen.unzip();
         let max_offset_px = f64::from(config.search_radius_px);
-        let matching = LineMatchConfig { max_offset_px, ..config.keyframing.fusing_lines };
+        let matching = ProjectedLineConfig { max_offset_px, ..config.keyframing.fusing_lines };
         let bins = DirectionBins::new(&frame.lines);
         let pairs = match_projected_lines(&foreseen, &frame.lines, &bins, &matching);
         let taken: BTreeSet<usize> = known.lines.iter().map(|(segment, _)| *segment).collect();

@@ -177,5 +177,5 @@ fn bad_parameters_are_named() {
     let mut config = MappingConfig::default();
     config.loops.keyframing.baseline_m = -1.0;
     let refused = Mapper::new(config).unwrap_err().to_string();
-    assert!(refused.starts_with("baseline_m"), "{refused}");
+    assert!(refused.starts_with("parameter baseline_m "), "{refused}");
 }

@@ -7,7 +7,7 @@ mod projected;
 #[cfg(test)]
 mod tests;
 
-pub use config::{LineMatchConfig, LineMatchConfigError};
+pub use config::{LineMatchConfig, ProjectedLineConfig};
 pub use direction_bins::DirectionBins;
 pub use hamming::match_lines;
 pub use projected::{ProjectedLine, match_projected_lines};

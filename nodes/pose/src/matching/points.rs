@@ -13,7 +13,7 @@ mod rotation;
 #[cfg(test)]
 mod tests;
 
-pub use config::{MatchConfig, MatchConfigError};
+pub use config::MatchConfig;
 pub use exhaustive::match_all;
 pub use grid::CornerGrid;
 pub use guided::{GuidedConfig, PredictedCorner, match_guided};

@@ -1,8 +1,7 @@
 //! The parameters of the predictions, their defaults, and where these come from.
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
-
-use crate::solve::ConfigError;
 
 /// The parameters of the predictions.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -64,17 +63,17 @@ impl MotionConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        ConfigError::unless_positive("acceleration_m_per_s2", self.acceleration_m_per_s2)?;
-        ConfigError::unless_positive("acceleration_rad_per_s2", self.acceleration_rad_per_s2)?;
-        ConfigError::unless_positive("max_gap_s", self.max_gap_s)?;
-        ConfigError::unless_positive("gyro_noise_rad_per_sqrt_s", self.gyro_noise_rad_per_sqrt_s)?;
-        ConfigError::unless_positive("gyro_bias_rad_per_s", self.gyro_bias_rad_per_s)?;
-        ConfigError::unless_positive("wheel_noise_along", self.wheel_noise_along)?;
-        ConfigError::unless_positive("wheel_noise_across", self.wheel_noise_across)?;
-        ConfigError::unless_positive("wheel_noise_turn", self.wheel_noise_turn)?;
-        ConfigError::unless_positive("wheel_noise_rad_per_m", self.wheel_noise_rad_per_m)?;
-        ConfigError::unless_positive("heave_m", self.heave_m)?;
-        ConfigError::unless_positive("tilt_rad", self.tilt_rad)
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::positive("acceleration_m_per_s2", self.acceleration_m_per_s2)?;
+        parameter::positive("acceleration_rad_per_s2", self.acceleration_rad_per_s2)?;
+        parameter::positive("max_gap_s", self.max_gap_s)?;
+        parameter::positive("gyro_noise_rad_per_sqrt_s", self.gyro_noise_rad_per_sqrt_s)?;
+        parameter::positive("gyro_bias_rad_per_s", self.gyro_bias_rad_per_s)?;
+        parameter::positive("wheel_noise_along", self.wheel_noise_along)?;
+        parameter::positive("wheel_noise_across", self.wheel_noise_across)?;
+        parameter::positive("wheel_noise_turn", self.wheel_noise_turn)?;
+        parameter::positive("wheel_noise_rad_per_m", self.wheel_noise_rad_per_m)?;
+        parameter::positive("heave_m", self.heave_m)?;
+        parameter::positive("tilt_rad", self.tilt_rad)
     }
 }

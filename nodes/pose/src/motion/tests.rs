@@ -201,5 +201,5 @@ fn wheels_move_the_camera_as_they_move_the_platform() {
 fn the_defaults_are_valid_and_bad_values_are_named() {
     assert_eq!(MotionConfig::default().validate(), Ok(()));
     let bad = MotionConfig { max_gap_s: f64::NAN, ..MotionConfig::default() };
-    assert!(bad.validate().unwrap_err().to_string().starts_with("max_gap_s"));
+    assert!(bad.validate().unwrap_err().to_string().starts_with("parameter max_gap_s "));
 }

@@ -6,12 +6,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 use super::{PlaceDatabase, Score};
 use crate::feature::points::Descriptor;
 use crate::map::{KeyframeId, Map};
-use crate::solve::ConfigError;
 
 /// Parameters of the choice of candidates.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -51,10 +51,10 @@ impl CandidateConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        ConfigError::unless_share("votes_share", self.votes_share)?;
-        ConfigError::unless_share("group_share", self.group_share)?;
-        ConfigError::unless_positive("consistent", f64::from(self.consistent))
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::between("votes_share", self.votes_share, 0.0, 1.0)?;
+        parameter::between("group_share", self.group_share, 0.0, 1.0)?;
+        parameter::positive("consistent", f64::from(self.consistent))
     }
 }
 

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 use super::index::{Found, Index, Scratch};
 use crate::feature::lines::LineDescriptor;
 use crate::feature::points::Descriptor;
 use crate::map::KeyframeId;
-use crate::solve::ConfigError;
 
 /// Parameters of a [`PlaceDatabase`].
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -42,11 +42,11 @@ impl PlaceConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         let distance = f64::from(self.max_distance);
-        ConfigError::unless(distance <= 256.0, "max_distance", "in 0 .. 256", distance)?;
-        ConfigError::unless_share("max_ratio", self.max_ratio)?;
-        ConfigError::unless_positive("max_alike", self.max_alike as f64)
+        parameter::check("max_distance", "in 0 .. 256", distance, distance <= 256.0)?;
+        parameter::between("max_ratio", self.max_ratio, 0.0, 1.0)?;
+        parameter::positive("max_alike", self.max_alike as f64)
     }
 }
 

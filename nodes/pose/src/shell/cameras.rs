@@ -47,9 +47,14 @@ impl Cameras {
         }
     }
 
+    /// Whether the colour camera is.
+    pub(super) fn color_is_known(&self) -> bool {
+        self.color.is_some()
+    }
+
     /// Whether pairs can be rectified.
     pub(super) fn are_known(&self) -> bool {
-        self.color.is_some() && (self.source == DepthSource::Registered || self.depth.is_some())
+        self.color_is_known() && (self.source == DepthSource::Registered || self.depth.is_some())
     }
 
     /// Takes the calibration of the colour camera; most come again and again.

@@ -112,6 +112,10 @@ impl Inputs {
         self.color_infos.topic()
     }
 
+    pub(super) fn depth_info_topic(&self) -> &str {
+        self.depth_infos.as_ref().map_or("depth/camera_info", Subscription::topic)
+    }
+
     pub(super) fn tracks_topic(&self) -> &str {
         self.tracks.as_ref().map_or("tracks", Subscription::topic)
     }

@@ -1,12 +1,12 @@
 //! The parameters of the node.
 
-use geometry::pose_from_vector;
+use geometry::{ParameterError, parameter, pose_from_vector};
 use nalgebra::Isometry3;
 use node_shell::NodeFailure;
-use node_shell::parameters::NodeParameters;
+use node_shell::parameters::{NodeParameters, Range};
 use serde::{Deserialize, Serialize};
 
-use crate::solve::ConfigError;
+use super::ranges::RANGES;
 use crate::tracking::{TrackerConfig, TrackerConfigError};
 
 /// What the colour images come as.
@@ -136,7 +136,7 @@ impl Default for PoseParameters {
 pub enum PoseParametersError {
     /// One of the node's.
     #[error(transparent)]
-    Node(#[from] ConfigError),
+    Node(#[from] ParameterError),
     /// One of the method's.
     #[error(transparent)]
     Tracker(#[from] TrackerConfigError),
@@ -144,6 +144,7 @@ pub enum PoseParametersError {
 
 impl NodeParameters for PoseParameters {
     const FILE: &'static str = include_str!("../../../../config/pose.yaml");
+    const RANGES: &'static [(&'static str, Range)] = RANGES;
 
     fn validate(&self) -> Result<(), NodeFailure> {
         Ok(Self::validate(self)?)
@@ -151,7 +152,7 @@ impl NodeParameters for PoseParameters {
 }
 
 /// More poses in a mean would be another course.
-const MOST_SMOOTHING_POSES: usize = 100;
+const MOST_SMOOTHING_POSES: f64 = 100.0;
 
 impl PoseParameters {
     /// Checks every parameter.
@@ -166,18 +167,15 @@ impl PoseParameters {
             ("rig_from_imu", &self.rig_from_imu),
         ] {
             let bad = vector.iter().copied().find(|value| !value.is_finite());
-            ConfigError::unless(bad.is_none(), name, "six finite numbers", bad.unwrap_or(0.0))?;
+            parameter::check(name, "six finite numbers", bad.unwrap_or(0.0), bad.is_none())?;
         }
-        ConfigError::unless_positive("max_pair_gap_s", self.max_pair_gap_s)?;
-        ConfigError::unless_positive("max_waiting_images", self.max_waiting_images as f64)?;
-        let poses = self.smoothing_poses;
-        let holds = (1..=MOST_SMOOTHING_POSES).contains(&poses);
-        ConfigError::unless(holds, "smoothing_poses", "in 1 .. 100", poses as f64)?;
-        ConfigError::unless_positive("path_poses", self.path_poses as f64)?;
-        let margin = self.track_margin_m;
-        let holds = margin.is_finite() && margin >= 0.0;
-        ConfigError::unless(holds, "track_margin_m", "0 or more metres", margin)?;
-        ConfigError::unless_positive("max_track_age_s", self.max_track_age_s)?;
+        parameter::positive("max_pair_gap_s", self.max_pair_gap_s)?;
+        parameter::positive("max_waiting_images", self.max_waiting_images as f64)?;
+        let poses = self.smoothing_poses as f64;
+        parameter::between("smoothing_poses", poses, 1.0, MOST_SMOOTHING_POSES)?;
+        parameter::positive("path_poses", self.path_poses as f64)?;
+        parameter::not_negative("track_margin_m", self.track_margin_m)?;
+        parameter::positive("max_track_age_s", self.max_track_age_s)?;
         Ok(self.tracker.validate()?)
     }
 

@@ -129,7 +129,7 @@ impl Stage {
             Arrival::DepthInfo(message) => convert::camera_from_message(&message)
                 .map_err(NodeFailure::from)
                 .and_then(|camera| self.cameras.take_depth(camera))
-                .map_err(|error| ("depth/camera_info".to_owned(), error)),
+                .map_err(|error| (self.inputs.depth_info_topic().to_owned(), error)),
             Arrival::Tracks(message) => self
                 .knowledge
                 .take_tracks(&message, self.output.frames())
@@ -177,7 +177,10 @@ impl Stage {
     fn frame(&mut self, stamp: Stamp, color: &Image, depth: &Image) {
         let mut timer = StepTimer::start();
         if !self.cameras.are_known() {
-            let reason = format!("no calibration on {}", self.inputs.color_info_topic());
+            let (inputs, is_of_depth) = (&self.inputs, self.cameras.color_is_known());
+            let topic =
+                if is_of_depth { inputs.depth_info_topic() } else { inputs.color_info_topic() };
+            let reason = format!("no calibration on {topic}");
             return self.drop_frame(stamp, "image without a calibration", &reason);
         }
         let pair = match self.cameras.rectified(stamp, color, depth) {

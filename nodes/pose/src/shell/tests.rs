@@ -1,5 +1,7 @@
 //! The node in this process, before a wall with a picture on it.
 
+mod options;
+
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
@@ -72,16 +74,16 @@ impl Outcome {
 
 impl Scene {
     fn new() -> Self {
-        Self::with(&PoseParameters::default())
+        Self::with(PoseParameters::default())
     }
 
-    fn with(parameters: &PoseParameters) -> Self {
+    fn with(parameters: PoseParameters) -> Self {
         let host = Host::in_process();
         let arguments = RosArguments::parse([] as [String; 0]).unwrap();
         let node = |name: &str| -> Node { host.node(name, &arguments).unwrap() };
         let (own, peer) = (node("pose"), node("camera"));
         let scene = Self {
-            stage: Stage::new(&own, parameters).unwrap(),
+            stage: Stage::new(&own, &parameters).unwrap(),
             picture: dead_leaves(PICTURE_PX, 6_000, &mut Random::new(3)),
             camera: camera(320),
             colors: peer.publisher("rgb/image", &Qos::sensor(1)).unwrap(),
@@ -267,7 +269,7 @@ fn after_a_reset_the_next_image_is_the_first_one_again() {
 fn with_a_map_poses_are_told_in_it_and_the_two_frames_are_tied() {
     let parameters =
         PoseParameters { slam: true, slam_in_background: false, ..PoseParameters::default() };
-    let mut scene = Scene::with(&parameters);
+    let mut scene = Scene::with(parameters);
     let poses = scene.peer.subscription::<PoseStamped>("pose", &Qos::reliable(100)).unwrap();
     let transforms = scene.peer.subscription::<TFMessage>("/tf", &Qos::reliable(100)).unwrap();
     let mut last = None;

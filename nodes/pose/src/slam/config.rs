@@ -1,9 +1,9 @@
 //! The parameters of SLAM.
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 use crate::mapping::MappingConfig;
-use crate::solve::ConfigError;
 use crate::tracking::{TrackerConfig, TrackerConfigError};
 
 /// Parameters of [`Slam`](super::Slam).
@@ -62,10 +62,10 @@ pub enum SlamConfigError {
     Tracker(#[from] TrackerConfigError),
     /// One of the map's.
     #[error("mapping: {0}")]
-    Mapping(ConfigError),
+    Mapping(ParameterError),
     /// One of the way between the two.
     #[error("localiser: {0}")]
-    Localiser(ConfigError),
+    Localiser(ParameterError),
 }
 
 impl SlamConfig {
@@ -76,8 +76,12 @@ impl SlamConfig {
     pub fn validate(&self) -> Result<(), SlamConfigError> {
         self.tracker.validate()?;
         self.mapping.validate().map_err(SlamConfigError::Mapping)?;
+        let LocaliserConfig { drift_share, drift_per_rad, alike_frames, .. } = self.localiser;
         let beyond = self.localiser.frames_beyond_map as f64;
-        ConfigError::unless_positive("frames_beyond_map", beyond)
+        parameter::positive("frames_beyond_map", beyond)
+            .and_then(|()| parameter::positive("drift_share", drift_share))
+            .and_then(|()| parameter::positive("drift_per_rad", drift_per_rad))
+            .and_then(|()| parameter::positive("alike_frames", alike_frames))
             .map_err(SlamConfigError::Localiser)
     }
 }

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use geometry::ParameterError;
+
 use super::{Answer, Done, Kept, Mapping, Request};
 use crate::map::{Map, MapError, NewKeyframe};
 use crate::mapping::{Mapper, MappingConfig, MappingStep};
-use crate::solve::ConfigError;
 
 /// A map that is worked on when it is asked.
 #[derive(Clone, Debug)]
@@ -20,7 +21,7 @@ impl InlineMapping {
     ///
     /// # Errors
     /// When a parameter has a value that means nothing.
-    pub fn new(config: MappingConfig) -> Result<Self, ConfigError> {
+    pub fn new(config: MappingConfig) -> Result<Self, ParameterError> {
         Ok(Self::of(Mapper::new(config)?))
     }
 

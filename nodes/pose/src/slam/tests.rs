@@ -163,5 +163,5 @@ fn bad_parameters_are_named() {
     let mut config = SlamConfig::default();
     config.localiser.frames_beyond_map = 0;
     let refused = Slam::inline(&config).unwrap_err().to_string();
-    assert!(refused.starts_with("localiser: frames_beyond_map"), "{refused}");
+    assert!(refused.starts_with("localiser: parameter frames_beyond_map"), "{refused}");
 }

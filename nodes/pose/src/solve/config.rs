@@ -1,5 +1,6 @@
 //! The parameters of the solvers, their defaults, and where these come from.
 
+use geometry::{ParameterError, parameter};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
@@ -112,8 +113,6 @@ pub struct RansacConfig {
     pub min_inliers: usize,
     /// Samples are taken from the points with depths when at least this share has them; from all points otherwise.
     pub min_depth_share: f64,
-    /// How the found pose is refined. Its `first_round` is not looked at.
-    pub refine: RefineConfig,
 }
 
 impl Default for RansacConfig {
@@ -129,7 +128,6 @@ impl Default for RansacConfig {
             min_inliers: 10,
             // Below, the depths would decide which half of the image counts.
             min_depth_share: 0.5,
-            refine: RefineConfig::default(),
         }
     }
 }
@@ -147,8 +145,7 @@ pub struct RigidSetsConfig {
     /// So many predictions are right. Those that are not say nothing: farther off than so many right ones are, no distance
     /// from the prediction is worse than another.
     pub prediction_probability: f64,
-    /// How each set is found. Its `min_inliers` is the smallest set; `keep_without_depth` is not looked at: what comes towards the
-    /// camera would be taken for the room.
+    /// How each set is found. Its `min_inliers` is the smallest set.
     pub ransac: RansacConfig,
 }
 
@@ -168,40 +165,9 @@ impl Default for RigidSetsConfig {
     }
 }
 
-/// A parameter has a value that means nothing.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("{name} must be {accepted}, not {value}")]
-pub struct ConfigError {
-    /// The parameter.
-    pub name: &'static str,
-    /// What it may be.
-    pub accepted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
-impl ConfigError {
-    pub(crate) fn unless(
-        holds: bool,
-        name: &'static str,
-        accepted: &'static str,
-        value: f64,
-    ) -> Result<(), Self> {
-        if holds { Ok(()) } else { Err(Self { name, accepted, value }) }
-    }
-
-    pub(crate) fn unless_positive(name: &'static str, value: f64) -> Result<(), Self> {
-        Self::unless(value.is_finite() && value > 0.0, name, "a positive number", value)
-    }
-
-    /// Neither 0 nor 1: their quantiles say nothing.
-    fn unless_between_0_and_1(name: &'static str, value: f64) -> Result<(), Self> {
-        Self::unless(value > 0.0 && value < 1.0, name, "between 0 and 1", value)
-    }
-
-    pub(crate) fn unless_share(name: &'static str, value: f64) -> Result<(), Self> {
-        Self::unless((0.0..=1.0).contains(&value), name, "in [0, 1]", value)
-    }
+/// Neither 0 nor 1: their quantiles say nothing.
+fn between_0_and_1(name: &'static str, value: f64) -> Result<(), ParameterError> {
+    parameter::check(name, "above 0 and below 1", value, value > 0.0 && value < 1.0)
 }
 
 impl RefineConfig {
@@ -209,14 +175,14 @@ impl RefineConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        ConfigError::unless_between_0_and_1("inlier_probability", self.inlier_probability)?;
-        ConfigError::unless_positive("rounds", self.rounds as f64)?;
-        ConfigError::unless_positive("iterations_per_round", self.iterations_per_round as f64)?;
-        ConfigError::unless_positive("max_std_dev_m", self.max_std_dev_m)?;
-        ConfigError::unless_positive("max_std_dev_rad", self.max_std_dev_rad)?;
-        ConfigError::unless_positive("unknown_std_dev_m", self.unknown_std_dev_m)?;
-        ConfigError::unless_positive("unknown_std_dev_rad", self.unknown_std_dev_rad)
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        between_0_and_1("inlier_probability", self.inlier_probability)?;
+        parameter::positive("rounds", self.rounds as f64)?;
+        parameter::positive("iterations_per_round", self.iterations_per_round as f64)?;
+        parameter::positive("max_std_dev_m", self.max_std_dev_m)?;
+        parameter::positive("max_std_dev_rad", self.max_std_dev_rad)?;
+        parameter::positive("unknown_std_dev_m", self.unknown_std_dev_m)?;
+        parameter::positive("unknown_std_dev_rad", self.unknown_std_dev_rad)
     }
 
     /// What a direction must be known to, one number a coordinate of a perturbation.
@@ -237,15 +203,13 @@ impl RansacConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        ConfigError::unless_positive("max_iterations", self.max_iterations as f64)?;
-        ConfigError::unless_between_0_and_1("confidence", self.confidence)?;
-        ConfigError::unless_share("enough_inlier_ratio", self.enough_inlier_ratio)?;
-        ConfigError::unless_share("min_depth_share", self.min_depth_share)?;
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::positive("max_iterations", self.max_iterations as f64)?;
+        between_0_and_1("confidence", self.confidence)?;
+        parameter::between("enough_inlier_ratio", self.enough_inlier_ratio, 0.0, 1.0)?;
+        parameter::between("min_depth_share", self.min_depth_share, 0.0, 1.0)?;
         // Three points always fit some pose.
-        let (least, accepted) = (self.min_inliers, "at least 4");
-        ConfigError::unless(least >= 4, "min_inliers", accepted, least as f64)?;
-        self.refine.validate()
+        parameter::at_least("min_inliers", self.min_inliers, 4)
     }
 }
 
@@ -254,11 +218,11 @@ impl RigidSetsConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        ConfigError::unless_positive("max_sets", self.max_sets as f64)?;
-        ConfigError::unless_share("min_background_share", self.min_background_share)?;
-        ConfigError::unless_positive("size_power", self.size_power)?;
-        ConfigError::unless_between_0_and_1("prediction_probability", self.prediction_probability)?;
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::positive("max_sets", self.max_sets as f64)?;
+        parameter::between("min_background_share", self.min_background_share, 0.0, 1.0)?;
+        parameter::positive("size_power", self.size_power)?;
+        between_0_and_1("prediction_probability", self.prediction_probability)?;
         self.ransac.validate()
     }
 }
@@ -271,21 +235,31 @@ mod tests {
     fn the_defaults_are_valid_and_bad_values_are_named() {
         type Spoil = fn(&mut RigidSetsConfig);
         assert_eq!(RigidSetsConfig::default().validate(), Ok(()));
-        let cases: [(&str, Spoil); 8] = [
+        let cases: [(&str, Spoil); 5] = [
             ("max_sets", |c| c.max_sets = 0),
             ("min_background_share", |c| c.min_background_share = f64::NAN),
             ("prediction_probability", |c| c.prediction_probability = 1.0),
             ("min_inliers", |c| c.ransac.min_inliers = 3),
             ("confidence", |c| c.ransac.confidence = 1.0),
-            ("inlier_probability", |c| c.ransac.refine.inlier_probability = 0.0),
-            ("max_std_dev_rad", |c| c.ransac.refine.max_std_dev_rad = f64::INFINITY),
-            ("rounds", |c| c.ransac.refine.rounds = 0),
         ];
         for (name, spoil) in cases {
             let mut config = RigidSetsConfig::default();
             spoil(&mut config);
             let message = config.validate().unwrap_err().to_string();
-            assert!(message.starts_with(name), "{message}");
+            assert!(message.starts_with(&format!("parameter {name} ")), "{message}");
+        }
+        type SpoilRefine = fn(&mut RefineConfig);
+        assert_eq!(RefineConfig::default().validate(), Ok(()));
+        let cases: [(&str, SpoilRefine); 3] = [
+            ("inlier_probability", |c| c.inlier_probability = 0.0),
+            ("max_std_dev_rad", |c| c.max_std_dev_rad = f64::INFINITY),
+            ("rounds", |c| c.rounds = 0),
+        ];
+        for (name, spoil) in cases {
+            let mut config = RefineConfig::default();
+            spoil(&mut config);
+            let message = config.validate().unwrap_err().to_string();
+            assert!(message.starts_with(&format!("parameter {name} ")), "{message}");
         }
     }
 }

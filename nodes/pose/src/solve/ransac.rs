@@ -78,7 +78,7 @@ pub enum PnpError {
     },
 }
 
-/// Finds the pose that explains the most points, without a guess.
+/// Finds the pose that explains the most points, without a guess; `refine` says how it is refined, but for its `first_round`.
 ///
 /// The same points and the same seed give the same result, bit for bit.
 ///
@@ -88,10 +88,11 @@ pub fn pnp_ransac(
     camera: &CameraModel,
     points: &[PointObservation],
     config: &RansacConfig,
+    refine: &RefineConfig,
 ) -> Result<PnpEstimate, PnpError> {
-    config.validate().map_err(PoseError::from)?;
+    config.validate().and_then(|()| refine.validate()).map_err(PoseError::from)?;
     check_camera(camera)?;
-    let refine = RefineConfig { first_round: FirstRound::FitsGuess, ..config.refine };
+    let refine = RefineConfig { first_round: FirstRound::FitsGuess, ..*refine };
     let problem = Problem::new(camera, points, &[], &refine);
     let usable = problem.usable();
     let best = Search::new(camera, points, &problem, &usable, config)?.run();

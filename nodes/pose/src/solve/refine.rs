@@ -11,10 +11,10 @@ mod problem;
 #[cfg(test)]
 mod tests;
 
-use geometry::{CameraModel, CameraModelError};
+use geometry::{CameraModel, CameraModelError, ParameterError};
 use nalgebra::{Isometry3, Matrix6};
 
-use super::config::{ConfigError, FirstRound, NoiseScale, RefineConfig, RobustKernel};
+use super::config::{FirstRound, NoiseScale, RefineConfig, RobustKernel};
 use super::observability::{Observability, scaled};
 use super::observation::{LineObservation, PointObservation, Verdict};
 use super::perturbation::{adjoint, is_finite, perturbation_between, perturbed};
@@ -79,7 +79,7 @@ impl PoseEstimate {
 pub enum PoseError {
     /// A parameter means nothing.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] ParameterError),
     /// The camera's numbers describe no camera.
     #[error(transparent)]
     Camera(#[from] CameraModelError),

@@ -51,7 +51,8 @@ pub struct RigidSplit {
 
 /// Splits the observations into sets that move alike and says which of these is the background.
 ///
-/// A prediction without a covariance says nothing: the largest set is the background then.
+/// A prediction without a covariance says nothing: the largest set is the background then. `refine` says how poses are refined, but
+/// for its `first_round` and `keep_without_depth`.
 ///
 /// # Errors
 /// When the camera, the prediction or a parameter cannot be used, and when no set is large enough.
@@ -61,14 +62,16 @@ pub fn split_rigid_sets(
     points: &[PointObservation],
     lines: &[LineObservation],
     config: &RigidSetsConfig,
+    refine: &RefineConfig,
 ) -> Result<RigidSplit, PnpError> {
-    config.validate().map_err(PoseError::from)?;
+    config.validate().and_then(|()| refine.validate()).map_err(PoseError::from)?;
     check_camera(camera)?;
     prediction.map_or(Ok(()), PoseGuess::check)?;
     let refine = RefineConfig {
         first_round: FirstRound::FitsGuess,
+        // What comes towards the camera would be taken for the room.
         keep_without_depth: false,
-        ..config.ransac.refine
+        ..*refine
     };
     let problem = Problem::new(camera, points, lines, &refine);
     let mut left = problem.usable();

@@ -1,12 +1,13 @@
 //! How a camera is followed.
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 use crate::frame::{FrameConfig, FrameConfigError};
 use crate::local_map::LocalMapConfig;
-use crate::matching::points::{MatchConfig, MatchConfigError};
+use crate::matching::points::MatchConfig;
 use crate::motion::MotionConfig;
-use crate::solve::{ConfigError, RefineConfig, RigidSetsConfig};
+use crate::solve::{RefineConfig, RigidSetsConfig};
 
 /// Parameters of [`Tracker`](super::Tracker).
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -100,22 +101,28 @@ pub enum TrackerConfigError {
     Frame(#[from] FrameConfigError),
     /// One of the motion's.
     #[error("motion: {0}")]
-    Motion(ConfigError),
+    Motion(ParameterError),
     /// One of the map's.
     #[error("map: {0}")]
-    Map(ConfigError),
+    Map(ParameterError),
     /// One of the matching's.
-    #[error("map: {0}")]
-    Matching(#[from] MatchConfigError),
+    #[error("map: point_matching: {0}")]
+    PointMatching(ParameterError),
+    /// The same for lines.
+    #[error("map: line_matching: {0}")]
+    LineMatching(ParameterError),
     /// One of the solver's.
     #[error("refine: {0}")]
-    Refine(ConfigError),
+    Refine(ParameterError),
     /// One of those that concern moving things.
     #[error("sets: {0}")]
-    Sets(ConfigError),
+    Sets(ParameterError),
+    /// One of the matching's when the camera is lost.
+    #[error("follow: blind_matching: {0}")]
+    BlindMatching(ParameterError),
     /// One of the following's.
     #[error("follow: {0}")]
-    Follow(ConfigError),
+    Follow(ParameterError),
 }
 
 impl TrackerConfig {
@@ -127,10 +134,12 @@ impl TrackerConfig {
         self.frame.validate()?;
         self.motion.validate().map_err(TrackerConfigError::Motion)?;
         self.map.validate().map_err(TrackerConfigError::Map)?;
-        self.map.point_matching.validate()?;
+        let (points, lines) = (self.map.point_matching, self.map.line_matching);
+        points.validate().map_err(TrackerConfigError::PointMatching)?;
+        lines.validate().map_err(TrackerConfigError::LineMatching)?;
         self.refine.validate().map_err(TrackerConfigError::Refine)?;
         self.sets.validate().map_err(TrackerConfigError::Sets)?;
-        self.follow.blind_matching.validate()?;
+        self.follow.blind_matching.validate().map_err(TrackerConfigError::BlindMatching)?;
         self.follow.validate().map_err(TrackerConfigError::Follow)
     }
 }
@@ -143,26 +152,20 @@ impl FollowConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        let at_least = |name, least: usize, value: usize| {
-            let accepted = if least == 4 { "at least 4" } else { "at least 1" };
-            ConfigError::unless(value >= least, name, accepted, value as f64)
-        };
-        at_least("least_to_begin", 4, self.least_to_begin)?;
-        at_least("least_inliers", 4, self.least_inliers)?;
-        at_least("least_relocalised", 4, self.least_relocalised)?;
-        ConfigError::unless_share("least_inlier_share", self.least_inlier_share)?;
-        ConfigError::unless_positive("narrow_radius_px", self.narrow_radius_px)?;
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::at_least("least_to_begin", self.least_to_begin, 4)?;
+        parameter::at_least("least_inliers", self.least_inliers, 4)?;
+        parameter::at_least("least_relocalised", self.least_relocalised, 4)?;
+        parameter::between("least_inlier_share", self.least_inlier_share, 0.0, 1.0)?;
+        parameter::positive("narrow_radius_px", self.narrow_radius_px)?;
         let widest = self.widest_radius_px;
         let holds = widest.is_finite() && widest >= self.narrow_radius_px;
-        ConfigError::unless(holds, "widest_radius_px", "at least narrow_radius_px", widest)?;
-        ConfigError::unless_positive("search_std_devs", self.search_std_devs)?;
-        ConfigError::unless_share("known_share", self.known_share)?;
-        ConfigError::unless_share("suspicious_share", self.suspicious_share)?;
-        at_least("most_out_of_order", 1, self.most_out_of_order as usize)?;
-        let readout = self.readout_s;
-        let holds = (0.0..=SLOWEST_READOUT_S).contains(&readout);
-        ConfigError::unless(holds, "readout_s", "in [0, 0.1] seconds", readout)
+        parameter::check("widest_radius_px", "at least narrow_radius_px", widest, holds)?;
+        parameter::positive("search_std_devs", self.search_std_devs)?;
+        parameter::between("known_share", self.known_share, 0.0, 1.0)?;
+        parameter::between("suspicious_share", self.suspicious_share, 0.0, 1.0)?;
+        parameter::at_least("most_out_of_order", self.most_out_of_order as usize, 1)?;
+        parameter::between("readout_s", self.readout_s, 0.0, SLOWEST_READOUT_S)
     }
 }
 
@@ -176,14 +179,14 @@ mod tests {
         assert_eq!(TrackerConfig::default().validate(), Ok(()));
         let cases: [(&str, Spoil); 9] = [
             ("frame: points: parameter levels", |c| c.frame.points.levels = 0),
-            ("motion: max_gap_s", |c| c.motion.max_gap_s = 0.0),
-            ("map: max_points", |c| c.map.max_points = 0),
-            ("map: parameter radius_px", |c| c.map.point_matching.radius_px = 0.0),
-            ("refine: rounds", |c| c.refine.rounds = 0),
-            ("sets: max_sets", |c| c.sets.max_sets = 0),
-            ("follow: least_inliers", |c| c.follow.least_inliers = 3),
-            ("follow: widest_radius_px", |c| c.follow.widest_radius_px = 1.0),
-            ("follow: readout_s", |c| c.follow.readout_s = f64::NAN),
+            ("motion: parameter max_gap_s", |c| c.motion.max_gap_s = 0.0),
+            ("map: parameter max_points", |c| c.map.max_points = 0),
+            ("map: point_matching: parameter max_ratio", |c| c.map.point_matching.max_ratio = 0.0),
+            ("refine: parameter rounds", |c| c.refine.rounds = 0),
+            ("sets: parameter max_sets", |c| c.sets.max_sets = 0),
+            ("follow: parameter least_inliers", |c| c.follow.least_inliers = 3),
+            ("follow: parameter widest_radius_px", |c| c.follow.widest_radius_px = 1.0),
+            ("follow: parameter readout_s", |c| c.follow.readout_s = f64::NAN),
         ];
         for (name, spoil) in cases {
             let mut config = TrackerConfig::default();

@@ -101,8 +101,8 @@ impl Tracker {
         attempt: &Attempt,
     ) -> Option<(Isometry3<f64>, LeftOut)> {
         let Attempt { points, lines, associations, .. } = attempt;
-        let sets = &self.config.sets;
-        let split = split_rigid_sets(camera, Some(guess), points, lines, sets).ok()?;
+        let (sets, refine) = (&self.config.sets, &self.config.refine);
+        let split = split_rigid_sets(camera, Some(guess), points, lines, sets, refine).ok()?;
         let mut otherwise = LeftOut::default();
         for set in &split.others {
             let corner = |index: &usize| Some(associations.points.get(*index)?.feature);

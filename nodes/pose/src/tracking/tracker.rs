@@ -13,7 +13,9 @@ use super::result::CameraPose;
 use super::sighting::{ENDS, Sighting};
 use super::{Room, Tracked, TrackerConfig, TrackerConfigError, TrackingState, Trouble};
 use crate::frame::{Frame, LeftOut, MovingThing};
-use crate::local_map::{Associations, LandmarkNumbers, Lean, LocalMap, Verdicts, View};
+use crate::local_map::{
+    Associations, LandmarkNumbers, Lean, LocalMap, LocalMapConfig, Verdicts, View,
+};
 use crate::motion::{KnownPose, Turn, WheelStep};
 use crate::solve::PoseGuess;
 
@@ -49,8 +51,9 @@ impl Tracker {
     /// When a parameter has a value that means nothing.
     pub fn new(config: TrackerConfig) -> Result<Self, TrackerConfigError> {
         config.validate()?;
+        let pyramid = config.frame.points.pyramid();
         Ok(Self {
-            map: LocalMap::new(config.map),
+            map: LocalMap::new(LocalMapConfig { pyramid, ..config.map }),
             history: History::default(),
             readout: Readout::new(config.follow.readout_s),
             state: TrackingState::default(),

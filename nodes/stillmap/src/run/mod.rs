@@ -23,7 +23,7 @@ use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
 
 use self::findings::Course;
-use self::inputs::{Inputs, PoseSource, TopicArgs};
+use self::inputs::{Inputs, TopicArgs};
 use self::output::OutputFolder;
 use self::parameters::{ParameterArgs, PipelineParameters};
 pub(crate) use self::recorder::Stage;
@@ -147,10 +147,6 @@ pub(crate) fn run_bag(
         return Err(Failure::new(format!("--rate {} is no speed", how.rate))
             .mend("1 plays as recorded, 0.5 half as fast"));
     }
-    if transport == TransportName::Dds && matches!(inputs.pose, PoseSource::Visual(_)) {
-        return Err(Failure::new("--pose visual runs with --transport local only".to_owned())
-            .mend("over DDS start `stillmap node pose` beside the other nodes"));
-    }
     let folder = OutputFolder::create(out)?;
     let parameters_file = folder.write_parameters(&parameters.to_yaml()?)?;
 
@@ -230,7 +226,7 @@ fn run_over_dds(
         blind_scans: run.blind_scans,
         lost_messages: run.lost_messages,
     };
-    Ok(Finished { record: run.record, course, trouble: run.trouble, poses: None })
+    Ok(Finished { record: run.record, course, trouble: run.trouble, poses: run.poses })
 }
 
 fn messages_on(info: &BagInfo, topic: &str) -> u64 {

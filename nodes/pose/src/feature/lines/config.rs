@@ -1,5 +1,6 @@
 //! What line segments are found by.
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 /// Parameters of [`LineDetector`](super::LineDetector).
@@ -62,18 +63,6 @@ impl Default for LineConfig {
     }
 }
 
-/// A parameter has a value that means nothing.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("parameter {name} must be {accepted}, not {value}")]
-pub struct LineConfigError {
-    /// The parameter.
-    pub name: &'static str,
-    /// What it may be.
-    pub accepted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
 /// What `|Gx| + |Gy|` is at most: 6 times 255.
 const LARGEST_GRADIENT: f64 = 1530.0;
 /// More threads than this are a slip of the pen.
@@ -86,22 +75,19 @@ impl LineConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), LineConfigError> {
-        let check = |name, accepted, value: f64, holds: bool| {
-            if holds { Ok(()) } else { Err(LineConfigError { name, accepted, value }) }
-        };
+    pub fn validate(&self) -> Result<(), ParameterError> {
         for (name, value) in
             [("anchor_gradient", self.anchor_gradient), ("edge_gradient", self.edge_gradient)]
         {
             let holds = value > 0.0 && value <= LARGEST_GRADIENT;
-            check(name, "in (0, 1530] gray levels", value, holds)?;
+            parameter::check(name, "in (0, 1530] gray levels", value, holds)?;
         }
         for (name, value) in [
             ("max_rms_px", self.max_rms_px),
             ("max_deviation_px", self.max_deviation_px),
             ("max_false_alarms", self.max_false_alarms),
         ] {
-            check(name, "a positive number", value, value > 0.0 && value.is_finite())?;
+            parameter::check(name, "a positive number", value, value > 0.0 && value.is_finite())?;
         }
         let counts = [
             ("scan_interval_px", self.scan_interval_px, 1),
@@ -115,13 +101,28 @@ impl LineConfig {
                 1 => "in 1 .. 100000 pixels",
                 _ => "in 3 .. 100000 pixels",
             };
-            check(name, accepted, value, value >= f64::from(least) && value <= LONGEST_PX)?;
+            parameter::check(
+                name,
+                accepted,
+                value,
+                value >= f64::from(least) && value <= LONGEST_PX,
+            )?;
         }
         let gap = self.max_gap_px;
-        check("max_gap_px", "in [0, 100000] pixels", gap, (0.0..=LONGEST_PX).contains(&gap))?;
+        parameter::check(
+            "max_gap_px",
+            "in [0, 100000] pixels",
+            gap,
+            (0.0..=LONGEST_PX).contains(&gap),
+        )?;
         let turn = self.max_turn_rad;
-        check("max_turn_rad", "in [0, 0.5] radians", turn, (0.0..=0.5).contains(&turn))?;
+        parameter::check("max_turn_rad", "in [0, 0.5] radians", turn, (0.0..=0.5).contains(&turn))?;
         let threads = self.max_threads;
-        check("max_threads", "in 1 .. 256", threads as f64, (1..=MOST_THREADS).contains(&threads))
+        parameter::check(
+            "max_threads",
+            "in 1 .. 256",
+            threads as f64,
+            (1..=MOST_THREADS).contains(&threads),
+        )
     }
 }

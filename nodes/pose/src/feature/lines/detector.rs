@@ -3,8 +3,10 @@
 use std::ops::Range;
 use std::thread;
 
+use geometry::ParameterError;
+
 use super::anchor::anchors;
-use super::config::{LineConfig, LineConfigError};
+use super::config::LineConfig;
 use super::false_alarms::FalseAlarms;
 use super::gradient::{GradientField, UNITS_PER_LEVEL};
 use super::growing::{edge_point_px, grow};
@@ -42,7 +44,7 @@ impl LineDetector {
     ///
     /// # Errors
     /// When a parameter has a value that means nothing.
-    pub fn new(config: LineConfig) -> Result<Self, LineConfigError> {
+    pub fn new(config: LineConfig) -> Result<Self, ParameterError> {
         config.validate()?;
         Ok(Self { config, field: GradientField::default(), edges: EdgeChains::default() })
     }

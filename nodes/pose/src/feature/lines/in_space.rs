@@ -8,7 +8,7 @@ mod tests;
 use geometry::{CameraModel, DepthImage};
 use nalgebra::{Point2, Point3, Vector2};
 
-pub use config::{SegmentDepthConfig, SegmentDepthConfigError};
+pub use config::{DepthSensor, SegmentDepthConfig};
 use inverse_depth::{Sample, Straight};
 
 use super::segment::LineSegment;
@@ -80,26 +80,27 @@ pub fn segment_in_space(
     segment: &LineSegment,
     depth: &DepthImage,
     camera: &CameraModel,
+    sensor: DepthSensor,
     config: &SegmentDepthConfig,
 ) -> Result<SegmentInSpace, NoLineInSpace> {
     let image_line = ImageLine::new(segment, camera).ok_or(NoLineInSpace::NoRay)?;
     let places = image_line.places;
     let mut beside_m = Vec::new();
     let samples: Vec<Sample> = (0..places)
-        .filter_map(|place| image_line.sample(place, depth, config, &mut beside_m))
+        .filter_map(|place| image_line.sample(place, depth, sensor, config, &mut beside_m))
         .collect();
     let least = (config.min_support * places as f64).max(config.min_samples as f64);
     if (samples.len() as f64) < least {
         return Err(NoLineInSpace::TooFewDepths { measured: samples.len(), places });
     }
-    let tolerance = config.max_std_devs * config.inverse_depth_std_dev;
+    let tolerance = config.max_std_devs * sensor.inverse_depth_std_dev;
     let straight = Straight::through(&samples, tolerance);
     let least = least.max(config.min_agreement * samples.len() as f64);
     let Some(straight) = straight.filter(|straight| straight.count as f64 >= least) else {
         let on_line = straight.map_or(0, |straight| straight.count);
         return Err(NoLineInSpace::NotStraight { on_line, places });
     };
-    let std_devs = straight.bend(&samples, tolerance) / config.inverse_depth_std_dev;
+    let std_devs = straight.bend(&samples, tolerance) / sensor.inverse_depth_std_dev;
     if std_devs > config.max_bend_std_devs {
         return Err(NoLineInSpace::Bent { std_devs });
     }
@@ -112,7 +113,7 @@ pub fn segment_in_space(
         let depth_m = 1.0 / straight.at(sample.along_px);
         let ray = image_line.ray(sample.along_px);
         let std_dev =
-            straight.std_dev(sample.along_px, config.inverse_depth_std_dev) * CORRELATED_PX.sqrt();
+            straight.std_dev(sample.along_px, sensor.inverse_depth_std_dev) * CORRELATED_PX.sqrt();
         (Point3::new(ray.x * depth_m, ray.y * depth_m, depth_m), std_dev * depth_m * depth_m)
     };
     let squares = on_line.iter().map(|sample| {
@@ -173,6 +174,7 @@ impl ImageLine {
         &self,
         place: usize,
         depth: &DepthImage,
+        sensor: DepthSensor,
         config: &SegmentDepthConfig,
         beside_m: &mut Vec<f32>,
     ) -> Option<Sample> {
@@ -187,7 +189,7 @@ impl ImageLine {
                 if pixel.x >= 0.0
                     && pixel.y >= 0.0
                     && let Some(depth_m) = depth.depth_m(pixel.x as usize, pixel.y as usize)
-                    && f64::from(depth_m) <= config.max_depth_m
+                    && f64::from(depth_m) <= sensor.max_depth_m
                 {
                     beside_m.push(depth_m);
                 }
@@ -199,7 +201,7 @@ impl ImageLine {
         };
         let inverse_depth = match (side(left), side(-left)) {
             (Some(one), Some(other)) => {
-                let step = config.step_std_devs * config.inverse_depth_std_dev;
+                let step = config.step_std_devs * sensor.inverse_depth_std_dev;
                 if (one - other).abs() <= step { 0.5 * (one + other) } else { one.max(other) }
             }
             (one, other) => one.or(other)?,

@@ -1,5 +1,6 @@
 //! The parameters of point extraction, their defaults, and where these come from.
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 /// The parameters of [`crate::feature::points::PointExtractor`]. Every default stands in [`PointConfig::default`] and
@@ -26,6 +27,21 @@ pub struct PointConfig {
     pub threads: usize,
 }
 
+/// The levels that corners are found on.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Pyramid {
+    /// How many there are, the image's own included.
+    pub levels: usize,
+    /// How much smaller each is than the one before.
+    pub scale_factor: f64,
+}
+
+impl Default for Pyramid {
+    fn default() -> Self {
+        PointConfig::default().pyramid()
+    }
+}
+
 impl Default for PointConfig {
     fn default() -> Self {
         Self {
@@ -47,18 +63,6 @@ impl Default for PointConfig {
     }
 }
 
-/// A parameter has a value that means nothing.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("parameter {name} must be {accepted}, not {value}")]
-pub struct PointConfigError {
-    /// The parameter.
-    pub name: &'static str,
-    /// What it may be.
-    pub accepted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
 /// More corners than this are of no use to an odometry, and matching takes the square of their time.
 const MOST_CORNERS: usize = 100_000;
 /// With a factor of 1.2 the sixteenth level is 15 times smaller.
@@ -73,36 +77,59 @@ const CELLS_PX: std::ops::RangeInclusive<usize> = 8..=1024;
 const MOST_THREADS: usize = 64;
 
 impl PointConfig {
+    /// The levels that corners are found on.
+    #[must_use]
+    pub fn pyramid(&self) -> Pyramid {
+        Pyramid { levels: self.levels, scale_factor: self.scale_factor }
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), PointConfigError> {
-        let check = |name, accepted, value: f64, holds: bool| {
-            if holds { Ok(()) } else { Err(PointConfigError { name, accepted, value }) }
-        };
+    pub fn validate(&self) -> Result<(), ParameterError> {
         let corners = self.max_corners;
-        check(
+        parameter::check(
             "max_corners",
             "in 1 .. 100000",
             corners as f64,
             (1..=MOST_CORNERS).contains(&corners),
         )?;
         let levels = self.levels;
-        check("levels", "in 1 .. 16", levels as f64, (1..=MOST_LEVELS).contains(&levels))?;
+        parameter::check(
+            "levels",
+            "in 1 .. 16",
+            levels as f64,
+            (1..=MOST_LEVELS).contains(&levels),
+        )?;
         let factor = self.scale_factor;
         let factors = SMALLEST_SCALE_FACTOR..=LARGEST_SCALE_FACTOR;
-        check("scale_factor", "in [1.01, 2]", factor, factors.contains(&factor))?;
-        check("threshold", "at least 1", f64::from(self.threshold), self.threshold >= 1)?;
+        parameter::check("scale_factor", "in [1.01, 2]", factor, factors.contains(&factor))?;
+        parameter::check(
+            "threshold",
+            "at least 1",
+            f64::from(self.threshold),
+            self.threshold >= 1,
+        )?;
         let low = self.low_threshold;
         let lows = 1..=self.threshold;
-        check("low_threshold", "in 1 .. threshold", f64::from(low), lows.contains(&low))?;
+        parameter::check(
+            "low_threshold",
+            "in 1 .. threshold",
+            f64::from(low),
+            lows.contains(&low),
+        )?;
         let cell = self.cell_px;
-        check("cell_px", "in 8 .. 1024", cell as f64, CELLS_PX.contains(&cell))?;
+        parameter::check("cell_px", "in 8 .. 1024", cell as f64, CELLS_PX.contains(&cell))?;
         let share = self.even_share;
-        check("even_share", "in [0, 1]", share, (0.0..=1.0).contains(&share))?;
+        parameter::check("even_share", "in [0, 1]", share, (0.0..=1.0).contains(&share))?;
         let threads = self.threads;
-        check("threads", "in 1 .. 64", threads as f64, (1..=MOST_THREADS).contains(&threads))
+        parameter::check(
+            "threads",
+            "in 1 .. 64",
+            threads as f64,
+            (1..=MOST_THREADS).contains(&threads),
+        )
     }
 }
 

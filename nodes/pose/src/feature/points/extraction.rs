@@ -2,10 +2,11 @@
 
 use std::sync::OnceLock;
 
+use geometry::ParameterError;
 use nalgebra::Point2;
 
 use super::{
-    config::{PointConfig, PointConfigError},
+    config::PointConfig,
     corner::Corner,
     description::describe,
     detection::{self, Candidate, Search, detect},
@@ -47,7 +48,7 @@ impl PointExtractor {
     ///
     /// # Errors
     /// When a parameter means nothing; see [`PointConfig::validate`].
-    pub fn new(config: PointConfig) -> Result<Self, PointConfigError> {
+    pub fn new(config: PointConfig) -> Result<Self, ParameterError> {
         config.validate()?;
         let scratches = vec![Scratch::default(); config.threads];
         Ok(Self { config, pyramid: Pyramid::default(), blurred: Vec::new(), scratches })

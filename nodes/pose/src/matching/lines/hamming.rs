@@ -6,8 +6,6 @@ use crate::feature::lines::LineFeature;
 
 /// Which segment of one image is which of another: each the other's most alike among those of about its direction, and
 /// clearly more so than the second. In the order of `from`; no segment is taken twice.
-///
-/// Nothing is asked of where the segments are: `max_offset_px` and `min_overlap` play no part.
 #[must_use]
 pub fn match_lines(
     from: &[LineFeature],

@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::direction_bins::DirectionBins;
-use super::{Best, LineMatch, LineMatchConfig, each_taken_once};
+use super::{Best, LineMatch, ProjectedLineConfig, each_taken_once};
 use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment};
 
 /// Two segments whose ends are no farther from each other's line are pieces of one line: neither is the other's rival.
@@ -31,13 +31,13 @@ pub fn match_projected_lines(
     lines: &[ProjectedLine],
     features: &[LineFeature],
     bins: &DirectionBins,
-    config: &LineMatchConfig,
+    config: &ProjectedLineConfig,
 ) -> Vec<LineMatch> {
     let matches = lines.iter().enumerate().filter_map(|(from, line)| {
         let axis = Axis::new(line.start_px, line.end_px)?;
         let best = best_candidate(line, &axis, features, bins, config)?;
         let found = LineMatch { from, to: best.to, distance_bits: best.distance_bits };
-        best.passes(config).then_some(found)
+        best.passes(&config.matching).then_some(found)
     });
     each_taken_once(matches.collect(), features.len())
 }
@@ -47,11 +47,11 @@ fn best_candidate(
     axis: &Axis,
     features: &[LineFeature],
     bins: &DirectionBins,
-    config: &LineMatchConfig,
+    config: &ProjectedLineConfig,
 ) -> Option<Best> {
     let direction_rad = axis.direction.y.atan2(axis.direction.x) as f32;
     let mut candidates: Vec<(u32, usize)> = bins
-        .near(direction_rad, config.max_turn_rad as f32)
+        .near(direction_rad, config.matching.max_turn_rad as f32)
         .filter_map(|to| {
             let feature = features.get(to)?;
             let is_near = axis.distance_px(&feature.segment) <= config.max_offset_px

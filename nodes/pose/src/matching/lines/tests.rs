@@ -7,7 +7,8 @@ use proptest::prelude::*;
 
 use super::direction_bins::turn_rad;
 use super::{
-    DirectionBins, LineMatch, LineMatchConfig, ProjectedLine, match_lines, match_projected_lines,
+    DirectionBins, LineMatch, LineMatchConfig, ProjectedLine, ProjectedLineConfig, match_lines,
+    match_projected_lines,
 };
 use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment};
 
@@ -58,12 +59,9 @@ fn star(count: usize) -> Vec<LineFeature> {
         .collect()
 }
 
-fn guided(
-    lines: &[ProjectedLine],
-    features: &[LineFeature],
-    config: &LineMatchConfig,
-) -> Vec<LineMatch> {
-    match_projected_lines(lines, features, &DirectionBins::new(features), config)
+fn guided(lines: &[ProjectedLine], features: &[LineFeature]) -> Vec<LineMatch> {
+    let bins = DirectionBins::new(features);
+    match_projected_lines(lines, features, &bins, &ProjectedLineConfig::default())
 }
 
 #[test]
@@ -87,7 +85,7 @@ fn segments_find_their_like_whatever_the_order() {
         (0..40).map(|from| LineMatch { from, to: 39 - from, distance_bits: 20 }).collect();
     assert_eq!(match_lines(&from, &to, &LineMatchConfig::default()), expected);
     let lines: Vec<ProjectedLine> = from.iter().map(projected).collect();
-    assert_eq!(guided(&lines, &to, &LineMatchConfig::default()), expected);
+    assert_eq!(guided(&lines, &to), expected);
 }
 
 #[test]
@@ -101,28 +99,27 @@ fn what_is_too_different_too_alike_to_another_or_taken_is_no_match() {
     // Two of one look, 8 px apart.
     let twins = [at(50.0, changed(look(1), 40)), at(58.0, changed(look(1), 45))];
     assert_eq!(match_lines(&one, &twins, &config), []);
-    assert_eq!(guided(&[projected(&one[0])], &twins, &config), []);
+    assert_eq!(guided(&[projected(&one[0])], &twins), []);
     // Pieces of one line are no rivals where the line is foreseen.
     let pieces = [
         feature([10.0, 50.0], [45.0, 50.0], changed(look(1), 45)),
         feature([50.0, 50.5], [90.0, 50.5], changed(look(1), 40)),
     ];
-    let found = guided(&[projected(&one[0])], &pieces, &config);
+    let found = guided(&[projected(&one[0])], &pieces);
     assert_eq!(found, [LineMatch { from: 0, to: 1, distance_bits: 40 }]);
     // Two lines that want the same segment.
     let wanted = [at(50.0, look(1))];
     let lines = [at(49.0, changed(look(1), 30)), at(51.0, changed(look(1), 20))];
     let expected = [LineMatch { from: 1, to: 0, distance_bits: 20 }];
     assert_eq!(match_lines(&lines, &wanted, &config), expected);
-    assert_eq!(guided(&lines.map(|line| projected(&line)), &wanted, &config), expected);
+    assert_eq!(guided(&lines.map(|line| projected(&line)), &wanted), expected);
 }
 
 #[test]
 fn a_line_is_sought_where_it_is_foreseen() {
-    let config = LineMatchConfig::default();
     let line = projected(&feature([100.0, 100.0], [200.0, 100.0], look(1)));
     let finds = |start: [f32; 2], end: [f32; 2]| {
-        !guided(&[line], &[feature(start, end, look(1))], &config).is_empty()
+        !guided(&[line], &[feature(start, end, look(1))]).is_empty()
     };
     assert!(finds([100.0, 100.0], [200.0, 100.0]));
     // Beside it, turned a little, longer, a piece of it.
@@ -136,7 +133,7 @@ fn a_line_is_sought_where_it_is_foreseen() {
         [Point2::new(100.0, 100.0), Point2::new(f64::NAN, 1.0), Point2::new(f64::INFINITY, 1.0)]
     {
         let line = ProjectedLine { end_px: end, ..line };
-        assert_eq!(guided(&[line], &star(5), &config), []);
+        assert_eq!(guided(&[line], &star(5)), []);
     }
 }
 
@@ -145,7 +142,7 @@ fn bins_of_more_segments_than_there_are_find_those_that_are() {
     let features = star(20);
     let bins = DirectionBins::new(&features);
     let lines: Vec<ProjectedLine> = features.iter().map(projected).collect();
-    let config = LineMatchConfig::default();
+    let config = ProjectedLineConfig::default();
     let found = match_projected_lines(&lines, &features[..7], &bins, &config);
     assert_eq!(found.len(), 7);
     assert_eq!(match_projected_lines(&lines, &[], &bins, &config), []);
@@ -178,17 +175,17 @@ proptest! {
 
 #[test]
 fn each_bad_parameter_is_named() {
-    type Spoil = fn(&mut LineMatchConfig);
-    assert_eq!(LineMatchConfig::default().validate(), Ok(()));
+    type Spoil = fn(&mut ProjectedLineConfig);
+    assert_eq!(ProjectedLineConfig::default().validate(), Ok(()));
     let cases: [(&str, Spoil); 5] = [
-        ("max_distance_bits", |c| c.max_distance_bits = 257),
-        ("max_ratio", |c| c.max_ratio = 0.0),
-        ("max_turn_rad", |c| c.max_turn_rad = 4.0),
+        ("max_distance_bits", |c| c.matching.max_distance_bits = 257),
+        ("max_ratio", |c| c.matching.max_ratio = 0.0),
+        ("max_turn_rad", |c| c.matching.max_turn_rad = 4.0),
         ("max_offset_px", |c| c.max_offset_px = f64::NAN),
         ("min_overlap", |c| c.min_overlap = -0.1),
     ];
     for (name, spoil) in cases {
-        let mut config = LineMatchConfig::default();
+        let mut config = ProjectedLineConfig::default();
         spoil(&mut config);
         let message = config.validate().unwrap_err().to_string();
         assert!(message.contains(name), "{message}");

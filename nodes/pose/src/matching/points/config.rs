@@ -1,7 +1,8 @@
 //! When two descriptors are taken for the same.
 
-use std::f32::consts::PI;
+use std::f64::consts::PI;
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 use crate::feature::points::DESCRIPTOR_BITS;
@@ -13,10 +14,10 @@ pub struct MatchConfig {
     /// Descriptors that differ in more bits are not of the same corner.
     pub max_distance: u32,
     /// The nearest descriptor must be nearer than this share of the distance of the next one.
-    pub max_ratio: f32,
+    pub max_ratio: f64,
     /// The corners of two views of one scene turn alike: what a match turns may deviate so much from what most turn.
     /// A half turn or more lets every match pass.
-    pub rotation_tolerance_rad: f32,
+    pub rotation_tolerance_rad: f64,
 }
 
 impl Default for MatchConfig {
@@ -33,47 +34,30 @@ impl Default for MatchConfig {
     }
 }
 
-/// A parameter has a value that means nothing.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("parameter {name} must be {accepted}, not {value}")]
-pub struct MatchConfigError {
-    /// The parameter.
-    pub name: &'static str,
-    /// What it may be.
-    pub accepted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
 impl MatchConfig {
     /// Checks every parameter.
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), MatchConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         let distance = f64::from(self.max_distance);
-        check("max_distance", "in 0 .. 256", distance, distance <= DESCRIPTOR_BITS as f64)?;
-        let ratio = f64::from(self.max_ratio);
-        check("max_ratio", "in (0, 1]", ratio, ratio > 0.0 && ratio <= 1.0)?;
-        let tolerance = f64::from(self.rotation_tolerance_rad);
-        check("rotation_tolerance_rad", "a positive number", tolerance, tolerance > 0.0)
+        parameter::check(
+            "max_distance",
+            "in 0 .. 256",
+            distance,
+            distance <= DESCRIPTOR_BITS as f64,
+        )?;
+        let ratio = self.max_ratio;
+        parameter::check("max_ratio", "in (0, 1]", ratio, ratio > 0.0 && ratio <= 1.0)?;
+        parameter::positive("rotation_tolerance_rad", self.rotation_tolerance_rad)
     }
 
     /// Whether the nearest descriptor is near enough, and nearer than the next, if there is one.
     pub(super) fn accepts(&self, distance: u32, next_distance: Option<u32>) -> bool {
         let is_clear =
-            next_distance.is_none_or(|next| (distance as f32) < self.max_ratio * next as f32);
+            next_distance.is_none_or(|next| f64::from(distance) < self.max_ratio * f64::from(next));
         distance <= self.max_distance && is_clear
     }
-}
-
-pub(super) fn check(
-    name: &'static str,
-    accepted: &'static str,
-    value: f64,
-    holds: bool,
-) -> Result<(), MatchConfigError> {
-    if holds { Ok(()) } else { Err(MatchConfigError { name, accepted, value }) }
 }
 
 #[cfg(test)]
@@ -87,7 +71,7 @@ mod tests {
         for (name, config) in [
             ("max_distance", MatchConfig { max_distance: 257, ..valid }),
             ("max_ratio", MatchConfig { max_ratio: 0.0, ..valid }),
-            ("max_ratio", MatchConfig { max_ratio: f32::NAN, ..valid }),
+            ("max_ratio", MatchConfig { max_ratio: f64::NAN, ..valid }),
             ("rotation_tolerance_rad", MatchConfig { rotation_tolerance_rad: 0.0, ..valid }),
         ] {
             let message = config.validate().unwrap_err().to_string();

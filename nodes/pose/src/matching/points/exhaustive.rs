@@ -34,7 +34,8 @@ pub fn match_all(sought: &[Corner], among: &[Corner], config: &MatchConfig) -> V
         .iter()
         .map(|pair| among[pair.found].angle_rad - sought[pair.sought].angle_rad)
         .collect();
-    let mut kept = rotation::consistent(&turns_rad, config.rotation_tolerance_rad).into_iter();
+    let mut kept =
+        rotation::consistent(&turns_rad, config.rotation_tolerance_rad as f32).into_iter();
     matches.retain(|_| kept.next().unwrap_or(true));
     matches
 }

@@ -1,9 +1,10 @@
 //! Each corner where it should appear.
 
+use geometry::{ParameterError, parameter};
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
-use super::{CornerGrid, MatchConfig, MatchConfigError, PointMatch, config::check, rotation};
+use super::{CornerGrid, MatchConfig, PointMatch, rotation};
 use crate::feature::points::Descriptor;
 
 /// A corner that should be in an image.
@@ -58,12 +59,17 @@ impl GuidedConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), MatchConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         self.matching.validate()?;
         let radius = f64::from(self.radius_px);
-        check("radius_px", "a positive number", radius, radius.is_finite() && radius > 0.0)?;
+        parameter::check(
+            "radius_px",
+            "a positive number",
+            radius,
+            radius.is_finite() && radius > 0.0,
+        )?;
         let factor = f64::from(self.scale_factor);
-        check("scale_factor", "in [1, 2]", factor, (1.0..=2.0).contains(&factor))
+        parameter::check("scale_factor", "in [1, 2]", factor, (1.0..=2.0).contains(&factor))
     }
 }
 
@@ -86,7 +92,12 @@ pub fn match_guided(
     }
     let mut matches: Vec<PointMatch> = owners.into_iter().flatten().collect();
     matches.sort_unstable_by_key(|pair| pair.sought);
-    drop_other_turns(&mut matches, predictions, grid, config.matching.rotation_tolerance_rad);
+    drop_other_turns(
+        &mut matches,
+        predictions,
+        grid,
+        config.matching.rotation_tolerance_rad as f32,
+    );
     matches
 }
 

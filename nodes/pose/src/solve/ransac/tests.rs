@@ -3,7 +3,7 @@ use crate::solve::testing::{KINECT_NOISE, NO_DEPTH, View, kinect};
 
 fn found(view: &View, seed: u64) -> Result<PnpEstimate, PnpError> {
     let config = RansacConfig { seed, ..RansacConfig::default() };
-    pnp_ransac(&kinect(), &view.points, &config)
+    pnp_ransac(&kinect(), &view.points, &config, &RefineConfig::default())
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn the_seed_decides_everything() {
     // In a few samples one seed finds the pose and another does not.
     let lucky = |seed| {
         let config = RansacConfig { seed, max_iterations: 8, ..RansacConfig::default() };
-        pnp_ransac(&kinect(), &view.points, &config).is_ok()
+        pnp_ransac(&kinect(), &view.points, &config, &RefineConfig::default()).is_ok()
     };
     let count = (0..20).filter(|seed| lucky(*seed)).count();
     assert!((1..20).contains(&count), "{count}");

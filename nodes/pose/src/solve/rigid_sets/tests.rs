@@ -73,8 +73,15 @@ fn scene(features: usize, share: f64, walk: Vector3<f64>, seed: u64) -> Scene {
 
 fn split(scene: &Scene, prediction: Option<&PoseGuess>) -> RigidSplit {
     let Scene { view, .. } = scene;
-    split_rigid_sets(&kinect(), prediction, &view.points, &view.lines, &RigidSetsConfig::default())
-        .unwrap()
+    split_rigid_sets(
+        &kinect(),
+        prediction,
+        &view.points,
+        &view.lines,
+        &RigidSetsConfig::default(),
+        &RefineConfig::default(),
+    )
+    .unwrap()
 }
 
 #[test]
@@ -160,6 +167,7 @@ fn two_people_are_two_sets() {
         &both.points,
         &[],
         &RigidSetsConfig::default(),
+        &RefineConfig::default(),
     )
     .unwrap();
     assert_eq!(found.others.len(), 2, "{:?}", found.others);
@@ -177,13 +185,20 @@ fn too_little_and_nonsense_is_refused() {
     let few = &scene.view.points[..5];
     let config = RigidSetsConfig::default();
     assert!(matches!(
-        split_rigid_sets(&kinect(), None, few, &[], &config),
+        split_rigid_sets(&kinect(), None, few, &[], &config, &RefineConfig::default()),
         Err(PnpError::TooFewPoints { usable: 5, points: 5, needed: 10 })
     ));
     let lost =
         PoseGuess { camera_from_map: Isometry3::translation(f64::NAN, 0.0, 0.0), covariance: None };
     assert!(matches!(
-        split_rigid_sets(&kinect(), Some(&lost), &scene.view.points, &[], &config),
+        split_rigid_sets(
+            &kinect(),
+            Some(&lost),
+            &scene.view.points,
+            &[],
+            &config,
+            &RefineConfig::default()
+        ),
         Err(PnpError::Pose(PoseError::Guess))
     ));
 }

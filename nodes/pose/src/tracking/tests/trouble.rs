@@ -10,7 +10,11 @@ struct Run<P: Fn(f64) -> Isometry3<f64>> {
 }
 
 fn running() -> Run<impl Fn(f64) -> Isometry3<f64>> {
-    let mut run = Run { tracker: tracker(), camera: at_ease(20), room: Thing::room(3000, 300, 20) };
+    running_in(Thing::room(3000, 300, 20))
+}
+
+fn running_in(room: Thing) -> Run<impl Fn(f64) -> Isometry3<f64>> {
+    let mut run = Run { tracker: tracker(), camera: at_ease(20), room };
     for index in 0..30 {
         assert_eq!(run.see(index).trouble, None);
     }
@@ -64,6 +68,21 @@ fn in_the_dark_the_camera_is_lost_and_in_the_light_it_is_found_again() {
     assert!(run.is_right(60).is_relocalised);
     assert!(!run.is_right(61).is_relocalised);
     assert_eq!(run.is_right(62).trouble, None);
+}
+
+#[test]
+fn a_camera_that_sees_lines_alone_is_found_again_by_them() {
+    let mut run = running_in(Thing::room(0, 1500, 22));
+    for index in 30..60 {
+        assert_eq!(run.take(&black(f64::from(index) * PERIOD_S)).state, TrackingState::Lost);
+    }
+    assert!(run.is_right(60).is_relocalised);
+    assert_eq!(run.is_right(61).trouble, None);
+    run.room = Thing::room(0, 1500, 23);
+    for index in 62..70 {
+        let tracked = run.see(index);
+        assert_eq!((tracked.state, tracked.pose), (TrackingState::Lost, None), "{index}");
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! How the bag's topics reach detection: as they are, or depth images as PNG where the kernel's receive
+//! How the bag's topics reach the nodes: as they are, or depth images as PNG where the kernel's receive
 //! buffer is too small for raw ones.
 
 use std::fmt;
@@ -10,23 +10,32 @@ use msgs::convert::{self, COMPRESSED_DEPTH_TOPIC};
 use msgs::sensor_msgs::Image;
 use node_shell::{GrantedBuffer, RAISE_RECEIVE_BUFFER};
 
-use crate::run::inputs::{Inputs, ViewTopics};
+use crate::run::inputs::{Inputs, PoseSource, ViewTopics};
+use crate::run::parameters::PipelineParameters;
+use crate::run::recorder::Stage;
+use crate::visual;
 
-/// What detection is fed with.
+/// What the nodes are fed with.
 pub(super) struct Feed {
     /// The value of detection's parameter `input`.
     pub(super) input: &'static str,
     pub(super) topics: Vec<FedTopic>,
+    /// Names of one topic of the bag that nodes know by several: the other one, and the one that it is played as.
+    pub(super) aliases: Vec<(&'static str, &'static str)>,
     /// Why depth images are compressed, where they are.
     pub(super) compression: Option<Compression>,
+    /// What the pose node takes as it is although it is too large.
+    pub(super) too_large: Option<Compression>,
 }
 
-/// A topic of the bag on its way to detection.
+/// A topic of the bag on its way to a node.
 pub(super) struct FedTopic {
     pub(super) bag_topic: String,
     /// The name that the player's remapping gives it.
     pub(super) played_name: &'static str,
     pub(super) is_compressed: bool,
+    /// The node that is asked what it has received of it.
+    pub(super) node: &'static str,
 }
 
 /// Depth images that are too large as they are.
@@ -41,35 +50,66 @@ pub(super) struct Compression {
 
 impl Feed {
     /// Compares the bag's first depth image with what the kernel grants.
-    pub(super) fn choose(bag: &Path, inputs: &Inputs, granted: Option<GrantedBuffer>) -> Self {
-        let compression = match &inputs.view {
+    pub(super) fn choose(
+        bag: &Path,
+        inputs: &Inputs,
+        parameters: &PipelineParameters,
+        granted: Option<GrantedBuffer>,
+    ) -> Self {
+        let needed = match &inputs.view {
             // What cannot be read here, the player and detection report.
             ViewTopics::Depth { image, .. } => {
                 granted.and_then(|granted| Compression::needed(bag, image, granted))
             }
             ViewTopics::Points(_) => None,
         };
-        let topics = inputs.by_node_name().into_iter().map(|(name, topic)| FedTopic {
-            bag_topic: topic.to_owned(),
-            played_name: name,
-            is_compressed: compression.is_some() && name == "depth/image",
-        });
+        let is_visual = matches!(inputs.pose, PoseSource::Visual(_));
+        let (compression, too_large) = if is_visual { (None, needed) } else { (needed, None) };
+        let is_asked_for = |(name, _): &(&str, &str)| match *name {
+            "imu" => parameters.pose_node().use_imu,
+            "wheels" => parameters.pose_node().use_wheels,
+            _ => true,
+        };
+        let node = |name: &str| match name {
+            "rgb/image" | "rgb/image/compressed" | "rgb/camera_info" | "imu" | "wheels" => {
+                visual::NODE
+            }
+            _ => Stage::Detection.name(),
+        };
+        let fed = inputs.by_node_name().into_iter().filter(is_asked_for);
+        let (mut topics, mut aliases) = (Vec::<FedTopic>::new(), Vec::new());
+        for (name, topic) in fed {
+            // Registered images have one calibration for both, and a topic is played once.
+            if let Some(played) = topics.iter().find(|played| played.bag_topic == topic) {
+                aliases.push((name, played.played_name));
+                continue;
+            }
+            topics.push(FedTopic {
+                bag_topic: topic.to_owned(),
+                played_name: name,
+                is_compressed: compression.is_some() && name == "depth/image",
+                node: node(name),
+            });
+        }
         // The nodes of the run have a tree of frames of their own.
         let transforms = inputs.transforms.iter().map(|topic| FedTopic {
             bag_topic: (*topic).to_owned(),
             played_name: topic.trim_start_matches('/'),
             is_compressed: false,
+            node: Stage::Detection.name(),
         });
         Self {
             input: if compression.is_some() { "compressed_depth" } else { inputs.view.kind() },
-            topics: topics.chain(transforms).collect(),
+            topics: topics.into_iter().chain(transforms).collect(),
+            aliases,
             compression,
+            too_large,
         }
     }
 }
 
 impl FedTopic {
-    /// The name that detection knows it by.
+    /// The name that the node knows it by.
     pub(super) fn node_name(&self) -> String {
         if self.is_compressed {
             format!("{}/{COMPRESSED_DEPTH_TOPIC}", self.played_name)
@@ -80,6 +120,17 @@ impl FedTopic {
 }
 
 impl Compression {
+    /// What becomes of the images when nothing is compressed.
+    pub(super) fn undone(&self) -> String {
+        format!(
+            "depth images of {} kB are larger than the {} kB that the kernel lets a socket receive at once, and \
+             the node for the pose takes them, and colour images, as they are: some may be lost; \
+             `{RAISE_RECEIVE_BUFFER}` mends it",
+            self.raw_bytes / 1000,
+            self.largest_safe / 1000
+        )
+    }
+
     fn needed(bag: &Path, topic: &str, granted: GrantedBuffer) -> Option<Self> {
         let bag = Bag::open(bag).ok()?;
         let selection = Selection { topics: Some(vec![topic.to_owned()]), ..Selection::default() };
@@ -142,6 +193,8 @@ mod tests {
         let metres = image(DepthPixels::Metres(vec![1.5; 10_000]));
         let line = Compression::of(&metres, 40_000, 10).unwrap().to_string();
         assert!(line.contains("rounded to millimetres, and even so some will be lost"), "{line}");
+        let line = compression.undone();
+        assert!(line.contains("20 kB") && line.contains("net.core.rmem_max="), "{line}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The pipeline over DDS: three nodes and a player, each a process of its own, in a namespace that no
+//! The pipeline over DDS: three nodes, that for the pose where it is asked for, and a player, each a process of its own, in a namespace that no
 //! other run shares. This process only listens.
 
 mod feed;
@@ -9,17 +9,19 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use evaluation::{RunRecord, Transport};
-use node_shell::{Node, RAISE_RECEIVE_BUFFER, RosArguments, ShellError};
+use msgs::geometry_msgs::PoseStamped;
+use node_shell::{Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subscription};
 
 use self::feed::{FedTopic, Feed};
 use super::collector::{Collector, Seen};
-use super::inputs::{Inputs, TF, TF_STATIC};
+use super::inputs::{Inputs, PoseSource, TF, TF_STATIC};
 use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
 use crate::console;
 use crate::failure::Failure;
 use crate::processes::Process;
 use crate::progress::Progress;
+use crate::visual;
 
 /// The nodes must have found each other after this time; on one host it takes a fraction of a second.
 const LONGEST_DISCOVERY: Duration = Duration::from_secs(30);
@@ -34,8 +36,10 @@ pub(crate) struct DdsRun {
     pub(crate) record: RunRecord,
     /// Scans in which nothing could be found for want of returns.
     pub(crate) blind_scans: usize,
-    /// Messages that the player sent and detection never received.
+    /// Messages that the player sent and that never reached their node.
     pub(crate) lost_messages: u64,
+    /// The rig's poses by the node for the pose, where it was asked for.
+    pub(crate) poses: Option<Vec<PoseStamped>>,
     /// Why the run ended before its end, if it did.
     pub(crate) trouble: Option<Failure>,
 }
@@ -63,18 +67,39 @@ pub(crate) fn run(
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
         let namespace = format!("/stillmap_run_{}", std::process::id());
-        let collector = listen_in(&namespace)
+        let visual = match &inputs.pose {
+            PoseSource::Visual(topics) => Some(topics),
+            PoseSource::Topic(_) => None,
+        };
+        let (collector, poses) = listen_in(&namespace, visual.is_some())
             .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
         let recorder = Recorder::new(parameters.reconstruction(), parameters.method_name())
             .map_err(|error| Failure::new(error.to_string()))?;
-        let feed = Feed::choose(playback.bag, inputs, collector.granted_buffer());
+        let granted = collector.granted_buffer();
+        let feed = Feed::choose(playback.bag, inputs, parameters, granted);
         if let Some(compression) = &feed.compression {
             console::note(compression);
         }
-        let mut run =
-            Run { namespace, feed, collector, recorder, nodes: Vec::new(), lost_messages: 0 };
+        if let Some(too_large) = &feed.too_large {
+            console::note(too_large.undone());
+        }
+        let mut run = Run {
+            namespace,
+            feed,
+            collector,
+            poses,
+            heard_poses: Vec::new(),
+            recorder,
+            nodes: Vec::new(),
+            lost_messages: 0,
+        };
         for stage in Stage::ALL {
-            run.start_node(stage, playback.parameters)?;
+            let input = (stage == Stage::Detection).then_some(run.feed.input);
+            run.start_node(stage.name(), input, playback.parameters)?;
+        }
+        if let Some(topics) = visual {
+            let input = if topics.is_compressed { "compressed" } else { "raw" };
+            run.start_node(visual::NODE, Some(input), playback.parameters)?;
         }
         run.wait_for_discovery().await?;
         let mut player = run.start_player(playback)?;
@@ -83,8 +108,14 @@ pub(crate) fn run(
     })
 }
 
-/// Joins the network in a namespace, to listen there.
-fn listen_in(namespace: &str) -> Result<Collector, ShellError> {
+/// Poses that may wait for this process.
+const WAITING_POSES: usize = 1000;
+
+/// Joins the network in a namespace, to listen there; to poses, too, where nobody but the nodes has them.
+fn listen_in(
+    namespace: &str,
+    with_poses: bool,
+) -> Result<(Collector, Option<Subscription<PoseStamped>>), ShellError> {
     let arguments = RosArguments::parse([
         "--ros-args".to_owned(),
         "-r".to_owned(),
@@ -92,27 +123,41 @@ fn listen_in(namespace: &str) -> Result<Collector, ShellError> {
         "-r".to_owned(),
         format!("/diagnostics:={namespace}/diagnostics"),
     ])?;
-    Collector::on(Node::start("collector", &arguments)?)
+    let node = Node::start("collector", &arguments)?;
+    let to_poses = || node.subscription("pose", &Qos::reliable(WAITING_POSES));
+    let poses = with_poses.then(to_poses).transpose()?;
+    Ok((Collector::on(node)?, poses))
 }
 
 struct Run {
     namespace: String,
     feed: Feed,
     collector: Collector,
+    poses: Option<Subscription<PoseStamped>>,
+    heard_poses: Vec<PoseStamped>,
     recorder: Recorder,
     nodes: Vec<Process>,
     lost_messages: u64,
 }
 
 impl Run {
-    fn start_node(&mut self, stage: Stage, parameters: &Path) -> Result<(), Failure> {
-        let mut arguments = vec!["node".to_owned(), stage.name().to_owned()];
+    /// `input` says what the node's images or points come as, whatever its parameters say.
+    fn start_node(
+        &mut self,
+        name: &'static str,
+        input: Option<&str>,
+        parameters: &Path,
+    ) -> Result<(), Failure> {
+        let mut arguments = vec!["node".to_owned(), name.to_owned()];
         arguments.extend(self.ros_arguments());
-        arguments.extend(["--params-file".to_owned(), parameters.display().to_string()]);
-        if stage == Stage::Detection {
-            arguments.extend(["-p".to_owned(), format!("input:={}", self.feed.input)]);
+        for (name, played) in &self.feed.aliases {
+            arguments.extend(["-r".to_owned(), format!("{name}:={played}")]);
         }
-        self.nodes.push(Process::start(stage.name(), &arguments, Stdio::null())?);
+        arguments.extend(["--params-file".to_owned(), parameters.display().to_string()]);
+        if let Some(input) = input {
+            arguments.extend(["-p".to_owned(), format!("input:={input}")]);
+        }
+        self.nodes.push(Process::start(name, &arguments, Stdio::null())?);
         Ok(())
     }
 
@@ -153,28 +198,34 @@ impl Run {
     /// Connections of the pipeline that no node reports yet, as `node topic`.
     fn undiscovered(&self) -> Vec<String> {
         // Node, its own diagnostic, and the peers that it must have: the next node and this process.
+        let [detection, segmentation, reconstruction] =
+            [Stage::Detection, Stage::Segmentation, Stage::Reconstruction].map(Stage::name);
         let connections = [
-            (Stage::Detection, "subscribers", "reduced_cloud", 2),
-            (Stage::Detection, "subscribers", "detection/report", 1),
-            (Stage::Segmentation, "publishers", "reduced_cloud", 1),
-            (Stage::Segmentation, "subscribers", "segmented_cloud", 1),
-            (Stage::Segmentation, "subscribers", "dynamic_cloud", 1),
-            (Stage::Segmentation, "subscribers", "segmentation/report", 1),
-            (Stage::Reconstruction, "publishers", "segmented_cloud", 1),
-            (Stage::Reconstruction, "subscribers", "static_map", 1),
-            (Stage::Reconstruction, "subscribers", "reconstruction/report", 1),
+            (detection, "subscribers", "reduced_cloud", 2),
+            (detection, "subscribers", "detection/report", 1),
+            (segmentation, "publishers", "reduced_cloud", 1),
+            (segmentation, "subscribers", "segmented_cloud", 1),
+            (segmentation, "subscribers", "dynamic_cloud", 1),
+            (segmentation, "subscribers", "segmentation/report", 1),
+            (reconstruction, "publishers", "segmented_cloud", 1),
+            (reconstruction, "subscribers", "static_map", 1),
+            (reconstruction, "subscribers", "reconstruction/report", 1),
         ];
+        let of_pose =
+            [(visual::NODE, "subscribers", "pose", 2), (detection, "publishers", "pose", 1)];
+        let of_pose = of_pose.into_iter().filter(|_| self.poses.is_some());
         connections
             .into_iter()
-            .filter(|(stage, peers, topic, least)| self.says(*stage, peers, topic) < *least)
-            .map(|(stage, peers, topic, _)| format!("{peers} of {topic} at {}", stage.name()))
+            .chain(of_pose)
+            .filter(|(node, peers, topic, least)| self.says(node, peers, topic) < *least)
+            .map(|(node, peers, topic, _)| format!("{peers} of {topic} at {node}"))
             .collect()
     }
 
     /// What a node's diagnostics say of one of its topics.
-    fn says(&self, stage: Stage, what: &str, topic: &str) -> u64 {
+    fn says(&self, node: &str, what: &str, topic: &str) -> u64 {
         let namespace = &self.namespace;
-        let node = format!("{namespace}/{}", stage.name());
+        let node = format!("{namespace}/{node}");
         self.collector.seen().diagnostic(&node, &format!("{what} {namespace}/{topic}"))
     }
 
@@ -218,8 +269,8 @@ impl Run {
             }
             let Some(sent) = &sent else { continue };
             if self.has_all(sent, inputs) || last_heard.elapsed() >= LONGEST_SILENCE {
-                for (topic, lost) in self.losses(sent) {
-                    self.recorder.dropped(&topic, "lost between player and detection", lost);
+                for (topic, node, lost) in self.losses(sent) {
+                    self.recorder.dropped(&topic, &format!("lost between player and {node}"), lost);
                     self.lost_messages += lost;
                 }
                 return Ok(());
@@ -230,6 +281,9 @@ impl Run {
     /// Hears one message, or none within a time. Diagnostics do not count as heard.
     async fn hear_for(&mut self, longest: Duration) -> bool {
         let heard = tokio::time::timeout(longest, self.collector.hear(&mut self.recorder)).await;
+        while let Some(pose) = self.poses.as_ref().and_then(Subscription::try_next) {
+            self.heard_poses.push((*pose.message).clone());
+        }
         heard.unwrap_or(false)
     }
 
@@ -258,16 +312,16 @@ impl Run {
             && seen.map.as_ref().map(|(stamp, _)| *stamp) == seen.last_cloud
     }
 
-    /// What the player sent and detection has not received, by topic. Diagnostics come once a second, so
+    /// What the player sent and its node has not received, by topic and node. Diagnostics come once a second, so
     /// that messages may be missing here for a moment only.
-    fn losses(&self, sent: &Sent) -> Vec<(String, u64)> {
+    fn losses(&self, sent: &Sent) -> Vec<(String, &'static str, u64)> {
         let lost = |topic: &FedTopic| {
-            let received = self.says(Stage::Detection, "received", &topic.node_name());
+            let received = self.says(topic.node, "received", &topic.node_name());
             let bag_topic = topic.bag_topic.clone();
             let sent = sent.messages_on(&bag_topic);
-            (bag_topic, sent.saturating_sub(received))
+            (bag_topic, topic.node, sent.saturating_sub(received))
         };
-        self.feed.topics.iter().map(lost).filter(|(_, lost)| *lost > 0).collect()
+        self.feed.topics.iter().map(lost).filter(|(_, _, lost)| *lost > 0).collect()
     }
 
     async fn finish(
@@ -278,11 +332,14 @@ impl Run {
         if trouble.is_some() {
             self.recorder.dropped("bag", "the run ended before the bag did", 1);
         }
-        let detection = format!("{}/{}", self.namespace, Stage::Detection.name());
-        for (cause, count) in self.collector.seen().drops_of(&detection) {
-            self.recorder.unusable(cause, count);
+        for node in [Stage::Detection.name(), visual::NODE] {
+            let node = format!("{}/{node}", self.namespace);
+            for (cause, count) in self.collector.seen().drops_of(&node) {
+                self.recorder.unusable(cause, count);
+            }
         }
-        let Self { collector, recorder, nodes, lost_messages, .. } = self;
+        let Self { collector, recorder, nodes, lost_messages, poses, heard_poses, .. } = self;
+        let poses = poses.map(|_| heard_poses);
         let mut trouble = trouble;
         for mut node in nodes {
             let status = node.stop()?;
@@ -306,7 +363,7 @@ impl Run {
         let static_map = map.map(|(_, points_m)| points_m).unwrap_or_default();
         let blind_scans = recorder.blind_scans();
         let record = recorder.finish(static_map, name);
-        Ok(DdsRun { record, blind_scans, lost_messages, trouble })
+        Ok(DdsRun { record, blind_scans, lost_messages, poses, trouble })
     }
 }
 

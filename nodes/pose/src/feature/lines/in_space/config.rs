@@ -1,15 +1,32 @@
 //! How depth along a segment is judged.
 
+use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
+
+/// What the depths of a camera are worth.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct DepthSensor {
+    /// Standard deviation of the inverse of a depth, in 1/m: that of a depth of `z` metres is `z^2` times this.
+    pub inverse_depth_std_dev: f64,
+    /// Depths beyond are not used.
+    pub max_depth_m: f64,
+}
+
+impl Default for DepthSensor {
+    fn default() -> Self {
+        Self {
+            // Khoshelham and Elberink (2012): 1.425e-3 for the Kinect, rounded up.
+            inverse_depth_std_dev: 1.5e-3,
+            // There, at 8 m: a deviation of 0.1 m.
+            max_depth_m: 8.0,
+        }
+    }
+}
 
 /// Parameters of [`segment_in_space`](super::segment_in_space).
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SegmentDepthConfig {
-    /// Standard deviation of the inverse of a depth, in 1/m: that of a depth of `z` metres is `z^2` times this.
-    pub inverse_depth_std_dev: f64,
-    /// Depths beyond are not used.
-    pub max_depth_m: f64,
     /// Depths are looked up beside the segment, from so many pixels off ...
     pub nearest_side_px: usize,
     /// ... to so many.
@@ -31,10 +48,6 @@ pub struct SegmentDepthConfig {
 impl Default for SegmentDepthConfig {
     fn default() -> Self {
         Self {
-            // Khoshelham and Elberink (2012): 1.425e-3 for the Kinect, rounded up.
-            inverse_depth_std_dev: 1.5e-3,
-            // There, at 8 m: a deviation of 0.1 m.
-            max_depth_m: 8.0,
             // A pixel at an edge of the colour image may be of either side.
             nearest_side_px: 1,
             // Colour and depth are aligned within 2 to 3 pixels.
@@ -54,18 +67,6 @@ impl Default for SegmentDepthConfig {
     }
 }
 
-/// A parameter has a value that means nothing.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("parameter {name} must be {accepted}, not {value}")]
-pub struct SegmentDepthConfigError {
-    /// The parameter.
-    pub name: &'static str,
-    /// What it may be.
-    pub accepted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
 /// Farther beside a segment there is something else.
 const FARTHEST_SIDE_PX: usize = 100;
 
@@ -74,28 +75,23 @@ impl SegmentDepthConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), SegmentDepthConfigError> {
-        let check = |name, accepted, value: f64, holds: bool| {
-            if holds { Ok(()) } else { Err(SegmentDepthConfigError { name, accepted, value }) }
-        };
+    pub fn validate(&self) -> Result<(), ParameterError> {
         for (name, value) in [
-            ("inverse_depth_std_dev", self.inverse_depth_std_dev),
-            ("max_depth_m", self.max_depth_m),
             ("step_std_devs", self.step_std_devs),
             ("max_std_devs", self.max_std_devs),
             ("max_bend_std_devs", self.max_bend_std_devs),
         ] {
-            check(name, "a positive number", value, value > 0.0 && value.is_finite())?;
+            parameter::check(name, "a positive number", value, value > 0.0 && value.is_finite())?;
         }
         let (nearest, farthest) = (self.nearest_side_px, self.farthest_side_px);
         let holds = (nearest..=FARTHEST_SIDE_PX).contains(&farthest);
-        check("farthest_side_px", "in nearest_side_px .. 100", farthest as f64, holds)?;
+        parameter::check("farthest_side_px", "in nearest_side_px .. 100", farthest as f64, holds)?;
         let samples = self.min_samples;
-        check("min_samples", "at least 3", samples as f64, samples >= 3)?;
+        parameter::check("min_samples", "at least 3", samples as f64, samples >= 3)?;
         for (name, value) in
             [("min_support", self.min_support), ("min_agreement", self.min_agreement)]
         {
-            check(name, "in [0, 1]", value, (0.0..=1.0).contains(&value))?;
+            parameter::check(name, "in [0, 1]", value, (0.0..=1.0).contains(&value))?;
         }
         Ok(())
     }

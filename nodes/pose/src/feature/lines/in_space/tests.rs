@@ -3,7 +3,7 @@
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Point2, Point3, Vector3};
 
-use super::{NoLineInSpace, SegmentDepthConfig, SegmentInSpace, segment_in_space};
+use super::{DepthSensor, NoLineInSpace, SegmentDepthConfig, SegmentInSpace, segment_in_space};
 use crate::feature::lines::LineSegment;
 use crate::feature::lines::testing::Normal;
 
@@ -52,7 +52,8 @@ fn segment(start_px: [f32; 2], end_px: [f32; 2]) -> LineSegment {
 }
 
 fn found(segment: &LineSegment, depth: &DepthImage) -> Result<SegmentInSpace, NoLineInSpace> {
-    segment_in_space(segment, depth, &camera(), &SegmentDepthConfig::default())
+    let (sensor, config) = (DepthSensor::default(), SegmentDepthConfig::default());
+    segment_in_space(segment, depth, &camera(), sensor, &config)
 }
 
 /// The point that a pixel sees at a depth.
@@ -252,9 +253,7 @@ fn a_segment_that_is_none_is_refused() {
 fn each_bad_parameter_is_named() {
     type Spoil = fn(&mut SegmentDepthConfig);
     assert_eq!(SegmentDepthConfig::default().validate(), Ok(()));
-    let cases: [(&str, Spoil); 9] = [
-        ("inverse_depth_std_dev", |c| c.inverse_depth_std_dev = 0.0),
-        ("max_depth_m", |c| c.max_depth_m = f64::INFINITY),
+    let cases: [(&str, Spoil); 7] = [
         ("farthest_side_px", |c| c.farthest_side_px = 0),
         ("step_std_devs", |c| c.step_std_devs = -1.0),
         ("max_std_devs", |c| c.max_std_devs = f64::NAN),
