@@ -44,7 +44,7 @@ pub use culling::CulledKeyframe;
 pub use fusion::Fused;
 pub use insertion::{NewKeyframe, NewLine};
 pub use keyframe::{Keyframe, LoopEdge, Shared};
-pub use landmark::{Landmark, MapLine, MapPoint, PointLook, Sightings};
+pub use landmark::{FoundTimes, Landmark, MapLine, MapPoint, PointLook, Sightings};
 
 use crate::solve::PluckerLine;
 use crate::solve::perturbation::is_finite;
@@ -240,12 +240,10 @@ impl Map {
         Ok(())
     }
 
-    /// A frame should have seen the landmark, and has, or has not.
-    pub fn count_foreseen<L: Landmark>(&mut self, landmark: Id<L>, is_found: bool) {
+    /// Frames should have seen the landmark so often, and have so often.
+    pub fn count_foreseen<L: Landmark>(&mut self, landmark: Id<L>, times: FoundTimes) {
         if let Some(landmark) = L::arena_mut(self).get_mut(landmark) {
-            let sightings = landmark.sightings_mut();
-            sightings.foreseen = sightings.foreseen.saturating_add(1);
-            sightings.found = sightings.found.saturating_add(u32::from(is_found));
+            landmark.sightings_mut().times.add(times);
         }
     }
 

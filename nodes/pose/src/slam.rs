@@ -35,13 +35,14 @@ pub use localiser::{Localised, MapState};
 pub use session::{Slam, SlamFrame};
 pub use trajectory::{Trajectory, TrajectoryPose};
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use geometry::CameraModel;
 use nalgebra::Isometry3;
 
 use crate::frame::Frame;
-use crate::map::{LineId, Map, MapError, PointId};
+use crate::map::{FoundTimes, LineId, Map, MapError, PointId};
 use crate::mapping::MappingStep;
 
 /// The map, and who works on it.
@@ -90,13 +91,13 @@ pub struct Kept {
     pub foreseen: Foreseen,
 }
 
-/// Landmarks that frames should have seen, and whether they have; a landmark as often as there were frames.
+/// How often frames should have seen landmarks, and how often they have.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Foreseen {
     /// Points.
-    pub points: Vec<(PointId, bool)>,
+    pub points: BTreeMap<PointId, FoundTimes>,
     /// Lines.
-    pub lines: Vec<(LineId, bool)>,
+    pub lines: BTreeMap<LineId, FoundTimes>,
 }
 
 /// What came of a request.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::map::testing::{PLACE_M, World, around, blank_map};
-use crate::map::{Map, MapConfig, MapPoint, NewKeyframe, PointId};
+use crate::map::{FoundTimes, Map, MapConfig, MapPoint, NewKeyframe, PointId};
 use crate::solve::testing::{Draw, kinect};
 
 fn insert(map: &mut Map, world: &World, pose: &nalgebra::Isometry3<f64>, seed: u64) -> KeyframeId {
@@ -152,7 +152,7 @@ fn recent_landmarks_must_prove_themselves() {
     let young = map.insert_point(ids[1], 2, &PLACE_M).unwrap();
     let missed = map.insert_point(ids[2], 3, &PLACE_M).unwrap();
     for found in [true, false, false, false] {
-        map.count_foreseen(missed, found);
+        map.count_foreseen(missed, FoundTimes::once(found));
     }
     let line = map.insert_line(ids[0], 0, &[PLACE_M, nalgebra::Point3::origin()]).unwrap();
     assert_eq!(cull_recent(&mut map, &config), 3);

@@ -22,7 +22,7 @@ impl Map {
         }
         L::arena(self).get(kept).ok_or(MapError::NoLandmark)?;
         let going = L::arena(self).get(dropped).ok_or(MapError::NoLandmark)?.sightings();
-        let (foreseen, found, born) = (going.foreseen, going.found, going.born);
+        let (times, born) = (going.times, going.born);
         let seen_by: Vec<(KeyframeId, usize)> = going.iter().collect();
         let mut fused = Fused::default();
         for (keyframe, feature) in seen_by {
@@ -35,8 +35,7 @@ impl Map {
         }
         if let Some(kept) = L::arena_mut(self).get_mut(kept) {
             let sightings = kept.sightings_mut();
-            sightings.foreseen = sightings.foreseen.saturating_add(foreseen);
-            sightings.found = sightings.found.saturating_add(found);
+            sightings.times.add(times);
             sightings.born = sightings.born.min(born);
         }
         Ok(fused)

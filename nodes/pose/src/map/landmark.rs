@@ -16,8 +16,30 @@ use crate::solve::PluckerLine;
 pub struct Sightings {
     pub(super) by_keyframe: BTreeMap<KeyframeId, u32>,
     pub(super) born: u64,
-    pub(super) foreseen: u32,
-    pub(super) found: u32,
+    pub(super) times: FoundTimes,
+}
+
+/// How often frames should have seen a landmark, and how often they have.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct FoundTimes {
+    /// Frames that should have.
+    pub foreseen: u32,
+    /// Those of them that have.
+    pub found: u32,
+}
+
+impl FoundTimes {
+    /// A frame that should have seen it, and has or has not.
+    #[must_use]
+    pub fn once(is_found: bool) -> Self {
+        Self { foreseen: 1, found: u32::from(is_found) }
+    }
+
+    /// More frames.
+    pub fn add(&mut self, more: Self) {
+        self.foreseen = self.foreseen.saturating_add(more.foreseen);
+        self.found = self.found.saturating_add(more.found);
+    }
 }
 
 impl Sightings {
@@ -47,7 +69,8 @@ impl Sightings {
     /// In which share of the frames it was found that should see it; 1 before there are any.
     #[must_use]
     pub fn found_share(&self) -> f64 {
-        if self.foreseen == 0 { 1.0 } else { f64::from(self.found) / f64::from(self.foreseen) }
+        let FoundTimes { foreseen, found } = self.times;
+        if foreseen == 0 { 1.0 } else { f64::from(found) / f64::from(foreseen) }
     }
 }
 

@@ -221,8 +221,8 @@ fn two_points_that_are_one_are_seen_by_all_that_saw_either() {
     let dropped = map.insert_point(ids[1], 3, &PLACE_M).unwrap();
     map.observe(ids[0], 5, dropped).unwrap();
     map.observe(ids[2], 4, dropped).unwrap();
-    map.count_foreseen(kept, true);
-    map.count_foreseen(dropped, false);
+    map.count_foreseen(kept, FoundTimes::once(true));
+    map.count_foreseen(dropped, FoundTimes::once(false));
     assert_eq!(map.fuse(kept, dropped), Ok(Fused { moved: 2, freed: 1 }));
     let point = map.points.get(kept).unwrap();
     let seen: Vec<_> = point.sightings().iter().collect();

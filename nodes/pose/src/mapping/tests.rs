@@ -6,6 +6,7 @@ use super::*;
 use crate::feature::lines::LineDescriptor;
 use crate::keyframing::{FollowedFrame, decide};
 use crate::loop_closing::{Known, locate_near};
+use crate::map::FoundTimes;
 use crate::map::testing::World;
 use crate::solve::PoseGuess;
 use crate::solve::perturbation::{perturbation_between, perturbed};
@@ -99,7 +100,7 @@ fn trip(frames: usize, seed: u64) -> Trip {
             };
             wants = decide(&frame, &config.loops.keyframing).is_ok();
             for (_, point) in &points {
-                trip.mapper.map_mut().count_foreseen(*point, true);
+                trip.mapper.map_mut().count_foreseen(*point, FoundTimes::once(true));
             }
         }
         since_keyframe += 1;

@@ -80,11 +80,11 @@ fn keep(
     kept: &Kept,
     is_aborted: &dyn Fn() -> bool,
 ) -> Result<MappingStep, MapError> {
-    for (point, is_found) in &kept.foreseen.points {
-        mapper.map_mut().count_foreseen(*point, *is_found);
+    for (point, times) in &kept.foreseen.points {
+        mapper.map_mut().count_foreseen(*point, *times);
     }
-    for (line, is_found) in &kept.foreseen.lines {
-        mapper.map_mut().count_foreseen(*line, *is_found);
+    for (line, times) in &kept.foreseen.lines {
+        mapper.map_mut().count_foreseen(*line, *times);
     }
     let new = NewKeyframe {
         camera: kept.camera,

@@ -1,5 +1,6 @@
 //! Where the odometry is in the map, and which frames the map is to keep.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use geometry::CameraModel;
@@ -12,7 +13,7 @@ use crate::frame::Frame;
 use crate::keyframing::{FollowedFrame, decide};
 use crate::local_map::LandmarkNumbers;
 use crate::loop_closing::{Located, LoopConfig, locate_near};
-use crate::map::{KeyframeId, Map};
+use crate::map::{FoundTimes, KeyframeId, Map};
 use crate::mapping::MappingStep;
 use crate::solve::PoseGuess;
 use crate::tracking::{CameraPose, Room, Tracked};
@@ -189,12 +190,29 @@ impl Localiser {
         Some((self.reference?, located))
     }
 
+    /// Remembers what the frame should have shown, till the next one is kept: as many numbers as there are landmarks, however
+    /// long the camera stands.
     fn count(&mut self, located: &Located) {
+        if !self.config.is_mapping {
+            return;
+        }
         let Located { points, lines, foreseen_points, foreseen_lines, .. } = located;
-        let found: std::collections::BTreeSet<_> = points.iter().map(|(_, id)| *id).collect();
-        self.foreseen.points.extend(foreseen_points.iter().map(|id| (*id, found.contains(id))));
-        let found: std::collections::BTreeSet<_> = lines.iter().map(|(_, id)| *id).collect();
-        self.foreseen.lines.extend(foreseen_lines.iter().map(|id| (*id, found.contains(id))));
+        let found: BTreeSet<_> = points.iter().map(|(_, id)| *id).collect();
+        for id in foreseen_points {
+            let times = self.foreseen.points.entry(*id).or_default();
+            times.add(FoundTimes::once(found.contains(id)));
+        }
+        let found: BTreeSet<_> = lines.iter().map(|(_, id)| *id).collect();
+        for id in foreseen_lines {
+            let times = self.foreseen.lines.entry(*id).or_default();
+            times.add(FoundTimes::once(found.contains(id)));
+        }
+    }
+
+    /// Landmarks whose sightings are remembered.
+    #[cfg(test)]
+    pub(super) fn remembered(&self) -> usize {
+        self.foreseen.points.len() + self.foreseen.lines.len()
     }
 
     fn localised(

@@ -89,6 +89,11 @@ impl<M: Mapping> Slam<M> {
         self.trajectory.as_ref()
     }
 
+    #[cfg(test)]
+    pub(super) fn remembered(&self) -> usize {
+        self.localiser.remembered()
+    }
+
     /// The parts: the map can be worked on to the end.
     #[must_use]
     pub fn into_parts(self) -> (M, Option<Trajectory>) {

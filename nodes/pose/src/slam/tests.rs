@@ -159,6 +159,22 @@ fn a_map_that_is_there_places_a_camera_that_begins_elsewhere_and_stays_as_it_is(
 }
 
 #[test]
+fn a_camera_that_stands_for_long_remembers_no_more() {
+    let room = room();
+    let mut camera = Camera::new(|_| Isometry3::identity(), Spoil::default(), 7);
+    let mut slam = Slam::inline(&config()).unwrap();
+    follow(&mut slam, &mut camera, &room, 0..20);
+    let keyframes = slam.mapping().map().keyframes().len();
+    let landmarks = |slam: &Slam<InlineMapping>| {
+        let map = slam.mapping().map();
+        map.points().len() + map.lines().len()
+    };
+    follow(&mut slam, &mut camera, &room, 20..80);
+    assert!(slam.mapping().map().keyframes().len() <= keyframes + 2, "the view is the same");
+    assert!(slam.remembered() <= landmarks(&slam), "{} {}", slam.remembered(), landmarks(&slam));
+}
+
+#[test]
 fn bad_parameters_are_named() {
     let mut config = SlamConfig::default();
     config.localiser.frames_beyond_map = 0;
