@@ -7,12 +7,16 @@
 // An example may stop where it stands, and prints.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use std::{fs, path::Path, time::Instant};
+mod shared;
+
+use std::{fs, time::Instant};
 
 use pose::{
     feature::lines::{LineConfig, LineDetector},
-    image::{GrayImage, RawImage, gray_from_raw},
+    image::GrayImage,
 };
+
+use shared::{processor_ms, read};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
@@ -42,25 +46,4 @@ fn main() {
     let (median_ms, least_ms) = (passed_ms[passed_ms.len() / 2], passed_ms[0]);
     println!("{median_ms:.4} {least_ms:.4} {:.4}", on_processor_ms / images.len() as f64);
     println!("{:.1} {:.1}", count as f64 / images.len() as f64, length_px / count as f64);
-}
-
-/// How long this thread has been on a processor.
-fn processor_ms() -> f64 {
-    let spent = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let spent_ns = spent.split(' ').next().and_then(|number| number.parse::<f64>().ok());
-    spent_ns.unwrap_or_default() / 1e6
-}
-
-fn read(path: &Path) -> GrayImage {
-    let picture = image::open(path).unwrap().to_rgb8();
-    let (width_px, height_px) = (picture.width() as usize, picture.height() as usize);
-    let raw = RawImage {
-        width_px,
-        height_px,
-        encoding: "rgb8".parse().unwrap(),
-        is_big_endian: false,
-        step_bytes: 3 * width_px,
-        data: picture.as_raw(),
-    };
-    gray_from_raw(&raw).unwrap()
 }

@@ -9,13 +9,17 @@
 // An example may stop where it stands, and prints.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+mod shared;
+
 use std::{fs, path::Path, time::Instant};
 
 use pose::{
     feature::points::{Corner, PointConfig, PointExtractor},
-    image::{GrayImage, RawImage, gray_from_raw},
+    image::GrayImage,
     matching::points::{MatchConfig, match_all},
 };
+
+use shared::{processor_ms, read};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
@@ -78,27 +82,6 @@ fn timed(work: impl FnOnce()) -> Time {
         passed_ms: start.elapsed().as_secs_f64() * 1e3,
         processor_ms: processor_ms() - processor_start_ms,
     }
-}
-
-/// How long this thread has been on a processor.
-fn processor_ms() -> f64 {
-    let spent = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let spent_ns = spent.split(' ').next().and_then(|number| number.parse::<f64>().ok());
-    spent_ns.unwrap_or_default() / 1e6
-}
-
-fn read(path: &Path) -> GrayImage {
-    let picture = image::open(path).unwrap().to_rgb8();
-    let (width_px, height_px) = (picture.width() as usize, picture.height() as usize);
-    let raw = RawImage {
-        width_px,
-        height_px,
-        encoding: "rgb8".parse().unwrap(),
-        is_big_endian: false,
-        step_bytes: 3 * width_px,
-        data: picture.as_raw(),
-    };
-    gray_from_raw(&raw).unwrap()
 }
 
 fn bytes(corner: &Corner) -> Vec<u8> {
