@@ -47,7 +47,7 @@ use crate::mapping::MappingStep;
 
 /// The map, and who works on it.
 pub trait Mapping {
-    /// The map as it is now.
+    /// The map as of the last answers that were taken.
     fn map(&self) -> Arc<Map>;
 
     /// Whether nothing is being worked on, and nothing waits.
@@ -56,8 +56,8 @@ pub trait Mapping {
     /// Asks for work. What is asked while other work waits waits behind it.
     fn ask(&mut self, request: Request);
 
-    /// What was done since the last call, in the order of the requests.
-    fn answers(&mut self) -> Vec<Answer>;
+    /// What was done since the last call, in the order of the requests; the map is as it was after it from then on.
+    fn answers(&mut self) -> Vec<Done>;
 }
 
 /// What is asked of the map.
@@ -101,15 +101,6 @@ pub struct Foreseen {
 }
 
 /// What came of a request.
-#[derive(Clone, Debug)]
-pub struct Answer {
-    /// The map since then.
-    pub map: Arc<Map>,
-    /// What was done.
-    pub done: Done,
-}
-
-/// What was done.
 #[derive(Clone, Debug)]
 pub enum Done {
     /// A frame was kept, or could not be.

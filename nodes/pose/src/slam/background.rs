@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use super::inline::answered;
-use super::{Answer, Mapping, Request};
+use super::{Done, Mapping, Request};
 use crate::map::Map;
 use crate::mapping::Mapper;
 
@@ -15,17 +15,12 @@ use crate::mapping::Mapper;
 pub struct BackgroundMapping {
     requests: Option<Sender<Request>>,
     /// Never locked: the mutex makes what holds this one that threads may share, as the runtimes of nodes ask for.
-    answers: Mutex<Receiver<Answer>>,
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<Mapper>>,
-}
-
-#[derive(Debug)]
-struct Shared {
+    answers: Mutex<Receiver<(Arc<Map>, Done)>>,
+    /// As of the last answer that was taken: a newer one would not fit what the caller knows by then.
+    map: Arc<Map>,
     /// What was asked and is not answered yet.
-    waiting: AtomicUsize,
-    /// Held only to take or put the snapshot, never while anything is worked on.
-    map: Mutex<Arc<Map>>,
+    waiting: Arc<AtomicUsize>,
+    thread: Option<JoinHandle<Mapper>>,
 }
 
 impl BackgroundMapping {
@@ -36,18 +31,14 @@ impl BackgroundMapping {
     pub fn new(mapper: Mapper) -> std::io::Result<Self> {
         let (requests, asked) = channel();
         let (tell, answers) = channel();
-        let map = Mutex::new(Arc::new(mapper.map().clone()));
-        let shared = Arc::new(Shared { waiting: AtomicUsize::new(0), map });
-        let of_thread = Arc::clone(&shared);
+        let map = Arc::new(mapper.map().clone());
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let of_thread = Arc::clone(&waiting);
         let thread = thread::Builder::new()
             .name("mapping".to_owned())
             .spawn(move || work(mapper, &asked, &tell, &of_thread))?;
-        Ok(Self {
-            requests: Some(requests),
-            answers: Mutex::new(answers),
-            shared,
-            thread: Some(thread),
-        })
+        let (requests, answers) = (Some(requests), Mutex::new(answers));
+        Ok(Self { requests, answers, map, waiting, thread: Some(thread) })
     }
 
     /// Ends the thread after all that was asked is done, and gives the map back. `None` where the thread has panicked.
@@ -70,44 +61,48 @@ impl Drop for BackgroundMapping {
 
 impl Mapping for BackgroundMapping {
     fn map(&self) -> Arc<Map> {
-        Arc::clone(&self.shared.map.lock().unwrap_or_else(PoisonError::into_inner))
+        Arc::clone(&self.map)
     }
 
     fn is_idle(&self) -> bool {
-        self.shared.waiting.load(Ordering::Acquire) == 0
+        self.waiting.load(Ordering::Acquire) == 0
     }
 
     fn ask(&mut self, request: Request) {
-        self.shared.waiting.fetch_add(1, Ordering::AcqRel);
+        self.waiting.fetch_add(1, Ordering::AcqRel);
         // The thread ends before this only by a panic; then nothing is answered any more.
         if let Some(requests) = &self.requests {
             requests.send(request).ok();
         }
     }
 
-    fn answers(&mut self) -> Vec<Answer> {
+    fn answers(&mut self) -> Vec<Done> {
         let answers = self.answers.get_mut().unwrap_or_else(PoisonError::into_inner);
-        answers.try_iter().collect()
+        let answers: Vec<(Arc<Map>, Done)> = answers.try_iter().collect();
+        let done = answers.into_iter().map(|(map, done)| {
+            self.map = map;
+            done
+        });
+        done.collect()
     }
 }
 
 fn work(
     mut mapper: Mapper,
     asked: &Receiver<Request>,
-    tell: &Sender<Answer>,
-    shared: &Shared,
+    tell: &Sender<(Arc<Map>, Done)>,
+    waiting: &AtomicUsize,
 ) -> Mapper {
     while let Ok(request) = asked.recv() {
         // Another request waits: what is only better when it is done may be left as it is.
-        let is_aborted = || shared.waiting.load(Ordering::Acquire) > 1;
+        let is_aborted = || waiting.load(Ordering::Acquire) > 1;
         let done = answered(&mut mapper, request, &is_aborted);
         let map = Arc::new(mapper.map().clone());
-        *shared.map.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&map);
         // Told before it is idle again: who finds it idle finds the answer, too.
-        if tell.send(Answer { map, done }).is_err() {
+        if tell.send((map, done)).is_err() {
             break;
         }
-        shared.waiting.fetch_sub(1, Ordering::AcqRel);
+        waiting.fetch_sub(1, Ordering::AcqRel);
     }
     mapper
 }

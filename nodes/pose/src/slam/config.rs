@@ -27,9 +27,9 @@ pub struct LocaliserConfig {
     /// After so many frames that the map does not place, one is kept by odometry alone: the camera is where the map does not
     /// reach.
     pub frames_beyond_map: u64,
-    /// Odometry drifts by this share of its way: standard deviation ...
+    /// Odometry drifts by this share of its way, in metres and in radians: standard deviation ...
     pub drift_share: f64,
-    /// ... and by so much for each radian that it turns.
+    /// ... and by so much for each radian that it turns, likewise.
     pub drift_per_rad: f64,
     /// So many frames in a row are off by the same: they show the same landmarks, whose places are wrong alike.
     pub alike_frames: f64,

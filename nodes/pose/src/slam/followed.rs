@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::local_map::LandmarkNumbers;
 use crate::loop_closing::Known;
-use crate::map::{KeyframeId, Map};
+use crate::map::{Id, KeyframeId, Map};
 
 /// What the odometry's landmarks were in keyframes, each in the last one that shows it.
 #[derive(Clone, Debug, Default)]
@@ -49,30 +49,37 @@ impl Followed {
 
     /// Which landmarks of the map a frame shows whose features are these landmarks of the odometry.
     pub(super) fn known(&self, numbers: &LandmarkNumbers, map: &Map) -> Known {
-        let mut known = Known::default();
-        let mut taken = BTreeSet::new();
-        for (corner, number) in numbers.corners.iter().enumerate() {
-            let feature = number.and_then(|number| self.corners.get(&number));
-            let point = feature.and_then(|feature| {
-                let keyframe = map.keyframes().get(feature.keyframe)?;
-                keyframe.points().get(feature.feature).copied().flatten()
-            });
-            // What odometry holds for two the map may hold for one.
-            if let Some(point) = point.filter(|point| taken.insert(*point)) {
-                known.points.push((corner, point));
-            }
+        Known {
+            points: resolved(
+                &numbers.corners,
+                &self.corners,
+                |Feature { keyframe, feature, .. }| {
+                    map.keyframes().get(keyframe)?.points().get(feature).copied().flatten()
+                },
+            ),
+            lines: resolved(
+                &numbers.lines,
+                &self.lines,
+                |Feature { keyframe, feature, .. }| {
+                    map.keyframes().get(keyframe)?.lines().get(feature).copied().flatten()
+                },
+            ),
         }
-        let mut taken = BTreeSet::new();
-        for (segment, number) in numbers.lines.iter().enumerate() {
-            let feature = number.and_then(|number| self.lines.get(&number));
-            let line = feature.and_then(|feature| {
-                let keyframe = map.keyframes().get(feature.keyframe)?;
-                keyframe.lines().get(feature.feature).copied().flatten()
-            });
-            if let Some(line) = line.filter(|line| taken.insert(*line)) {
-                known.lines.push((segment, line));
-            }
-        }
-        known
     }
+}
+
+/// The features of a frame whose landmarks in the odometry are landmarks of the map.
+fn resolved<L>(
+    numbers: &[Option<u64>],
+    kept: &BTreeMap<u64, Feature>,
+    landmark: impl Fn(Feature) -> Option<Id<L>>,
+) -> Vec<(usize, Id<L>)> {
+    let mut taken = BTreeSet::new();
+    let numbers = numbers.iter().enumerate();
+    let found = numbers.filter_map(|(feature, number)| {
+        let id = landmark(*kept.get(number.as_ref()?)?)?;
+        // What odometry holds for two the map may hold for one.
+        taken.insert(id).then_some((feature, id))
+    });
+    found.collect()
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use geometry::ParameterError;
 
-use super::{Answer, Done, Kept, Mapping, Request};
+use super::{Done, Kept, Mapping, Request};
 use crate::map::{Map, MapError, NewKeyframe};
 use crate::mapping::{Mapper, MappingConfig, MappingStep};
 
@@ -13,7 +13,7 @@ use crate::mapping::{Mapper, MappingConfig, MappingStep};
 pub struct InlineMapping {
     mapper: Mapper,
     map: Arc<Map>,
-    answers: Vec<Answer>,
+    answers: Vec<Done>,
 }
 
 impl InlineMapping {
@@ -51,10 +51,10 @@ impl Mapping for InlineMapping {
     fn ask(&mut self, request: Request) {
         let done = answered(&mut self.mapper, request, &|| false);
         self.map = Arc::new(self.mapper.map().clone());
-        self.answers.push(Answer { map: Arc::clone(&self.map), done });
+        self.answers.push(done);
     }
 
-    fn answers(&mut self) -> Vec<Answer> {
+    fn answers(&mut self) -> Vec<Done> {
         std::mem::take(&mut self.answers)
     }
 }

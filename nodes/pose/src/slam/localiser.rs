@@ -1,6 +1,6 @@
 //! Where the odometry is in the map, and which frames the map is to keep.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use geometry::CameraModel;
@@ -13,7 +13,7 @@ use crate::frame::Frame;
 use crate::keyframing::{FollowedFrame, decide};
 use crate::local_map::LandmarkNumbers;
 use crate::loop_closing::{Located, LoopConfig, locate_near};
-use crate::map::{FoundTimes, KeyframeId, Map};
+use crate::map::{FoundTimes, Id, KeyframeId, Map};
 use crate::mapping::MappingStep;
 use crate::solve::PoseGuess;
 use crate::tracking::{CameraPose, Room, Tracked};
@@ -41,8 +41,6 @@ pub struct Localised {
     pub map_from_odom: Option<Isometry3<f64>>,
     /// Where the camera is, from the keyframe that it shares most with; only with a pose.
     pub pose: Option<TrajectoryPose>,
-    /// Landmarks of the map that the frame shows.
-    pub landmarks: usize,
 }
 
 /// Ties the odometry to the map.
@@ -124,7 +122,6 @@ impl Localiser {
                 self.map_from_odom = Some(camera_from_map.inverse() * pose.camera_from_map);
                 self.since_located = 0;
                 self.count(&located);
-                let landmarks = located.points.len() + located.lines.len();
                 let localised = self.localised(MapState::Located, &camera_from_map, room, map);
                 let request = self.kept(
                     room,
@@ -133,7 +130,7 @@ impl Localiser {
                     (&located, reference),
                     is_idle,
                 );
-                (Localised { landmarks, ..localised }, request)
+                (localised, request)
             }
             None => {
                 self.since_located += 1;
@@ -197,16 +194,8 @@ impl Localiser {
             return;
         }
         let Located { points, lines, foreseen_points, foreseen_lines, .. } = located;
-        let found: BTreeSet<_> = points.iter().map(|(_, id)| *id).collect();
-        for id in foreseen_points {
-            let times = self.foreseen.points.entry(*id).or_default();
-            times.add(FoundTimes::once(found.contains(id)));
-        }
-        let found: BTreeSet<_> = lines.iter().map(|(_, id)| *id).collect();
-        for id in foreseen_lines {
-            let times = self.foreseen.lines.entry(*id).or_default();
-            times.add(FoundTimes::once(found.contains(id)));
-        }
+        count_in(&mut self.foreseen.points, foreseen_points, points);
+        count_in(&mut self.foreseen.lines, foreseen_lines, lines);
     }
 
     /// Landmarks whose sightings are remembered.
@@ -228,7 +217,7 @@ impl Localiser {
             from.map_or(*camera_from_map, |(_, reference)| camera_from_map * reference.inverse());
         let keyframe = from.map(|(id, _)| id);
         let pose = Some(TrajectoryPose { stamp: room.frame.stamp, keyframe, camera_from_keyframe });
-        Localised { state, map_from_odom: self.map_from_odom, pose, landmarks: 0 }
+        Localised { state, map_from_odom: self.map_from_odom, pose }
     }
 
     /// Whether a frame that shows what the map has is to be kept.
@@ -311,6 +300,17 @@ impl Localiser {
         self.since_found = Some(0);
         self.since_located = 0;
         self.reference = None;
+    }
+}
+
+fn count_in<L>(
+    times: &mut BTreeMap<Id<L>, FoundTimes>,
+    foreseen: &[Id<L>],
+    found: &[(usize, Id<L>)],
+) {
+    let found: BTreeSet<Id<L>> = found.iter().map(|(_, id)| *id).collect();
+    for id in foreseen {
+        times.entry(*id).or_default().add(FoundTimes::once(found.contains(id)));
     }
 }
 

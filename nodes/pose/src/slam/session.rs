@@ -4,9 +4,7 @@ use geometry::CameraModel;
 use nalgebra::Isometry3;
 
 use super::localiser::Localiser;
-use super::{
-    Answer, Done, InlineMapping, Localised, Mapping, SlamConfig, SlamConfigError, Trajectory,
-};
+use super::{Done, InlineMapping, Localised, Mapping, SlamConfig, SlamConfigError, Trajectory};
 use crate::frame::Frame;
 use crate::mapping::MappingStep;
 use crate::tracking::{Hints, Tracked, Tracker, TrackingState};
@@ -120,7 +118,7 @@ impl<M: Mapping> Slam<M> {
     }
 
     fn take_answers(&mut self, steps: &mut Vec<MappingStep>, is_found: &mut bool) {
-        for Answer { done, .. } in self.mapping.answers() {
+        for done in self.mapping.answers() {
             match done {
                 Done::Kept(step) => {
                     let step = step.ok();

@@ -4,7 +4,7 @@
 //! frames is filtered (Kalman): it wanders off with the way that the camera goes, and each frame that the map places draws it
 //! back by what both are unsure by.
 
-use nalgebra::{Isometry3, Matrix6, Vector6};
+use nalgebra::{Isometry3, Matrix6};
 
 use super::LocaliserConfig;
 use crate::solve::PoseEstimate;
@@ -13,7 +13,7 @@ use crate::solve::perturbation::{adjoint, parts, perturbation_between, perturbed
 /// What the tie is off by.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Tie {
-    /// The camera by odometry in the map, at the last frame, and the covariance of its perturbation; `None` while nothing is known.
+    /// The camera in the map at the last frame, and the covariance of its perturbation; `None` while nothing is known.
     known: Option<(Isometry3<f64>, Matrix6<f64>)>,
 }
 
@@ -23,11 +23,9 @@ impl Tie {
         let Some((before, covariance)) = self.known else { return };
         let motion = camera_from_map * before.inverse();
         let (shift, turn) = parts(&perturbation_between(&before, camera_from_map));
-        let shift_m = config.drift_share * shift.norm();
-        let turn_rad = config.drift_per_rad * turn.norm() + config.drift_share * shift.norm();
-        let shift_m = shift_m + config.drift_per_rad * turn.norm();
-        let (shift, turn) = (shift_m.powi(2), turn_rad.powi(2));
-        let drift = Matrix6::from_diagonal(&Vector6::new(shift, shift, shift, turn, turn, turn));
+        // What is a metre away shifts as much by a turn: one number for metres and for radians.
+        let drift = config.drift_share * shift.norm() + config.drift_per_rad * turn.norm();
+        let drift = Matrix6::from_diagonal_element(drift.powi(2));
         let carry = adjoint(&motion);
         self.known = Some((*camera_from_map, carry * covariance * carry.transpose() + drift));
     }
