@@ -1,11 +1,13 @@
 //! The player: a bag onto DDS, as `bag-player BAG` or `stillmap play BAG`; and the recorder, as `stillmap record`.
 
+use std::fmt::Display;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
 use clap::Parser;
 use node_shell::parameters::NoParameters;
 use node_shell::{Node, NodeFailure, RosArguments, ShellError};
+use serde::Serialize;
 
 use crate::bag::Bag;
 
@@ -22,6 +24,7 @@ mod read_ahead;
 pub mod record;
 mod status;
 mod summary;
+mod terminal_line;
 
 pub use compress::{ColorCompression, ColorCompressionError, DepthFormat};
 pub use options::{PlayOptions, Remap, RemapError};
@@ -102,31 +105,49 @@ pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode,
     Bag::open(&options.bag)?;
     let json = options.json;
     let looping = options.looping;
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(THREADS)
-        .enable_all()
-        .build()
-        .map_err(ShellError::Process)?;
-    let summary = runtime.block_on(async {
-        let node = Node::start(NODE_NAME, ros)?;
-        // It has none but those of every node.
-        node.serve_parameters(&NoParameters {})?;
-        let result = play(options, &node).await;
-        node.close().await;
-        result.map_err(NodeFailure::from)
-    })?;
-    let mut stdout = std::io::stdout();
-    if json {
-        writeln!(stdout, "{}", serde_json::to_string_pretty(&summary)?)?;
-    } else {
-        write!(stdout, "{summary}")?;
-    }
+    let summary = on_a_node(NODE_NAME, ros, async |node| play(options, node).await)?;
+    tell(&summary, json)?;
     Ok(match summary.ending {
         // A loop has no other end than being stopped.
         Ending::Interrupted if !looping => ExitCode::from(INTERRUPTED),
         _ if summary.is_complete() => ExitCode::SUCCESS,
         _ => ExitCode::from(INCOMPLETE),
     })
+}
+
+/// Does some work on a node of its own, which is closed afterwards.
+fn on_a_node<T, E>(
+    name: &str,
+    ros: &RosArguments,
+    work: impl AsyncFnOnce(&Node) -> Result<T, E>,
+) -> Result<T, NodeFailure>
+where
+    NodeFailure: From<E>,
+{
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(THREADS)
+        .enable_all()
+        .build()
+        .map_err(ShellError::Process)?;
+    runtime.block_on(async {
+        let node = Node::start(name, ros)?;
+        // It has none but those of every node.
+        node.serve_parameters(&NoParameters {})?;
+        let result = work(&node).await;
+        node.close().await;
+        result.map_err(NodeFailure::from)
+    })
+}
+
+/// Prints what came of it.
+fn tell(summary: &(impl Display + Serialize), json: bool) -> Result<(), NodeFailure> {
+    let mut stdout = std::io::stdout();
+    if json {
+        writeln!(stdout, "{}", serde_json::to_string_pretty(summary)?)?;
+    } else {
+        write!(stdout, "{summary}")?;
+    }
+    Ok(())
 }
 
 /// Whether a person sees what is written to stderr.

@@ -10,14 +10,12 @@ mod status;
 mod summary;
 mod writing;
 
-use std::io::Write;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use node_shell::parameters::NoParameters;
 use node_shell::{Node, NodeFailure, RosArguments, ShellError};
 
-use crate::shell::{INCOMPLETE, THREADS};
+use crate::shell::{INCOMPLETE, on_a_node, tell};
 use ears::{Ears, Wanted};
 use status::StatusLine;
 use writing::Writing;
@@ -53,25 +51,8 @@ pub fn run(options: &RecordOptions, ros: &RosArguments) -> Result<ExitCode, Node
     let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
     node_shell::log::start(&identity.logger_name(), &ros.log, &ros.outputs);
     ros.tell_without_effect();
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(THREADS)
-        .enable_all()
-        .build()
-        .map_err(ShellError::Process)?;
-    let summary = runtime.block_on(async {
-        let node = Node::start(NODE_NAME, ros)?;
-        // It has none but those of every node.
-        node.serve_parameters(&NoParameters {})?;
-        let result = record(options, &node).await;
-        node.close().await;
-        result.map_err(NodeFailure::from)
-    })?;
-    let mut stdout = std::io::stdout();
-    if options.json {
-        writeln!(stdout, "{}", serde_json::to_string_pretty(&summary)?)?;
-    } else {
-        write!(stdout, "{summary}")?;
-    }
+    let summary = on_a_node(NODE_NAME, ros, async |node| record(options, node).await)?;
+    tell(&summary, options.json)?;
     Ok(if summary.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 

@@ -1,11 +1,10 @@
 //! The line on a terminal that says where playback stands.
 
-use std::io::{Write, stderr};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use geometry::Stamp;
 
-use crate::shell::is_watched;
+use super::terminal_line::TerminalLine;
 
 /// How often the line changes: often enough for the eye.
 const PERIOD: Duration = Duration::from_millis(200);
@@ -15,47 +14,37 @@ const BAR_CELLS: usize = 24;
 
 /// The line; nothing where stderr is no terminal.
 pub(super) struct StatusLine {
-    watched: bool,
+    terminal: TerminalLine,
     keys: bool,
     start: Stamp,
     end: Stamp,
-    next: Instant,
 }
 
 impl StatusLine {
     /// A line for playing from the one stamp to the other; `keys` when there are keys to name.
     pub(super) fn new((start, end): (Stamp, Stamp), keys: bool) -> Self {
-        Self { watched: is_watched(), keys, start, end, next: Instant::now() }
+        Self { terminal: TerminalLine::every(PERIOD), keys, start, end }
     }
 
     /// Whether somebody is looking.
     pub(super) fn is_watched(&self) -> bool {
-        self.watched
+        self.terminal.is_watched()
     }
 
     /// When the line is to be written again.
     pub(super) fn due_in(&self) -> Duration {
-        self.next.saturating_duration_since(Instant::now())
+        self.terminal.due_in()
     }
 
     /// Writes the line when it is due.
     pub(super) fn update(&mut self, time: Option<Stamp>, paused: bool) {
-        if !self.watched || !self.due_in().is_zero() {
-            return;
-        }
-        self.next = Instant::now() + PERIOD;
-        let line = line(self.start, self.end, time, paused, self.keys);
-        // Whoever closed stderr does not want to see it.
-        let _ = write!(stderr(), "\r\x1b[K{line}");
-        let _ = stderr().flush();
+        let Self { terminal, keys, start, end } = self;
+        terminal.update(|| line(*start, *end, time, paused, *keys));
     }
 
     /// Clears the line.
     pub(super) fn clear(&self) {
-        if self.watched {
-            let _ = write!(stderr(), "\r\x1b[K");
-            let _ = stderr().flush();
-        }
+        self.terminal.clear();
     }
 }
 

@@ -1,45 +1,33 @@
 //! The line on a terminal that says how far the recording is.
 
-use std::io::{Write, stderr};
 use std::time::{Duration, Instant};
 
 use super::writing::Written;
-use crate::shell::is_watched;
+use crate::shell::terminal_line::TerminalLine;
 
 /// How often the line changes.
 const PERIOD: Duration = Duration::from_millis(500);
 
 /// The line; nothing where stderr is no terminal.
 pub(super) struct StatusLine {
-    watched: bool,
+    terminal: TerminalLine,
     started: Instant,
-    next: Instant,
 }
 
 impl StatusLine {
     pub(super) fn new(started: Instant) -> Self {
-        Self { watched: is_watched(), started, next: started }
+        Self { terminal: TerminalLine::every(PERIOD), started }
     }
 
     /// Writes the line when it is due.
     pub(super) fn update(&mut self, written: Written) {
-        let now = Instant::now();
-        if !self.watched || now < self.next {
-            return;
-        }
-        self.next = now + PERIOD;
-        let line = line(now.duration_since(self.started), written);
-        // Whoever closed stderr does not want to see it.
-        let _ = write!(stderr(), "\r\x1b[K{line}");
-        let _ = stderr().flush();
+        let started = self.started;
+        self.terminal.update(|| line(started.elapsed(), written));
     }
 
     /// Clears the line.
     pub(super) fn clear(&self) {
-        if self.watched {
-            let _ = write!(stderr(), "\r\x1b[K");
-            let _ = stderr().flush();
-        }
+        self.terminal.clear();
     }
 }
 
