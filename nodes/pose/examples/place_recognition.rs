@@ -192,6 +192,7 @@ fn ids(count: usize) -> Outcome<Vec<KeyframeId>> {
             frame: std::sync::Arc::clone(&frame),
             points: &[],
             lines: &[],
+            by_odometry: None,
         })?);
     }
     Ok(ids)

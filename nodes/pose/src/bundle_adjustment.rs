@@ -4,10 +4,12 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `config` | the parameters |
+//! | `motion` | what odometry says of the way from one pose to another |
 //! | `landmark` | three numbers to correct a point by, four for a line, and what an error changes with them |
 //! | `problem` | what everything comes to, and its normal equations |
 //! | `schur` | the landmarks are eliminated; the poses are left, and solved for |
 //! | `descent` | the steps |
+//! | `legs` | the ways of the odometry through a map |
 //! | `window` | which part of a map is adjusted, and how the result is taken into it |
 //!
 //! Levenberg-Marquardt under a robust kernel; half-way it is decided what is an outlier, and the rest goes on without them;
@@ -17,6 +19,8 @@
 mod config;
 mod descent;
 mod landmark;
+mod legs;
+mod motion;
 mod problem;
 mod schur;
 #[cfg(test)]
@@ -26,7 +30,8 @@ mod window;
 use geometry::{CameraModel, CameraModelError, ParameterError};
 use nalgebra::{Isometry3, Point3};
 
-pub use config::{BundleConfig, WindowConfig};
+pub use config::{BundleConfig, MotionConfig, WindowConfig};
+pub use motion::Motion;
 pub use window::{Applied, StaleWindow, Window};
 pub(crate) use window::{line_observation, point_observation};
 
@@ -47,6 +52,8 @@ pub struct Bundle {
     pub point_sightings: Vec<Sighting<PointObservation>>,
     /// What is seen of the lines.
     pub line_sightings: Vec<Sighting<LineObservation>>,
+    /// What odometry says of the ways between the poses.
+    pub motions: Vec<Motion>,
 }
 
 /// A camera and where it was.
@@ -120,6 +127,14 @@ pub enum BundleError {
         pose: usize,
         /// The landmark.
         landmark: usize,
+    },
+    /// A motion is not one between two of the poses, or is not told how well it is known.
+    #[error("motion {motion} is not one between two of {poses} poses, or its numbers mean nothing")]
+    Motion {
+        /// Which motion.
+        motion: usize,
+        /// How many poses there are.
+        poses: usize,
     },
     /// A number is not finite, or a line has no length.
     #[error("{what} {index} has a number that is not finite, or no length")]
@@ -197,6 +212,9 @@ impl Bundle {
         self.check_sightings(&self.point_sightings, self.points_m.len())?;
         self.check_sightings(&self.line_sightings, self.lines_m.len())?;
         let poses = self.poses.len();
+        if let Some(motion) = self.motions.iter().position(|motion| !motion.is_usable(poses)) {
+            return Err(BundleError::Motion { motion, poses });
+        }
         if self.poses.iter().any(|pose| pose.is_fixed) {
             Ok(())
         } else {

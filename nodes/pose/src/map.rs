@@ -43,7 +43,7 @@ pub use consistency::Inconsistency;
 pub use culling::CulledKeyframe;
 pub use fusion::Fused;
 pub use insertion::{NewKeyframe, NewLine};
-pub use keyframe::{Keyframe, LoopEdge, Shared};
+pub use keyframe::{ByOdometry, Keyframe, LoopEdge, Shared};
 pub use landmark::{FoundTimes, Landmark, MapLine, MapPoint, PointLook, Sightings};
 
 use crate::solve::PluckerLine;

@@ -5,7 +5,9 @@
 //! | `session` | a frame at a time |
 //! | `localiser` | where the odometry is in the map, and which frames the map is to keep |
 //! | `followed` | which landmark of the map the odometry's landmarks are |
+//! | `foreseen` | how often frames show what they should |
 //! | `tie` | how much of what a frame says of that is believed |
+//! | `travelled` | how far odometry has gone |
 //! | `inline`, `background` | the map, in the caller's thread or in one of its own |
 //! | `trajectory` | where the camera was, as the map has it in the end |
 //! | `config` | the parameters |
@@ -20,6 +22,7 @@
 mod background;
 mod config;
 mod followed;
+mod foreseen;
 mod inline;
 mod localiser;
 mod session;
@@ -27,22 +30,23 @@ mod session;
 mod tests;
 mod tie;
 mod trajectory;
+mod travelled;
 
 pub use background::BackgroundMapping;
 pub use config::{LocaliserConfig, SlamConfig, SlamConfigError};
+pub use foreseen::Foreseen;
 pub use inline::InlineMapping;
 pub use localiser::{Localised, MapState};
 pub use session::{Slam, SlamFrame};
 pub use trajectory::{Trajectory, TrajectoryPose};
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use geometry::CameraModel;
 use nalgebra::Isometry3;
 
 use crate::frame::Frame;
-use crate::map::{FoundTimes, LineId, Map, MapError, PointId};
+use crate::map::{ByOdometry, LineId, Map, MapError, PointId};
 use crate::mapping::MappingStep;
 
 /// The map, and who works on it.
@@ -64,7 +68,7 @@ pub trait Mapping {
 #[derive(Clone, Debug)]
 pub enum Request {
     /// A frame is to be kept.
-    Keep(Kept),
+    Keep(Box<Kept>),
     /// A camera is to be found.
     Find {
         /// What it sees.
@@ -89,15 +93,8 @@ pub struct Kept {
     pub lines: Vec<(usize, LineId)>,
     /// What the frames since the last request should have seen, and whether they have.
     pub foreseen: Foreseen,
-}
-
-/// How often frames should have seen landmarks, and how often they have.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct Foreseen {
-    /// Points.
-    pub points: BTreeMap<PointId, FoundTimes>,
-    /// Lines.
-    pub lines: BTreeMap<LineId, FoundTimes>,
+    /// Where odometry had it.
+    pub by_odometry: Option<ByOdometry>,
 }
 
 /// What came of a request.

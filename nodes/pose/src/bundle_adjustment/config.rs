@@ -13,6 +13,8 @@ pub struct BundleConfig {
     pub inlier_probability: f64,
     /// The robust kernel of the first half.
     pub kernel: RobustKernel,
+    /// That of motions, in both halves: one that is wrong is not told from the others by a gate.
+    pub motion_kernel: RobustKernel,
     /// Steps of the first half, at most.
     pub first_iterations: usize,
     /// Steps of the second, without outliers and without the kernel.
@@ -29,6 +31,8 @@ impl Default for BundleConfig {
             // pull for ever: on a turning camera whole keyframes went 7 cm astray.
             inlier_probability: 0.95,
             kernel: RobustKernel::Cauchy,
+            // Who is carried along by what moves is off by far more than odometry drifts.
+            motion_kernel: RobustKernel::Cauchy,
             first_iterations: 5,
             second_iterations: 10,
             // Corners are found where things end, and there the depths of a Kinect belong to either side.
@@ -64,6 +68,50 @@ pub struct WindowConfig {
     pub point_std_dev_px: f64,
     /// Standard deviation of an end of a segment, across it.
     pub line_std_dev_px: f64,
+    /// So many depths of one view are off by the same: together they say no more than one of them.
+    pub depths_alike: f64,
+    /// How well odometry knows a motion.
+    pub motions: MotionConfig,
+}
+
+/// How well odometry knows the way from one keyframe to another: standard deviations.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MotionConfig {
+    /// Of a shift, however short the way is.
+    pub shift_m: f64,
+    /// Of a turn, however short the way is.
+    pub turn_rad: f64,
+    /// So much more for each metre of the way: of a shift in metres, of a turn in radians.
+    pub drift_per_m: f64,
+    /// And for each radian turned, likewise.
+    pub drift_per_rad: f64,
+}
+
+impl Default for MotionConfig {
+    fn default() -> Self {
+        Self {
+            // What odometry is off by from frame to frame where things are near.
+            shift_m: 0.002,
+            turn_rad: 0.001,
+            // Half a per cent of the way: what it is to drift by at most.
+            drift_per_m: 0.005,
+            drift_per_rad: 0.005,
+        }
+    }
+}
+
+impl MotionConfig {
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// The first parameter out of its range, with its name, its value and what is accepted.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        parameter::positive("motions.shift_m", self.shift_m)?;
+        parameter::positive("motions.turn_rad", self.turn_rad)?;
+        parameter::not_negative("motions.drift_per_m", self.drift_per_m)?;
+        parameter::not_negative("motions.drift_per_rad", self.drift_per_rad)
+    }
 }
 
 impl Default for WindowConfig {
@@ -77,6 +125,10 @@ impl Default for WindowConfig {
             // ORB-SLAM2's: one pixel of the level.
             point_std_dev_px: 1.0,
             line_std_dev_px: 1.0,
+            // Depth and colour are not taken at the same time, and their calibrations are off: what that does to depths is
+            // the same for whole surfaces. Taken for independent, depths drag a turning camera along.
+            depths_alike: 25.0,
+            motions: MotionConfig::default(),
         }
     }
 }
@@ -90,6 +142,8 @@ impl WindowConfig {
         parameter::positive("max_keyframes", self.max_keyframes as f64)?;
         parameter::positive("max_fixed", self.max_fixed as f64)?;
         parameter::positive("point_std_dev_px", self.point_std_dev_px)?;
-        parameter::positive("line_std_dev_px", self.line_std_dev_px)
+        parameter::positive("line_std_dev_px", self.line_std_dev_px)?;
+        parameter::positive("depths_alike", self.depths_alike)?;
+        self.motions.validate()
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Point3};
 use pose_graph::blocks::BlockSystem;
 
 use super::problem::{Cameras, Gates, Kind, State, Uses};
-use super::{Bundle, BundleConfig};
+use super::{Bundle, BundleConfig, Motion};
 use crate::solve::RobustKernel;
 use crate::solve::perturbation::perturbed;
 use crate::solve::term::{LineTerm, PointTerm};
@@ -32,6 +32,7 @@ pub(super) struct Search<'a> {
     unknowns: Vec<Option<usize>>,
     points: Kind<3, Point3<f64>>,
     lines: Kind<4, [Point3<f64>; 2]>,
+    motions: Vec<Motion>,
     gates: Gates,
     system: BlockSystem,
     pub(super) state: State,
@@ -73,6 +74,7 @@ impl<'a> Search<'a> {
             models,
             points,
             lines,
+            motions: bundle.motions.clone(),
             iterations: 0,
             was_aborted: false,
         }
@@ -99,8 +101,11 @@ impl<'a> Search<'a> {
     fn cost_at(&self, state: &State, uses: &Uses, kernel: RobustKernel) -> f64 {
         let cameras = Cameras::new(&self.models, &state.poses);
         let weigh = (kernel, &self.gates);
+        let (kernel, gate) = (self.config.motion_kernel, self.gates.of_motions());
+        let motions = self.motions.iter().map(|motion| motion.cost(&state.poses, kernel, gate));
         self.points.cost(&state.points_m, &cameras, &uses.points, weigh)
             + self.lines.cost(&state.lines_m, &cameras, &uses.lines, weigh)
+            + motions.sum::<f64>()
     }
 
     /// Lowers the cost of what is used.
@@ -142,6 +147,10 @@ impl<'a> Search<'a> {
         );
         let lines =
             self.lines.linearised(&state.lines_m, &cameras, &uses.lines, weigh, unknowns, system);
+        let (kernel, gate) = (self.config.motion_kernel, self.gates.of_motions());
+        for motion in &self.motions {
+            motion.linearise(&self.state.poses, kernel, gate, &self.unknowns, &mut self.system);
+        }
         let least = LEAST_DIAGONAL * self.system.largest_diagonal();
         while damping < LAST_DAMPING {
             let mut system = self.system.clone();
@@ -184,6 +193,10 @@ fn unknowns(
     for pose in points.seen_from().flatten().chain(lines.seen_from().flatten()) {
         sees[pose] = true;
     }
+    for motion in &bundle.motions {
+        sees[motion.from] = true;
+        sees[motion.to] = true;
+    }
     let mut count = 0;
     let mut unknown = |(pose, sees): (&super::BundlePose, &bool)| {
         let is_unknown = *sees && !pose.is_fixed;
@@ -200,5 +213,8 @@ fn unknowns(
     };
     points.seen_from().for_each(|mut poses| tie(&mut poses));
     lines.seen_from().for_each(|mut poses| tie(&mut poses));
+    for motion in &bundle.motions {
+        tie(&mut [motion.from, motion.to].into_iter());
+    }
     (unknowns, tied)
 }

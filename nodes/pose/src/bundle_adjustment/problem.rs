@@ -31,17 +31,28 @@ pub(super) struct Uses {
 
 /// The largest squared error of an inlier, by how many errors it has.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gates([f64; MAX_ROWS + 1]);
+pub(super) struct Gates {
+    by_rows: [f64; MAX_ROWS + 1],
+    of_motions: f64,
+}
 
 impl Gates {
     pub(super) fn new(inlier_probability: f64) -> Self {
-        Self(std::array::from_fn(
-            |rows| if rows == 0 { 0.0 } else { quantile(rows, inlier_probability) },
-        ))
+        let by_rows =
+            std::array::from_fn(
+                |rows| {
+                    if rows == 0 { 0.0 } else { quantile(rows, inlier_probability) }
+                },
+            );
+        Self { by_rows, of_motions: quantile(6, inlier_probability) }
+    }
+
+    pub(super) fn of_motions(&self) -> f64 {
+        self.of_motions
     }
 
     fn limit(&self, rows: usize) -> f64 {
-        self.0[rows.min(MAX_ROWS)]
+        self.by_rows[rows.min(MAX_ROWS)]
     }
 }
 

@@ -1,5 +1,7 @@
 //! Scenes with a known answer.
 
+mod motions;
+
 use std::cell::Cell;
 
 use nalgebra::{Isometry3, Vector3};
@@ -9,6 +11,11 @@ use crate::map::testing::{World, around};
 use crate::map::{KeyframeId, Map};
 use crate::solve::perturbation::{perturbation_between, perturbed};
 use crate::solve::testing::Draw;
+
+/// The depths of these worlds are off by chance, each by itself.
+fn window_config() -> WindowConfig {
+    WindowConfig { depths_alike: 1.0, ..WindowConfig::default() }
+}
 
 struct Scene {
     map: Map,
@@ -28,7 +35,7 @@ impl Scene {
 
     /// A bundle whose poses (but for the first two) and landmarks are off.
     fn spoilt(&self, seed: u64) -> Bundle {
-        let mut bundle = Window::full(&self.map, &WindowConfig::default()).bundle;
+        let mut bundle = Window::full(&self.map, &window_config()).bundle;
         let mut draw = Draw::new(seed);
         bundle.poses[1].is_fixed = true;
         for pose in bundle.poses.iter_mut().skip(2) {
@@ -161,7 +168,7 @@ fn one_that_is_stopped_leaves_a_map_that_holds() {
         assert!(found.was_aborted && found.cost < last, "{steps}: {}", found.cost);
         last = found.cost;
         let mut map = scene.map.clone();
-        let window = Window::full(&map, &WindowConfig::default());
+        let window = Window::full(&map, &window_config());
         window.apply(&found, &mut map).unwrap();
         assert_eq!(map.check(), Ok(()));
     }
@@ -187,7 +194,7 @@ fn a_keyframe_alone_and_landmarks_that_are_told_little_do_no_harm() {
 #[test]
 fn depths_of_what_lies_behind_an_edge_do_not_pull_keyframes_astray() {
     let scene = Scene::new(1.0, 21);
-    let mut bundle = Window::full(&scene.map, &WindowConfig::default()).bundle;
+    let mut bundle = Window::full(&scene.map, &window_config()).bundle;
     let before = scene.errors(&adjusted(&bundle));
     // A third of the depths on the one side of the image are of what lies half a metre farther.
     for (index, sighting) in bundle.point_sightings.iter_mut().enumerate() {
@@ -238,7 +245,7 @@ fn a_window_of_the_map_is_adjusted_and_taken_back() {
     let mut map = scene.map.clone();
     let mut draw = Draw::new(12);
     let newest = scene.keyframes[11];
-    let config = WindowConfig { max_keyframes: 4, ..WindowConfig::default() };
+    let config = WindowConfig { max_keyframes: 4, ..window_config() };
     let window = Window::local(&map, newest, &config).unwrap();
     let free = window.keyframes().iter().zip(&window.bundle.poses);
     let free: Vec<KeyframeId> =
@@ -274,7 +281,7 @@ fn a_window_of_the_map_is_adjusted_and_taken_back() {
 #[test]
 fn the_first_keyframe_of_a_window_is_held_where_nothing_else_is() {
     let scene = Scene::new(1.0, 13);
-    let config = WindowConfig { max_keyframes: 100, ..WindowConfig::default() };
+    let config = WindowConfig { max_keyframes: 100, ..window_config() };
     let window = Window::local(&scene.map, scene.keyframes[5], &config).unwrap();
     let fixed: Vec<usize> = (0..12).filter(|index| window.bundle.poses[*index].is_fixed).collect();
     assert_eq!(fixed, [0]);

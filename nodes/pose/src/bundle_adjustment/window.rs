@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point2, Point3, Vector2};
 
+use super::legs::{beside, motions};
 use super::{Adjusted, Bundle, BundlePose, Sighting, WindowConfig};
 use crate::feature::lines::SegmentInSpace;
 use crate::frame::Frame;
@@ -64,6 +65,7 @@ impl Window {
         fixed.sort_by_key(|(count, id)| (std::cmp::Reverse(*count), *id));
         fixed.truncate(config.max_fixed);
         let mut fixed: BTreeSet<KeyframeId> = fixed.into_iter().map(|(_, id)| id).collect();
+        fixed.extend(beside(map, &adjusted));
         fixed.extend(map.root().filter(|root| adjusted.contains(root)));
         if fixed.is_empty() {
             let number = |id: &&KeyframeId| map.keyframes().get(**id).map(Keyframe::number);
@@ -124,6 +126,7 @@ impl Window {
                 }
             }
         }
+        bundle.motions = motions(map, &keyframes, &config.motions);
         Self { bundle, keyframes, points, lines }
     }
 
@@ -218,7 +221,7 @@ pub(crate) fn point_observation(
         depth_m: depth.map(|depth| depth.depth_m),
         pixel_std_dev_px: config.point_std_dev_px * scale_factor.powi(i32::from(corner.level)),
         spread_px: Vector2::zeros(),
-        depth_std_dev_m: depth.map_or(0.0, |depth| depth.std_dev_m),
+        depth_std_dev_m: depth.map_or(0.0, |depth| depth.std_dev_m) * config.depths_alike.sqrt(),
     })
 }
 
@@ -253,6 +256,6 @@ pub(crate) fn line_observation(
         pixel_std_dev_px: config.line_std_dev_px,
         start_depth_m: in_space.map(|line| line.start_m.z),
         end_depth_m: in_space.map(|line| line.end_m.z),
-        depth_std_dev_m: in_space.map_or(0.0, variance).sqrt(),
+        depth_std_dev_m: (in_space.map_or(0.0, variance) * config.depths_alike).sqrt(),
     })
 }

@@ -15,6 +15,7 @@ fn insert(map: &mut Map, world: &World, pose: &nalgebra::Isometry3<f64>, seed: u
         frame: Arc::clone(&shown.frame),
         points: &[],
         lines: &[],
+        by_odometry: None,
     };
     map.insert_keyframe(new).unwrap()
 }
@@ -118,6 +119,7 @@ fn landmarks_that_two_keyframes_made_of_one_thing_become_one() {
         frame: Arc::clone(&shown.frame),
         points: &known,
         lines: &[],
+        by_odometry: None,
     };
     let keyframe = map.insert_keyframe(new).unwrap();
     let config = KeyframingConfig::default();

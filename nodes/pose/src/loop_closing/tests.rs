@@ -54,6 +54,7 @@ impl Trip {
                 frame: Arc::clone(&shown.frame),
                 points: &known,
                 lines: &known_lines,
+                by_odometry: None,
             };
             let keyframe = map.insert_keyframe(new).unwrap();
             let drift = pose.inverse() * true_pose;

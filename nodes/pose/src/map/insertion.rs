@@ -7,7 +7,9 @@ use geometry::CameraModel;
 use nalgebra::{Isometry3, Point3};
 
 use super::landmark::Sightings;
-use super::{Keyframe, KeyframeId, LineId, Map, MapError, MapLine, MapPoint, PointId, look};
+use super::{
+    ByOdometry, Keyframe, KeyframeId, LineId, Map, MapError, MapLine, MapPoint, PointId, look,
+};
 use crate::frame::Frame;
 use crate::solve::PluckerLine;
 use crate::solve::perturbation::is_finite;
@@ -25,6 +27,8 @@ pub struct NewKeyframe<'a> {
     pub points: &'a [(usize, PointId)],
     /// Which of its segments are which lines.
     pub lines: &'a [(usize, LineId)],
+    /// Where odometry had it, if it knew.
+    pub by_odometry: Option<ByOdometry>,
 }
 
 /// A line that a keyframe shows for the first time: its ends in the map frame.
@@ -39,7 +43,9 @@ impl Map {
     /// # Errors
     /// When the pose is not finite, or the map full.
     pub fn insert_keyframe(&mut self, new: NewKeyframe<'_>) -> Result<KeyframeId, MapError> {
-        if !is_finite(&new.camera_from_map) {
+        let by_odometry = new.by_odometry.iter();
+        if !by_odometry.map(|by| &by.camera_from_odom).chain([&new.camera_from_map]).all(is_finite)
+        {
             return Err(MapError::NotFinite);
         }
         let keyframe = Keyframe {
@@ -53,6 +59,7 @@ impl Map {
             parent: None,
             children: BTreeSet::new(),
             loops: BTreeMap::new(),
+            by_odometry: new.by_odometry,
         };
         let id = self.keyframes.insert(keyframe).ok_or(MapError::Full)?;
         self.next_number += 1;

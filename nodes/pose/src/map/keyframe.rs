@@ -25,6 +25,7 @@ pub struct Keyframe {
     pub(super) parent: Option<KeyframeId>,
     pub(super) children: BTreeSet<KeyframeId>,
     pub(super) loops: BTreeMap<KeyframeId, LoopEdge>,
+    pub(super) by_odometry: Option<ByOdometry>,
 }
 
 /// What two keyframes both see.
@@ -49,6 +50,19 @@ impl Shared {
 pub struct LoopEdge {
     /// The other camera's pose in the frame of this one, as it was measured when the loop was closed.
     pub camera_from_other: Isometry3<f64>,
+}
+
+/// Where odometry had a camera: what it says of the way between two keyframes of one leg.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ByOdometry {
+    /// The how manyth leg it was: a new one begins whenever odometry has lost the camera.
+    pub leg: u64,
+    /// Where it had the camera, in a frame of its own.
+    pub camera_from_odom: Isometry3<f64>,
+    /// The way since the leg began, in metres.
+    pub way_m: f64,
+    /// All turns since the leg began, in radians.
+    pub turned_rad: f64,
 }
 
 impl Keyframe {
@@ -110,6 +124,12 @@ impl Keyframe {
     #[must_use]
     pub fn children(&self) -> &BTreeSet<KeyframeId> {
         &self.children
+    }
+
+    /// Where odometry had the camera, if it knew.
+    #[must_use]
+    pub fn by_odometry(&self) -> Option<&ByOdometry> {
+        self.by_odometry.as_ref()
     }
 
     /// The loops that end here.

@@ -42,6 +42,7 @@ pub(crate) fn blank(frame: &Arc<Frame>) -> NewKeyframe<'static> {
         frame: Arc::clone(frame),
         points: &[],
         lines: &[],
+        by_odometry: None,
     }
 }
 

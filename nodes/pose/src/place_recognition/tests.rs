@@ -100,6 +100,7 @@ fn a_keyframe_that_sees_the_beginning_again_is_a_candidate_for_a_loop() {
             frame: std::sync::Arc::clone(keyframe.frame()),
             points: &[],
             lines: &[],
+            by_odometry: None,
         };
         let id = map.insert_keyframe(new).unwrap();
         // Its points are new ones: nothing is shared with the beginning.

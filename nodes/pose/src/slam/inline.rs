@@ -92,6 +92,7 @@ fn keep(
         frame: Arc::clone(&kept.frame),
         points: &kept.points,
         lines: &kept.lines,
+        by_odometry: kept.by_odometry,
     };
     mapper.step(new, is_aborted)
 }

@@ -1,6 +1,5 @@
 //! Where the odometry is in the map, and which frames the map is to keep.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use geometry::CameraModel;
@@ -8,12 +7,13 @@ use nalgebra::Isometry3;
 
 use super::followed::Followed;
 use super::tie::Tie;
+use super::travelled::Travelled;
 use super::{Foreseen, Kept, LocaliserConfig, Request, TrajectoryPose};
 use crate::frame::Frame;
 use crate::keyframing::{FollowedFrame, decide};
 use crate::local_map::LandmarkNumbers;
 use crate::loop_closing::{Located, LoopConfig, locate_near};
-use crate::map::{FoundTimes, Id, KeyframeId, Map};
+use crate::map::{ByOdometry, KeyframeId, Map};
 use crate::mapping::MappingStep;
 use crate::solve::PoseGuess;
 use crate::tracking::{CameraPose, Room, Tracked};
@@ -60,6 +60,9 @@ pub(super) struct Localiser {
     /// One to keep a frame is not: these are its landmarks in the odometry.
     keeps: Option<LandmarkNumbers>,
     followed: Followed,
+    travelled: Travelled,
+    /// Where odometry has the camera in this frame.
+    by_odometry: Option<ByOdometry>,
 }
 
 /// A camera that is looked for.
@@ -84,6 +87,8 @@ impl Localiser {
             looks_for: None,
             keeps: None,
             followed: Followed::default(),
+            travelled: Travelled::default(),
+            by_odometry: None,
         }
     }
 
@@ -101,6 +106,8 @@ impl Localiser {
         map: &Map,
         is_idle: bool,
     ) -> (Localised, Option<Request>) {
+        let camera_from_odom = tracked.pose.as_ref().map(|pose| &pose.camera_from_map);
+        self.by_odometry = self.travelled.step(camera_from_odom);
         self.since_keyframe += 1;
         self.since_found = self.since_found.map(|frames| frames + 1);
         let Some((pose, room)) = tracked.pose.as_ref().zip(tracked.room.as_ref()) else {
@@ -121,7 +128,9 @@ impl Localiser {
                 let camera_from_map = self.tie.fused(&guess, &located.pose, &self.config);
                 self.map_from_odom = Some(camera_from_map.inverse() * pose.camera_from_map);
                 self.since_located = 0;
-                self.count(&located);
+                if self.config.is_mapping {
+                    self.foreseen.count(&located);
+                }
                 let localised = self.localised(MapState::Located, &camera_from_map, room, map);
                 let request = self.kept(
                     room,
@@ -187,21 +196,10 @@ impl Localiser {
         Some((self.reference?, located))
     }
 
-    /// Remembers what the frame should have shown, till the next one is kept: as many numbers as there are landmarks, however
-    /// long the camera stands.
-    fn count(&mut self, located: &Located) {
-        if !self.config.is_mapping {
-            return;
-        }
-        let Located { points, lines, foreseen_points, foreseen_lines, .. } = located;
-        count_in(&mut self.foreseen.points, foreseen_points, points);
-        count_in(&mut self.foreseen.lines, foreseen_lines, lines);
-    }
-
     /// Landmarks whose sightings are remembered.
     #[cfg(test)]
     pub(super) fn remembered(&self) -> usize {
-        self.foreseen.points.len() + self.foreseen.lines.len()
+        self.foreseen.landmarks()
     }
 
     fn localised(
@@ -256,14 +254,15 @@ impl Localiser {
         self.keeps = Some(room.numbers.clone());
         self.since_keyframe = 0;
         self.since_located = 0;
-        Some(Request::Keep(Kept {
+        Some(Request::Keep(Box::new(Kept {
             camera: *camera,
             camera_from_map: *camera_from_map,
             frame: Arc::clone(&room.frame),
             points: located.map(|located| located.points.clone()).unwrap_or_default(),
             lines: located.map(|located| located.lines.clone()).unwrap_or_default(),
             foreseen: std::mem::take(&mut self.foreseen),
-        }))
+            by_odometry: self.by_odometry,
+        })))
     }
 
     fn look(
@@ -300,17 +299,6 @@ impl Localiser {
         self.since_found = Some(0);
         self.since_located = 0;
         self.reference = None;
-    }
-}
-
-fn count_in<L>(
-    times: &mut BTreeMap<Id<L>, FoundTimes>,
-    foreseen: &[Id<L>],
-    found: &[(usize, Id<L>)],
-) {
-    let found: BTreeSet<Id<L>> = found.iter().map(|(_, id)| *id).collect();
-    for id in foreseen {
-        times.entry(*id).or_default().add(FoundTimes::once(found.contains(id)));
     }
 }
 

@@ -138,6 +138,7 @@ impl World {
                     frame: Arc::clone(&shown.frame),
                     points: &known,
                     lines: &known_lines,
+                    by_odometry: None,
                 })
                 .unwrap();
             for (corner, index) in shown.points.iter().enumerate() {

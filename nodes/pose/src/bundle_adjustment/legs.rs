@@ -1,0 +1,48 @@
+//! The ways of the odometry through a map: which keyframes follow each other, and what is known of the way between them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Motion, MotionConfig};
+use crate::map::{ByOdometry, KeyframeId, Map};
+
+/// The keyframes of each leg of the odometry, in the order of the way.
+fn legs(map: &Map, all: impl Iterator<Item = KeyframeId>) -> Vec<(KeyframeId, &ByOdometry)> {
+    let on_a_leg = all.filter_map(|id| {
+        let keyframe = map.keyframes().get(id)?;
+        Some((keyframe.number(), id, keyframe.by_odometry()?))
+    });
+    let mut on_a_leg: Vec<_> = on_a_leg.collect();
+    on_a_leg.sort_by_key(|(number, _, by)| (by.leg, *number));
+    on_a_leg.into_iter().map(|(_, id, by)| (id, by)).collect()
+}
+
+/// The keyframes before and after some of them, on the way of the odometry.
+pub(super) fn beside(map: &Map, of: &BTreeSet<KeyframeId>) -> BTreeSet<KeyframeId> {
+    let legs = legs(map, map.keyframes().ids());
+    let pairs = legs.windows(2).filter(|pair| pair[0].1.leg == pair[1].1.leg);
+    let pairs = pairs.map(|pair| [pair[0].0, pair[1].0]);
+    let beside = pairs.filter(|pair| pair.iter().any(|id| of.contains(id)));
+    beside.flatten().filter(|id| !of.contains(id)).collect()
+}
+
+/// What odometry says of the ways between keyframes that follow each other.
+pub(super) fn motions(map: &Map, keyframes: &[KeyframeId], config: &MotionConfig) -> Vec<Motion> {
+    let place: BTreeMap<KeyframeId, usize> =
+        keyframes.iter().enumerate().map(|(place, id)| (*id, place)).collect();
+    let legs = legs(map, keyframes.iter().copied());
+    let pairs = legs.windows(2).filter(|pair| pair[0].1.leg == pair[1].1.leg);
+    let motions = pairs.filter_map(|pair| {
+        let [(from, before), (to, after)] = [pair[0], pair[1]];
+        let way_m = after.way_m - before.way_m;
+        let turned_rad = after.turned_rad - before.turned_rad;
+        let drift = config.drift_per_m * way_m + config.drift_per_rad * turned_rad;
+        Some(Motion {
+            from: *place.get(&from)?,
+            to: *place.get(&to)?,
+            to_from_from: after.camera_from_odom * before.camera_from_odom.inverse(),
+            shift_std_dev_m: config.shift_m + drift,
+            turn_std_dev_rad: config.turn_rad + drift,
+        })
+    });
+    motions.collect()
+}

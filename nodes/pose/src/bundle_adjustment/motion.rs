@@ -1,0 +1,121 @@
+//! What odometry says of the way from one pose to another.
+//!
+//! A keyframe is one frame of dozens; odometry has seen all of them. Where keyframes share few landmarks, as in a bare
+//! corridor, what it says of the way between them is worth more than what they show themselves.
+
+use nalgebra::{Isometry3, Matrix6, Vector6};
+use pose_graph::blocks::BlockSystem;
+
+use crate::solve::RobustKernel;
+use crate::solve::perturbation::{adjoint, is_finite, perturbation_between};
+
+/// A motion between two poses.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Motion {
+    /// The pose that it begins at.
+    pub from: usize,
+    /// The pose that it ends at.
+    pub to: usize,
+    /// The first camera's pose in the frame of the second.
+    pub to_from_from: Isometry3<f64>,
+    /// Standard deviation of its shift, along each axis.
+    pub shift_std_dev_m: f64,
+    /// Standard deviation of its turn, about each axis.
+    pub turn_std_dev_rad: f64,
+}
+
+impl Motion {
+    /// Whether there are so many poses, and all numbers mean something.
+    pub(super) fn is_usable(&self, poses: usize) -> bool {
+        let Self { from, to, to_from_from, shift_std_dev_m, turn_std_dev_rad } = self;
+        let is_spread = |std_dev: &f64| std_dev.is_finite() && *std_dev > 0.0;
+        from != to
+            && *from < poses
+            && *to < poses
+            && is_finite(to_from_from)
+            && is_spread(shift_std_dev_m)
+            && is_spread(turn_std_dev_rad)
+    }
+
+    /// How far the two poses are from it, as a perturbation of the second, in standard deviations.
+    fn error(&self, poses: &[Isometry3<f64>]) -> Vector6<f64> {
+        let foreseen = self.to_from_from * poses[self.from];
+        perturbation_between(&foreseen, &poses[self.to]).component_mul(&self.weights())
+    }
+
+    fn weights(&self) -> Vector6<f64> {
+        let (shift, turn) = (self.shift_std_dev_m.recip(), self.turn_std_dev_rad.recip());
+        Vector6::new(shift, shift, shift, turn, turn, turn)
+    }
+
+    /// What it costs.
+    pub(super) fn cost(&self, poses: &[Isometry3<f64>], kernel: RobustKernel, gate: f64) -> f64 {
+        kernel.loss_and_weight(self.error(poses).norm_squared(), gate).0
+    }
+
+    /// Adds its normal equations.
+    pub(super) fn linearise(
+        &self,
+        poses: &[Isometry3<f64>],
+        kernel: RobustKernel,
+        gate: f64,
+        unknowns: &[Option<usize>],
+        system: &mut BlockSystem,
+    ) {
+        let error = self.error(poses);
+        let (_, weight) = kernel.loss_and_weight(error.norm_squared(), gate);
+        let (by_from, by_to) = self.derivatives(poses);
+        let (from, to) = (unknowns[self.from], unknowns[self.to]);
+        for (unknown, by) in [(from, &by_from), (to, &by_to)] {
+            if let Some(unknown) = unknown {
+                system.add(unknown, unknown, &(weight * by.tr_mul(by)));
+                system.add_right(unknown, &(-weight * by.tr_mul(&error)));
+            }
+        }
+        if let Some((from, to)) = from.zip(to) {
+            system.add(from, to, &(weight * by_from.tr_mul(&by_to)));
+        }
+    }
+
+    /// What the error changes with perturbations of the two poses, to first order of the error.
+    fn derivatives(&self, poses: &[Isometry3<f64>]) -> (Matrix6<f64>, Matrix6<f64>) {
+        let weights = Matrix6::from_diagonal(&self.weights());
+        let between = poses[self.to] * poses[self.from].inverse();
+        (-(weights * adjoint(&between)), weights)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::solve::perturbation::perturbed;
+    use crate::solve::testing::any_pose;
+
+    proptest! {
+        #[test]
+        fn derivatives_are_those_of_the_error(
+            from in any_pose(), to in any_pose(), direction in prop::array::uniform6(-1.0..1.0_f64),
+            moves_first in any::<bool>(),
+        ) {
+            const SMALL: f64 = 1e-6;
+            let motion = Motion {
+                from: 0,
+                to: 1,
+                to_from_from: to * from.inverse(),
+                shift_std_dev_m: 0.01,
+                turn_std_dev_rad: 0.02,
+            };
+            let poses = [from, to];
+            let direction = Vector6::from(direction);
+            let mut moved = poses;
+            let at = usize::from(!moves_first);
+            moved[at] = perturbed(&poses[at], &(SMALL * direction));
+            let slope = (motion.error(&moved) - motion.error(&poses)) / SMALL;
+            let (by_from, by_to) = motion.derivatives(&poses);
+            let foreseen = if moves_first { by_from } else { by_to } * direction;
+            prop_assert!((slope - foreseen).norm() < 1e-3 * (1.0 + foreseen.norm()), "{slope} {foreseen}");
+        }
+    }
+}

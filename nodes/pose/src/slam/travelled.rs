@@ -1,0 +1,83 @@
+//! How far odometry has gone: what it says of the way between keyframes is worth the less, the longer it was.
+
+use nalgebra::Isometry3;
+
+use crate::map::ByOdometry;
+
+/// The way is counted in steps of this length ...
+const STEP_M: f64 = 0.05;
+/// ... or of this turn: a camera that stands trembles by less, and goes nowhere.
+const STEP_RAD: f64 = 0.05;
+
+/// The way of the odometry, leg by leg.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Travelled {
+    leg: u64,
+    last: Option<ByOdometry>,
+}
+
+impl Travelled {
+    /// Odometry has the camera here in this frame, or nowhere.
+    pub(super) fn step(&mut self, camera_from_odom: Option<&Isometry3<f64>>) -> Option<ByOdometry> {
+        let Some(camera_from_odom) = camera_from_odom else {
+            self.leg += u64::from(self.last.take().is_some());
+            return None;
+        };
+        let leg = self.leg;
+        let begin =
+            ByOdometry { leg, camera_from_odom: *camera_from_odom, way_m: 0.0, turned_rad: 0.0 };
+        let last = self.last.get_or_insert(begin);
+        let step = camera_from_odom * last.camera_from_odom.inverse();
+        let (step_m, step_rad) = (step.translation.vector.norm(), step.rotation.angle());
+        let here = ByOdometry {
+            leg,
+            camera_from_odom: *camera_from_odom,
+            way_m: last.way_m + step_m,
+            turned_rad: last.turned_rad + step_rad,
+        };
+        if step_m > STEP_M || step_rad > STEP_RAD {
+            *last = here;
+        }
+        Some(here)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x_m: f64) -> Isometry3<f64> {
+        Isometry3::translation(-x_m, 0.0, 0.0)
+    }
+
+    #[test]
+    fn a_camera_that_trembles_goes_nowhere() {
+        let mut travelled = Travelled::default();
+        for frame in 0..1000 {
+            let here = travelled.step(Some(&at(0.01 * f64::from(frame % 2)))).unwrap();
+            assert!(here.way_m < 0.02, "{}", here.way_m);
+        }
+    }
+
+    #[test]
+    fn there_and_back_is_twice_the_way() {
+        let mut travelled = Travelled::default();
+        let there = (0..=100).map(|step| 0.02 * f64::from(step));
+        let mut way_m = 0.0;
+        for x_m in there.clone().chain(there.rev()) {
+            way_m = travelled.step(Some(&at(x_m))).unwrap().way_m;
+        }
+        // Less what was turned round on, of a step.
+        assert!((3.9..=4.0 + 1e-9).contains(&way_m), "{way_m}");
+    }
+
+    #[test]
+    fn a_new_leg_begins_where_odometry_was_lost() {
+        let mut travelled = Travelled::default();
+        let first = travelled.step(Some(&at(0.0))).unwrap();
+        assert_eq!(travelled.step(None), None);
+        assert_eq!(travelled.step(None), None);
+        let second = travelled.step(Some(&at(3.0))).unwrap();
+        assert_eq!((first.leg, second.leg, second.way_m), (0, 1, 0.0));
+    }
+}
