@@ -30,7 +30,7 @@ mod window;
 use geometry::{CameraModel, CameraModelError, ParameterError};
 use nalgebra::{Isometry3, Point3};
 
-pub use config::{BundleConfig, MotionConfig, WindowConfig};
+pub use config::{BundleConfig, MotionConfig, MotionStdDev, WindowConfig};
 pub use motion::Motion;
 pub use window::{Applied, StaleWindow, Window};
 pub(crate) use window::{line_observation, point_observation};

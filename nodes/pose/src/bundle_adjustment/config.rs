@@ -3,6 +3,7 @@
 use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
+use crate::map::ByOdometry;
 use crate::solve::RobustKernel;
 
 /// Parameters of [`adjust`](super::adjust).
@@ -101,7 +102,27 @@ impl Default for MotionConfig {
     }
 }
 
+/// How well a motion is known: standard deviations along and about each axis.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct MotionStdDev {
+    /// Of its shift.
+    pub shift_m: f64,
+    /// Of its turn.
+    pub turn_rad: f64,
+}
+
 impl MotionConfig {
+    /// How well odometry knows the way between these two; `None` where it was lost in between.
+    #[must_use]
+    pub fn between(&self, one: &ByOdometry, other: &ByOdometry) -> Option<MotionStdDev> {
+        let way_m = (other.way_m - one.way_m).abs();
+        let turned_rad = (other.turned_rad - one.turned_rad).abs();
+        let drift = self.drift_per_m * way_m + self.drift_per_rad * turned_rad;
+        let std_dev =
+            MotionStdDev { shift_m: self.shift_m + drift, turn_rad: self.turn_rad + drift };
+        (one.leg == other.leg).then_some(std_dev)
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors

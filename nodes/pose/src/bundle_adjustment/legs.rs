@@ -30,18 +30,13 @@ pub(super) fn motions(map: &Map, keyframes: &[KeyframeId], config: &MotionConfig
     let place: BTreeMap<KeyframeId, usize> =
         keyframes.iter().enumerate().map(|(place, id)| (*id, place)).collect();
     let legs = legs(map, keyframes.iter().copied());
-    let pairs = legs.windows(2).filter(|pair| pair[0].1.leg == pair[1].1.leg);
-    let motions = pairs.filter_map(|pair| {
+    let motions = legs.windows(2).filter_map(|pair| {
         let [(from, before), (to, after)] = [pair[0], pair[1]];
-        let way_m = after.way_m - before.way_m;
-        let turned_rad = after.turned_rad - before.turned_rad;
-        let drift = config.drift_per_m * way_m + config.drift_per_rad * turned_rad;
         Some(Motion {
             from: *place.get(&from)?,
             to: *place.get(&to)?,
             to_from_from: after.camera_from_odom * before.camera_from_odom.inverse(),
-            shift_std_dev_m: config.shift_m + drift,
-            turn_std_dev_rad: config.turn_rad + drift,
+            std_dev: config.between(before, after)?,
         })
     });
     motions.collect()

@@ -6,6 +6,7 @@
 use nalgebra::{Isometry3, Matrix6, Vector6};
 use pose_graph::blocks::BlockSystem;
 
+use super::MotionStdDev;
 use crate::solve::RobustKernel;
 use crate::solve::perturbation::{adjoint, is_finite, perturbation_between};
 
@@ -18,23 +19,21 @@ pub struct Motion {
     pub to: usize,
     /// The first camera's pose in the frame of the second.
     pub to_from_from: Isometry3<f64>,
-    /// Standard deviation of its shift, along each axis.
-    pub shift_std_dev_m: f64,
-    /// Standard deviation of its turn, about each axis.
-    pub turn_std_dev_rad: f64,
+    /// How well it is known.
+    pub std_dev: MotionStdDev,
 }
 
 impl Motion {
     /// Whether there are so many poses, and all numbers mean something.
     pub(super) fn is_usable(&self, poses: usize) -> bool {
-        let Self { from, to, to_from_from, shift_std_dev_m, turn_std_dev_rad } = self;
+        let Self { from, to, to_from_from, std_dev: MotionStdDev { shift_m, turn_rad } } = self;
         let is_spread = |std_dev: &f64| std_dev.is_finite() && *std_dev > 0.0;
         from != to
             && *from < poses
             && *to < poses
             && is_finite(to_from_from)
-            && is_spread(shift_std_dev_m)
-            && is_spread(turn_std_dev_rad)
+            && is_spread(shift_m)
+            && is_spread(turn_rad)
     }
 
     /// How far the two poses are from it, as a perturbation of the second, in standard deviations.
@@ -44,7 +43,8 @@ impl Motion {
     }
 
     fn weights(&self) -> Vector6<f64> {
-        let (shift, turn) = (self.shift_std_dev_m.recip(), self.turn_std_dev_rad.recip());
+        let MotionStdDev { shift_m, turn_rad } = self.std_dev;
+        let (shift, turn) = (shift_m.recip(), turn_rad.recip());
         Vector6::new(shift, shift, shift, turn, turn, turn)
     }
 
@@ -104,8 +104,7 @@ mod tests {
                 from: 0,
                 to: 1,
                 to_from_from: to * from.inverse(),
-                shift_std_dev_m: 0.01,
-                turn_std_dev_rad: 0.02,
+                std_dev: MotionStdDev { shift_m: 0.01, turn_rad: 0.02 },
             };
             let poses = [from, to];
             let direction = Vector6::from(direction);

@@ -28,7 +28,8 @@ pub struct LoopConfig {
     pub least_inlier_share: f64,
     /// Keyframes that see at least so many of the same landmarks are tied in the essential graph.
     pub essential_shared: u32,
-    /// How sure the motion between two keyframes is that follow each other: a shift, and a turn.
+    /// How sure the motion between two keyframes is that follow each other, where odometry does not tell
+    /// (`keyframing.window.motions`): a shift, and a turn.
     pub edge_std_dev_m: f64,
     /// The turn.
     pub edge_std_dev_rad: f64,

@@ -7,6 +7,7 @@ use nalgebra::Isometry3;
 use pose_graph::{Edge, PoseGraph, information};
 
 use super::LoopConfig;
+use crate::bundle_adjustment::MotionStdDev;
 use crate::map::{KeyframeId, Map};
 
 /// A graph, and which keyframe each of its nodes is.
@@ -53,10 +54,17 @@ pub(super) fn with_loop(map: &Map, new: Option<NewLoop>, config: &LoopConfig) ->
             let (Some(to), Some(of_other)) = (nodes.get(other), map.keyframes().get(*other)) else {
                 continue;
             };
-            // They are all told by the same features: together they are worth one. And what drifts does so with each
-            // keyframe between.
+            // They are all told by the same features: together they are worth one. And what drifts does so with the way
+            // between, or where that is not known with each keyframe.
             let between = keyframe.number().abs_diff(of_other.number()).max(1);
-            let information = step / (earlier.len() as f64 * between as f64);
+            let of_odometry = keyframe.by_odometry().zip(of_other.by_odometry());
+            let motions = &config.keyframing.window.motions;
+            let std_dev = of_odometry.and_then(|(one, other)| motions.between(one, other));
+            let alone = match std_dev {
+                Some(MotionStdDev { shift_m, turn_rad }) => information(shift_m, turn_rad),
+                None => step / between as f64,
+            };
+            let information = alone / earlier.len() as f64;
             let from_to = graph.poses[from].inverse() * graph.poses[*to];
             graph.edges.push(Edge { from, to: *to, from_to, information, is_doubtful: false });
         }

@@ -1,13 +1,15 @@
 //! A camera that turns about in a round room, followed by nothing but the map that it makes.
 
+mod corridors;
+
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
 use crate::feature::lines::LineDescriptor;
 use crate::keyframing::{FollowedFrame, decide};
 use crate::loop_closing::{Known, locate_near};
-use crate::map::FoundTimes;
 use crate::map::testing::World;
+use crate::map::{ByOdometry, FoundTimes};
 use crate::solve::PoseGuess;
 use crate::solve::perturbation::{perturbation_between, perturbed};
 use crate::solve::testing::{Draw, kinect};
@@ -50,6 +52,26 @@ struct Trip {
 /// Follows the camera over frames 4 degrees apart: by a prediction that is off, then by the map.
 fn trip(frames: usize, seed: u64) -> Trip {
     let world = round_room(700, 80, seed);
+    let truth: Vec<_> = (0..frames).map(|at| looking(at as f64 * 4.0_f64.to_radians())).collect();
+    let noise = StepNoise { shift_m: 0.005, turn_rad: 0.003, is_told: false };
+    walk(&truth, &|_| &world, noise, seed)
+}
+
+/// What odometry is off by from frame to frame, and whether the map is told of the way that it says.
+#[derive(Clone, Copy)]
+struct StepNoise {
+    shift_m: f64,
+    turn_rad: f64,
+    is_told: bool,
+}
+
+/// Follows a camera over these frames, each of which shows a world.
+fn walk<'a>(
+    truth: &[Isometry3<f64>],
+    world: &dyn Fn(usize) -> &'a World,
+    noise: StepNoise,
+    seed: u64,
+) -> Trip {
     let mut draw = Draw::new(seed + 1);
     let mut config = MappingConfig::default();
     config.loops.keyframing.window.max_keyframes = 8;
@@ -62,14 +84,19 @@ fn trip(frames: usize, seed: u64) -> Trip {
         closed: Vec::new(),
         lost: 0,
     };
-    let (mut pose, mut truth_before) = (looking(0.0), looking(0.0));
+    let (mut pose, mut truth_before) = (truth[0], truth[0]);
+    let mut by_odometry =
+        ByOdometry { leg: 0, camera_from_odom: truth[0], way_m: 0.0, turned_rad: 0.0 };
     let mut since_keyframe = 0;
-    for at in 0..frames {
-        let truth = looking(at as f64 * 4.0_f64.to_radians());
-        let shown = world.frame(&truth, &mut draw);
-        let step = perturbed(&(truth * truth_before.inverse()), &draw.perturbation(0.005, 0.003));
+    for (at, truth) in truth.iter().enumerate() {
+        let shown = world(at).frame(truth, &mut draw);
+        let off = draw.perturbation(noise.shift_m, noise.turn_rad);
+        let step = perturbed(&(truth * truth_before.inverse()), &off);
         pose = step * pose;
-        truth_before = truth;
+        by_odometry.camera_from_odom = step * by_odometry.camera_from_odom;
+        by_odometry.way_m += step.translation.vector.norm();
+        by_odometry.turned_rad += step.rotation.angle();
+        truth_before = *truth;
         let (mut points, mut lines) = (Vec::new(), Vec::new());
         let mut wants = true;
         if let Some((reference, _)) = trip.kept.last() {
@@ -77,15 +104,9 @@ fn trip(frames: usize, seed: u64) -> Trip {
             let reference = Some(*reference).filter(|id| map.keyframes().contains(*id));
             let reference = reference.or(map.newest()).unwrap();
             let guess = PoseGuess { camera_from_map: pose, covariance: None };
-            let loops = &config.loops;
-            match locate_near(
-                map,
-                reference,
-                (&shown.frame, &Known::default()),
-                &kinect(),
-                &guess,
-                loops,
-            ) {
+            let known = Known::default();
+            let near = (&*shown.frame, &known);
+            match locate_near(map, reference, near, &kinect(), &guess, &config.loops) {
                 Ok(located) => {
                     pose = located.pose.camera_from_map;
                     (points, lines) = (located.points, located.lines);
@@ -100,7 +121,8 @@ fn trip(frames: usize, seed: u64) -> Trip {
                 tracked_points: points.len(),
                 reference_points,
             };
-            wants = decide(&frame, &config.loops.keyframing).is_ok();
+            // Where the map does not reach, odometry alone goes on.
+            wants = points.is_empty() || decide(&frame, &config.loops.keyframing).is_ok();
             for (_, point) in &points {
                 trip.mapper.map_mut().count_foreseen(*point, FoundTimes::once(true));
             }
@@ -113,18 +135,18 @@ fn trip(frames: usize, seed: u64) -> Trip {
                 frame: std::sync::Arc::clone(&shown.frame),
                 points: &points,
                 lines: &lines,
-                by_odometry: None,
+                by_odometry: noise.is_told.then_some(by_odometry),
             };
             let done = trip.mapper.step(new, &|| false).unwrap();
             assert_eq!(trip.mapper.map().check(), Ok(()));
             pose *= done.map_from_before.inverse();
-            trip.kept.push((done.keyframe, truth));
+            trip.kept.push((done.keyframe, *truth));
             if let Some((_, closed)) = done.closed {
                 trip.closed.push((at, closed));
             }
             since_keyframe = 0;
         }
-        trip.followed.push((pose, truth));
+        trip.followed.push((pose, *truth));
     }
     trip
 }

@@ -14,8 +14,7 @@ fn motions(truth: &[Isometry3<f64>], seed: u64) -> Vec<Motion> {
         from,
         to: from + 1,
         to_from_from: perturbed(&(pair[1] * pair[0].inverse()), &draw.perturbation(0.002, 0.001)),
-        shift_std_dev_m: 0.002,
-        turn_std_dev_rad: 0.001,
+        std_dev: MotionStdDev { shift_m: 0.002, turn_rad: 0.001 },
     });
     motions.collect()
 }
@@ -109,7 +108,7 @@ fn odometry_of_a_map_is_told_from_keyframe_to_keyframe_and_leg_by_leg() {
     let motions = Window::full(&map, &config).bundle.motions;
     assert_eq!(motions[0].to_from_from.translation.x, -2.0);
     let MotionConfig { shift_m, drift_per_m, .. } = config.motions;
-    assert!((motions[0].shift_std_dev_m - (shift_m + 2.0 * drift_per_m)).abs() < 1e-12);
+    assert!((motions[0].std_dev.shift_m - (shift_m + 2.0 * drift_per_m)).abs() < 1e-12);
     // A window of one has what is beside it on the way, held.
     let window = Window::local(&map, ids[2], &config).unwrap();
     assert_eq!(window.keyframes(), [ids[0], ids[2]]);
