@@ -10,7 +10,7 @@ use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::console;
 use crate::failure::{Failure, Outcome};
@@ -79,9 +79,25 @@ struct Followed {
 struct Score {
     mode: Mode,
     runs: Vec<Run>,
-    /// Of all runs: RMSE, mean, median, standard deviation, least and largest error in metres; median and mean tracking time in
-    /// seconds.
+    /// Of all runs, under [`NUMBERS`].
+    #[serde(serialize_with = "by_name")]
     mean: [f64; 8],
+}
+
+/// The columns of the tables: errors in metres, times in seconds.
+const NUMBERS: [&str; 8] = [
+    "rmse_m",
+    "mean_m",
+    "median_m",
+    "std_m",
+    "min_m",
+    "max_m",
+    "median_tracking_s",
+    "mean_tracking_s",
+];
+
+fn by_name<S: Serializer>(numbers: &[f64; 8], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(NUMBERS.iter().zip(numbers))
 }
 
 /// What is printed as JSON.

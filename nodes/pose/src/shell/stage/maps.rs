@@ -4,10 +4,10 @@ use std::path::Path;
 
 use node_shell::NodeFailure;
 
-use super::super::map_file::MapFile;
 use super::Stage;
 use crate::saved_map::SavedMap;
 use crate::shell::follower::Follower;
+use crate::shell::map_file::MapFile;
 
 const NO_MAP_FILE: &str = "the parameter map_file is empty: it names the file of the map";
 const NO_SLAM: &str = "there is no map: the parameter slam is false";
