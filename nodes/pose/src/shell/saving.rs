@@ -10,7 +10,12 @@ use crate::saved_map::SavedMap;
 /// A map that is being written, and who is told of it. One at a time.
 #[derive(Default)]
 pub(super) struct Saving<'a> {
-    running: Option<(Request<'a, Trigger>, JoinHandle<Result<String, NodeFailure>>)>,
+    running: Option<Running<'a>>,
+}
+
+struct Running<'a> {
+    request: Request<'a, Trigger>,
+    task: JoinHandle<Result<String, NodeFailure>>,
 }
 
 impl<'a> Saving<'a> {
@@ -28,7 +33,7 @@ impl<'a> Saving<'a> {
         match what {
             Ok((file, map)) => {
                 let task = tokio::task::spawn_blocking(move || file.save(&map));
-                self.running = Some((request, task));
+                self.running = Some(Running { request, task });
             }
             Err(error) => request.answer(Err(error)),
         }
@@ -36,10 +41,10 @@ impl<'a> Saving<'a> {
 
     /// Answers when it is written. May be dropped while it waits; never returns when nothing is written.
     pub(super) async fn finish(&mut self) {
-        let Some((_, task)) = &mut self.running else { return std::future::pending().await };
-        let done = task.await.unwrap_or_else(|error| Err(error.into()));
-        if let Some((request, _)) = self.running.take() {
-            request.answer(done);
+        let Some(running) = &mut self.running else { return std::future::pending().await };
+        let done = (&mut running.task).await.unwrap_or_else(|error| Err(error.into()));
+        if let Some(running) = self.running.take() {
+            running.request.answer(done);
         }
     }
 }
