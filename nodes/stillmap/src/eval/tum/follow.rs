@@ -59,6 +59,15 @@ pub(super) struct Run {
     pub(super) loops: usize,
 }
 
+/// What is left of a run.
+struct Ended {
+    /// Where the camera was at each image, `camera_from_map`, as the map has it in the end.
+    poses: Vec<(Stamp, Isometry3<f64>)>,
+    keyframes: usize,
+    /// That were closed after the last image.
+    late_loops: usize,
+}
+
 /// The map of a run is worked on to the end for so long at most.
 const LONGEST_END: Duration = Duration::from_secs(600);
 /// How often it is looked whether it is.
@@ -104,7 +113,7 @@ pub(super) fn follow(
         times_s.push(start.elapsed().as_secs_f64());
         each();
     }
-    let (poses, keyframes, late_loops) = follower.end()?;
+    let Ended { poses, keyframes, late_loops } = follower.end()?;
     loops += late_loops;
     scored(sequence, (run, keyframes, loops), &poses, times_s, max_difference_s)
 }
@@ -185,11 +194,10 @@ impl Follower {
         steps.iter().filter(|step| step.closed.is_some()).count()
     }
 
-    /// Where the camera was at each image, `camera_from_map`, as the map has it in the end; its keyframes; and the loops that were
-    /// closed after the last image.
-    fn end(self) -> Result<(Vec<(Stamp, Isometry3<f64>)>, usize, usize), Failure> {
+    /// Waits until the map is done.
+    fn end(self) -> Result<Ended, Failure> {
         match self {
-            Self::Odometry(_, poses) => Ok((poses, 0, 0)),
+            Self::Odometry(_, poses) => Ok(Ended { poses, keyframes: 0, late_loops: 0 }),
             Self::Inline(slam) => Ok(ended(*slam, 0)),
             Self::Background(mut slam) => {
                 let start = Instant::now();
@@ -210,10 +218,10 @@ impl Follower {
     }
 }
 
-fn ended<M: Mapping>(slam: Slam<M>, loops: usize) -> (Vec<(Stamp, Isometry3<f64>)>, usize, usize) {
+fn ended<M: Mapping>(slam: Slam<M>, late_loops: usize) -> Ended {
     let map = slam.mapping().map();
     let poses = slam.trajectory().map(|trajectory| trajectory.in_map(&map)).unwrap_or_default();
-    (poses, map.keyframes().len(), loops)
+    Ended { poses, keyframes: map.keyframes().len(), late_loops }
 }
 
 fn scored(
