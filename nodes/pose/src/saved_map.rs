@@ -13,7 +13,7 @@
 //! | 4 | CRC-32 (IEEE) of all before |
 //!
 //! The records are in the form of [postcard](https://postcard.jamesmunns.com): whole numbers are varints, but for those of
-//! descriptors; floating-point numbers are whole. First comes [`form::Head`], then as many keyframes, points and lines as it
+//! descriptors; floating-point numbers are whole. First comes a head (`form::Head`), then as many keyframes, points and lines as it
 //! says. A corner takes 68 bytes, a segment 135, a landmark 105, half of it descriptors: some 110 kB for a keyframe of 1000
 //! corners and 200 segments that brings 100 landmarks.
 //!
