@@ -72,6 +72,7 @@ mod survey;
 mod throttle;
 mod transforms;
 mod transport;
+mod whole_file;
 mod writer;
 
 pub use arguments::RosArguments;
@@ -103,3 +104,4 @@ pub use transport::{
     Announcer, BacklogWatch, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,
     MessageTooLarge, RAISE_RECEIVE_BUFFER, ReceiveHealth, StaticPeer, Transport, TransportError,
 };
+pub use whole_file::{folder_of, write_whole_file};

@@ -12,6 +12,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use msgs::cdr::{self, ByteOrder};
+use msgs::std_srvs::{Trigger, TriggerResponse};
 use msgs::{RosMessage, RosService};
 use ros2_client::dds::{Server, ServiceMapping};
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};
@@ -20,6 +21,7 @@ use ros2_client::{Name, QosProfile, RmwRequestId, ServiceTypeName};
 use crate::error::{PublishError, ShellError};
 use crate::names;
 use crate::network::Network;
+use crate::program::NodeFailure;
 use crate::qos::Qos;
 use crate::throttle::Throttle;
 pub(crate) use wire::Body;
@@ -190,5 +192,18 @@ impl<S: RosService> Request<'_, S> {
             ends.server.send_response(client, Body(body)).map_err(|error| error.to_string())
         };
         sent.map_err(|reason| PublishError::Library { topic: topic(), reason })
+    }
+}
+
+impl Request<'_, Trigger> {
+    /// Answers with what was done, or why it was not.
+    pub fn answer(self, done: Result<String, NodeFailure>) {
+        let response = match done {
+            Ok(message) => TriggerResponse { success: true, message },
+            Err(error) => TriggerResponse { success: false, message: error.to_string() },
+        };
+        if let Err(error) = self.respond(&response) {
+            tracing::warn!("{error}");
+        }
     }
 }

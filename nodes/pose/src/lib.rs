@@ -12,6 +12,7 @@
 //! | [`loop_closing`] | a camera that is back where it was, and what follows from that |
 //! | [`map`] | keyframes, points, lines, and who sees what |
 //! | [`place_recognition`] | which keyframes show the same place, by descriptors alone |
+//! | [`saved_map`] | the map as bytes, to be found again another day |
 //! | [`mapping`] | what a new keyframe brings about, from landmarks to loops |
 //! | [`slam`] | tracking, mapping and loop closing put together: the camera in a map that stays right |
 //! | [`tracking`] | where the camera is, frame by frame |
@@ -33,6 +34,7 @@ pub mod mapping;
 pub mod matching;
 pub mod motion;
 pub mod place_recognition;
+pub mod saved_map;
 #[cfg(feature = "ros")]
 pub mod shell;
 pub mod slam;

@@ -11,6 +11,7 @@
 //! | `queries` | who sees what, and who sees the same |
 //! | `look` | what a landmark looks like, by all that see it |
 //! | `consistency` | what must hold of a map |
+//! | `parts` | a map taken apart, to be saved, and put together again |
 //!
 //! Things refer to each other by [`Id`], which an [`Arena`] resolves: there are no cycles of references, and an id of what is
 //! gone finds nothing. A clone of a map is a snapshot: it shares what did not change since. A solver works on one, and
@@ -26,6 +27,7 @@ mod insertion;
 mod keyframe;
 mod landmark;
 mod look;
+mod parts;
 mod queries;
 mod sightings;
 #[cfg(test)]
@@ -45,6 +47,8 @@ pub use fusion::Fused;
 pub use insertion::{NewKeyframe, NewLine};
 pub use keyframe::{ByOdometry, Keyframe, LoopEdge, Shared};
 pub use landmark::{FoundTimes, Landmark, MapLine, MapPoint, PointLook, Sightings};
+pub(crate) use parts::is_pose;
+pub use parts::{KeyframePart, LinePart, MapParts, PartsError, PointPart};
 
 use crate::solve::PluckerLine;
 use crate::solve::perturbation::is_finite;

@@ -5,6 +5,7 @@
 //! place was seen before, the loop is closed and the whole map adjusted. It is synchronous: threads are for whoever
 //! calls it. A clone of the map is what a reader takes.
 
+mod resuming;
 #[cfg(test)]
 mod tests;
 
@@ -21,6 +22,8 @@ use crate::map::{CulledKeyframe, KeyframeId, Map, MapConfig, MapError, NewKeyfra
 use crate::place_recognition::{
     CandidateConfig, Consistency, PlaceConfig, PlaceDatabase, loop_candidates,
 };
+
+pub use resuming::ResumeError;
 
 /// Parameters of a [`Mapper`].
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]

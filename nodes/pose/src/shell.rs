@@ -5,19 +5,23 @@ mod drawing;
 mod follower;
 mod hints;
 mod inputs;
+mod map_file;
 mod output;
 mod pairing;
 mod parameters;
 mod ranges;
+mod saving;
 mod stage;
 #[cfg(test)]
 mod tests;
 
 use std::process::ExitCode;
 
+use msgs::std_srvs::Trigger;
 use node_shell::{Node, NodeFailure, Program};
 
 pub use parameters::{DepthSource, ImageInput, PoseParameters};
+use saving::Saving;
 pub use stage::Stage;
 
 const PROGRAM: Program = Program {
@@ -37,7 +41,10 @@ const PROGRAM: Program = Program {
              out /tf (map_frame_id to odom_frame_id), likewise; with slam:=true, and then pose and path are in map_frame_id
              out path (nav_msgs/msg/Path), reliable, once a second, for a viewer
              out features (sensor_msgs/msg/Image: what is seen, and what became of it), best effort, for a viewer
-             out ~/report (stillmap_msgs/msg/StageReport), reliable",
+             out ~/report (stillmap_msgs/msg/StageReport), reliable
+             srv ~/save_map (std_srvs/srv/Trigger): saves the map of keyframes to the parameter map_file
+             srv ~/load_map (std_srvs/srv/Trigger): puts the map of map_file in the place of the map; the camera is looked for in it
+             srv ~/reset (std_srvs/srv/Trigger): begins anew with an empty map; with localisation_only:=true the map stays",
 };
 
 /// Runs the node until SIGINT or SIGTERM, with the arguments behind the program's name.
@@ -48,20 +55,31 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// The node's body: serves until the node is to end.
 ///
 /// # Errors
-/// When a parameter is out of its range, or a topic cannot be had.
+/// When a parameter is out of its range, a topic cannot be had, or the map cannot be loaded or saved.
 pub async fn serve(node: &Node, parameters: PoseParameters) -> Result<(), NodeFailure> {
     let mut stage = Stage::new(node, &parameters)?;
     // None of them changes while the map goes on.
     node.serve_parameters(&parameters)?;
     let mut lifecycle = node.manage()?;
+    let save_map = node.service::<Trigger>("~/save_map")?;
+    let load_map = node.service::<Trigger>("~/load_map")?;
+    let begin_anew = node.service::<Trigger>("~/reset")?;
     let shutdown = node.shutdown_signal();
+    let mut saving = Saving::default();
     loop {
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
             _reset = lifecycle.reset() => stage.reset()?,
+            () = saving.finish(), if !saving.is_idle() => {}
+            request = save_map.next(), if saving.is_idle() => saving.begin(request, stage.to_be_saved()),
+            request = load_map.next() => request.answer(stage.load_map()),
+            request = begin_anew.next() => request.answer(stage.begin_anew()),
             arrival = stage.next() => stage.take(arrival),
         }
     }
-    Ok(())
+    if !saving.is_idle() {
+        saving.finish().await;
+    }
+    stage.save_on_exit()
 }

@@ -34,11 +34,11 @@ use std::time::Duration;
 
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
-use msgs::std_srvs::{Trigger, TriggerResponse};
+use msgs::std_srvs::Trigger;
 use msgs::stillmap_msgs::SegmentedCloud;
 use node_shell::{
-    Counters, Node, NodeFailure, Program, Publisher, Qos, Request, StageReporter, StepTimer,
-    Subscription, Throttle,
+    Counters, Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer, Subscription,
+    Throttle,
 };
 use serde::{Deserialize, Serialize};
 use tokio::time::{Instant, MissedTickBehavior};
@@ -145,10 +145,10 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
                 stage.change(&settings);
             }
             _reset = lifecycle.reset() => drop(stage.reset()),
-            request = publish_map.next() => respond(request, stage.publish_on_request()),
-            request = save_map.next() => respond(request, stage.save(settings.file.as_ref())),
-            request = load_map.next() => respond(request, stage.load(settings.file.as_ref())),
-            request = empty.next() => respond(request, Ok(stage.reset())),
+            request = publish_map.next() => request.answer(stage.publish_on_request()),
+            request = save_map.next() => request.answer(stage.save(settings.file.as_ref())),
+            request = load_map.next() => request.answer(stage.load(settings.file.as_ref())),
+            request = empty.next() => request.answer(Ok(stage.reset())),
             _ = look_time.tick(), if lifecycle.is_active() => stage.publish_what_is_due(),
             received = stage.clouds.next() => stage.take(&received.message),
         }
@@ -158,17 +158,6 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
         map_file.save(&stage.map)?;
     }
     Ok(())
-}
-
-/// Answers with what was done, or why it was not.
-fn respond(request: Request<'_, Trigger>, done: Result<String, NodeFailure>) {
-    let response = match done {
-        Ok(message) => TriggerResponse { success: true, message },
-        Err(error) => TriggerResponse { success: false, message: error.to_string() },
-    };
-    if let Err(error) = request.respond(&response) {
-        tracing::warn!("{error}");
-    }
 }
 
 /// The core with its topics.

@@ -28,6 +28,8 @@ const NAMESPACE: &str = "/stillmap_odometry";
   stillmap odometry fr1_rpy.mcap -o fr1_rpy.txt
   stillmap eval trajectory fr1_rpy.txt --ref rgbd_dataset_freiburg1_rpy/groundtruth.txt
   stillmap odometry drive.pcap --of lidar -o drive.txt
+  stillmap odometry monday.mcap --slam --save-map flat.map -o monday.txt
+  stillmap odometry tuesday.mcap --slam --map flat.map --localise -o tuesday.txt
 
 The file has a line `seconds x y z qx qy qz qw` for each pose; images without a pose have none. The frame that poses lead to
 is that of the rig at the first image: x forward, z up.
@@ -49,6 +51,15 @@ pub(crate) struct OdometryArgs {
     /// Keep a map and close loops; the poses are those that the map has in the end
     #[arg(long)]
     slam: bool,
+    /// With --slam: begin with this map, in which the camera must be found first
+    #[arg(long, value_name = "FILE", requires = "slam")]
+    map: Option<PathBuf>,
+    /// With --map: only place the camera in the map, which stays as it is; images before it is found there have no pose
+    #[arg(long, requires = "map")]
+    localise: bool,
+    /// With --slam: save the map in the end
+    #[arg(long, value_name = "FILE", requires = "slam")]
+    save_map: Option<PathBuf>,
     /// Whose poses are written
     #[arg(long, value_enum, default_value_t = Whose::Camera)]
     of: Whose,
@@ -97,6 +108,9 @@ struct OdometrySummary {
     inliers_median: u64,
     milliseconds_median: f64,
     milliseconds_p99: f64,
+    /// What was saved of the map, and where.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    map: Option<String>,
 }
 
 pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
@@ -121,6 +135,11 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     if args.slam {
         // Between two images: the same bag gives the same poses.
         (parameters.slam, parameters.slam_in_background) = (true, false);
+    }
+    if let Some(map) = &args.map {
+        parameters.map_file = map.display().to_string();
+        parameters.load_map_on_start = true;
+        parameters.localisation_only |= args.localise;
     }
     let bag = Bag::open(&args.bag).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
@@ -155,7 +174,9 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     let in_the_end = followed.odometry.trajectory();
     let poses = in_the_end.as_deref().unwrap_or(followed.odometry.poses());
     write_trajectory(&args.output, poses, &rig_from_written)?;
-    let summary = followed.summary();
+    let saved = args.save_map.as_deref().map(|path| followed.odometry.save_map(path)).transpose();
+    let saved = saved.map_err(failed)?;
+    let summary = OdometrySummary { poses: poses.len(), map: saved, ..followed.summary() };
     tell(&summary, &args.output, args.json)?;
     if summary.poses == 0 {
         return Err(Failure::new("no image has a pose".to_owned())
@@ -275,6 +296,7 @@ impl Followed {
             inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),
             milliseconds_median: quantile(0.5).unwrap_or(0.0),
             milliseconds_p99: quantile(0.99).unwrap_or(0.0),
+            map: None,
         }
     }
 }
@@ -296,5 +318,6 @@ fn tell(summary: &OdometrySummary, output: &Path, json: bool) -> Result<(), Fail
         "{:.1} ms a pair (median), {:.1} ms (99 of 100)",
         summary.milliseconds_median, summary.milliseconds_p99
     ))?;
+    summary.map.iter().try_for_each(console::print)?;
     console::print(format_args!("poses: {}", output.display()))
 }

@@ -20,4 +20,5 @@ mod lifecycle;
 mod misfits;
 mod parameters;
 mod round_trips;
+mod saved_map;
 mod services;

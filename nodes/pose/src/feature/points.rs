@@ -28,3 +28,5 @@ mod work;
 pub use config::{PointConfig, Pyramid};
 pub use corner::{Corner, DESCRIPTOR_BITS, Descriptor};
 pub use extraction::PointExtractor;
+#[cfg(test)]
+pub(crate) use pattern::PATTERN;

@@ -1,5 +1,6 @@
 //! What several tests need: frames of nothing but features, and maps of them.
 
+mod fuzz;
 mod world;
 
 use std::sync::Arc;
@@ -12,6 +13,7 @@ use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment};
 use crate::feature::points::{Corner, Descriptor};
 use crate::frame::Frame;
 use crate::solve::testing::kinect;
+pub(crate) use fuzz::Fuzz;
 pub(crate) use world::{World, around};
 
 /// A frame with so many corners and segments, all alike.

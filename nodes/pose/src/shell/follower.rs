@@ -1,11 +1,14 @@
 //! The odometry alone, or with a map around it.
 
+use std::sync::Arc;
+
 use geometry::CameraModel;
 use nalgebra::Isometry3;
 use node_shell::NodeFailure;
 
 use super::parameters::PoseParameters;
 use crate::frame::Frame;
+use crate::map::Map;
 use crate::mapping::Mapper;
 use crate::slam::{
     BackgroundMapping, InlineMapping, MapState, Mapping, Slam, SlamConfig, SlamFrame,
@@ -44,20 +47,43 @@ pub(super) struct InMap {
 }
 
 impl Follower {
-    pub(super) fn new(parameters: &PoseParameters) -> Result<Self, NodeFailure> {
+    /// Follows from nothing, or in a map that is there already; goes on with the odometry of another follower where that is
+    /// given, so that its frame does not jump.
+    pub(super) fn new(
+        parameters: &PoseParameters,
+        map: Option<Map>,
+        tracker: Option<Tracker>,
+    ) -> Result<Self, NodeFailure> {
+        let tracker = match tracker {
+            Some(tracker) => tracker,
+            None => Tracker::new(parameters.tracker.clone())?,
+        };
         if !parameters.slam {
-            let tracker = Tracker::new(parameters.tracker.clone())?;
             return Ok(Self::Odometry(Box::new(tracker)));
         }
-        let config = SlamConfig { tracker: parameters.tracker.clone(), ..SlamConfig::default() };
-        let mapper = Mapper::new(config.mapping)?;
+        let mut config =
+            SlamConfig { tracker: parameters.tracker.clone(), ..SlamConfig::default() };
+        config.localiser.is_mapping = !parameters.localisation_only;
+        let mapper = match map {
+            Some(map) => Mapper::resume(config.mapping, map)?,
+            None => Mapper::new(config.mapping)?,
+        };
         Ok(if parameters.slam_in_background {
-            let slam = Slam::new(&config, BackgroundMapping::new(mapper)?)?;
+            let slam = Slam::new(&config, BackgroundMapping::new(mapper)?)?.with_tracker(tracker);
             Self::Background(Box::new(slam))
         } else {
-            let slam = Slam::new(&config, InlineMapping::of(mapper))?.with_trajectory();
-            Self::Inline(Box::new(slam))
+            let slam = Slam::new(&config, InlineMapping::of(mapper))?.with_tracker(tracker);
+            Self::Inline(Box::new(slam.with_trajectory()))
         })
+    }
+
+    /// The map as of the last answers; `None` where there is none.
+    pub(super) fn map(&self) -> Option<Arc<Map>> {
+        match self {
+            Self::Odometry(_) => None,
+            Self::Background(slam) => Some(slam.mapping().map()),
+            Self::Inline(slam) => Some(slam.mapping().map()),
+        }
     }
 
     pub(super) fn tracker(&self) -> &Tracker {

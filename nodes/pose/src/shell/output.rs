@@ -49,6 +49,8 @@ pub(super) struct Frames {
     camera_from_rig: Isometry3<f64>,
     /// The tracker's map is the camera's frame at the first image.
     pub(super) odom_from_map: Isometry3<f64>,
+    /// The map of keyframes is the camera's frame at the first image of who made it: where that is in `map_frame_id`.
+    world_from_map: Isometry3<f64>,
 }
 
 impl Output {
@@ -80,10 +82,10 @@ impl Output {
         self.last = None;
     }
 
-    /// The path begins anew, too.
-    pub(super) fn reset(&mut self) {
+    /// The path begins anew, too, in a map that is there, or in one that is to be made.
+    pub(super) fn reset(&mut self, world_from_map: Option<&Isometry3<f64>>) {
         self.interrupt();
-        self.frames.map_from_odom = Isometry3::identity();
+        self.frames.begin(world_from_map);
         self.path.clear();
         self.path_sent = None;
     }
@@ -182,6 +184,7 @@ const UNKNOWN_VARIANCE: f64 = 1e4;
 impl Frames {
     pub(super) fn new(parameters: &PoseParameters) -> Self {
         let rig_from_camera = parameters.rig_from_camera();
+        let odom_from_map = geometry::pose_from_vector(&parameters.initial_pose) * rig_from_camera;
         Self {
             odom_frame_id: parameters.odom_frame_id.clone(),
             map_frame_id: parameters.map_frame_id.clone(),
@@ -189,8 +192,20 @@ impl Frames {
             map_from_odom: Isometry3::identity(),
             base_frame_id: parameters.base_frame_id.clone(),
             camera_from_rig: rig_from_camera.inverse(),
-            odom_from_map: geometry::pose_from_vector(&parameters.initial_pose) * rig_from_camera,
+            odom_from_map,
+            world_from_map: odom_from_map,
         }
+    }
+
+    /// A map of which this is known, or one that begins with the odometry.
+    fn begin(&mut self, world_from_map: Option<&Isometry3<f64>>) {
+        self.map_from_odom = Isometry3::identity();
+        self.world_from_map = world_from_map.copied().unwrap_or(self.odom_from_map);
+    }
+
+    /// Where the map of keyframes is in `map_frame_id`.
+    pub(super) fn world_from_map(&self) -> &Isometry3<f64> {
+        &self.world_from_map
     }
 
     /// The frame that poses are told in.
@@ -211,14 +226,19 @@ impl Frames {
         self.rig_of(&pose.camera_from_map)
     }
 
-    /// The rig, by the camera in the tracker's frame, or in that of the map: both begin at the camera's first place.
-    pub(super) fn rig_of(&self, camera_from_map: &Isometry3<f64>) -> Isometry3<f64> {
+    /// The rig, by the camera in the tracker's frame.
+    fn rig_of(&self, camera_from_map: &Isometry3<f64>) -> Isometry3<f64> {
         self.odom_from_map * camera_from_map.inverse() * self.camera_from_rig
+    }
+
+    /// The rig in `map_frame_id`, by the camera in the map of keyframes.
+    pub(super) fn map_from_rig(&self, camera_from_map: &Isometry3<f64>) -> Isometry3<f64> {
+        self.world_from_map * camera_from_map.inverse() * self.camera_from_rig
     }
 
     /// How the two frames are tied, by how those of the camera are.
     fn tied(&self, tie: &Isometry3<f64>) -> Isometry3<f64> {
-        self.odom_from_map * tie * self.odom_from_map.inverse()
+        self.world_from_map * tie * self.odom_from_map.inverse()
     }
 
     /// The covariance as REP 103 and `geometry_msgs/PoseWithCovariance` have it: the shift along the axes of the odometry's

@@ -82,6 +82,14 @@ pub struct PoseParameters {
     pub slam_in_background: bool,
     /// The frame of the map.
     pub map_frame_id: String,
+    /// With `slam`: where `~/save_map` saves the map of keyframes, and `~/load_map` loads it from: a path, or nothing.
+    pub map_file: String,
+    /// Whether the map of `map_file` is loaded at the start; the camera must then be found in it before the map grows.
+    pub load_map_on_start: bool,
+    /// Where the map is saved when the node ends: a path, or nothing.
+    pub save_map_on_exit: String,
+    /// Whether the camera is only placed in the map of `map_file`, which is loaded at the start and stays as it is.
+    pub localisation_only: bool,
     /// The parameters of the method.
     #[serde(flatten)]
     pub tracker: TrackerConfig,
@@ -126,6 +134,10 @@ impl Default for PoseParameters {
             slam_in_background: true,
             // REP 105.
             map_frame_id: "map".to_owned(),
+            map_file: String::new(),
+            load_map_on_start: false,
+            save_map_on_exit: String::new(),
+            localisation_only: false,
             tracker: TrackerConfig::default(),
         }
     }
@@ -140,6 +152,12 @@ pub enum PoseParametersError {
     /// One of the method's.
     #[error(transparent)]
     Tracker(#[from] TrackerConfigError),
+    /// It is about a map, and there is none.
+    #[error("parameter {0} needs slam: without it there is no map")]
+    WithoutSlam(&'static str),
+    /// It is about a saved map, and none is named.
+    #[error("parameter {0} needs map_file: the path of a map that ~/save_map has saved")]
+    WithoutMapFile(&'static str),
 }
 
 impl NodeParameters for PoseParameters {
@@ -176,7 +194,24 @@ impl PoseParameters {
         parameter::positive("path_poses", self.path_poses as f64)?;
         parameter::not_negative("track_margin_m", self.track_margin_m)?;
         parameter::positive("max_track_age_s", self.max_track_age_s)?;
+        for (name, is_asked_for, needs_file) in [
+            ("localisation_only", self.localisation_only, true),
+            ("load_map_on_start", self.load_map_on_start, true),
+            ("save_map_on_exit", !self.save_map_on_exit.is_empty(), false),
+        ] {
+            if is_asked_for && !self.slam {
+                return Err(PoseParametersError::WithoutSlam(name));
+            }
+            if is_asked_for && needs_file && self.map_file.is_empty() {
+                return Err(PoseParametersError::WithoutMapFile(name));
+            }
+        }
         Ok(self.tracker.validate()?)
+    }
+
+    /// Whether a saved map is there from the start.
+    pub(super) fn begins_with_map(&self) -> bool {
+        self.load_map_on_start || self.localisation_only
     }
 
     pub(super) fn rig_from_camera(&self) -> Isometry3<f64> {

@@ -1,5 +1,7 @@
 //! The core with its topics: every pair of images ends in a pose, or in a reason why there is none.
 
+mod maps;
+
 use std::sync::Arc;
 
 use geometry::Stamp;
@@ -14,6 +16,7 @@ use super::drawing::drawn;
 use super::follower::{Followed, Follower, InMap};
 use super::hints::Knowledge;
 use super::inputs::{Arrival, Inputs};
+use super::map_file::MapFile;
 use super::output::Output;
 use super::pairing::{Paired, Pairing};
 use super::parameters::PoseParameters;
@@ -38,6 +41,8 @@ pub struct Stage {
     extractor: FrameExtractor,
     follower: Follower,
     output: Output,
+    map_file: Option<MapFile>,
+    map_file_on_exit: Option<MapFile>,
     pictures: Publisher<Image>,
     reporter: StageReporter,
     counters: Counters,
@@ -56,6 +61,10 @@ impl Stage {
         parameters.validate()?;
         let counters = node.counters();
         counters.note_condition(TRACKING, WAITING, true);
+        let map_file = MapFile::new("map_file", &parameters.map_file)?;
+        let map_file_on_exit = MapFile::new("save_map_on_exit", &parameters.save_map_on_exit)?;
+        let mut output = Output::new(node, parameters)?;
+        let follower = first_follower(parameters, map_file.as_ref(), &mut output)?;
         Ok(Self {
             inputs: Inputs::subscribe(node, parameters)?,
             parameters: parameters.clone(),
@@ -63,8 +72,10 @@ impl Stage {
             cameras: Cameras::new(parameters),
             knowledge: Knowledge::new(parameters),
             extractor: FrameExtractor::new(parameters.tracker.frame.clone())?,
-            follower: Follower::new(parameters)?,
-            output: Output::new(node, parameters)?,
+            follower,
+            output,
+            map_file,
+            map_file_on_exit,
             pictures: node.publisher("features", &Qos::sensor(PICTURES_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters,
@@ -75,17 +86,20 @@ impl Stage {
         })
     }
 
-    /// Drops the map, and all that has come so far: the next image is the first one again.
+    /// Drops all that has come so far: the next image is the first one again, in the map that the node began with.
     pub(super) fn reset(&mut self) -> Result<(), NodeFailure> {
+        self.follower = first_follower(&self.parameters, self.map_file.as_ref(), &mut self.output)?;
+        self.forget_inputs();
+        Ok(())
+    }
+
+    fn forget_inputs(&mut self) {
         let parameters = &self.parameters;
-        self.follower = Follower::new(parameters)?;
         self.pairing = Pairing::new(parameters.max_pair_gap_s, parameters.max_waiting_images);
         self.cameras = Cameras::new(parameters);
         self.knowledge = Knowledge::new(parameters);
-        self.output.reset();
         self.state = TrackingState::default();
         self.counters.note_condition(TRACKING, WAITING, true);
-        Ok(())
     }
 
     /// The next message. May be dropped while it waits.
@@ -229,7 +243,7 @@ impl Stage {
         let poses = poses.map(|(stamp, camera_from_map)| geometry::StampedPose {
             stamp,
             frame_id: frames.map_frame_id.clone(),
-            map_from_rig: frames.rig_of(&camera_from_map),
+            map_from_rig: frames.map_from_rig(&camera_from_map),
         });
         Some(poses.collect())
     }
@@ -309,4 +323,22 @@ impl Stage {
         let frame_id = self.output.frames().odom_frame_id.clone();
         Header { stamp: convert::time_from_stamp(stamp), frame_id }
     }
+}
+
+/// What the node begins with: a map that was saved, or nothing.
+fn first_follower(
+    parameters: &PoseParameters,
+    file: Option<&MapFile>,
+    output: &mut Output,
+) -> Result<Follower, NodeFailure> {
+    let file = file.filter(|_| parameters.begins_with_map());
+    let saved = file.map(|file| Ok::<_, NodeFailure>((file, file.load()?))).transpose()?;
+    let world_from_map = saved.as_ref().map(|(_, saved)| saved.world_from_map);
+    let told = saved.as_ref().map(|(file, saved)| file.loaded(saved));
+    let follower = Follower::new(parameters, saved.map(|(_, saved)| saved.map), None)?;
+    output.reset(world_from_map.as_ref());
+    if let Some(told) = told {
+        tracing::info!("{told}");
+    }
+    Ok(follower)
 }

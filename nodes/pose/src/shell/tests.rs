@@ -1,5 +1,6 @@
 //! The node in this process, before a wall with a picture on it.
 
+mod maps;
 mod options;
 
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};

@@ -69,6 +69,12 @@ impl<M: Mapping> Slam<M> {
         Self { trajectory: Some(Trajectory::default()), ..self }
     }
 
+    /// Goes on with an odometry that is under way: where that has the camera does not jump.
+    #[must_use]
+    pub fn with_tracker(self, tracker: Tracker) -> Self {
+        Self { tracker, ..self }
+    }
+
     /// The odometry.
     #[must_use]
     pub fn tracker(&self) -> &Tracker {
@@ -115,6 +121,13 @@ impl<M: Mapping> Slam<M> {
             trajectory.append(pose);
         }
         SlamFrame { tracked, localised, steps, is_found }
+    }
+
+    /// What the map has done since the last frame, taken without another frame: at the end of a recording.
+    pub fn catch_up(&mut self) -> Vec<MappingStep> {
+        let (mut steps, mut is_found) = (Vec::new(), false);
+        self.take_answers(&mut steps, &mut is_found);
+        steps
     }
 
     fn take_answers(&mut self, steps: &mut Vec<MappingStep>, is_found: &mut bool) {

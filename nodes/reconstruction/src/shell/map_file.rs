@@ -1,12 +1,11 @@
 //! The map as a file.
 
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use geometry::{VoxelGrid, VoxelKey, pcd, ply};
 use nalgebra::Point3;
-use node_shell::NodeFailure;
+use node_shell::{NodeFailure, folder_of, write_whole_file};
 
 use crate::{StaticMap, WholeMap, octomap};
 
@@ -85,7 +84,7 @@ impl MapFile {
                 octomap::encode(grid.edge_m(), &voxels).map_err(|error| failed(&error))?
             }
         };
-        write_whole(&self.path, &bytes).map_err(|error| failed(&error))?;
+        write_whole_file(&self.path, &bytes).map_err(|error| failed(&error))?;
         tracing::info!("saved a map of {} points to {}", points_m.len(), self.path.display());
         Ok(points_m.len())
     }
@@ -124,27 +123,4 @@ impl MapFile {
 fn centre(voxel: VoxelKey, grid: &VoxelGrid) -> Point3<f32> {
     let middle = |cell: i32| ((f64::from(cell) + 0.5) * grid.edge_m()) as f32;
     Point3::new(middle(voxel.x), middle(voxel.y), middle(voxel.z))
-}
-
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
-}
-
-/// Writes beside, makes sure that it is on the disk, and gives it the name; then the name is on the disk too.
-fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".part");
-    let write = || {
-        let mut file = File::create(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&temporary, path)
-    };
-    let written = write();
-    if written.is_err() {
-        // What is left of it helps nobody; that it cannot be removed says no more than the error.
-        let _ = fs::remove_file(&temporary);
-        return written;
-    }
-    File::open(folder_of(path))?.sync_all()
 }

@@ -4,6 +4,7 @@ mod kitti;
 mod map;
 mod scans;
 mod trajectory;
+mod tum;
 
 use clap::Subcommand;
 
@@ -20,6 +21,8 @@ pub(crate) enum EvalArgs {
     Scans(scans::ScansArgs),
     /// An estimated trajectory against a reference: ATE, RPE, KITTI drift, coverage
     Trajectory(trajectory::TrajectoryArgs),
+    /// SLAM and odometry on sequences of TUM RGB-D, run after run, with the PL-SLAM thesis' tables beside ours
+    Tum(tum::TumArgs),
 }
 
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome, Failure> {
@@ -28,5 +31,6 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome, Failure> {
         EvalArgs::Map(args) => map::run(args),
         EvalArgs::Scans(args) => scans::run(args),
         EvalArgs::Trajectory(args) => trajectory::run(args),
+        EvalArgs::Tum(args) => tum::run(args),
     }
 }

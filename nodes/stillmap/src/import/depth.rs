@@ -100,7 +100,7 @@ fn labels_of(mask: &Path, stamp: Stamp) -> Result<LabelImage, Failure> {
 }
 
 /// Four numbers between commas.
-pub(super) fn parse_intrinsics(text: &str) -> Result<[f64; 4], String> {
+pub(crate) fn parse_intrinsics(text: &str) -> Result<[f64; 4], String> {
     let numbers: Vec<f64> = text
         .split(',')
         .map(|number| number.trim().parse::<f64>().map_err(|error| format!("{number}: {error}")))

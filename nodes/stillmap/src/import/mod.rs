@@ -7,7 +7,7 @@ mod depth_png;
 pub(crate) mod kitti;
 mod ros1;
 mod scan_cut;
-mod tum;
+pub(crate) mod tum;
 mod velodyne;
 
 use clap::Subcommand;

@@ -3,6 +3,8 @@
 mod topics;
 mod trajectory_file;
 
+use std::path::Path;
+
 use bag_player::{BagError, BagMessage};
 use msgs::geometry_msgs::PoseStamped;
 use msgs::nav_msgs::Odometry;
@@ -102,6 +104,11 @@ impl VisualOdometry {
     pub(crate) fn trajectory(&self) -> Option<Vec<PoseStamped>> {
         let poses = self.stage.trajectory()?;
         Some(poses.iter().map(msgs::convert::message_from_pose).collect())
+    }
+
+    /// Saves the map of keyframes. Returns what was done.
+    pub(crate) fn save_map(&self, path: &Path) -> Result<String, NodeFailure> {
+        self.stage.save_map_to(path)
     }
 
     /// What the node said of each pair of images.

@@ -9,7 +9,7 @@ pub(super) const TESTS: usize = super::corner::DESCRIPTOR_BITS;
 /// The pairs: x and y of the first pixel, x and y of the second, from the middle of the patch, none farther than 15
 /// pixels. `generator` makes them, and says how.
 #[rustfmt::skip]
-pub(super) const PATTERN: [[i8; 4]; TESTS] = [
+pub(crate) const PATTERN: [[i8; 4]; TESTS] = [
     [0, 2, 1, 12],
     [-1, -10, 0, 9],
     [6, 7, 6, -4],

@@ -1,6 +1,6 @@
 //! What listeners get of the map over DDS, and when.
 
-use msgs::std_srvs::TriggerRequest;
+use msgs::std_srvs::{TriggerRequest, TriggerResponse};
 use ros2_client::dds::{Client, Context, ContextOptions, ServiceMapping};
 use ros2_client::qos::{History, Reliability, WhenFull};
 use ros2_client::{Name, NodeName, NodeOptions, QosProfile, ServiceTypeName};

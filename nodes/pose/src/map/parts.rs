@@ -1,0 +1,336 @@
+//! A map taken apart: what cannot be found out from anything else, under plain indices. To be saved, and put together again.
+//!
+//! Who sees a landmark, what keyframes share, and who hangs on a keyframe follow from the rest, and are no parts: they
+//! cannot be wrong in what is put together. Ids are given anew, in the order of those before, so that whatever goes by
+//! their order goes on alike.
+
+mod checks;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use geometry::{CameraModel, CameraModelError, ParameterError};
+use nalgebra::{Isometry3, Point3};
+
+use super::{
+    Arena, FoundTimes, Id, Inconsistency, Keyframe, KeyframeId, Landmark, LoopEdge, Map, MapConfig,
+    MapError, MapLine, MapPoint, PointLook, Sightings,
+};
+use crate::feature::lines::LineDescriptor;
+use crate::frame::Frame;
+use crate::solve::PluckerLine;
+pub(crate) use checks::is_pose;
+use checks::{check_keyframe, check_point};
+
+/// A map taken apart. Indices are places in its lists.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct MapParts {
+    /// The parameters that it was made with.
+    pub config: MapConfig,
+    /// How many keyframes have ever come in.
+    pub keyframes_so_far: u64,
+    /// The keyframes.
+    pub keyframes: Vec<KeyframePart>,
+    /// The points.
+    pub points: Vec<PointPart>,
+    /// The lines.
+    pub lines: Vec<LinePart>,
+}
+
+/// A keyframe; see [`Keyframe`].
+#[derive(Clone, PartialEq, Debug)]
+pub struct KeyframePart {
+    /// The how manyth keyframe of the map it was.
+    pub number: u64,
+    /// The rectified camera.
+    pub camera: CameraModel,
+    /// Where it was.
+    pub camera_from_map: Isometry3<f64>,
+    /// Its features.
+    pub frame: Arc<Frame>,
+    /// Which point each corner is.
+    pub points: Vec<Option<u32>>,
+    /// Which line each segment is.
+    pub lines: Vec<Option<u32>>,
+    /// The keyframe that it hangs on; `None` for the root.
+    pub parent: Option<u32>,
+    /// The keyframes that loops lead to, and their cameras' poses in the frame of this one's.
+    pub loops: Vec<(u32, Isometry3<f64>)>,
+}
+
+/// A point; see [`MapPoint`].
+#[derive(Clone, PartialEq, Debug)]
+pub struct PointPart {
+    /// Where it is in the map frame.
+    pub position_m: Point3<f64>,
+    /// What it looks like.
+    pub look: PointLook,
+    /// The number of the keyframe that brought it in.
+    pub born: u64,
+    /// How often it was foreseen and found.
+    pub times: FoundTimes,
+}
+
+/// A line; see [`MapLine`].
+#[derive(Clone, PartialEq, Debug)]
+pub struct LinePart {
+    /// Its ends in the map frame.
+    pub ends_m: [Point3<f64>; 2],
+    /// What it looks like.
+    pub descriptor: LineDescriptor,
+    /// The number of the keyframe that brought it in.
+    pub born: u64,
+    /// How often it was foreseen and found.
+    pub times: FoundTimes,
+}
+
+/// The parts are not those of a map.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum PartsError {
+    /// A parameter has a value that means nothing.
+    #[error(transparent)]
+    Config(#[from] ParameterError),
+    /// A number is not finite, or not what it must be.
+    #[error("{what} {index} has a number that is not finite, or out of its range")]
+    Number {
+        /// Of which kind of thing.
+        what: &'static str,
+        /// Which one.
+        index: usize,
+    },
+    /// A camera's numbers do not describe a camera.
+    #[error("keyframe {index}: {source}")]
+    Camera {
+        /// Whose.
+        index: usize,
+        /// What is wrong.
+        source: CameraModelError,
+    },
+    /// Lists that belong together differ in length.
+    #[error("keyframe {index} has {features} features, and says of {told} what they are")]
+    Features {
+        /// Which.
+        index: usize,
+        /// Corners or segments.
+        features: usize,
+        /// The length of the other list.
+        told: usize,
+    },
+    /// Something is named that is not there.
+    #[error("keyframe {index} names {what} {named} of {count}")]
+    NotThere {
+        /// Which keyframe.
+        index: usize,
+        /// A kind of thing.
+        what: &'static str,
+        /// Its index.
+        named: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// The number of a keyframe is not its own, or not of the past.
+    #[error(
+        "keyframe {index} has the number {number}, which another has, or which {so_far} have not reached"
+    )]
+    Order {
+        /// Which.
+        index: usize,
+        /// Its number.
+        number: u64,
+        /// How many keyframes have ever come in.
+        so_far: u64,
+    },
+    /// A keyframe shows a landmark twice, or is both ends of a loop.
+    #[error("keyframe {index}: {source}")]
+    Sighting {
+        /// Which.
+        index: usize,
+        /// What the map says.
+        source: MapError,
+    },
+    /// The whole is none.
+    #[error(transparent)]
+    Inconsistent(#[from] Inconsistency),
+    /// There are too many things of the kind.
+    #[error("too many parts for a map")]
+    Full,
+}
+
+impl Map {
+    /// Takes the map apart. What is large is shared with it.
+    #[must_use]
+    pub fn parts(&self) -> MapParts {
+        let keyframes = ranks(&self.keyframes);
+        let (points, lines) = (ranks(&self.points), ranks(&self.lines));
+        let keyframe = |keyframe: &Keyframe| KeyframePart {
+            number: keyframe.number,
+            camera: keyframe.camera,
+            camera_from_map: keyframe.camera_from_map,
+            frame: Arc::clone(&keyframe.frame),
+            points: ranked(&keyframe.points, &points),
+            lines: ranked(&keyframe.lines, &lines),
+            parent: keyframe.parent.and_then(|parent| keyframes.get(&parent).copied()),
+            loops: keyframe
+                .loops
+                .iter()
+                .filter_map(|(other, edge)| Some((*keyframes.get(other)?, edge.camera_from_other)))
+                .collect(),
+        };
+        let point = |point: &MapPoint| PointPart {
+            position_m: point.position_m,
+            look: point.look,
+            born: point.sightings.born,
+            times: point.sightings.times,
+        };
+        let line = |line: &MapLine| LinePart {
+            ends_m: line.ends_m(),
+            descriptor: line.descriptor,
+            born: line.sightings.born,
+            times: line.sightings.times,
+        };
+        MapParts {
+            config: self.config,
+            keyframes_so_far: self.next_number,
+            keyframes: self.keyframes.iter().map(|(_, found)| keyframe(found)).collect(),
+            points: self.points.iter().map(|(_, found)| point(found)).collect(),
+            lines: self.lines.iter().map(|(_, found)| line(found)).collect(),
+        }
+    }
+
+    /// Puts a map together.
+    ///
+    /// # Errors
+    /// When the parts are not those of a map: the first thing that is wrong.
+    pub fn from_parts(parts: MapParts) -> Result<Self, PartsError> {
+        parts.config.validate()?;
+        let counts = (parts.keyframes.len(), parts.points.len(), parts.lines.len());
+        let mut map = Self { next_number: parts.keyframes_so_far, ..Self::new(parts.config) };
+        let mut points = Vec::with_capacity(counts.1);
+        for (index, point) in parts.points.into_iter().enumerate() {
+            check_point(&point).ok_or(PartsError::Number { what: "point", index })?;
+            let sightings = seen_by_nobody(point.born, point.times);
+            let point = MapPoint { position_m: point.position_m, look: point.look, sightings };
+            points.push(map.points.insert(point).ok_or(PartsError::Full)?);
+        }
+        let mut lines = Vec::with_capacity(counts.2);
+        for (index, line) in parts.lines.into_iter().enumerate() {
+            let [start_m, end_m] = line.ends_m;
+            PluckerLine::through(&start_m, &end_m)
+                .ok_or(PartsError::Number { what: "line", index })?;
+            let sightings = seen_by_nobody(line.born, line.times);
+            let line = MapLine { start_m, end_m, descriptor: line.descriptor, sightings };
+            lines.push(map.lines.insert(line).ok_or(PartsError::Full)?);
+        }
+        let mut rest = Vec::with_capacity(counts.0);
+        let mut numbers = BTreeSet::new();
+        for (index, part) in parts.keyframes.into_iter().enumerate() {
+            check_keyframe(index, &part)?;
+            let (number, so_far) = (part.number, parts.keyframes_so_far);
+            if number >= so_far || !numbers.insert(number) {
+                return Err(PartsError::Order { index, number, so_far });
+            }
+            rest.push(map.take_in(part)?);
+        }
+        let ids: Vec<KeyframeId> = rest.iter().map(|rest| rest.id).collect();
+        for (index, rest) in rest.iter().enumerate() {
+            map.join::<MapPoint>(index, rest.id, &rest.points, (&points, "point"))?;
+            map.join::<MapLine>(index, rest.id, &rest.lines, (&lines, "line"))?;
+            map.tie(index, rest, &ids)?;
+        }
+        let in_order = || map.keyframes.iter().map(|(id, keyframe)| (keyframe.number, id));
+        map.newest = in_order().max().map(|(_, id)| id);
+        let without_parent = map.keyframes.iter().find(|(_, keyframe)| keyframe.parent.is_none());
+        map.root = without_parent.map(|(id, _)| id);
+        map.check()?;
+        Ok(map)
+    }
+
+    /// Takes a keyframe in that knows nothing of others yet; gives back what it is to know.
+    fn take_in(&mut self, part: KeyframePart) -> Result<Rest, PartsError> {
+        let keyframe = Keyframe {
+            number: part.number,
+            camera: part.camera,
+            camera_from_map: part.camera_from_map,
+            points: vec![None; part.points.len()],
+            lines: vec![None; part.lines.len()],
+            frame: part.frame,
+            covisible: BTreeMap::new(),
+            parent: None,
+            children: BTreeSet::new(),
+            loops: BTreeMap::new(),
+        };
+        let id = self.keyframes.insert(keyframe).ok_or(PartsError::Full)?;
+        let KeyframePart { points, lines, parent, loops, .. } = part;
+        Ok(Rest { id, points, lines, parent, loops })
+    }
+
+    /// A keyframe sees these landmarks.
+    fn join<L: Landmark>(
+        &mut self,
+        index: usize,
+        keyframe: KeyframeId,
+        seen: &[Option<u32>],
+        (landmarks, what): (&[Id<L>], &'static str),
+    ) -> Result<(), PartsError> {
+        for (feature, named) in seen.iter().enumerate() {
+            let Some(named) = *named else { continue };
+            let landmark = found(landmarks, named, (index, what))?;
+            self.observe(keyframe, feature, landmark)
+                .map_err(|source| PartsError::Sighting { index, source })?;
+        }
+        Ok(())
+    }
+
+    /// A keyframe hangs on another one, and is the end of loops.
+    fn tie(&mut self, index: usize, rest: &Rest, ids: &[KeyframeId]) -> Result<(), PartsError> {
+        if let Some(parent) = rest.parent {
+            let parent = found(ids, parent, (index, "parent"))?;
+            self.hang(rest.id, parent);
+        }
+        let mut loops = BTreeMap::new();
+        for (other, camera_from_other) in &rest.loops {
+            let other = found(ids, *other, (index, "end of a loop"))?;
+            if other == rest.id {
+                return Err(PartsError::Sighting { index, source: MapError::WithItself });
+            }
+            loops.insert(other, LoopEdge { camera_from_other: *camera_from_other });
+        }
+        if let Some(keyframe) = self.keyframes.get_mut(rest.id) {
+            keyframe.loops = loops;
+        }
+        Ok(())
+    }
+}
+
+/// What a keyframe is to know of others, when these are there.
+struct Rest {
+    id: KeyframeId,
+    points: Vec<Option<u32>>,
+    lines: Vec<Option<u32>>,
+    parent: Option<u32>,
+    loops: Vec<(u32, Isometry3<f64>)>,
+}
+
+/// The how manyth of its kind each thing is.
+fn ranks<T>(arena: &Arena<T>) -> BTreeMap<Id<T>, u32> {
+    arena.ids().zip(0..).collect()
+}
+
+fn ranked<T>(ids: &[Option<Id<T>>], ranks: &BTreeMap<Id<T>, u32>) -> Vec<Option<u32>> {
+    ids.iter().map(|id| ranks.get(id.as_ref()?).copied()).collect()
+}
+
+fn seen_by_nobody(born: u64, times: FoundTimes) -> Sightings {
+    Sightings { by_keyframe: BTreeMap::new(), born, times }
+}
+
+fn found<T: Copy>(
+    all: &[T],
+    named: u32,
+    (index, what): (usize, &'static str),
+) -> Result<T, PartsError> {
+    let count = all.len();
+    all.get(named as usize).copied().ok_or(PartsError::NotThere { index, what, named, count })
+}
