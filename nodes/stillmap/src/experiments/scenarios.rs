@@ -32,7 +32,7 @@ impl Direction {
 }
 
 impl Settings {
-    /// The crossings of the seeds 1, 2, ...
+    /// The crossings of the seeds.
     pub(crate) fn crossings(
         &self,
         scene: SceneName,
@@ -52,7 +52,7 @@ impl Settings {
     ) -> Vec<Run> {
         /// The side is drawn: so many draws of one side do not happen.
         const DRAWS_FOR_EACH: u64 = 64;
-        (1..=self.seeds * DRAWS_FOR_EACH)
+        (self.first_seed..self.first_seed + self.seeds * DRAWS_FOR_EACH)
             .map(|seed| self.crossing(scene, object, path, seed))
             .filter(|run| Direction::of(&run.scenario) == Some(direction))
             .take(usize::try_from(self.seeds).unwrap_or(usize::MAX))

@@ -37,8 +37,6 @@ pub(super) struct Cases {
 
 /// Where the targets name scenes, these.
 const NAMED_SCENES: [SceneName; 3] = [SceneName::B, SceneName::E, SceneName::G];
-const OBJECTS: [(CrossingObject, &str); 2] =
-    [(CrossingObject::Robot, "robot"), (CrossingObject::Person, "person")];
 pub(super) const PAUSE_S: f64 = 10.0;
 
 impl Cases {
@@ -53,8 +51,8 @@ impl Cases {
         let seeded = |of: &dyn Fn(u64) -> Scenario| -> Vec<Run> {
             settings.seeds().map(|seed| Run::new(settings.sized(of(seed)))).collect()
         };
-        let swaying = |(object, name): (CrossingObject, &str)| {
-            in_named(name, &|scene| settings.crossings_while_swaying(scene, object))
+        let swaying = |&object: &CrossingObject| {
+            in_named(name_of(object), &|scene| settings.crossings_while_swaying(scene, object))
         };
         let mut tours = vec![Case { name: "C, 0.036 m/s".to_owned(), runs: settings.slow_tours() }];
         tours.extend(in_named("0.2 m/s", &|scene| {
@@ -65,7 +63,7 @@ impl Cases {
             crossings: crossings(settings),
             empty: in_named("empty", &|scene| settings.empty(scene, Platform::Still)),
             empty_swaying: in_named("empty", &|scene| settings.empty(scene, Platform::Sway)),
-            crossings_swaying: OBJECTS.into_iter().flat_map(swaying).collect(),
+            crossings_swaying: settings.objects.iter().flat_map(swaying).collect(),
             tours,
             three_crossing: in_named("three crossing", &|scene| {
                 seeded(&|seed| Scenario::three_crossing(scene, seed))
@@ -108,23 +106,26 @@ impl Cases {
 fn crossings(settings: &Settings) -> Vec<Case> {
     let mut cases = Vec::new();
     for &scene in &settings.scenes {
-        for (object, name) in OBJECTS {
+        for &object in &settings.objects {
             for &path in &settings.paths {
-                cases.push(crossing(settings, scene, (object, name), path));
+                cases.push(crossing(settings, scene, object, path));
             }
         }
     }
     cases
 }
 
-fn crossing(
-    settings: &Settings,
-    scene: SceneName,
-    (object, name): (CrossingObject, &str),
-    path: PathName,
-) -> Case {
+fn crossing(settings: &Settings, scene: SceneName, object: CrossingObject, path: PathName) -> Case {
     Case {
-        name: format!("{scene}, {name}, path {path:?}"),
+        name: format!("{scene}, {}, path {path:?}", name_of(object)),
         runs: settings.crossings(scene, object, path),
+    }
+}
+
+fn name_of(object: CrossingObject) -> &'static str {
+    match object {
+        CrossingObject::Robot => "robot",
+        CrossingObject::Person => "person",
+        CrossingObject::Cart => "cart",
     }
 }
