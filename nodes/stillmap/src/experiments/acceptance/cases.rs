@@ -3,12 +3,14 @@
 use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName};
 
 use crate::experiments::runs::Run;
+use crate::experiments::scenarios::SLOW_TOUR_SCENE;
 use crate::experiments::settings::Settings;
 
 /// Scenarios that differ in the seed alone.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Case {
     pub(super) name: String,
+    pub(super) scene: SceneName,
     pub(super) runs: Vec<Run>,
 }
 
@@ -16,6 +18,9 @@ pub(super) struct Case {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Set {
     Crossings,
+    /// All scenes without what moves, from a still platform: what two measurements of one thing have in common.
+    Ceilings,
+    /// Those of the scenes that the targets name.
     Empty,
     EmptySwaying,
     CrossingsSwaying,
@@ -27,6 +32,7 @@ pub(super) enum Set {
 /// All cases.
 pub(super) struct Cases {
     pub(super) crossings: Vec<Case>,
+    ceilings: Vec<Case>,
     empty: Vec<Case>,
     empty_swaying: Vec<Case>,
     crossings_swaying: Vec<Case>,
@@ -44,8 +50,11 @@ impl Cases {
         let named: Vec<SceneName> =
             NAMED_SCENES.into_iter().filter(|scene| settings.scenes.contains(scene)).collect();
         let in_named = |what: &str, runs: &dyn Fn(SceneName) -> Vec<Run>| -> Vec<Case> {
-            let case =
-                |&scene: &SceneName| Case { name: format!("{scene}, {what}"), runs: runs(scene) };
+            let case = |&scene: &SceneName| Case {
+                name: format!("{scene}, {what}"),
+                scene,
+                runs: runs(scene),
+            };
             named.iter().map(case).collect()
         };
         let seeded = |of: &dyn Fn(u64) -> Scenario| -> Vec<Run> {
@@ -54,14 +63,25 @@ impl Cases {
         let swaying = |&object: &CrossingObject| {
             in_named(name_of(object), &|scene| settings.crossings_while_swaying(scene, object))
         };
-        let mut tours = vec![Case { name: "C, 0.036 m/s".to_owned(), runs: settings.slow_tours() }];
+        let empty = |scene| settings.empty(scene, Platform::Still);
+        let ceiling = |&scene: &SceneName| Case {
+            name: format!("{scene}, empty"),
+            scene,
+            runs: empty(scene),
+        };
+        let mut tours = Vec::new();
+        if settings.scenes.contains(&SLOW_TOUR_SCENE) {
+            let name = format!("{SLOW_TOUR_SCENE}, 0.036 m/s");
+            tours.push(Case { name, scene: SLOW_TOUR_SCENE, runs: settings.slow_tours() });
+        }
         tours.extend(in_named("0.2 m/s", &|scene| {
             let tour = |seed| settings.compared_with_itself_empty(Scenario::touring(scene, seed));
             settings.seeds().map(tour).collect()
         }));
         Self {
             crossings: crossings(settings),
-            empty: in_named("empty", &|scene| settings.empty(scene, Platform::Still)),
+            ceilings: settings.scenes.iter().map(ceiling).collect(),
+            empty: in_named("empty", &empty),
             empty_swaying: in_named("empty", &|scene| settings.empty(scene, Platform::Sway)),
             crossings_swaying: settings.objects.iter().flat_map(swaying).collect(),
             tours,
@@ -77,6 +97,7 @@ impl Cases {
     pub(super) fn set(&self, set: Set) -> &[Case] {
         match set {
             Set::Crossings => &self.crossings,
+            Set::Ceilings => &self.ceilings,
             Set::Empty => &self.empty,
             Set::EmptySwaying => &self.empty_swaying,
             Set::CrossingsSwaying => &self.crossings_swaying,
@@ -89,6 +110,7 @@ impl Cases {
     pub(super) fn into_runs(self) -> Vec<Run> {
         [
             self.crossings,
+            self.ceilings,
             self.empty,
             self.empty_swaying,
             self.crossings_swaying,
@@ -118,6 +140,7 @@ fn crossings(settings: &Settings) -> Vec<Case> {
 fn crossing(settings: &Settings, scene: SceneName, object: CrossingObject, path: PathName) -> Case {
     Case {
         name: format!("{scene}, {}, path {path:?}", name_of(object)),
+        scene,
         runs: settings.crossings(scene, object, path),
     }
 }
