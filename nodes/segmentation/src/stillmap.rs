@@ -167,8 +167,14 @@ impl Stillmap {
                 let in_reach = (point - camera).norm() <= self.config.evidence_reach_m;
                 let is_floor =
                     self.floor.is_some_and(|floor| floor.height_above_m(point).abs() <= sole_m);
-                if !in_reach || is_floor {
+                if !in_reach {
                     return Standing::Still;
+                }
+                if is_floor {
+                    // Where the floor itself is too dark to be seen, all of that voxel is the foot's.
+                    let is_foot =
+                        self.evidence.known(point) == Known::Unknown && self.has_arrived(point);
+                    return if is_foot { Standing::Arrived } else { Standing::Still };
                 }
                 match self.evidence.known(point) {
                     Known::Background => Standing::Still,

@@ -50,7 +50,7 @@ pub struct MovingGroup {
 /// Where a followed object is expected.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Expected {
-    /// The centre of its visible surface, in the map.
+    /// The middle of its visible surface's box, in the map.
     pub centre_m: Point3<f64>,
     /// Half its edge lengths along the axes of the map.
     pub half_extent_m: Vector3<f64>,

@@ -1,6 +1,6 @@
 //! `stillmap simulate`: a simulated scene as a bag, with its truth.
 
-mod choice;
+pub(crate) mod choice;
 mod mesh_file;
 mod messages;
 mod sensors;

@@ -77,6 +77,17 @@ fn a_table_in_front_is_left_and_does_not_take_the_objects_place() {
     check_to(&run(room, &behind_table, 45).score(6), "behind a table", 0.035);
 }
 
+/// Regression: feet on a floor that is too dark to be seen were floor, and stayed in the map for ever, since no ray
+/// ever passes them.
+#[test]
+fn feet_on_a_floor_that_no_ray_comes_back_from_are_the_persons() {
+    let mut room = furnished()[..4].to_vec();
+    // So much of the floor is seen; beyond, it is black.
+    room[0].max_m[0] = 3.9;
+    let by_person = |time_s: f64| walker(2, 4.15, across_m(time_s, -2.8, 1.4));
+    check(&run(room, &by_person, 40).score(4), "dark floor");
+}
+
 #[test]
 fn an_object_in_view_from_the_first_cycle_is_cut_out_and_what_it_uncovers_is_none() {
     let from_the_start = |time_s: f64| walker(1, 2.4, 0.8 - 0.98 * time_s);

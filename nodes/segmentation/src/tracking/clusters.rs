@@ -7,6 +7,9 @@ use super::observation::CycleCloud;
 
 /// Groups whose footprints are nearer than this are one object: legs and trunk with a table between.
 const JOIN_M: f64 = 0.2;
+/// What hangs in the air is carried: a group above another belongs to it across a gap of this, half of what a body is
+/// wide. Between them are black trousers, or a pole that is too thin.
+const CARRIED_M: f64 = 0.4;
 /// An object is expected in a group when a point of it is horizontally so near to its centre: a body's depth,
 /// and what it may have swerved.
 const CLAIM_M: f64 = 0.3;
@@ -35,11 +38,22 @@ fn horizontal_m(a: &Point3<f64>, b: &Point3<f64>) -> f64 {
     (a.xy() - b.xy()).norm()
 }
 
-/// Joins groups whose footprints come near each other.
+/// Joins groups whose footprints come near each other, and one that hangs above another with it.
 fn joined(cloud: &CycleCloud<'_>, groups: &[&[usize]]) -> Vec<Vec<usize>> {
     let place = |index: usize| &cloud.points_in_map[index];
+    let heights_m = |group: &[usize]| {
+        group
+            .iter()
+            .map(|&index| place(index).z)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), z_m| {
+                (least.min(z_m), most.max(z_m))
+            })
+    };
     let touch = |a: &[usize], b: &[usize]| {
-        a.iter().any(|&i| b.iter().any(|&j| horizontal_m(place(i), place(j)) <= JOIN_M))
+        let (least_a, most_a) = heights_m(a);
+        let (least_b, most_b) = heights_m(b);
+        let gap_m = if least_a > most_b || least_b > most_a { CARRIED_M } else { JOIN_M };
+        a.iter().any(|&i| b.iter().any(|&j| horizontal_m(place(i), place(j)) <= gap_m))
     };
     let mut left: Vec<&[usize]> = groups.to_vec();
     let mut clusters = Vec::new();

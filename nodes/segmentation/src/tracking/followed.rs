@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Matrix3, Point3, Vector3};
 
 use super::Expected;
 use super::kalman::Filter;
-use super::observation::Observation;
+use super::observation::{Observation, Reach};
 
 /// The squared Mahalanobis distance beyond which an observation is of another object: 99.9 % of two degrees
 /// of freedom.
@@ -38,6 +38,8 @@ pub(super) struct Followed {
     /// From the fixed point to the centre of what is visible.
     visible_offset_m: Vector3<f64>,
     extent_m: Vector3<f64>,
+    /// From the centre of what is visible to the ends of it along the axes of the map.
+    reach_m: Reach,
     /// From each end to the fixed point, along the direction across the view; as far as known.
     from_left_m: Option<f64>,
     from_right_m: Option<f64>,
@@ -73,6 +75,7 @@ impl Followed {
             seen_at_m: centre_m,
             visible_offset_m: Vector3::zeros(),
             extent_m: observation.extent_m,
+            reach_m: observation.reach_m,
             from_left_m: (!observation.left.is_cut)
                 .then_some(centre_along_m - observation.left.along_m),
             from_right_m: (!observation.right.is_cut)
@@ -105,9 +108,10 @@ impl Followed {
     }
 
     pub(super) fn expected(&self) -> Expected {
+        let Reach { down_m, up_m } = self.reach_m;
         Expected {
-            centre_m: self.visible_centre_m(),
-            half_extent_m: self.extent_m / 2.0,
+            centre_m: self.visible_centre_m() + (down_m + up_m) / 2.0,
+            half_extent_m: (up_m - down_m) / 2.0,
             // What was uncovered by an object that went on, or while it was hidden, is none of it.
             may_be_new: !self.is_proven && self.unseen_cycles == 0,
         }
@@ -196,10 +200,17 @@ impl Followed {
 
     /// What is seen whole tells the size; a part of it only that it is no smaller.
     fn take_size(&mut self, observation: &Observation, is_sure: bool) {
+        let Reach { down_m, up_m } = observation.reach_m;
         if is_sure {
             self.extent_m += SIZE_GAIN * (observation.extent_m - self.extent_m);
+            self.reach_m.down_m += SIZE_GAIN * (down_m - self.reach_m.down_m);
+            self.reach_m.up_m += SIZE_GAIN * (up_m - self.reach_m.up_m);
         } else if !observation.is_split {
             self.extent_m = self.extent_m.sup(&observation.extent_m);
+            self.reach_m = Reach {
+                down_m: self.reach_m.down_m.inf(&down_m),
+                up_m: self.reach_m.up_m.sup(&up_m),
+            };
         }
     }
 

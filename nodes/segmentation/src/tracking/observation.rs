@@ -32,6 +32,9 @@ pub(super) struct Observation {
     pub(super) centre_m: Point3<f64>,
     /// Its edge lengths along the axes of the map, a voxel included.
     pub(super) extent_m: Vector3<f64>,
+    /// From the centre to the least and to the largest coordinates along the axes of the map, a half of a voxel
+    /// included. The centre is that of the pixels, and not in the middle of what stands behind them.
+    pub(super) reach_m: Reach,
     /// The horizontal direction in the map from its right to its left, seen from the camera.
     pub(super) across: Vector3<f64>,
     /// Its ends along `across`.
@@ -41,6 +44,15 @@ pub(super) struct Observation {
     pub(super) distance_m: f64,
     /// Whether predictions cut it out of a larger group.
     pub(super) is_split: bool,
+}
+
+/// How far a surface reaches from its centre along the axes of the map.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Reach {
+    /// To the least coordinates: none is positive.
+    pub(super) down_m: Vector3<f64>,
+    /// To the largest ones: none is negative.
+    pub(super) up_m: Vector3<f64>,
 }
 
 /// One end of the visible surface.
@@ -77,10 +89,15 @@ impl Observation {
         let voxel_slope = cloud.cell_m / towards.norm().max(MIN_DEPTH_M);
         right.is_cut = right.slope <= cloud.view.least.x + voxel_slope;
         left.is_cut = left.slope >= cloud.view.most.x - voxel_slope;
+        let half_a_voxel_m = Vector3::repeat(0.5 * cloud.cell_m);
         Some(Self {
             points,
             centre_m,
             extent_m: most - least + Vector3::repeat(cloud.cell_m),
+            reach_m: Reach {
+                down_m: least - centre_m.coords - half_a_voxel_m,
+                up_m: most - centre_m.coords + half_a_voxel_m,
+            },
             across,
             left,
             right,

@@ -129,3 +129,59 @@ fn two_that_meet_in_one_group_are_parted_by_where_they_are_expected() {
         }
     }
 }
+
+/// Regression: the screen of a robot whose pole no ray meets was one object, and its base, farther back, another that
+/// nobody followed; the track's position was that of the screen.
+#[test]
+fn what_hangs_above_a_group_belongs_to_it_and_what_stands_beside_it_does_not() {
+    let column = |x_m: f64, from_m: f64| {
+        (0..4).map(move |row| Point3::new(x_m, 0.0, from_m + 0.08 * f64::from(row)))
+    };
+    let mut cycle = cycle(0, &[]).0;
+    let mut objects = |bottom: (f64, f64), top: (f64, f64)| {
+        let points_in_map: Vec<Point3<f64>> =
+            column(bottom.0, bottom.1).chain(column(top.0, top.1)).collect();
+        cycle.reduced_cloud.points_m = points_in_map.iter().map(|point| point.cast()).collect();
+        let cloud = CycleCloud {
+            cycle: &cycle,
+            points_in_map: &points_in_map,
+            camera_in_map: Point3::origin(),
+            view: View::default(),
+            cell_m: CELL_M,
+        };
+        super::clusters::clusters(&cloud, &[&[0, 1, 2, 3], &[4, 5, 6, 7]], &[]).len()
+    };
+    assert_eq!(objects((2.3, -1.1), (2.0, 0.1)), 1, "the screen before and above its base");
+    assert_eq!(objects((2.3, -1.1), (2.0, -1.1)), 2, "two who stand one behind the other");
+    assert_eq!(objects((2.6, -1.1), (2.0, 0.1)), 2, "what hangs too far away");
+}
+
+/// Regression: the box in which a robot was expected lay about the centre of its pixels, which is that of the large
+/// screen, and did not hold the base a metre below: when base and screen came apart, the base was left behind.
+#[test]
+fn all_of_what_was_seen_is_expected_wherever_most_of_its_pixels_are() {
+    let (mut cycle, mut groups) = cycle(0, &[(2.0, 0.0)]);
+    let base = cycle.reduced_cloud.points_m.len();
+    cycle.reduced_cloud.points_m.push(Point3::new(2.3, 0.0, -1.2));
+    cycle.voxel_points.push(1);
+    groups[0].points.push(base);
+    let points_in_map: Vec<_> =
+        cycle.reduced_cloud.points_m.iter().map(|point| point.cast::<f64>()).collect();
+    let mut view = View::default();
+    view.widen(&cycle);
+    let cloud = CycleCloud {
+        cycle: &cycle,
+        points_in_map: &points_in_map,
+        camera_in_map: Point3::origin(),
+        view,
+        cell_m: CELL_M,
+    };
+    let mut tracker = tracker();
+    tracker.expect(cycle.reduced_cloud.stamp);
+    tracker.follow(&cloud, &groups);
+    let expected = tracker.expect(cycle.reduced_cloud.stamp)[0];
+    for &point in &groups[0].points {
+        let offset_m = (points_in_map[point] - expected.centre_m).abs();
+        assert!(offset_m <= expected.half_extent_m, "{point}: {offset_m} of {expected:?}");
+    }
+}

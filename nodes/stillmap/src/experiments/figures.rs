@@ -45,6 +45,9 @@ pub(crate) struct MapFigures {
     pub(crate) correlation: Option<Correlation>,
     /// With a map of the empty scene, as far as the run has one to compare with.
     pub(crate) correlation_with_measured: Option<Correlation>,
+    /// The same of all that was seen, with nothing removed: in a scene in which nothing moves, two measurements of
+    /// one thing, and so the most that any map can be expected to reach.
+    pub(crate) unfiltered_correlation_with_measured: Option<Correlation>,
     pub(crate) distance: Option<CloudDistance>,
 }
 
@@ -155,6 +158,7 @@ impl RunFigures {
                 sightings: sightings(&trial, scenario, beams, object.id),
             })
             .collect();
+        let with_measured = |map_m| correlation(reference_m?, map_m, record.voxel_edge_m).ok();
         let in_view = in_view(score);
         let identities = cycles().map(|(record, cycle)| identity_cycle(record, cycle, &in_view));
         Self {
@@ -165,9 +169,8 @@ impl RunFigures {
                 points: record.static_map.len(),
                 points_without_removal: record.unfiltered_map.len(),
                 correlation: trial.correlation,
-                correlation_with_measured: reference_m.and_then(|reference_m| {
-                    correlation(reference_m, &record.static_map, record.voxel_edge_m).ok()
-                }),
+                correlation_with_measured: with_measured(&record.static_map),
+                unfiltered_correlation_with_measured: with_measured(&record.unfiltered_map),
                 distance: trial.distance,
             },
             labels: score.map(LabelFigures::of),

@@ -19,6 +19,7 @@ mod e09_centroid;
 mod e10_rail;
 mod e11_tour;
 mod figures;
+mod filter;
 mod identity;
 mod map_pictures;
 mod output;
@@ -31,6 +32,7 @@ mod scans;
 mod scenarios;
 mod section;
 mod settings;
+mod sightings;
 mod table;
 mod text;
 
@@ -39,6 +41,7 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
+use self::filter::FilterArgs;
 use self::runs::{Run, Runs, count_of_scenarios};
 use self::section::Section;
 use self::settings::Settings;
@@ -51,8 +54,10 @@ use crate::progress::Progress;
 #[command(after_help = "Examples:
   stillmap experiments --quick
   stillmap experiments --only 1 5 9 --seeds 10 -o out
+  stillmap experiments --only acceptance --scenes H --objects person --paths C --seeds 1 --first-seed 2
 
-It writes experiments.html (one page that needs nothing else) and experiments.json, and prints the tables.
+It writes experiments.html (one page that needs nothing else), experiments.json and sightings.csv (each object in
+each cycle), and prints the tables.
 Times depend on the machine; all other figures are the same for the same arguments.")]
 pub(crate) struct ExperimentsArgs {
     /// Only these: experiments 1 to 11, or the targets of the suite (`acceptance`)
@@ -61,6 +66,11 @@ pub(crate) struct ExperimentsArgs {
     /// Runs of each experiment that has several; the full tables have 10
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: u64,
+    /// The least of the seeds; the others follow it
+    #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=1_000_000))]
+    first_seed: u64,
+    #[command(flatten)]
+    filter: FilterArgs,
     /// One seed, few cycles, small images: shows in a minute or two that everything works
     #[arg(long, conflicts_with = "seeds")]
     quick: bool,
@@ -102,7 +112,10 @@ const EXPERIMENTS: [Experiment; KEYS.len()] = [
 ];
 
 pub(crate) fn run(args: &ExperimentsArgs) -> Result<Outcome, Failure> {
-    let settings = if args.quick { Settings::quick() } else { Settings::new(args.seeds) };
+    let settings = args.filter.of(Settings {
+        first_seed: args.first_seed,
+        ..if args.quick { Settings::quick() } else { Settings::new(args.seeds) }
+    });
     let folder = output::Folder::create(&args.out)?;
     let chosen = chosen(&args.only);
     let plan: Vec<Run> =
@@ -120,6 +133,7 @@ pub(crate) fn run(args: &ExperimentsArgs) -> Result<Outcome, Failure> {
     let json = output::json(&settings, &sections, &runs)?;
     folder.write("experiments.html", &page::page(&settings, &sections))?;
     folder.write("experiments.json", &json)?;
+    folder.write("sightings.csv", &sightings::csv(&runs))?;
     if args.json {
         console::print(json.trim_end())?;
     } else {

@@ -32,7 +32,7 @@ impl Direction {
 }
 
 impl Settings {
-    /// The crossings of the seeds 1, 2, ...
+    /// The crossings of the seeds.
     pub(crate) fn crossings(
         &self,
         scene: SceneName,
@@ -52,7 +52,7 @@ impl Settings {
     ) -> Vec<Run> {
         /// The side is drawn: so many draws of one side do not happen.
         const DRAWS_FOR_EACH: u64 = 64;
-        (1..=self.seeds * DRAWS_FOR_EACH)
+        (self.first_seed..self.first_seed + self.seeds * DRAWS_FOR_EACH)
             .map(|seed| self.crossing(scene, object, path, seed))
             .filter(|run| Direction::of(&run.scenario) == Some(direction))
             .take(usize::try_from(self.seeds).unwrap_or(usize::MAX))
@@ -79,12 +79,17 @@ impl Settings {
         Run::new(self.sized(scenario)).compared_with(self.sized(Scenario { name, seed, ..empty }))
     }
 
-    /// A scene in which nothing moves, and a platform that may.
+    /// A scene in which nothing moves, and a platform that may; from a still one, compared with another measurement
+    /// of the same.
     pub(crate) fn empty(&self, scene: SceneName, platform: Platform) -> Vec<Run> {
         let scenario = |seed| {
             let scenario = Scenario::empty(scene, seed).with_platform(platform);
             let name = format!("{}, platform {platform:?}", scenario.name);
-            Run::new(self.sized(Scenario { name, ..scenario }))
+            let run = Run::new(self.sized(Scenario { name, ..scenario }));
+            match platform {
+                Platform::Still => run.compared_with(self.measured_empty(scene)),
+                _ => run,
+            }
         };
         self.seeds().map(scenario).collect()
     }
@@ -113,6 +118,8 @@ impl Settings {
 
 /// Beyond the seeds of the runs.
 const REFERENCE_SEED: u64 = 1_000_000;
+/// Where the slow tour goes.
+pub(crate) const SLOW_TOUR_SCENE: SceneName = SceneName::C;
 /// Rec-HV 4.11.
 const TOUR_SPEED_M_PER_S: f64 = 0.036;
 /// Rec-HV 5.7: nothing farther is measured, since depth errors would spoil the map.
@@ -121,7 +128,8 @@ const TOUR_DEPTH_MAX_M: f64 = 3.0;
 const PERSON_STARTS_AFTER_S: f64 = 6.0;
 
 fn slow_tour(cycles: usize, seed: u64) -> Scenario {
-    let mut scenario = Scenario::crossing(SceneName::C, CrossingObject::Person, PathName::A, seed);
+    let mut scenario =
+        Scenario::crossing(SLOW_TOUR_SCENE, CrossingObject::Person, PathName::A, seed);
     for waypoint in scenario.scene.objects.iter_mut().flat_map(|object| &mut object.path.waypoints)
     {
         waypoint.time_s += PERSON_STARTS_AFTER_S;

@@ -1,12 +1,14 @@
 //! How much is run.
 
-use simulator::{PathName, Scenario, SceneName};
+use simulator::{CrossingObject, PathName, Scenario, SceneName};
 
 /// How much of each experiment is run. The counts of the thesis stand in [`Settings::new`].
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Settings {
-    /// Runs of each experiment that has several: the seeds 1, 2, ...
+    /// Runs of each experiment that has several, each with a seed of its own.
     pub(crate) seeds: u64,
+    /// The least of the seeds.
+    pub(crate) first_seed: u64,
     /// Scans of the experiments on raw ranges.
     pub(crate) raw_scans: usize,
     /// Lengths of the window, in scans.
@@ -21,6 +23,8 @@ pub(crate) struct Settings {
     pub(crate) everyday_scenes: Vec<SceneName>,
     /// The scenes of the acceptance table.
     pub(crate) scenes: Vec<SceneName>,
+    /// What crosses in the acceptance table.
+    pub(crate) objects: Vec<CrossingObject>,
     /// The paths of the acceptance table.
     pub(crate) paths: Vec<PathName>,
     /// The size of the depth images where it is not the camera's own.
@@ -32,6 +36,7 @@ impl Settings {
     pub(crate) fn new(seeds: u64) -> Self {
         Self {
             seeds,
+            first_seed: 1,
             raw_scans: 500,
             windows: (2..=7).collect(),
             sweep_cycles: 100,
@@ -45,6 +50,7 @@ impl Settings {
                 SceneName::H,
             ],
             scenes: SceneName::ALL.to_vec(),
+            objects: vec![CrossingObject::Robot, CrossingObject::Person],
             paths: vec![PathName::A, PathName::B, PathName::C],
             depth_size_px: None,
         }
@@ -54,6 +60,7 @@ impl Settings {
     pub(crate) fn quick() -> Self {
         Self {
             seeds: 1,
+            first_seed: 1,
             raw_scans: 70,
             windows: vec![2, 3, 7],
             sweep_cycles: 5,
@@ -61,6 +68,7 @@ impl Settings {
             tour_cycles: 100,
             everyday_scenes: vec![SceneName::G],
             scenes: vec![SceneName::B],
+            objects: vec![CrossingObject::Robot, CrossingObject::Person],
             paths: vec![PathName::A],
             depth_size_px: Some((320, 240)),
         }
@@ -72,7 +80,7 @@ impl Settings {
 
     /// The seeds, in order.
     pub(crate) fn seeds(&self) -> impl Iterator<Item = u64> + use<> {
-        1..=self.seeds
+        self.first_seed..self.first_seed + self.seeds
     }
 
     /// A scenario with the images that these settings ask for.
@@ -90,6 +98,11 @@ impl Settings {
 
     /// "seeds 1 to 3".
     pub(crate) fn seeds_text(&self) -> String {
-        if self.seeds == 1 { "seed 1".to_owned() } else { format!("seeds 1 to {}", self.seeds) }
+        let first = self.first_seed;
+        if self.seeds == 1 {
+            format!("seed {first}")
+        } else {
+            format!("seeds {first} to {}", first + self.seeds - 1)
+        }
     }
 }

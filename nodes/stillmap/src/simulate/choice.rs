@@ -90,7 +90,7 @@ enum ScenarioName {
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 #[value(rename_all = "UPPER")]
-enum SceneLetter {
+pub(crate) enum SceneLetter {
     /// Empty, 4 m
     A,
     /// Reflecting surfaces, 4 m
@@ -129,7 +129,7 @@ enum ObjectName {
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 #[value(rename_all = "UPPER")]
-enum PathLetter {
+pub(crate) enum PathLetter {
     A,
     B,
     C,
@@ -274,7 +274,7 @@ impl ScenarioName {
 }
 
 impl SceneLetter {
-    fn scene(self) -> SceneName {
+    pub(crate) fn scene(self) -> SceneName {
         match self {
             Self::A => SceneName::A,
             Self::B => SceneName::B,
@@ -289,7 +289,7 @@ impl SceneLetter {
 }
 
 impl PathLetter {
-    fn path(self) -> PathName {
+    pub(crate) fn path(self) -> PathName {
         match self {
             Self::A => PathName::A,
             Self::B => PathName::B,

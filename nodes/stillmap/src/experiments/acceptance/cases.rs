@@ -3,12 +3,14 @@
 use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName};
 
 use crate::experiments::runs::Run;
+use crate::experiments::scenarios::SLOW_TOUR_SCENE;
 use crate::experiments::settings::Settings;
 
 /// Scenarios that differ in the seed alone.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Case {
     pub(super) name: String,
+    pub(super) scene: SceneName,
     pub(super) runs: Vec<Run>,
 }
 
@@ -16,6 +18,9 @@ pub(super) struct Case {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Set {
     Crossings,
+    /// All scenes without what moves, from a still platform: what two measurements of one thing have in common.
+    Ceilings,
+    /// Those of the scenes that the targets name.
     Empty,
     EmptySwaying,
     CrossingsSwaying,
@@ -27,6 +32,7 @@ pub(super) enum Set {
 /// All cases.
 pub(super) struct Cases {
     pub(super) crossings: Vec<Case>,
+    ceilings: Vec<Case>,
     empty: Vec<Case>,
     empty_swaying: Vec<Case>,
     crossings_swaying: Vec<Case>,
@@ -37,8 +43,8 @@ pub(super) struct Cases {
 
 /// Where the targets name scenes, these.
 const NAMED_SCENES: [SceneName; 3] = [SceneName::B, SceneName::E, SceneName::G];
-const OBJECTS: [(CrossingObject, &str); 2] =
-    [(CrossingObject::Robot, "robot"), (CrossingObject::Person, "person")];
+/// Two measurements of one thing differ by chance: so often at least each empty scene is measured for its ceiling.
+const LEAST_CEILING_RUNS: u64 = 3;
 pub(super) const PAUSE_S: f64 = 10.0;
 
 impl Cases {
@@ -46,26 +52,42 @@ impl Cases {
         let named: Vec<SceneName> =
             NAMED_SCENES.into_iter().filter(|scene| settings.scenes.contains(scene)).collect();
         let in_named = |what: &str, runs: &dyn Fn(SceneName) -> Vec<Run>| -> Vec<Case> {
-            let case =
-                |&scene: &SceneName| Case { name: format!("{scene}, {what}"), runs: runs(scene) };
+            let case = |&scene: &SceneName| Case {
+                name: format!("{scene}, {what}"),
+                scene,
+                runs: runs(scene),
+            };
             named.iter().map(case).collect()
         };
         let seeded = |of: &dyn Fn(u64) -> Scenario| -> Vec<Run> {
             settings.seeds().map(|seed| Run::new(settings.sized(of(seed)))).collect()
         };
-        let swaying = |(object, name): (CrossingObject, &str)| {
-            in_named(name, &|scene| settings.crossings_while_swaying(scene, object))
+        let swaying = |&object: &CrossingObject| {
+            in_named(name_of(object), &|scene| settings.crossings_while_swaying(scene, object))
         };
-        let mut tours = vec![Case { name: "C, 0.036 m/s".to_owned(), runs: settings.slow_tours() }];
+        let empty = |scene| settings.empty(scene, Platform::Still);
+        let for_ceilings =
+            Settings { seeds: settings.seeds.max(LEAST_CEILING_RUNS), ..settings.clone() };
+        let ceiling = |&scene: &SceneName| Case {
+            name: format!("{scene}, empty"),
+            scene,
+            runs: for_ceilings.empty(scene, Platform::Still),
+        };
+        let mut tours = Vec::new();
+        if settings.scenes.contains(&SLOW_TOUR_SCENE) {
+            let name = format!("{SLOW_TOUR_SCENE}, 0.036 m/s");
+            tours.push(Case { name, scene: SLOW_TOUR_SCENE, runs: settings.slow_tours() });
+        }
         tours.extend(in_named("0.2 m/s", &|scene| {
             let tour = |seed| settings.compared_with_itself_empty(Scenario::touring(scene, seed));
             settings.seeds().map(tour).collect()
         }));
         Self {
             crossings: crossings(settings),
-            empty: in_named("empty", &|scene| settings.empty(scene, Platform::Still)),
+            ceilings: settings.scenes.iter().map(ceiling).collect(),
+            empty: in_named("empty", &empty),
             empty_swaying: in_named("empty", &|scene| settings.empty(scene, Platform::Sway)),
-            crossings_swaying: OBJECTS.into_iter().flat_map(swaying).collect(),
+            crossings_swaying: settings.objects.iter().flat_map(swaying).collect(),
             tours,
             three_crossing: in_named("three crossing", &|scene| {
                 seeded(&|seed| Scenario::three_crossing(scene, seed))
@@ -79,6 +101,7 @@ impl Cases {
     pub(super) fn set(&self, set: Set) -> &[Case] {
         match set {
             Set::Crossings => &self.crossings,
+            Set::Ceilings => &self.ceilings,
             Set::Empty => &self.empty,
             Set::EmptySwaying => &self.empty_swaying,
             Set::CrossingsSwaying => &self.crossings_swaying,
@@ -91,6 +114,7 @@ impl Cases {
     pub(super) fn into_runs(self) -> Vec<Run> {
         [
             self.crossings,
+            self.ceilings,
             self.empty,
             self.empty_swaying,
             self.crossings_swaying,
@@ -108,23 +132,27 @@ impl Cases {
 fn crossings(settings: &Settings) -> Vec<Case> {
     let mut cases = Vec::new();
     for &scene in &settings.scenes {
-        for (object, name) in OBJECTS {
+        for &object in &settings.objects {
             for &path in &settings.paths {
-                cases.push(crossing(settings, scene, (object, name), path));
+                cases.push(crossing(settings, scene, object, path));
             }
         }
     }
     cases
 }
 
-fn crossing(
-    settings: &Settings,
-    scene: SceneName,
-    (object, name): (CrossingObject, &str),
-    path: PathName,
-) -> Case {
+fn crossing(settings: &Settings, scene: SceneName, object: CrossingObject, path: PathName) -> Case {
     Case {
-        name: format!("{scene}, {name}, path {path:?}"),
+        name: format!("{scene}, {}, path {path:?}", name_of(object)),
+        scene,
         runs: settings.crossings(scene, object, path),
+    }
+}
+
+fn name_of(object: CrossingObject) -> &'static str {
+    match object {
+        CrossingObject::Robot => "robot",
+        CrossingObject::Person => "person",
+        CrossingObject::Cart => "cart",
     }
 }

@@ -101,3 +101,34 @@ fn the_phases_of_a_pause_are_told_apart() {
     assert_eq!(recall(Phase::After), Some(0.9));
     assert_eq!(recall_in(&Scenario::empty(SceneName::B, 1), &run, Phase::During), None);
 }
+
+/// The thesis' measure says little of a scene that is one flat wall: no map can be more like a measurement of it than
+/// another measurement is.
+#[test]
+fn a_case_that_reaches_the_ceiling_of_its_scene_meets_the_correlation() {
+    use evaluation::Correlation;
+    let settings = Settings { scenes: vec![SceneName::A], ..Settings::quick() };
+    let front = |front| Some(Correlation { front, top: 1.0, side: 1.0 });
+    for (crossed, expected) in [(0.91, Verdict::Met), (0.89, Verdict::Missed)] {
+        let section = present(
+            &settings,
+            &runs(&settings, |planned| {
+                let mut run = run(9, vec![sighting(4)]);
+                let is_empty = planned.scenario.scene.objects.is_empty();
+                run.map.correlation_with_measured = front(if is_empty { 0.5 } else { crossed });
+                run.map.unfiltered_correlation_with_measured =
+                    front(if is_empty { 0.9 } else { 1.0 });
+                run
+            }),
+        )
+        .unwrap();
+        let name = "correlation with a measured empty scene, still";
+        assert_eq!(verdict(&section, name), Cell::Verdict(expected));
+        let rows = &section.tables[0].rows;
+        let place = rows.iter().position(|row| row.name == name).unwrap();
+        assert!(rows[place + 1].name.starts_with("ceiling of the correlation"));
+        assert_eq!(rows[place + 1].cells[2].text(), "90.0 %");
+        let met = rows[place].cells[4].text();
+        assert_eq!(met.contains("by the ceiling"), expected == Verdict::Met, "{met}");
+    }
+}

@@ -41,6 +41,7 @@ pub(crate) fn run(cycles: usize, sightings: Vec<Sighting>) -> RunFigures {
         points_without_removal: 3_100,
         correlation: None,
         correlation_with_measured: None,
+        unfiltered_correlation_with_measured: None,
         distance: None,
     };
     RunFigures {
