@@ -1,10 +1,12 @@
 //! The parameters of loop closing, their defaults, and where these come from.
 
+use nalgebra::Isometry3;
 use pose_graph::GraphConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::registration::{
     CoarseConfig, ConfigError, PreparationConfig, RegistrationConfig, check, check_positive,
+    is_finite_pose,
 };
 
 /// The parameters of [`super::LoopCloser`].
@@ -115,6 +117,19 @@ impl Default for LoopClosingConfig {
 }
 
 impl LoopClosingConfig {
+    /// Whether a vehicle has gone far enough since the last keyframe, where there is one, for another.
+    pub(super) fn is_far_enough(
+        &self,
+        last: Option<&Isometry3<f64>>,
+        odom_from_vehicle: &Isometry3<f64>,
+    ) -> bool {
+        let step_m = |last: &Isometry3<f64>| {
+            (odom_from_vehicle.translation.vector - last.translation.vector).norm()
+        };
+        is_finite_pose(odom_from_vehicle)
+            && last.is_none_or(|last| step_m(last) >= self.keyframe_distance_m)
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors

@@ -42,6 +42,7 @@ pub struct LidarOdometryParameters {
     pub publish_tf: bool,
     pub path_poses: usize,
     pub loop_closing: bool,
+    pub loop_closing_in_background: bool,
     pub map_frame_id: String,
 
     pub use_wheels: bool,
@@ -103,6 +104,8 @@ impl Default for LidarOdometryParameters {
             path_poses: 10_000,
             // The frame of the map may have another owner: who has none asks for it.
             loop_closing: false,
+            // A search takes a second, a scan must not.
+            loop_closing_in_background: true,
             map_frame_id: "map".to_owned(),
             use_wheels: false,
             use_imu: false,

@@ -22,6 +22,8 @@ pub(crate) struct LidarSummary {
     pub(crate) poses: usize,
     /// Those of them whose pose is a prediction.
     pub(crate) predicted: usize,
+    /// What the last scan lacked that was in trouble.
+    pub(crate) last_trouble: Option<String>,
     /// The way that was driven.
     pub(crate) path_m: f64,
     /// Loops that were closed.
@@ -82,6 +84,8 @@ pub(super) fn load(
         parameters::load(&format!("/{NODE}"), files, &[] as &[Assignment])
             .map_err(|error| Failure::new(error.to_string()))?;
     parameters.loop_closing |= loop_closing;
+    // The same recording gives the same map.
+    parameters.loop_closing_in_background = false;
     Ok(parameters)
 }
 
@@ -122,6 +126,7 @@ impl LidarSummary {
             scans: follower.reports().len(),
             poses: poses.len(),
             predicted: count("held").filter(|held| *held > 0).count(),
+            last_trouble: follower.last_trouble().map(str::to_owned),
             path_m,
             closed_loops: follower.closed_loops(),
             without_a_pose: follower.drops(),
@@ -163,6 +168,9 @@ pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
             "{} poses are predictions: their scans did not fit",
             summary.predicted
         ))?;
+    }
+    if let Some(trouble) = &summary.last_trouble {
+        console::print(format_args!("the last trouble: {trouble}"))?;
     }
     if summary.closed_loops > 0 {
         console::print(format_args!("loops closed: {}", summary.closed_loops))?;

@@ -39,6 +39,7 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
             odometry.predicted
         ));
     }
+    lead.extend(odometry.last_trouble.iter().map(|trouble| format!("The last trouble: {trouble}.")));
     lead.extend(summary.losses.iter().map(|loss| format!("Lost: {loss}.")));
     let row = |name: &str, text: String| PageRow {
         name: name.to_owned(),
