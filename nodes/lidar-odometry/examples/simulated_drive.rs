@@ -69,8 +69,11 @@ fn main() {
     });
     // In real time all are made before, so that nothing else takes time.
     let is_real_time = option("real_time").is_some();
-    let clouds: Box<dyn Iterator<Item = LidarCloud>> =
-        if is_real_time { Box::new(clouds.collect::<Vec<_>>().into_iter()) } else { Box::new(clouds) };
+    let clouds: Box<dyn Iterator<Item = LidarCloud>> = if is_real_time {
+        Box::new(clouds.collect::<Vec<_>>().into_iter())
+    } else {
+        Box::new(clouds)
+    };
     let period = std::time::Duration::from_millis(100);
     let begin = Instant::now();
     for (number, cloud) in (0_u32..).zip(clouds) {

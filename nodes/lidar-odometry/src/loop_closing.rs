@@ -41,7 +41,7 @@ pub use self::known::{KeyframePose, KnownLoops};
 pub use self::outcome::{ClosedLoop, LoopOutcome, NotALoop};
 use self::scan_context::ScanContext;
 pub use self::search::{InlineSearch, LoopAnswer, LoopSearch, Place};
-use crate::registration::ConfigError;
+use crate::registration::ParameterError;
 
 /// Knows the places of a drive, and finds them again.
 ///
@@ -82,7 +82,7 @@ impl LoopCloser {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: LoopClosingConfig, threads: NonZeroUsize) -> Result<Self, ConfigError> {
+    pub fn new(config: LoopClosingConfig, threads: NonZeroUsize) -> Result<Self, ParameterError> {
         config.validate()?;
         Ok(Self {
             config,
@@ -141,8 +141,8 @@ impl LoopCloser {
         }
         let last = self.keyframes.back();
         let way_m = last.map_or(0.0, |last| {
-            let step_m = last.odom_from_vehicle.translation.vector
-                - odom_from_vehicle.translation.vector;
+            let step_m =
+                last.odom_from_vehicle.translation.vector - odom_from_vehicle.translation.vector;
             last.way_m + step_m.norm()
         });
         let within = |point: &&Point3<f32>| {

@@ -5,7 +5,7 @@ use pose_graph::GraphConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::registration::{
-    CoarseConfig, ConfigError, PreparationConfig, RegistrationConfig, check, check_positive,
+    CoarseConfig, ParameterError, PreparationConfig, RegistrationConfig, check, check_positive,
     is_finite_pose,
 };
 
@@ -134,7 +134,7 @@ impl LoopClosingConfig {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_positive(&[
             ("keyframe_distance_m", self.keyframe_distance_m),
             ("keyframe_range_m", self.keyframe_range_m),
@@ -164,11 +164,7 @@ impl LoopClosingConfig {
         check("max_candidates", "at least 1", candidates as f64, candidates >= 1)?;
         self.preparation.validate()?;
         self.registration.validate()?;
-        self.graph.validate().map_err(|error| ConfigError {
-            name: error.name,
-            accepted: error.accepted,
-            value: error.value,
-        })
+        self.graph.validate().or_else(|error| check(error.name, error.accepted, error.value, false))
     }
 }
 

@@ -7,7 +7,7 @@ use geometry::Stamp;
 use nalgebra::{Isometry3, Point3};
 
 use super::{KnownLoops, LoopCloser, LoopClosingConfig, LoopOutcome};
-use crate::registration::ConfigError;
+use crate::registration::ParameterError;
 
 /// A place of the drive, to be kept and looked for among the earlier ones.
 #[derive(Clone, PartialEq, Debug)]
@@ -63,7 +63,7 @@ impl InlineSearch {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: LoopClosingConfig, threads: NonZeroUsize) -> Result<Self, ConfigError> {
+    pub fn new(config: LoopClosingConfig, threads: NonZeroUsize) -> Result<Self, ParameterError> {
         let closer = LoopCloser::new(config, threads)?;
         Ok(Self { closer, known: Arc::default(), answers: Vec::new() })
     }

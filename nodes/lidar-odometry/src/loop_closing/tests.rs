@@ -170,10 +170,12 @@ fn a_drive_round_a_block_comes_back_to_where_it_began() {
         off.sum::<f64>() / drive.truth.len() as f64
     };
     let before_m = mean(&mut drive.odometry.iter().copied());
-    let after_m = mean(&mut closer.known().keyframes.iter().map(|keyframe| keyframe.map_from_vehicle));
+    let after_m =
+        mean(&mut closer.known().keyframes.iter().map(|keyframe| keyframe.map_from_vehicle));
     assert!(after_m < 0.5 * before_m, "{before_m} {after_m}");
     // The odometry is left as it is, and the map says where its frame is; since the last loop it has drifted on.
-    let (off_m, _) = apart(&(closer.known().map_from_odom * drive.odometry[last]), &drive.truth[last]);
+    let (off_m, _) =
+        apart(&(closer.known().map_from_odom * drive.odometry[last]), &drive.truth[last]);
     assert!(off_m < 0.5, "{off_m}");
 }
 

@@ -10,7 +10,7 @@ use super::{
     Guess, LidarOdometry, LidarOdometryConfig, LidarPose, LidarScan, MotionHint, Outcome, Quality,
     Refusal, ScanToScan,
 };
-use crate::registration::{ConfigError, PreparationConfig, RegistrationConfig};
+use crate::registration::{ParameterError, PreparationConfig, RegistrationConfig};
 use crate::selection::{PointChoice, PointChoiceError};
 
 /// What a scan is laid onto.
@@ -70,7 +70,7 @@ impl Follower {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: FollowerConfig, threads: NonZeroUsize) -> Result<Self, ConfigError> {
+    pub fn new(config: FollowerConfig, threads: NonZeroUsize) -> Result<Self, ParameterError> {
         config.points.validate()?;
         config.preparation.validate()?;
         config.registration.validate()?;

@@ -156,18 +156,19 @@ fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
             write_poses(folder, candidate)?;
         }
     }
-    let steps = truth.iter().zip(truth.iter().skip(1));
-    let step_m = |((_, from), (_, to)): (&(Stamp, Isometry3<f64>), &(Stamp, Isometry3<f64>))| {
-        (to.translation.vector - from.translation.vector).norm()
-    };
     Ok(Evaluation {
         figures,
         stages: stages.ms(),
         scans: scans.len(),
         true_poses: truth.len(),
-        way_m: steps.map(step_m).sum(),
+        way_m: way_m(&truth),
         losses,
     })
+}
+
+fn way_m(truth: &[(Stamp, Isometry3<f64>)]) -> f64 {
+    let steps = truth.iter().zip(truth.iter().skip(1));
+    steps.map(|(from, to)| (to.1.translation.vector - from.1.translation.vector).norm()).sum()
 }
 
 fn write_poses(folder: &Path, candidate: &Candidate) -> Result<(), Failure> {

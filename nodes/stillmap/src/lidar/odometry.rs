@@ -36,8 +36,10 @@ pub(crate) struct LidarSummary {
     pub(crate) milliseconds_median: f64,
     /// ... of the slowest hundredth.
     pub(crate) milliseconds_p99: f64,
-    /// Its steps.
+    /// Its steps, medians.
     pub(crate) steps_ms: BTreeMap<String, f64>,
+    /// ... of the slowest hundredth.
+    pub(crate) steps_p99_ms: BTreeMap<String, f64>,
 }
 
 /// Follows a recording and writes its poses.
@@ -133,12 +135,14 @@ impl LidarSummary {
             points_median: points.get(points.len() / 2).copied().unwrap_or(0),
             milliseconds_median: quantile(&mut milliseconds, 0.5),
             milliseconds_p99: quantile(&mut milliseconds, 0.99),
-            steps_ms: by_step
-                .into_iter()
-                .map(|(name, mut each)| (name, quantile(&mut each, 0.5)))
-                .collect(),
+            steps_ms: of_steps(&mut by_step, 0.5),
+            steps_p99_ms: of_steps(&mut by_step, 0.99),
         }
     }
+}
+
+fn of_steps(by_step: &mut BTreeMap<String, Vec<f64>>, share: f64) -> BTreeMap<String, f64> {
+    by_step.iter_mut().map(|(name, each)| (name.clone(), quantile(each, share))).collect()
 }
 
 fn quantile(values: &mut [f64], share: f64) -> f64 {

@@ -40,9 +40,9 @@ fn a_thread_of_its_own_finds_the_same_loops() {
     let mut background = BackgroundSearch::new(closer()).unwrap();
     let mut inline = InlineSearch::new(LoopClosingConfig::default(), threads(2)).unwrap();
     // The inline one is heard of at once, and does what the closer itself does.
-    for number in 0..3 {
+    for (number, outcome) in outcomes.iter().enumerate().take(3) {
         assert!(inline.take(place(drive, number)));
-        let answer = LoopAnswer { stamp: Drive::stamp(number), outcome: outcomes[number] };
+        let answer = LoopAnswer { stamp: Drive::stamp(number), outcome: *outcome };
         assert_eq!(inline.answers(), [answer]);
         assert_eq!(inline.known().keyframes.len(), number + 1);
     }

@@ -46,11 +46,36 @@ const TABLES: [(&str, &[Row]); 5] = [
     (
         "4.4, the filters (HDL-32E)",
         &[
-            row("22 of 32 rays", "gicp-rays-22", Some(38_608.96), [Some(4.46862), Some(39.0856), None]),
-            row("18 of 32 rays", "gicp-rays-18", Some(32_032.61), [Some(5.37353), Some(43.7688), None]),
-            row("14 of 32 rays", "gicp-rays-14", Some(24_825.81), [Some(2.01295), Some(29.9384), None]),
-            row("10 of 32 rays", "gicp-rays-10", Some(18_135.29), [Some(2.20572), Some(4.07127), None]),
-            row("6 of 32 rays", "gicp-rays-6", Some(11_192.09), [Some(3.54622), Some(23.2235), None]),
+            row(
+                "22 of 32 rays",
+                "gicp-rays-22",
+                Some(38_608.96),
+                [Some(4.46862), Some(39.0856), None],
+            ),
+            row(
+                "18 of 32 rays",
+                "gicp-rays-18",
+                Some(32_032.61),
+                [Some(5.37353), Some(43.7688), None],
+            ),
+            row(
+                "14 of 32 rays",
+                "gicp-rays-14",
+                Some(24_825.81),
+                [Some(2.01295), Some(29.9384), None],
+            ),
+            row(
+                "10 of 32 rays",
+                "gicp-rays-10",
+                Some(18_135.29),
+                [Some(2.20572), Some(4.07127), None],
+            ),
+            row(
+                "6 of 32 rays",
+                "gicp-rays-6",
+                Some(11_192.09),
+                [Some(3.54622), Some(23.2235), None],
+            ),
             row(
                 "intensity, mean +- sigma",
                 "gicp-intensity-1",

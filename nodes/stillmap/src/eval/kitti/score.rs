@@ -73,7 +73,10 @@ pub(super) fn at(truth: &[(Stamp, Isometry3<f64>)], stamp: Stamp) -> Option<Isom
     from.try_lerp_slerp(to, share, f64::EPSILON)
 }
 
-pub(super) fn scored(candidate: &Candidate, truth: &[(Stamp, Isometry3<f64>)]) -> Result<Figures, Failure> {
+pub(super) fn scored(
+    candidate: &Candidate,
+    truth: &[(Stamp, Isometry3<f64>)],
+) -> Result<Figures, Failure> {
     let pairs: Vec<(Stamp, Isometry3<f64>, Isometry3<f64>)> = candidate
         .poses
         .iter()

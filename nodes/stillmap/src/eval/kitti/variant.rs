@@ -137,15 +137,7 @@ impl Follow {
             .transpose()
             .map_err(|error| Failure::new(error.to_string()))?;
         let (poses, times_ms) = (Vec::new(), Vec::new());
-        Ok(Some(Self {
-            variant,
-            follower,
-            poses,
-            troubles: 0,
-            times_ms,
-            threads,
-            loops,
-        }))
+        Ok(Some(Self { variant, follower, poses, troubles: 0, times_ms, threads, loops }))
     }
 
     pub(super) fn step(&mut self, cloud: &LidarCloud) {
