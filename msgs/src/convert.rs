@@ -54,7 +54,7 @@ pub use pose::{
     pose_from_covariance_message, pose_from_isometry, pose_from_message, pose_from_odometry,
     transform_from_isometry,
 };
-pub use revolution::message_from_revolution;
+pub use revolution::{LidarShot, message_from_lidar_shots, message_from_revolution};
 pub use scan::{message_from_scan, scan_from_message};
 pub use stamp::{stamp_from_time, time_from_stamp};
 pub use track::{message_from_tracks, tracks_from_message};

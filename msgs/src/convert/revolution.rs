@@ -1,6 +1,6 @@
 //! Revolutions of a LiDAR with several lasers.
 
-use geometry::Revolution;
+use geometry::{Revolution, Stamp};
 
 use super::time_from_stamp;
 use crate::sensor_msgs::{PointCloud2, PointField};
@@ -9,44 +9,49 @@ use crate::std_msgs::Header;
 /// Bytes of a point: five floats and a ring of two bytes, packed.
 const POINT_BYTES: usize = 22;
 
-/// The message of a revolution, as `velodyne_driver` publishes organised clouds: a row for each ring, from the lowest
-/// up; x, y, z, intensity, ring (0 the lowest) and time in seconds since the stamp, little endian, 22 bytes a point.
-/// Where nothing returned, x, y, z and time are NaN.
+/// A shot of a laser as a message has it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LidarShot {
+    /// In metres; not a number where nothing returned.
+    pub position_m: [f32; 3],
+    /// As the scanner tells it.
+    pub intensity: f32,
+    /// Which laser, the lowest is 0.
+    pub ring: u16,
+    /// In seconds since the stamp.
+    pub time_s: f32,
+}
+
+/// The message of shots in rows of so many columns, as `velodyne_driver` publishes organised clouds: x, y, z, intensity,
+/// ring and time, little endian, 22 bytes a point.
 #[must_use]
-pub fn message_from_revolution(revolution: &Revolution) -> PointCloud2 {
+pub fn message_from_lidar_shots(
+    stamp: Stamp,
+    frame_id: &str,
+    (rows, columns): (usize, usize),
+    shots: impl IntoIterator<Item = LidarShot>,
+) -> PointCloud2 {
     let field = |name: &str, offset: u32, datatype: u8| PointField {
         name: name.to_owned(),
         offset,
         datatype,
         count: 1,
     };
-    let (rows, columns) = (revolution.rows(), revolution.columns());
     let mut data = Vec::with_capacity(rows * columns * POINT_BYTES);
-    for (ring, row) in (0..rows).rev().enumerate() {
-        let ring = u16::try_from(ring).unwrap_or(u16::MAX).to_le_bytes();
-        for cell in revolution.row(row) {
-            let [x_m, y_m, z_m, intensity, time_s] = match cell {
-                Some(found) => {
-                    let [x_m, y_m, z_m] = found.position_m.coords.into();
-                    [x_m, y_m, z_m, found.intensity, found.time_s]
-                }
-                None => [f32::NAN, f32::NAN, f32::NAN, 0.0, f32::NAN],
-            };
-            for value in [x_m, y_m, z_m, intensity] {
-                data.extend(value.to_le_bytes());
-            }
-            data.extend(ring);
-            data.extend(time_s.to_le_bytes());
+    let mut is_dense = true;
+    for LidarShot { position_m, intensity, ring, time_s } in shots {
+        for value in position_m.into_iter().chain([intensity]) {
+            data.extend(value.to_le_bytes());
         }
+        data.extend(ring.to_le_bytes());
+        data.extend(time_s.to_le_bytes());
+        is_dense &= position_m.iter().all(|value| value.is_finite());
     }
-    let width = u32::try_from(columns).unwrap_or(u32::MAX);
+    let size = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
     PointCloud2 {
-        header: Header {
-            stamp: time_from_stamp(revolution.stamp),
-            frame_id: revolution.frame_id.clone(),
-        },
-        height: u32::try_from(rows).unwrap_or(u32::MAX),
-        width,
+        header: Header { stamp: time_from_stamp(stamp), frame_id: frame_id.to_owned() },
+        height: size(rows),
+        width: size(columns),
         fields: vec![
             field("x", 0, PointField::FLOAT32),
             field("y", 4, PointField::FLOAT32),
@@ -57,15 +62,35 @@ pub fn message_from_revolution(revolution: &Revolution) -> PointCloud2 {
         ],
         is_bigendian: false,
         point_step: POINT_BYTES as u32,
-        row_step: width.saturating_mul(POINT_BYTES as u32),
+        row_step: size(columns).saturating_mul(POINT_BYTES as u32),
         data,
-        is_dense: revolution.returns().iter().all(Option::is_some),
+        is_dense,
     }
+}
+
+/// The message of a revolution: a row for each ring, from the lowest up, as [`message_from_lidar_shots`] has it. Where
+/// nothing returned, x, y, z and time are NaN.
+#[must_use]
+pub fn message_from_revolution(revolution: &Revolution) -> PointCloud2 {
+    let (rows, columns) = (revolution.rows(), revolution.columns());
+    let shots = (0..rows).rev().enumerate().flat_map(|(ring, row)| {
+        let ring = u16::try_from(ring).unwrap_or(u16::MAX);
+        revolution.row(row).iter().map(move |cell| match cell {
+            Some(found) => LidarShot {
+                position_m: found.position_m.coords.into(),
+                intensity: found.intensity,
+                ring,
+                time_s: found.time_s,
+            },
+            None => LidarShot { position_m: [f32::NAN; 3], intensity: 0.0, ring, time_s: f32::NAN },
+        })
+    });
+    message_from_lidar_shots(revolution.stamp, &revolution.frame_id, (rows, columns), shots)
 }
 
 #[cfg(test)]
 mod tests {
-    use geometry::{LidarReturn, Stamp};
+    use geometry::LidarReturn;
     use nalgebra::Point3;
 
     use super::*;

@@ -2,14 +2,15 @@
 //!
 //! ```text
 //! cargo run --release -p lidar-odometry --example simulated_drive -- [model=hdl64e] [seconds=40] [traffic=5] [threads=2]
-//!     [road=short|long] [seed=1] [ways=map,scan,...] [poses=FOLDER] [loops=true]
+//!     [road=short|long] [seed=1] [ways=map,scan,...] [poses=FOLDER] [loops=inline|background]
 //! ```
 //!
 //! Ways: `map` is the odometry; `scan` the thesis' GICP from scan to scan with the guess of the previous motion, `standing` without
 //! it; `intensity` with the filter of the road's intensity, `rays` without the lowest rays, `ground` without the ground, all three from
 //! scan to scan; `map_ground`, `map_intensity` the odometry with these. The folder gets poses of KITTI's format, of the truth and of
-//! each way. With `loops=true` each way is told a second time, with its loops closed. The drift is the mean over stretches of 100, 200 ... 800 m that begin every tenth scan (Geiger et al. 2012, section 3.2,
-//! and the benchmark's page); `long` is a round of 2 km.
+//! each way. With `loops` each way is told a second time, with its loops closed; the times of scans are then with what looking for
+//! loops costs. The drift is the mean over stretches of 100, 200 ... 800 m that begin every tenth scan (Geiger et al. 2012, section
+//! 3.2, and the benchmark's page); `long` is a round of 2 km. With `real_time=true` scans come as the scanner turns.
 // An example prints, and may stop where it stands.
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -17,7 +18,9 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use geometry::{LidarCloud, Stamp};
-use lidar_odometry::loop_closing::{LoopCloser, LoopClosingConfig, LoopOutcome};
+use lidar_odometry::loop_closing::{
+    BackgroundSearch, InlineSearch, LoopCloser, LoopClosingConfig, LoopOutcome, LoopSearch, Place,
+};
 use lidar_odometry::odometry::{
     Follower, FollowerConfig, Guess, LidarPose, MotionHint, Way, deskewed_cloud,
 };
@@ -56,16 +59,33 @@ fn main() {
     let mut runs: Vec<Run> = option("ways")
         .unwrap_or("map")
         .split(',')
-        .map(|name| Run::new(name, model, threads, option("loops").is_some()))
+        .map(|name| Run::new(name, model, threads, option("loops")))
         .collect();
-    for sample in scenario.samples().unwrap().on_threads(threads) {
-        let Sample::Velodyne(turn) = sample else { continue };
-        let cloud = cloud_of(&turn);
+    let turns: Box<dyn Iterator<Item = Sample>> =
+        Box::new(scenario.samples().unwrap().on_threads(threads));
+    let clouds = turns.filter_map(|sample| match sample {
+        Sample::Velodyne(turn) => Some(cloud_of(&turn)),
+        _ => None,
+    });
+    // In real time all are made before, so that nothing else takes time.
+    let is_real_time = option("real_time").is_some();
+    let clouds: Box<dyn Iterator<Item = LidarCloud>> = if is_real_time {
+        Box::new(clouds.collect::<Vec<_>>().into_iter())
+    } else {
+        Box::new(clouds)
+    };
+    let period = std::time::Duration::from_millis(100);
+    let begin = Instant::now();
+    for (number, cloud) in (0_u32..).zip(clouds) {
+        if is_real_time {
+            std::thread::sleep((number * period).saturating_sub(begin.elapsed()));
+        }
         for run in &mut runs {
             run.step(&cloud, &scenario);
         }
     }
-    for run in &runs {
+    for run in &mut runs {
+        run.end();
         run.tell();
         if let Some(with_loops) = run.with_loops() {
             with_loops.tell();
@@ -91,11 +111,11 @@ struct Run {
     times_ms: Vec<f64>,
     failures: usize,
     stamps: Vec<Stamp>,
-    loops: Option<LoopCloser>,
+    loops: Option<Box<dyn LoopSearch>>,
 }
 
 impl Run {
-    fn new(name: &str, model: VelodyneModel, threads: NonZeroUsize, with_loops: bool) -> Self {
+    fn new(name: &str, model: VelodyneModel, threads: NonZeroUsize, loops: Option<&str>) -> Self {
         // The thesis leaves 14 of 32 rays.
         let lowest_left_out = match model {
             VelodyneModel::Hdl64e => 36,
@@ -125,21 +145,22 @@ impl Run {
             times_ms: Vec::new(),
             failures: 0,
             stamps: Vec::new(),
-            loops: with_loops
-                .then(|| LoopCloser::new(LoopClosingConfig::default(), threads).unwrap()),
+            loops: loops.map(|how| search(how, threads)),
         }
     }
 
     fn step(&mut self, cloud: &LidarCloud, scenario: &Scenario) {
         let start = Instant::now();
         let pose = self.follower.step(cloud, &MotionHint::default());
+        if let Ok(pose) = &pose {
+            self.look_for_a_loop(cloud, pose);
+        }
         self.times_ms.push(1e3 * start.elapsed().as_secs_f64());
         let Ok(pose) = pose else {
             self.failures += 1;
             return;
         };
         self.failures += usize::from(pose.quality.trouble().is_some());
-        self.look_for_a_loop(cloud, &pose);
         let since_s = pose.stamp.seconds_since(Stamp::default());
         self.stamps.push(pose.stamp);
         self.truth.push(scenario.rig.path.pose_at(since_s - scenario_start_s(scenario)));
@@ -148,30 +169,39 @@ impl Run {
 
     fn look_for_a_loop(&mut self, cloud: &LidarCloud, pose: &LidarPose) {
         let Some(loops) = &mut self.loops else { return };
-        if !loops.wants(&pose.odom_from_lidar) {
-            return;
+        if loops.wants(&pose.odom_from_lidar) {
+            let points_m = match (self.stamps.last(), self.estimate.last()) {
+                (Some(stamp), Some(last)) => {
+                    let motion = last.inv_mul(&pose.odom_from_lidar);
+                    deskewed_cloud(cloud, &motion, pose.stamp.seconds_since(*stamp))
+                }
+                _ => cloud.points_m.clone(),
+            };
+            let odom_from_vehicle = pose.odom_from_lidar;
+            loops.take(Place { stamp: pose.stamp, odom_from_vehicle, points_m });
         }
-        let points_m = match (self.stamps.last(), self.estimate.last()) {
-            (Some(stamp), Some(last)) => {
-                let motion = last.inv_mul(&pose.odom_from_lidar);
-                deskewed_cloud(cloud, &motion, pose.stamp.seconds_since(*stamp))
+        for answer in loops.answers() {
+            if !matches!(answer.outcome, LoopOutcome::NewPlace) {
+                eprintln!("{} at scan {}: {:?}", self.name, self.truth.len(), answer.outcome);
             }
-            _ => cloud.points_m.clone(),
-        };
-        let start = Instant::now();
-        let outcome = loops.take(pose.stamp, &pose.odom_from_lidar, &points_m);
-        let took_ms = 1e3 * start.elapsed().as_secs_f64();
-        if !matches!(outcome, LoopOutcome::NewPlace) {
-            eprintln!("{} at scan {}: {outcome:?}, {took_ms:.0} ms", self.name, self.truth.len());
         }
+    }
+
+    /// What is still looked for is waited for.
+    fn end(&mut self) {
+        let Some(loops) = &mut self.loops else { return };
+        while !loops.is_idle() {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        loops.answers();
     }
 
     /// The same drive, its loops closed.
     fn with_loops(&self) -> Option<Self> {
-        let loops = self.loops.as_ref()?;
+        let loops = self.loops.as_ref()?.known();
         let poses = self.stamps.iter().zip(&self.estimate);
         Some(Self {
-            name: format!("{} + {} loops", self.name, loops.closed_loops()),
+            name: format!("{} + {} loops", self.name, loops.closed),
             follower: self.follower.clone(),
             truth: self.truth.clone(),
             estimate: poses.map(|(stamp, pose)| loops.map_from_vehicle(*stamp, pose)).collect(),
@@ -217,6 +247,18 @@ impl Run {
             times_ms[times_ms.len() / 2],
             times_ms[times_ms.len() - 1],
         );
+    }
+}
+
+fn search(how: &str, threads: NonZeroUsize) -> Box<dyn LoopSearch> {
+    let config = LoopClosingConfig::default();
+    match how {
+        "inline" => Box::new(InlineSearch::new(config, threads).unwrap()),
+        "background" => {
+            let closer = LoopCloser::new(config, NonZeroUsize::MIN).unwrap();
+            Box::new(BackgroundSearch::new(closer).unwrap())
+        }
+        other => panic!("loops are closed inline or in the background, not {other}"),
     }
 }
 

@@ -39,7 +39,7 @@ pub use self::scan_to_scan::{Guess, ScanToScan};
 
 use self::track::{LONGEST_PREDICTION_S, Moment, Track};
 use self::velocity::Velocity;
-use crate::registration::{ConfigError, VoxelSurface, align};
+use crate::registration::{ParameterError, VoxelSurface, align};
 
 /// Scans that are nearer together are one and the same, stamped twice: no sensor turns a thousand times a second.
 const LEAST_INTERVAL_S: f64 = 1e-3;
@@ -71,7 +71,7 @@ impl LidarOdometry {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: LidarOdometryConfig, threads: NonZeroUsize) -> Result<Self, ConfigError> {
+    pub fn new(config: LidarOdometryConfig, threads: NonZeroUsize) -> Result<Self, ParameterError> {
         config.validate()?;
         Ok(Self { config, threads, map: VoxelSurface::new(config.map_voxel_edge_m), track: None })
     }

@@ -38,9 +38,7 @@ use std::num::NonZeroUsize;
 use nalgebra::Isometry3;
 
 pub use self::alignment::Registration;
-pub use self::config::{
-    CoarseConfig, ConfigError, Method, PreparationConfig, RegistrationConfig, RobustKernel,
-};
+pub use self::config::{CoarseConfig, Method, PreparationConfig, RegistrationConfig, RobustKernel};
 pub use self::error::RegistrationError;
 pub(crate) use self::motion::is_finite as is_finite_pose;
 pub use self::motion::{perturbation_between, perturbed};
@@ -48,9 +46,11 @@ pub use self::observability::{Direction, Observability};
 pub use self::prepared_cloud::PreparedCloud;
 
 pub(crate) use self::alignment::align;
-pub(crate) use self::config::{check, check_positive};
+pub(crate) use self::config::check_positive;
 pub(crate) use self::surface::Surface;
 pub(crate) use self::voxel_surface::VoxelSurface;
+pub use geometry::ParameterError;
+pub(crate) use geometry::parameter::check;
 
 /// Lays a cloud onto another: the pose of the source in the target's frame, from a guess.
 ///

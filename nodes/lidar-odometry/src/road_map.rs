@@ -16,7 +16,7 @@ use geometry::VoxelKey;
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
-use crate::registration::{ConfigError, check, check_positive};
+use crate::registration::{ParameterError, check, check_positive};
 pub use tile::{RoadTileKey, RoadTileStore, TileStoreFailure};
 use tile::{Tile, Voxel};
 
@@ -57,7 +57,7 @@ impl RoadMapConfig {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_positive(&[
             ("voxel_edge_m", self.voxel_edge_m),
             ("tile_edge_m", self.tile_edge_m),
@@ -117,7 +117,10 @@ impl RoadMap {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: RoadMapConfig, store: Box<dyn RoadTileStore>) -> Result<Self, ConfigError> {
+    pub fn new(
+        config: RoadMapConfig,
+        store: Box<dyn RoadTileStore>,
+    ) -> Result<Self, ParameterError> {
         config.validate()?;
         Ok(Self {
             config,

@@ -1,10 +1,12 @@
 //! The parameters of loop closing, their defaults, and where these come from.
 
+use nalgebra::Isometry3;
 use pose_graph::GraphConfig;
 use serde::{Deserialize, Serialize};
 
 use crate::registration::{
-    CoarseConfig, ConfigError, PreparationConfig, RegistrationConfig, check, check_positive,
+    CoarseConfig, ParameterError, PreparationConfig, RegistrationConfig, check, check_positive,
+    is_finite_pose,
 };
 
 /// The parameters of [`super::LoopCloser`].
@@ -115,11 +117,24 @@ impl Default for LoopClosingConfig {
 }
 
 impl LoopClosingConfig {
+    /// Whether a vehicle has gone far enough since the last keyframe, where there is one, for another.
+    pub(super) fn is_far_enough(
+        &self,
+        last: Option<&Isometry3<f64>>,
+        odom_from_vehicle: &Isometry3<f64>,
+    ) -> bool {
+        let step_m = |last: &Isometry3<f64>| {
+            (odom_from_vehicle.translation.vector - last.translation.vector).norm()
+        };
+        is_finite_pose(odom_from_vehicle)
+            && last.is_none_or(|last| step_m(last) >= self.keyframe_distance_m)
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_positive(&[
             ("keyframe_distance_m", self.keyframe_distance_m),
             ("keyframe_range_m", self.keyframe_range_m),
@@ -149,11 +164,7 @@ impl LoopClosingConfig {
         check("max_candidates", "at least 1", candidates as f64, candidates >= 1)?;
         self.preparation.validate()?;
         self.registration.validate()?;
-        self.graph.validate().map_err(|error| ConfigError {
-            name: error.name,
-            accepted: error.accepted,
-            value: error.value,
-        })
+        self.graph.validate().or_else(|error| check(error.name, error.accepted, error.value, false))
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix6};
 use pose_graph::{Edge, PoseGraph, information, optimise};
 
-use super::{ClosedLoop, Keyframe, LoopCloser, LoopOutcome, NotALoop};
+use super::{ClosedLoop, Keyframe, LoopCloser, LoopClosingConfig, LoopOutcome, NotALoop};
 
 /// A keyframe seen from an earlier one. Both are counted from the first one that ever was.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -13,6 +13,14 @@ pub(super) struct LoopEdge {
     pub(super) from_to: Isometry3<f64>,
     pub(super) information: Matrix6<f64>,
     pub(super) fit_share: f64,
+}
+
+/// How far an odometry drifts in a kilometre: standard deviations along and about each axis, which grow with the root of the
+/// way.
+#[derive(Clone, Copy, Debug)]
+struct Drift {
+    m_per_km: f64,
+    rad_per_km: f64,
 }
 
 impl LoopCloser {
@@ -65,13 +73,17 @@ impl LoopCloser {
     /// Puts all keyframes where the graph has them then.
     fn close(&mut self, edge: &LoopEdge, others: &[LoopEdge]) -> Result<ClosedLoop, NotALoop> {
         let new: Vec<LoopEdge> = others.iter().copied().chain([*edge]).collect();
-        let graph = self.graph(&new);
-        let optimised = optimise(&graph, &self.config.graph, &|| false)?;
-        let fates = optimised.edges.iter().rev().zip(new.iter().rev());
+        // Believed is what the odometry at its worst allows for.
+        let tried =
+            optimise(&self.graph(&new, true, self.worst_drift()), &self.config.graph, &|| false)?;
+        let fates = tried.edges.iter().rev().zip(new.iter().rev());
         // All of them or none: they have confirmed each other.
         if let Some((fate, _)) = fates.clone().find(|(fate, _)| !fate.is_used) {
             return Err(NotALoop::Contradicted { chi2: fate.chi2 });
         }
+        // By how much each is heeded is by what the odometry has been seen to drift.
+        let drift = self.seen_drift(&new);
+        let optimised = optimise(&self.graph(&new, false, drift), &self.config.graph, &|| false)?;
         let before = self.keyframes.back().map(|now| now.map_from_vehicle).unwrap_or_default();
         for (keyframe, pose) in self.keyframes.iter_mut().zip(&optimised.poses) {
             keyframe.map_from_vehicle = *pose;
@@ -92,15 +104,43 @@ impl LoopCloser {
         })
     }
 
-    /// The first keyframe stays where it is. The new loops stand last, and may be wrong.
-    fn graph(&self, new: &[LoopEdge]) -> PoseGraph {
+    fn worst_drift(&self) -> Drift {
+        let LoopClosingConfig { drift_m_per_km, drift_deg_per_km, .. } = self.config;
+        Drift { m_per_km: drift_m_per_km, rad_per_km: drift_deg_per_km.to_radians() }
+    }
+
+    /// The drift by which the loops miss the way that the odometry has them apart, at most the worst one: an odometry that drifts
+    /// by centimetres knows the way better than a scan laid onto a place knows its tilt.
+    fn seen_drift(&self, new: &[LoopEdge]) -> Drift {
+        /// Two or three loops tell the order of magnitude only.
+        const LEAST_SHARE: f64 = 0.02;
+        /// A drift is along each of three axes alike.
+        const AXES: f64 = 3.0;
+        let worst = self.worst_drift();
+        let (mut sums, mut count) = ((0.0, 0.0), 0.0_f64);
+        for edge in self.loops.iter().chain(new) {
+            let ends = self.keyframe(edge.from).zip(self.keyframe(edge.to));
+            let Some((from, to)) = ends else { continue };
+            let odometry = from.odom_from_vehicle.inv_mul(&to.odom_from_vehicle);
+            let missed = odometry.inv_mul(&edge.from_to);
+            let km = ((to.way_m - from.way_m) / 1000.0).max(f64::MIN_POSITIVE);
+            sums.0 += missed.translation.vector.norm_squared() / (AXES * km);
+            sums.1 += missed.rotation.angle().powi(2) / (AXES * km);
+            count += 1.0;
+        }
+        let seen =
+            |sum: f64, worst: f64| (sum / count.max(1.0)).sqrt().clamp(LEAST_SHARE * worst, worst);
+        Drift { m_per_km: seen(sums.0, worst.m_per_km), rad_per_km: seen(sums.1, worst.rad_per_km) }
+    }
+
+    /// The first keyframe stays where it is. The new loops stand last.
+    fn graph(&self, new: &[LoopEdge], may_be_wrong: bool, drift: Drift) -> PoseGraph {
         let poses = self.keyframes.iter().map(|keyframe| keyframe.map_from_vehicle).collect();
         let mut graph = PoseGraph { poses, is_fixed: vec![true], edges: Vec::new() };
         let pairs = self.keyframes.iter().zip(self.keyframes.iter().skip(1));
         for (from, (earlier, later)) in pairs.enumerate() {
             let km = ((later.way_m - earlier.way_m) / 1000.0).max(f64::MIN_POSITIVE);
-            let certain =
-                information(self.config.drift_m_per_km, self.config.drift_deg_per_km.to_radians());
+            let certain = information(drift.m_per_km, drift.rad_per_km);
             graph.edges.push(Edge {
                 from,
                 to: from + 1,
@@ -117,7 +157,7 @@ impl LoopCloser {
             is_doubtful,
         };
         graph.edges.extend(self.loops.iter().map(|edge| of_loop(edge, false)));
-        graph.edges.extend(new.iter().map(|edge| of_loop(edge, true)));
+        graph.edges.extend(new.iter().map(|edge| of_loop(edge, may_be_wrong)));
         graph
     }
 }

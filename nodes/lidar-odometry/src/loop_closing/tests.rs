@@ -1,5 +1,7 @@
 //! Drives whose truth is known, with an odometry that drifts.
 
+mod searching;
+
 use std::sync::LazyLock;
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -161,41 +163,44 @@ fn a_drive_round_a_block_comes_back_to_where_it_began() {
     assert!(!loops.is_empty(), "{outcomes:?}");
     let last = drive.truth.len() - 1;
     assert!(loops[0].gap_m > 1.5 && loops[0].way_m > 250.0, "{loops:?}");
-    assert_eq!(closer.closed_loops(), loops.len());
+    assert_eq!(closer.known().closed, loops.len());
     // What lies between is better known by half at least, and best at both ends.
     let mean = |poses: &mut dyn Iterator<Item = Isometry3<f64>>| {
         let off = poses.zip(&drive.truth).map(|(pose, truth)| apart(&pose, truth).0);
         off.sum::<f64>() / drive.truth.len() as f64
     };
     let before_m = mean(&mut drive.odometry.iter().copied());
-    let after_m = mean(&mut closer.keyframes().map(|keyframe| keyframe.map_from_vehicle));
+    let after_m =
+        mean(&mut closer.known().keyframes.iter().map(|keyframe| keyframe.map_from_vehicle));
     assert!(after_m < 0.5 * before_m, "{before_m} {after_m}");
     // The odometry is left as it is, and the map says where its frame is; since the last loop it has drifted on.
-    let (off_m, _) = apart(&(closer.map_from_odom() * drive.odometry[last]), &drive.truth[last]);
+    let (off_m, _) =
+        apart(&(closer.known().map_from_odom * drive.odometry[last]), &drive.truth[last]);
     assert!(off_m < 0.5, "{off_m}");
 }
 
 #[test]
 fn poses_between_keyframes_go_along_with_both() {
     let (drive, closer, _) = &*ROUND_A_BLOCK;
-    let keyframes: Vec<KeyframePose> = closer.keyframes().collect();
+    let known = closer.known();
+    let keyframes = &known.keyframes;
     for number in [10, 60, 120] {
         let motion = drive.truth[number].inv_mul(&drive.truth[number + 1]);
         let half = Isometry3::identity().lerp_slerp(&motion, 0.5);
         let stamp = Drive::stamp(number).plus_seconds(0.5);
-        let there = closer.map_from_vehicle(stamp, &(drive.odometry[number] * half));
+        let there = known.map_from_vehicle(stamp, &(drive.odometry[number] * half));
         let (off_m, _) = apart(&there, &(drive.truth[number] * half));
         let beside = keyframes[number].map_from_vehicle;
         let (beside_m, _) = apart(&beside, &drive.truth[number]);
         assert!((off_m - beside_m).abs() < 0.05, "{number}: {off_m} {beside_m}");
     }
     // At the keyframes they are these; before the first and after the last one they go along with it.
-    for keyframe in &keyframes {
-        let there = closer.map_from_vehicle(keyframe.stamp, &keyframe.odom_from_vehicle);
+    for keyframe in keyframes {
+        let there = known.map_from_vehicle(keyframe.stamp, &keyframe.odom_from_vehicle);
         assert!(apart(&there, &keyframe.map_from_vehicle).0 < 1e-9);
     }
-    let later = closer.map_from_vehicle(Drive::stamp(9999), &drive.odometry[0]);
-    assert!(apart(&later, &(closer.map_from_odom() * drive.odometry[0])).0 < 1e-9);
+    let later = known.map_from_vehicle(Drive::stamp(9999), &drive.odometry[0]);
+    assert!(apart(&later, &(known.map_from_odom * drive.odometry[0])).0 < 1e-9);
 }
 
 #[test]
@@ -204,7 +209,7 @@ fn a_street_whose_houses_are_all_alike_is_no_loop() {
     let drive = Drive::new(&scene, way(&[[30.0, 0.0], [140.0, 0.0]]));
     let (closer, outcomes) = drive.driven(LoopClosingConfig::default(), 2);
     assert!(outcomes.iter().all(|outcome| *outcome == LoopOutcome::NewPlace), "{outcomes:?}");
-    assert_eq!(closer.map_from_odom(), Isometry3::identity());
+    assert_eq!(closer.known().map_from_odom, Isometry3::identity());
     // It is the drift that tells: whoever believes that the odometry may be anywhere is led astray, or in doubt, by looks alone.
     let blind = LoopClosingConfig { drift_m_per_km: 1000.0, ..LoopClosingConfig::default() };
     let mut closer = LoopCloser::new(blind, threads(2)).unwrap();
@@ -229,7 +234,7 @@ fn a_loop_along_houses_that_are_all_alike_is_closed_at_the_right_ones_or_not_at_
         matches!(outcome, LoopOutcome::Refused(NotALoop::Ambiguous { .. }))
     };
     assert!(outcomes.iter().filter(ambiguous).count() > 5, "{outcomes:?}");
-    for (keyframe, truth) in closer.keyframes().zip(&drive.truth) {
+    for (keyframe, truth) in closer.known().keyframes.iter().zip(&drive.truth) {
         // The next house is ten metres on.
         let (off_m, _) = apart(&keyframe.map_from_vehicle, truth);
         assert!(off_m < 4.0, "{off_m}");
@@ -241,7 +246,7 @@ fn the_number_of_threads_changes_no_bit() {
     let (drive, two, outcomes) = &*ROUND_A_BLOCK;
     let (three, same) = drive.driven(LoopClosingConfig::default(), 3);
     assert_eq!(*outcomes, same);
-    assert!(two.keyframes().eq(three.keyframes()));
+    assert_eq!(two.known(), three.known());
 }
 
 #[test]
@@ -249,9 +254,10 @@ fn what_is_forgotten_is_no_loop_and_the_memory_is_bounded() {
     let (drive, ..) = &*ROUND_A_BLOCK;
     let config = LoopClosingConfig { max_keyframes: 40, ..LoopClosingConfig::default() };
     let (closer, outcomes) = drive.driven(config, 2);
-    assert_eq!(closer.keyframes().len(), 40);
+    let keyframes = closer.known().keyframes;
+    assert_eq!(keyframes.len(), 40);
     assert!(closed(&outcomes).is_empty());
-    assert_eq!(closer.keyframes().next().unwrap().stamp, Drive::stamp(drive.truth.len() - 40));
+    assert_eq!(keyframes[0].stamp, Drive::stamp(drive.truth.len() - 40));
 }
 
 #[test]
@@ -268,9 +274,9 @@ fn bad_scans_and_poses_harm_nothing() {
         let outcome = closer.take(stamp.plus_seconds(f64::from(number)), &at, &bad);
         assert_eq!(outcome, LoopOutcome::NewPlace);
     }
-    assert_eq!(closer.map_from_odom(), Isometry3::identity());
+    assert_eq!(closer.known().map_from_odom, Isometry3::identity());
     closer.forget();
-    assert_eq!(closer.keyframes().len(), 0);
+    assert_eq!(closer.known(), KnownLoops::default());
     let alone = Isometry3::translation(1.0, 2.0, 3.0);
-    assert_eq!(closer.map_from_vehicle(stamp, &alone), alone);
+    assert_eq!(closer.known().map_from_vehicle(stamp, &alone), alone);
 }

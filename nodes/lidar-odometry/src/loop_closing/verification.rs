@@ -24,14 +24,23 @@ struct Fit {
 }
 
 impl LoopCloser {
-    /// The loop to the one place that fits.
-    pub(super) fn verified(&self, candidates: &[Candidate]) -> Result<LoopEdge, NotALoop> {
+    /// The loop to the one place that fits. The scan is laid onto no further place once `is_aborted` says so.
+    pub(super) fn verified(
+        &self,
+        candidates: &[Candidate],
+        is_aborted: &dyn Fn() -> bool,
+    ) -> Result<LoopEdge, NotALoop> {
         let nothing = NotALoop::DoesNotFit { places: candidates.len(), share: 0.0 };
         let now = self.keyframes.back().ok_or(nothing)?;
         let source = PreparedCloud::new(&now.points_m, &self.config.preparation, self.threads)
             .map_err(|_| nothing)?;
-        let mut fits: Vec<Fit> =
-            candidates.iter().filter_map(|candidate| self.fit(&source, candidate)).collect();
+        let mut fits: Vec<Fit> = Vec::new();
+        for candidate in candidates {
+            if is_aborted() {
+                return Err(NotALoop::GivenUp);
+            }
+            fits.extend(self.fit(&source, candidate));
+        }
         // The first of those alike stays the first.
         fits.sort_by(|a, b| b.share.total_cmp(&a.share));
         let best = fits.first().ok_or(nothing)?;

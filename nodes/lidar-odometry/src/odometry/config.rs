@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::registration::{
-    CoarseConfig, ConfigError, PreparationConfig, RegistrationConfig, RobustKernel, check,
+    CoarseConfig, ParameterError, PreparationConfig, RegistrationConfig, RobustKernel, check,
     check_positive,
 };
 
@@ -70,7 +70,7 @@ impl LidarOdometryConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         self.preparation.validate()?;
         self.registration.validate()?;
         check_positive(&[

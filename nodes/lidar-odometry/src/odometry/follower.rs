@@ -10,7 +10,7 @@ use super::{
     Guess, LidarOdometry, LidarOdometryConfig, LidarPose, LidarScan, MotionHint, Outcome, Quality,
     Refusal, ScanToScan,
 };
-use crate::registration::{ConfigError, PreparationConfig, RegistrationConfig};
+use crate::registration::{ParameterError, PreparationConfig, RegistrationConfig};
 use crate::selection::{PointChoice, PointChoiceError};
 
 /// What a scan is laid onto.
@@ -70,7 +70,7 @@ impl Follower {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: FollowerConfig, threads: NonZeroUsize) -> Result<Self, ConfigError> {
+    pub fn new(config: FollowerConfig, threads: NonZeroUsize) -> Result<Self, ParameterError> {
         config.points.validate()?;
         config.preparation.validate()?;
         config.registration.validate()?;
@@ -206,8 +206,12 @@ impl Quality {
         const LEAST_OVERLAP: f64 = 0.3;
         match self.outcome {
             Outcome::Started => return None,
-            Outcome::Held(error) => return Some(format!("the scan does not fit: {error}")),
-            Outcome::BegunAnew(error) => return Some(format!("the map begins anew: {error}")),
+            Outcome::Held(error) => {
+                return Some(format!("the scan does not fit: {error}{}", self.lack_of_points()));
+            }
+            Outcome::BegunAnew(error) => {
+                return Some(format!("the map begins anew: {error}{}", self.lack_of_points()));
+            }
             Outcome::Matched => {}
         }
         if !self.degenerate.is_empty() {
@@ -221,6 +225,17 @@ impl Quality {
             return Some(format!("only {percent:.0} % of the points have a place in the map"));
         }
         (!self.converged).then(|| format!("no end of the steps after {} of them", self.iterations))
+    }
+
+    /// In a small room, or with a scanner that is all but covered.
+    fn lack_of_points(&self) -> &'static str {
+        /// A street's scan has thousands.
+        const FEW: usize = 200;
+        if self.points >= FEW {
+            return "";
+        }
+        "; few points are left of the scan: they are nearer than min_range_m, or within few cubes of scan_voxel_edge_m (in a small \
+         room 0.3, 0.1, and 0.2 for map_voxel_edge_m)"
     }
 }
 

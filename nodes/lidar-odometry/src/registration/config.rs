@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use geometry::ParameterError;
+use geometry::parameter::{check, positive};
 use serde::{Deserialize, Serialize};
 
 /// What is to become small, point by point.
@@ -132,33 +134,9 @@ impl Default for RegistrationConfig {
     }
 }
 
-/// A parameter has a value that means nothing.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-#[error("parameter {name} must be {accepted}, not {value}")]
-pub struct ConfigError {
-    /// The parameter.
-    pub name: &'static str,
-    /// What it may be.
-    pub accepted: &'static str,
-    /// What it is.
-    pub value: f64,
-}
-
-/// `Ok` when `holds`.
-pub(crate) fn check(
-    name: &'static str,
-    accepted: &'static str,
-    value: f64,
-    holds: bool,
-) -> Result<(), ConfigError> {
-    if holds { Ok(()) } else { Err(ConfigError { name, accepted, value }) }
-}
-
 /// That each of the values is a positive number.
-pub(crate) fn check_positive(values: &[(&'static str, f64)]) -> Result<(), ConfigError> {
-    values.iter().try_for_each(|(name, value)| {
-        check(name, "a positive number", *value, value.is_finite() && *value > 0.0)
-    })
+pub(crate) fn check_positive(values: &[(&'static str, f64)]) -> Result<(), ParameterError> {
+    values.iter().try_for_each(|(name, value)| positive(name, *value))
 }
 
 impl PreparationConfig {
@@ -166,7 +144,7 @@ impl PreparationConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         let edge = self.voxel_edge_m;
         check("voxel_edge_m", "0 or more metres", edge, edge.is_finite() && edge >= 0.0)?;
         let neighbours = self.neighbours;
@@ -180,7 +158,7 @@ impl RegistrationConfig {
     ///
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_positive(&[
             ("max_correspondence_m", self.max_correspondence_m),
             ("coarse.max_correspondence_m", self.coarse.max_correspondence_m),

@@ -1,13 +1,13 @@
 //! Why there is no registration.
 
-use super::config::ConfigError;
+use geometry::ParameterError;
 
 /// A cloud cannot be made ready, or not be laid onto another.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum RegistrationError {
     /// A parameter has a value that means nothing.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] ParameterError),
     /// There is no point.
     #[error("the cloud has no usable point: of {points} none has three finite coordinates")]
     Empty {

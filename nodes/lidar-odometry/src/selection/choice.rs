@@ -3,7 +3,7 @@
 use geometry::LidarCloud;
 
 use super::{GroundFilter, RayFilter, RoadIntensityFilter};
-use crate::registration::ConfigError;
+use crate::registration::ParameterError;
 
 /// Which points take part in a registration.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -37,7 +37,7 @@ impl PointChoice {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         match self {
             Self::All => Ok(()),
             Self::Rays(filter) => filter.validate(),

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use crate::registration::{ConfigError, check, check_positive};
+use crate::registration::{ParameterError, check, check_positive};
 
 /// No more sectors or rings.
 const MOST_CELLS: usize = 10_000;
@@ -59,7 +59,7 @@ impl GroundFilter {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_positive(&[
             ("sensor_height_m", self.sensor_height_m),
             ("ring_width_m", self.ring_width_m),

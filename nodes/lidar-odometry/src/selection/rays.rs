@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::registration::{ConfigError, check};
+use crate::registration::{ParameterError, check};
 
 /// Leaves out points by the laser that measured them. The thesis leaves out the lowest ones, of 32 between 10 and 26, and
 /// rejects the filter for what it does to the height; one of a few rays keeps the height.
@@ -27,7 +27,7 @@ impl RayFilter {
     ///
     /// # Errors
     /// When `every` is 0.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check("every", "at least 1", f64::from(self.every), self.every > 0)
     }
 

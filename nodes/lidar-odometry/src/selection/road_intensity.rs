@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use crate::registration::{ConfigError, check, check_positive};
+use crate::registration::{ParameterError, check, check_positive};
 
 /// Fewer points of the road tell nothing of it.
 const LEAST_ROAD_POINTS: usize = 30;
@@ -52,7 +52,7 @@ impl RoadIntensityFilter {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub fn validate(&self) -> Result<(), ParameterError> {
         check_positive(&[
             ("sensor_height_m", self.sensor_height_m),
             ("height_tolerance_m", self.height_tolerance_m),

@@ -1,5 +1,8 @@
 //! Loops: where the odometry's frame is in the map.
 
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+
 use geometry::Stamp;
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
@@ -9,14 +12,20 @@ use nalgebra::{Isometry3, Point3};
 use node_shell::{Counters, Node, NodeFailure, Publisher, Qos, TransformBroadcaster};
 
 use super::parameters::LidarOdometryParameters;
-use crate::loop_closing::{LoopCloser, LoopClosingConfig, LoopOutcome};
+use crate::loop_closing::{
+    BackgroundSearch, InlineSearch, KnownLoops, LoopCloser, LoopClosingConfig, LoopOutcome,
+    LoopSearch, Place,
+};
 
 /// The condition in the diagnostics.
 const LOOPS: &str = "loops";
 
-/// Finds loops, and tells what they lead to.
+/// Who looks for loops. What holds a node may be shared by threads.
+pub(super) type Search = Box<dyn LoopSearch + Send + Sync>;
+
+/// Has loops looked for, and tells what they lead to.
 pub(super) struct Loops {
-    closer: LoopCloser,
+    search: Search,
     map_frame_id: String,
     odom_frame_id: String,
     base_from_lidar: Isometry3<f64>,
@@ -34,10 +43,27 @@ impl Loops {
         if !parameters.loop_closing {
             return Ok(None);
         }
+        let config = LoopClosingConfig::default();
+        let search: Search = if parameters.loop_closing_in_background {
+            // One thread: the others are for the scans. Their number changes no loop.
+            let closer = LoopCloser::new(config, NonZeroUsize::MIN)?;
+            Box::new(BackgroundSearch::new(closer)?)
+        } else {
+            Box::new(InlineSearch::new(config, parameters.thread_count())?)
+        };
+        Self::with(node, parameters, search).map(Some)
+    }
+
+    /// With somebody who looks.
+    pub(super) fn with(
+        node: &Node,
+        parameters: &LidarOdometryParameters,
+        search: Search,
+    ) -> Result<Self, NodeFailure> {
         let transforms =
             parameters.publish_tf.then(|| TransformBroadcaster::new(node)).transpose()?;
-        Ok(Some(Self {
-            closer: LoopCloser::new(LoopClosingConfig::default(), parameters.thread_count())?,
+        Ok(Self {
+            search,
             map_frame_id: parameters.map_frame_id.clone(),
             odom_frame_id: parameters.odom_frame_id.clone(),
             base_from_lidar: parameters.base_from_lidar(),
@@ -45,34 +71,40 @@ impl Loops {
             // Whoever comes later still needs it.
             paths: node.publisher("map_path", &Qos::latched())?,
             counters: node.counters(),
-        }))
+        })
     }
 
     pub(super) fn forget(&mut self) {
-        self.closer.forget();
+        self.search.forget();
     }
 
-    pub(super) fn closer(&self) -> &LoopCloser {
-        &self.closer
+    /// As of the last scan.
+    pub(super) fn known(&self) -> Arc<KnownLoops> {
+        self.search.known()
     }
 
-    /// Looks for a loop where the vehicle has gone far enough, and tells where the odometry's frame is. The points are the
-    /// scanner's, as if measured at once.
+    /// Has the place looked for where the vehicle has gone far enough, and tells where the odometry's frame is. The points are
+    /// the scanner's, as if measured at once.
     pub(super) fn take(
         &mut self,
         stamp: Stamp,
         odom_from_base: &Isometry3<f64>,
         points_m: &dyn Fn() -> Vec<Point3<f32>>,
     ) {
-        if self.closer.wants(odom_from_base) {
+        if self.search.wants(odom_from_base) {
             let base_from_lidar = self.base_from_lidar.cast::<f32>();
-            let points_m: Vec<Point3<f32>> =
-                points_m().iter().map(|point_m| base_from_lidar * point_m).collect();
-            let outcome = self.closer.take(stamp, odom_from_base, &points_m);
-            self.tell(stamp, &outcome);
+            let points_m = points_m().iter().map(|point_m| base_from_lidar * point_m).collect();
+            let place = Place { stamp, odom_from_vehicle: *odom_from_base, points_m };
+            if !self.search.take(place) {
+                // The next scan is as good, unless there is never time.
+                self.counters.count_drop("keyframes of loop closing: too many wait");
+            }
+        }
+        for answer in self.search.answers() {
+            self.tell(stamp, &answer.outcome);
         }
         if let Some(transforms) = &self.transforms {
-            let map_from_odom = self.closer.map_from_odom();
+            let map_from_odom = self.search.known().map_from_odom;
             transforms.send(stamp, &self.map_frame_id, &self.odom_frame_id, &map_from_odom);
         }
     }
@@ -80,7 +112,7 @@ impl Loops {
     fn tell(&mut self, stamp: Stamp, outcome: &LoopOutcome) {
         match outcome {
             LoopOutcome::Closed(closed) => {
-                let count = self.closer.closed_loops();
+                let count = self.search.known().closed;
                 let text = format!(
                     "{count} closed, the last after {:.0} m: the odometry was off by {:.2} m and {:.2} degrees",
                     closed.way_m,
@@ -103,7 +135,8 @@ impl Loops {
             stamp: convert::time_from_stamp(stamp),
             frame_id: self.map_frame_id.clone(),
         };
-        let poses = self.closer.keyframes().map(|keyframe| PoseStamped {
+        let known = self.search.known();
+        let poses = known.keyframes.iter().map(|keyframe| PoseStamped {
             header: header(keyframe.stamp),
             pose: convert::pose_from_isometry(&keyframe.map_from_vehicle),
         });

@@ -12,7 +12,7 @@ use crate::live::LiveConfig;
 use crate::odometry::{Guess, LidarOdometryConfig, Way};
 use crate::packets::{DATA_PORT, POSITION_PORT};
 use crate::panorama::{ColourMap, PanoramaConfig};
-use crate::registration::ConfigError;
+use crate::registration::{ParameterError, check};
 use crate::revolution::RevolutionConfig;
 use crate::selection::{RayFilter, RoadIntensityFilter};
 
@@ -42,6 +42,7 @@ pub struct LidarOdometryParameters {
     pub publish_tf: bool,
     pub path_poses: usize,
     pub loop_closing: bool,
+    pub loop_closing_in_background: bool,
     pub map_frame_id: String,
 
     pub use_wheels: bool,
@@ -103,6 +104,8 @@ impl Default for LidarOdometryParameters {
             path_poses: 10_000,
             // The frame of the map may have another owner: who has none asks for it.
             loop_closing: false,
+            // A search takes a second, a scan must not.
+            loop_closing_in_background: true,
             map_frame_id: "map".to_owned(),
             use_wheels: false,
             use_imu: false,
@@ -180,7 +183,7 @@ impl NodeParameters for LidarOdometryParameters {
             ("base_from_imu", &self.base_from_imu),
         ] {
             let bad = vector.iter().copied().find(|value| !value.is_finite());
-            Self::check(name, "six finite numbers", bad.unwrap_or(0.0), bad.is_none())?;
+            check(name, "six finite numbers", bad.unwrap_or(0.0), bad.is_none())?;
         }
         self.numbers().into_iter().try_for_each(|(name, value)| Self::within(name, value))?;
         self.live()?;
@@ -192,15 +195,6 @@ impl NodeParameters for LidarOdometryParameters {
 }
 
 impl LidarOdometryParameters {
-    fn check(
-        name: &'static str,
-        accepted: &'static str,
-        value: f64,
-        holds: bool,
-    ) -> Result<(), ConfigError> {
-        if holds { Ok(()) } else { Err(ConfigError { name, accepted, value }) }
-    }
-
     /// The numbers that have a range.
     fn numbers(&self) -> [(&'static str, f64); 21] {
         [
@@ -228,7 +222,7 @@ impl LidarOdometryParameters {
         ]
     }
 
-    fn within(name: &'static str, value: f64) -> Result<(), ConfigError> {
+    fn within(name: &'static str, value: f64) -> Result<(), ParameterError> {
         let Some((_, range)) = Self::RANGES.iter().find(|(of, _)| *of == name) else {
             return Ok(());
         };
@@ -237,6 +231,6 @@ impl LidarOdometryParameters {
             Range::Whole { least, most } => (least as f64, most as f64),
         };
         let accepted = "in the range that `ros2 param describe` tells";
-        Self::check(name, accepted, value, (least..=most).contains(&value))
+        check(name, accepted, value, (least..=most).contains(&value))
     }
 }

@@ -2,6 +2,8 @@
 
 mod telling;
 
+use std::sync::Arc;
+
 use geometry::{LidarCloud, Revolution, Stamp};
 use msgs::convert::{self, LidarCloudReading, PointTimes, TimeUnit};
 use msgs::velodyne_msgs::VelodyneScan;
@@ -17,7 +19,7 @@ use super::output::Output;
 use super::parameters::LidarOdometryParameters;
 use super::pictures::{Pictures, Seen};
 use crate::live::LiveCounts;
-use crate::loop_closing::LoopCloser;
+use crate::loop_closing::KnownLoops;
 use crate::odometry::{Follower, FollowerError, LidarPose, Outcome, Refusal, deskewed_cloud};
 use crate::revolution::{BuiltRevolution, RevolutionAssembly};
 
@@ -50,6 +52,7 @@ pub struct Stage {
     /// Where the scanner was last, and when.
     last: Option<(Stamp, Isometry3<f64>)>,
     in_trouble: bool,
+    last_trouble: Option<String>,
     bad_input: Throttle,
     troubles: Throttle,
 }
@@ -83,6 +86,7 @@ impl Stage {
             times: None,
             last: None,
             in_trouble: true,
+            last_trouble: None,
             bad_input: Throttle::for_warnings(),
             troubles: Throttle::for_warnings(),
         })
@@ -259,10 +263,21 @@ impl Stage {
         }
     }
 
-    /// What is known of loops; `None` where none are closed.
+    /// What is known of loops as of the last scan; `None` where none are closed.
     #[must_use]
-    pub fn loops(&self) -> Option<&LoopCloser> {
-        self.loops.as_ref().map(Loops::closer)
+    pub fn loops(&self) -> Option<Arc<KnownLoops>> {
+        self.loops.as_ref().map(Loops::known)
+    }
+
+    /// What the last scan lacked that was in trouble; `None` while none was.
+    #[must_use]
+    pub fn last_trouble(&self) -> Option<&str> {
+        self.last_trouble.as_deref()
+    }
+
+    #[cfg(test)]
+    pub(super) fn have_loops_looked_for(&mut self, by: Loops) {
+        self.loops = Some(by);
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use lidar_odometry::loop_closing::LoopCloser;
 use lidar_odometry::shell::{LidarInput, LidarOdometryParameters, Stage};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
@@ -120,7 +119,12 @@ impl LidarFollower {
 
     /// How often a loop was closed.
     pub(crate) fn closed_loops(&self) -> usize {
-        self.stage.loops().map_or(0, LoopCloser::closed_loops)
+        self.stage.loops().map_or(0, |known| known.closed)
+    }
+
+    /// What the last scan lacked that was in trouble.
+    pub(crate) fn last_trouble(&self) -> Option<&str> {
+        self.stage.last_trouble()
     }
 
     /// The reports so far.

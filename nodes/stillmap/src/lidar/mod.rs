@@ -11,6 +11,7 @@ mod source;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use files::TileFolder;
 pub(crate) use follower::LidarFollower;
 pub(crate) use odometry::run as run_odometry;
 pub(crate) use road::{RoadArgs, run as run_road};

@@ -22,6 +22,8 @@ pub(crate) struct LidarSummary {
     pub(crate) poses: usize,
     /// Those of them whose pose is a prediction.
     pub(crate) predicted: usize,
+    /// What the last scan lacked that was in trouble.
+    pub(crate) last_trouble: Option<String>,
     /// The way that was driven.
     pub(crate) path_m: f64,
     /// Loops that were closed.
@@ -34,8 +36,10 @@ pub(crate) struct LidarSummary {
     pub(crate) milliseconds_median: f64,
     /// ... of the slowest hundredth.
     pub(crate) milliseconds_p99: f64,
-    /// Its steps.
+    /// Its steps, medians.
     pub(crate) steps_ms: BTreeMap<String, f64>,
+    /// ... of the slowest hundredth.
+    pub(crate) steps_p99_ms: BTreeMap<String, f64>,
 }
 
 /// Follows a recording and writes its poses.
@@ -82,6 +86,8 @@ pub(super) fn load(
         parameters::load(&format!("/{NODE}"), files, &[] as &[Assignment])
             .map_err(|error| Failure::new(error.to_string()))?;
     parameters.loop_closing |= loop_closing;
+    // The same recording gives the same map.
+    parameters.loop_closing_in_background = false;
     Ok(parameters)
 }
 
@@ -122,18 +128,21 @@ impl LidarSummary {
             scans: follower.reports().len(),
             poses: poses.len(),
             predicted: count("held").filter(|held| *held > 0).count(),
+            last_trouble: follower.last_trouble().map(str::to_owned),
             path_m,
             closed_loops: follower.closed_loops(),
             without_a_pose: follower.drops(),
             points_median: points.get(points.len() / 2).copied().unwrap_or(0),
             milliseconds_median: quantile(&mut milliseconds, 0.5),
             milliseconds_p99: quantile(&mut milliseconds, 0.99),
-            steps_ms: by_step
-                .into_iter()
-                .map(|(name, mut each)| (name, quantile(&mut each, 0.5)))
-                .collect(),
+            steps_ms: of_steps(&mut by_step, 0.5),
+            steps_p99_ms: of_steps(&mut by_step, 0.99),
         }
     }
+}
+
+fn of_steps(by_step: &mut BTreeMap<String, Vec<f64>>, share: f64) -> BTreeMap<String, f64> {
+    by_step.iter_mut().map(|(name, each)| (name.clone(), quantile(each, share))).collect()
 }
 
 fn quantile(values: &mut [f64], share: f64) -> f64 {
@@ -163,6 +172,9 @@ pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
             "{} poses are predictions: their scans did not fit",
             summary.predicted
         ))?;
+    }
+    if let Some(trouble) = &summary.last_trouble {
+        console::print(format_args!("the last trouble: {trouble}"))?;
     }
     if summary.closed_loops > 0 {
         console::print(format_args!("loops closed: {}", summary.closed_loops))?;

@@ -25,8 +25,10 @@ pub(super) struct NamedPicture {
 const DRAWING_PX: usize = 800;
 /// The drawing about the vehicle reaches so far: a few streets.
 const DRAWING_RADIUS_M: f64 = 100.0;
-/// Pixels of the longer side of the map from above.
+/// Pixels of the longer side of the map from above, at most ...
 const MAP_PX: f64 = 1400.0;
+/// ... and of a voxel's edge: with more of them its neighbours would not touch, and the road would be a sieve.
+const VOXEL_PX: f64 = 0.75;
 
 fn png(rgb: &[u8], (width, height): (usize, usize)) -> Result<Vec<u8>, Failure> {
     let mut png = Vec::new();
@@ -134,14 +136,14 @@ pub(super) fn panoramas(cloud: &LidarCloud) -> Result<Vec<NamedPicture>, Failure
 pub(super) fn map_from_above(
     map: &RoadMap,
     extent: &RoadExtent,
-    by: RoadColour,
+    (by, voxel_edge_m): (RoadColour, f64),
     name: &'static str,
 ) -> Result<NamedPicture, Failure> {
     let size_m = [0, 1].map(|axis: usize| {
         let of = |corner: &[f64; 3]| corner.get(axis).copied().unwrap_or(0.0);
         (of(&extent.high_m) - of(&extent.low_m)).max(1.0)
     });
-    let px_per_m = MAP_PX / size_m[0].max(size_m[1]);
+    let px_per_m = (MAP_PX / size_m[0].max(size_m[1])).min(VOXEL_PX / voxel_edge_m);
     let [width, height] = size_m.map(|size_m| (size_m * px_per_m).ceil() as usize + 1);
     let mut rgb = vec![255; 3 * width * height];
     let mut heights_m = vec![f64::NEG_INFINITY; width * height];

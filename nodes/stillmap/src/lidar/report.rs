@@ -39,22 +39,30 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
             odometry.predicted
         ));
     }
+    lead.extend(
+        odometry.last_trouble.iter().map(|trouble| format!("The last trouble: {trouble}.")),
+    );
     lead.extend(summary.losses.iter().map(|loss| format!("Lost: {loss}.")));
-    let row = |name: &str, text: String| PageRow {
-        name: name.to_owned(),
-        cells: vec![PageCell { text, tone: CellTone::Plain }],
+    let row = |name: &str, texts: Vec<String>| {
+        let cell = |text| PageCell { text, tone: CellTone::Plain };
+        PageRow { name: name.to_owned(), cells: texts.into_iter().map(cell).collect() }
     };
-    let steps = odometry.steps_ms.iter().map(|(name, ms)| row(name, format!("{ms:.2}"))).collect();
-    let table = |caption: &str, head: [&str; 2], rows| PageTable {
+    let steps = odometry.steps_ms.iter().map(|(name, ms)| {
+        let slow_ms = odometry.steps_p99_ms.get(name).copied().unwrap_or(*ms);
+        row(name, vec![format!("{ms:.2}"), format!("{slow_ms:.2}")])
+    });
+    let table = |caption: &str, head: &[&str], rows| PageTable {
         caption: caption.to_owned(),
-        columns: head.map(str::to_owned).to_vec(),
+        columns: head.iter().map(|name| (*name).to_owned()).collect(),
         rows,
     };
-    let causes = odometry.without_a_pose.iter().map(|(cause, count)| row(cause, count.to_string()));
+    let causes = odometry.without_a_pose.iter();
+    let causes = causes.map(|(cause, count)| row(cause, vec![count.to_string()]));
     let causes: Vec<PageRow> = causes.collect();
-    let mut tables = vec![table("Median of a scan", ["step", "ms"], steps)];
+    let head = ["step", "median, ms", "99 of 100, ms"];
+    let mut tables = vec![table("Times of a scan", &head, steps.collect())];
     if !causes.is_empty() {
-        tables.push(table("Without a pose", ["cause", "scans"], causes));
+        tables.push(table("Without a pose", &["cause", "scans"], causes));
     }
     let (mut way, mut map, mut around) = (Vec::new(), Vec::new(), Vec::new());
     for NamedPicture { name, picture } in pictures {

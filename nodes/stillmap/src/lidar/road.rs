@@ -237,7 +237,8 @@ impl Drive {
         for (colour, name) in
             [(RoadColour::Intensity, "map_intensity.png"), (RoadColour::Height, "map_height.png")]
         {
-            shown.push(pictures::map_from_above(map, &extent, colour, name)?);
+            let how = (colour, road.road_voxel);
+            shown.push(pictures::map_from_above(map, &extent, how, name)?);
         }
         shown.extend(pictures::panoramas(&self.shown)?);
         pictures::write(out, &shown)?;

@@ -1,10 +1,10 @@
 //! What sensors that have no type in `geometry` publish.
 
 use geometry::LabelImage;
-use msgs::convert::{pose_from_isometry, time_from_stamp};
+use msgs::convert::{LidarShot, message_from_lidar_shots, pose_from_isometry, time_from_stamp};
 use msgs::geometry_msgs::{PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3};
 use msgs::nav_msgs::Odometry;
-use msgs::sensor_msgs::{Image, Imu, PointCloud2, PointField};
+use msgs::sensor_msgs::{Image, Imu, PointCloud2};
 use msgs::std_msgs::Header;
 use nalgebra::Matrix3;
 use simulator::{ColourImage, ImuReading, VelodyneTurn, WheelReading};
@@ -65,42 +65,15 @@ pub(super) fn odometry(reading: &WheelReading) -> Odometry {
     }
 }
 
-/// Organised, with a row for each ring, and packed as `velodyne_driver` does: x, y, z, intensity, ring, time.
+/// Organised, with a row for each ring, as `velodyne_driver` publishes it.
 pub(super) fn velodyne(turn: &VelodyneTurn) -> PointCloud2 {
-    const POINT_BYTES: usize = 22;
-    let field = |name: &str, offset: u32, datatype: u8| PointField {
-        name: name.to_owned(),
-        offset,
-        datatype,
-        count: 1,
-    };
-    let mut data = Vec::with_capacity(turn.points.len() * POINT_BYTES);
-    for point in &turn.points {
-        for value in point.position_m {
-            data.extend(value.to_le_bytes());
-        }
-        data.extend(point.intensity.to_le_bytes());
-        data.extend(point.ring.to_le_bytes());
-        data.extend(point.time_s.to_le_bytes());
-    }
-    PointCloud2 {
-        header: Header { stamp: time_from_stamp(turn.stamp), frame_id: turn.frame_id.clone() },
-        height: turn.rings as u32,
-        width: turn.columns as u32,
-        fields: vec![
-            field("x", 0, PointField::FLOAT32),
-            field("y", 4, PointField::FLOAT32),
-            field("z", 8, PointField::FLOAT32),
-            field("intensity", 12, PointField::FLOAT32),
-            field("ring", 16, PointField::UINT16),
-            field("time", 18, PointField::FLOAT32),
-        ],
-        is_bigendian: false,
-        point_step: POINT_BYTES as u32,
-        row_step: (POINT_BYTES * turn.columns) as u32,
-        data,
-        is_dense: false,
-    }
+    let shots = turn.points.iter().map(|point| LidarShot {
+        position_m: point.position_m,
+        intensity: point.intensity,
+        ring: point.ring,
+        time_s: point.time_s,
+    });
+    message_from_lidar_shots(turn.stamp, &turn.frame_id, (turn.rings, turn.columns), shots)
 }
 
 /// The labels of a turn, an image with a pixel for each point; `None` where they are not as many as the points.

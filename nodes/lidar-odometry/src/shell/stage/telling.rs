@@ -6,7 +6,6 @@ use msgs::std_msgs::Header;
 use node_shell::{NodeFailure, StepTimer};
 
 use super::{Stage, TIMES, TRACKING};
-use crate::loop_closing::LoopCloser;
 use crate::odometry::{LidarPose, Outcome};
 
 impl Stage {
@@ -40,7 +39,9 @@ impl Stage {
     /// Says how it goes, in the diagnostics and, where it changes, in the log.
     pub(super) fn tell(&mut self, pose: &LidarPose) {
         if let Some(trouble) = pose.quality.trouble() {
-            return self.note_trouble(&format!("degraded: {trouble}"));
+            self.note_trouble(&format!("degraded: {trouble}"));
+            self.last_trouble = Some(trouble);
+            return;
         }
         if pose.quality.outcome == Outcome::Started {
             let text = format!("initialising: one scan of {} points", pose.quality.points);
@@ -79,7 +80,7 @@ impl Stage {
             ("overlap_percent", (100.0 * quality.overlap) as u64),
             ("predicted_directions", count(quality.degenerate.len())),
             ("held", u64::from(is_held)),
-            ("closed_loops", count(self.loops().map_or(0, LoopCloser::closed_loops))),
+            ("closed_loops", count(self.loops().map_or(0, |known| known.closed))),
         ];
         self.counters.note_fill("map voxels", quality.map_voxels, self.max_map_voxels);
         let (path_poses, most) = self.output.path_fill();

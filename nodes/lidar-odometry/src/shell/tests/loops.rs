@@ -1,10 +1,14 @@
 //! The node, back where it was.
 
 use std::f64::consts::TAU;
+use std::num::NonZeroUsize;
+use std::sync::{Arc, Mutex};
 
 use msgs::tf2_msgs::TFMessage;
 
+use super::super::loops::Loops;
 use super::*;
+use crate::loop_closing::{BackgroundSearch, LoopCloser, LoopClosingConfig};
 
 /// Along the street and back again, so many metres each way.
 const FAR_M: f64 = 30.0;
@@ -17,7 +21,11 @@ fn to_and_fro_m(index: u32) -> f64 {
 
 #[test]
 fn a_loop_moves_the_odometry_in_the_map_and_not_the_odometry() {
-    let parameters = LidarOdometryParameters { loop_closing: true, ..Default::default() };
+    let parameters = LidarOdometryParameters {
+        loop_closing: true,
+        loop_closing_in_background: false,
+        ..Default::default()
+    };
     let mut scene = Scene::new(&parameters);
     let transforms = scene.peer.subscription::<TFMessage>("/tf", &Qos::reliable(10)).unwrap();
     let paths = scene.peer.subscription::<Path>("map_path", &Qos::latched()).unwrap();
@@ -48,6 +56,38 @@ fn a_loop_moves_the_odometry_in_the_map_and_not_the_odometry() {
     let path = paths.try_next().unwrap();
     assert_eq!(path.message.header.frame_id, "map");
     assert!(path.message.poses.len() > 20);
+}
+
+#[test]
+fn scans_are_answered_while_a_loop_is_looked_for() {
+    let parameters = LidarOdometryParameters { loop_closing: true, ..Default::default() };
+    let mut scene = Scene::new(&parameters);
+    let hold = Arc::new(Mutex::new(()));
+    let of_thread = Arc::clone(&hold);
+    let closer = LoopCloser::new(LoopClosingConfig::default(), NonZeroUsize::MIN).unwrap();
+    let pause = move || drop(of_thread.lock().unwrap());
+    let search = Box::new(BackgroundSearch::with_pause(closer, pause).unwrap());
+    let loops = Loops::with(&scene.peer, &parameters, search).unwrap();
+    scene.stage.have_loops_looked_for(loops);
+    let closed = |scene: &Scene| scene.stage.loops().unwrap().closed;
+    // There and back, and on: all is answered by then, and the search has not got beyond its first place.
+    let held = hold.lock().unwrap();
+    for index in 0..=SCANS {
+        let cloud = scene.cloud_at(index, to_and_fro_m(index));
+        let outcome = scene.take(cloud);
+        assert!((outcome.x_m() - to_and_fro_m(index)).abs() < 0.2, "{index}");
+        assert_eq!(closed(&scene), 0);
+    }
+    drop(held);
+    // Once there is time, the next scans are told of the loop.
+    let until = Instant::now() + Duration::from_secs(60);
+    let mut index = SCANS;
+    while closed(&scene) == 0 {
+        assert!(Instant::now() < until, "the loop was not found");
+        index += 1;
+        let cloud = scene.cloud_at(index, to_and_fro_m(index));
+        assert_eq!(scene.take(cloud).odometry.len(), 1);
+    }
 }
 
 #[test]

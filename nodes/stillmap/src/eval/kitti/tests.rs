@@ -1,5 +1,8 @@
+mod folder;
+
 use nalgebra::Vector3;
 
+use super::score::{at, scored};
 use super::*;
 
 fn drive(scale: f64) -> Vec<(Stamp, Isometry3<f64>)> {
@@ -13,7 +16,7 @@ fn drive(scale: f64) -> Vec<(Stamp, Isometry3<f64>)> {
 #[test]
 fn a_drive_that_is_a_hundredth_too_long_has_the_figures_of_it() {
     let candidate = Candidate {
-        name: "long".to_owned(),
+        name: "gicp-intensity".to_owned(),
         poses: drive(1.01),
         troubles: 2,
         times_ms: vec![3.0, 1.0, 5.0],
@@ -29,7 +32,7 @@ fn a_drive_that_is_a_hundredth_too_long_has_the_figures_of_it() {
     );
     assert!(figures.ate_rmse_m < rms_m);
     assert_eq!((figures.milliseconds_median, figures.milliseconds_mean), (Some(3.0), Some(3.0)));
-    let lines = published::beside(&[Figures { name: "gicp-intensity".to_owned(), ..figures }]);
+    let lines = published::beside(&[figures], &StageMs::default());
     let of_kitti = lines.iter().find(|line| line.contains("GICP, intensity filter")).unwrap();
     assert!(of_kitti.contains("35426.0 -> 3.0") && of_kitti.contains("1.756 -> 5.7"), "{of_kitti}");
 }

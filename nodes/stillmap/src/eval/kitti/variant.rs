@@ -13,7 +13,7 @@ use lidar_odometry::registration::{Method, RegistrationConfig};
 use lidar_odometry::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
 use nalgebra::Isometry3;
 
-use super::Candidate;
+use super::score::Candidate;
 use crate::failure::Failure;
 
 /// A way of following the scanner.
@@ -23,51 +23,83 @@ pub(super) enum Variant {
     None,
     /// Our odometry, onto a local map
     Ours,
+    /// Our odometry with its loops closed
+    OursLoops,
+    /// Our odometry without the ground
+    OursGround,
     /// ICP from scan to scan, point to point (table 4.1)
     Icp,
-    /// GICP from scan to scan without a guess (table 4.3)
+    /// GICP from scan to scan without a guess (tables 4.1 and 4.3)
     GicpStanding,
     /// GICP from scan to scan, with the previous motion for its guess (tables 4.3 and 4.6)
     Gicp,
-    /// The same without what is as bright as the road (tables 4.4 to 4.6)
+    /// The same without what is as bright as the road, mean +- sigma (table 4.4)
+    #[value(name = "gicp-intensity-1")]
+    GicpIntensity1,
+    /// The same, +- 1.25 sigma (tables 4.5 and 4.6)
     GicpIntensity,
-    /// The same without the lower half of the rays (table 4.4)
-    GicpRays,
+    /// The same, +- 1.5 sigma (table 4.4)
+    #[value(name = "gicp-intensity-1.5")]
+    GicpIntensity15,
+    /// The same with the upper 22 of 32 rays, or as large a share of others (table 4.4)
+    #[value(name = "gicp-rays-22")]
+    GicpRays22,
+    /// The upper 18
+    #[value(name = "gicp-rays-18")]
+    GicpRays18,
+    /// The upper 14
+    #[value(name = "gicp-rays-14")]
+    GicpRays14,
+    /// The upper 10
+    #[value(name = "gicp-rays-10")]
+    GicpRays10,
+    /// The upper 6
+    #[value(name = "gicp-rays-6")]
+    GicpRays6,
     /// The same without the ground, by its shape
     GicpGround,
-    /// Our odometry without the ground
-    OursGround,
-    /// Our odometry with its loops closed
-    OursLoops,
 }
 
+/// The rays of the thesis' scanner.
+const THESIS_RAYS: u16 = 32;
+
 impl Variant {
-    pub(super) fn name(self) -> &'static str {
+    pub(super) fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// Of the thesis' rays those that are kept, the upper ones.
+    fn rays(self) -> Option<u16> {
         match self {
-            Self::None => "none",
-            Self::Ours => "ours",
-            Self::Icp => "icp",
-            Self::GicpStanding => "gicp-standing",
-            Self::Gicp => "gicp",
-            Self::GicpIntensity => "gicp-intensity",
-            Self::GicpRays => "gicp-rays",
-            Self::GicpGround => "gicp-ground",
-            Self::OursGround => "ours-ground",
-            Self::OursLoops => "ours-loops",
+            Self::GicpRays22 => Some(22),
+            Self::GicpRays18 => Some(18),
+            Self::GicpRays14 => Some(14),
+            Self::GicpRays10 => Some(10),
+            Self::GicpRays6 => Some(6),
+            _ => None,
         }
     }
 
-    fn config(self) -> FollowerConfig {
+    /// Of a scanner of so many rays.
+    fn config(self, rays: u16) -> FollowerConfig {
         let way = match self {
             Self::None | Self::Ours | Self::OursGround | Self::OursLoops => Way::LocalMap,
             _ => Way::ScanToScan,
         };
+        let road = |deviations| {
+            let filter = RoadIntensityFilter { deviations, ..RoadIntensityFilter::default() };
+            PointChoice::NotRoadIntensity(filter)
+        };
         let points = match self {
-            Self::GicpIntensity => PointChoice::NotRoadIntensity(RoadIntensityFilter::default()),
-            // The thesis leaves 22, 18, 14, 10 and 6 of 32; of 64 here the upper half.
-            Self::GicpRays => PointChoice::Rays(RayFilter { lowest_left_out: 32, every: 1 }),
+            Self::GicpIntensity1 => road(1.0),
+            Self::GicpIntensity => road(1.25),
+            Self::GicpIntensity15 => road(1.5),
             Self::GicpGround | Self::OursGround => PointChoice::NotGround(GroundFilter::default()),
-            _ => PointChoice::All,
+            _ => self.rays().map_or(PointChoice::All, |kept| {
+                let left_out = u32::from(rays) * u32::from(THESIS_RAYS - kept);
+                let lowest_left_out = left_out.div_ceil(u32::from(THESIS_RAYS)) as u16;
+                PointChoice::Rays(RayFilter { lowest_left_out, every: 1 })
+            }),
         };
         let guess = match self {
             Self::GicpStanding => Guess::Standing,
@@ -89,7 +121,6 @@ pub(super) struct Follow {
     poses: Vec<(Stamp, Isometry3<f64>)>,
     troubles: usize,
     times_ms: Vec<f64>,
-    rays: Option<u16>,
     threads: NonZeroUsize,
     loops: Option<LoopCloser>,
 }
@@ -99,23 +130,14 @@ impl Follow {
         if variant == Variant::None {
             return Ok(None);
         }
-        let follower = Follower::new(variant.config(), threads)
+        let follower = Follower::new(variant.config(THESIS_RAYS), threads)
             .map_err(|error| Failure::new(error.to_string()))?;
         let loops = (variant == Variant::OursLoops)
             .then(|| LoopCloser::new(LoopClosingConfig::default(), threads))
             .transpose()
             .map_err(|error| Failure::new(error.to_string()))?;
         let (poses, times_ms) = (Vec::new(), Vec::new());
-        Ok(Some(Self {
-            variant,
-            follower,
-            poses,
-            troubles: 0,
-            times_ms,
-            rays: None,
-            threads,
-            loops,
-        }))
+        Ok(Some(Self { variant, follower, poses, troubles: 0, times_ms, threads, loops }))
     }
 
     pub(super) fn step(&mut self, cloud: &LidarCloud) {
@@ -148,28 +170,32 @@ impl Follow {
         loops.take(pose.stamp, &pose.odom_from_lidar, points_m);
     }
 
-    /// Half of the rays, whatever scanner it is.
+    /// As large a share of the rays as of the thesis', whatever scanner it is. Its first scan tells how many there are.
     fn fit_rays(&mut self, cloud: &LidarCloud) {
-        if self.variant != Variant::GicpRays || self.rays.is_some() {
+        if self.variant.rays().is_none() || !self.times_ms.is_empty() {
             return;
         }
         let Some(highest) = cloud.rings.as_ref().and_then(|rings| rings.iter().max()) else {
             return;
         };
-        let lowest_left_out = highest.saturating_add(1) / 2;
-        let points = PointChoice::Rays(RayFilter { lowest_left_out, every: 1 });
-        let config = FollowerConfig { points, ..self.variant.config() };
+        let config = self.variant.config(highest.saturating_add(1));
         if let Ok(follower) = Follower::new(config, self.threads) {
             self.follower = follower;
-            self.rays = Some(lowest_left_out);
         }
+    }
+
+    /// Where the scanner was last.
+    pub(super) fn last(&self) -> Option<Isometry3<f64>> {
+        Some(self.poses.last()?.1)
     }
 
     pub(super) fn finish(self) -> Candidate {
         let Self { variant, mut poses, troubles, times_ms, loops, .. } = self;
-        for ((stamp, pose), loops) in poses.iter_mut().zip(loops.iter().cycle()) {
-            *pose = loops.map_from_vehicle(*stamp, pose);
+        if let Some(known) = loops.map(|loops| loops.known()) {
+            for (stamp, pose) in &mut poses {
+                *pose = known.map_from_vehicle(*stamp, pose);
+            }
         }
-        Candidate { name: variant.name().to_owned(), poses, troubles, times_ms }
+        Candidate { name: variant.name(), poses, troubles, times_ms }
     }
 }
