@@ -15,8 +15,8 @@ use geometry::{CameraModel, CameraModelError, ParameterError};
 use nalgebra::{Isometry3, Point3};
 
 use super::{
-    Arena, FoundTimes, Id, Inconsistency, Keyframe, KeyframeId, Landmark, LoopEdge, Map, MapConfig,
-    MapError, MapLine, MapPoint, PointLook, Sightings,
+    Arena, ByOdometry, FoundTimes, Id, Inconsistency, Keyframe, KeyframeId, Landmark, LoopEdge,
+    Map, MapConfig, MapError, MapLine, MapPoint, PointLook, Sightings,
 };
 use crate::feature::lines::LineDescriptor;
 use crate::frame::Frame;
@@ -58,6 +58,8 @@ pub struct KeyframePart {
     pub parent: Option<u32>,
     /// The keyframes that loops lead to, and their cameras' poses in the frame of this one's.
     pub loops: Vec<(u32, Isometry3<f64>)>,
+    /// Where odometry had it, if it knew.
+    pub by_odometry: Option<ByOdometry>,
 }
 
 /// A point; see [`MapPoint`].
@@ -177,6 +179,7 @@ impl Map {
                 .iter()
                 .filter_map(|(other, edge)| Some((*keyframes.get(other)?, edge.camera_from_other)))
                 .collect(),
+            by_odometry: keyframe.by_odometry,
         };
         let point = |point: &MapPoint| PointPart {
             position_m: point.position_m,
@@ -260,6 +263,7 @@ impl Map {
             parent: None,
             children: BTreeSet::new(),
             loops: BTreeMap::new(),
+            by_odometry: part.by_odometry,
         };
         let id = self.keyframes.insert(keyframe).ok_or(PartsError::Full)?;
         let KeyframePart { points, lines, parent, loops, .. } = part;

@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment, SegmentInSpace};
 use crate::feature::points::{Corner, Descriptor};
 use crate::frame::{Frame, MeasuredDepth};
-use crate::map::{FoundTimes, KeyframePart, LinePart, MapConfig, MapParts, PointLook, PointPart};
+use crate::map::{
+    ByOdometry, FoundTimes, KeyframePart, LinePart, MapConfig, MapParts, PointLook, PointPart,
+};
 
 /// What is ahead.
 #[derive(Serialize, Deserialize)]
@@ -39,8 +41,18 @@ pub(super) struct SavedKeyframe {
     camera_from_map: Pose,
     parent: Option<u32>,
     loops: Vec<(u32, Pose)>,
+    odometry: Option<SavedOdometry>,
     corners: Vec<SavedCorner>,
     segments: Vec<SavedSegment>,
+}
+
+/// Where odometry had a keyframe.
+#[derive(Serialize, Deserialize)]
+struct SavedOdometry {
+    leg: u64,
+    camera_from_odom: Pose,
+    way_m: f64,
+    turned_rad: f64,
 }
 
 /// Focal lengths and principal point in pixels.
@@ -154,6 +166,7 @@ impl From<&KeyframePart> for SavedKeyframe {
             camera_from_map: Pose::of(&part.camera_from_map),
             parent: part.parent,
             loops: part.loops.iter().map(|(other, pose)| (*other, Pose::of(pose))).collect(),
+            odometry: part.by_odometry.as_ref().map(SavedOdometry::of),
             corners: corners
                 .map(|((corner, depth), point)| SavedCorner::of(corner, depth.as_ref(), *point))
                 .collect(),
@@ -185,7 +198,20 @@ impl From<SavedKeyframe> for KeyframePart {
             lines,
             parent: saved.parent,
             loops: loops.collect(),
+            by_odometry: saved.odometry.map(|odometry| odometry.by_odometry()),
         }
+    }
+}
+
+impl SavedOdometry {
+    fn of(by: &ByOdometry) -> Self {
+        let ByOdometry { leg, camera_from_odom, way_m, turned_rad } = *by;
+        Self { leg, camera_from_odom: Pose::of(&camera_from_odom), way_m, turned_rad }
+    }
+
+    fn by_odometry(self) -> ByOdometry {
+        let Self { leg, camera_from_odom, way_m, turned_rad } = self;
+        ByOdometry { leg, camera_from_odom: camera_from_odom.isometry(), way_m, turned_rad }
     }
 }
 

@@ -73,7 +73,7 @@ struct LookedFor {
 }
 
 impl Localiser {
-    pub(super) fn new(config: LocaliserConfig, loops: LoopConfig) -> Self {
+    pub(super) fn new(config: LocaliserConfig, loops: LoopConfig, map: &Map) -> Self {
         Self {
             config,
             loops,
@@ -87,7 +87,7 @@ impl Localiser {
             looks_for: None,
             keeps: None,
             followed: Followed::default(),
-            travelled: Travelled::default(),
+            travelled: Travelled::after(map),
             by_odometry: None,
         }
     }

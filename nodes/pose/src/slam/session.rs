@@ -58,7 +58,7 @@ impl<M: Mapping> Slam<M> {
     /// When a parameter has a value that means nothing.
     pub fn new(config: &SlamConfig, mapping: M) -> Result<Self, SlamConfigError> {
         config.validate()?;
-        let localiser = Localiser::new(config.localiser, config.mapping.loops);
+        let localiser = Localiser::new(config.localiser, config.mapping.loops, &mapping.map());
         let tracker = Tracker::new(config.tracker.clone())?;
         Ok(Self { tracker, localiser, mapping, trajectory: None })
     }

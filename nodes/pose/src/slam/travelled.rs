@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 
-use crate::map::ByOdometry;
+use crate::map::{ByOdometry, Map};
 
 /// The way is counted in steps of this length ...
 const STEP_M: f64 = 0.05;
@@ -17,6 +17,12 @@ pub(super) struct Travelled {
 }
 
 impl Travelled {
+    /// Goes on with a map that others have made: their legs are not its own.
+    pub(super) fn after(map: &Map) -> Self {
+        let legs = map.keyframes().iter().filter_map(|(_, keyframe)| keyframe.by_odometry());
+        Self { leg: legs.map(|by| by.leg.saturating_add(1)).max().unwrap_or_default(), last: None }
+    }
+
     /// Odometry has the camera here in this frame, or nowhere.
     pub(super) fn step(&mut self, camera_from_odom: Option<&Isometry3<f64>>) -> Option<ByOdometry> {
         let Some(camera_from_odom) = camera_from_odom else {
@@ -45,6 +51,8 @@ impl Travelled {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::testing::{blank, blank_frame};
+    use crate::map::{MapConfig, NewKeyframe};
 
     fn at(x_m: f64) -> Isometry3<f64> {
         Isometry3::translation(-x_m, 0.0, 0.0)
@@ -69,6 +77,15 @@ mod tests {
         }
         // Less what was turned round on, of a step.
         assert!((3.9..=4.0 + 1e-9).contains(&way_m), "{way_m}");
+    }
+
+    #[test]
+    fn a_map_that_was_there_keeps_its_legs_for_itself() {
+        let mut map = Map::new(MapConfig::default());
+        let frame = blank_frame(1, 0);
+        let by_odometry = Travelled { leg: 4, last: None }.step(Some(&at(1.0)));
+        map.insert_keyframe(NewKeyframe { by_odometry, ..blank(&frame) }).unwrap();
+        assert_eq!(Travelled::after(&map).step(Some(&at(0.0))).unwrap().leg, 5);
     }
 
     #[test]

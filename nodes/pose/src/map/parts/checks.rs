@@ -35,7 +35,10 @@ pub(super) fn check_keyframe(index: usize, part: &KeyframePart) -> Result<(), Pa
         }
     }
     let poses = loops.iter().map(|(_, pose)| pose).chain([camera_from_map]);
-    if poses.into_iter().all(is_pose) && is_frame(frame) {
+    let is_odometry = part.by_odometry.iter().all(|by| {
+        is_pose(&by.camera_from_odom) && by.way_m.is_finite() && by.turned_rad.is_finite()
+    });
+    if poses.into_iter().all(is_pose) && is_odometry && is_frame(frame) {
         Ok(())
     } else {
         Err(PartsError::Number { what: "keyframe", index })

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 
 use super::{PLACE_M, blank, blank_frame, blank_map};
-use crate::map::{Arena, Id, Map, NewKeyframe};
+use crate::map::{Arena, ByOdometry, Id, Map, NewKeyframe};
 use crate::solve::testing::Draw;
 
 /// A map under random steps, each of which may be refused.
@@ -84,7 +84,14 @@ impl Fuzz {
         let frame = blank_frame(10, 5);
         let points = [self.pick(&self.map.points.clone()), self.pick(&self.map.points.clone())];
         let points: Vec<_> = points.into_iter().flatten().enumerate().collect();
-        let new = NewKeyframe { points: &points, ..blank(&frame) };
+        let way_m = self.draw.uniform(-1.0, 1.0);
+        let by_odometry = (way_m > 0.0).then(|| ByOdometry {
+            leg: 3,
+            camera_from_odom: Isometry3::translation(way_m, 0.0, 0.0),
+            way_m,
+            turned_rad: 0.5,
+        });
+        let new = NewKeyframe { points: &points, by_odometry, ..blank(&frame) };
         self.map.insert_keyframe(new).unwrap();
     }
 }
