@@ -125,7 +125,7 @@ async fn a_peer_saves_a_map_and_a_node_that_starts_on_it_finds_its_camera() {
     let map_file = format!("map_file:={}", map.display());
 
     let ear = Ear::new(&place);
-    let node = start_node(&place, &[map_file.clone()]);
+    let node = start_node(&place, std::slice::from_ref(&map_file));
     says(&call(&mut peer, &place, "save_map").await, false, "there is no map yet");
     says(&call(&mut peer, &place, "load_map").await, false, "could not be loaded");
     let player = play(&place, &bag);
