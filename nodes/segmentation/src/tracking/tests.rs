@@ -39,19 +39,22 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
     (cycle, groups)
 }
 
+/// The points of a cycle whose rig stands where the map begins.
+fn in_map(cycle: &DetectedCycle) -> Vec<Point3<f64>> {
+    cycle.reduced_cloud.points_m.iter().map(|point| point.cast::<f64>()).collect()
+}
+
+/// A cycle's cloud, and the view that it spans.
+fn cloud<'a>(cycle: &'a DetectedCycle, points_in_map: &'a [Point3<f64>]) -> CycleCloud<'a> {
+    let mut view = View::default();
+    view.widen(cycle);
+    CycleCloud { cycle, points_in_map, camera_in_map: Point3::origin(), view, cell_m: CELL_M }
+}
+
 fn follow(tracker: &mut Tracker, index: i64, screens: &[(f64, f64)]) -> Vec<Track> {
     let (cycle, groups) = cycle(index, screens);
-    let points_in_map: Vec<_> =
-        cycle.reduced_cloud.points_m.iter().map(|point| point.cast::<f64>()).collect();
-    let mut view = View::default();
-    view.widen(&cycle);
-    let cloud = CycleCloud {
-        cycle: &cycle,
-        points_in_map: &points_in_map,
-        camera_in_map: Point3::origin(),
-        view,
-        cell_m: CELL_M,
-    };
+    let points_in_map = in_map(&cycle);
+    let cloud = cloud(&cycle, &points_in_map);
     tracker.expect(cycle.reduced_cloud.stamp);
     tracker.follow(&cloud, &groups).tracks
 }
@@ -165,17 +168,8 @@ fn all_of_what_was_seen_is_expected_wherever_most_of_its_pixels_are() {
     cycle.reduced_cloud.points_m.push(Point3::new(2.3, 0.0, -1.2));
     cycle.voxel_points.push(1);
     groups[0].points.push(base);
-    let points_in_map: Vec<_> =
-        cycle.reduced_cloud.points_m.iter().map(|point| point.cast::<f64>()).collect();
-    let mut view = View::default();
-    view.widen(&cycle);
-    let cloud = CycleCloud {
-        cycle: &cycle,
-        points_in_map: &points_in_map,
-        camera_in_map: Point3::origin(),
-        view,
-        cell_m: CELL_M,
-    };
+    let points_in_map = in_map(&cycle);
+    let cloud = cloud(&cycle, &points_in_map);
     let mut tracker = tracker();
     tracker.expect(cycle.reduced_cloud.stamp);
     tracker.follow(&cloud, &groups);
