@@ -1,5 +1,7 @@
 //! The light that falls on surfaces.
 
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +13,9 @@ pub struct Lighting {
     pub ambient: f64,
     /// What shines from a place.
     pub lamps: Vec<Lamp>,
+    /// From when to when there is no light at all, in seconds since the start. A depth camera has its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dark_s: Option<[f64; 2]>,
 }
 
 /// A lamp. One far away, and as much brighter, is a sun.
@@ -35,11 +40,17 @@ impl Default for Lighting {
         let position_m = [-300.0, 200.0, 450.0];
         let distance_m = Point3::from(position_m).coords.norm();
         let sun = Lamp { position_m, brightness: 0.6 * distance_m * distance_m };
-        Self { ambient: 0.5, lamps: vec![sun] }
+        Self::of_lamps(0.5, vec![sun])
     }
 }
 
 impl Lighting {
+    /// Light from all around, and lamps.
+    #[must_use]
+    pub fn of_lamps(ambient: f64, lamps: Vec<Lamp>) -> Self {
+        Self { ambient, lamps, dark_s: None }
+    }
+
     /// Two lamps below the ceiling of a room that reaches from x = 0 to `depth_m`, with y = 0 in its middle.
     #[must_use]
     pub fn of_room(depth_m: f64, width_m: f64, height_m: f64) -> Self {
@@ -49,7 +60,17 @@ impl Lighting {
             position_m: [x_share * depth_m, y_share * width_m, height_m - 0.3],
             brightness: BRIGHTNESS * (depth_m * width_m / 30.0).max(0.5),
         };
-        Self { ambient: 0.38, lamps: vec![lamp(0.3, -0.2), lamp(0.7, 0.23)] }
+        Self::of_lamps(0.38, vec![lamp(0.3, -0.2), lamp(0.7, 0.23)])
+    }
+
+    /// What there is of it at a time, in seconds since the start.
+    pub(crate) fn at(&self, time_s: f64) -> Cow<'_, Self> {
+        match self.dark_s {
+            Some([from_s, until_s]) if time_s >= from_s && time_s < until_s => {
+                Cow::Owned(Self::of_lamps(0.0, Vec::new()))
+            }
+            _ => Cow::Borrowed(self),
+        }
     }
 
     /// The lights as seen from a solid.
@@ -98,10 +119,8 @@ mod tests {
 
     #[test]
     fn light_falls_with_cosine_and_distance_and_not_on_what_faces_away() {
-        let lighting = Lighting {
-            ambient: 0.2,
-            lamps: vec![Lamp { position_m: [0.0, 0.0, 100.0], brightness: 5e3 }],
-        };
+        let lighting =
+            Lighting::of_lamps(0.2, vec![Lamp { position_m: [0.0, 0.0, 100.0], brightness: 5e3 }]);
         let local = lighting.in_frame(&Isometry3::identity());
         let on = |normal: Vector3<f64>| local.on(&Point3::origin(), &normal);
         let aslant = Vector3::new(60.0_f64.to_radians().sin(), 0.0, 0.5);

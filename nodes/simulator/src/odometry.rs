@@ -3,8 +3,8 @@
 //! All have a registered colour camera and an inertial unit, and last about 20 s. The seed varies the noise of
 //! the sensors, the tremor of the hand and, by centimetres, the way.
 
-mod rooms;
-mod ways;
+pub(crate) mod rooms;
+pub(crate) mod ways;
 
 use crate::objects::PERSON_SPEED_M_PER_S;
 use crate::{
@@ -138,7 +138,7 @@ impl Scenario {
 }
 
 /// The platform rests at the end for so long.
-const TAIL_S: f64 = 0.5;
+pub(crate) const TAIL_S: f64 = 0.5;
 
 /// Goes to and fro between the camera and the far wall, from out of view to out of view, until the end.
 fn person(duration_s: f64) -> MovingObject {

@@ -12,7 +12,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::Scene;
-pub(crate) use furniture::{block, plant, post, rack, sofa, table};
+pub(crate) use furniture::{block, plant, post, rack, sheet, sofa, table};
 pub(crate) use shell::{Shell, boarded, with_pictures};
 
 /// A room of Rec-HV Table 2.

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use bag_player::{Bag, Selection};
 use clap::{Args, ValueEnum};
-use msgs::RosMessage;
 use msgs::sensor_msgs::{CameraInfo, Image};
 use msgs::stillmap_msgs::StageReport;
 use node_shell::parameters::{self, Assignment};
@@ -143,9 +142,8 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     }
     let bag = Bag::open(&args.bag).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
-    let depth = depth_topic(args, &info)?;
-    let parent = depth.rsplit_once('/').map_or("", |(parent, _)| parent);
-    let depth_info = format!("{parent}/camera_info");
+    let depth = visual::depth_topic(args.depth.as_deref(), &info)?;
+    let depth_info = visual::depth_info_topic(&depth);
     let topics = VisualTopics::choose(&args.topics, &depth, &depth_info, &info)?;
 
     let failed = |error: NodeFailure| Failure::new(error.to_string());
@@ -183,27 +181,6 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
             .mend("the causes are above; `stillmap info` lists what the bag holds"));
     }
     Ok(if has_losses { Outcome::WithLosses } else { Outcome::Complete })
-}
-
-fn depth_topic(args: &OdometryArgs, info: &bag_player::BagInfo) -> Result<String, Failure> {
-    if let Some(named) = &args.depth {
-        return Ok(named.clone());
-    }
-    let is_depth = |topic: &&bag_player::TopicInfo| {
-        topic.type_name == Image::TYPE_NAME
-            && topic.topic.contains("depth")
-            && !topic.topic.starts_with("/truth/")
-    };
-    let mut found = info.topics.iter().filter(is_depth);
-    match (found.next(), found.next()) {
-        (Some(only), None) => Ok(only.topic.clone()),
-        (None, _) => Err(Failure::new("the bag has no depth images".to_owned())
-            .mend("--depth names their topic; `stillmap info` lists what the bag holds")),
-        (Some(one), Some(other)) => {
-            Err(Failure::new("the bag has several topics of depth images".to_owned())
-                .mend(format!("choose with --depth: {}, {}, ...", one.topic, other.topic)))
-        }
-    }
 }
 
 /// The pose node with the depth images' publishers.

@@ -3,6 +3,7 @@
 pub(crate) mod choice;
 mod mesh_file;
 mod messages;
+mod scenario_name;
 mod sensors;
 mod true_tracks;
 
@@ -27,6 +28,7 @@ use true_tracks::TrueTracks;
   stillmap simulate --scene F --object three -o three.mcap
   stillmap simulate --scene B --pause 10 --platform sway --seed 3 -o pause.mcap
   stillmap simulate office --seed 2 -o office.mcap
+  stillmap simulate walking-xyz -o walking-xyz.mcap
   stillmap simulate road --velodyne hdl64e -o road.mcap
   stillmap simulate --scene B --path D --colour --imu --wheels -o rail.mcap
   stillmap simulate --file scene.yaml -o scene.mcap
@@ -35,8 +37,8 @@ Scenes (Table 2 of Rec-HV): A empty, B reflecting, C poorly reflecting, D open s
 bright with glass to 5 m, F clutter to 8 m, G glass to 6 m, H dark. With a scene of A to H the seed
 varies side, moment, speed (5 %) and way of what crosses too, not only the noise.
 
-Scenarios for odometry (office to rail) have a colour camera registered to the depth camera and an inertial
-unit; every scene has them when asked. /truth/pose is the true pose of every colour image, and of the start
+Scenarios for odometry (office to rail) and for mapping (desk-xyz to dark) have a colour camera registered to the depth
+camera and an inertial unit; every scene has them when asked. /truth/pose is the true pose of every colour image, and of the start
 of every turn of the 3D scanner.")]
 pub(crate) struct SimulateArgs {
     #[command(flatten)]

@@ -17,7 +17,7 @@ fn camera() -> CameraModel {
 
 /// Light from all around only, as bright as white.
 fn even_light() -> Lighting {
-    Lighting { ambient: 0.8, lamps: Vec::new() }
+    Lighting::of_lamps(0.8, Vec::new())
 }
 
 fn solids(bodies: &[Body]) -> Vec<Solid> {
@@ -115,7 +115,7 @@ fn edges_lie_where_they_are_to_a_tenth_of_a_pixel() {
     let camera = camera();
     for y_m in [0.0, 0.004, 0.009, 0.013, 0.02] {
         let rig = [0.0, y_m, 0.5, 0.0, 0.0, 0.0];
-        let light = Lighting { ambient: 1.0, lamps: Vec::new() };
+        let light = Lighting::of_lamps(1.0, Vec::new());
         let rgb = taken_from(rig, &config, &wall, &light);
         let row = &rgb[3 * 160 * 60..3 * 160 * 61];
         let white: f64 = row.chunks(3).map(|pixel| linear(pixel[0])).sum();
@@ -203,7 +203,7 @@ fn what_is_skipped_would_have_changed_little() {
 #[test]
 fn light_that_is_low_has_the_noise_of_few_electrons() {
     let wall = solids(&[facing_wall(Paint::plain([0.45; 3]))]);
-    let light = Lighting { ambient: 1.0, lamps: Vec::new() };
+    let light = Lighting::of_lamps(1.0, Vec::new());
     let deviation = |config: &ColourCamera| {
         let rgb = taken_from([0.0; 6], config, &wall, &light);
         let values: Vec<f64> = rgb.iter().map(|&shade| linear(shade)).collect();
@@ -238,7 +238,7 @@ fn motion_blurs_an_edge_over_as_far_as_it_moves() {
             Moment { room_from_camera: rig * rig_from_camera, moving: Vec::new() }
         })
         .collect();
-    let light = Lighting { ambient: 1.0, lamps: Vec::new() };
+    let light = Lighting::of_lamps(1.0, Vec::new());
     let rgb = ColourSensor::new(&config, camera()).take(&wall, &moments, &light, (1, 0), ONE);
     let row = &rgb[3 * 160 * 60..3 * 160 * 61];
     let between = row.chunks(3).filter(|pixel| (3..252).contains(&pixel[0])).count();
@@ -329,11 +329,11 @@ fn a_camera_of_its_own_pose_and_clock_is_where_and_when_it_says() {
 fn lamps_light_what_they_face_and_white_is_not_exceeded() {
     let wall = solids(&[facing_wall(Paint::plain([0.5; 3]))]);
     let lamp = |y_m: f64| Lamp { position_m: [2.0, y_m, 0.0], brightness: 0.6 };
-    let lit = |y_m: f64| Lighting { ambient: 0.05, lamps: vec![lamp(y_m)] };
+    let lit = |y_m: f64| Lighting::of_lamps(0.05, vec![lamp(y_m)]);
     let middle = 3 * (60 * 160 + 79);
     let [near, far] =
         [0.0, 4.0].map(|y_m| taken_from([0.0; 6], &config(), &wall, &lit(y_m))[middle]);
     assert!(near > far + 60, "{near} and {far}");
-    let dazzling = Lighting { ambient: 9.0, lamps: Vec::new() };
+    let dazzling = Lighting::of_lamps(9.0, Vec::new());
     assert_eq!(taken_from([0.0; 6], &config(), &wall, &dazzling)[middle], 255);
 }

@@ -5,12 +5,12 @@ use std::f64::consts::FRAC_PI_2;
 use crate::scenes::{Shell, block, boarded, plant, post, rack, sofa, table, with_pictures};
 use crate::{Body, Lighting, Material, Paint, Scene, Shape, Texture};
 
-fn scene(bodies: Vec<Body>, lighting: Lighting) -> Scene {
+pub(crate) fn scene(bodies: Vec<Body>, lighting: Lighting) -> Scene {
     Scene { bodies, objects: Vec::new(), lighting }
 }
 
 /// An office of 6 x 7 m with something along all its walls. The middle is free.
-pub(super) fn office() -> Scene {
+pub(crate) fn office() -> Scene {
     let shell = Shell {
         depth_m: 6.0,
         width_m: 7.0,
@@ -52,7 +52,7 @@ fn rear_sofa() -> Vec<Body> {
 }
 
 /// The office with a desk in its middle.
-pub(super) fn desk() -> Scene {
+pub(crate) fn desk() -> Scene {
     let mut office = office();
     office.bodies.retain(|body| body.name != "carpet");
     office.bodies.extend(table([2.6, 0.0], [0.9, 1.8], 0.75, Material::WOOD));
@@ -63,7 +63,7 @@ pub(super) fn desk() -> Scene {
 }
 
 /// What lies and stands on a desk of at least 0.7 x 1.4 m.
-fn on_a_desk([x_m, y_m]: [f64; 2], top_m: f64) -> Vec<Body> {
+pub(crate) fn on_a_desk([x_m, y_m]: [f64; 2], top_m: f64) -> Vec<Body> {
     let at = |dx_m: f64, dy_m: f64| [x_m + dx_m, y_m + dy_m];
     let on = |height_m: f64| (top_m, top_m + height_m);
     let mug = Material::VARNISH.painted(Paint::grained([0.7, 0.1, 0.08], 0.05));
@@ -107,7 +107,7 @@ fn on_a_desk([x_m, y_m]: [f64; 2], top_m: f64) -> Vec<Body> {
 }
 
 /// A shelf of books before the far wall.
-fn books([x_m, y_m]: [f64; 2], width_m: f64) -> Vec<Body> {
+pub(crate) fn books([x_m, y_m]: [f64; 2], width_m: f64) -> Vec<Body> {
     const DEPTH_M: f64 = 0.3;
     let mut bodies = Vec::new();
     for row in 0..6 {
@@ -210,7 +210,7 @@ pub(super) fn corridor() -> Scene {
             add("door frame", [door_m + 0.9, door_m + 0.98], across(0.035, 0.0), 2.13, skirting);
         }
     }
-    let mut lighting = Lighting { ambient: 0.4, lamps: Vec::new() };
+    let mut lighting = Lighting::of_lamps(0.4, Vec::new());
     for lamp_x_m in [2.5, 7.5, 12.5, 17.5] {
         let (low_m, high_m) = (HEIGHT_M - 0.04, HEIGHT_M);
         bodies.push(slab(
@@ -226,7 +226,7 @@ pub(super) fn corridor() -> Scene {
 }
 
 /// One wall, 2.6 m away from where the camera begins, larger than it ever sees.
-pub(super) fn wall() -> Scene {
+pub(crate) fn wall() -> Scene {
     let material =
         with_pictures(Material::PLASTER.painted(Paint::grained([0.7, 0.66, 0.56], 0.12)));
     let wall = Body {
@@ -237,10 +237,10 @@ pub(super) fn wall() -> Scene {
     };
     let lamps = [[0.0, -1.5, 3.0], [0.0, 2.0, 3.0]]
         .map(|position_m| crate::Lamp { position_m, brightness: 2.5 });
-    scene(vec![wall], Lighting { ambient: 0.4, lamps: lamps.to_vec() })
+    scene(vec![wall], Lighting::of_lamps(0.4, lamps.to_vec()))
 }
 
-fn checkered() -> Material {
+pub(crate) fn checkered() -> Material {
     Material::CARD.painted(Paint::with(
         [0.7, 0.68, 0.6],
         Texture::Checker { size_m: 0.09, other: [0.08, 0.12, 0.3] },
@@ -253,7 +253,7 @@ fn spines() -> Material {
     Material::matt(0.5).painted(Paint::with([0.3; 3], texture, 0.1))
 }
 
-fn carpet() -> Material {
+pub(crate) fn carpet() -> Material {
     let texture = Texture::Noise { size_m: 0.35, contrast: 0.5 };
     boarded(Material::CLOTH).painted(Paint::with([0.32, 0.08, 0.07], texture, 0.25))
 }

@@ -10,7 +10,7 @@ const VARIED_RAD: f64 = 0.03;
 const LEAD_S: f64 = 0.7;
 
 /// A way near poses that the seed shifts, but for the first and the last.
-fn carried(step_s: f64, mut near: Vec<[f64; 6]>, tremor: f64, seed: u64) -> Handheld {
+pub(crate) fn carried(step_s: f64, mut near: Vec<[f64; 6]>, tremor: f64, seed: u64) -> Handheld {
     let inner = near.len().saturating_sub(2);
     for (index, pose) in near.iter_mut().enumerate().skip(1).take(inner) {
         let noise = FrameNoise::new(seed, Stream::Way, index as u64);
@@ -23,7 +23,7 @@ fn carried(step_s: f64, mut near: Vec<[f64; 6]>, tremor: f64, seed: u64) -> Hand
 }
 
 /// Poses beside a middle one: what is added to it.
-fn beside<const N: usize>(middle: [f64; 6], offsets: [[f64; 6]; N]) -> Vec<[f64; 6]> {
+pub(crate) fn beside<const N: usize>(middle: [f64; 6], offsets: [[f64; 6]; N]) -> Vec<[f64; 6]> {
     offsets.map(|offset| std::array::from_fn(|axis| middle[axis] + offset[axis])).to_vec()
 }
 
@@ -47,7 +47,7 @@ pub(super) fn along_the_axes(seed: u64) -> Handheld {
     carried(1.3, beside([1.2, 0.0, 1.3, 0.0, 0.0, 0.0], offsets), 1.0, seed)
 }
 
-pub(super) fn round_a_desk(seed: u64) -> Handheld {
+pub(crate) fn round_a_desk(seed: u64) -> Handheld {
     // On an arc of a quarter turn round the middle of the desk, to and fro, higher and lower.
     let middle_m = [2.6, 0.0];
     let pose = |angle_rad: f64, radius_m: f64, z_m: f64| {
@@ -100,7 +100,7 @@ pub(super) fn turning(seed: u64) -> Handheld {
     carried(1.3, beside([2.6, 0.0, 1.4, 0.0, 0.0, 0.0], offsets), 0.7, seed)
 }
 
-pub(super) fn round_the_room(seed: u64) -> Handheld {
+pub(crate) fn round_the_room(seed: u64) -> Handheld {
     /// Poses of the round.
     const POSES: u32 = 16;
     let pose = |index: u32| {

@@ -137,7 +137,7 @@ impl Samples {
         let rgb = self.colour_sensor.as_ref()?.take(
             &self.statics,
             &moments,
-            &self.scenario.scene.lighting,
+            &self.scenario.scene.lighting.at(time_s),
             (self.scenario.seed, frame),
             self.threads,
         );

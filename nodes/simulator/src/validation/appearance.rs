@@ -48,6 +48,9 @@ pub(super) fn check_colour_camera(colour: &ColourCamera, depth: &DepthCamera) ->
 
 pub(super) fn check_lighting(lighting: &Lighting) -> Checked {
     not_negative("lighting.ambient", lighting.ambient)?;
+    for time_s in lighting.dark_s.into_iter().flatten() {
+        number("lighting.dark_s", time_s, f64::is_finite, "finite numbers")?;
+    }
     for lamp in &lighting.lamps {
         for value in lamp.position_m {
             let what = "the position of a lamp";

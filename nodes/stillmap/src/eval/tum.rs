@@ -18,7 +18,7 @@ use crate::import::tum::parse_intrinsics;
 use crate::progress::Progress;
 use follow::{Mode, Run};
 use published::{Published, SEQUENCES};
-use sequence::Sequence;
+use sequence::{Pairing, Sequence};
 
 /// Where the data set is had.
 const HOW_TO_GET: &str = "the sequences are at https://cvg.cit.tum.de/data/datasets/rgbd-dataset/download, an archive each; tar -xzf unpacks it";
@@ -29,15 +29,18 @@ const HOW_TO_GET: &str = "the sequences are at https://cvg.cit.tum.de/data/datas
   stillmap eval tum tum/rgbd_dataset_*
   stillmap eval tum tum --runs 3 --modes inline
   stillmap eval tum rgbd_dataset_freiburg1_rpy --first 100 --json
+  stillmap simulate walking-xyz -o walking-xyz.mcap
+  stillmap eval tum walking-xyz.mcap --runs 3
 
-DIR holds rgb.txt, depth.txt and groundtruth.txt, or folders that do. A colour image belongs to the depth image nearest in time
+A sequence is a folder with rgb.txt, depth.txt and groundtruth.txt, or a bag with colour images, registered depth images, their
+calibration and the true pose of the camera. A colour image belongs to the depth image nearest in time
 (--max-pair-gap), a pose to the true one nearest in time (--max-difference); both are 0.02 s as in the benchmark's tools. Errors are
 those of all images that have a pose (ATE after the best rigid alignment); the thesis' are those of keyframes. Tracking time is from
 the raw images to the pose. Odometry and inline, the run's number is the seed of what is drawn at random; in the background, images
 come as fast as they were taken, and what the map has done by then differs from run to run. accelerometer.txt is not used.")]
 pub(crate) struct TumArgs {
-    /// Sequences, or folders of sequences
-    #[arg(value_name = "DIR", required = true)]
+    /// Sequences, or folders of sequences; bags are sequences, too
+    #[arg(value_name = "SEQUENCE", required = true)]
     folders: Vec<PathBuf>,
     /// How often each is followed, in each way
     #[arg(long, value_name = "N", default_value = "10")]
@@ -57,6 +60,9 @@ pub(crate) struct TumArgs {
     /// Focal lengths and principal point in pixels, where a folder's name does not tell the camera
     #[arg(long, value_name = "FX,FY,CX,CY", value_parser = parse_intrinsics)]
     intrinsics: Option<[f64; 4]>,
+    /// The topic of the true pose in a bag [default: /truth/pose, or the only one with poses]
+    #[arg(long, value_name = "TOPIC")]
+    truth: Option<String>,
     /// Print the figures as JSON
     #[arg(long)]
     json: bool,
@@ -128,7 +134,11 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
         }
     }
     let is_there = |published: &&Published| !all.iter().any(|one| one.name == published.name);
+    let is_simulated =
+        !all.is_empty() && all.iter().all(|one| published::is_counterpart(&one.name));
     let absent: Vec<&Published> = SEQUENCES.iter().filter(is_there).collect();
+    // Who has simulated counterparts has not come for the data set.
+    let absent = if is_simulated { Vec::new() } else { absent };
     let told: Vec<String> = failures.iter().map(ToString::to_string).collect();
     if args.json {
         let absent = absent.iter().map(|published| (published.name, published.address())).collect();
@@ -145,6 +155,9 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
     } else {
         if all.iter().any(|one| one.published.is_some()) {
             tables::of_all(&all).iter().try_for_each(console::print)?;
+        }
+        if all.iter().any(|one| published::is_counterpart(&one.name)) {
+            tables::of_counterparts(&all).iter().try_for_each(console::print)?;
         }
         for published in absent {
             console::note(format_args!(
@@ -196,8 +209,9 @@ fn inner_sequences(folder: &Path) -> Vec<PathBuf> {
 }
 
 fn followed(folder: &Path, args: &TumArgs) -> Result<Followed, Failure> {
-    let sequence = Sequence::open(folder, args.intrinsics, args.max_pair_gap, args.first)?;
-    let steps = sequence.pairs.len() as u64 * args.runs.get() * args.modes.len() as u64;
+    let pairing = Pairing { max_gap_s: args.max_pair_gap, first: args.first };
+    let sequence = Sequence::open(folder, args.intrinsics, args.truth.as_deref(), pairing)?;
+    let steps = sequence.pairs() as u64 * args.runs.get() * args.modes.len() as u64;
     let progress = Progress::new(&sequence.name, steps);
     let mut scores = Vec::new();
     for mode in &args.modes {
@@ -215,8 +229,8 @@ fn followed(folder: &Path, args: &TumArgs) -> Result<Followed, Failure> {
     progress.finish();
     Ok(Followed {
         published: published::of(&sequence.name),
-        pairs: sequence.pairs.len(),
-        alone: sequence.alone,
+        pairs: sequence.pairs(),
+        alone: sequence.alone(),
         name: sequence.name,
         scores,
     })

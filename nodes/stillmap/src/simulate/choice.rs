@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use simulator::{
-    CrossingObject, OdometryRun, PathName, Platform, Scenario, SceneName, VelodyneModel,
-};
+use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName, VelodyneModel};
 
 use super::mesh_file;
+use super::scenario_name::ScenarioName;
 use crate::failure::Failure;
 
 /// A scenario of the suite, a scene with what crosses it, or a file.
@@ -45,47 +44,6 @@ pub(super) struct ChoiceArgs {
     /// Leave the moving objects out
     #[arg(long)]
     empty: bool,
-}
-
-/// The scenarios that come with the suite, and the scenes of Table 2.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-enum ScenarioName {
-    /// A furnished room; a robot and then a person cross it
-    Demo,
-    /// The same room with a small depth image and the person only, for quick tests
-    Small,
-    A,
-    B,
-    C,
-    D,
-    E,
-    F,
-    G,
-    H,
-    /// For odometry: an office, a camera in the hand that hardly turns
-    Office,
-    /// For odometry: round a cluttered desk
-    Desk,
-    /// For odometry: the office, turning about all axes
-    Turning,
-    /// For odometry: once round the office and back to the start
-    Loop,
-    /// For odometry: a large hall, most of it out of the depth camera's reach
-    Hall,
-    /// For odometry: a bare corridor
-    Corridor,
-    /// For odometry: one wall and nothing else
-    Wall,
-    /// For odometry: the office in the dark
-    LowLight,
-    /// For odometry: the office, fast, with motion blur
-    Blur,
-    /// For odometry: the office, a person to and fro before the camera at 1.4 m/s
-    Person,
-    /// For odometry: scene B on a rail along x, the thesis' experiment 10
-    Rail,
-    /// For LiDAR odometry: a car with an HDL-32E goes round a block of houses; --velodyne takes another model
-    Road,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -197,6 +155,9 @@ impl ChoiceArgs {
         if let Some(run) = self.scenario.and_then(ScenarioName::odometry) {
             return Ok(Scenario::odometry(run, self.seed()));
         }
+        if let Some(run) = self.scenario.and_then(ScenarioName::slam) {
+            return Ok(Scenario::slam(run, self.seed()));
+        }
         let scenario = match self.scenario {
             Some(ScenarioName::Small) => Scenario::small(),
             Some(ScenarioName::Road) => {
@@ -237,39 +198,6 @@ impl ChoiceArgs {
             }
             ObjectName::None => Scenario::empty(scene, seed),
         })
-    }
-}
-
-impl ScenarioName {
-    fn odometry(self) -> Option<OdometryRun> {
-        match self {
-            Self::Office => Some(OdometryRun::Office),
-            Self::Desk => Some(OdometryRun::Desk),
-            Self::Turning => Some(OdometryRun::Turning),
-            Self::Loop => Some(OdometryRun::Loop),
-            Self::Hall => Some(OdometryRun::Hall),
-            Self::Corridor => Some(OdometryRun::Corridor),
-            Self::Wall => Some(OdometryRun::Wall),
-            Self::LowLight => Some(OdometryRun::LowLight),
-            Self::Blur => Some(OdometryRun::Blur),
-            Self::Person => Some(OdometryRun::Person),
-            Self::Rail => Some(OdometryRun::Rail),
-            _ => None,
-        }
-    }
-
-    fn scene(self) -> Option<SceneName> {
-        match self {
-            Self::A => Some(SceneName::A),
-            Self::B => Some(SceneName::B),
-            Self::C => Some(SceneName::C),
-            Self::D => Some(SceneName::D),
-            Self::E => Some(SceneName::E),
-            Self::F => Some(SceneName::F),
-            Self::G => Some(SceneName::G),
-            Self::H => Some(SceneName::H),
-            _ => None,
-        }
     }
 }
 

@@ -14,7 +14,7 @@ use node_shell::{Node, NodeFailure, PublishError, Publisher, Qos};
 use pose::shell::{ImageInput, PoseParameters, Stage};
 
 use crate::pose_listener::PoseListener;
-pub(crate) use topics::{VisualTopicArgs, VisualTopics};
+pub(crate) use topics::{VisualTopicArgs, VisualTopics, depth_info_topic, depth_topic};
 pub(crate) use trajectory_file::write_trajectory;
 
 /// The name of the node and of its parameters' section.

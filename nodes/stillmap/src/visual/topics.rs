@@ -87,6 +87,29 @@ impl VisualTopics {
     }
 }
 
+/// The topic of the depth images: the named one, or the only one there is.
+pub(crate) fn depth_topic(named: Option<&str>, info: &BagInfo) -> Result<String, Failure> {
+    if let Some(named) = named {
+        return Ok(named.to_owned());
+    }
+    let mut found = of_type(info, Image::TYPE_NAME).filter(|topic| topic.contains("depth"));
+    match (found.next(), found.next()) {
+        (Some(only), None) => Ok(only.to_owned()),
+        (None, _) => Err(Failure::new("the bag has no depth images".to_owned())
+            .mend("--depth names their topic; `stillmap info` lists what the bag holds")),
+        (Some(one), Some(other)) => {
+            Err(Failure::new("the bag has several topics of depth images".to_owned())
+                .mend(format!("choose with --depth: {one}, {other}, ...")))
+        }
+    }
+}
+
+/// The topic of a depth camera's calibration: beside its images.
+pub(crate) fn depth_info_topic(depth: &str) -> String {
+    let parent = depth.rsplit_once('/').map_or("", |(parent, _)| parent);
+    format!("{parent}/camera_info")
+}
+
 /// The colour image, and whether it is compressed.
 fn color_image(
     args: &VisualTopicArgs,

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use evaluation::page_html;
 use evaluation::trajectory::{
-    Plane, ScoredTrajectory, TrajectoryPageFacts, TrajectoryScore, TrajectoryScoreError,
-    score_trajectory, trajectory_page,
+    Plane, ScoredTrajectory, Trajectory, TrajectoryPageFacts, TrajectoryScore,
+    TrajectoryScoreError, score_trajectory, trajectory_page,
 };
 use serde::Serialize;
 
@@ -21,6 +21,15 @@ use self::choice::ScoreArgs;
 use self::source::{Read, Source};
 use crate::console;
 use crate::failure::{Failure, Outcome};
+
+/// The true poses on a topic of a bag, or on the only one with poses; `option` is the one that chooses it.
+pub(super) fn true_poses_of_bag(
+    path: &Path,
+    topic: Option<&str>,
+    option: &str,
+) -> Result<Trajectory, Failure> {
+    Ok(bag_poses::read(path, topic, option)?.trajectory)
+}
 
 /// Arguments of `stillmap eval trajectory`.
 #[derive(Args, Debug)]

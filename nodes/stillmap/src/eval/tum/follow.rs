@@ -10,7 +10,7 @@ use evaluation::trajectory::{
 use geometry::{CameraModel, Stamp};
 use nalgebra::Isometry3;
 use pose::frame::{Frame, FrameExtractor};
-use pose::image::{RawImage, Rectification, gray_from_raw};
+use pose::image::{Rectification, gray_from_raw};
 use pose::mapping::Mapper;
 use pose::slam::{BackgroundMapping, InlineMapping, Mapping, Slam, SlamConfig};
 use pose::tracking::{Hints, Tracker, TrackerConfig};
@@ -87,14 +87,14 @@ pub(super) fn follow(
     let mut follower = Follower::new(mode, tracker.clone())?;
     let mut extractor = FrameExtractor::new(tracker.frame).map_err(|error| failed(&error))?;
     let mut rectification: Option<(CameraModel, Rectification)> = None;
-    let (mut times_s, mut loops) = (Vec::with_capacity(sequence.pairs.len()), 0);
+    let (mut times_s, mut loops) = (Vec::with_capacity(sequence.pairs()), 0);
     let mut begun: Option<(Instant, Stamp)> = None;
-    for pair in &sequence.pairs {
-        // Read before it is due, as a driver has it ready.
-        let images = sequence.images(pair)?;
+    // Each is read before it is due, as a driver has it ready.
+    for images in sequence.images()? {
+        let images = images?;
         if mode == Mode::Background {
-            let (start, first) = *begun.get_or_insert_with(|| (Instant::now(), pair.stamp));
-            let due = Duration::try_from_secs_f64(pair.stamp.seconds_since(first));
+            let (start, first) = *begun.get_or_insert_with(|| (Instant::now(), images.stamp));
+            let due = Duration::try_from_secs_f64(images.stamp.seconds_since(first));
             sleep((start + due.unwrap_or_default()).saturating_duration_since(Instant::now()));
         }
         let Images { camera, .. } = images;
@@ -124,18 +124,9 @@ fn seen(
     rectification: Option<&Rectification>,
     extractor: &mut FrameExtractor,
 ) -> Result<(Frame, CameraModel), Failure> {
-    const CHANNELS: usize = 3;
     let failed = |error: &dyn std::fmt::Display| Failure::new(error.to_string());
     let CameraModel { width_px, height_px, .. } = images.camera;
-    let gray = gray_from_raw(&RawImage {
-        width_px,
-        height_px,
-        encoding: "rgb8".parse().map_err(|error| failed(&error))?,
-        is_big_endian: false,
-        step_bytes: CHANNELS * width_px,
-        data: &images.rgb,
-    })
-    .map_err(|error| failed(&error))?;
+    let gray = gray_from_raw(&images.color.raw()?).map_err(|error| failed(&error))?;
     let depth_size_px = (images.depth.width_px(), images.depth.height_px());
     if depth_size_px != (width_px, height_px) {
         return Err(Failure::new(format!(

@@ -1,5 +1,7 @@
 //! What the PL-SLAM thesis has measured on ten sequences, and what it and others have published of them.
 
+use simulator::SlamRun;
+
 /// A sequence of the thesis.
 #[derive(Debug)]
 pub(super) struct Published {
@@ -141,4 +143,43 @@ pub(super) const SEQUENCES: [Published; 10] = [
 /// What is published of the sequence of this name.
 pub(super) fn of(name: &str) -> Option<&'static Published> {
     SEQUENCES.iter().find(|sequence| sequence.name == name)
+}
+
+/// A simulated counterpart of a sequence.
+#[derive(Debug)]
+pub(super) struct Counterpart {
+    /// What `stillmap simulate` calls it.
+    pub(super) run: SlamRun,
+    /// The sequence, without `rgbd_dataset_`.
+    pub(super) of: &'static str,
+    /// What is aimed at, in metres.
+    pub(super) aim_m: f64,
+}
+
+/// Where nobody walks.
+const STILL_AIM_M: f64 = 0.010;
+
+/// In the order of Tables 14 to 16. What is aimed at is this project's: of people who walk what DynaSLAM has published of the
+/// sequences, else what the best have of the easy ones.
+pub(super) const COUNTERPARTS: [Counterpart; 10] = {
+    const fn of(run: SlamRun, of: &'static str, aim_m: f64) -> Counterpart {
+        Counterpart { run, of, aim_m }
+    }
+    [
+        of(SlamRun::DeskXyz, "freiburg1_xyz", STILL_AIM_M),
+        of(SlamRun::SlowXyz, "freiburg2_xyz", STILL_AIM_M),
+        of(SlamRun::LongOffice, "freiburg3_long_office_household", STILL_AIM_M),
+        of(SlamRun::TexturedPlane, "freiburg3_nostructure_texture_near_withloop", STILL_AIM_M),
+        of(SlamRun::ZigZag, "freiburg3_structure_texture_near", STILL_AIM_M),
+        of(SlamRun::DeskWithPerson, "freiburg2_desk_with_person", STILL_AIM_M),
+        of(SlamRun::SittingXyz, "freiburg3_sitting_xyz", STILL_AIM_M),
+        of(SlamRun::SittingHalfsphere, "freiburg3_sitting_halfsphere", STILL_AIM_M),
+        of(SlamRun::WalkingXyz, "freiburg3_walking_xyz", 0.015),
+        of(SlamRun::WalkingHalfsphere, "freiburg3_walking_halfsphere", 0.025),
+    ]
+};
+
+/// Whether a simulated counterpart has this name.
+pub(super) fn is_counterpart(name: &str) -> bool {
+    COUNTERPARTS.iter().any(|counterpart| counterpart.run.name() == name)
 }

@@ -1,112 +1,158 @@
 //! A sequence's pairs of images, and where its camera was.
 
-use std::path::{Path, PathBuf};
+mod folder;
+mod recording;
+
+use std::path::Path;
 
 use evaluation::trajectory::{RawPose, Trajectory};
-use geometry::{CameraModel, DepthImage, DepthPixels, Stamp};
+use geometry::{CameraModel, DepthImage, Stamp};
 use nalgebra::Isometry3;
+use pose::image::RawImage;
 
 use crate::failure::Failure;
-use crate::import::tum::{Calibration, UNITS_PER_METRE, pose_of, read_list};
+pub(super) use folder::Folder;
+pub(super) use recording::Recording;
 
-/// A folder with `rgb.txt`, `depth.txt` and `groundtruth.txt`.
+/// A folder with `rgb.txt`, `depth.txt` and `groundtruth.txt`, or a bag.
 #[derive(Debug)]
 pub(super) struct Sequence {
-    /// The folder's name, without `rgbd_dataset_`.
+    /// The folder's name, without `rgbd_dataset_`; the bag's, without its ending.
     pub(super) name: String,
-    folder: PathBuf,
-    calibration: Calibration,
-    /// A colour image, and the depth image that was taken next to it.
-    pub(super) pairs: Vec<Pair>,
-    /// Colour images without a depth image.
-    pub(super) alone: usize,
+    source: Source,
     pub(super) truth: Trajectory,
 }
 
-/// Files of images that belong together.
+#[derive(Debug)]
+enum Source {
+    Folder(Folder),
+    Recording(Recording),
+}
+
+/// How images are put together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pairing {
+    /// Images of a pair are no farther apart.
+    pub(super) max_gap_s: f64,
+    /// Only so many of the first pairs.
+    pub(super) first: Option<usize>,
+}
+
+/// The images that belong together, by what tells where each is.
+#[derive(Debug)]
+struct Pairs<T> {
+    pairs: Vec<Pair<T>>,
+    /// Colour images without a depth image.
+    alone: usize,
+}
+
+/// A colour image, and the depth image that was taken next to it.
 #[derive(Clone, Debug)]
-pub(super) struct Pair {
+struct Pair<T> {
     /// The colour image's.
-    pub(super) stamp: Stamp,
-    color: String,
-    depth: String,
+    stamp: Stamp,
+    color: T,
+    depth: T,
 }
 
 /// A pair of images as they were taken.
 pub(super) struct Images {
+    /// The colour image's.
+    pub(super) stamp: Stamp,
     pub(super) camera: CameraModel,
-    /// Red, green and blue, row by row.
-    pub(super) rgb: Vec<u8>,
+    pub(super) color: ColorImage,
     pub(super) depth: DepthImage,
 }
 
+/// A colour image as it was taken.
+pub(super) struct ColorImage {
+    /// As `sensor_msgs/Image` names it.
+    encoding: String,
+    is_big_endian: bool,
+    step_bytes: usize,
+    size_px: (usize, usize),
+    data: Vec<u8>,
+}
+
 impl Sequence {
-    /// Whether a folder is one.
-    pub(super) fn is_at(folder: &Path) -> bool {
-        ["rgb.txt", "depth.txt", "groundtruth.txt"].iter().all(|name| folder.join(name).is_file())
+    /// Reads which images there are, and the true poses; `truth` is the topic of these in a bag.
+    pub(super) fn open(
+        path: &Path,
+        intrinsics: Option<[f64; 4]>,
+        truth: Option<&str>,
+        pairing: Pairing,
+    ) -> Result<Self, Failure> {
+        let name = Self::name_of(path);
+        let (source, truth) = if Folder::is_at(path) {
+            let (folder, truth) = Folder::open(path, intrinsics, pairing)?;
+            (Source::Folder(folder), truth)
+        } else {
+            let (recording, truth) = Recording::open(path, truth, pairing)?;
+            (Source::Recording(recording), truth)
+        };
+        let sequence = Self { name, source, truth };
+        if sequence.pairs() == 0 {
+            let max_gap_s = pairing.max_gap_s;
+            return Err(Failure::new("no colour image has a depth image".to_owned())
+                .within(path.display())
+                .mend(format!("they must be within {max_gap_s} s: --max-pair-gap")));
+        }
+        Ok(sequence)
     }
 
-    /// The sequence's name, by its folder's.
-    pub(super) fn name_of(folder: &Path) -> String {
-        let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
-        let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
+    /// Whether there is one.
+    pub(super) fn is_at(path: &Path) -> bool {
+        Folder::is_at(path) || Recording::is_at(path)
+    }
+
+    /// The sequence's name, by its folder's or file's.
+    pub(super) fn name_of(path: &Path) -> String {
+        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let name = if path.is_dir() { path.file_name() } else { path.file_stem() };
+        let name = name.unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         name.strip_prefix("rgbd_dataset_").map_or(name.clone(), str::to_owned)
     }
 
-    /// Reads the lists.
-    pub(super) fn open(
-        folder: &Path,
-        intrinsics: Option<[f64; 4]>,
-        max_pair_gap_s: f64,
-        first: Option<usize>,
-    ) -> Result<Self, Failure> {
-        let colors = read_list(&folder.join("rgb.txt"))?;
-        let mut depths = read_list(&folder.join("depth.txt"))?;
-        depths.sort_by_key(|(stamp, _)| *stamp);
-        let truth = read_list(&folder.join("groundtruth.txt"))?;
-        let truth = truth.into_iter().map(|(stamp, rest)| {
-            let pose = pose_of(&rest).ok_or_else(|| {
-                Failure::new(format!("groundtruth.txt: cannot read '{rest}'"))
-                    .within(folder.display())
-            })?;
-            Ok((stamp, raw(&pose)))
-        });
-        let truth = Trajectory::stamped(truth.collect::<Result<Vec<_>, Failure>>()?);
-        let count = colors.len();
-        let mut pairs = paired(colors, &depths, max_pair_gap_s);
-        let alone = count - pairs.len();
-        if pairs.is_empty() {
-            return Err(Failure::new("no colour image has a depth image".to_owned())
-                .within(folder.display())
-                .mend(format!("they must be within {max_pair_gap_s} s: --max-pair-gap")));
+    /// How many pairs of images there are.
+    pub(super) fn pairs(&self) -> usize {
+        match &self.source {
+            Source::Folder(folder) => folder.pairs.pairs.len(),
+            Source::Recording(recording) => recording.pairs.pairs.len(),
         }
-        pairs.truncate(first.unwrap_or(usize::MAX));
-        let calibration = Calibration::of(folder, intrinsics)?;
-        let name = Self::name_of(folder);
-        Ok(Self { name, folder: folder.to_owned(), calibration, pairs, alone, truth })
     }
 
-    /// The images of a pair.
-    pub(super) fn images(&self, pair: &Pair) -> Result<Images, Failure> {
-        let open = |name: &str| {
-            let path = self.folder.join(name);
-            image::open(&path)
-                .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))
-        };
-        let rgb = open(&pair.color)?.into_rgb8();
-        let size_px = (rgb.width() as usize, rgb.height() as usize);
-        let image::DynamicImage::ImageLuma16(depth) = open(&pair.depth)? else {
-            return Err(Failure::new(format!("{} has no 16-bit depths", pair.depth)));
-        };
-        let depth_size_px = (depth.width() as usize, depth.height() as usize);
-        let metres = depth.iter().map(|units| match *units {
-            0 => f32::NAN,
-            units => (f64::from(units) / UNITS_PER_METRE) as f32,
-        });
-        let pixels = DepthPixels::Metres(metres.collect());
-        let depth = DepthImage::new(pair.stamp, "camera".to_owned(), depth_size_px, pixels)
-            .map_err(|error| Failure::new(error.to_string()).within(&pair.depth))?;
-        Ok(Images { camera: self.calibration.camera(size_px), rgb: rgb.into_raw(), depth })
+    /// Colour images without a depth image.
+    pub(super) fn alone(&self) -> usize {
+        match &self.source {
+            Source::Folder(folder) => folder.pairs.alone,
+            Source::Recording(recording) => recording.pairs.alone,
+        }
+    }
+
+    /// The pairs of images, one after the other.
+    pub(super) fn images(
+        &self,
+    ) -> Result<Box<dyn Iterator<Item = Result<Images, Failure>> + '_>, Failure> {
+        Ok(match &self.source {
+            Source::Folder(folder) => Box::new(folder.images()),
+            Source::Recording(recording) => Box::new(recording.images()?),
+        })
+    }
+}
+
+impl ColorImage {
+    /// As the extraction of features takes it.
+    pub(super) fn raw(&self) -> Result<RawImage<'_>, Failure> {
+        let (width_px, height_px) = self.size_px;
+        let unknown = |error: pose::image::UnknownEncoding| Failure::new(error.to_string());
+        Ok(RawImage {
+            width_px,
+            height_px,
+            encoding: self.encoding.parse().map_err(unknown)?,
+            is_big_endian: self.is_big_endian,
+            step_bytes: self.step_bytes,
+            data: &self.data,
+        })
     }
 }
 
@@ -119,13 +165,15 @@ pub(super) fn raw(pose: &Isometry3<f64>) -> RawPose {
 /// Each colour image with the depth image nearest in time, of two equally near ones the earlier. The benchmark's own tool
 /// gives each depth image away once only; where it matters, which it does not in the ten sequences, a colour image more is
 /// followed here.
-fn paired(
-    mut colors: Vec<(Stamp, String)>,
-    depths: &[(Stamp, String)],
-    max_gap_s: f64,
-) -> Vec<Pair> {
+fn paired<T: Clone>(
+    mut colors: Vec<(Stamp, T)>,
+    mut depths: Vec<(Stamp, T)>,
+    pairing: Pairing,
+) -> Pairs<T> {
     colors.sort_by_key(|(stamp, _)| *stamp);
-    let pair = |(stamp, color): (Stamp, String)| {
+    depths.sort_by_key(|(stamp, _)| *stamp);
+    let count = colors.len();
+    let pair = |(stamp, color): (Stamp, T)| {
         let after = depths.partition_point(|(of, _)| *of < stamp);
         let near = [after.checked_sub(1), Some(after)].into_iter().flatten();
         let gap_s = |of: &Stamp| stamp.seconds_since(*of).abs();
@@ -133,9 +181,12 @@ fn paired(
             .filter_map(|index| depths.get(index))
             .min_by(|(one, _), (other, _)| gap_s(one).total_cmp(&gap_s(other)))?;
         let (of, depth) = nearest;
-        (gap_s(of) <= max_gap_s).then(|| Pair { stamp, color, depth: depth.clone() })
+        (gap_s(of) <= pairing.max_gap_s).then(|| Pair { stamp, color, depth: depth.clone() })
     };
-    colors.into_iter().filter_map(pair).collect()
+    let mut pairs: Vec<Pair<T>> = colors.into_iter().filter_map(pair).collect();
+    let alone = count - pairs.len();
+    pairs.truncate(pairing.first.unwrap_or(usize::MAX));
+    Pairs { pairs, alone }
 }
 
 #[cfg(test)]
@@ -148,8 +199,10 @@ mod tests {
             let at = |second: &f64| Stamp::from_nanos(0).plus_seconds(*second);
             stamps_s.iter().map(|second| (at(second), second.to_string())).collect()
         };
-        let pairs = paired(list(&[0.0, 1.0, 2.0, 3.0]), &list(&[0.01, 1.97, 2.01, 2.9]), 0.02);
-        let names: Vec<_> = pairs.iter().map(|pair| (&*pair.color, &*pair.depth)).collect();
+        let pairing = Pairing { max_gap_s: 0.02, first: None };
+        let pairs = paired(list(&[0.0, 1.0, 2.0, 3.0]), list(&[0.01, 1.97, 2.01, 2.9]), pairing);
+        assert_eq!(pairs.alone, 2);
+        let names: Vec<_> = pairs.pairs.iter().map(|pair| (&*pair.color, &*pair.depth)).collect();
         assert_eq!(names, [("0", "0.01"), ("2", "2.01")]);
     }
 }

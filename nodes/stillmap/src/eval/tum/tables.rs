@@ -1,7 +1,7 @@
 //! The thesis' Tables 4 to 16 with ours in them.
 
 use super::follow::{Mode, Run};
-use super::published::{MEAN_TIMES_S, OTHERS, Published, SEQUENCES};
+use super::published::{COUNTERPARTS, MEAN_TIMES_S, OTHERS, Published, SEQUENCES};
 use super::{Followed, Score};
 
 const HEAD: [&str; 8] =
@@ -113,6 +113,31 @@ pub(super) fn of_all(all: &[Followed]) -> Vec<String> {
         line += &if is_any { pair([mean(0), mean(1)]) } else { format!("{:>20}", "-") };
     }
     lines.push(line);
+    lines
+}
+
+/// Of the simulated counterparts those that are there, by their names.
+pub(super) fn of_counterparts(all: &[Followed]) -> Vec<String> {
+    let modes = [Mode::Odometry, Mode::Inline, Mode::Background];
+    let ours: String = modes.iter().map(|mode| format!("{:>12}", name(*mode))).collect();
+    let mut lines =
+        vec!["Simulated counterparts: ATE RMSE in centimetres, mean of all runs".to_owned()];
+    lines.push(format!("{:<20}{:<46}{:>8}{ours}", "", "counterpart of", "aim"));
+    for counterpart in &COUNTERPARTS {
+        let Some(found) = all.iter().find(|one| one.name == counterpart.run.name()) else {
+            continue;
+        };
+        let ours = modes.iter().map(|mode| {
+            let score = found.scores.iter().find(|score| score.mode == *mode);
+            score.map_or_else(
+                || format!("{:>12}", "-"),
+                |score| format!("{:>12.3}", 100.0 * score.mean[0]),
+            )
+        });
+        let ours: String = ours.collect();
+        let (run, of, aim_cm) = (counterpart.run.name(), counterpart.of, 100.0 * counterpart.aim_m);
+        lines.push(format!("{run:<20}{of:<46}{aim_cm:>8.2}{ours}"));
+    }
     lines
 }
 

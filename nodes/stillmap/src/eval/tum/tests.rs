@@ -11,6 +11,7 @@ use simulator::{OdometryRun, Sample, Scenario};
 use super::*;
 use crate::import::tum::UNITS_PER_METRE;
 use crate::rig::rig_from_camera;
+use crate::simulate::{self, SimulateArgs};
 
 #[derive(Parser)]
 struct Line {
@@ -117,6 +118,36 @@ fn a_sequence_is_followed_in_each_way_and_stands_in_the_tables() {
     assert_eq!(twice[0], twice[1]);
 }
 
+#[derive(Parser)]
+struct SimulateLine {
+    #[command(flatten)]
+    args: SimulateArgs,
+}
+
+#[test]
+fn a_bag_is_a_sequence_and_a_simulated_counterpart_stands_in_its_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("desk-xyz.mcap");
+    let line = ["simulate", "desk-xyz", "--seconds", "1", "--depth-size", "320", "240", "-o"];
+    let line = line.into_iter().chain([bag.to_str().unwrap()]);
+    assert_eq!(simulate::run(&SimulateLine::parse_from(line).args).unwrap(), Outcome::Complete);
+    let (found, failures) = found(&[folder.path().to_owned()]);
+    assert_eq!((found.len(), failures.len()), (1, 0));
+    let args = args(&[bag.to_str().unwrap(), "--runs", "1", "--modes", "inline"]);
+    let followed = followed(&found[0], &args).unwrap();
+    assert_eq!((followed.name.as_str(), followed.pairs, followed.alone), ("desk-xyz", 30, 0));
+    let run = &followed.scores[0].runs[0];
+    assert_eq!(run.poses, 30);
+    assert!(run.rmse_m < 0.01 && run.rmse_m > 1e-6, "{run:?}");
+    let ours_cm = format!("{:>12.3}", 100.0 * run.rmse_m);
+    let lines = tables::of_counterparts(&[followed]);
+    let row = lines.iter().find(|line| line.starts_with("desk-xyz")).unwrap();
+    assert!(
+        row.contains("freiburg1_xyz") && row.contains("1.00") && row.contains(&ours_cm),
+        "{row}"
+    );
+}
+
 #[test]
 fn a_sequence_that_is_not_there_is_told_with_where_to_get_it() {
     let failure = run(&args(&["/nowhere/rgbd_dataset_freiburg2_desk_with_person"])).unwrap_err();
@@ -152,6 +183,9 @@ fn the_published_numbers_are_those_of_the_tables() {
     let mean = |at: usize| SEQUENCES.iter().map(|one| one.thesis[at]).sum::<f64>() / 10.0;
     for (at, printed_s) in [(6, published::MEAN_TIMES_S[0]), (7, published::MEAN_TIMES_S[1])] {
         assert!((mean(at) - printed_s).abs() < 1e-4, "{} {printed_s}", mean(at));
+    }
+    for counterpart in &published::COUNTERPARTS {
+        assert!(published::of(counterpart.of).is_some(), "{counterpart:?}");
     }
     let aims: Vec<f64> = SEQUENCES.iter().map(Published::aim_m).collect();
     assert!(aims.iter().zip(&SEQUENCES).all(|(aim, one)| *aim <= one.thesis[0]));
