@@ -11,6 +11,7 @@
 //! | `queries` | who sees what, and who sees the same |
 //! | `look` | what a landmark looks like, by all that see it |
 //! | `consistency` | what must hold of a map |
+//! | `memory` | how much memory it takes |
 //! | `parts` | a map taken apart, to be saved, and put together again |
 //!
 //! Things refer to each other by [`Id`], which an [`Arena`] resolves: there are no cycles of references, and an id of what is
@@ -27,6 +28,7 @@ mod insertion;
 mod keyframe;
 mod landmark;
 mod look;
+mod memory;
 mod parts;
 mod queries;
 mod sightings;
@@ -47,6 +49,7 @@ pub use fusion::Fused;
 pub use insertion::{NewKeyframe, NewLine};
 pub use keyframe::{ByOdometry, Keyframe, LoopEdge, Shared};
 pub use landmark::{FoundTimes, Landmark, MapLine, MapPoint, PointLook, Sightings};
+pub use memory::MapMemory;
 pub(crate) use parts::is_pose;
 pub use parts::{KeyframePart, LinePart, MapParts, PartsError, PointPart};
 

@@ -57,6 +57,10 @@ pub(super) struct Run {
     pub(super) p99_tracking_s: f64,
     pub(super) keyframes: usize,
     pub(super) loops: usize,
+    /// What the map takes.
+    pub(super) map_bytes: usize,
+    /// And a metre of the way, which is the truth's between the first and the last pose.
+    pub(super) map_bytes_per_m: f64,
 }
 
 /// What is left of a run.
@@ -64,6 +68,7 @@ struct Ended {
     /// Where the camera was at each image, `camera_from_map`, as the map has it in the end.
     poses: Vec<(Stamp, Isometry3<f64>)>,
     keyframes: usize,
+    map_bytes: usize,
     /// That were closed after the last image.
     late_loops: usize,
 }
@@ -113,9 +118,8 @@ pub(super) fn follow(
         times_s.push(start.elapsed().as_secs_f64());
         each();
     }
-    let Ended { poses, keyframes, late_loops } = follower.end()?;
-    loops += late_loops;
-    scored(sequence, (run, keyframes, loops), &poses, times_s, max_difference_s)
+    let ended = follower.end()?;
+    scored(sequence, (run, loops), &ended, times_s, max_difference_s)
 }
 
 /// The features of a pair of images, and the rectified camera.
@@ -188,7 +192,9 @@ impl Follower {
     /// Waits until the map is done.
     fn end(self) -> Result<Ended, Failure> {
         match self {
-            Self::Odometry(_, poses) => Ok(Ended { poses, keyframes: 0, late_loops: 0 }),
+            Self::Odometry(_, poses) => {
+                Ok(Ended { poses, keyframes: 0, map_bytes: 0, late_loops: 0 })
+            }
             Self::Inline(slam) => Ok(ended(*slam, 0)),
             Self::Background(mut slam) => {
                 let start = Instant::now();
@@ -212,25 +218,27 @@ impl Follower {
 fn ended<M: Mapping>(slam: Slam<M>, late_loops: usize) -> Ended {
     let map = slam.mapping().map();
     let poses = slam.trajectory().map(|trajectory| trajectory.in_map(&map)).unwrap_or_default();
-    Ended { poses, keyframes: map.keyframes().len(), late_loops }
+    let (keyframes, map_bytes) = (map.keyframes().len(), map.memory().bytes());
+    Ended { poses, keyframes, map_bytes, late_loops }
 }
 
 fn scored(
     sequence: &Sequence,
-    (run, keyframes, loops): (u64, usize, usize),
-    poses: &[(Stamp, Isometry3<f64>)],
+    (run, loops): (u64, usize),
+    ended: &Ended,
     mut times_s: Vec<f64>,
     max_difference_s: f64,
 ) -> Result<Run, Failure> {
     let estimate =
-        Trajectory::stamped(poses.iter().map(|(stamp, pose)| (*stamp, raw(&pose.inverse()))));
+        Trajectory::stamped(ended.poses.iter().map(|(stamp, pose)| (*stamp, raw(&pose.inverse()))));
     let config = TrajectoryScoreConfig {
         alignment: Alignment::Se3,
         association: AssociationConfig { max_difference_s, offset_s: 0.0 },
         ..TrajectoryScoreConfig::default()
     };
     let scored = score_trajectory(&estimate, &sequence.truth, &config).map_err(|error| {
-        Failure::new(format!("{} images have a pose: {error}", poses.len())).within(&sequence.name)
+        Failure::new(format!("{} images have a pose: {error}", ended.poses.len()))
+            .within(&sequence.name)
     })?;
     let errors = scored.score.absolute.translation_m;
     times_s.sort_by(f64::total_cmp);
@@ -240,7 +248,7 @@ fn scored(
     };
     Ok(Run {
         run,
-        poses: poses.len(),
+        poses: ended.poses.len(),
         covered_share: scored.score.coverage.share,
         rmse_m: errors.rmse,
         mean_m: errors.mean,
@@ -251,7 +259,9 @@ fn scored(
         median_tracking_s: quantile(0.5),
         mean_tracking_s: times_s.iter().sum::<f64>() / times_s.len().max(1) as f64,
         p99_tracking_s: quantile(0.99),
-        keyframes,
-        loops,
+        keyframes: ended.keyframes,
+        loops: loops + ended.late_loops,
+        map_bytes: ended.map_bytes,
+        map_bytes_per_m: ended.map_bytes as f64 / scored.score.reference.path_m,
     })
 }

@@ -35,11 +35,24 @@ pub(super) fn of_sequence(followed: &Followed) -> Vec<String> {
             "  RMSE of the runs: median {median:.5}, from {least:.5} to {largest:.5}; 99 of 100 images in {:.4} s",
             score.runs.iter().map(|run| run.p99_tracking_s).fold(0.0, f64::max)
         ));
+        lines.extend(memory(score));
     }
     if let Some(published) = followed.published {
         lines.push(format!("{:<14}{}", "the thesis", cells(&published.thesis)));
     }
     lines
+}
+
+/// What the largest map of the runs takes; nothing of odometry.
+fn memory(score: &Score) -> Option<String> {
+    let largest = score.runs.iter().max_by_key(|run| run.map_bytes)?;
+    (largest.map_bytes > 0).then(|| {
+        format!(
+            "  the map takes {:.1} MB, {:.0} kB a metre",
+            1e-6 * largest.map_bytes as f64,
+            1e-3 * largest.map_bytes_per_m
+        )
+    })
 }
 
 /// Tables 14 to 16, of all ten sequences.
