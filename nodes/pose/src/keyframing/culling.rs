@@ -24,20 +24,53 @@ fn cull_recent_of<L: Landmark>(map: &mut Map, config: &KeyframingConfig) -> usiz
 }
 
 /// Whether a keyframe says nothing new: most of its close points are seen by enough others, on the same level or a finer one.
+///
+/// One that has hardly any close points, in a hall or before nothing but edges, is judged by all its points and lines: else
+/// it would never go, and the map of a hall would grow for as long as a camera is in it.
 #[must_use]
 pub fn is_redundant(map: &Map, keyframe: KeyframeId, config: &KeyframingConfig) -> bool {
     let Some(of) = map.keyframes().get(keyframe) else { return false };
+    let (close, far) = count_points(map, (keyframe, of), config);
+    let judged = if close.seen >= config.least_points {
+        close
+    } else {
+        close.and(far).and(count_lines(map, (keyframe, of), config))
+    };
+    judged.seen > 0 && judged.redundant as f64 >= config.redundant_share * judged.seen as f64
+}
+
+/// Landmarks of a keyframe, and those of them that enough others see.
+#[derive(Clone, Copy, Default)]
+struct Count {
+    seen: usize,
+    redundant: usize,
+}
+
+impl Count {
+    fn and(self, other: Self) -> Self {
+        Self { seen: self.seen + other.seen, redundant: self.redundant + other.redundant }
+    }
+
+    fn add(&mut self, is_redundant: bool) {
+        self.seen += 1;
+        self.redundant += usize::from(is_redundant);
+    }
+}
+
+/// The points of a keyframe: close ones, and those that are not.
+fn count_points(
+    map: &Map,
+    (keyframe, of): (KeyframeId, &Keyframe),
+    config: &KeyframingConfig,
+) -> (Count, Count) {
     let level = |keyframe: &Keyframe, corner: usize| {
         keyframe.frame().corners.get(corner).map(|corner| corner.level)
     };
-    let (mut points, mut redundant) = (0_u32, 0_u32);
+    let (mut close, mut far) = (Count::default(), Count::default());
     for (corner, id) in of.points().iter().enumerate() {
+        let Some(point) = id.and_then(|id| map.points().get(id)) else { continue };
         let depth = of.frame().corner_depths.get(corner).copied().flatten();
         let is_far = depth.is_some_and(|depth| depth.depth_m > config.close_m());
-        let Some(point) = id.and_then(|id| map.points().get(id)).filter(|_| !is_far) else {
-            continue;
-        };
-        points += 1;
         let own = level(of, corner);
         // One level coarser is as good: where a corner is found wavers by that.
         let is_as_fine = |other: KeyframeId, corner: usize| {
@@ -46,9 +79,23 @@ pub fn is_redundant(map: &Map, keyframe: KeyframeId, config: &KeyframingConfig) 
         };
         let others = point.sightings().iter();
         let others = others.filter(|(other, at)| *other != keyframe && is_as_fine(*other, *at));
-        redundant += u32::from(others.count() >= config.redundant_sightings);
+        let count = if is_far { &mut far } else { &mut close };
+        count.add(others.count() >= config.redundant_sightings);
     }
-    points > 0 && f64::from(redundant) >= config.redundant_share * f64::from(points)
+    (close, far)
+}
+
+fn count_lines(
+    map: &Map,
+    (keyframe, of): (KeyframeId, &Keyframe),
+    config: &KeyframingConfig,
+) -> Count {
+    let mut lines = Count::default();
+    for line in of.lines().iter().flatten().filter_map(|id| map.lines().get(*id)) {
+        let others = line.sightings().iter().filter(|(other, _)| *other != keyframe);
+        lines.add(others.count() >= config.redundant_sightings);
+    }
+    lines
 }
 
 /// Lets those of the neighbours of a keyframe go that say nothing new, but for the root and the ends of loops. The one that

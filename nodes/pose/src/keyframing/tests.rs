@@ -192,6 +192,28 @@ fn keyframes_that_say_nothing_new_go_and_their_number_stays_bounded() {
     assert!(!is_redundant(&map, ids[4], &config));
 }
 
+/// Nothing was close, and so nothing said anything but new.
+#[test]
+fn keyframes_of_a_hall_whose_walls_are_far_off_go_too() {
+    let config = KeyframingConfig::default();
+    let world = World::wall(200, 0, 2.0 * config.close_m(), 1.0, 13);
+    let poses: Vec<_> = (0..10).map(|at| around(5, 0.05)[at % 5]).collect();
+    let (map, ids) = world.map(&poses, 14);
+    assert!(is_redundant(&map, ids[5], &config));
+    // Nor do lines that no other sees.
+    let world = World::wall(10, 60, 2.0 * config.close_m(), 1.0, 15);
+    let (mut map, ids) = world.map(&poses[..5], 16);
+    assert!(is_redundant(&map, ids[2], &config));
+    let lines: Vec<_> =
+        map.keyframes().get(ids[2]).unwrap().lines().iter().flatten().copied().collect();
+    for (line, other) in lines.iter().flat_map(|line| ids.iter().map(move |id| (line, id))) {
+        if *other != ids[2] {
+            map.unobserve(*other, *line).unwrap();
+        }
+    }
+    assert!(!is_redundant(&map, ids[2], &config));
+}
+
 #[test]
 fn the_defaults_are_valid_and_bad_values_are_named() {
     let valid = KeyframingConfig::default();

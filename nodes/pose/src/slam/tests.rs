@@ -1,5 +1,7 @@
 //! A camera in a room of points and lines.
 
+mod long;
+
 use std::thread;
 use std::time::{Duration, Instant};
 

@@ -78,6 +78,8 @@ struct Followed {
     scores: Vec<Score>,
     #[serde(skip)]
     published: Option<&'static Published>,
+    #[serde(skip)]
+    is_bag: bool,
 }
 
 /// The runs of one way.
@@ -229,6 +231,7 @@ fn followed(folder: &Path, args: &TumArgs) -> Result<Followed, Failure> {
     progress.finish();
     Ok(Followed {
         published: published::of(&sequence.name),
+        is_bag: sequence.is_bag(),
         pairs: sequence.pairs(),
         alone: sequence.alone(),
         name: sequence.name,

@@ -121,6 +121,11 @@ impl Sequence {
         }
     }
 
+    /// Whether it is a bag.
+    pub(super) fn is_bag(&self) -> bool {
+        matches!(self.source, Source::Recording(_))
+    }
+
     /// Colour images without a depth image.
     pub(super) fn alone(&self) -> usize {
         match &self.source {
