@@ -12,6 +12,6 @@ pub mod tiles;
 
 pub use config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
 pub use static_map::{
-    Addition, LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS, LoadError, MapChanges, MapError,
-    SpillCounts, StaticMap, WholeMap,
+    Addition, CorrectionCounts, CorrectionError, LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS,
+    LoadError, MapChanges, MapCorrection, MapError, SpillCounts, StaticMap, WholeMap,
 };
