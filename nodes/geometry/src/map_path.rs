@@ -42,7 +42,9 @@ pub enum MapPathError {
         vertices: usize,
     },
     /// A vertex is no later than the one before it: it cannot be known again.
-    #[error("vertex {index} of the path is no later than the one before it: each needs a stamp of its own")]
+    #[error(
+        "vertex {index} of the path is no later than the one before it: each needs a stamp of its own"
+    )]
     Unordered {
         /// Its place in the path, from 0.
         index: usize,

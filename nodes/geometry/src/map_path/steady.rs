@@ -27,8 +27,7 @@ pub struct SteadyFrame {
 impl SteadyFrame {
     /// The map has been corrected, or has grown.
     pub fn take(&mut self, path: MapPath) {
-        let correction =
-            self.path.as_ref().and_then(|before| path.correction_since(before));
+        let correction = self.path.as_ref().and_then(|before| path.correction_since(before));
         let last = correction.as_ref().and_then(|correction| correction.knots().last());
         let last = last.filter(|last| last.shift_m(REACH_M) > JUMP_M).copied();
         let since = path.since();

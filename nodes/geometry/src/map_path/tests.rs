@@ -9,9 +9,10 @@ fn at(seconds: f64) -> Stamp {
 }
 
 fn path(frame_id: &str, since_s: f64, vertices: &[(f64, Isometry3<f64>)]) -> MapPath {
-    let vertices = vertices
-        .iter()
-        .map(|(seconds, map_from_rig)| PathVertex { stamp: at(*seconds), map_from_rig: *map_from_rig });
+    let vertices = vertices.iter().map(|(seconds, map_from_rig)| PathVertex {
+        stamp: at(*seconds),
+        map_from_rig: *map_from_rig,
+    });
     MapPath::new(at(since_s), frame_id, vertices.collect()).unwrap()
 }
 

@@ -3,7 +3,7 @@
 use geometry::Stamp;
 
 /// A tick: finer than any scanner or camera tells its cycles apart.
-const TICK_S: f64 = 0.01;
+pub(super) const TICK_S: f64 = 0.01;
 
 /// The moment of the way at which a voxel was seen first, in ticks since the map began, from 1 on: 497 days, and what is
 /// later counts as seen then. A voxel of a map that was loaded has none, and stays where it is.

@@ -19,6 +19,7 @@ mod tests;
 use geometry::{MapPath, PathCorrection, Stamp};
 
 use super::StaticMap;
+use super::anchor::TICK_S;
 use crate::tiles::TileError;
 use late::LateCycles;
 
@@ -122,7 +123,8 @@ impl StaticMap {
         };
         let made = correction.beyond(STAYS_IN_EDGES * self.grid.edge_m(), REACH_M);
         let stands_on = before.after(&made, path);
-        let done = if made.is_none() { MapCorrection::default() } else { self.correct(&made, path)? };
+        let done =
+            if made.is_none() { MapCorrection::default() } else { self.correct(&made, path)? };
         self.corrections.stands_on = Some(stands_on);
         Ok(done)
     }
@@ -133,7 +135,8 @@ impl StaticMap {
         path: &MapPath,
     ) -> Result<MapCorrection, CorrectionError> {
         let most = self.stamp.plus_seconds(MOST_AHEAD_S);
-        let since = if path.since() > most { self.stamp.plus_seconds(1e-9) } else { path.since() };
+        let since =
+            if path.since() > most { self.stamp.plus_seconds(TICK_S) } else { path.since() };
         let until = self.corrections.put_off.unwrap_or(since);
         let moved = match self.move_voxels(made, until) {
             Ok(moved) => moved,

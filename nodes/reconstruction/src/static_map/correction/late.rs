@@ -28,7 +28,8 @@ impl LateCycles {
         while self.corrections.len() >= MOST_REMEMBERED {
             self.corrections.pop_front();
         }
-        let last = made.knots().last().map_or_else(Isometry3::identity, |knot| knot.now_from_before);
+        let last =
+            made.knots().last().map_or_else(Isometry3::identity, |knot| knot.now_from_before);
         self.corrections.push_back((since, last));
     }
 
