@@ -42,14 +42,17 @@ impl SteadyFrame {
         self.ahead.push((since, last.now_from_before));
     }
 
-    /// The pose of the platform in the steady frame, by its pose in the map, for a cycle of this moment, and where the
-    /// steady frame is in the map; `None` while it is the map itself. Cycles come by rising stamp.
-    pub fn at(&mut self, stamp: Stamp) -> Option<&Isometry3<f64>> {
+    /// Where the steady frame is in the map, `frame_id`, for a cycle of this moment; `None` while it is the map itself.
+    /// Cycles come by rising stamp. A map of another frame than the paths' is not theirs.
+    pub fn map_from_steady(&mut self, stamp: Stamp, frame_id: &str) -> Option<Isometry3<f64>> {
+        if self.path.as_ref().is_none_or(|path| path.frame_id() != frame_id) {
+            return None;
+        }
         while self.ahead.first().is_some_and(|(since, _)| *since <= stamp) {
             let (_, correction) = self.ahead.remove(0);
             self.apply(correction);
         }
-        self.map_from_steady.as_ref()
+        self.map_from_steady
     }
 
     /// The stamps began anew, or what was seen is forgotten: the frame is the map's again.

@@ -108,21 +108,22 @@ fn what_is_no_path_is_told() {
 fn a_platform_does_not_jump_in_the_steady_frame() {
     let mut frame = SteadyFrame::default();
     let correction = pose_from_vector(&[0.3, -0.1, 0.0, 0.05, 0.0, 0.0]);
-    assert_eq!(frame.at(at(0.0)), None);
+    assert_eq!(frame.map_from_steady(at(0.0), "map"), None);
     frame.take(path("map", 1.0, &[(0.0, along(0.0)), (1.0, along(1.0))]));
-    assert_eq!(frame.at(at(1.5)), None);
+    assert_eq!(frame.map_from_steady(at(1.5), "map"), None);
     let corrected =
         path("map", 2.0, &[(0.0, along(0.0)), (1.0, correction * along(1.0)), (2.0, along(3.0))]);
     frame.take(corrected.clone());
     // A cycle of before the correction that comes after it.
-    assert_eq!(frame.at(at(1.9)), None);
+    assert_eq!(frame.map_from_steady(at(1.9), "map"), None);
     let told = correction * along(2.0);
-    let map_from_steady = frame.at(at(2.0)).unwrap();
+    let map_from_steady = frame.map_from_steady(at(2.0), "map").unwrap();
     check_same(&(map_from_steady.inverse() * told), &along(2.0));
     frame.take(corrected);
-    check_same(frame.at(at(3.0)).unwrap(), &correction);
+    check_same(&frame.map_from_steady(at(3.0), "map").unwrap(), &correction);
+    assert_eq!(frame.map_from_steady(at(3.0), "odom"), None, "no path is of that map");
     frame.clear();
-    assert_eq!(frame.at(at(4.0)), None);
+    assert_eq!(frame.map_from_steady(at(4.0), "map"), None);
 }
 
 fn vertices() -> impl Strategy<Value = Vec<(f64, Isometry3<f64>)>> {
