@@ -20,9 +20,9 @@
 //! # Corrections
 //! Who tells the poses may correct its map, as a SLAM that closes a loop. On `map_path` it tells the way of the platform as
 //! its map has it by now: the map moves with it ([`StaticMap::follow_path`]), and is published as a whole. Nobody need
-//! publish it, and whose path it is does not matter, as long as the stamps of its poses stay and its frame is the map's:
-//! `pose` and `lidar_odometry` have it, and RTAB-Map by the name of `mapPath`. A newcomer takes the first path that it gets
-//! for the one that the map stands on.
+//! publish it, and whose path it is does not matter, as long as its frame is the map's and the stamps of its poses stay:
+//! `pose` has it, and RTAB-Map by the name of `mapPath`. The first path that comes is taken for the one that the map stands
+//! on.
 //!
 //! # Files
 //! `~/save_map` and `~/load_map` go to and from `map_file`. They are `std_srvs/srv/Trigger`, which every ROS 2

@@ -52,6 +52,8 @@ pub use whole::WholeMap;
 /// ([`StaticMap::integrate`]); a map that rays have cleared hangs on the order of the cycles, not on that of the
 /// points within one.
 ///
+/// The map of a SLAM that corrects itself follows its corrections: [`StaticMap::follow_path`].
+///
 /// # Memory
 /// 80 bytes a voxel, the time at which it was seen first among them, and a byte of the table, which is between 7/16 and 7/8 full: 93 to 185 bytes a voxel,
 /// and half as much again while the table grows. Where voxels go, too, their places are not all used again before the
