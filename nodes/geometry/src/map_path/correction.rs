@@ -79,6 +79,18 @@ impl PathCorrection {
         self.knots.iter().all(PathKnot::stays)
     }
 
+    /// From when to when something moves: what was seen before or after stays. The same moment twice, or later and
+    /// earlier, where nothing moves.
+    #[must_use]
+    pub fn span(&self) -> (Stamp, Stamp) {
+        let (earliest, latest) = (Stamp::from_nanos(i64::MIN), Stamp::from_nanos(i64::MAX));
+        let moves = |knot: &PathKnot| !knot.stays();
+        let Some(first) = self.knots.iter().position(moves) else { return (latest, earliest) };
+        let after = self.knots.iter().rposition(moves).and_then(|last| self.knots.get(last + 1));
+        let before = first.checked_sub(1).and_then(|index| self.knots.get(index));
+        (before.map_or(earliest, |knot| knot.stamp), after.map_or(latest, |knot| knot.stamp))
+    }
+
     /// Whether there is a knot at this moment that moves nothing.
     pub(super) fn stays_at(&self, stamp: Stamp) -> bool {
         let index = self.knots.binary_search_by_key(&stamp, |knot| knot.stamp);

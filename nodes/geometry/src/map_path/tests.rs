@@ -141,6 +141,22 @@ fn vertices() -> impl Strategy<Value = Vec<(f64, Isometry3<f64>)>> {
 
 proptest! {
     #[test]
+    fn nothing_moves_beside_the_span(
+        vertices in vertices(), moved in prop::collection::vec(any::<bool>(), 20), seconds in -1.0..30.0_f64,
+    ) {
+        let now: Vec<_> = vertices
+            .iter()
+            .zip(&moved)
+            .map(|((seconds, pose), moves)| (*seconds, if *moves { along(1.0) * pose } else { *pose }))
+            .collect();
+        let (before, now) = (path("map", 0.0, &vertices), path("map", 0.0, &now));
+        let correction = now.correction_since(&before).unwrap();
+        let (from, to) = correction.span();
+        let stays = correction.at(at(seconds)) == Isometry3::identity();
+        prop_assert_eq!(stays, !(from < at(seconds) && at(seconds) < to));
+    }
+
+    #[test]
     fn a_path_since_itself_moves_nothing(vertices in vertices(), seconds in -1.0..30.0_f64) {
         let path = path("map", 0.0, &vertices);
         let correction = path.correction_since(&path).unwrap();

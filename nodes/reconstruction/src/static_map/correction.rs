@@ -146,7 +146,7 @@ impl StaticMap {
             }
         };
         self.corrections.put_off = None;
-        self.corrections.late.corrected(since, made);
+        self.corrections.late.corrected(until, made);
         let shift_m = made.largest_shift_m(REACH_M);
         let counts = &mut self.corrections.counts;
         counts.corrections += 1;

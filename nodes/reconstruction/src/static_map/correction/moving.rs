@@ -6,7 +6,7 @@ use std::collections::hash_map::Entry;
 use geometry::{PathCorrection, Stamp, VoxelGrid, VoxelKey};
 
 use super::super::StaticMap;
-use super::super::anchor::Anchor;
+use super::super::anchor::{Anchor, TICK_S};
 use super::super::blocks::Blocks;
 use super::super::seen_order::SeenOrder;
 use super::super::voxel::VoxelMean;
@@ -18,14 +18,17 @@ struct Moves<'a> {
     made: &'a PathCorrection,
     grid: VoxelGrid,
     epoch: Stamp,
-    /// What was seen first at this time or later stays.
+    /// What was seen first before this time stays ...
+    from: Anchor,
+    /// ... and at this time or later.
     until: Anchor,
 }
 
 impl Moves<'_> {
     /// The voxel where it goes; `None` for one that stays.
     fn of(&self, voxel: &VoxelMean) -> Option<(VoxelKey, VoxelMean)> {
-        if voxel.anchor >= self.until {
+        // Most corrections move the last of the way alone.
+        if voxel.anchor < self.from || voxel.anchor >= self.until {
             return None;
         }
         let now_from_before = self.made.at(voxel.anchor.stamp(self.epoch)?);
@@ -46,8 +49,11 @@ impl StaticMap {
     ) -> Result<MapCorrection, TileError> {
         // A map without a cycle has nothing that moves.
         let Some(epoch) = self.epoch else { return Ok(MapCorrection::default()) };
-        let until = Anchor::at(until, epoch);
-        let moves = Moves { made, grid: self.grid, epoch, until };
+        let (from, to) = made.span();
+        // A tick more: a moment is known to a tick.
+        let to = to.plus_seconds(TICK_S).min(until);
+        let (from, until) = (Anchor::at(from, epoch), Anchor::at(to, epoch));
+        let moves = Moves { made, grid: self.grid, epoch, from, until };
         let before = self.len();
         let moved_voxels = if self.spill.is_some() {
             self.move_tiles(&moves)?

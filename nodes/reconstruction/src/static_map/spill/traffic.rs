@@ -148,7 +148,7 @@ impl StaticMap {
     /// What the store could not do when there was no room.
     pub(in super::super) fn why_no_room(&self) -> TileError {
         let error = self.spill.as_ref().and_then(|spill| spill.error.clone());
-        error.unwrap_or_else(|| TileError::Another { source: TileStoreError::Missing })
+        error.unwrap_or(TileError::Another { source: TileStoreError::Missing })
     }
 
     /// A tile was found to be lost while all were read.
