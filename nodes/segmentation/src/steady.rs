@@ -31,7 +31,7 @@ pub(crate) fn in_map(track: &Track, map_from_steady: &Isometry3<f64>) -> Track {
         // Of the box that holds the turned one.
         extent_m: turn.abs() * track.extent_m,
         covariance: turn_of_both * track.covariance * turn_of_both.transpose(),
-        ..track.clone()
+        ..*track
     }
 }
 

@@ -39,7 +39,7 @@ fn false_cycles(correction: &Isometry3<f64>, speed_m_per_s: f64, has_path: bool)
     let step = |cycle: u32| {
         let before = Isometry3::identity();
         let correction = if cycle < CORRECTED { &before } else { correction };
-        if has_path && (cycle % 7 == 0 || cycle == CORRECTED) {
+        if has_path && (cycle.is_multiple_of(7) || cycle == CORRECTED) {
             world.detector.follow_path(path(pose_at, cycle, correction));
         }
         let told = correction * pose_at(cycle);

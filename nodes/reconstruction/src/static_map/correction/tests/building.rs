@@ -96,7 +96,7 @@ fn way(poses: &[Isometry3<f64>], last: usize) -> MapPath {
 fn map_of(mut map: StaticMap, poses: &[Isometry3<f64>]) -> StaticMap {
     let mut noise = noise();
     for (step, map_from_rig) in poses.iter().enumerate() {
-        if step % VERTEX_STEPS == 0 {
+        if step.is_multiple_of(VERTEX_STEPS) {
             map.follow_path(&way(poses, step)).unwrap();
         }
         let cloud = Cloud {
