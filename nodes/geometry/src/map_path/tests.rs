@@ -153,7 +153,7 @@ proptest! {
         let correction = now.correction_since(&before).unwrap();
         let (from, to) = correction.span();
         let stays = correction.at(at(seconds)) == Isometry3::identity();
-        prop_assert_eq!(stays, !(from < at(seconds) && at(seconds) < to));
+        prop_assert!(stays || (from < at(seconds) && at(seconds) < to));
     }
 
     #[test]
