@@ -15,6 +15,7 @@ mod depth;
 mod error;
 mod labels;
 mod lidar_cloud;
+mod map_path;
 mod marker;
 mod picture;
 mod pose;
@@ -47,6 +48,7 @@ pub use labels::{labels_from_message, message_from_labels};
 pub use lidar_cloud::{
     LidarCloudReading, PointTimes, TimeOrigin, TimeUnit, lidar_cloud_from_message,
 };
+pub use map_path::{map_path_from_message, message_from_map_path};
 pub use marker::markers_from_tracks;
 pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{

@@ -1,12 +1,15 @@
 //! Why a message is not the geometry that it claims to be.
 
-use geometry::{CameraModelError, DepthSizeError, LabelSizeError};
+use geometry::{CameraModelError, DepthSizeError, LabelSizeError, MapPathError};
 
 use super::CompressedImageError;
 
 /// A message could not become geometry. Lengths, offsets and counts are those that the message states.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum ConvertError {
+    /// A path is none of a map.
+    #[error("Path: {0}")]
+    MapPath(#[from] MapPathError),
     /// A scan without rays.
     #[error("LaserScan: ranges is empty; the driver sent a scan without a single ray")]
     NoRays,

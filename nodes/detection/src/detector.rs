@@ -2,12 +2,13 @@
 
 mod cycle;
 mod found;
+mod steady;
 mod surround;
 
 use geometry::{
     CameraModel, CameraModelError, Cloud, DepthCameraError, DepthLimits, DepthProjector,
-    DetectedCycle, RayTable, ReducedDepth, Scan, VoxelAccumulator, VoxelGrid, check_pose,
-    pose_from_vector, pose_vector,
+    DetectedCycle, RayTable, ReducedDepth, Scan, SteadyFrame, VoxelAccumulator, VoxelGrid,
+    check_pose, pose_from_vector, pose_vector,
 };
 use nalgebra::Isometry3;
 
@@ -35,6 +36,7 @@ pub struct Detector {
     surround: Option<Surround>,
     voxels: VoxelAccumulator,
     next_index: u32,
+    steady: SteadyFrame,
 }
 
 impl Detector {
@@ -57,6 +59,7 @@ impl Detector {
             surround: None,
             voxels: VoxelAccumulator::new(VoxelGrid::new(config.voxel_edge_m)?),
             next_index: 0,
+            steady: SteadyFrame::default(),
             config,
         })
     }
@@ -137,6 +140,7 @@ impl Detector {
         self.window.clear();
         self.finder.clear();
         self.surround = None;
+        self.steady.clear();
         if let Some(motion_finder) = &mut self.motion_finder {
             motion_finder.clear();
         }
@@ -191,6 +195,7 @@ impl Detector {
         in_aperture: &[Beam],
         observe: &mut impl FnMut(Step),
     ) -> Result<Found, ScanAnglesError> {
+        let steady_from_rig = self.steady_from_rig(input);
         let finder = self.motion_finder.get_or_insert_with(|| MotionFinder::new(&self.config));
         let surround = match &mut self.surround {
             Some(surround) if surround.fits(input.scan) => surround,
@@ -204,7 +209,7 @@ impl Detector {
         let motion_input = MotionInput {
             scan: input.scan,
             beams: &beams,
-            map_from_rig: input.map_from_rig,
+            map_from_rig: &steady_from_rig,
             map_frame_id: input.map_frame_id,
             pose_stamp: input.view.stamp(),
         };

@@ -28,6 +28,7 @@ const PROGRAM: Program = Program {
              in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with both of these
              in  points (sensor_msgs/msg/PointCloud2), best effort; with input:=points
              in  pose (geometry_msgs/msg/PoseStamped: the rig in the map), best effort
+             in  map_path (nav_msgs/msg/Path: the way of the rig as the map has it by now), reliable; nobody need publish it
              in  /tf_static, /tf (tf2_msgs/msg/TFMessage: where the scanner is from the camera), reliable and transient
                  local, best effort; with extrinsics:=tf
              out reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable

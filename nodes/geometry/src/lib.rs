@@ -19,6 +19,7 @@ mod depth;
 mod depth_projection;
 mod label;
 mod lidar_cloud;
+mod map_path;
 pub mod parameter;
 pub mod pcd;
 pub mod ply;
@@ -41,6 +42,7 @@ pub use depth::{DepthImage, DepthPixels, DepthSizeError};
 pub use depth_projection::{DepthCameraError, DepthLimits, DepthProjector, ReducedDepth};
 pub use label::{LabelImage, LabelSizeError};
 pub use lidar_cloud::LidarCloud;
+pub use map_path::{MapPath, MapPathError, PathCorrection, PathKnot, PathVertex, SteadyFrame};
 pub use parameter::ParameterError;
 pub use point_file::PointFileError;
 pub use pose::{

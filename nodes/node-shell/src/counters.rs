@@ -3,7 +3,7 @@
 mod arrivals;
 mod steps;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -63,6 +63,8 @@ struct Counts {
     fills: BTreeMap<String, Fill>,
     /// How old the data of the last cycle were when it was done.
     age_s: Option<f64>,
+    /// The topics that nobody need publish, and that may pause.
+    optional: BTreeSet<String>,
 }
 
 /// How much there is of something that is bounded.
@@ -92,6 +94,8 @@ pub(crate) struct Snapshot {
     pub(crate) received: BTreeMap<String, u64>,
     /// Messages missing between those received, by topic.
     pub(crate) lost: BTreeMap<String, u64>,
+    /// The topics that nobody need publish.
+    pub(crate) optional: BTreeSet<String>,
     /// The topics that have ceased to come, and for how long.
     pub(crate) silent: BTreeMap<String, Duration>,
     /// Messages published, by topic.
@@ -122,6 +126,12 @@ impl Counters {
     pub fn note_condition(&self, name: &str, text: &str, is_warning: bool) {
         let condition = Condition { text: text.to_owned(), is_warning };
         self.lock().conditions.insert(name.to_owned(), condition);
+    }
+
+    /// Notes that the node works without this topic of its subscriptions, by its absolute name: that nobody publishes it, or
+    /// that it has fallen silent, is nothing to warn of.
+    pub fn note_optional(&self, topic: &str) {
+        self.lock().optional.insert(topic.to_owned());
     }
 
     /// Notes how long a step took.
@@ -209,7 +219,11 @@ impl Counters {
         let lost = |one: &TopicCounters| one.lost.load(Ordering::Relaxed);
         snapshot.lost =
             counts.received.iter().map(|(topic, one)| (topic.clone(), lost(one))).collect();
+        snapshot.optional.clone_from(&counts.optional);
         let silence = |(topic, one): (&String, &Arc<TopicCounters>)| {
+            if counts.optional.contains(topic) {
+                return None;
+            }
             Some((topic.clone(), one.lock_arrivals().silence(moment)?))
         };
         snapshot.silent = counts.received.iter().filter_map(silence).collect();

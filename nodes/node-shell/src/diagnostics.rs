@@ -58,7 +58,7 @@ impl Diagnostics {
                 silent: if idle.is_none() { silent(&matches, &snapshot) } else { Vec::new() },
                 idle,
                 // Who does nothing waits for nobody.
-                missing: if idle.is_none() { missing(&matches) } else { Vec::new() },
+                missing: if idle.is_none() { missing(&matches, &snapshot) } else { Vec::new() },
                 troubles: self.graph.troubles(),
                 loss: loss.cloned(),
                 datagrams_dropped,

@@ -6,6 +6,7 @@ mod follower;
 mod hints;
 mod inputs;
 mod map_file;
+mod map_path;
 mod output;
 mod pairing;
 mod parameters;
@@ -39,6 +40,7 @@ const PROGRAM: Program = Program {
              out odom (nav_msgs/msg/Odometry: the same with covariance and velocity), reliable
              out /tf (tf2_msgs/msg/TFMessage: odom_frame_id to base_frame_id), reliable; with publish_tf:=true
              out /tf (map_frame_id to odom_frame_id), likewise; with slam:=true, and then pose and path are in map_frame_id
+             out map_path (nav_msgs/msg/Path: the way of the rig as the map has it by now, in map_frame_id), reliable and transient local; with slam:=true
              out path (nav_msgs/msg/Path), reliable, once a second, for a viewer
              out features (sensor_msgs/msg/Image: what is seen, and what became of it), best effort, for a viewer
              out ~/report (stillmap_msgs/msg/StageReport), reliable

@@ -9,6 +9,7 @@
 //! | `tie` | how much of what a frame says of that is believed |
 //! | `travelled` | how far odometry has gone |
 //! | `inline`, `background` | the map, in the caller's thread or in one of its own |
+//! | `waypoints` | where the camera came along, as the map has it by now |
 //! | `trajectory` | where the camera was, as the map has it in the end |
 //! | `config` | the parameters |
 //!
@@ -31,6 +32,7 @@ mod tests;
 mod tie;
 mod trajectory;
 mod travelled;
+mod waypoints;
 
 pub use background::BackgroundMapping;
 pub use config::{LocaliserConfig, SlamConfig, SlamConfigError};

@@ -1,7 +1,9 @@
 //! Builds the static map out of the static clouds of the cycles (Rec-HV 3.2.8, 3.3.4, eq. 9).
 //!
 //! [`StaticMap`] takes one cycle's clouds and costs by their points, and where rays clear voxels by their rays'
-//! lengths, however large the map has become. [`octomap`] knows the files of another map. This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
+//! lengths, however large the map has become. When the map that its poses were told in is corrected, it follows
+//! ([`StaticMap::follow_path`]). [`octomap`] knows the files of another map. This crate without its feature `ros` is the
+//! core: it knows no ROS, no clock and no file.
 
 pub mod config;
 pub mod octomap;
@@ -12,6 +14,6 @@ pub mod tiles;
 
 pub use config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
 pub use static_map::{
-    Addition, LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS, LoadError, MapChanges, MapError,
-    SpillCounts, StaticMap, WholeMap,
+    Addition, CorrectionCounts, CorrectionError, LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS,
+    LoadError, MapChanges, MapCorrection, MapError, SpillCounts, StaticMap, WholeMap,
 };

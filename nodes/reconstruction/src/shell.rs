@@ -17,12 +17,20 @@
 //! in the same message as a point too. RViz cannot take points away: it shows `static_map`, which after a removal
 //! comes after a quarter of its period.
 //!
+//! # Corrections
+//! Who tells the poses may correct its map, as a SLAM that closes a loop. On `map_path` it tells the way of the platform as
+//! its map has it by now: the map moves with it ([`StaticMap::follow_path`]), and is published as a whole. Nobody need
+//! publish it, and whose path it is does not matter, as long as its frame is the map's and the stamps of its poses stay:
+//! `pose` has it, and RTAB-Map by the name of `mapPath`. The first path that comes is taken for the one that the map stands
+//! on.
+//!
 //! # Files
 //! `~/save_map` and `~/load_map` go to and from `map_file`. They are `std_srvs/srv/Trigger`, which every ROS 2
 //! installation can call without a package of ours. The node does nothing else meanwhile; clouds wait.
 
 mod map_file;
 mod parameters;
+mod path;
 mod schedule;
 mod spilling;
 #[cfg(test)]
@@ -33,6 +41,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use msgs::convert;
+use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::std_srvs::Trigger;
 use msgs::stillmap_msgs::SegmentedCloud;
@@ -46,6 +55,7 @@ use tokio::time::{Instant, MissedTickBehavior};
 use crate::{Addition, ReconstructionConfig, StaticMap};
 use map_file::MapFile;
 use parameters::Settings;
+use path::PathWatch;
 use schedule::{Following, Schedule, Subscribers};
 use spilling::SpillWatch;
 pub use spilling::empty_map;
@@ -54,6 +64,7 @@ const PROGRAM: Program = Program {
     name: "reconstruction",
     about: "Builds the static map out of the static clouds of the cycles.",
     topics: "in  segmented_cloud (stillmap_msgs/msg/SegmentedCloud), reliable
+             in  map_path (nav_msgs/msg/Path, map frame), reliable: the way as the map has it by now; nobody need publish it
              out static_map (sensor_msgs/msg/PointCloud2, map frame), reliable and transient local: the whole map
              out static_map_updates (sensor_msgs/msg/PointCloud2, map frame), reliable: points that are new or have moved
              out static_map_removals (sensor_msgs/msg/PointCloud2, map frame), reliable: the last points of voxels that have gone
@@ -66,6 +77,8 @@ const PROGRAM: Program = Program {
 
 /// Cycles that may wait here without one being lost: seven seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
+/// Each path tells the whole way; more than one may matter to the clouds that wait.
+const PATHS_KEPT: usize = 5;
 /// Updates that may wait for a subscriber: five seconds of the default period.
 const UPDATES_KEPT: usize = 10;
 /// A service has nothing to work on.
@@ -150,6 +163,8 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
             request = load_map.next() => request.answer(stage.load(settings.file.as_ref())),
             request = empty.next() => request.answer(Ok(stage.reset())),
             _ = look_time.tick(), if lifecycle.is_active() => stage.publish_what_is_due(),
+            // It may concern the clouds that wait.
+            received = stage.paths.next() => stage.take_path(&received.message),
             received = stage.clouds.next() => stage.take(&received.message),
         }
     }
@@ -163,6 +178,8 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
 /// The core with its topics.
 pub struct Stage {
     clouds: Subscription<SegmentedCloud>,
+    paths: Subscription<Path>,
+    path_watch: PathWatch,
     map: StaticMap,
     schedule: Schedule,
     cycles: u32,
@@ -184,7 +201,11 @@ impl Stage {
     /// When a parameter is out of its range, or a topic cannot be had.
     pub fn new(node: &Node, parameters: &ReconstructionParameters) -> Result<Self, NodeFailure> {
         let settings = Settings::of(parameters)?;
+        let paths = node.subscription("map_path", &Qos::reliable(PATHS_KEPT))?;
+        node.counters().note_optional(paths.topic());
         Ok(Self {
+            paths,
+            path_watch: PathWatch::new(node.counters()),
             map: empty_map(parameters)?,
             schedule: Schedule::new(settings.periods),
             cycles: 0,
@@ -209,6 +230,9 @@ impl Stage {
 
     /// Takes every message that is here already.
     pub fn take_waiting(&mut self) {
+        while let Some(received) = self.paths.try_next() {
+            self.take_path(&received.message);
+        }
         while let Some(received) = self.clouds.try_next() {
             self.take(&received.message);
         }
@@ -234,6 +258,7 @@ impl Stage {
                     ("voxels_dropped", addition.dropped_voxels as u64),
                     ("map_bytes", self.map.memory_bytes() as u64),
                 ];
+                counts.extend(path::reported(&self.map));
                 counts.extend(spilling::reported(&self.map));
                 self.counters.note_fill("voxels", self.map.len(), self.max_voxels);
                 self.reporter.processed(message.header.clone(), self.cycles, &counts, &timer);

@@ -1,9 +1,11 @@
 //! The incremental voxel map (Rec-HV 3.2.8, 3.3.4, eq. 9).
 
 mod addition;
+mod anchor;
 mod blocks;
 mod changes;
 mod clearing;
+mod correction;
 mod evidence;
 mod loading;
 mod seen_order;
@@ -20,11 +22,14 @@ use nalgebra::Point3;
 use crate::config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
 use crate::tiles::TileStore;
 pub use addition::{Addition, MapError};
+use anchor::Anchor;
 pub(crate) use blocks::BLOCK_EDGE_VOXELS;
 use blocks::Blocks;
 use changes::Changes;
 pub use changes::{LISTENER_TOLERANCE_IN_EDGES, MapChanges};
 use clearing::RayTables;
+use correction::Corrections;
+pub use correction::{CorrectionCounts, CorrectionError, MapCorrection};
 pub use loading::{LOADED_HITS, LoadError};
 use seen_order::SeenOrder;
 use spill::Spill;
@@ -47,8 +52,10 @@ pub use whole::WholeMap;
 /// ([`StaticMap::integrate`]); a map that rays have cleared hangs on the order of the cycles, not on that of the
 /// points within one.
 ///
+/// The map of a SLAM that corrects itself follows its corrections: [`StaticMap::follow_path`].
+///
 /// # Memory
-/// 80 bytes a voxel and a byte of the table, which is between 7/16 and 7/8 full: 93 to 185 bytes a voxel,
+/// 80 bytes a voxel, the time at which it was seen first among them, and a byte of the table, which is between 7/16 and 7/8 full: 93 to 185 bytes a voxel,
 /// and half as much again while the table grows. Where voxels go, too, their places are not all used again before the
 /// table grows once more, so that it may end half as full: up to 370 bytes a voxel. While changes are followed, 12 to 24 bytes more for each
 /// voxel that waits, and 28 to 56 for each one that is gone and waits. [`Method::Stillmap`] keeps a bit a voxel
@@ -81,6 +88,11 @@ pub struct StaticMap {
     stamp: Stamp,
     cycles: u32,
     refused_points: u64,
+    /// When the first cycle was: what anchors count from.
+    epoch: Option<Stamp>,
+    /// That of voxels that come now.
+    anchor: Anchor,
+    corrections: Corrections,
 }
 
 impl StaticMap {
@@ -133,6 +145,9 @@ impl StaticMap {
             stamp: Stamp::default(),
             cycles: 0,
             refused_points: 0,
+            epoch: None,
+            anchor: Anchor::default(),
+            corrections: Corrections::default(),
         })
     }
 
@@ -148,7 +163,8 @@ impl StaticMap {
             return self.add(&cycle.static_cloud);
         }
         self.begin_cycle(&cycle.static_cloud)?;
-        Ok(self.add_and_clear(cycle))
+        let cycle = self.cycle_brought_over(cycle);
+        Ok(self.add_and_clear(&cycle))
     }
 
     /// Joins one cycle's static cloud PCL_k, in the map frame, to the map PCL_kT (eq. 9). The first
@@ -158,6 +174,7 @@ impl StaticMap {
     /// When the cloud is in another frame; the map is then as it was.
     pub fn add(&mut self, static_cloud: &Cloud) -> Result<Addition, MapError> {
         self.begin_cycle(static_cloud)?;
+        let static_cloud = self.cloud_brought_over(static_cloud);
         let mut addition = Addition::default();
         for point in &static_cloud.points_m {
             self.add_point(point, &mut addition);
@@ -173,9 +190,14 @@ impl StaticMap {
                 return Err(MapError::AnotherFrame { map: map.clone(), cloud });
             }
             Some(_) => {}
-            None => self.frame_id = Some(static_cloud.frame_id.clone()),
+            None => {
+                self.frame_id = Some(static_cloud.frame_id.clone());
+                self.forget_path_of_another_frame(&static_cloud.frame_id);
+            }
         }
         self.stamp = static_cloud.stamp;
+        let epoch = *self.epoch.get_or_insert(static_cloud.stamp);
+        self.anchor = Anchor::at(static_cloud.stamp, epoch);
         self.begin_counting_cycle();
         Ok(())
     }
@@ -215,7 +237,8 @@ impl StaticMap {
                 if let Some(spill) = &mut self.spill {
                     spill.has_one_more();
                 }
-                let voxel = entry.insert(VoxelMean::default());
+                let new = VoxelMean::new(self.anchor);
+                let voxel = entry.insert(new);
                 if let Some(changes) = &mut self.changes {
                     voxel.told = changes.told_of_new(key);
                 }
@@ -361,6 +384,9 @@ impl StaticMap {
         self.stamp = Stamp::default();
         self.cycles = 0;
         self.refused_points = 0;
+        self.epoch = None;
+        self.anchor = Anchor::default();
+        self.corrections.clear();
     }
 }
 

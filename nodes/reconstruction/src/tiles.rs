@@ -4,18 +4,19 @@
 //! the core gets as an input. The node's is a folder with a file a tile.
 //!
 //! # The bytes of a tile
-//! Version 1. All numbers are little-endian; a varint is an unsigned number in groups of seven bits, the lowest first,
+//! Version 2. All numbers are little-endian; a varint is an unsigned number in groups of seven bits, the lowest first,
 //! with the top bit of a byte set when more follow (LEB128); a signed varint is one in the zigzag order 0, -1, 1, -2.
 //!
 //! | bytes | what |
 //! |---|---|
 //! | 4 | `SMTL` |
-//! | 2 | the version, 1 |
+//! | 2 | the version, 2 |
 //! | 2 | the tile's edge in voxels |
 //! | 8 | the voxel's edge in m, 64-bit float |
 //! | 3 x 4 | the tile's key, signed: its voxels have keys from `key * edge` to `key * edge + edge - 1` an axis |
 //! | 4 | the number of voxels |
 //! | 4 | the latest cycle that touched one of them |
+//! | 4 | the latest time at which one of them was seen first: hundredths of a second since the map began, plus one; 0 for a map that was loaded |
 //! | | the voxels, in ascending order of their keys |
 //! | 4 | CRC-32 (IEEE) of all before |
 //!
@@ -26,12 +27,13 @@
 //! | varint | its index, less that of the voxel before it plus one |
 //! | varint | the number of its points |
 //! | varint | how many cycles before the tile's latest it was touched last |
+//! | varint | how long before the tile's latest it was seen first |
 //! | 1 | its evidence, signed: log-odds in steps of 0.05 |
 //! | 1 | what listeners know of it: 1 told, 2 waiting |
 //! | 3 x 2 | if told: the place that they know, in 65535ths of the voxel's edge |
 //! | 3 x (1, varint) | of the sum of its points along each axis, in 2^-60 m, less the number of its points times the voxel's middle, which is rounded to a 32-bit float of metres before: the number of zero bits at its lower end, and it without them, a signed varint |
 //!
-//! That is some 20 bytes a voxel, a quarter of what it takes in memory, and exact.
+//! That is some 22 bytes a voxel, a quarter of what it takes in memory, and exact.
 
 #[cfg(test)]
 pub(crate) mod testing;
@@ -88,6 +90,13 @@ pub trait TileStore: fmt::Debug + Send {
     /// [`TileStoreError::Missing`] when there are none, [`TileStoreError::Failed`] when they cannot be had now.
     fn read(&self, tile: TileKey) -> Result<Vec<u8>, TileStoreError>;
 
+    /// An empty store of the same kind, for the tiles of the map as it is after a correction. When all of them are there, it
+    /// takes the place of this one, which is dropped and then has to leave nothing behind.
+    ///
+    /// # Errors
+    /// When there is none to be had.
+    fn another(&self) -> Result<Box<dyn TileStore>, TileStoreError>;
+
     /// Forgets every tile.
     ///
     /// # Errors
@@ -116,7 +125,7 @@ pub enum TileFormatError {
     #[error("it does not begin with SMTL")]
     NotThisFormat,
     /// They are of a later version.
-    #[error("it has the version {version}, and 1 is known")]
+    #[error("it has the version {version}, and 2 is known")]
     OtherVersion {
         /// Of the bytes.
         version: u16,
@@ -162,6 +171,12 @@ pub enum TileError {
         /// Why.
         source: TileFormatError,
     },
+    /// There is no store for the tiles of the map as it is after a correction, which waits.
+    #[error("there is no room for the tiles of the corrected map: {source}")]
+    Another {
+        /// Why.
+        source: TileStoreError,
+    },
     /// What the store had before may take up room.
     #[error("the tiles of before cannot be removed: {source}")]
     Clear {
@@ -178,7 +193,7 @@ impl TileError {
             Self::Write { tile, .. } | Self::Read { tile, .. } | Self::Broken { tile, .. } => {
                 Some(*tile)
             }
-            Self::Clear { .. } => None,
+            Self::Another { .. } | Self::Clear { .. } => None,
         }
     }
 

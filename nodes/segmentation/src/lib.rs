@@ -17,6 +17,7 @@
 //! | [`seeds`] | where objects are known to be: by zones, by tracks, by what has come into free space |
 //! | [`growth`] | the objects grown from the seeds through the cloud |
 //! | [`tracking`] | the objects followed over the cycles |
+//! | `steady` | all of them in a frame that does not jump when the map is corrected |
 //! | [`stillmap`] | all of them in turn |
 //!
 //! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
@@ -32,6 +33,7 @@ pub mod seeds;
 pub mod segmenter;
 #[cfg(feature = "ros")]
 pub mod shell;
+mod steady;
 pub mod stillmap;
 pub mod tracking;
 pub mod view;

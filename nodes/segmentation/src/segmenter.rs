@@ -1,14 +1,15 @@
 //! One cycle's cloud into its static and dynamic parts.
 
 use geometry::{
-    Cloud, DetectedCycle, DynamicZone, SegmentationCounts, SegmentedCycle, Track, UnusablePose,
-    check_pose,
+    Cloud, DetectedCycle, DynamicZone, MapPath, SegmentationCounts, SegmentedCycle, SteadyFrame,
+    Track, UnusablePose, check_pose,
 };
 use nalgebra::Point3;
 
 use crate::angular::points_in_zone;
 use crate::config::{ConfigError, Method, SegmentationConfig};
 use crate::depth_clustering::{depth_groups, nearest_group};
+use crate::steady::{in_map, in_steady_frame};
 use crate::stillmap::{Judged, Stillmap};
 
 /// A stage of [`Segmenter::step`], for whoever times them.
@@ -95,6 +96,7 @@ pub struct Segmenter {
     depth_cell_m: f64,
     /// With that method.
     stillmap: Option<Stillmap>,
+    steady: SteadyFrame,
 }
 
 impl Segmenter {
@@ -108,7 +110,15 @@ impl Segmenter {
             Method::RecHv => None,
             Method::Stillmap => Some(Stillmap::new(config)?),
         };
-        Ok(Self { depth_cell_m: config.depth_cell_m, stillmap })
+        let steady = SteadyFrame::default();
+        Ok(Self { depth_cell_m: config.depth_cell_m, stillmap, steady })
+    }
+
+    /// Takes the way of the platform as the map of its poses has it by now. Where the map was corrected, the pose jumps: what
+    /// moves is looked for in a frame that does not ([`geometry::SteadyFrame`]), and tracks are told where the map has them.
+    /// Without a path, and as long as none has moved, that frame is the map, to the bit.
+    pub fn follow_path(&mut self, path: MapPath) {
+        self.steady.take(path);
     }
 
     /// Voxels of evidence held now, at most `max_evidence_voxels`; the method of Rec-HV holds none.
@@ -132,7 +142,19 @@ impl Segmenter {
     ) -> Result<Segmented, SegmentationError> {
         check(cycle)?;
         let judged = match &mut self.stillmap {
-            Some(stillmap) => stillmap.step(cycle, &mut observe),
+            Some(stillmap) => {
+                let stamp = cycle.reduced_cloud.stamp;
+                let map_from_steady = self.steady.map_from_steady(stamp, &cycle.map_frame_id);
+                let steady = in_steady_frame(cycle, map_from_steady.as_ref());
+                let mut judged = stillmap.step(&steady, &mut observe);
+                if let Some(map_from_steady) = &map_from_steady {
+                    judged
+                        .tracks
+                        .iter_mut()
+                        .for_each(|track| *track = in_map(track, map_from_steady));
+                }
+                judged
+            }
             None => self.two_stages(cycle, &mut observe),
         };
         let Judged { is_dynamic, tracks, in_zone } = judged;

@@ -6,12 +6,14 @@ mod tests;
 use std::process::ExitCode;
 
 use msgs::convert;
+use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::{ReducedCloud, SegmentedCloud, Tracks};
 use msgs::visualization_msgs::MarkerArray;
 use node_shell::parameters::{NodeParameters, Range};
 use node_shell::{
     Counters, Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer, Subscription,
+    Throttle,
 };
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +23,7 @@ const PROGRAM: Program = Program {
     name: "segmentation",
     about: "Cuts what moves out of each reduced cloud, by the zone's angles and by depth.",
     topics: "in  reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
+             in  map_path (nav_msgs/msg/Path: the way of the rig as the map has it by now), reliable; nobody need publish it
              out segmented_cloud (stillmap_msgs/msg/SegmentedCloud), reliable
              out static_cloud (sensor_msgs/msg/PointCloud2, map frame), reliable
              out dynamic_cloud (sensor_msgs/msg/PointCloud2, rig frame), reliable
@@ -32,6 +35,9 @@ const PROGRAM: Program = Program {
 /// Cycles that may wait here, or that a subscriber may be behind, without one being lost: seven
 /// seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
+
+/// Each path tells the whole way.
+const PATHS_KEPT: usize = 5;
 
 /// A viewer needs the latest markers alone.
 const MARKERS_KEPT: usize = 1;
@@ -93,6 +99,8 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
             biased;
             () = shutdown.wait() => break,
             _reset = lifecycle.reset() => stage.reset()?,
+            // It concerns the cycles after it.
+            received = stage.paths.next() => stage.take_path(&received.message),
             received = stage.cycles.next() => stage.take(&received.message),
         }
     }
@@ -103,6 +111,8 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
 /// The core with its topics.
 pub struct Stage {
     cycles: Subscription<ReducedCloud>,
+    paths: Subscription<Path>,
+    bad_paths: Throttle,
     config: SegmentationConfig,
     segmenter: Segmenter,
     next_cycle: u32,
@@ -121,7 +131,11 @@ impl Stage {
     /// # Errors
     /// When a parameter is out of its range, or a topic cannot be had.
     pub fn new(node: &Node, parameters: &SegmentationParameters) -> Result<Self, NodeFailure> {
+        let paths = node.subscription("map_path", &Qos::reliable(PATHS_KEPT))?;
+        node.counters().note_optional(paths.topic());
         Ok(Self {
+            paths,
+            bad_paths: Throttle::for_warnings(),
             config: parameters.config,
             segmenter: Segmenter::new(parameters.config)?,
             next_cycle: 0,
@@ -144,8 +158,24 @@ impl Stage {
 
     /// Takes every message that is here already.
     pub fn take_waiting(&mut self) {
+        while let Some(received) = self.paths.try_next() {
+            self.take_path(&received.message);
+        }
         while let Some(received) = self.cycles.try_next() {
             self.take(&received.message);
+        }
+    }
+
+    fn take_path(&mut self, message: &Path) {
+        match convert::map_path_from_message(message) {
+            Ok(path) => self.segmenter.follow_path(path),
+            Err(error) => {
+                self.counters.count_drop("path refused");
+                if let Some(held_back) = self.bad_paths.pass() {
+                    let topic = self.paths.topic();
+                    tracing::warn!("{topic}: {error} ({held_back} more since the last warning)");
+                }
+            }
         }
     }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use geometry::Stamp;
 use msgs::convert::{COMPRESSED_DEPTH_TOPIC, stamp_from_time};
 use msgs::geometry_msgs::PoseStamped;
+use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
 use msgs::std_msgs::Header;
 use node_shell::{Node, Qos, ShellError, Subscription, TransformArrival};
@@ -21,6 +22,8 @@ const VIEWS_KEPT: usize = 10;
 const SCANS_KEPT: usize = 50;
 const CAMERA_INFOS_KEPT: usize = 10;
 const POSES_KEPT: usize = 200;
+/// Each path tells the whole way.
+const PATHS_KEPT: usize = 5;
 
 /// What the cloud is made of, as it arrived: of a camera's thirty a second a scanner uses seven, so it
 /// is converted only once a scan has it.
@@ -64,6 +67,7 @@ pub(super) enum Arrival {
     View(ViewMessage),
     CameraInfo(Arc<CameraInfo>),
     Pose(Arc<PoseStamped>),
+    Path(Arc<Path>),
     Transforms(TransformArrival),
 }
 
@@ -72,6 +76,7 @@ pub(super) struct Inputs {
     scans: Subscription<LaserScan>,
     view: ViewInputs,
     poses: Subscription<PoseStamped>,
+    paths: Subscription<Path>,
 }
 
 enum ViewInputs {
@@ -103,8 +108,11 @@ impl Inputs {
                 ViewInputs::Points(Box::new(node.subscription("points", &Qos::sensor(VIEWS_KEPT))?))
             }
         };
+        let paths = node.subscription("map_path", &Qos::reliable(PATHS_KEPT))?;
+        node.counters().note_optional(paths.topic());
         Ok(Self {
             view,
+            paths,
             poses: node.subscription("pose", &Qos::sensor(POSES_KEPT))?,
             scans: node.subscription("scan", &Qos::sensor(SCANS_KEPT))?,
         })
@@ -112,9 +120,11 @@ impl Inputs {
 
     /// The next message, whichever comes first. May be dropped while it waits.
     pub(super) async fn next(&self) -> Arrival {
-        // Of several that are there, the largest first: it has the least room to wait in.
+        // Of several that are there, a path first: it concerns the poses after it. Of the others the largest: it has the least
+        // room to wait in.
         tokio::select! {
             biased;
+            received = self.paths.next() => Arrival::Path(received.message),
             arrival = self.view.next() => arrival,
             received = self.scans.next() => Arrival::Scan(received.message),
             received = self.poses.next() => Arrival::Pose(received.message),
@@ -123,8 +133,8 @@ impl Inputs {
 
     /// The next message that is here already.
     pub(super) fn try_next(&self) -> Option<Arrival> {
-        self.view
-            .try_next()
+        let path = self.paths.try_next().map(|received| Arrival::Path(received.message));
+        path.or_else(|| self.view.try_next())
             .or_else(|| self.scans.try_next().map(|received| Arrival::Scan(received.message)))
             .or_else(|| self.poses.try_next().map(|received| Arrival::Pose(received.message)))
     }
@@ -136,6 +146,11 @@ impl Inputs {
             Input::Cloud => self.view_topic(),
             Input::Pose => self.poses.topic(),
         }
+    }
+
+    /// The absolute name of the topic of the paths.
+    pub(super) fn path_topic(&self) -> &str {
+        self.paths.topic()
     }
 
     /// The topic of the images or clouds.

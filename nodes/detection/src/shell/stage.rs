@@ -150,6 +150,10 @@ impl Stage {
                 Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
             },
             Arrival::View(message) => return self.take_view(message),
+            Arrival::Path(message) => match convert::map_path_from_message(&message) {
+                Ok(path) => return self.detector.follow_path(path),
+                Err(error) => return self.refuse_on(self.inputs.path_topic(), &error.to_string()),
+            },
             Arrival::Transforms(transforms) => {
                 if let Some(mounts) = &mut self.mounts {
                     mounts.take(&transforms);
@@ -399,7 +403,10 @@ impl Stage {
 
     /// Counts a message that is of no use, and tells of it once in a while.
     fn refuse(&self, input: Input, reason: &str) {
-        let topic = self.inputs.topic(input);
+        self.refuse_on(self.inputs.topic(input), reason);
+    }
+
+    fn refuse_on(&self, topic: &str, reason: &str) {
         self.counters.count_drop(&format!("{UNUSABLE_MESSAGE_ON}{topic}"));
         if let Some(held_back) = self.bad_input.pass() {
             tracing::warn!("{topic}: {reason} ({held_back} more since the last warning)");

@@ -375,3 +375,28 @@ fn the_parameters_of_node_and_method_stand_side_by_side() {
     assert_eq!(default_of("voxel_edge_m"), Some("0.08"));
     assert_eq!(default_of("method"), Some("\"rec_hv\""));
 }
+
+/// What the core makes of a path is tested there: this one comes to it, and another does not.
+#[test]
+fn a_path_that_is_none_is_counted_and_told() {
+    let host = node_shell::Host::in_process();
+    let arguments = RosArguments::parse([] as [String; 0]).unwrap();
+    let (own, peer) =
+        (host.node("detection", &arguments).unwrap(), host.node("slam", &arguments).unwrap());
+    let mut stage = Stage::new(&own, &DetectionParameters::default()).unwrap();
+    let paths = peer.publisher::<msgs::nav_msgs::Path>("map_path", &Qos::latched()).unwrap();
+    assert_eq!(paths.subscriber_count(), 1);
+    let vertex = geometry::PathVertex {
+        stamp: Stamp::from_nanos(5),
+        map_from_rig: Isometry3::translation(1.0, 0.0, 0.0),
+    };
+    let path = geometry::MapPath::new(Stamp::from_nanos(7), "map", vec![vertex]).unwrap();
+    let mut message = convert::message_from_map_path(&path);
+    paths.publish(message.clone()).unwrap();
+    stage.take_waiting();
+    assert!(own.counters().drops().is_empty(), "{:?}", own.counters().drops());
+    message.poses.push(message.poses[0].clone());
+    paths.publish(message).unwrap();
+    stage.take_waiting();
+    assert_eq!(own.counters().drops().values().sum::<u64>(), 1, "{:?}", own.counters().drops());
+}

@@ -1,6 +1,7 @@
 //! The whole method in worlds of the plane, through the detector.
 
 mod any_input;
+mod corrected_map;
 mod moving_platform;
 mod objects;
 mod still_platform;

@@ -86,11 +86,12 @@ pub(super) fn silent<'a>(matches: &[Match], snapshot: &'a Snapshot) -> Vec<Silen
     silent.map(|(topic, silence)| Silent { topic, for_s: silence.as_secs_f64() }).collect()
 }
 
-/// The subscriptions that nobody publishes to.
-pub(super) fn missing(matches: &[Match]) -> Vec<&str> {
+/// The subscriptions that nobody publishes to, but for those that the node works without.
+pub(super) fn missing<'a>(matches: &'a [Match], snapshot: &Snapshot) -> Vec<&'a str> {
     let mut topics: Vec<_> = matches
         .iter()
         .filter(|one| one.role == Role::Subscription && one.peers == 0)
+        .filter(|one| !snapshot.optional.contains(&one.topic))
         .map(|one| one.topic.as_str())
         .collect();
     topics.dedup();
@@ -115,7 +116,16 @@ mod tests {
             one(Role::Subscription, "/points", 0),
             one(Role::Subscription, "/scan", 1),
         ];
-        assert_eq!(missing(&matches), ["/points"]);
+        assert_eq!(missing(&matches, &Snapshot::default()), ["/points"]);
+    }
+
+    #[test]
+    fn what_a_node_works_without_is_not_missing() {
+        let counters = crate::counters::Counters::default();
+        counters.note_optional("/map_path");
+        let matches =
+            [one(Role::Subscription, "/map_path", 0), one(Role::Subscription, "/scan", 0)];
+        assert_eq!(missing(&matches, &counters.snapshot()), ["/scan"]);
     }
 
     #[test]

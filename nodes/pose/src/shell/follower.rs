@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use geometry::CameraModel;
+use geometry::{CameraModel, Stamp};
 use nalgebra::Isometry3;
 use node_shell::NodeFailure;
 
@@ -44,6 +44,10 @@ pub(super) struct InMap {
     pub(super) closed_m: Option<f64>,
     /// A lost camera was found.
     pub(super) is_found: bool,
+    /// The map is another than at the frame before.
+    pub(super) has_changed: bool,
+    /// When the latest waypoint was.
+    pub(super) last_waypoint: Option<Stamp>,
 }
 
 impl Follower {
@@ -106,17 +110,26 @@ impl Follower {
             }
             Self::Background(slam) => {
                 let done = slam.step(frame, camera, hints);
-                followed(done, slam.mapping())
+                followed(done, slam)
             }
             Self::Inline(slam) => {
                 let done = slam.step(frame, camera, hints);
-                followed(done, slam.mapping())
+                followed(done, slam)
             }
         }
     }
 
+    /// Where the camera came along, `camera_from_map`, as the map has it now; nothing where there is no map.
+    pub(super) fn waypoints(&self) -> Vec<(Stamp, Isometry3<f64>)> {
+        match self {
+            Self::Odometry(_) => Vec::new(),
+            Self::Background(slam) => slam.waypoints(),
+            Self::Inline(slam) => slam.waypoints(),
+        }
+    }
+
     /// Where the camera was at all frames, `camera_from_map`, as the map has it in the end; `None` where none is kept.
-    pub(super) fn trajectory(&self) -> Option<Vec<(geometry::Stamp, Isometry3<f64>)>> {
+    pub(super) fn trajectory(&self) -> Option<Vec<(Stamp, Isometry3<f64>)>> {
         match self {
             Self::Inline(slam) => Some(slam.trajectory()?.in_map(&slam.mapping().map())),
             Self::Odometry(_) | Self::Background(_) => None,
@@ -124,15 +137,17 @@ impl Follower {
     }
 }
 
-fn followed(done: SlamFrame, mapping: &impl Mapping) -> Followed {
+fn followed(done: SlamFrame, slam: &Slam<impl Mapping>) -> Followed {
     let SlamFrame { tracked, localised, steps, is_found } = done;
     let mut closed = steps.iter().filter_map(|step| step.closed.as_ref());
     let in_map = InMap {
         state: localised.state,
         map_from_odom: localised.map_from_odom,
-        keyframes: mapping.map().keyframes().len(),
+        keyframes: slam.mapping().map().keyframes().len(),
         closed_m: closed.next_back().map(|(_, closed)| closed.gap_m),
         is_found,
+        has_changed: !steps.is_empty(),
+        last_waypoint: slam.last_waypoint(),
     };
     Followed { tracked, in_map: Some(in_map) }
 }

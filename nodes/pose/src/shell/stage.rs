@@ -17,6 +17,7 @@ use super::follower::{Followed, Follower, InMap};
 use super::hints::Knowledge;
 use super::inputs::{Arrival, Inputs};
 use super::map_file::MapFile;
+use super::map_path::MapPathTeller;
 use super::output::Output;
 use super::pairing::{Paired, Pairing};
 use super::parameters::PoseParameters;
@@ -41,6 +42,7 @@ pub struct Stage {
     extractor: FrameExtractor,
     follower: Follower,
     output: Output,
+    map_path: Option<MapPathTeller>,
     map_file: Option<MapFile>,
     map_file_on_exit: Option<MapFile>,
     pictures: Publisher<Image>,
@@ -63,6 +65,7 @@ impl Stage {
         counters.note_condition(TRACKING, WAITING, true);
         let map_file = MapFile::new("map_file", &parameters.map_file)?;
         let map_file_on_exit = MapFile::new("save_map_on_exit", &parameters.save_map_on_exit)?;
+        let map_path = parameters.slam.then(|| MapPathTeller::new(node, &parameters.map_frame_id));
         let mut output = Output::new(node, parameters)?;
         let follower = first_follower(parameters, map_file.as_ref(), &mut output)?;
         Ok(Self {
@@ -74,6 +77,7 @@ impl Stage {
             extractor: FrameExtractor::new(parameters.tracker.frame.clone())?,
             follower,
             output,
+            map_path: map_path.transpose()?,
             map_file,
             map_file_on_exit,
             pictures: node.publisher("features", &Qos::sensor(PICTURES_KEPT))?,
@@ -89,8 +93,16 @@ impl Stage {
     /// Drops all that has come so far: the next image is the first one again, in the map that the node began with.
     pub(super) fn reset(&mut self) -> Result<(), NodeFailure> {
         self.follower = first_follower(&self.parameters, self.map_file.as_ref(), &mut self.output)?;
+        self.forget_way();
         self.forget_inputs();
         Ok(())
+    }
+
+    /// There is another map.
+    fn forget_way(&mut self) {
+        if let Some(map_path) = &mut self.map_path {
+            map_path.reset();
+        }
     }
 
     fn forget_inputs(&mut self) {
@@ -220,6 +232,9 @@ impl Stage {
         let Followed { tracked, in_map } = self.follower.step(&frame, &camera, &hints);
         timer.end_of("tracking");
         self.tell(&tracked, in_map.as_ref());
+        if let Some(in_map) = &in_map {
+            self.tell_way(stamp, in_map);
+        }
         match &tracked.pose {
             Some(pose) => {
                 self.output.publish(pose, in_map.and_then(|in_map| in_map.map_from_odom).as_ref());
@@ -232,6 +247,15 @@ impl Stage {
         }
         timer.end_of("publish");
         self.report(stamp, &frame, (&tracked, in_map.as_ref()), &timer);
+    }
+
+    /// Before the first pose that has the map as it is by now, so that who takes both in order knows what has moved.
+    fn tell_way(&mut self, stamp: Stamp, in_map: &InMap) {
+        let Some(teller) = &mut self.map_path else { return };
+        if teller.is_due(stamp, in_map.last_waypoint, in_map.has_changed) {
+            let (frames, way) = (self.output.frames(), self.follower.waypoints().into_iter());
+            teller.tell(stamp, way.map(|(stamp, camera)| (stamp, frames.map_from_rig(&camera))));
+        }
     }
 
     /// Where the rig was at each image, in the frame of the map, as the map has it now; `None` without a map, or with one that

@@ -1,9 +1,10 @@
 //! A frame at a time.
 
-use geometry::CameraModel;
+use geometry::{CameraModel, Stamp};
 use nalgebra::Isometry3;
 
 use super::localiser::Localiser;
+use super::waypoints::Waypoints;
 use super::{Done, InlineMapping, Localised, Mapping, SlamConfig, SlamConfigError, Trajectory};
 use crate::frame::Frame;
 use crate::mapping::MappingStep;
@@ -16,6 +17,7 @@ pub struct Slam<M> {
     localiser: Localiser,
     mapping: M,
     trajectory: Option<Trajectory>,
+    waypoints: Waypoints,
 }
 
 /// What became of a frame.
@@ -60,7 +62,7 @@ impl<M: Mapping> Slam<M> {
         config.validate()?;
         let localiser = Localiser::new(config.localiser, config.mapping.loops, &mapping.map());
         let tracker = Tracker::new(config.tracker.clone())?;
-        Ok(Self { tracker, localiser, mapping, trajectory: None })
+        Ok(Self { tracker, localiser, mapping, trajectory: None, waypoints: Waypoints::default() })
     }
 
     /// Remembers where the camera was at every frame.
@@ -87,6 +89,19 @@ impl<M: Mapping> Slam<M> {
         &self.mapping
     }
 
+    /// Where the camera came along, `camera_from_map`, as the map has it now, by rising stamp: a pose each 0.3 m or 0.3 rad
+    /// of its way, from the keyframe that it was placed by. There are 10,000 at most.
+    #[must_use]
+    pub fn waypoints(&self) -> Vec<(Stamp, Isometry3<f64>)> {
+        self.waypoints.in_map(&self.mapping.map())
+    }
+
+    /// When the latest of the waypoints was.
+    #[must_use]
+    pub fn last_waypoint(&self) -> Option<Stamp> {
+        self.waypoints.last_stamp()
+    }
+
     /// Where the camera was; see [`Slam::with_trajectory`].
     #[must_use]
     pub fn trajectory(&self) -> Option<&Trajectory> {
@@ -111,6 +126,9 @@ impl<M: Mapping> Slam<M> {
         let tracked = self.tracker.step(frame, camera, hints);
         let (map, is_idle) = (self.mapping.map(), self.mapping.is_idle());
         let (mut localised, request) = self.localiser.step(frame, &tracked, camera, &map, is_idle);
+        if let Some(pose) = &localised.pose {
+            self.waypoints.come_along(pose, &map);
+        }
         if let Some(request) = request {
             self.mapping.ask(request);
             // Inline it is done already.
@@ -136,6 +154,9 @@ impl<M: Mapping> Slam<M> {
                 Done::Kept(step) => {
                     let step = step.ok();
                     self.localiser.take_kept(step.as_ref());
+                    if let Some(step) = &step {
+                        self.waypoints.forget(&step.culled);
+                    }
                     if let Some((trajectory, step)) = self.trajectory.as_mut().zip(step.as_ref()) {
                         trajectory.forget(&step.culled);
                     }

@@ -1,4 +1,5 @@
 mod listeners;
+mod path;
 
 use std::time::Duration;
 

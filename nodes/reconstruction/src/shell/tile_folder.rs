@@ -15,7 +15,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use node_shell::NodeFailure;
+use node_shell::{NodeFailure, folder_of};
 
 use crate::tiles::{TileKey, TileStore, TileStoreError};
 
@@ -118,6 +118,13 @@ impl TileStore for TileFolder {
             ErrorKind::NotFound => TileStoreError::Missing,
             _ => failed(&path, &error),
         })
+    }
+
+    /// A folder beside this one.
+    fn another(&self) -> Result<Box<dyn TileStore>, TileStoreError> {
+        let another = Self::new(&folder_of(&self.folder).to_string_lossy());
+        let reason = |error: NodeFailure| TileStoreError::Failed { reason: error.to_string() };
+        Ok(Box::new(another.map_err(reason)?))
     }
 
     fn clear(&mut self) -> Result<(), TileStoreError> {

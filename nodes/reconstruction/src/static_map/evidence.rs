@@ -30,6 +30,11 @@ impl Evidence {
         self.0 >= 0
     }
 
+    /// Two voxels have come to the same place: what was seen of one was seen of the other.
+    pub(super) fn merge(&mut self, other: Self) {
+        self.0 = self.0.saturating_add(other.0).min(MOST);
+    }
+
     /// The log-odds in steps of 0.05, to be written.
     pub(super) fn steps(self) -> i8 {
         self.0

@@ -66,6 +66,13 @@ impl SeenOrder {
         self.link(self.oldest).map(|link| link.key)
     }
 
+    /// All voxels, those first that were seen longest ago.
+    pub(super) fn by_age(&self) -> impl Iterator<Item = VoxelKey> {
+        let first = self.link(self.oldest);
+        let links = std::iter::successors(first, |link| self.link(link.newer));
+        links.map(|link| link.key)
+    }
+
     pub(super) fn memory_bytes(&self) -> usize {
         self.links.capacity() * size_of::<Link>()
             + self.free.capacity() * size_of::<u32>()
@@ -140,6 +147,7 @@ mod tests {
                     list.push(key);
                 }
                 prop_assert_eq!(order.oldest(), list.first().copied());
+                prop_assert_eq!(order.by_age().collect::<Vec<_>>(), list.clone());
             }
             for key in list {
                 prop_assert_eq!(order.oldest(), Some(key));

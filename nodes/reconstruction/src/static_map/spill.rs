@@ -80,6 +80,24 @@ impl Spill {
         spill
     }
 
+    /// The tiles of the same map as it is after a correction, in another store: none yet.
+    ///
+    /// # Errors
+    /// When there is no other store.
+    pub(super) fn another(&self) -> Result<Self, TileError> {
+        let store = self.store.another().map_err(|source| TileError::Another { source })?;
+        let TileLayout { edge_voxels, grid } = self.layout;
+        let (round, following) = (self.round, self.following);
+        let counts = SpillCounts { voxels_in_store: 0, ..self.counts };
+        Ok(Self { round, following, counts, ..Self::new(edge_voxels, grid, store) })
+    }
+
+    /// Something could not be done that another attempt may do.
+    pub(super) fn failed(&mut self, error: TileError) {
+        self.counts.failed += 1;
+        self.error = Some(error);
+    }
+
     /// Forgets every tile.
     pub(super) fn clear(&mut self) {
         self.in_memory = HashMap::default();

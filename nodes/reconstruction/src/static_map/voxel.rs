@@ -2,6 +2,7 @@
 
 use nalgebra::Point3;
 
+use super::anchor::Anchor;
 use super::changes::Told;
 use super::evidence::Evidence;
 
@@ -9,10 +10,15 @@ use super::evidence::Evidence;
 /// them, so that sums are exact and do not depend on their order. 2^67 m fit into 128 bits.
 pub(super) const UNITS_PER_METRE: f64 = (1u64 << 60) as f64;
 
+/// Sums along the axes. Packed, so that what else is known of a voxel fits beside.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(Rust, packed(4))]
+struct Sums([i128; 3]);
+
 /// The points of one voxel, as much of them as their mean needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct VoxelMean {
-    sum_units: [i128; 3],
+    sums: Sums,
     points: u32,
     /// The cycle that touched the voxel last.
     pub(super) last_cycle: u32,
@@ -20,26 +26,61 @@ pub(super) struct VoxelMean {
     pub(super) told: Told,
     /// How sure it is that something stands there.
     pub(super) evidence: Evidence,
+    /// With which part of the way it moves.
+    pub(super) anchor: Anchor,
 }
 
 impl VoxelMean {
+    /// Without a point yet.
+    pub(super) fn new(anchor: Anchor) -> Self {
+        Self { anchor, ..Self::default() }
+    }
+
     /// Takes in a point whose coordinates are finite. Sums and count stop at the largest number rather
     /// than to turn around.
     pub(super) fn add(&mut self, point: &Point3<f32>) {
-        for (sum, coordinate) in self.sum_units.iter_mut().zip(point.iter()) {
+        self.add_times(point, 1);
+    }
+
+    fn add_times(&mut self, point: &Point3<f32>, times: u32) {
+        let Sums(mut sums) = self.sums;
+        for (sum, coordinate) in sums.iter_mut().zip(point.iter()) {
             // Rounded down as the grid does it, or the mean of points just below 0 would stand in the voxel
             // above. The cast saturates.
             let units = (f64::from(*coordinate) * UNITS_PER_METRE).floor() as i128;
-            *sum = sum.saturating_add(units);
+            *sum = sum.saturating_add(units.saturating_mul(i128::from(times)));
         }
-        self.points = self.points.saturating_add(1);
+        self.sums = Sums(sums);
+        self.points = self.points.saturating_add(times);
+    }
+
+    /// All its points where `point` is, whose coordinates are finite. Nobody has been told of it there.
+    pub(super) fn moved_to(&self, point: &Point3<f32>) -> Self {
+        let mut moved = Self { sums: Sums::default(), points: 0, told: Told::default(), ..*self };
+        moved.add_times(point, self.points);
+        moved
+    }
+
+    /// Takes in another voxel that has come to the same place. In whatever order they come, the outcome is the same. What
+    /// was seen first is the anchor, and a loaded map before all. Nobody has been told of the outcome.
+    pub(super) fn merge(&mut self, other: &Self) {
+        let (Sums(mut sums), Sums(others)) = (self.sums, other.sums);
+        for (sum, other) in sums.iter_mut().zip(others) {
+            *sum = sum.saturating_add(other);
+        }
+        self.sums = Sums(sums);
+        self.points = self.points.saturating_add(other.points);
+        self.last_cycle = self.last_cycle.max(other.last_cycle);
+        self.told = Told::default();
+        self.evidence.merge(other.evidence);
+        self.anchor = self.anchor.min(other.anchor);
     }
 
     /// The mean lies in the voxel of the points: each rounding on the way keeps the order of numbers, and the
     /// lowest and the highest of the points are 32-bit numbers themselves.
     pub(super) fn mean(&self) -> Point3<f32> {
         let units = f64::from(self.points.max(1)) * UNITS_PER_METRE;
-        Point3::from(self.sum_units.map(|sum| (sum as f64 / units) as f32))
+        Point3::from(self.sum_units().map(|sum| (sum as f64 / units) as f32))
     }
 
     pub(super) fn points(&self) -> u32 {
@@ -48,19 +89,24 @@ impl VoxelMean {
 
     /// The sums along the axes, to be written.
     pub(super) fn sum_units(&self) -> [i128; 3] {
-        self.sum_units
+        let Sums(sums) = self.sums;
+        sums
     }
 
-    /// As it was written.
-    pub(super) fn of(
-        sum_units: [i128; 3],
-        points: u32,
-        last_cycle: u32,
-        told: Told,
-        evidence: Evidence,
-    ) -> Self {
-        Self { sum_units, points, last_cycle, told, evidence }
+    /// As it was written: the sums and the number of the points, and what else is known.
+    pub(super) fn of(sum_units: [i128; 3], points: u32, known: Known) -> Self {
+        let Known { last_cycle, told, evidence, anchor } = known;
+        Self { sums: Sums(sum_units), points, last_cycle, told, evidence, anchor }
     }
+}
+
+/// What is known of a voxel besides its points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known {
+    pub(super) last_cycle: u32,
+    pub(super) told: Told,
+    pub(super) evidence: Evidence,
+    pub(super) anchor: Anchor,
 }
 
 #[cfg(test)]

@@ -40,6 +40,12 @@ impl TileStore for MemoryStore {
         self.with(|tiles| tiles.get(&tile).cloned()).ok_or(TileStoreError::Missing)
     }
 
+    /// A store of its own, which fails when this one does.
+    fn another(&self) -> Result<Box<dyn TileStore>, TileStoreError> {
+        self.check()?;
+        Ok(Box::new(Self { tiles: Arc::default(), full: Arc::clone(&self.full) }))
+    }
+
     fn clear(&mut self) -> Result<(), TileStoreError> {
         self.check()?;
         self.with(BTreeMap::clear);

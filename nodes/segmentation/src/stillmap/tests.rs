@@ -1,3 +1,4 @@
+mod corrected_map;
 mod room;
 mod score;
 

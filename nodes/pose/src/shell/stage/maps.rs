@@ -40,6 +40,7 @@ impl Stage {
         let world_from_map = saved.world_from_map;
         self.follower = Follower::new(&self.parameters, Some(saved.map), Some(tracker))?;
         self.output.reset(Some(&world_from_map));
+        self.forget_way();
         tracing::info!("{told}");
         Ok(told)
     }
@@ -60,6 +61,7 @@ impl Stage {
         let world_from_map = kept.is_some().then(|| *self.output.frames().world_from_map());
         self.follower = Follower::new(&self.parameters, kept.map(|map| (*map).clone()), None)?;
         self.output.reset(world_from_map.as_ref());
+        self.forget_way();
         self.forget_inputs();
         tracing::info!("{told}");
         Ok(told)

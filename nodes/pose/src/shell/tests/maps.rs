@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use geometry::pose_from_vector;
+use msgs::nav_msgs;
 use nalgebra::Isometry3;
 
 use super::*;
@@ -95,6 +96,27 @@ fn a_camera_is_found_in_a_map_of_another_day_within_a_third_of_a_second() {
     let Found { after, off_m, .. } = found(&mut scene, 40..40 + SOON).unwrap();
     assert!(after < SOON && off_m < 0.01, "{after} {off_m}");
     assert_eq!(map(&scene), before);
+}
+
+#[test]
+fn the_way_is_told_in_the_frame_of_the_map_with_the_first_pose() {
+    let mut scene = Scene::with(PoseParameters { initial_pose: SET_OFF, ..with_map() });
+    let poses = scene.peer.subscription::<PoseStamped>("pose", &Qos::reliable(100)).unwrap();
+    let paths = scene.peer.subscription::<nav_msgs::Path>("map_path", &Qos::reliable(9)).unwrap();
+    for index in 0..3 {
+        scene.see(index);
+    }
+    let pose = convert::pose_from_message(&poses.try_next().unwrap().message).unwrap();
+    let path = convert::map_path_from_message(&paths.try_next().unwrap().message).unwrap();
+    assert_eq!((path.frame_id(), pose.frame_id.as_str()), ("map", "map"));
+    let first = path.vertices()[0];
+    assert!(first.stamp.seconds_since(pose.stamp) < 0.1);
+    let off = first.map_from_rig.inverse() * pose.map_from_rig;
+    assert!(off.translation.vector.norm() < 0.02 && off.rotation.angle() < 0.02, "{off}");
+    // Without a map there is no such topic.
+    let without = Scene::with(PoseParameters::default());
+    let paths = without.peer.subscription::<nav_msgs::Path>("map_path", &Qos::reliable(9)).unwrap();
+    assert_eq!(paths.publisher_count(), 0);
 }
 
 #[test]

@@ -2,16 +2,17 @@
 
 use geometry::{VoxelGrid, VoxelKey};
 
+use super::super::anchor::Anchor;
 use super::super::blocks::BLOCK_EDGE_VOXELS;
 use super::super::changes::Told;
 use super::super::evidence::Evidence;
-use super::super::voxel::{UNITS_PER_METRE, VoxelMean};
+use super::super::voxel::{Known, UNITS_PER_METRE, VoxelMean};
 use crate::tiles::{TileFormatError, TileKey};
 
 const MAGIC: &[u8; 4] = b"SMTL";
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 /// Everything before the voxels.
-const HEADER_BYTES: usize = 36;
+const HEADER_BYTES: usize = 40;
 const CHECKSUM_BYTES: usize = 4;
 /// About what a voxel takes.
 const VOXEL_BYTES: usize = 24;
@@ -66,6 +67,7 @@ impl TileLayout {
     /// The bytes of these voxels of the tile, which come by ascending key.
     pub(super) fn encode(&self, tile: TileKey, voxels: &[(VoxelKey, VoxelMean)]) -> Vec<u8> {
         let latest = voxels.iter().map(|(_, voxel)| voxel.last_cycle).max().unwrap_or(0);
+        let newest = voxels.iter().map(|(_, voxel)| voxel.anchor).max().unwrap_or_default();
         let mut bytes =
             Vec::with_capacity(HEADER_BYTES + voxels.len() * VOXEL_BYTES + CHECKSUM_BYTES);
         bytes.extend(MAGIC);
@@ -77,6 +79,7 @@ impl TileLayout {
         }
         bytes.extend((voxels.len() as u32).to_le_bytes());
         bytes.extend(latest.to_le_bytes());
+        bytes.extend(newest.ticks().to_le_bytes());
         let mut next = 0;
         for (key, voxel) in voxels {
             let index = self.index(*key);
@@ -84,6 +87,7 @@ impl TileLayout {
             next = index + 1;
             push_varint(&mut bytes, u128::from(voxel.points()));
             push_varint(&mut bytes, u128::from(latest - voxel.last_cycle));
+            push_varint(&mut bytes, u128::from(newest.ticks() - voxel.anchor.ticks()));
             bytes.extend(voxel.evidence.steps().to_le_bytes());
             voxel.told.push_to(&mut bytes);
             let middles = self.middles(*key);
@@ -128,7 +132,7 @@ impl TileLayout {
             return Err(TileFormatError::OtherTile);
         }
         let count = u32::from_le_bytes(reader.array()?) as usize;
-        let latest = u32::from_le_bytes(reader.array()?);
+        let latest = [u32::from_le_bytes(reader.array()?), u32::from_le_bytes(reader.array()?)];
         // Each voxel takes ten bytes at least: no number of theirs takes more memory than the bytes allow.
         let mut voxels = Vec::with_capacity(count.min(bytes.len()));
         let mut next = 0_u64;
@@ -144,7 +148,7 @@ impl TileLayout {
         tile: TileKey,
         reader: &mut Reader<'_>,
         next: &mut u64,
-        latest: u32,
+        [latest, newest]: [u32; 2],
     ) -> Result<(VoxelKey, VoxelMean), TileFormatError> {
         let index = next.saturating_add(reader.number()?);
         let key = self.voxel(tile, index).ok_or(TileFormatError::Voxels)?;
@@ -152,6 +156,8 @@ impl TileLayout {
         let points: u32 = reader.number()?;
         let before: u32 = reader.number()?;
         let last_cycle = latest.checked_sub(before).ok_or(TileFormatError::Voxels)?;
+        let ticks = newest.checked_sub(reader.number()?).ok_or(TileFormatError::Voxels)?;
+        let anchor = Anchor::of_ticks(ticks);
         let evidence = Evidence::of_steps(i8::from_le_bytes(reader.array()?));
         let [flags] = reader.array()?;
         let told = Told::read(flags, || reader.array().map(u16::from_le_bytes))?;
@@ -159,7 +165,8 @@ impl TileLayout {
         for sum in &mut sum_units {
             *sum = sum.wrapping_mul(i128::from(points)).wrapping_add(reader.sum()?);
         }
-        Ok((key, VoxelMean::of(sum_units, points, last_cycle, told, evidence)))
+        let known = Known { last_cycle, told, evidence, anchor };
+        Ok((key, VoxelMean::of(sum_units, points, known)))
     }
 
     /// The voxel's middle in the units of the sums, as far as a 32-bit number tells it: a difference to it has as

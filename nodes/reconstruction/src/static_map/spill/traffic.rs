@@ -11,7 +11,7 @@ use super::super::voxel::VoxelMean;
 use super::super::{StaticMap, WholeMap};
 use super::tile_file::TileLayout;
 use super::{InMemory, InStore, Reached, Spill, SpillCounts};
-use crate::tiles::{TileError, TileKey};
+use crate::tiles::{TileError, TileKey, TileStoreError};
 
 impl StaticMap {
     /// What became of the tiles; `None` where none are spilled.
@@ -132,6 +132,31 @@ impl StaticMap {
             self.tiles_were_lost();
         }
         first_failure.map_or(Ok(points_m), Err)
+    }
+
+    /// Writes all tiles.
+    ///
+    /// # Errors
+    /// When one cannot be written.
+    pub(in super::super) fn spill_all(&mut self) -> Result<(), TileError> {
+        if let Some(spill) = &mut self.spill {
+            spill.current = None;
+        }
+        if self.spill_until(self.max_voxels) { Ok(()) } else { Err(self.why_no_room()) }
+    }
+
+    /// What the store could not do when there was no room.
+    pub(in super::super) fn why_no_room(&self) -> TileError {
+        let error = self.spill.as_ref().and_then(|spill| spill.error.clone());
+        error.unwrap_or(TileError::Another { source: TileStoreError::Missing })
+    }
+
+    /// A tile was found to be lost while all were read.
+    pub(in super::super) fn lost_tile(&mut self, error: TileError) {
+        if let Some(spill) = &mut self.spill {
+            spill.counts.lost += 1;
+            spill.error = Some(error);
+        }
     }
 
     /// Writes tiles until there is room for so many voxels. Returns whether there is: not where nothing can be

@@ -131,6 +131,11 @@ fn nobody_publishes(view: &GraphView, input: &SuiteTopic) -> Finding {
     Finding::grave_if(!waiting.is_empty(), CHECK, what, mend)
 }
 
+/// Whether the suite reads a topic where it is there, and works without: only a SLAM tells its way.
+fn is_optional(topic: &str) -> bool {
+    topic.rsplit('/').next() == Some("map_path")
+}
+
 /// Subscriptions of whoever it is that hear nobody, while a topic of their type is published and nobody
 /// reads it: a name that was not remapped.
 pub(super) fn astray(view: &GraphView) -> Vec<Finding> {
@@ -141,6 +146,7 @@ pub(super) fn astray(view: &GraphView) -> Vec<Finding> {
         let topic = subscription.topic.as_str();
         let is_known = std::mem::replace(&mut last, topic) == topic;
         if is_known
+            || is_optional(topic)
             || view.suite.contains(topic)
             || view.at(Role::Publisher, topic).next().is_some()
         {

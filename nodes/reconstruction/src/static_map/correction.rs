@@ -1,0 +1,168 @@
+//! The map follows the corrections of the poses that it was built by.
+//!
+//! A SLAM that closes a loop puts its keyframes elsewhere, and the poses that it tells from then on fit those. What was
+//! put into the map by the poses of before stands where nothing is any more: without a correction the walls are double.
+//! So each voxel has an anchor, the moment of the way at which it was seen first, and the map is a set of pieces, each of
+//! which moves with its part of the way. Grids apart, one for each part, would hold the same place again each time that it
+//! is seen, and grow for ever in the same flat.
+//!
+//! A correction says for each moment of the way what has moved there ([`geometry::PathCorrection`]). The voxels of the
+//! moments that have moved by more than [`STAYS_IN_EDGES`] go there as points, the mean with its weight, and are binned
+//! anew; those that come to the same place are one from then on. What has moved by less stays until it has moved by
+//! more. Means move as a whole, and each move rounds them to 32 bits: their number of points is never changed.
+
+mod late;
+mod moving;
+#[cfg(test)]
+mod tests;
+
+use geometry::{MapPath, PathCorrection, Stamp};
+
+use super::StaticMap;
+use super::anchor::TICK_S;
+use crate::tiles::TileError;
+use late::LateCycles;
+
+/// What moves by no more than this share of the voxel's edge stays: 2 cm of 8 cm, about what a voxel's mean tells of its
+/// surface. Each move costs the map some of its voxels, where two come to one place.
+const STAYS_IN_EDGES: f64 = 0.25;
+
+/// By a turn of the platform what is far moves farther than what is near. So far is what counts: the reach of a depth
+/// camera.
+const REACH_M: f64 = 5.0;
+
+/// A path that is so much later than the latest cycle has a stamp of another clock: it is taken for one of that cycle.
+const MOST_AHEAD_S: f64 = 10.0;
+
+/// What a path did to the map.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct MapCorrection {
+    /// Voxels that went elsewhere.
+    pub moved_voxels: usize,
+    /// Voxels that are one with another now.
+    pub merged_voxels: usize,
+    /// How far something moved, at most, that was within 5 m of the platform; 0 where nothing did.
+    pub shift_m: f64,
+}
+
+/// The corrections since the map was empty.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct CorrectionCounts {
+    /// How many moved voxels.
+    pub corrections: u64,
+    /// The largest [`MapCorrection::shift_m`] of them.
+    pub largest_shift_m: f64,
+    /// Cycles that came after a correction and were told in the map of before: they were brought over.
+    pub late_cycles: u64,
+}
+
+/// A map that cannot follow a path.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum CorrectionError {
+    /// The path is in another frame than the map.
+    #[error("the path is in frame {path:?}, the map in frame {map:?}")]
+    AnotherFrame {
+        /// The frame of the map.
+        map: String,
+        /// The frame of the path.
+        path: String,
+    },
+    /// The tiles of the map cannot be read or written now. The map is as it was; the next path makes up for it.
+    #[error("the map cannot be corrected now, and waits for the next path: {0}")]
+    PutOff(#[from] TileError),
+}
+
+/// What is known of the way, and what came of it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Corrections {
+    /// The path by which the map stands as it does.
+    stands_on: Option<MapPath>,
+    /// A correction since then could not be made, from this moment on: what came later stands where it belongs.
+    put_off: Option<Stamp>,
+    late: LateCycles,
+    counts: CorrectionCounts,
+}
+
+impl Corrections {
+    /// The map is empty. The poses go on in the map as it is.
+    pub(super) fn clear(&mut self) {
+        *self = Self { stands_on: self.stands_on.take(), ..Self::default() };
+    }
+}
+
+impl StaticMap {
+    /// Takes the way of the platform as the map of the poses has it by now, and moves what has moved with it. The first
+    /// path, and one that has no vertex in common with the last, is what later ones are held against. Without a path, or
+    /// with one that does not change, the map is the same to the last bit.
+    ///
+    /// What was seen at [`MapPath::since`] or later stays, and what comes later and is of before is brought over. What was
+    /// seen between two vertices moves by what lies between theirs; what was seen after the last that both paths have, by
+    /// that of the last; and points of a map that was loaded stay.
+    ///
+    /// Costs by the voxels of the map. Takes 92 bytes for each voxel that moves while it is made, and where old voxels make
+    /// room, 12 for each voxel; where tiles are spilled, all of them are read, written elsewhere, and take room on the disk
+    /// twice meanwhile. When something has moved, who follows the changes needs the whole map:
+    /// [`super::MapChanges::is_incomplete`].
+    ///
+    /// # Errors
+    /// When the path is in another frame than the map, or a tile cannot be read or written for now; the map is then as it
+    /// was.
+    pub fn follow_path(&mut self, path: &MapPath) -> Result<MapCorrection, CorrectionError> {
+        if let Some(map) = &self.frame_id
+            && map != path.frame_id()
+        {
+            let path = path.frame_id().to_owned();
+            return Err(CorrectionError::AnotherFrame { map: map.clone(), path });
+        }
+        let stands_on = self.corrections.stands_on.as_ref();
+        let since_then =
+            stands_on.and_then(|before| Some((before, path.correction_since(before)?)));
+        let Some((before, correction)) = since_then else {
+            self.corrections.stands_on = Some(path.clone());
+            return Ok(MapCorrection::default());
+        };
+        let made = correction.beyond(STAYS_IN_EDGES * self.grid.edge_m(), REACH_M);
+        let stands_on = before.after(&made, path);
+        let done =
+            if made.is_none() { MapCorrection::default() } else { self.correct(&made, path)? };
+        self.corrections.stands_on = Some(stands_on);
+        Ok(done)
+    }
+
+    fn correct(
+        &mut self,
+        made: &PathCorrection,
+        path: &MapPath,
+    ) -> Result<MapCorrection, CorrectionError> {
+        let most = self.stamp.plus_seconds(MOST_AHEAD_S);
+        let since =
+            if path.since() > most { self.stamp.plus_seconds(TICK_S) } else { path.since() };
+        let until = self.corrections.put_off.unwrap_or(since);
+        let moved = match self.move_voxels(made, until) {
+            Ok(moved) => moved,
+            Err(error) => {
+                self.corrections.put_off = Some(until);
+                return Err(error.into());
+            }
+        };
+        self.corrections.put_off = None;
+        self.corrections.late.corrected(until, made);
+        let shift_m = made.largest_shift_m(REACH_M);
+        let counts = &mut self.corrections.counts;
+        counts.corrections += 1;
+        counts.largest_shift_m = counts.largest_shift_m.max(shift_m);
+        Ok(MapCorrection { shift_m, ..moved })
+    }
+
+    /// What the corrections did since the map was empty.
+    #[must_use]
+    pub fn correction_counts(&self) -> CorrectionCounts {
+        self.corrections.counts
+    }
+
+    /// The first cycle's frame is that of the map: a path in another one is none of it.
+    pub(super) fn forget_path_of_another_frame(&mut self, frame_id: &str) {
+        let path = &mut self.corrections.stands_on;
+        *path = path.take().filter(|path| path.frame_id() == frame_id);
+    }
+}

@@ -1,0 +1,333 @@
+mod building;
+
+use geometry::{Cloud, MapPath, PathVertex, SegmentedCycle, Stamp, pose_from_vector};
+use nalgebra::{Isometry3, Point3};
+use proptest::prelude::*;
+
+use super::super::{Addition, StaticMap};
+use super::*;
+use crate::tiles::testing::MemoryStore;
+use crate::{AtMaxVoxels, Method, ReconstructionConfig};
+
+fn at(seconds: f64) -> Stamp {
+    Stamp::from_secs_nanos(1_700_000_000, 0).plus_seconds(seconds)
+}
+
+fn path(since_s: f64, vertices: &[(f64, Isometry3<f64>)]) -> MapPath {
+    let vertices = vertices
+        .iter()
+        .map(|(seconds, pose)| PathVertex { stamp: at(*seconds), map_from_rig: *pose });
+    MapPath::new(at(since_s), "map", vertices.collect()).unwrap()
+}
+
+/// A platform that stands at the origin, and has been put elsewhere since.
+fn moved_by(since_s: f64, map_from_rig: Isometry3<f64>) -> MapPath {
+    path(since_s, &[(0.0, map_from_rig)])
+}
+
+fn along(x_m: f64) -> Isometry3<f64> {
+    pose_from_vector(&[x_m, 0.0, 0.0, 0.0, 0.0, 0.0])
+}
+
+fn cloud(seconds: f64, points: &[[f32; 3]]) -> Cloud {
+    Cloud {
+        stamp: at(seconds),
+        frame_id: "map".to_owned(),
+        points_m: points.iter().copied().map(Point3::from).collect(),
+    }
+}
+
+fn cycle(seconds: f64, points: &[[f32; 3]]) -> SegmentedCycle {
+    SegmentedCycle {
+        index: 0,
+        static_cloud: cloud(seconds, points),
+        dynamic_cloud: Cloud { frame_id: "rig".to_owned(), ..cloud(seconds, &[]) },
+        map_from_rig: Isometry3::identity(),
+        camera_in_rig_m: Point3::origin(),
+    }
+}
+
+fn config(at_max_voxels: AtMaxVoxels) -> ReconstructionConfig {
+    ReconstructionConfig {
+        method: Method::Stillmap,
+        voxel_edge_m: 1.0,
+        max_voxels: 1000,
+        at_max_voxels,
+        spill_tile_edge_m: 4.0,
+    }
+}
+
+fn refusing() -> StaticMap {
+    StaticMap::new(config(AtMaxVoxels::Refuse)).unwrap()
+}
+
+/// With room for a full tile and no more.
+fn spilling() -> (StaticMap, MemoryStore) {
+    let config = ReconstructionConfig { max_voxels: 64, ..config(AtMaxVoxels::Spill) };
+    let store = MemoryStore::default();
+    (StaticMap::with_tile_store(config, Box::new(store.clone())).unwrap(), store)
+}
+
+fn points_of(map: &StaticMap) -> u32 {
+    let keys: Vec<_> = map.points().iter().map(|point| map.grid().key(point)).collect();
+    keys.into_iter().map(|key| map.voxel(key).unwrap().1).sum()
+}
+
+#[track_caller]
+fn check_points(map: &StaticMap, expected: &[[f32; 3]]) {
+    let points = map.points();
+    assert_eq!(points.len(), expected.len(), "{points:?}");
+    for (point, expected) in points.iter().zip(expected) {
+        assert!((point - Point3::from(*expected)).norm() < 1e-5, "{points:?}");
+    }
+}
+
+#[test]
+fn what_was_seen_moves_with_its_part_of_the_way() {
+    let mut map = refusing();
+    let vertices = |end_m: f64| [(0.0, along(0.0)), (1.0, along(0.0)), (2.0, along(end_m))];
+    assert_eq!(map.follow_path(&path(2.0, &vertices(0.0))), Ok(MapCorrection::default()));
+    for (seconds, y) in [(0.5, 0.5), (1.5, 2.5), (2.0, 4.5), (2.5, 6.5)] {
+        map.add(&cloud(seconds, &[[0.25, y, 0.5]])).unwrap();
+    }
+    let done = map.follow_path(&path(3.0, &vertices(2.0))).unwrap();
+    assert_eq!((done.moved_voxels, done.merged_voxels), (3, 0));
+    assert!((done.shift_m - 2.0).abs() < 1e-9);
+    check_points(&map, &[[0.25, 0.5, 0.5], [1.25, 2.5, 0.5], [2.25, 4.5, 0.5], [2.25, 6.5, 0.5]]);
+    // What comes later stands where it is told.
+    map.add(&cloud(3.0, &[[0.25, 8.5, 0.5]])).unwrap();
+    assert_eq!(map.follow_path(&path(3.5, &vertices(2.0))), Ok(MapCorrection::default()));
+    assert!(map.voxel(map.grid().key(&Point3::new(0.25, 8.5, 0.5))).is_some());
+    let counts = CorrectionCounts { corrections: 1, largest_shift_m: done.shift_m, late_cycles: 0 };
+    assert_eq!(map.correction_counts(), counts);
+}
+
+#[test]
+fn two_voxels_that_come_to_one_place_are_one_with_all_their_points() {
+    let mut map = refusing();
+    map.follow_path(&path(2.0, &[(0.0, along(0.0)), (2.0, along(0.0))])).unwrap();
+    map.add(&cloud(0.0, &[[0.25, 0.5, 0.5]; 3])).unwrap();
+    map.add(&cloud(2.0, &[[5.75, 0.5, 0.5]])).unwrap();
+    let done = map.follow_path(&path(3.0, &[(0.0, along(0.0)), (2.0, along(-5.0))])).unwrap();
+    assert_eq!((done.moved_voxels, done.merged_voxels), (1, 1));
+    let key = geometry::VoxelKey { x: 0, y: 0, z: 0 };
+    assert_eq!(map.voxel(key), Some((Point3::new(0.375, 0.5, 0.5), 4)));
+    assert_eq!(map.len(), 1);
+}
+
+#[test]
+fn a_little_is_not_forgotten_until_it_has_become_enough() {
+    let mut map = refusing();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
+    for off_m in [0.1, 0.2] {
+        let done = map.follow_path(&moved_by(1.0, along(off_m))).unwrap();
+        assert_eq!(done, MapCorrection::default());
+        check_points(&map, &[[0.5, 0.5, 0.5]]);
+    }
+    assert_eq!(map.follow_path(&moved_by(1.0, along(0.3))).unwrap().moved_voxels, 1);
+    check_points(&map, &[[0.8, 0.5, 0.5]]);
+    assert_eq!(map.follow_path(&moved_by(1.0, along(0.3))).unwrap().moved_voxels, 0);
+}
+
+#[test]
+fn a_cycle_that_was_on_its_way_is_brought_over() {
+    let mut map = refusing();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    map.integrate(&cycle(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
+    map.follow_path(&moved_by(2.0, along(3.0))).unwrap();
+    // Measured before the correction, and told in the map of before.
+    map.integrate(&cycle(1.9, &[[0.5, 0.5, 0.5]])).unwrap();
+    check_points(&map, &[[3.5, 0.5, 0.5]]);
+    assert_eq!(map.correction_counts().late_cycles, 1);
+    map.integrate(&cycle(2.0, &[[3.5, 0.5, 0.5]])).unwrap();
+    map.add(&cloud(1.95, &[[0.5, 0.5, 0.5]])).unwrap();
+    check_points(&map, &[[3.5, 0.5, 0.5]]);
+    assert_eq!(points_of(&map), 4);
+}
+
+/// Of a cycle that was told in the corrected map, and came before the path that says so.
+#[test]
+fn a_cycle_that_was_faster_than_its_path_stays() {
+    let mut map = refusing();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
+    map.add(&cloud(2.0, &[[3.5, 2.5, 0.5]])).unwrap();
+    map.follow_path(&moved_by(2.0, along(3.0))).unwrap();
+    check_points(&map, &[[3.5, 0.5, 0.5], [3.5, 2.5, 0.5]]);
+}
+
+#[test]
+fn a_loaded_map_stays() {
+    let mut map = refusing();
+    map.replace(&[Point3::new(0.5, 0.5, 0.5)], "map").unwrap();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    map.add(&cloud(0.0, &[[0.5, 2.5, 0.5], [0.5, 0.5, 0.5]])).unwrap();
+    assert_eq!(map.follow_path(&moved_by(1.0, along(3.0))).unwrap().moved_voxels, 1);
+    check_points(&map, &[[0.5, 0.5, 0.5], [3.5, 2.5, 0.5]]);
+}
+
+#[test]
+fn a_path_that_begins_anew_moves_nothing() {
+    let mut map = refusing();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
+    assert_eq!(map.follow_path(&path(9.0, &[(9.0, along(7.0))])), Ok(MapCorrection::default()));
+    check_points(&map, &[[0.5, 0.5, 0.5]]);
+    // In another frame it is none of the map's.
+    let other = MapPath::new(at(9.0), "odom", Vec::new()).unwrap();
+    let error = map.follow_path(&other).unwrap_err().to_string();
+    assert!(error.contains("\"odom\"") && error.contains("\"map\""), "{error}");
+}
+
+#[test]
+fn a_stamp_of_another_clock_does_not_move_what_comes_later() {
+    let mut map = refusing();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
+    map.follow_path(&moved_by(1e6, along(3.0))).unwrap();
+    map.add(&cloud(1.0, &[[3.5, 2.5, 0.5]])).unwrap();
+    check_points(&map, &[[3.5, 0.5, 0.5], [3.5, 2.5, 0.5]]);
+}
+
+#[test]
+fn the_voxel_that_was_seen_longest_ago_is_the_same_after_a_correction() {
+    let config = ReconstructionConfig { max_voxels: 3, ..config(AtMaxVoxels::DropOldest) };
+    let mut map = StaticMap::new(config).unwrap();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    for (seconds, x) in [(0.0, 0.5), (0.1, 10.5), (0.2, 20.5), (0.3, 0.5)] {
+        map.add(&cloud(seconds, &[[x, 0.5, 0.5]])).unwrap();
+    }
+    map.follow_path(&moved_by(1.0, along(3.0))).unwrap();
+    let addition = map.add(&cloud(1.0, &[[30.5, 0.5, 0.5]])).unwrap();
+    assert_eq!(addition.dropped_voxels, 1);
+    check_points(&map, &[[3.5, 0.5, 0.5], [23.5, 0.5, 0.5], [30.5, 0.5, 0.5]]);
+}
+
+#[test]
+fn who_follows_the_changes_gets_the_whole_map() {
+    let mut map = refusing();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    map.follow_changes();
+    map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
+    assert!(!map.take_changes(9).is_incomplete);
+    map.follow_path(&moved_by(1.0, along(3.0))).unwrap();
+    assert!(map.take_changes(9).is_incomplete);
+    assert!(map.changed().is_empty());
+    assert_eq!(map.cloud_for_listeners().unwrap().points_m, [Point3::new(3.5, 0.5, 0.5)]);
+    map.add(&cloud(2.0, &[[3.5, 0.5, 0.5]])).unwrap();
+    assert!(!map.take_changes(9).is_incomplete);
+}
+
+#[test]
+fn rays_clear_what_was_moved_where_it_is_now() {
+    let mut map = refusing();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    map.integrate(&cycle(0.0, &[[5.5, 0.5, 0.5]])).unwrap();
+    map.follow_path(&moved_by(1.0, pose_from_vector(&[0.0, 4.0, 0.0, 0.0, 0.0, 0.0]))).unwrap();
+    let seen = |seconds, y: f32| {
+        let mut seen = cycle(seconds, &[[9.5, y, 0.5]]);
+        seen.camera_in_rig_m = Point3::new(0.5, f64::from(y), 0.5);
+        seen
+    };
+    let cleared = |map: &mut StaticMap, y| -> usize {
+        (0..3).map(|_| map.integrate(&seen(2.0, y)).unwrap().cleared_voxels).sum()
+    };
+    assert_eq!((cleared(&mut map, 0.5), cleared(&mut map, 4.5)), (0, 1));
+}
+
+#[test]
+fn a_store_that_fails_puts_the_correction_off() {
+    let line: Vec<[f32; 3]> = (0..200_u8).map(|x| [f32::from(x) + 0.5, 0.5, 0.5]).collect();
+    let (mut map, store) = spilling();
+    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
+    map.integrate(&cycle(0.0, &line)).unwrap();
+    let before = map.points();
+    store.fail(true);
+    let error = map.follow_path(&moved_by(1.0, along(0.5))).unwrap_err();
+    assert!(error.to_string().contains("no space left"), "{error}");
+    store.fail(false);
+    assert_eq!(map.points(), before);
+    // What comes now is told in the corrected map already.
+    map.integrate(&cycle(1.5, &[[0.25, 6.5, 0.5]])).unwrap();
+    map.follow_path(&moved_by(2.0, along(0.5))).unwrap();
+    let mut expected: Vec<[f32; 3]> = line.iter().map(|[x, y, z]| [x + 0.5, *y, *z]).collect();
+    expected.insert(0, [0.25, 6.5, 0.5]);
+    check_points(&map, &expected);
+    assert!(map.voxels.len() <= 64);
+}
+
+fn clouds() -> impl Strategy<Value = Vec<SegmentedCycle>> {
+    let points = prop::collection::vec(prop::array::uniform3(-8.0..8.0_f32), 0..60);
+    prop::collection::vec(points, 1..8).prop_map(|clouds| {
+        let stamped = clouds.iter().enumerate();
+        stamped.map(|(index, points)| cycle(index as f64, points)).collect()
+    })
+}
+
+fn poses() -> impl Strategy<Value = Vec<(f64, Isometry3<f64>)>> {
+    let pose = prop::array::uniform6(-2.0..2.0_f64);
+    prop::collection::vec(pose, 8).prop_map(|poses| {
+        let stamped = poses.iter().enumerate();
+        stamped.map(|(index, pose)| (index as f64, pose_from_vector(pose))).collect()
+    })
+}
+
+/// With the way as it was first, and then as it is in the end.
+fn built(map: &mut StaticMap, cycles: &[SegmentedCycle], paths: &[&MapPath]) -> Vec<Addition> {
+    let [first, others @ ..] = paths else { return Vec::new() };
+    map.follow_path(first).unwrap();
+    let additions = cycles.iter().map(|cycle| map.integrate(cycle).unwrap()).collect();
+    for path in others {
+        map.follow_path(path).unwrap();
+    }
+    additions
+}
+
+proptest! {
+    #[test]
+    fn the_same_path_again_changes_no_bit(cycles in clouds(), poses in poses()) {
+        let (mut map, mut twin) = (refusing(), refusing());
+        let path = path(9.0, &poses);
+        built(&mut map, &cycles, &[&path, &path, &path]);
+        for cycle in &cycles {
+            twin.integrate(cycle).unwrap();
+        }
+        prop_assert_eq!(map.points(), twin.points());
+    }
+
+    #[test]
+    fn there_and_back_no_point_is_lost(cycles in clouds(), there in poses(), back in poses()) {
+        let mut map = refusing();
+        let (there, back) = (path(9.0, &there), path(9.0, &back));
+        built(&mut map, &cycles, &[&back]);
+        let before = points_of(&map);
+        for path in [&there, &back] {
+            map.follow_path(path).unwrap();
+            prop_assert_eq!(points_of(&map), before);
+        }
+    }
+
+    #[test]
+    fn a_map_that_spills_moves_as_one_that_does_not(
+        cycles in clouds(), one in poses(), other in poses(), third in poses(),
+    ) {
+        let ((mut map, _store), mut twin) = (spilling(), refusing());
+        let paths = [path(9.0, &one), path(9.0, &other), path(9.0, &third)];
+        let paths: Vec<&MapPath> = paths.iter().collect();
+        prop_assert_eq!(built(&mut map, &cycles, &paths), built(&mut twin, &cycles, &paths));
+        prop_assert!(map.voxels.len() <= 64);
+        prop_assert_eq!(map.points(), twin.points());
+        prop_assert_eq!((map.len(), points_of(&map)), (twin.len(), points_of(&twin)));
+        prop_assert_eq!(map.correction_counts(), twin.correction_counts());
+    }
+
+    #[test]
+    fn each_mean_is_in_its_voxel_after_a_correction(cycles in clouds(), one in poses(), other in poses()) {
+        let mut map = refusing();
+        built(&mut map, &cycles, &[&path(9.0, &one), &path(9.0, &other)]);
+        for (key, voxel) in &map.voxels {
+            prop_assert_eq!(map.grid().key(&voxel.mean()), *key);
+        }
+    }
+}
