@@ -373,5 +373,5 @@ fn the_parameters_of_node_and_method_stand_side_by_side() {
     };
     assert_eq!(default_of("input"), Some("\"depth\""));
     assert_eq!(default_of("voxel_edge_m"), Some("0.08"));
-    assert_eq!(default_of("method"), Some("\"rec_hv\""));
+    assert_eq!(default_of("method"), Some("\"stillmap\""));
 }
