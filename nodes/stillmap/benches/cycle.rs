@@ -89,7 +89,8 @@ impl Pipeline {
             ),
         };
         let detection = DetectionConfig { method: detection, ..DetectionConfig::default() };
-        let segmentation = SegmentationConfig { method: segmentation, ..SegmentationConfig::default() };
+        let segmentation =
+            SegmentationConfig { method: segmentation, ..SegmentationConfig::default() };
         let reconstruction =
             ReconstructionConfig { method: reconstruction, ..ReconstructionConfig::default() };
         let detector = Detector::new(detection).unwrap();
@@ -121,7 +122,8 @@ impl Pipeline {
         let scan = Scan { stamp, ..self.scans[self.cycles % self.scans.len()].clone() };
         self.cycles += 1;
         let map_from_rig = Isometry3::identity();
-        let input = CycleInput { scan: &scan, view, map_from_rig: &map_from_rig, map_frame_id: "map" };
+        let input =
+            CycleInput { scan: &scan, view, map_from_rig: &map_from_rig, map_frame_id: "map" };
         let detected = self.detector.step(&input, |_| ()).unwrap();
         let segmented = self.segmenter.step(&detected.cycle, |_| ()).unwrap();
         self.map.integrate(&segmented.cycle).unwrap();
