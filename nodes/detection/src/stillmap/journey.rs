@@ -99,16 +99,6 @@ impl Journey {
             && way_m <= MOST_DETOUR * journey_m
     }
 
-    /// Whether the thing was slower than `speed_m_per_s`, over enough places that reach back for `shortest_ms` at least.
-    pub(super) fn is_slower_than(&self, speed_m_per_s: f64, shortest_ms: u32) -> bool {
-        let Some((first, last)) = self.ends() else { return false };
-        let lasts_ms = self.lasts_ms();
-        self.places.len() >= LEAST_PLACES
-            && lasts_ms >= shortest_ms
-            && distance(&first.in_map_m, &last.in_map_m)
-                < speed_m_per_s * f64::from(lasts_ms) * 1e-3
-    }
-
     fn ends(&self) -> Option<(&Place, &Place)> {
         self.places.front().zip(self.places.back())
     }

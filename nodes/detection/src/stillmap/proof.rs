@@ -3,8 +3,8 @@
 //! From a still platform the evidence of free space is exact to the noise of ranges. From a moving one it is not:
 //! poses are off, the scanner tilts, and a chair's leg that was missed from there is met from here. Such errors
 //! have other background near by, and they stay where they are. So a thing counts at once only where the space
-//! around it is empty, and as long as it is not seen to stand there; amid clutter it counts once it has been seen to
-//! travel; and one that has not travelled within some seconds is background.
+//! around it is empty; amid clutter it counts once it has been seen to travel; and one that has not travelled within
+//! some seconds is background.
 
 #[cfg(test)]
 mod tests;
@@ -25,11 +25,6 @@ const LONGEST_DOUBT_MS: u32 = 2_000;
 const TRAVELLED_M: f64 = 0.3;
 /// The way is looked at over so long: a slow walker goes [`TRAVELLED_M`] meanwhile.
 const LONGEST_LOOK_MS: u32 = 1_000;
-/// It stands when over the look, as far as it reaches back, it was slower than that slow walker.
-const SLOWEST_M_PER_S: f64 = TRAVELLED_M / (LONGEST_LOOK_MS as f64 * 1e-3);
-/// A look that reaches back no farther than this tells nothing of that: the slow walker has gone 0.1 m, as much as the
-/// noise of pose and middle.
-const SHORTEST_LOOK_MS: u32 = 350;
 /// Its middle jumps by so much without motion, as more or less of it is seen.
 const JUMP_M: f64 = 0.25;
 /// A thing that was not seen for so long is forgotten.
@@ -98,11 +93,7 @@ impl Proofs {
             let has_stood_too_long = now_ms.saturating_sub(thing.born_ms) > LONGEST_DOUBT_MS;
             proofs.push(if thing.has_travelled {
                 Proof::Travelled
-            } else if has_stood_too_long
-                || thing.journey.is_slower_than(SLOWEST_M_PER_S, SHORTEST_LOOK_MS)
-                || place.returns < LEAST_RETURNS
-                || is_in_clutter(run)
-            {
+            } else if has_stood_too_long || place.returns < LEAST_RETURNS || is_in_clutter(run) {
                 Proof::None
             } else {
                 Proof::InEmptySpace
