@@ -14,10 +14,10 @@ pub use stillmap::StillmapConfig;
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// The method as Rec-HV publishes it: one zone a cycle, a filled beam counts as measured.
-    #[default]
     RecHv,
     /// What ends where free space was seen is moving: several zones a cycle, on a platform that may move,
     /// and a filled beam is no evidence.
+    #[default]
     Stillmap,
 }
 
@@ -83,7 +83,8 @@ pub struct DetectionConfig {
 impl Default for DetectionConfig {
     fn default() -> Self {
         Self {
-            method: Method::RecHv,
+            // All improvements; the published method is there to be compared with.
+            method: Method::Stillmap,
             // Rec-HV 3.2.1: of the 360 degrees only 90 are analysed.
             aperture_rad: FRAC_PI_2,
             // Rec-HV experiment 2: of 2 .. 7, the value that keeps the object's shape.

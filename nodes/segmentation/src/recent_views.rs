@@ -15,8 +15,9 @@ use nalgebra::{Isometry3, Point3, Vector2};
 
 use crate::view::{MIN_DEPTH_M, View, slopes_from};
 
-/// Cycles that are remembered: a second of the RPLIDAR A1, in which a walker uncovers what he hid.
-const VIEWS: usize = 8;
+/// Cycles that are remembered: three seconds of the RPLIDAR A1. One who crosses the view uncovers what he hid in a
+/// second, one who goes away from the camera at 15 degrees to its line of sight, 0.6 m wide and at 1 m/s, in 2.3 s.
+const VIEWS: usize = 24;
 /// In so many of them a place must have been empty: as for the passes of rays (module `evidence`).
 const MIN_EMPTY: usize = 3;
 /// The squares in which directions are gathered are so wide: a voxel of the thesis at 3 m.

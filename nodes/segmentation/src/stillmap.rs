@@ -171,9 +171,10 @@ impl Stillmap {
                     return Standing::Still;
                 }
                 if is_floor {
-                    // Where the floor itself is too dark to be seen, all of that voxel is the foot's.
+                    // Where the floor itself is too dark to be seen, all of that voxel is the foot's: no floor has
+                    // been met there or beside, whether or not rays to what is behind have passed over it.
                     let is_foot =
-                        self.evidence.known(point) == Known::Unknown && self.has_arrived(point);
+                        self.evidence.known(point) != Known::Background && self.has_arrived(point);
                     return if is_foot { Standing::Arrived } else { Standing::Still };
                 }
                 match self.evidence.known(point) {

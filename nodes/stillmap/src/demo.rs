@@ -24,9 +24,6 @@ pub(crate) struct DemoArgs {
     how: HowArgs,
 }
 
-/// The demo's own parameters, for all to read.
-const PARAMETERS: &str = include_str!("../../../config/demo.yaml");
-
 pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     std::fs::create_dir_all(&args.out).map_err(|error| {
         Failure::new(format!("cannot make {}: {error}", args.out.display()))
@@ -34,10 +31,6 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     })?;
     let bag = args.out.join("demo.mcap");
     simulate::write_bag(&Scenario::demo().with_seed(args.seed), &bag)?;
-    let parameters = args.out.join("demo.yaml");
-    std::fs::write(&parameters, PARAMETERS)
-        .map_err(|error| Failure::new(format!("cannot write {}: {error}", parameters.display())))?;
-    let how = args.how.with_parameters(parameters);
     let transport = args.how.transport.unwrap_or(TransportName::Dds);
-    run::run_bag(&bag, &args.out, &Default::default(), &how, transport)
+    run::run_bag(&bag, &args.out, &Default::default(), &args.how, transport)
 }

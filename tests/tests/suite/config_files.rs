@@ -178,7 +178,8 @@ fn the_names_of_each_nodes_parameters_fit_into_one_response() {
 }
 
 /// Their ranges hang on one another.
-const BOUND_BY_OTHERS: [&str; 11] = [
+const BOUND_BY_OTHERS: [&str; 12] = [
+    "depth_cell_m",
     "evidence_cell_m",
     "evidence_extent_m",
     "evidence_reach_m",

@@ -53,8 +53,13 @@ fn step(detector: &mut Detector, scan: &Scan) -> Detected {
     step_with(detector, scan, View::PointsInRig(&cloud(vec![]))).unwrap()
 }
 
+/// The published method.
+fn rec_hv() -> DetectionConfig {
+    DetectionConfig { method: Method::RecHv, ..DetectionConfig::default() }
+}
+
 fn detector() -> Detector {
-    Detector::new(DetectionConfig::default()).unwrap()
+    Detector::new(rec_hv()).unwrap()
 }
 
 /// An object of 15 degrees that goes 3 degrees a cycle to the left, as the thesis' robot does at 2.5 m.
@@ -65,8 +70,8 @@ fn object_at(cycle: u32) -> (f64, f64) {
 
 #[test]
 fn the_zone_goes_with_the_object() {
-    let outer_end = DetectionConfig { run_bound: RunBound::OuterEnd, ..DetectionConfig::default() };
-    for config in [DetectionConfig::default(), outer_end] {
+    let outer_end = DetectionConfig { run_bound: RunBound::OuterEnd, ..rec_hv() };
+    for config in [rec_hv(), outer_end] {
         let run_bound = config.run_bound;
         let mut detector = Detector::new(config).unwrap();
         for cycle in 0..15 {

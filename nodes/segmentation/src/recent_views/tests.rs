@@ -77,6 +77,20 @@ fn a_border_that_nothing_came_back_from_was_in_view_all_the_same() {
     assert!(views.was_empty(&foot, &view));
 }
 
+/// Regression: who goes away from the camera hides the places ahead for longer than a second, and his feet on a black
+/// floor stayed in the map.
+#[test]
+fn what_was_hidden_for_two_seconds_was_empty_before() {
+    const TWO_SECONDS: usize = 14;
+    let place = Point3::new(2.4, 0.36, 0.12);
+    let (mut views, view) = views_of(MIN_EMPTY, &rim());
+    let hidden = cycle_of([rim(), vec![Point3::new(2.0, 0.3, 0.1)]].concat(), 0.0);
+    for _ in 0..TWO_SECONDS {
+        views.remember(&hidden, CELL_M);
+    }
+    assert!(views.was_empty(&place, &view));
+}
+
 #[test]
 fn each_cycle_is_asked_from_where_its_camera_was() {
     let (mut views, mut view) = (RecentViews::default(), View::default());

@@ -32,8 +32,13 @@ fn cycle(points_m: Vec<Point3<f32>>, zones: Vec<DynamicZone>) -> DetectedCycle {
     }
 }
 
+/// The published method.
+fn rec_hv() -> SegmentationConfig {
+    SegmentationConfig { method: Method::RecHv, ..SegmentationConfig::default() }
+}
+
 fn segmented(cycle: &DetectedCycle) -> Segmented {
-    Segmenter::new(SegmentationConfig::default()).unwrap().step(cycle, |_| ()).unwrap()
+    Segmenter::new(rec_hv()).unwrap().step(cycle, |_| ()).unwrap()
 }
 
 /// A grid of points, 5 cm apart, upright at depth `x_m`, over `y_m`, from 0.5 m below to 0.5 m above.
@@ -135,14 +140,14 @@ fn the_static_part_is_moved_by_the_matrix_of_equation_8() {
 #[test]
 fn the_stages_are_told_in_their_order() {
     let mut steps = Vec::new();
-    let mut segmenter = Segmenter::new(SegmentationConfig::default()).unwrap();
+    let mut segmenter = Segmenter::new(rec_hv()).unwrap();
     segmenter.step(&cycle(vec![], vec![]), |step| steps.push(step.name())).unwrap();
     assert_eq!(steps, ["angular", "depth_clustering", "transform"]);
 }
 
 #[test]
 fn numbers_that_mean_nothing_are_told() {
-    let mut segmenter = Segmenter::new(SegmentationConfig::default()).unwrap();
+    let mut segmenter = Segmenter::new(rec_hv()).unwrap();
     for zone in [zone_deg(f64::NAN, 1.0), zone_deg(0.0, f64::INFINITY), zone_deg(2.0, 1.0)] {
         let error = segmenter.step(&cycle(vec![], vec![zone]), |_| ()).unwrap_err();
         assert!(matches!(error, SegmentationError::Zone { index: 7, .. }));
@@ -152,7 +157,7 @@ fn numbers_that_mean_nothing_are_told() {
     let error = segmenter.step(&lost, |_| ()).unwrap_err();
     assert_eq!(error, SegmentationError::Pose { index: 7, source: UnusablePose::NotFinite });
     for depth_cell_m in [0.0, -0.08, f64::NAN] {
-        let config = SegmentationConfig { depth_cell_m, ..SegmentationConfig::default() };
+        let config = SegmentationConfig { depth_cell_m, ..rec_hv() };
         let message = Segmenter::new(config).unwrap_err().to_string();
         assert!(message.contains("depth_cell_m"), "{message}");
     }

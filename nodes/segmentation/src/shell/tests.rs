@@ -96,7 +96,16 @@ async fn a_cycle_comes_out_in_two_parts_with_its_report() {
         assert_eq!(report.counts[..4], [3, 2, 1, 2]);
         assert_eq!(
             report.step_names,
-            ["convert", "angular", "depth_clustering", "transform", "publish"]
+            [
+                "convert",
+                "evidence",
+                "angular",
+                "depth_clustering",
+                "tracking",
+                "evidence",
+                "transform",
+                "publish"
+            ]
         );
 
         let mut damaged = message;

@@ -89,6 +89,42 @@ fn feet_on_a_floor_that_no_ray_comes_back_from_are_the_persons() {
     check(&run(room, &by_person, 40).score(4), "dark floor");
 }
 
+/// A level patch of points, a voxel apart, 1.09 m below the camera.
+fn patch(from_x_m: f32, until_x_m: f32) -> Vec<Point3<f32>> {
+    const STEP_M: f32 = 0.08;
+    let columns = ((until_x_m - from_x_m) / STEP_M) as usize;
+    (0..columns)
+        .flat_map(|x| (0..20).map(move |y| (x as f32, y as f32)))
+        .map(|(x, y)| Point3::new(from_x_m + STEP_M * x, STEP_M * (y - 10.0) + 0.04, -1.09))
+        .collect()
+}
+
+/// Regression: where rays to what is farther away have passed over a black floor, its places were free, and a foot on
+/// them was floor.
+#[test]
+fn a_foot_on_a_black_floor_that_rays_have_passed_over_is_no_floor() {
+    let floor = [patch(1.5, 2.6), patch(3.24, 4.5)].concat();
+    let foot = Point3::new(3.0, 0.04, -1.09);
+    let mut segmenter = Segmenter::new(config()).unwrap();
+    let mut dice = Dice(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut dice);
+    let mut step = |index: u32, points_m: Vec<Point3<f32>>| {
+        let mut cycle = view.cycle.clone();
+        cycle.index = index;
+        cycle.reduced_cloud.stamp = Stamp::from_nanos(0).plus_seconds(f64::from(index) * CYCLE_S);
+        cycle.voxel_points = vec![1; points_m.len()];
+        cycle.points_before_reduction = points_m.len();
+        cycle.reduced_cloud.points_m = points_m;
+        cycle.zones.clear();
+        segmenter.step(&cycle, |_| ()).unwrap().cycle
+    };
+    for index in 0..10 {
+        assert!(step(index, floor.clone()).dynamic_cloud.points_m.is_empty());
+    }
+    let with_foot = step(10, [floor, vec![foot]].concat());
+    assert_eq!(with_foot.dynamic_cloud.points_m, [foot]);
+}
+
 #[test]
 fn an_object_in_view_from_the_first_cycle_is_cut_out_and_what_it_uncovers_is_none() {
     let from_the_start = |time_s: f64| walker(1, 2.4, 0.8 - 0.98 * time_s);

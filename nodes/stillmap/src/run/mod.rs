@@ -75,13 +75,6 @@ pub(crate) struct HowArgs {
     json: bool,
 }
 
-impl HowArgs {
-    /// The same with one more parameter file, before all others.
-    pub(crate) fn with_parameters(&self, first: PathBuf) -> Self {
-        Self { parameters: self.parameters.after(first), ..self.clone() }
-    }
-}
-
 /// How the stages of a run are connected.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum TransportName {

@@ -54,12 +54,6 @@ impl ParameterArgs {
     pub(crate) fn files(&self) -> &[PathBuf] {
         &self.files
     }
-
-    /// The same with one file before all others.
-    pub(crate) fn after(&self, first: PathBuf) -> Self {
-        let files = std::iter::once(first).chain(self.files.iter().cloned()).collect();
-        Self { files, method: self.method }
-    }
 }
 
 /// The parameters of the whole pipeline.

@@ -133,7 +133,7 @@ async fn a_peer_reads_what_the_parameters_are() {
         asked.values(&["voxel_edge_m", "max_voxels", "method", "use_sim_time", "no_such"]).await;
     assert_eq!(values[0]["double_value"], 0.08);
     assert_eq!(values[1]["integer_value"], 1_000_000);
-    assert_eq!(values[2]["string_value"], "rec_hv");
+    assert_eq!(values[2]["string_value"], "stillmap");
     assert_eq!(values[3]["bool_value"], false);
     assert_eq!(values[4], serde_json::to_value(ParameterValue::default()).unwrap());
     asked.end().await;

@@ -142,7 +142,8 @@ fn a_full_map_drops_what_was_seen_longest_ago() {
 
 #[test]
 fn rec_hv_hangs_on_the_static_cloud_alone() {
-    let mut maps = [(); 2].map(|()| StaticMap::new(ReconstructionConfig::default()).unwrap());
+    let config = ReconstructionConfig { method: Method::RecHv, ..ReconstructionConfig::default() };
+    let mut maps = [(); 2].map(|()| StaticMap::new(config).unwrap());
     for x in [0.5_f32, 3.5, 9.5, 9.5, 9.5, 9.5, 9.5] {
         let cycle = cycle(&[at(x)], &[at(12.0)]);
         let [by_cycle, by_cloud] = &mut maps;
