@@ -13,7 +13,7 @@ pub(super) fn zig_zag() -> Scene {
     let spacing_m = WIDTH_M * TURN_RAD.cos();
     let mut bodies: Vec<Body> = (0..8)
         .map(|panel: u8| {
-            let turn_rad = if panel % 2 == 0 { TURN_RAD } else { -TURN_RAD };
+            let turn_rad = if panel.is_multiple_of(2) { TURN_RAD } else { -TURN_RAD };
             let place = [X_M, (f64::from(panel) - 3.5) * spacing_m];
             sheet("panel", place, turn_rad, (0.0, 2.4), WIDTH_M, material)
         })

@@ -136,11 +136,10 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
         }
     }
     let is_there = |published: &&Published| !all.iter().any(|one| one.name == published.name);
-    let is_simulated =
-        !all.is_empty() && all.iter().all(|one| published::is_counterpart(&one.name));
-    let absent: Vec<&Published> = SEQUENCES.iter().filter(is_there).collect();
-    // Who has simulated counterparts has not come for the data set.
-    let absent = if is_simulated { Vec::new() } else { absent };
+    // Who comes with nothing but bags has not come for the data set.
+    let has_bags_alone = !all.is_empty() && all.iter().all(|one| one.is_bag);
+    let absent: Vec<&Published> =
+        SEQUENCES.iter().filter(|one| !has_bags_alone && is_there(one)).collect();
     let told: Vec<String> = failures.iter().map(ToString::to_string).collect();
     if args.json {
         let absent = absent.iter().map(|published| (published.name, published.address())).collect();
