@@ -78,6 +78,8 @@ fn result_of(bag: &Path, transport: &str, parameters: &Path) -> BTreeMap<String,
     let out = parameters.with_extension(transport);
     let [bag, parameters, out_text] = [bag, parameters, &out].map(|path| path.to_str().unwrap());
     let given = ["--transport", transport, "--params-file", parameters, "--out", out_text];
+    // The published method cuts out nothing but zones: what comes of it hangs on where the scanner is.
+    let given = given.into_iter().chain(["--method", "rec_hv"]);
     succeed(["run", bag].into_iter().chain(given));
     let told = summary(&out);
     assert_eq!(told["drops"], serde_json::json!([]), "{transport} {parameters}");

@@ -26,15 +26,18 @@ fn cull_recent_of<L: Landmark>(map: &mut Map, config: &KeyframingConfig) -> usiz
 /// Whether a keyframe says nothing new: most of its close points are seen by enough others, on the same level or a finer one.
 ///
 /// One that has hardly any close points, in a hall or before nothing but edges, is judged by all its points and lines: else
-/// it would never go, and the map of a hall would grow for as long as a camera is in it.
+/// it would never go, and the map of a hall would grow for as long as a camera is in it. Twice as many others must see these:
+/// what is far tells where a camera is by parallax alone.
 #[must_use]
 pub fn is_redundant(map: &Map, keyframe: KeyframeId, config: &KeyframingConfig) -> bool {
     let Some(of) = map.keyframes().get(keyframe) else { return false };
-    let (close, far) = count_points(map, (keyframe, of), config);
+    let others = config.redundant_sightings;
+    let (close, _) = count_points(map, (keyframe, of), others, config);
     let judged = if close.seen >= config.least_points {
         close
     } else {
-        close.and(far).and(count_lines(map, (keyframe, of), config))
+        let (close, far) = count_points(map, (keyframe, of), 2 * others, config);
+        close.and(far).and(count_lines(map, (keyframe, of), 2 * others))
     };
     judged.seen > 0 && judged.redundant as f64 >= config.redundant_share * judged.seen as f64
 }
@@ -61,6 +64,7 @@ impl Count {
 fn count_points(
     map: &Map,
     (keyframe, of): (KeyframeId, &Keyframe),
+    enough: usize,
     config: &KeyframingConfig,
 ) -> (Count, Count) {
     let level = |keyframe: &Keyframe, corner: usize| {
@@ -80,20 +84,16 @@ fn count_points(
         let others = point.sightings().iter();
         let others = others.filter(|(other, at)| *other != keyframe && is_as_fine(*other, *at));
         let count = if is_far { &mut far } else { &mut close };
-        count.add(others.count() >= config.redundant_sightings);
+        count.add(others.count() >= enough);
     }
     (close, far)
 }
 
-fn count_lines(
-    map: &Map,
-    (keyframe, of): (KeyframeId, &Keyframe),
-    config: &KeyframingConfig,
-) -> Count {
+fn count_lines(map: &Map, (keyframe, of): (KeyframeId, &Keyframe), enough: usize) -> Count {
     let mut lines = Count::default();
     for line in of.lines().iter().flatten().filter_map(|id| map.lines().get(*id)) {
         let others = line.sightings().iter().filter(|(other, _)| *other != keyframe);
-        lines.add(others.count() >= config.redundant_sightings);
+        lines.add(others.count() >= enough);
     }
     lines
 }

@@ -202,7 +202,7 @@ fn keyframes_of_a_hall_whose_walls_are_far_off_go_too() {
     assert!(is_redundant(&map, ids[5], &config));
     // Nor do lines that no other sees.
     let world = World::wall(10, 60, 2.0 * config.close_m(), 1.0, 15);
-    let (mut map, ids) = world.map(&poses[..5], 16);
+    let (mut map, ids) = world.map(&poses, 16);
     assert!(is_redundant(&map, ids[2], &config));
     let lines: Vec<_> =
         map.keyframes().get(ids[2]).unwrap().lines().iter().flatten().copied().collect();

@@ -6,7 +6,7 @@ use super::*;
 const FRAME_S: f64 = 0.1;
 const ROUND_S: f64 = 12.0;
 /// Of the quick test.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 10;
 
 /// Round and round, looking outwards, a little higher or lower and nearer or farther each time.
 fn round_and_round(time_s: f64) -> Isometry3<f64> {
