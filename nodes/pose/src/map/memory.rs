@@ -64,8 +64,8 @@ fn bytes_of(keyframe: &Keyframe) -> usize {
 }
 
 fn arena_bytes<T>(arena: &Arena<T>, each: usize) -> usize {
-    // A slot and a count of owners besides.
-    const SLOT_BYTES: usize = 2 * size_of::<usize>() + 2 * size_of::<usize>();
+    // A slot (a generation and a pointer), and the two counts of owners before what it points to.
+    const SLOT_BYTES: usize = 4 * size_of::<usize>();
     arena.len() * (each + SLOT_BYTES)
 }
 

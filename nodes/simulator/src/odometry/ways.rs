@@ -100,8 +100,13 @@ pub(super) fn turning(seed: u64) -> Handheld {
     carried(1.3, beside([2.6, 0.0, 1.4, 0.0, 0.0, 0.0], offsets), 0.7, seed)
 }
 
-pub(crate) fn round_the_room(seed: u64) -> Handheld {
-    /// Poses of the round.
+pub(super) fn round_the_room(seed: u64) -> Handheld {
+    rounds_of_the_room(1, 1.15, seed)
+}
+
+/// So many rounds of the office, with a time from pose to pose.
+pub(crate) fn rounds_of_the_room(rounds: u32, step_s: f64, seed: u64) -> Handheld {
+    /// Poses of a round.
     const POSES: u32 = 16;
     let pose = |index: u32| {
         let angle_rad = f64::from(index) / f64::from(POSES) * std::f64::consts::TAU;
@@ -110,7 +115,7 @@ pub(crate) fn round_the_room(seed: u64) -> Handheld {
         let z_m = 1.35 + 0.1 * (2.0 * angle_rad).sin();
         [3.0 + 1.3 * angle_rad.cos(), 1.3 * angle_rad.sin(), z_m, yaw_rad, 0.1, 0.0]
     };
-    carried(1.15, (0..=POSES).map(pose).collect(), 1.0, seed)
+    carried(step_s, (0..=POSES * rounds).map(pose).collect(), 1.0, seed)
 }
 
 pub(super) fn through_a_hall(seed: u64) -> Handheld {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::odometry::ways::{beside, carried};
+use crate::odometry::ways::{beside, carried, rounds_of_the_room};
 use crate::{Path, Waypoint};
 
 /// The middle of the desk, on its top, and a place before it from which it fills the picture.
@@ -117,28 +117,19 @@ pub(super) fn along_panels(seed: u64) -> Path {
     carried(1.3, near, 1.0, seed).path()
 }
 
-/// Round the office, so many times.
-fn rounds(rounds: u32, seed: u64) -> Path {
-    /// Poses of a round.
-    const POSES: u32 = 16;
-    let pose = |index: u32| {
-        let angle_rad = f64::from(index) / f64::from(POSES) * TAU;
-        let z_m = 1.35 + 0.1 * (2.0 * angle_rad).sin();
-        [3.0 + 1.3 * angle_rad.cos(), 1.3 * angle_rad.sin(), z_m, angle_rad + 0.9, 0.1, 0.0]
-    };
-    carried(1.3, (0..=POSES * rounds).map(pose).collect(), 1.0, seed).path()
-}
+/// From one pose of a round to the next.
+const ROUND_STEP_S: f64 = 1.3;
 
 /// Three rounds.
 pub(super) fn round_and_round(seed: u64) -> Path {
-    rounds(3, seed)
+    rounds_of_the_room(3, ROUND_STEP_S, seed).path()
 }
 
 /// A round; then elsewhere on it, for some seconds; then at its start again.
 pub(super) fn carried_off(seed: u64) -> Path {
     /// From the last image there to the first one here.
     const CARRIED_S: f64 = 0.01;
-    let mut path = rounds(1, seed);
+    let mut path = rounds_of_the_room(1, ROUND_STEP_S, seed).path();
     let there = carried(
         1.2,
         beside(
