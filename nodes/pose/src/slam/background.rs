@@ -1,4 +1,9 @@
 //! The map, worked on in a thread of its own.
+//!
+//! A frame comes every 33 ms and must not wait; a keyframe may. So the thread has a lower priority than the one that it was
+//! started from: where there are fewer cores than threads, it works in what time tracking leaves. And snapshots of the map
+//! that nobody reads any more are given back to it, to be taken apart there: that of a map whose loop was closed is made
+//! of tens of thousands of pieces.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -10,17 +15,32 @@ use super::{Done, Mapping, Request};
 use crate::map::Map;
 use crate::mapping::Mapper;
 
+/// By how much the thread is nicer than the one that starts it (`nice(2)`): its share of a core that others want, too, is a
+/// tenth, and whoever wakes up interrupts it. More would stop it altogether on a machine that is busy with other things.
+#[cfg(target_os = "linux")]
+const NICER_BY: i32 = 10;
+
 /// A map that is worked on in a thread of its own. Dropping this ends the thread, after the work that it is at.
 #[derive(Debug)]
 pub struct BackgroundMapping {
-    requests: Option<Sender<Request>>,
+    requests: Option<Sender<Work>>,
     /// Never locked: the mutex makes what holds this one that threads may share, as the runtimes of nodes ask for.
     answers: Mutex<Receiver<(Arc<Map>, Done)>>,
     /// As of the last answer that was taken: a newer one would not fit what the caller knows by then.
     map: Arc<Map>,
+    /// Those before, since the last request.
+    worn: Vec<Arc<Map>>,
     /// What was asked and is not answered yet.
     waiting: Arc<AtomicUsize>,
     thread: Option<JoinHandle<Mapper>>,
+}
+
+/// What the thread is to do.
+#[derive(Debug)]
+struct Work {
+    request: Request,
+    /// Snapshots that are to be dropped.
+    worn: Vec<Arc<Map>>,
 }
 
 impl BackgroundMapping {
@@ -38,7 +58,7 @@ impl BackgroundMapping {
             .name("mapping".to_owned())
             .spawn(move || work(mapper, &asked, &tell, &of_thread))?;
         let (requests, answers) = (Some(requests), Mutex::new(answers));
-        Ok(Self { requests, answers, map, waiting, thread: Some(thread) })
+        Ok(Self { requests, answers, map, worn: Vec::new(), waiting, thread: Some(thread) })
     }
 
     /// Ends the thread after all that was asked is done, and gives the map back. `None` where the thread has panicked.
@@ -72,7 +92,8 @@ impl Mapping for BackgroundMapping {
         self.waiting.fetch_add(1, Ordering::AcqRel);
         // The thread ends before this only by a panic; then nothing is answered any more.
         if let Some(requests) = &self.requests {
-            requests.send(request).ok();
+            let worn = std::mem::take(&mut self.worn);
+            requests.send(Work { request, worn }).ok();
         }
     }
 
@@ -80,7 +101,7 @@ impl Mapping for BackgroundMapping {
         let answers = self.answers.get_mut().unwrap_or_else(PoisonError::into_inner);
         let answers: Vec<(Arc<Map>, Done)> = answers.try_iter().collect();
         let done = answers.into_iter().map(|(map, done)| {
-            self.map = map;
+            self.worn.push(std::mem::replace(&mut self.map, map));
             done
         });
         done.collect()
@@ -89,11 +110,13 @@ impl Mapping for BackgroundMapping {
 
 fn work(
     mut mapper: Mapper,
-    asked: &Receiver<Request>,
+    asked: &Receiver<Work>,
     tell: &Sender<(Arc<Map>, Done)>,
     waiting: &AtomicUsize,
 ) -> Mapper {
-    while let Ok(request) = asked.recv() {
+    stand_back();
+    while let Ok(Work { request, worn }) = asked.recv() {
+        drop(worn);
         // Another request waits: what is only better when it is done may be left as it is.
         let is_aborted = || waiting.load(Ordering::Acquire) > 1;
         let done = answered(&mut mapper, request, &is_aborted);
@@ -105,4 +128,61 @@ fn work(
         waiting.fetch_sub(1, Ordering::AcqRel);
     }
     mapper
+}
+
+/// Lets others go first. Where it may not, or where priorities are those of processes, all stays as it is.
+fn stand_back() {
+    #[cfg(target_os = "linux")]
+    rustix::process::nice(NICER_BY).ok();
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+    use crate::map::testing::{blank, blank_frame};
+    use crate::mapping::MappingConfig;
+
+    fn wait(mapping: &BackgroundMapping) {
+        let until = Instant::now() + Duration::from_secs(60);
+        while !mapping.is_idle() {
+            assert!(Instant::now() < until, "mapping does not end");
+            thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn a_snapshot_that_is_worn_is_taken_apart_by_the_thread_of_the_map() {
+        let mapper = Mapper::new(MappingConfig::default()).unwrap();
+        let mut mapping = BackgroundMapping::new(mapper).unwrap();
+        let frame = blank_frame(0, 0);
+        let find = || Request::Find { frame: Arc::clone(&frame), camera: blank(&frame).camera };
+        let first = Arc::downgrade(&mapping.map());
+        mapping.ask(find());
+        wait(&mapping);
+        assert_eq!(mapping.answers().len(), 1);
+        // Whoever took the answers did not drop it ...
+        assert!(first.upgrade().is_some());
+        mapping.ask(find());
+        wait(&mapping);
+        // ... and it goes with the next request.
+        assert!(first.upgrade().is_none());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_thread_of_the_map_lets_others_go_first() {
+        use rustix::process::getpriority_process;
+        let priorities = thread::spawn(|| {
+            let before = getpriority_process(None).unwrap();
+            stand_back();
+            (before, getpriority_process(None).unwrap())
+        });
+        let own = getpriority_process(None).unwrap();
+        let (before, after) = priorities.join().unwrap();
+        // 19 is as nice as it gets.
+        assert_eq!((before, after), (own, (own + NICER_BY).min(19)));
+        assert_eq!(getpriority_process(None).unwrap(), own);
+    }
 }
