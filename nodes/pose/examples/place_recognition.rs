@@ -18,11 +18,13 @@
 use std::error::Error;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use pose::feature::lines::{LineConfig, LineDescriptor, LineDetector};
-use pose::feature::points::{Descriptor, PointConfig, PointExtractor};
+use pose::feature::lines::{LineConfig, LineDescriptor, LineDetector, LineFeature};
+use pose::feature::points::{Corner, Descriptor, PointConfig, PointExtractor};
+use pose::frame::Frame;
 use pose::image::GrayImage;
 use pose::map::{KeyframeId, Map, MapConfig, NewKeyframe};
 use pose::place_recognition::{PlaceConfig, PlaceDatabase, Score};
@@ -49,6 +51,7 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 struct View {
     /// `None` for a stranger's.
     taken: Option<(f64, Isometry3<f64>)>,
+    frame: Arc<Frame>,
     corners: Vec<Descriptor>,
     segments: Vec<LineDescriptor>,
 }
@@ -73,8 +76,8 @@ fn main() -> Outcome<()> {
     let mut corners = PlaceDatabase::new(PlaceConfig::default());
     let mut segments = PlaceDatabase::new(PlaceConfig::default());
     for (id, view) in ids.iter().zip(views.iter().take(own).step_by(KEYFRAME_STEP)) {
-        corners.insert(*id, view.corners.iter().copied());
-        segments.insert_lines(*id, view.segments.iter().copied());
+        corners.insert(*id, &view.frame);
+        segments.insert_lines(*id, &view.frame);
     }
     report("corners", &views, &ids, |view| corners.query(&view.corners));
     report("segments", &views, &ids, |view| segments.query_lines(&view.segments));
@@ -167,14 +170,7 @@ fn truth(view: &View, keyframe: &View) -> Option<Truth> {
 /// Numbers of keyframes, which only a map gives.
 fn ids(count: usize) -> Outcome<Vec<KeyframeId>> {
     let mut map = Map::new(MapConfig::default());
-    let frame = pose::frame::Frame {
-        stamp: geometry::Stamp::from_nanos(0),
-        corners: Vec::new(),
-        corner_depths: Vec::new(),
-        lines: Vec::new(),
-        lines_in_space: Vec::new(),
-    };
-    let frame = std::sync::Arc::new(frame);
+    let frame = frame_of(Vec::new(), Vec::new());
     let camera = geometry::CameraModel {
         width_px: 640,
         height_px: 480,
@@ -189,7 +185,7 @@ fn ids(count: usize) -> Outcome<Vec<KeyframeId>> {
         ids.push(map.insert_keyframe(NewKeyframe {
             camera,
             camera_from_map: Isometry3::identity(),
-            frame: std::sync::Arc::clone(&frame),
+            frame: Arc::clone(&frame),
             points: &[],
             lines: &[],
             by_odometry: None,
@@ -257,11 +253,19 @@ fn view(
     points: &mut PointExtractor,
     lines: &mut LineDetector,
 ) -> View {
-    let corners = points.extract(image).iter().map(|corner| corner.descriptor).collect();
     let mut segments = lines.detect(image);
     segments.truncate(MAX_LINES);
-    let segments = lines.describe(&segments).iter().map(|line| line.descriptor).collect();
-    View { taken, corners, segments }
+    let frame = frame_of(points.extract(image), lines.describe(&segments));
+    let corners = frame.corners.iter().map(|corner| corner.descriptor).collect();
+    let segments = frame.lines.iter().map(|line| line.descriptor).collect();
+    View { taken, frame, corners, segments }
+}
+
+/// A frame without depths.
+fn frame_of(corners: Vec<Corner>, lines: Vec<LineFeature>) -> Arc<Frame> {
+    let (corner_depths, lines_in_space) = (vec![None; corners.len()], vec![None; lines.len()]);
+    let stamp = geometry::Stamp::from_nanos(0);
+    Arc::new(Frame { stamp, corners, corner_depths, lines, lines_in_space })
 }
 
 fn rows(path: &Path) -> Outcome<Vec<Vec<String>>> {

@@ -140,8 +140,7 @@ impl Mapper {
             self.places.remove(*gone);
         }
         let closed = self.close(keyframe, is_aborted);
-        let corners = frame.corners.iter().map(|corner| corner.descriptor);
-        self.places.insert(keyframe, corners);
+        self.places.insert(keyframe, &frame);
         let now = self.map.keyframes().get(keyframe).map(|keyframe| *keyframe.camera_from_map());
         let map_from_before = now.unwrap_or(came_with).inverse() * came_with;
         Ok(MappingStep { keyframe, taken_in, adjusted, culled, closed, map_from_before })

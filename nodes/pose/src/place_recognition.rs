@@ -6,11 +6,11 @@
 //! | `database` | which keyframes have descriptors like those of a frame, and how much that says |
 //! | `candidates` | the keyframes that a loop may be closed with, or a lost camera may be at |
 //!
-//! A bag of words quantises a descriptor to a word, and takes all of a word for the same. Here the 256 bits are cut into 16
+//! A bag of words quantises a descriptor to a word, and takes all of a word for the same. Here 96 of the 256 bits make 6
 //! words of 16 bits, each with a table of its own (Norouzi, Punjani and Fleet 2012, "Fast search in Hamming space with
-//! multi-index hashing"): of two descriptors that differ in an eighth of their bits one word at least is the same in 87 of
-//! 100 cases; those that share one are compared in full. So a vote is of a corner that really looks the same, and like no
-//! other corner of its keyframe.
+//! multi-index hashing"): of two descriptors that differ in an eighth of their bits one word at least is the same, but for
+//! one bit, in 95 of 100 cases; those that have such a word are compared in full. So a vote is of a corner that really looks
+//! the same, and like no other corner of its keyframe. The descriptors stay in the frames that the map keeps.
 
 mod candidates;
 mod database;
@@ -19,4 +19,5 @@ mod index;
 mod tests;
 
 pub use candidates::{Candidate, CandidateConfig, Consistency, loop_candidates, lost_candidates};
+pub(crate) use database::BYTES_OF_LOOK;
 pub use database::{PlaceConfig, PlaceDatabase, Score};

@@ -40,7 +40,7 @@ impl Mapper {
         // As they came in: of what is equally alike the newest is the first.
         keyframes.sort_by_key(|(_, keyframe)| keyframe.number());
         for (id, keyframe) in keyframes {
-            places.insert(id, keyframe.frame().corners.iter().map(|corner| corner.descriptor));
+            places.insert(id, keyframe.frame());
         }
         Ok(Self { config, map, places, consistency: Consistency::default() })
     }

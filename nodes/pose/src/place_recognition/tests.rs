@@ -1,9 +1,27 @@
 //! Places of random looks, seen again with some bits changed.
 
+use std::sync::Arc;
+
+use nalgebra::Point2;
+
 use super::*;
-use crate::feature::points::Descriptor;
-use crate::map::testing::{World, around, blank_map};
+use crate::feature::points::{Corner, Descriptor};
+use crate::frame::Frame;
+use crate::map::testing::{World, around, blank_frame, blank_map};
 use crate::solve::testing::Draw;
+
+/// A frame whose corners look like this.
+fn frame_of(looks: impl IntoIterator<Item = Descriptor>) -> Arc<Frame> {
+    let corner = |descriptor| Corner {
+        pixel: Point2::origin(),
+        level: 0,
+        angle_rad: 0.0,
+        response: 1.0,
+        descriptor,
+    };
+    let corners = looks.into_iter().map(corner).collect();
+    Arc::new(Frame { corners, ..Frame::clone(&blank_frame(0, 0)) })
+}
 
 /// A descriptor with each bit changed by this chance.
 fn seen_again(descriptor: &Descriptor, share: f64, draw: &mut Draw) -> Descriptor {
@@ -25,7 +43,7 @@ fn a_place_is_known_again_among_many() {
         .collect();
     let mut database = PlaceDatabase::new(PlaceConfig::default());
     for (id, place) in ids.iter().zip(&places) {
-        database.insert(*id, place.iter().copied());
+        database.insert(*id, &frame_of(place.iter().copied()));
     }
     // A third of the corners are seen again, with an eighth of the bits changed; the rest is new.
     let (mut known, mut strangers) = (0, 0);
@@ -62,7 +80,7 @@ fn what_is_everywhere_says_nothing() {
         let rare: [Descriptor; 5] =
             std::array::from_fn(|_| Descriptor(std::array::from_fn(|_| draw.bits())));
         own.push(rare);
-        database.insert(*id, common.iter().copied().chain(rare));
+        database.insert(*id, &frame_of(common.iter().copied().chain(rare)));
     }
     let frame: Vec<Descriptor> = common.iter().copied().chain(own[7]).collect();
     let scores = database.query(&frame);
@@ -73,7 +91,7 @@ fn what_is_everywhere_says_nothing() {
     // What is many times in one place says nothing of it either.
     let many = vec![common[0]; 30];
     database.remove(ids[19]);
-    database.insert(ids[19], many.iter().copied());
+    database.insert(ids[19], &frame_of(many.iter().copied()));
     let votes =
         |id| database.query(&many).iter().find(|score| score.keyframe == id).map(|s| s.votes);
     assert_eq!((votes(ids[19]), votes(ids[3])), (None, Some(1)));
@@ -84,6 +102,40 @@ fn what_is_everywhere_says_nothing() {
         database.remove(*id);
     }
     assert!(database.is_empty() && database.query(&frame).is_empty());
+}
+
+#[test]
+fn a_database_that_was_built_anew_answers_as_one_that_never_held_what_is_gone() {
+    let mut draw = Draw::new(3);
+    let (_, ids) = blank_map(12);
+    let frames: Vec<Arc<Frame>> = (0..12)
+        .map(|_| frame_of((0..30).map(|_| Descriptor(std::array::from_fn(|_| draw.bits())))))
+        .collect();
+    let mut database = PlaceDatabase::new(PlaceConfig::default());
+    let mut fresh = PlaceDatabase::new(PlaceConfig::default());
+    for (id, frame) in ids.iter().zip(&frames) {
+        database.insert(*id, frame);
+    }
+    // Every third one stays.
+    for (index, id) in ids.iter().enumerate() {
+        if index % 3 == 0 {
+            fresh.insert(*id, &frames[index]);
+        } else {
+            database.remove(*id);
+            // The features of a frame are held no longer than its keyframe.
+            assert_eq!(Arc::strong_count(&frames[index]), 1);
+        }
+    }
+    for frame in &frames {
+        let looks: Vec<Descriptor> = frame
+            .corners
+            .iter()
+            .map(|corner| seen_again(&corner.descriptor, 0.1, &mut draw))
+            .collect();
+        assert_eq!(database.query(&looks), fresh.query(&looks));
+    }
+    let looks: Vec<Descriptor> = frames[3].corners.iter().map(|corner| corner.descriptor).collect();
+    assert_eq!(database.query(&looks)[0].keyframe, ids[3]);
 }
 
 #[test]
@@ -112,8 +164,7 @@ fn a_keyframe_that_sees_the_beginning_again_is_a_candidate_for_a_loop() {
     }
     let mut database = PlaceDatabase::new(PlaceConfig::default());
     for id in &ids {
-        let frame = map.keyframes().get(*id).unwrap().frame();
-        database.insert(*id, frame.corners.iter().map(|corner| corner.descriptor));
+        database.insert(*id, map.keyframes().get(*id).unwrap().frame());
     }
     let config = CandidateConfig::default();
     let mut consistency = Consistency::default();
@@ -132,8 +183,7 @@ fn a_keyframe_that_sees_the_beginning_again_is_a_candidate_for_a_loop() {
     let database = {
         let mut first = PlaceDatabase::new(PlaceConfig::default());
         for id in &ids[..40] {
-            let frame = map.keyframes().get(*id).unwrap().frame();
-            first.insert(*id, frame.corners.iter().map(|corner| corner.descriptor));
+            first.insert(*id, map.keyframes().get(*id).unwrap().frame());
         }
         first
     };
