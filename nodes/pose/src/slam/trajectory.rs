@@ -27,6 +27,25 @@ pub struct TrajectoryPose {
     pub camera_from_keyframe: Isometry3<f64>,
 }
 
+impl TrajectoryPose {
+    /// Where the camera was, `camera_from_map`; `None` when the keyframe is not there.
+    #[must_use]
+    pub fn in_map(&self, map: &Map) -> Option<Isometry3<f64>> {
+        let Some(keyframe) = self.keyframe else { return Some(self.camera_from_keyframe) };
+        let keyframe = map.keyframes().get(keyframe)?;
+        Some(self.camera_from_keyframe * keyframe.camera_from_map())
+    }
+
+    /// Ties the pose to what its keyframe hung on, if that is gone, and so on.
+    pub(super) fn tie_anew(&mut self, gone: &BTreeMap<KeyframeId, CulledKeyframe>) {
+        // Each step leads to a keyframe that went later: there are no circles.
+        while let Some(culled) = self.keyframe.and_then(|keyframe| gone.get(&keyframe)) {
+            self.keyframe = Some(culled.parent);
+            self.camera_from_keyframe *= culled.camera_from_parent;
+        }
+    }
+}
+
 impl Trajectory {
     /// The next pose.
     pub fn append(&mut self, pose: TrajectoryPose) {
@@ -42,17 +61,9 @@ impl Trajectory {
     #[must_use]
     pub fn in_map(&self, map: &Map) -> Vec<(Stamp, Isometry3<f64>)> {
         let pose = |pose: &TrajectoryPose| {
-            let mut camera_from_keyframe = pose.camera_from_keyframe;
-            let Some(mut keyframe) = pose.keyframe else {
-                return Some((pose.stamp, camera_from_keyframe));
-            };
-            // Each step leads to a keyframe that went later: there are no circles.
-            while let Some(gone) = self.gone.get(&keyframe) {
-                keyframe = gone.parent;
-                camera_from_keyframe *= gone.camera_from_parent;
-            }
-            let found = map.keyframes().get(keyframe)?;
-            Some((pose.stamp, camera_from_keyframe * found.camera_from_map()))
+            let mut pose = *pose;
+            pose.tie_anew(&self.gone);
+            Some((pose.stamp, pose.in_map(map)?))
         };
         self.poses.iter().filter_map(pose).collect()
     }

@@ -28,7 +28,7 @@ impl Waypoints {
     /// The camera is here now.
     pub(super) fn come_along(&mut self, pose: &TrajectoryPose, map: &Map) {
         // What is tied to no keyframe does not move with any.
-        let Some(here) = pose.keyframe.and_then(|_| in_map(pose, map)) else { return };
+        let Some(here) = pose.keyframe.and_then(|_| pose.in_map(map)) else { return };
         if self.poses.last().is_some_and(|last| pose.stamp <= last.stamp) {
             let is_another_run = self.poses.last().is_some_and(|last| pose.stamp < last.stamp);
             if !is_another_run {
@@ -36,7 +36,7 @@ impl Waypoints {
             }
             self.poses.clear();
         }
-        let last = self.poses.last().and_then(|last| in_map(last, map));
+        let last = self.poses.last().and_then(|last| last.in_map(map));
         let is_near = last.is_some_and(|last| {
             let step = here * last.inverse();
             step.translation.vector.norm() < STEP_M && step.rotation.angle() < STEP_RAD
@@ -61,11 +61,7 @@ impl Waypoints {
         }
         let gone: BTreeMap<KeyframeId, CulledKeyframe> = gone.iter().copied().collect();
         for pose in &mut self.poses {
-            // Each step leads to a keyframe that went later: there are no circles.
-            while let Some(culled) = pose.keyframe.and_then(|keyframe| gone.get(&keyframe)) {
-                pose.keyframe = Some(culled.parent);
-                pose.camera_from_keyframe *= culled.camera_from_parent;
-            }
+            pose.tie_anew(&gone);
         }
     }
 
@@ -77,13 +73,8 @@ impl Waypoints {
     /// All of them in the map, `camera_from_map`, by rising stamp, as far as their keyframes are there.
     pub(super) fn in_map(&self, map: &Map) -> Vec<(Stamp, Isometry3<f64>)> {
         let poses = self.poses.iter();
-        poses.filter_map(|pose| Some((pose.stamp, in_map(pose, map)?))).collect()
+        poses.filter_map(|pose| Some((pose.stamp, pose.in_map(map)?))).collect()
     }
-}
-
-fn in_map(pose: &TrajectoryPose, map: &Map) -> Option<Isometry3<f64>> {
-    let keyframe = map.keyframes().get(pose.keyframe?)?;
-    Some(pose.camera_from_keyframe * keyframe.camera_from_map())
 }
 
 #[cfg(test)]
