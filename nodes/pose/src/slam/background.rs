@@ -1,9 +1,10 @@
 //! The map, worked on in a thread of its own.
 //!
 //! A frame comes every 33 ms and must not wait; a keyframe may. So the thread has a lower priority than the one that it was
-//! started from: where there are fewer cores than threads, it works in what time tracking leaves. And snapshots of the map
-//! that nobody reads any more are given back to it, to be taken apart there: that of a map whose loop was closed is made
-//! of tens of thousands of pieces.
+//! started from, once it is asked to keep a frame: where there are fewer cores than threads, it works in what time tracking
+//! leaves. In a map that stays as it is a lost camera is looked for with the priority of tracking. And snapshots that nobody
+//! reads any more are given back to the thread, to be taken apart there: that of a map whose loop was closed is made of
+//! tens of thousands of pieces.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -114,9 +115,14 @@ fn work(
     tell: &Sender<(Arc<Map>, Done)>,
     waiting: &AtomicUsize,
 ) -> Mapper {
-    stand_back();
+    let mut stands_back = false;
     while let Ok(Work { request, worn }) = asked.recv() {
         drop(worn);
+        // Who is not privileged cannot take it back.
+        if !stands_back && matches!(request, Request::Keep(_)) {
+            stand_back();
+            stands_back = true;
+        }
         // Another request waits: what is only better when it is done may be left as it is.
         let is_aborted = || waiting.load(Ordering::Acquire) > 1;
         let done = answered(&mut mapper, request, &is_aborted);
@@ -140,6 +146,7 @@ fn stand_back() {
 mod tests {
     use std::time::{Duration, Instant};
 
+    use super::super::{Foreseen, Kept};
     use super::*;
     use crate::map::testing::{blank, blank_frame};
     use crate::mapping::MappingConfig;
@@ -172,17 +179,36 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn the_thread_of_the_map_lets_others_go_first() {
+    fn a_thread_that_keeps_frames_lets_others_go_first_and_one_that_only_looks_does_not() {
         use rustix::process::getpriority_process;
-        let priorities = thread::spawn(|| {
-            let before = getpriority_process(None).unwrap();
-            stand_back();
-            (before, getpriority_process(None).unwrap())
-        });
+        let frame = blank_frame(0, 0);
+        let new = blank(&frame);
+        let camera = new.camera;
+        let find = Request::Find { frame: Arc::clone(&frame), camera };
+        let keep = Request::Keep(Box::new(Kept {
+            camera,
+            camera_from_map: new.camera_from_map,
+            frame: Arc::clone(&frame),
+            points: Vec::new(),
+            lines: Vec::new(),
+            foreseen: Foreseen::default(),
+            by_odometry: None,
+        }));
         let own = getpriority_process(None).unwrap();
-        let (before, after) = priorities.join().unwrap();
+        let priority_after = |request: Request| {
+            let worked = thread::spawn(|| {
+                let ((ask, asked), (tell, _answers)) = (channel(), channel());
+                ask.send(Work { request, worn: Vec::new() }).unwrap();
+                drop(ask);
+                let mapper = Mapper::new(MappingConfig::default()).unwrap();
+                work(mapper, &asked, &tell, &AtomicUsize::new(1));
+                getpriority_process(None).unwrap()
+            });
+            worked.join().unwrap()
+        };
+        assert_eq!(priority_after(find), own);
         // 19 is as nice as it gets.
-        assert_eq!((before, after), (own, (own + NICER_BY).min(19)));
+        assert_eq!(priority_after(keep), (own + NICER_BY).min(19));
         assert_eq!(getpriority_process(None).unwrap(), own);
     }
 }
