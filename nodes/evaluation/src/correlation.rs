@@ -5,7 +5,10 @@
 //! in depth alone hardly shows from the front.
 //!
 //! Where the text is silent:
-//! - Both pictures have one frame and one scale of grey, those of both clouds together.
+//! - Both pictures have one frame and one scale of grey, those of both clouds together. The frame reaches from the
+//!   least to the greatest coordinate, as the pixels of eq. 10 do: squares are cut there. A rim beyond, which nothing
+//!   but the halves of the outermost squares reach, is empty or not by the millimetre, and in the picture of a room
+//!   that is all wall nothing else would be empty: two measurements of an empty room correlated by 85 to 96 % for it.
 //! - A point is a square of one and a half of the clouds' voxel edge, so that a reduced surface has no holes: the
 //!   means of two voxels side by side lie up to two edges apart, and with squares of one edge the cracks between
 //!   them, which noise moves about, cost two maps that differ by half a millimetre a tenth of their correlation.
@@ -156,7 +159,8 @@ impl Frame {
                 max_m[axis] = max_m[axis].max(value);
             }
         }
-        let extent_m = |axis: usize| max_m[axis] - min_m[axis] + square_m;
+        // A frame of no extent would be of no pixel: one point, or points one above the other.
+        let extent_m = |axis: usize| (max_m[axis] - min_m[axis]).max(1.0 / PX_PER_M);
         let pixels = extent_m(0) * extent_m(1) * PX_PER_M * PX_PER_M;
         let px_per_m = PX_PER_M * (MOST_PIXELS / pixels).sqrt().min(1.0);
         let count = |axis: usize| (extent_m(axis) * px_per_m).ceil().max(1.0) as usize;
@@ -191,8 +195,7 @@ impl Frame {
 
     /// The pixels along one axis of a point's square.
     fn pixels(&self, from_min_m: f64, count: usize) -> std::ops::Range<usize> {
-        // The frame is half a square wider than the points at each side.
-        let middle_px = from_min_m * self.px_per_m + self.half_px;
+        let middle_px = from_min_m * self.px_per_m;
         let first = (middle_px - self.half_px).round().max(0.0) as usize;
         let end = ((middle_px + self.half_px).round() as usize).max(first + 1);
         first.min(count - 1)..end.min(count)
