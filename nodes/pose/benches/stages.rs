@@ -17,7 +17,7 @@ use std::time::Instant;
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use pose::feature::lines::LineDetector;
 use pose::feature::points::PointExtractor;
-use pose::frame::{FrameConfig, FrameExtractor, FrameStep};
+use pose::frame::{FrameConfig, FrameExtractor};
 use pose::image::{RawImage, Rectification, gray_from_raw};
 use pose::tracking::{Hints, Tracker, TrackerConfig};
 
@@ -32,11 +32,10 @@ const TUM_DEPTH_SCALE: f32 = 5000.0;
 /// Images of a pair are no farther apart.
 const PAIR_GAP_S: f64 = 0.02;
 /// The stages, in their order; the first ones make the total, and the last two are of one thread alone.
-const STAGES: [&str; 8] = [
+const STAGES: [&str; 7] = [
     "gray",
     "rectification",
-    "points and lines",
-    "their depths",
+    "points and lines with their depths",
     "pose and map",
     "all of it",
     "points alone",
@@ -110,11 +109,8 @@ fn times_of(
             (rectification.rectify(&gray).unwrap(), rectification.rectify_depth(&depth).unwrap())
         };
         marks.push(("rectification", Instant::now()));
-        let frame = extractor.extract_in_steps(&gray, &depth, &target, |step| {
-            let is_found = step == FrameStep::Features;
-            let stage = if is_found { "points and lines" } else { "their depths" };
-            marks.push((stage, Instant::now()));
-        });
+        let frame = extractor.extract(&gray, &depth, &target);
+        marks.push(("points and lines with their depths", Instant::now()));
         tracker.step(&frame, &target, &Hints::default());
         marks.push(("pose and map", Instant::now()));
         let mut note = |stage, from: Instant, to: Instant| {

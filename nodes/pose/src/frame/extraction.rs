@@ -18,15 +18,6 @@ pub struct FrameExtractor {
     lines: LineDetector,
 }
 
-/// The steps of [`FrameExtractor::extract_in_steps`], in their order.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum FrameStep {
-    /// Corners and segments are found.
-    Features,
-    /// They have their depths.
-    Depths,
-}
-
 impl FrameExtractor {
     /// An extractor with these parameters.
     ///
@@ -49,49 +40,40 @@ impl FrameExtractor {
     /// The features of a rectified gray image and the depth image that belongs to it, pixel by pixel. Its stamp is that of
     /// the depth image.
     pub fn extract(&mut self, gray: &GrayImage, depth: &DepthImage, camera: &CameraModel) -> Frame {
-        self.extract_in_steps(gray, depth, camera, |_| ())
-    }
-
-    /// The same, calling `done` after each step: so that the steps can be timed, by whoever has a clock.
-    pub fn extract_in_steps(
-        &mut self,
-        gray: &GrayImage,
-        depth: &DepthImage,
-        camera: &CameraModel,
-        mut done: impl FnMut(FrameStep),
-    ) -> Frame {
         let Self { config, points, lines } = self;
-        let mut corners = || if config.use_points { points.extract(gray) } else { Vec::new() };
-        let mut segments =
-            || if config.use_lines { segments(lines, gray, config.max_lines) } else { Vec::new() };
-        let (corners, lines) = if config.in_parallel && config.use_points && config.use_lines {
-            both(corners, segments)
-        } else {
-            (corners(), segments())
+        let mut corners = || {
+            let corners = if config.use_points { points.extract(gray) } else { Vec::new() };
+            let depth_of = |corner: &Corner| depth_at(depth, corner.pixel, config);
+            let depths: Vec<_> = corners.iter().map(depth_of).collect();
+            (corners, depths)
         };
-        done(FrameStep::Features);
-        let corner_depths =
-            corners.iter().map(|corner| depth_at(depth, corner.pixel, config)).collect();
-        let sensor = config.depth_sensor();
-        let in_space = |line: &LineFeature| {
-            segment_in_space(&line.segment, depth, camera, sensor, &config.line_depth).ok()
+        let mut lines = || {
+            let lines =
+                if config.use_lines { segments(lines, gray, config.max_lines) } else { Vec::new() };
+            let sensor = config.depth_sensor();
+            let in_space = |line: &LineFeature| {
+                segment_in_space(&line.segment, depth, camera, sensor, &config.line_depth).ok()
+            };
+            let in_space: Vec<_> = lines.iter().map(in_space).collect();
+            (lines, in_space)
         };
-        let lines_in_space = lines.iter().map(in_space).collect();
-        done(FrameStep::Depths);
+        let ((corners, corner_depths), (lines, lines_in_space)) =
+            if config.in_parallel && config.use_points && config.use_lines {
+                both(corners, lines)
+            } else {
+                (corners(), lines())
+            };
         Frame { stamp: depth.stamp, corners, corner_depths, lines, lines_in_space }
     }
 }
 
 /// What both find, one on a thread of its own.
-fn both(
-    corners: impl FnOnce() -> Vec<Corner> + Send,
-    segments: impl FnOnce() -> Vec<LineFeature> + Send,
-) -> (Vec<Corner>, Vec<LineFeature>) {
+fn both<A: Send + Default, B>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B) -> (A, B) {
     thread::scope(|scope| {
-        let corners = scope.spawn(corners);
-        let segments = segments();
+        let one = scope.spawn(one);
+        let other = other();
         // It does not panic.
-        (corners.join().unwrap_or_default(), segments)
+        (one.join().unwrap_or_default(), other)
     })
 }
 

@@ -2,7 +2,7 @@
 //!
 //! First by corners that look like points of the keyframe, with no idea of the pose: random samples of three with depths
 //! (or without, where most have none). Then by all points and lines of the neighbourhood that should be seen from there,
-//! each near its place: twice, the second time from the better pose.
+//! each near its place: twice, the second time from the better pose where it is much better.
 
 use std::collections::BTreeSet;
 
@@ -22,8 +22,10 @@ use crate::solve::{
     refine_pose,
 };
 
-/// Rounds of looking for landmarks near their places.
+/// Rounds of looking for landmarks near their places, at most.
 const ROUNDS: usize = 2;
+/// A pose that moves what is seen by less has been right: a corner is off by as much by itself.
+const SETTLED_PX: f64 = 1.0;
 
 /// Where a frame is, and by what.
 #[derive(Clone, PartialEq, Debug)]
@@ -126,11 +128,15 @@ pub fn locate_near(
     let mut located = None;
     for _ in 0..ROUNDS {
         let seen = around.seen(map, (frame, known), camera, &camera_from_map, config);
-        let guess = PoseGuess { camera_from_map, ..*guess };
+        let before = PoseGuess { camera_from_map, ..*guess };
         let (points, lines) = (&seen.point_observations, &seen.line_observations);
-        let pose = refine_pose(camera, &guess, points, lines, &config.refine)?;
+        let pose = refine_pose(camera, &before, points, lines, &config.refine)?;
         camera_from_map = pose.camera_from_map;
+        let is_settled = is_settled(camera, [&before.camera_from_map, &camera_from_map], points);
         located = Some((seen, pose));
+        if is_settled {
+            break;
+        }
     }
     let Some((seen, pose)) = located else { return Err(NotLocated::NoKeyframe(keyframe)) };
     let (inliers, matches) = (pose.point_inliers(), seen.points.len());
@@ -148,6 +154,18 @@ pub fn locate_near(
     let lines = lines.filter(|(_, verdict)| verdict.is_inlier()).map(|(pair, _)| *pair).collect();
     let Seen { foreseen_points, foreseen_lines, .. } = seen;
     Ok(Located { pose, points, lines, foreseen_points, foreseen_lines })
+}
+
+/// Whether a pose was corrected by so little that the same would be found near the same places again.
+fn is_settled(
+    camera: &CameraModel,
+    [before, now]: [&Isometry3<f64>; 2],
+    points: &[PointObservation],
+) -> bool {
+    points.iter().all(|seen| {
+        let places = [before, now].map(|pose| camera.project(&(pose * seen.point_in_map_m)));
+        matches!(places, [Some(before), Some(now)] if (now - before).norm() < SETTLED_PX)
+    })
 }
 
 /// The corners that look like points of the keyframe.

@@ -21,7 +21,7 @@ use super::map_path::MapPathTeller;
 use super::output::Output;
 use super::pairing::{Paired, Pairing};
 use super::parameters::PoseParameters;
-use crate::frame::{Frame, FrameExtractor, FrameStep};
+use crate::frame::{Frame, FrameExtractor};
 use crate::slam::MapState;
 use crate::tracking::{Fate, Hints, Tracked, TrackingState};
 
@@ -215,12 +215,8 @@ impl Stage {
         };
         timer.end_of("convert");
         let RectifiedPair { gray, depth, camera } = pair;
-        let frame = self.extractor.extract_in_steps(&gray, &depth, &camera, |step| {
-            timer.end_of(match step {
-                FrameStep::Features => "features",
-                FrameStep::Depths => "depths",
-            });
-        });
+        let frame = self.extractor.extract(&gray, &depth, &camera);
+        timer.end_of("features");
         let moving = self.knowledge.moving(stamp, self.output.frames());
         let motion = self.follower.tracker().config().motion;
         let last = self.follower.tracker().last_stamp();
