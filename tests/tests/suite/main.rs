@@ -27,6 +27,7 @@ mod transforms;
 
 mod apart;
 mod bench;
+mod corrected_map;
 mod dds_run;
 mod doctor;
 mod ending;

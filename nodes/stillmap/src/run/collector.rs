@@ -6,6 +6,7 @@ use std::sync::Arc;
 use geometry::{SegmentationCounts, Stamp};
 use msgs::convert::{self, ConvertError};
 use msgs::diagnostic_msgs::DiagnosticArray;
+use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::{ReducedCloud, StageReport};
 use nalgebra::Point3;
@@ -15,6 +16,8 @@ use super::recorder::{Recorder, Stage};
 
 /// Messages that may wait for the collector: more than a run of minutes makes while it is held up.
 const WAITING_MESSAGES: usize = 256;
+/// Paths that may wait: each is of the whole way, and what the last one tells is more than the ones before it did.
+const WAITING_PATHS: usize = 4;
 /// Diagnostics that may wait: one a second and node.
 const WAITING_DIAGNOSTICS: usize = 32;
 
@@ -25,6 +28,7 @@ pub(super) struct Collector {
     reduced_clouds: Subscription<ReducedCloud>,
     dynamic_clouds: Subscription<PointCloud2>,
     static_map: Subscription<PointCloud2>,
+    paths: Subscription<Path>,
     reports: [Subscription<StageReport>; Stage::ALL.len()],
     seen: Seen,
 }
@@ -54,6 +58,7 @@ impl Collector {
             reduced_clouds: node.subscription("reduced_cloud", &reliable)?,
             dynamic_clouds: node.subscription("dynamic_cloud", &reliable)?,
             static_map: node.subscription("static_map", &Qos::latched())?,
+            paths: node.subscription("map_path", &Qos::reliable(WAITING_PATHS))?,
             reports: [
                 report(Stage::Detection)?,
                 report(Stage::Segmentation)?,
@@ -87,11 +92,12 @@ impl Collector {
             received = self.reduced_clouds.next() => Heard::ReducedCloud(received.message),
             received = self.dynamic_clouds.next() => Heard::DynamicCloud(received.message),
             received = self.static_map.next() => Heard::Map(received.message),
+            received = self.paths.next() => Heard::Path(received.message),
             received = detection.next() => Heard::Report(Stage::Detection, received.message),
             received = segmentation.next() => Heard::Report(Stage::Segmentation, received.message),
             received = reconstruction.next() => Heard::Report(Stage::Reconstruction, received.message),
         };
-        let about_a_cycle = !matches!(heard, Heard::Diagnostics(_));
+        let about_a_cycle = !matches!(heard, Heard::Diagnostics(_) | Heard::Path(_));
         self.take(heard, recorder);
         about_a_cycle
     }
@@ -114,6 +120,7 @@ impl Collector {
             .or_else(|| {
                 self.dynamic_clouds.try_next().map(|next| Heard::DynamicCloud(next.message))
             })
+            .or_else(|| self.paths.try_next().map(|next| Heard::Path(next.message)))
             .or_else(|| self.static_map.try_next().map(|next| Heard::Map(next.message)))
             .or_else(|| self.diagnostics.try_next().map(|next| Heard::Diagnostics(next.message)))
     }
@@ -137,6 +144,7 @@ enum Heard {
     ReducedCloud(Arc<ReducedCloud>),
     DynamicCloud(Arc<PointCloud2>),
     Map(Arc<PointCloud2>),
+    Path(Arc<Path>),
     Report(Stage, Arc<StageReport>),
 }
 
@@ -169,6 +177,12 @@ impl Seen {
             Heard::Map(message) => {
                 let cloud = convert::cloud_from_message(&message)?;
                 self.map = Some((cloud.stamp, cloud.points_m));
+            }
+            // One that is none is reconstruction's to count.
+            Heard::Path(message) => {
+                if let Ok(path) = convert::map_path_from_message(&message) {
+                    recorder.path(path);
+                }
             }
             Heard::Report(stage, report) => self.take_report(stage, &report, recorder),
         }

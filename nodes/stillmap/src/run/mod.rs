@@ -10,6 +10,7 @@ pub(crate) mod parameters;
 pub(crate) mod pipeline;
 mod recorder;
 mod truth;
+mod way;
 
 use std::path::{Path, PathBuf};
 

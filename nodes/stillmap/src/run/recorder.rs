@@ -4,9 +4,11 @@ use std::collections::{BTreeMap, VecDeque};
 
 use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
 use evaluation::{CycleRecord, DropCount, RunRecord};
-use geometry::{Cloud, DetectedCycle, SegmentationCounts, Stamp};
+use geometry::{Cloud, DetectedCycle, MapPath, SegmentationCounts, Stamp};
 use nalgebra::Point3;
 use reconstruction::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig, StaticMap};
+
+use super::way::Way;
 
 /// The three stages of the pipeline.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -65,6 +67,7 @@ pub(crate) struct Recorder {
     method_name: &'static str,
     unfiltered_map: StaticMap,
     cycles: BTreeMap<u32, PartialCycle>,
+    way: Way,
     drops: BTreeMap<(String, String), u64>,
     blind_scans: usize,
     unclaimed_clouds: VecDeque<Cloud>,
@@ -92,6 +95,7 @@ impl Recorder {
             voxel_edge_m: map.voxel_edge_m,
             unfiltered_map: StaticMap::new(unfiltered)?,
             cycles: BTreeMap::new(),
+            way: Way::default(),
             drops: BTreeMap::new(),
             blind_scans: 0,
             unclaimed_clouds: VecDeque::new(),
@@ -100,13 +104,22 @@ impl Recorder {
     }
 
     /// Detection's result. All of its points go into the map that shows what no removal would give.
-    pub(crate) fn detected(&mut self, cycle: DetectedCycle) {
+    pub(crate) fn detected(&mut self, mut cycle: DetectedCycle) {
         let in_map = cycle.reduced_cloud.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
         // Another frame than before is reconstruction's to refuse and to report.
         let _ = self.unfiltered_map.add(&in_map);
+        self.way.bring_over(&mut cycle);
         let index = cycle.index;
         self.partial(index).detected = Some(cycle);
         self.claim();
+    }
+
+    /// The way of the rig has been corrected, or has gone on: what was told before goes along, as it does in the map.
+    pub(crate) fn path(&mut self, path: MapPath) {
+        // Another frame is reconstruction's to refuse and to report.
+        let _ = self.unfiltered_map.follow_path(&path);
+        let cycles = self.cycles.values_mut().filter_map(|partial| partial.detected.as_mut());
+        self.way.take(path, cycles);
     }
 
     /// The points that segmentation took for moving. A cloud carries its stamp but not its cycle's
