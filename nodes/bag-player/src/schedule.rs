@@ -136,6 +136,13 @@ impl Schedule {
         };
     }
 
+    /// Lets the time of the bag have stood still for this long, up to now.
+    pub fn stand(&mut self, lasting: Duration) {
+        if let State::Running { at, .. } = &mut self.state {
+            *at = at.saturating_add(lasting);
+        }
+    }
+
     /// Lets the time of the bag run on from where it stands.
     pub fn resume(&mut self, now: Duration) {
         self.steps = 0;

@@ -18,6 +18,7 @@ mod offers;
 mod options;
 #[cfg(test)]
 mod over_dds;
+mod pace;
 mod play;
 mod player;
 mod read_ahead;
@@ -28,6 +29,7 @@ mod terminal_line;
 
 pub use compress::{ColorCompression, ColorCompressionError, DepthFormat};
 pub use options::{PlayOptions, Remap, RemapError};
+pub use pace::{PaceBy, PaceByError};
 pub use play::{PlayError, play};
 pub use summary::{Ending, PlaySummary, TopicSummary};
 

@@ -42,7 +42,9 @@ pub use depth::{DepthImage, DepthPixels, DepthSizeError};
 pub use depth_projection::{DepthCameraError, DepthLimits, DepthProjector, ReducedDepth};
 pub use label::{LabelImage, LabelSizeError};
 pub use lidar_cloud::LidarCloud;
-pub use map_path::{MapPath, MapPathError, PathCorrection, PathKnot, PathVertex, SteadyFrame};
+pub use map_path::{
+    LateCorrections, MapPath, MapPathError, PathCorrection, PathKnot, PathVertex, SteadyFrame,
+};
 pub use parameter::ParameterError;
 pub use point_file::PointFileError;
 pub use pose::{

@@ -2,6 +2,7 @@
 //! which the platform does not jump when it is corrected.
 
 mod correction;
+mod late;
 mod steady;
 #[cfg(test)]
 mod tests;
@@ -10,6 +11,7 @@ use nalgebra::Isometry3;
 
 use crate::{Stamp, UnusablePose, check_pose};
 pub use correction::{PathCorrection, PathKnot};
+pub use late::LateCorrections;
 pub use steady::SteadyFrame;
 
 /// A moment of the way, and where the platform was then.

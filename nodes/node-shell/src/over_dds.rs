@@ -1,5 +1,6 @@
 //! Tests over real DDS: two nodes are two participants, in one process.
 
+mod busy;
 mod discovery;
 mod loss;
 mod troubles;

@@ -159,6 +159,12 @@ impl<M: RosMessage> Reader<M> {
         *assembly.lock() = AssemblyWatch::new(Instant::now(), resident_bytes());
     }
 
+    /// Tells the library's readers apart.
+    #[cfg(test)]
+    pub(crate) fn in_use(&self) -> usize {
+        Arc::as_ptr(&self.link.lock()) as usize
+    }
+
     fn current(&self) -> Arc<LibraryReader<M>> {
         Arc::clone(&self.link.lock())
     }

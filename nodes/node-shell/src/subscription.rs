@@ -148,6 +148,12 @@ impl<M: RosMessage> Subscription<M> {
         }
     }
 
+    /// Tells readers apart.
+    #[cfg(test)]
+    pub(crate) fn reader_in_use(&self) -> Option<usize> {
+        self.reader.as_ref().map(Reader::in_use)
+    }
+
     async fn next_from_outside(&self) -> Received<M> {
         let Some(reader) = &self.reader else { return std::future::pending().await };
         loop {
@@ -168,7 +174,10 @@ impl<M: RosMessage> Subscription<M> {
     fn take_from_outside(&self, reader: &Reader<M>) -> Option<Received<M>> {
         let mut waiting = self.lock_waiting();
         while let Some(taken) = reader.take() {
-            waiting.extend(self.accept(taken));
+            let accepted = self.accept(taken);
+            // What is missing before it may have been displaced by it.
+            accepted.iter().for_each(|waiting| reader.heard(&waiting.received.message, 0));
+            waiting.extend(accepted);
         }
         let mut lost = 0;
         while waiting.len() > self.depth {

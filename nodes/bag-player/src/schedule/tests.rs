@@ -51,6 +51,21 @@ fn a_late_message_does_not_delay_the_next() -> Result<(), RateError> {
 }
 
 #[test]
+fn what_is_held_back_shifts_what_follows_and_never_sets_the_time_back() -> Result<(), RateError> {
+    let mut schedule = Schedule::new(0.5, false)?;
+    assert_eq!(schedule.decide(ms(0), Some(at_ms(0))), on_time());
+    assert_eq!(schedule.bag_time(ms(220)), Some(at_ms(110)));
+    schedule.stand(ms(1000));
+    assert_eq!(schedule.bag_time(ms(1220)), Some(at_ms(110)));
+    assert_eq!(schedule.decide(ms(1220), Some(at_ms(100))), Decision::Publish { late: ms(20) });
+    assert_eq!(schedule.decide(ms(1220), Some(at_ms(200))), Decision::Wait(ms(180)));
+    schedule.pause(ms(1220));
+    schedule.stand(ms(500));
+    assert_eq!(schedule.bag_time(ms(2000)), Some(at_ms(110)));
+    Ok(())
+}
+
+#[test]
 fn a_pause_shifts_what_follows() -> Result<(), RateError> {
     let mut schedule = Schedule::new(1.0, false)?;
     assert_eq!(schedule.decide(ms(0), Some(at_ms(0))), on_time());

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use crate::message::{Selection, bare};
 use crate::shell::compress::{ColorCompression, DepthFormat};
+use crate::shell::pace::PaceBy;
 
 /// Rate of `/clock` that rosbag2 and the simulators use at least.
 const DEFAULT_CLOCK_HZ: f64 = 100.0;
@@ -57,9 +58,13 @@ pub struct PlayOptions {
     /// for several topics)
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
     pub wait_for: Vec<String>,
-    /// Give up waiting after this long
+    /// Give up waiting after this long; for reports to pace by, too
     #[arg(long = "wait-timeout", value_name = "SECONDS", allow_negative_numbers = true, default_value_t = DEFAULT_WAIT_TIMEOUT_S)]
     pub wait_timeout_s: f64,
+    /// Hold playback back while a node is behind with a topic of the bag, by what the node reports of it (as
+    /// /camera/depth/image_raw=/pose/report): nothing is lost however slow the node is (several times for several)
+    #[arg(long = "pace", value_name = "TOPIC=REPORTS")]
+    pub paces: Vec<PaceBy>,
     /// Count a message as late when it is published more than this long after it was due
     #[arg(long, value_name = "MILLISECONDS", allow_negative_numbers = true, default_value_t = DEFAULT_LATE_MS)]
     pub late_ms: f64,
@@ -87,6 +92,7 @@ impl PlayOptions {
             compress_color: Vec::new(),
             wait_for: Vec::new(),
             wait_timeout_s: DEFAULT_WAIT_TIMEOUT_S,
+            paces: Vec::new(),
             late_ms: DEFAULT_LATE_MS,
             json: false,
         }
@@ -169,7 +175,7 @@ mod tests {
         let options = parse(
             "x.mcap --rate 2 --loop --start 1.5 --duration 3 --topics /a,b --topics /c --clock --clock-hz 50 \
              --remap a:=/left/a --compress-depth /d --compress-depth e --depth-format rvl \
-             --compress-color /f,g=80 --compress-colour /h=1 --wait-for /left/a --wait-timeout 5 --late-ms 7 --json",
+             --compress-color /f,g=80 --compress-colour /h=1 --wait-for /left/a --wait-timeout 5 --pace /d=/pose/report --late-ms 7 --json",
         )
         .unwrap();
         let expected = PlayOptions {
@@ -187,6 +193,7 @@ mod tests {
             compress_color: ["/f=95", "g=80", "/h=1"].map(|text| text.parse().unwrap()).into(),
             wait_for: vec!["/left/a".into()],
             wait_timeout_s: 5.0,
+            paces: vec!["/d=/pose/report".parse().unwrap()],
             late_ms: 7.0,
             json: true,
         };

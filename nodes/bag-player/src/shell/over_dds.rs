@@ -9,7 +9,8 @@ use msgs::convert;
 use msgs::rosgraph_msgs::Clock;
 use msgs::sensor_msgs::{CompressedImage, Image, LaserScan};
 use msgs::std_msgs::String as Text;
-use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
+use msgs::stillmap_msgs::StageReport;
+use node_shell::{Node, Publisher, Qos, RosArguments, Subscription, Transport};
 use tempfile::TempDir;
 
 use super::{DepthFormat, Ending, PlayError, PlayOptions, play};
@@ -221,6 +222,50 @@ async fn what_is_not_played_gets_no_other_name() {
         assert_eq!(refused, format!("--remap {from}: no such topic is played; there are /scan"));
     }
     assert!(play(remap("scan:=/laser/scan"), &player).await.is_ok());
+}
+
+/// Reports each scan long after the next one would be due.
+async fn report_slowly(scans: Subscription<LaserScan>, reports: Publisher<StageReport>) -> usize {
+    let mut reported = 0;
+    while tokio::time::timeout(Duration::from_secs(2), scans.next()).await.is_ok() {
+        tokio::time::sleep(Duration::from_secs_f64(2.0 * SCAN_PERIOD_S)).await;
+        reports.publish(StageReport::default()).unwrap();
+        reported += 1;
+    }
+    reported
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_node_that_is_slower_than_the_bag_is_waited_for() {
+    let (_folder, path) = bag();
+    let (player, listener) = nodes();
+    // Of what comes twice as fast as it is taken this would lose most.
+    let scans = listener.subscription("scan", &Qos::sensor(4)).unwrap();
+    let reports = listener.publisher("slow/report", &Qos::reliable(100)).unwrap();
+    let node = tokio::spawn(report_slowly(scans, reports));
+    let options = PlayOptions {
+        wait_for: vec!["/scan".into()],
+        wait_timeout_s: PATIENCE.as_secs_f64(),
+        paces: vec!["scan=/slow/report".parse().unwrap()],
+        ..PlayOptions::new(path.clone())
+    };
+    let summary = play(options, &player).await.unwrap();
+    assert_eq!(node.await.unwrap(), SCANS as usize);
+    let least_s = f64::from(SCANS - 4) * 2.0 * SCAN_PERIOD_S;
+    assert!(summary.duration_s >= least_s, "{} s", summary.duration_s);
+    let absent = PlayOptions {
+        wait_timeout_s: 0.3,
+        paces: vec!["scan=/nobody/report".parse().unwrap()],
+        ..PlayOptions::new(path.clone())
+    };
+    let told = play(absent, &player).await.unwrap_err().to_string();
+    assert!(told.contains("nobody published /nobody/report within 0.3 s"), "{told}");
+    let unplayed =
+        PlayOptions { paces: vec!["/scam=/r".parse().unwrap()], ..PlayOptions::new(path) };
+    let told = play(unplayed, &player).await.unwrap_err().to_string();
+    assert!(told.contains("--pace /scam: no such topic is played"), "{told}");
+    player.close().await;
+    listener.close().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

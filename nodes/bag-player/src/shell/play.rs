@@ -17,6 +17,7 @@ use crate::shell::clock::{BagClock, CLOCK_TOPIC};
 use crate::shell::compress::Compression;
 use crate::shell::offers::Offers;
 use crate::shell::options::PlayOptions;
+use crate::shell::pace::Pace;
 use crate::shell::player::{Played, Player};
 use crate::shell::summary::{Ending, PlaySummary};
 
@@ -108,6 +109,24 @@ pub enum PlayError {
         /// How long was waited.
         seconds: f64,
     },
+    /// A topic to hold back is not played.
+    #[error("--pace {topic}: no such topic is played; there are {available}")]
+    PaceUnplayed {
+        /// The topic.
+        topic: String,
+        /// What is played.
+        available: String,
+    },
+    /// Nobody reports what the bag is to be paced by.
+    #[error(
+        "nobody published {topics} within {seconds} s; start the node, or give it longer with --wait-timeout"
+    )]
+    NoReports {
+        /// The topics of reports.
+        topics: String,
+        /// How long was waited.
+        seconds: f64,
+    },
     /// The thread that reads the bag could not be started, or broke off.
     #[error("the bag cannot be read on a thread of its own: {0}")]
     Thread(io::Error),
@@ -139,16 +158,18 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
             && !(options.clock && options.published_name(topic) == CLOCK_TOPIC)
     };
     let played = info.topics.iter().filter(|topic| topic.is_playable() && wanted(&topic.topic));
-    check_remaps(&options, played.clone().map(|topic| topic.topic.as_str()))?;
+    check_names(&options, played.clone().map(|topic| topic.topic.as_str()))?;
     let offers = Offers::create(node, &options, &compression, played)?;
     let clock = clock_period.map(|period| BagClock::start(node, period)).transpose()?;
 
     let shutdown = node.shutdown_signal();
+    let pace = Pace::new(node, &options.paces)?;
     let mut player =
-        Player::new(schedule, offers, clock, span(&info, &options), late_above, shutdown);
+        Player::new(schedule, offers, (clock, pace), span(&info, &options), late_above, shutdown);
     if !options.wait_for.is_empty() {
         player.wait_for_subscribers(node, &options.wait_for, patience).await?;
     }
+    player.wait_for_reports(patience).await?;
     let started = Instant::now();
     let Played { ending, passes, reader } =
         player.run(&bag, &options, &compression, messages).await?;
@@ -179,20 +200,23 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
     Ok(summary)
 }
 
-/// Whether what is to have another name is played: a misspelt one would else go by the bag's.
-fn check_remaps<'a>(
+/// Whether what is to have another name is played: a misspelt one would else go by the bag's. And what is to be held back.
+fn check_names<'a>(
     options: &PlayOptions,
     played: impl Iterator<Item = &'a str> + Clone,
 ) -> Result<(), PlayError> {
-    let is_played =
-        |from: &str| from == CLOCK_TOPIC || played.clone().any(|topic| bare(topic) == bare(from));
-    match options.remap.iter().find(|remap| !is_played(&remap.from)) {
-        Some(remap) => {
-            let available = played.clone().collect::<Vec<_>>().join(", ");
-            Err(PlayError::RemapUnplayed { from: remap.from.clone(), available })
-        }
-        None => Ok(()),
+    let is_played = |name: &str| played.clone().any(|topic| bare(topic) == bare(name));
+    let available = || played.clone().collect::<Vec<_>>().join(", ");
+    let is_known = |from: &str| from == CLOCK_TOPIC || is_played(from);
+    if let Some(remap) = options.remap.iter().find(|remap| !is_known(&remap.from)) {
+        let from = remap.from.clone();
+        return Err(PlayError::RemapUnplayed { from, available: available() });
     }
+    if let Some(pace) = options.paces.iter().find(|pace| !is_played(&pace.topic)) {
+        let topic = pace.topic.clone();
+        return Err(PlayError::PaceUnplayed { topic, available: available() });
+    }
+    Ok(())
 }
 
 /// Opens the bag on a thread of its own: one without an index is read whole for it.

@@ -15,6 +15,7 @@ use crate::shell::compress::{CompressError, Compression};
 use crate::shell::keys::{Key, Keys};
 use crate::shell::offers::Offers;
 use crate::shell::options::PlayOptions;
+use crate::shell::pace::Pace;
 use crate::shell::play::PlayError;
 use crate::shell::read_ahead::{Ahead, PassEnd, ReadAhead};
 use crate::shell::status::StatusLine;
@@ -22,6 +23,9 @@ use crate::shell::summary::{Ending, TopicSummary};
 
 /// A match is known here before the subscriber knows of it, and until then it drops what comes.
 const SETTLE: Duration = Duration::from_millis(200);
+
+/// How often a node that is behind is looked after.
+const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
 /// How many failures to publish are told; all are counted.
 const FAILURES_TOLD: u64 = 5;
@@ -31,6 +35,9 @@ pub(super) struct Player {
     schedule: Schedule,
     offers: Offers,
     clock: Option<BagClock>,
+    pace: Pace,
+    /// When it was last held back.
+    held_at: Option<Duration>,
     keys: Keys,
     status: StatusLine,
     shutdown: Shutdown,
@@ -53,7 +60,7 @@ impl Player {
     pub(super) fn new(
         schedule: Schedule,
         offers: Offers,
-        clock: Option<BagClock>,
+        (clock, pace): (Option<BagClock>, Pace),
         span: (Stamp, Stamp),
         late_above: Duration,
         shutdown: Shutdown,
@@ -65,6 +72,8 @@ impl Player {
             schedule,
             offers,
             clock,
+            pace,
+            held_at: None,
             keys,
             status,
             shutdown,
@@ -123,6 +132,22 @@ impl Player {
         }
     }
 
+    /// Waits until the nodes that the bag is paced by are there.
+    pub(super) async fn wait_for_reports(&self, patience: Duration) -> Result<(), PlayError> {
+        let all = async {
+            while !self.pace.unreported().is_empty() {
+                sleep(LOOK_AGAIN).await;
+            }
+        };
+        tokio::select! {
+            () = self.shutdown.wait() => Ok(()),
+            waited = timeout(patience, all) => waited.map_err(|_| PlayError::NoReports {
+                topics: self.pace.unreported().join(", "),
+                seconds: patience.as_secs_f64(),
+            }),
+        }
+    }
+
     /// Plays until the end of the bag, a key or a signal.
     pub(super) async fn run(
         &mut self,
@@ -154,13 +179,19 @@ impl Player {
                 ending = ending.or(self.press(key));
             }
             let now = self.now();
+            if let Some(held_at) = self.held_at.take() {
+                self.schedule.stand(now.saturating_sub(held_at));
+            }
             let time = self.schedule.bag_time(now);
             self.status.update(time, self.schedule.is_paused());
             if let Some(clock) = &mut self.clock {
                 clock.update(time);
             }
             let stamp = next.as_ref().map(|next| next.message.log_time);
-            if ending.is_none() {
+            if ending.is_none() && self.is_held(next.as_ref(), time) {
+                self.held_at = Some(now);
+                ending = self.idle(Some(LOOK_AGAIN)).await;
+            } else if ending.is_none() {
                 ending = match self.schedule.decide(now, stamp) {
                     Decision::Publish { late } => {
                         match next.take() {
@@ -196,6 +227,13 @@ impl Player {
         }
     }
 
+    /// Whether the next message is due, and a node is behind with what came before it.
+    fn is_held(&mut self, next: Option<&Ahead>, time: Option<Stamp>) -> bool {
+        let due = next.filter(|next| time.is_some_and(|time| time >= next.message.log_time));
+        !self.schedule.is_paused()
+            && due.is_some_and(|next| self.pace.holds(&next.message, Instant::now()))
+    }
+
     /// Waits for the next message to fall due, a key, the clock or the end.
     async fn idle(&mut self, wait: Option<Duration>) -> Option<Ending> {
         let clock_due = self.clock.as_ref().map(BagClock::due_in);
@@ -220,6 +258,7 @@ impl Player {
     }
 
     fn publish(&mut self, message: &BagMessage, late: Duration) {
+        self.pace.published(message);
         match self.offers.publish(message) {
             Some(Ok(())) if late > self.late_above => {
                 self.offers.count_late(&message.topic, late.as_secs_f64());

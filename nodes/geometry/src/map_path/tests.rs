@@ -126,6 +126,26 @@ fn a_platform_does_not_jump_in_the_steady_frame() {
     assert_eq!(frame.map_from_steady(at(4.0), "map"), None);
 }
 
+#[test]
+fn what_comes_late_takes_each_correction_that_it_missed_in_their_order() {
+    let turn = pose_from_vector(&[0.0, 0.0, 0.0, 0.5, 0.0, 0.0]);
+    let shift = along(2.0);
+    let made = |by: Isometry3<f64>| {
+        let before = path("map", 1.0, &[(0.0, along(0.0)), (1.0, along(1.0))]);
+        let now = path("map", 1.0, &[(0.0, by * along(0.0)), (1.0, by * along(1.0))]);
+        now.correction_since(&before).unwrap()
+    };
+    let mut late = LateCorrections::default();
+    assert_eq!(late.missed_at(at(1.0)), None);
+    late.corrected(at(2.0), &made(turn));
+    late.corrected(at(4.0), &made(shift));
+    check_same(&late.missed_at(at(1.0)).unwrap(), &(shift * turn));
+    check_same(&late.missed_at(at(2.0)).unwrap(), &shift);
+    assert_eq!(late.missed_at(at(4.0)), None, "told in the map as it is");
+    assert_eq!(late.missed_at(at(14.5)), None);
+    assert_eq!(late.missed_at(at(3.0)), None, "a clock that was set back");
+}
+
 fn vertices() -> impl Strategy<Value = Vec<(f64, Isometry3<f64>)>> {
     let pose = (prop::array::uniform3(-20.0..20.0_f64), prop::array::uniform3(-3.0..3.0_f64))
         .prop_map(|(shift, turn)| Isometry3::new(Vector3::from(shift), Vector3::from(turn)));

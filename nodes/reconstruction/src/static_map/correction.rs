@@ -16,12 +16,11 @@ mod moving;
 #[cfg(test)]
 mod tests;
 
-use geometry::{MapPath, PathCorrection, Stamp};
+use geometry::{LateCorrections, MapPath, PathCorrection, Stamp};
 
 use super::StaticMap;
 use super::anchor::TICK_S;
 use crate::tiles::TileError;
-use late::LateCycles;
 
 /// What moves by no more than this share of the voxel's edge stays: 2 cm of 8 cm, about what a voxel's mean tells of its
 /// surface. Each move costs the map some of its voxels, where two come to one place.
@@ -79,7 +78,7 @@ pub(super) struct Corrections {
     stands_on: Option<MapPath>,
     /// A correction since then could not be made, from this moment on: what came later stands where it belongs.
     put_off: Option<Stamp>,
-    late: LateCycles,
+    late: LateCorrections,
     counts: CorrectionCounts,
 }
 

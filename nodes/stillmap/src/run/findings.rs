@@ -1,5 +1,7 @@
 //! What is wrong with a run that came to its end all the same.
 
+use std::fmt;
+
 use bag_player::Loss;
 use evaluation::RunRecord;
 use node_shell::RAISE_RECEIVE_BUFFER;
@@ -14,7 +16,22 @@ pub(crate) struct Course {
     /// Scans in which nothing could be found for want of returns.
     pub(crate) blind_scans: usize,
     /// Messages that were sent and never arrived.
-    pub(crate) lost_messages: u64,
+    pub(crate) lost: Vec<LostOnTheWay>,
+}
+
+/// Messages of one topic that the player sent and that never reached their node.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct LostOnTheWay {
+    /// The bag's name of it.
+    pub(crate) topic: String,
+    pub(crate) node: &'static str,
+    pub(crate) messages: u64,
+}
+
+impl fmt::Display for LostOnTheWay {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} of {} to {}", self.messages, self.topic, self.node)
+    }
 }
 
 /// What the user should know of a run, each with the mend; nothing where all is well.
@@ -23,11 +40,12 @@ pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> 
     for loss in &course.losses {
         findings.push(Failure::new(loss.to_string()));
     }
-    if course.lost_messages > 0 {
+    if !course.lost.is_empty() {
+        let lost: Vec<String> = course.lost.iter().map(ToString::to_string).collect();
         findings.push(
             Failure::new(format!(
-                "{} messages were lost on the way between the processes",
-                course.lost_messages
+                "messages were lost on the way between the processes: {}",
+                lost.join(", ")
             ))
             .mend(format!(
                 "play slower (--rate 0.5), or give sockets more room: `{RAISE_RECEIVE_BUFFER}`"

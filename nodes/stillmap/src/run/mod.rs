@@ -202,7 +202,7 @@ fn run_locally(
     let progress = Progress::new("mapping", messages);
     let run = local::run(bag, inputs, parameters, &bag_name(bag.path()), &progress)?;
     progress.finish();
-    let course = Course { losses: run.losses, blind_scans: run.blind_scans, lost_messages: 0 };
+    let course = Course { losses: run.losses, blind_scans: run.blind_scans, lost: Vec::new() };
     Ok(Finished { record: run.record, course, trouble: None, poses: run.poses })
 }
 
@@ -215,11 +215,8 @@ fn run_over_dds(
     let progress = Progress::new("mapping", messages_on(info, &inputs.scan));
     let run = dds::run(playback, inputs, parameters, &progress)?;
     progress.finish();
-    let course = Course {
-        losses: info.losses.clone(),
-        blind_scans: run.blind_scans,
-        lost_messages: run.lost_messages,
-    };
+    let course =
+        Course { losses: info.losses.clone(), blind_scans: run.blind_scans, lost: run.lost };
     Ok(Finished { record: run.record, course, trouble: run.trouble, poses: run.poses })
 }
 

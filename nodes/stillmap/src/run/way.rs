@@ -1,20 +1,13 @@
 //! The way that the rig went, as the poses' source has it by now: a SLAM that closes a loop has told earlier cycles other
 //! poses than it would tell today. A map that has followed it is held against clouds that have followed it, too.
 
-use std::collections::VecDeque;
-
-use geometry::{DetectedCycle, MapPath, Stamp};
-use nalgebra::Isometry3;
-
-/// So many corrections are remembered for cycles that come after them: detection is behind by a few cycles at most.
-const MOST_REMEMBERED: usize = 64;
+use geometry::{DetectedCycle, LateCorrections, MapPath};
 
 /// What is known of the way.
 #[derive(Debug, Default)]
 pub(super) struct Way {
     path: Option<MapPath>,
-    /// What moved the latest poses, and from when on poses are told with it, by rising stamp.
-    recent: VecDeque<(Stamp, Isometry3<f64>)>,
+    late: LateCorrections,
 }
 
 impl Way {
@@ -37,30 +30,24 @@ impl Way {
                 cycle.map_from_rig = correction.at(stamp) * cycle.map_from_rig;
             }
         }
-        if let Some(last) = correction.knots().last() {
-            self.recent.push_back((since, last.now_from_before));
-        }
-        while self.recent.len() > MOST_REMEMBERED {
-            self.recent.pop_front();
-        }
+        self.late.corrected(since, &correction);
     }
 
     /// A cycle that was told before the latest corrections and comes after them.
-    pub(super) fn bring_over(&self, cycle: &mut DetectedCycle) {
+    pub(super) fn bring_over(&mut self, cycle: &mut DetectedCycle) {
         if self.path.as_ref().is_none_or(|path| path.frame_id() != cycle.map_frame_id) {
             return;
         }
-        let stamp = cycle.reduced_cloud.stamp;
-        let missed = self.recent.iter().filter(|(since, _)| stamp < *since);
-        for (_, now_from_before) in missed {
-            cycle.map_from_rig = now_from_before * cycle.map_from_rig;
+        if let Some(missed) = self.late.missed_at(cycle.reduced_cloud.stamp) {
+            cycle.map_from_rig = missed * cycle.map_from_rig;
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use geometry::{Cloud, PathVertex};
+    use geometry::{Cloud, PathVertex, Stamp};
+    use nalgebra::Isometry3;
 
     use super::*;
 

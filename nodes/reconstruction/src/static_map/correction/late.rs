@@ -1,51 +1,11 @@
 //! Cycles on their way while the map is corrected.
-//!
-//! A cloud takes a while through the nodes. One that was measured before the correction has a pose in the map of before,
-//! and comes when the map stands elsewhere already.
 
 use std::borrow::Cow;
-use std::collections::VecDeque;
 
-use geometry::{Cloud, PathCorrection, SegmentedCycle, Stamp};
+use geometry::{Cloud, SegmentedCycle, Stamp};
 use nalgebra::Isometry3;
 
 use super::super::StaticMap;
-
-/// No cycle is longer on its way.
-const LONGEST_WAY_S: f64 = 10.0;
-/// So many corrections within that time are remembered.
-const MOST_REMEMBERED: usize = 64;
-
-/// The latest corrections, and from when on poses have them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct LateCycles {
-    corrections: VecDeque<(Stamp, Isometry3<f64>)>,
-}
-
-impl LateCycles {
-    /// The map was corrected; poses have it from `since` on.
-    pub(super) fn corrected(&mut self, since: Stamp, made: &PathCorrection) {
-        while self.corrections.len() >= MOST_REMEMBERED {
-            self.corrections.pop_front();
-        }
-        let last =
-            made.knots().last().map_or_else(Isometry3::identity, |knot| knot.now_from_before);
-        self.corrections.push_back((since, last));
-    }
-
-    /// What takes a cycle of this moment into the map as it is; `None` where it is told in it.
-    fn missed_at(&mut self, stamp: Stamp) -> Option<Isometry3<f64>> {
-        let is_over = |since: &Stamp| stamp.seconds_since(*since) > LONGEST_WAY_S;
-        while self.corrections.front().is_some_and(|(since, _)| is_over(since)) {
-            self.corrections.pop_front();
-        }
-        let is_missed = |(since, _): &&(Stamp, Isometry3<f64>)| {
-            stamp < *since && since.seconds_since(stamp) <= LONGEST_WAY_S
-        };
-        let missed = self.corrections.iter().filter(is_missed);
-        missed.map(|(_, made)| *made).reduce(|first, then| then * first)
-    }
-}
 
 impl StaticMap {
     /// The cloud where the map has it by now.

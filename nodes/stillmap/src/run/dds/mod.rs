@@ -14,6 +14,7 @@ use node_shell::{Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subs
 
 use self::feed::{FedTopic, Feed};
 use super::collector::{Collector, Seen};
+use super::findings::LostOnTheWay;
 use super::inputs::{Inputs, PoseSource, TF, TF_STATIC};
 use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
@@ -37,7 +38,7 @@ pub(crate) struct DdsRun {
     /// Scans in which nothing could be found for want of returns.
     pub(crate) blind_scans: usize,
     /// Messages that the player sent and that never reached their node.
-    pub(crate) lost_messages: u64,
+    pub(crate) lost: Vec<LostOnTheWay>,
     /// The rig's poses by the node for the pose, where it was asked for.
     pub(crate) poses: Option<Vec<PoseStamped>>,
     /// Why the run ended before its end, if it did.
@@ -91,7 +92,7 @@ pub(crate) fn run(
             heard_poses: Vec::new(),
             recorder,
             nodes: Vec::new(),
-            lost_messages: 0,
+            lost: Vec::new(),
         };
         for stage in Stage::ALL {
             let input = (stage == Stage::Detection).then_some(run.feed.input);
@@ -137,7 +138,7 @@ struct Run {
     heard_poses: Vec<PoseStamped>,
     recorder: Recorder,
     nodes: Vec<Process>,
-    lost_messages: u64,
+    lost: Vec<LostOnTheWay>,
 }
 
 impl Run {
@@ -244,6 +245,12 @@ impl Run {
             let awaited = format!("{}/{}", self.namespace, topic.node_name());
             arguments.extend(["--wait-for".to_owned(), awaited]);
         }
+        // A pose takes longer than all else; the player waits for it rather than lose images.
+        let images = self.feed.topics.iter().find(|topic| topic.played_name == "depth/image");
+        if let Some(images) = images.filter(|_| self.poses.is_some()) {
+            let reports = format!("{}/{}/report", self.namespace, visual::NODE);
+            arguments.extend(["--pace".to_owned(), format!("{}={reports}", images.bag_topic)]);
+        }
         arguments.extend(self.ros_arguments());
         Process::start("player", &arguments, Stdio::piped())
     }
@@ -269,9 +276,10 @@ impl Run {
             }
             let Some(sent) = &sent else { continue };
             if self.has_all(sent, inputs) || last_heard.elapsed() >= LONGEST_SILENCE {
-                for (topic, node, lost) in self.losses(sent) {
-                    self.recorder.dropped(&topic, &format!("lost between player and {node}"), lost);
-                    self.lost_messages += lost;
+                self.lost = self.losses(sent);
+                for LostOnTheWay { topic, node, messages } in &self.lost {
+                    let reason = format!("lost between player and {node}");
+                    self.recorder.dropped(topic, &reason, *messages);
                 }
                 return Ok(());
             }
@@ -314,14 +322,14 @@ impl Run {
 
     /// What the player sent and its node has not received, by topic and node. Diagnostics come once a second, so
     /// that messages may be missing here for a moment only.
-    fn losses(&self, sent: &Sent) -> Vec<(String, &'static str, u64)> {
+    fn losses(&self, sent: &Sent) -> Vec<LostOnTheWay> {
         let lost = |topic: &FedTopic| {
             let received = self.says(topic.node, "received", &topic.node_name());
             let bag_topic = topic.bag_topic.clone();
-            let sent = sent.messages_on(&bag_topic);
-            (bag_topic, topic.node, sent.saturating_sub(received))
+            let messages = sent.messages_on(&bag_topic).saturating_sub(received);
+            LostOnTheWay { topic: bag_topic, node: topic.node, messages }
         };
-        self.feed.topics.iter().map(lost).filter(|(_, _, lost)| *lost > 0).collect()
+        self.feed.topics.iter().map(lost).filter(|lost| lost.messages > 0).collect()
     }
 
     async fn finish(
@@ -338,7 +346,7 @@ impl Run {
                 self.recorder.unusable(cause, count);
             }
         }
-        let Self { collector, recorder, nodes, lost_messages, poses, heard_poses, .. } = self;
+        let Self { collector, recorder, nodes, lost, poses, heard_poses, .. } = self;
         let poses = poses.map(|_| heard_poses);
         let mut trouble = trouble;
         for mut node in nodes {
@@ -363,7 +371,7 @@ impl Run {
         let static_map = map.map(|(_, points_m)| points_m).unwrap_or_default();
         let blind_scans = recorder.blind_scans();
         let record = recorder.finish(static_map, name);
-        Ok(DdsRun { record, blind_scans, lost_messages, poses, trouble })
+        Ok(DdsRun { record, blind_scans, lost, poses, trouble })
     }
 }
 

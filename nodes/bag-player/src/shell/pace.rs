@@ -1,0 +1,162 @@
+//! Playing no faster than nodes keep up: a topic is held back while what a node reports of it is behind.
+//!
+//! What is large is sent with best effort, and a node that is slower than the bag loses what it has no room for. On a
+//! robot that is right, since the newest counts; whoever maps a recording wants all of it, however slow the machine is.
+
+use std::str::FromStr;
+use std::time::{Duration, Instant};
+
+use msgs::stillmap_msgs::StageReport;
+use node_shell::{Node, Qos, ShellError, Subscription};
+
+use crate::message::{BagMessage, bare};
+
+/// So many messages may be on their way: enough to keep a node busy, and fewer than any node of the suite keeps waiting.
+const MOST_AHEAD: u64 = 3;
+/// A node that reports nothing for so long is not waited for: what it has not reported is lost, or never will be reported.
+const LONGEST_HOLD: Duration = Duration::from_secs(5);
+/// Reports that may wait here.
+const REPORTS_KEPT: usize = 100;
+
+/// A topic of the bag, and the reports that say how far a node is with it: `TOPIC=REPORTS`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct PaceBy {
+    /// The topic's name in the bag.
+    pub topic: String,
+    /// The topic of the node's reports, one or more for each message; as `/pose/report`.
+    pub reports: String,
+}
+
+/// A pace is not of the form `TOPIC=REPORTS`.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("accepted is TOPIC=REPORTS, as /camera/depth/image_raw=/pose/report")]
+pub struct PaceByError;
+
+impl FromStr for PaceBy {
+    type Err = PaceByError;
+
+    fn from_str(text: &str) -> Result<Self, PaceByError> {
+        match text.split_once('=') {
+            Some((topic, reports)) if !topic.is_empty() && !reports.is_empty() => {
+                Ok(Self { topic: topic.to_owned(), reports: reports.to_owned() })
+            }
+            _ => Err(PaceByError),
+        }
+    }
+}
+
+/// Holds topics back.
+pub(super) struct Pace {
+    paced: Vec<Paced>,
+}
+
+struct Paced {
+    topic: String,
+    reports: Subscription<StageReport>,
+    lead: Lead,
+}
+
+/// How far a topic is ahead of its reports.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct Lead {
+    messages: u64,
+    held_since: Option<Instant>,
+}
+
+impl Pace {
+    /// Listens to the reports.
+    pub(super) fn new(node: &Node, paces: &[PaceBy]) -> Result<Self, ShellError> {
+        let paced = paces.iter().map(|pace| {
+            let reports = node.subscription(&pace.reports, &Qos::reliable(REPORTS_KEPT))?;
+            Ok(Paced { topic: pace.topic.clone(), reports, lead: Lead::default() })
+        });
+        Ok(Self { paced: paced.collect::<Result<_, ShellError>>()? })
+    }
+
+    /// The topics of reports that nobody publishes.
+    pub(super) fn unreported(&self) -> Vec<String> {
+        let unreported = self.paced.iter().filter(|paced| paced.reports.publisher_count() == 0);
+        unreported.map(|paced| paced.reports.topic().to_owned()).collect()
+    }
+
+    /// The message was published.
+    pub(super) fn published(&mut self, message: &BagMessage) {
+        self.of(&message.topic).for_each(|paced| paced.lead.messages += 1);
+    }
+
+    /// Whether the message must wait.
+    pub(super) fn holds(&mut self, message: &BagMessage, now: Instant) -> bool {
+        let mut holds = false;
+        for paced in self.of(&message.topic) {
+            while paced.reports.try_next().is_some() {
+                paced.lead.reported();
+            }
+            holds |= paced.lead.holds(now);
+        }
+        holds
+    }
+
+    fn of<'a>(&'a mut self, topic: &'a str) -> impl Iterator<Item = &'a mut Paced> {
+        self.paced.iter_mut().filter(|paced| bare(&paced.topic) == bare(topic))
+    }
+}
+
+impl Lead {
+    fn reported(&mut self) {
+        // Some messages have two reports: of an image without a partner, and of the partner that came alone.
+        *self = Self { messages: self.messages.saturating_sub(1), held_since: None };
+    }
+
+    fn holds(&mut self, now: Instant) -> bool {
+        if self.messages < MOST_AHEAD {
+            return false;
+        }
+        let since = *self.held_since.get_or_insert(now);
+        let is_held = now.duration_since(since) < LONGEST_HOLD;
+        if !is_held {
+            *self = Self::default();
+        }
+        is_held
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_few_messages_may_be_ahead_and_each_report_lets_one_more_go() {
+        let now = Instant::now();
+        let mut lead = Lead::default();
+        for _ in 0..MOST_AHEAD {
+            assert!(!lead.holds(now));
+            lead.messages += 1;
+        }
+        assert!(lead.holds(now) && lead.holds(now + LONGEST_HOLD / 2));
+        lead.reported();
+        assert!(!lead.holds(now));
+    }
+
+    #[test]
+    fn a_node_that_goes_on_reporting_is_waited_for_and_one_that_does_not_is_left_behind() {
+        let start = Instant::now();
+        let at = |holds: f64| start + LONGEST_HOLD.mul_f64(holds);
+        let mut lead = Lead { messages: 2 * MOST_AHEAD, held_since: None };
+        assert!(lead.holds(at(0.0)) && lead.holds(at(0.9)));
+        lead.reported();
+        assert!(lead.holds(at(1.1)) && lead.holds(at(2.0)));
+        assert!(!lead.holds(at(2.2)));
+        assert_eq!(lead, Lead::default(), "what it has not reported is taken for lost");
+        lead.reported();
+        assert_eq!(lead, Lead::default());
+    }
+
+    #[test]
+    fn what_is_no_pace_is_refused_with_the_form() {
+        let pace = PaceBy { topic: "/d".to_owned(), reports: "/pose/report".to_owned() };
+        assert_eq!("/d=/pose/report".parse(), Ok(pace));
+        for text in ["/d", "=/pose/report", "/d="] {
+            assert_eq!(text.parse::<PaceBy>(), Err(PaceByError));
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Readers of nodes that have much to do.
+
+use super::*;
+
+/// More than a reader that is silent may let the process grow by.
+const GROWTH: usize = 40 << 20;
+/// Longer than a reader may be silent, and than it waits between two looks at the memory.
+const LONG: Duration = Duration::from_millis(400);
+
+async fn nothing_comes(subscription: &Subscription<LaserScan>) {
+    let waited = tokio::time::timeout(LONG / 2, subscription.next()).await;
+    assert!(waited.is_err());
+}
+
+/// Regression: a node that found its messages waiting whenever it looked was held to hear nothing. While its memory
+/// grew by its own work its readers were made anew, and what came meanwhile was lost.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_reader_whose_messages_wait_for_a_busy_node_is_not_made_anew() {
+    let place = Place::new();
+    let (driver, listener) = (place.node("driver"), place.node("listener"));
+    {
+        let scans = driver.publisher::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
+        let heard = listener.subscription::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
+        matched(&scans, &heard).await;
+        scans.publish(scan(3)).unwrap();
+        soon("the first scan", heard.next()).await;
+        nothing_comes(&heard).await;
+        let reader = heard.reader_in_use();
+        scans.publish(scan(3)).unwrap();
+        // The node works.
+        tokio::time::sleep(LONG).await;
+        let work = std::hint::black_box(vec![1_u8; GROWTH]);
+        assert!(heard.try_next().is_some());
+        nothing_comes(&heard).await;
+        assert_eq!(heard.reader_in_use(), reader);
+        drop(work);
+    }
+    driver.close().await;
+    listener.close().await;
+}
