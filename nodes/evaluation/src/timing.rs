@@ -73,7 +73,9 @@ impl Timing {
 }
 
 impl DurationStatistics {
-    fn of_seconds(mut durations_s: Vec<f64>) -> Option<Self> {
+    /// The statistics of durations in any order, in seconds; none of none.
+    #[must_use]
+    pub fn of_seconds(mut durations_s: Vec<f64>) -> Option<Self> {
         durations_s.sort_by(f64::total_cmp);
         let cycles = durations_s.len();
         let upper = *durations_s.get(cycles / 2)?;

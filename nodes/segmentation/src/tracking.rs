@@ -139,6 +139,7 @@ impl Tracker {
                 ),
             }
         }
+        self.join_parts(&observations, &given);
         let settled = self.settle(&observations, &given);
         self.end();
         for (observation, _) in observations.iter().zip(&is_taken).filter(|(_, taken)| !**taken) {
@@ -174,6 +175,18 @@ impl Tracker {
             }
         }
         observations
+    }
+
+    /// Gives up new objects that turn out to be parts of others: the first that a cycle shows of a body may be a hand and a
+    /// foot, far apart, and the next one all of it. Two objects expected in one body would part it for ever.
+    fn join_parts(&mut self, observations: &[Observation], given: &[Option<usize>]) {
+        for (followed, own) in self.followed.iter_mut().zip(given) {
+            let is_new = !followed.is_confirmed() && own.is_none();
+            let mut of_others = given.iter().flatten();
+            if is_new && of_others.any(|&index| followed.lies_within(&observations[index])) {
+                followed.end();
+            }
+        }
     }
 
     /// Gives up the objects that stay in their places for too long, and says which points they had.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bag_player::{Bag, Selection};
 use clap::{Args, ValueEnum};
+use evaluation::DurationStatistics;
 use msgs::sensor_msgs::{CameraInfo, Image};
 use msgs::stillmap_msgs::StageReport;
 use node_shell::parameters::{self, Assignment};
@@ -249,16 +250,8 @@ impl Followed {
         let path_m = steps.map(|(from, to)| nalgebra::distance(&place(from), &place(to))).sum();
         let processed: Vec<&StageReport> =
             self.odometry.reports().iter().filter(|report| report.processed).collect();
-        let durations = processed.iter().map(|report| {
-            let seconds: f64 = report.step_durations_s.iter().sum();
-            1e3 * seconds
-        });
-        let mut milliseconds: Vec<f64> = durations.collect();
-        milliseconds.sort_by(f64::total_cmp);
-        let quantile = |share: f64| {
-            let index = (share * milliseconds.len() as f64) as usize;
-            milliseconds.get(index.min(milliseconds.len().saturating_sub(1))).copied()
-        };
+        let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
+        let durations = DurationStatistics::of_seconds(durations_s.collect());
         let inliers = |report: &&StageReport| {
             let named = report.count_names.iter().zip(&report.counts);
             named.filter(|(name, _)| *name == "inliers").map(|(_, count)| *count).next()
@@ -271,8 +264,8 @@ impl Followed {
             path_m,
             without_a_pose: self.odometry.drops(),
             inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),
-            milliseconds_median: quantile(0.5).unwrap_or(0.0),
-            milliseconds_p99: quantile(0.99).unwrap_or(0.0),
+            milliseconds_median: durations.map_or(0.0, |durations| durations.median_ms),
+            milliseconds_p99: durations.map_or(0.0, |durations| durations.p99_ms),
             map: None,
         }
     }

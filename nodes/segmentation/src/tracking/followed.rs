@@ -284,6 +284,16 @@ impl Followed {
         offset_m.x <= reach_m.x && offset_m.y <= reach_m.y && self.unseen_cycles == 0
     }
 
+    /// Whether it is expected within what is seen, or right beside.
+    pub(super) fn lies_within(&self, observation: &Observation) -> bool {
+        let offset_m = self.visible_centre_m() - observation.centre_m;
+        let Reach { down_m, up_m } = observation.reach_m;
+        let is_within = |axis: usize| {
+            (down_m[axis] - FRAGMENT_M..=up_m[axis] + FRAGMENT_M).contains(&offset_m[axis])
+        };
+        is_within(0) && is_within(1)
+    }
+
     pub(super) fn track(&self, now_s: f64) -> Option<Track> {
         self.id.map(|id| Track {
             id,

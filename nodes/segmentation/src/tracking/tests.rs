@@ -99,6 +99,23 @@ fn one_that_is_seen_once_is_none_and_one_that_is_gone_ends() {
     assert_eq!(follow(&mut tracker, 32, &[(2.0, 0.5)])[0].id, 1);
 }
 
+/// Regression: a person of whom a hand and a foot came into view first was two objects for as long as it was seen, each
+/// with a part of it.
+#[test]
+fn a_body_whose_ends_come_into_view_first_is_one() {
+    let mut tracker = tracker();
+    follow(&mut tracker, 0, &[(2.0, -1.0), (2.0, -0.3)]);
+    assert_eq!(tracker.followed.len(), 2);
+    for index in 1..8 {
+        let y_m = -0.65 + 0.143 * index as f64;
+        let body = [(2.0, y_m - 0.35), (2.0, y_m), (2.0, y_m + 0.35)];
+        let tracks = follow(&mut tracker, index, &body);
+        assert_eq!(tracks.len(), 1, "cycle {index}: {tracks:?}");
+        assert!((tracks[0].position_m.y - y_m).abs() < 1e-6, "cycle {index}: {tracks:?}");
+        assert_eq!(tracker.followed.len(), 1);
+    }
+}
+
 #[test]
 fn one_behind_another_coasts_and_keeps_its_number() {
     let mut tracker = tracker();

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use evaluation::DurationStatistics;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::parameters::{self, Assignment};
 use serde::Serialize;
@@ -106,16 +107,20 @@ impl LidarSummary {
         let path_m = steps.map(|(from, to)| nalgebra::distance(&place(from), &place(to))).sum();
         let processed: Vec<_> =
             follower.reports().iter().filter(|report| report.processed).collect();
-        let mut milliseconds: Vec<f64> = processed
-            .iter()
-            .map(|report| 1e3 * report.step_durations_s.iter().sum::<f64>())
-            .collect();
+        let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
+        let durations = DurationStatistics::of_seconds(durations_s.collect());
         let mut by_step: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         for report in &processed {
             for (name, seconds) in report.step_names.iter().zip(&report.step_durations_s) {
-                by_step.entry(name.clone()).or_default().push(1e3 * seconds);
+                by_step.entry(name.clone()).or_default().push(*seconds);
             }
         }
+        let of_steps = |what: fn(DurationStatistics) -> f64| {
+            let named = by_step.iter().filter_map(|(name, each)| {
+                Some((name.clone(), what(DurationStatistics::of_seconds(each.clone())?)))
+            });
+            named.collect()
+        };
         let count = |name: &'static str| {
             processed.iter().filter_map(move |report| {
                 let mut named = report.count_names.iter().zip(&report.counts);
@@ -133,22 +138,12 @@ impl LidarSummary {
             closed_loops: follower.closed_loops(),
             without_a_pose: follower.drops(),
             points_median: points.get(points.len() / 2).copied().unwrap_or(0),
-            milliseconds_median: quantile(&mut milliseconds, 0.5),
-            milliseconds_p99: quantile(&mut milliseconds, 0.99),
-            steps_ms: of_steps(&mut by_step, 0.5),
-            steps_p99_ms: of_steps(&mut by_step, 0.99),
+            milliseconds_median: durations.map_or(0.0, |durations| durations.median_ms),
+            milliseconds_p99: durations.map_or(0.0, |durations| durations.p99_ms),
+            steps_ms: of_steps(|durations| durations.median_ms),
+            steps_p99_ms: of_steps(|durations| durations.p99_ms),
         }
     }
-}
-
-fn of_steps(by_step: &mut BTreeMap<String, Vec<f64>>, share: f64) -> BTreeMap<String, f64> {
-    by_step.iter_mut().map(|(name, each)| (name.clone(), quantile(each, share))).collect()
-}
-
-fn quantile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let index = (share * values.len() as f64) as usize;
-    values.get(index.min(values.len().saturating_sub(1))).copied().unwrap_or(0.0)
 }
 
 fn tell(summary: &LidarSummary, output: &Path, json: bool) -> Result<(), Failure> {

@@ -4,6 +4,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use evaluation::DurationStatistics;
 use evaluation::trajectory::{
     Alignment, AssociationConfig, Trajectory, TrajectoryScoreConfig, score_trajectory,
 };
@@ -226,7 +227,7 @@ fn scored(
     sequence: &Sequence,
     (run, loops): (u64, usize),
     ended: &Ended,
-    mut times_s: Vec<f64>,
+    times_s: Vec<f64>,
     max_difference_s: f64,
 ) -> Result<Run, Failure> {
     let estimate =
@@ -241,11 +242,8 @@ fn scored(
             .within(&sequence.name)
     })?;
     let errors = scored.score.absolute.translation_m;
-    times_s.sort_by(f64::total_cmp);
-    let quantile = |share: f64| {
-        let at = (share * times_s.len() as f64) as usize;
-        times_s.get(at.min(times_s.len().saturating_sub(1))).copied().unwrap_or_default()
-    };
+    let mean_tracking_s = times_s.iter().sum::<f64>() / times_s.len().max(1) as f64;
+    let times = DurationStatistics::of_seconds(times_s);
     Ok(Run {
         run,
         poses: ended.poses.len(),
@@ -256,9 +254,9 @@ fn scored(
         std_m: errors.std,
         min_m: errors.min,
         max_m: errors.max,
-        median_tracking_s: quantile(0.5),
-        mean_tracking_s: times_s.iter().sum::<f64>() / times_s.len().max(1) as f64,
-        p99_tracking_s: quantile(0.99),
+        median_tracking_s: times.map_or(0.0, |times| times.median_ms * 1e-3),
+        mean_tracking_s,
+        p99_tracking_s: times.map_or(0.0, |times| times.p99_ms * 1e-3),
         keyframes: ended.keyframes,
         loops: loops + ended.late_loops,
         map_bytes: ended.map_bytes,
