@@ -221,7 +221,7 @@ impl MotionFinder {
         let unknown = vec![None; turn.beams.len()];
         let known_m: &[Option<f32>] =
             if std_dev_m.len() == turn.beams.len() { std_dev_m } else { &unknown };
-        let zones = self.keeper.zones(turn, &measured, known_m, within);
+        let zones = self.keeper.zones(turn, &measured, known_m, within, *platform_moves);
         self.search(&verdicts, zones, &measured, known_m, within)
     }
 

@@ -41,6 +41,8 @@ struct Remembered {
     right_in_map_m: Point3<f64>,
     left_in_map_m: Point3<f64>,
     has_travelled: bool,
+    /// In so many cycles it has been measured.
+    measured_cycles: u32,
 }
 
 impl ZoneKeeper {
@@ -73,24 +75,32 @@ impl ZoneKeeper {
     }
 
     /// The zones of a cycle by azimuth: one for each run, with the largest deviation of its beams, and those
-    /// of the cycles before that have gone without an explanation.
+    /// of the cycles before that have gone without an explanation. From a platform that moves, a zone is kept no
+    /// longer than it was measured: what appears there and is gone was most likely none.
     pub(super) fn zones(
         &mut self,
         turn: &Turn,
         runs: &[MovingBeams],
         std_dev_m: &[Option<f32>],
         within: &Range<usize>,
+        platform_moves: bool,
     ) -> Vec<DynamicZone> {
         let mut remembered: Vec<Remembered> =
             runs.iter().filter_map(|run| self.measured(turn, run, std_dev_m)).collect();
         let measured = remembered.len();
         let old = std::mem::take(&mut self.remembered);
+        for new in &mut remembered {
+            let same = old.iter().filter(|old| is_same_place(&old.zone, &new.zone));
+            let before = same.map(|old| old.measured_cycles).max().unwrap_or(0);
+            new.measured_cycles = before.saturating_add(1);
+        }
         let is_new: Vec<bool> = remembered
             .iter()
             .map(|new| !old.iter().any(|old| is_same_place(&old.zone, &new.zone)))
             .collect();
         for old in old {
-            let Some(held) = self.held(old, turn, within) else { continue };
+            let longest = if platform_moves { old.measured_cycles } else { self.max_held_cycles };
+            let Some(held) = self.held(old, turn, within, longest) else { continue };
             let is_retaken = remembered[..measured].iter().zip(&is_new).any(|(new, is_new)| {
                 is_same_place(&held.zone, &new.zone)
                     || (*is_new && is_found_again(&held.zone, &new.zone))
@@ -138,12 +148,19 @@ impl ZoneKeeper {
         };
         let (right_in_map_m, left_in_map_m) =
             (turn.map_from_rig * first.in_rig_m, turn.map_from_rig * last.in_rig_m);
-        Some(Remembered { zone, right_in_map_m, left_in_map_m, has_travelled: *has_travelled })
+        let has_travelled = *has_travelled;
+        Some(Remembered { zone, right_in_map_m, left_in_map_m, has_travelled, measured_cycles: 1 })
     }
 
     /// A zone of the cycles before, as it is seen now, unless most of its beams see past where it was: then
-    /// it is over.
-    fn held(&self, old: Remembered, turn: &Turn, within: &Range<usize>) -> Option<Remembered> {
+    /// it is over. So it is after `longest` cycles.
+    fn held(
+        &self,
+        old: Remembered,
+        turn: &Turn,
+        within: &Range<usize>,
+        longest: u32,
+    ) -> Option<Remembered> {
         let cycles = match old.zone.source {
             ZoneSource::Measured => 1,
             ZoneSource::Held { cycles } => cycles.saturating_add(1),
@@ -160,7 +177,8 @@ impl ZoneKeeper {
             nearest_m,
             farthest_m: (nearest_m + depth_m).max(distances_m[0]).max(distances_m[1]),
         };
-        if !old.has_travelled || cycles > self.max_held_cycles || left_rad < right_rad {
+        let longest = longest.min(self.max_held_cycles);
+        if !old.has_travelled || cycles > longest || left_rad < right_rad {
             return None;
         }
         let widening_rad = turn.step_rad + self.tolerance_rad;
@@ -224,3 +242,6 @@ fn is_found_again(held: &DynamicZone, new: &DynamicZone) -> bool {
 fn azimuth_rad(point_in_rig: &Point3<f64>) -> f64 {
     point_in_rig.y.atan2(point_in_rig.x)
 }
+
+#[cfg(test)]
+mod tests;
