@@ -136,6 +136,6 @@ impl Thing {
 
     fn arrive(&mut self, place: Place) {
         self.journey.arrive(place, LONGEST_LOOK_MS);
-        self.has_travelled |= self.journey.travels(TRAVELLED_M);
+        self.has_travelled |= self.journey.travels(TRAVELLED_M) && self.journey.is_gradual();
     }
 }

@@ -150,7 +150,7 @@ impl Thing {
     fn has_travelled(&self) -> bool {
         let platform_stands = self.journey.platform_m() <= STANDS_M;
         self.journey.lasts_ms() >= SHORTEST_LOOK_MS
-            && (platform_stands || !self.half_hidden.contains(&true))
+            && (platform_stands || (!self.half_hidden.contains(&true) && self.journey.is_gradual()))
             && self.journey.travels(TRAVELLED_M)
     }
 }

@@ -104,3 +104,12 @@ fn what_is_narrower_than_bearings_are_off_must_travel() {
     assert_eq!(shown_by(&turn, 2), Proof::None);
     assert_eq!(shown_by(&turn, 3), Proof::InEmptySpace);
 }
+
+/// Regression: of a ramp that a nodding scanner met, another part in each look, the way from the first to the second was
+/// taken for a journey.
+#[test]
+fn what_leaps_once_does_not_travel() {
+    let leap = |time_s: f64| [if time_s < 1.5 { 2.0 } else { 2.5 }, 0.4];
+    let proofs = shown(30, true, at_origin, leap);
+    assert_eq!(proofs, [Proof::None; 30]);
+}

@@ -116,3 +116,23 @@ fn what_background_hides_at_one_side_is_followed_from_a_standing_platform_alone(
     };
     assert!(journey(0.0) && !journey(0.2));
 }
+
+/// Regression: behind a robot that drove off, one part of a far wall after the other came into sight and travelled.
+#[test]
+fn from_a_platform_that_moves_what_leaps_once_does_not_travel() {
+    let travels = |x_m: [f64; 6]| {
+        let mut thing = Thing::default();
+        for (step, x_m) in (0..6_u32).zip(x_m) {
+            let place = Place {
+                now_ms: 140 * step,
+                in_map_m: Point2::new(x_m, 0.0),
+                platform_m: Point2::new(0.04 * f64::from(step), 0.0),
+                returns: 5,
+            };
+            thing.arrive(place, false);
+        }
+        thing.travelled_ms.is_some()
+    };
+    assert!(travels([2.0, 2.12, 2.24, 2.36, 2.48, 2.6]));
+    assert!(!travels([2.0, 2.0, 2.0, 2.6, 2.6, 2.6]));
+}
