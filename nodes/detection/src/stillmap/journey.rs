@@ -18,8 +18,8 @@ const MOST_DETOUR: f64 = 1.5;
 /// the platform goes by.
 const SHARE_OF_PLATFORM: f64 = 0.5;
 
-/// No step is longer than its share of the time by more than this share of the journey: the swing of a leg, of four
-/// steps that two legs make.
+/// A step may be ahead of an even pace by this share of the journey: of two steps one may be a stride and the other a
+/// rest, and more so of the four places that a journey has at least.
 const MOST_AHEAD: f64 = 0.25;
 
 /// Where a thing was in one scan.
