@@ -53,7 +53,8 @@ pub struct DetectionConfig {
     pub run_bound: RunBound,
     /// Added to the zone at each side.
     pub zone_tolerance_rad: f64,
-    /// For so many cycles a zone outlives its last measurement; 0 turns holding off.
+    /// For so many cycles a zone outlives its last measurement; 0 turns holding off. With the method `stillmap`, from
+    /// a platform that moves, for no more cycles than it was measured in.
     pub max_held_cycles: u32,
     /// t_vg, the edge of the voxels of the reduction.
     pub voxel_edge_m: f64,

@@ -46,7 +46,7 @@ use runs::moving_runs;
 use travel::Travellers;
 use turn::{Return, Turn, TurnInput};
 use warp::{WarpWindow, has_arrived};
-use zones::{FOUND_AGAIN_M, MovingBeams, ZoneKeeper};
+use zones::{FOUND_AGAIN_M, MovingBeams, Sight, ZoneKeeper};
 
 /// A scan with fewer returns in the aperture says nothing, as in Rec-HV, which needs two for a line.
 const LEAST_RETURNS: usize = 2;
@@ -221,7 +221,8 @@ impl MotionFinder {
         let unknown = vec![None; turn.beams.len()];
         let known_m: &[Option<f32>] =
             if std_dev_m.len() == turn.beams.len() { std_dev_m } else { &unknown };
-        let zones = self.keeper.zones(turn, &measured, known_m, within);
+        let sight = Sight { turn, verdicts: &verdicts, within, platform_moves: *platform_moves };
+        let zones = self.keeper.zones(&sight, &measured, known_m);
         self.search(&verdicts, zones, &measured, known_m, within)
     }
 

@@ -18,6 +18,10 @@ const MOST_DETOUR: f64 = 1.5;
 /// the platform goes by.
 const SHARE_OF_PLATFORM: f64 = 0.5;
 
+/// A step may be ahead of an even pace by this share of the journey: of two steps one may be a stride and the other a
+/// rest, and more so of the four places that a journey has at least.
+const MOST_AHEAD: f64 = 0.25;
+
 /// Where a thing was in one scan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
@@ -97,6 +101,18 @@ impl Journey {
         self.places.len() >= LEAST_PLACES
             && journey_m >= travelled_m + SHARE_OF_PLATFORM * self.platform_m()
             && way_m <= MOST_DETOUR * journey_m
+    }
+
+    /// Whether the journey was made step by step. In one leap nobody comes so far: that is another thing, or another
+    /// part of it, that came into sight.
+    pub(super) fn is_gradual(&self) -> bool {
+        let Some((first, last)) = self.ends() else { return false };
+        let journey_m = distance(&first.in_map_m, &last.in_map_m);
+        let lasts_ms = f64::from(self.lasts_ms().max(1));
+        self.places.iter().zip(self.places.iter().skip(1)).all(|(from, to)| {
+            let time_share = f64::from(to.now_ms.saturating_sub(from.now_ms)) / lasts_ms;
+            distance(&from.in_map_m, &to.in_map_m) <= (time_share + MOST_AHEAD) * journey_m
+        })
     }
 
     fn ends(&self) -> Option<(&Place, &Place)> {

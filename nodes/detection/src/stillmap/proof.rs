@@ -16,7 +16,7 @@ use super::turn::Turn;
 
 /// Background so near to a thing may be its own, missed before: the width of a chair.
 pub(super) const CLUTTER_M: f64 = 0.5;
-/// A thing of fewer returns is too little to go by before it has travelled: one bearing that is off.
+/// A thing of fewer returns is too little to go by before it has travelled: one range that is off.
 const LEAST_RETURNS: usize = 2;
 /// What stands in empty space has so long to travel.
 const LONGEST_DOUBT_MS: u32 = 2_000;
@@ -93,7 +93,7 @@ impl Proofs {
             let has_stood_too_long = now_ms.saturating_sub(thing.born_ms) > LONGEST_DOUBT_MS;
             proofs.push(if thing.has_travelled {
                 Proof::Travelled
-            } else if has_stood_too_long || place.returns < LEAST_RETURNS || is_in_clutter(run) {
+            } else if has_stood_too_long || is_too_narrow(turn, run, &place) || is_in_clutter(run) {
                 Proof::None
             } else {
                 Proof::InEmptySpace
@@ -114,6 +114,17 @@ impl Proofs {
     }
 }
 
+/// Whether a thing is too narrow to go by before it has travelled.
+///
+/// What takes less than the error of a bearing may have been passed at its side by every ray that was taken to show
+/// its place free. However fine the steps of a scanner are, its poses turn all of its bearings together, so that
+/// several returns are no better than one.
+fn is_too_narrow(turn: &Turn, run: &Range<usize>, place: &Place) -> bool {
+    let bearing_errors_rad = turn.beams[run.clone()].iter().map(|beam| beam.bearing_error_rad);
+    let error_rad = bearing_errors_rad.fold(0.0, f64::max);
+    place.returns < LEAST_RETURNS || place.returns as f64 * turn.step_rad < error_rad
+}
+
 impl Thing {
     fn new(now_ms: u32) -> Self {
         Self { journey: Journey::default(), born_ms: now_ms, has_travelled: false }
@@ -125,6 +136,6 @@ impl Thing {
 
     fn arrive(&mut self, place: Place) {
         self.journey.arrive(place, LONGEST_LOOK_MS);
-        self.has_travelled |= self.journey.travels(TRAVELLED_M);
+        self.has_travelled |= self.journey.travels(TRAVELLED_M) && self.journey.is_gradual();
     }
 }

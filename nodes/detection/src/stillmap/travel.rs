@@ -10,7 +10,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use nalgebra::distance;
+use nalgebra::{Point2, distance};
 
 use super::free_space::Verdict;
 use super::journey::{Journey, Place};
@@ -49,6 +49,8 @@ struct Thing {
     journey: Journey,
     /// For each place of the journey, whether background hid a part of it there.
     half_hidden: VecDeque<bool>,
+    /// For each place of the journey, its ends to the right and to the left, where nothing but background hides them.
+    edges_m: VecDeque<[Option<Point2<f64>>; 2]>,
     /// When it was last seen to have travelled.
     travelled_ms: Option<u32>,
 }
@@ -57,8 +59,10 @@ struct Thing {
 #[derive(Clone, Debug)]
 struct Apart {
     beams: Range<usize>,
-    /// Background in front of it hides a part at one side: how much, changes as the platform moves.
+    /// What is in front of it hides a part at one side: how much, changes as the platform moves.
     is_half_hidden: bool,
+    /// Its ends to the right and to the left; `None` at a side where something hides a part of it that may go.
+    edges_m: [Option<Point2<f64>>; 2],
 }
 
 /// What is beside a thing, at one side.
@@ -128,18 +132,20 @@ fn matched(
     let thing_of = |((place, one), old): (&(Place, &Apart), &Option<usize>)| {
         let known = old.and_then(|old| before.get_mut(old)?.take());
         let mut thing = known.unwrap_or_default();
-        thing.arrive(*place, one.is_half_hidden);
+        thing.arrive(*place, one);
         (thing, one.beams.clone())
     };
     seen.iter().zip(&past).map(thing_of).collect()
 }
 
 impl Thing {
-    fn arrive(&mut self, place: Place, is_half_hidden: bool) {
+    fn arrive(&mut self, place: Place, one: &Apart) {
         self.journey.arrive(place, LONGEST_LOOK_MS);
-        self.half_hidden.push_back(is_half_hidden);
+        self.half_hidden.push_back(one.is_half_hidden);
+        self.edges_m.push_back(one.edges_m);
         while self.half_hidden.len() > self.journey.len() {
             self.half_hidden.pop_front();
+            self.edges_m.pop_front();
         }
         if self.has_travelled() {
             self.travelled_ms = self.journey.seen_ms();
@@ -150,13 +156,30 @@ impl Thing {
     fn has_travelled(&self) -> bool {
         let platform_stands = self.journey.platform_m() <= STANDS_M;
         self.journey.lasts_ms() >= SHORTEST_LOOK_MS
-            && (platform_stands || !self.half_hidden.contains(&true))
+            && (platform_stands || (!self.half_hidden.contains(&true) && self.journey.is_gradual()))
             && self.journey.travels(TRAVELLED_M)
+            && self.edges_have_travelled()
+    }
+
+    /// Whether its ends have come as far as its middle must, each that was seen at first and is now; one of them was.
+    /// The middle of what something else uncovers, going by, moves as well; the end that is seen stays.
+    fn edges_have_travelled(&self) -> bool {
+        let is_hidden = |edges_m: &[Option<Point2<f64>>; 2]| edges_m.contains(&None);
+        if !self.edges_m.iter().any(is_hidden) {
+            return true;
+        }
+        let Some((first, last)) = self.edges_m.front().zip(self.edges_m.back()) else {
+            return false;
+        };
+        let mut ways_m =
+            first.iter().zip(last).filter_map(|(from, to)| Some(distance(&(*from)?, &(*to)?)));
+        let shortest_m = ways_m.by_ref().reduce(f64::min);
+        shortest_m.is_some_and(|way_m| way_m >= TRAVELLED_M)
     }
 }
 
 /// The narrow things that have nothing near them: the room goes on behind them at both sides, or at one side and
-/// background hides a part of them at the other.
+/// something hides a part of them at the other.
 fn things_apart(turn: &Turn, verdicts: &[Option<Verdict>]) -> Vec<Apart> {
     let runs = runs_of_returns(turn);
     let look = Look { turn, verdicts };
@@ -168,13 +191,17 @@ fn things_apart(turn: &Turn, verdicts: &[Option<Verdict>]) -> Vec<Apart> {
         }
         let right = index.checked_sub(1).and_then(|before| runs.get(before)).map(|run| run.end - 1);
         let left = runs.get(index + 1).map(|next| next.start);
-        let is_half_hidden =
-            match (look.beside(beams.start, right), look.beside(beams.end - 1, left)) {
-                (Beside::Open, Beside::Open) => false,
-                (Beside::Open, Beside::Background) | (Beside::Background, Beside::Open) => true,
-                _ => return None,
-            };
-        Some(Apart { beams: beams.clone(), is_half_hidden })
+        let beside = [look.beside(beams.start, right), look.beside(beams.end - 1, left)];
+        if !beside.contains(&Beside::Open) {
+            return None;
+        }
+        let edge_m = |beam: usize, beside: Beside| {
+            let place_m = turn.beams.get(beam)?.met?.in_map_m;
+            (beside != Beside::Other).then_some(place_m)
+        };
+        let edges_m = [edge_m(beams.start, beside[0]), edge_m(beams.end - 1, beside[1])];
+        let is_half_hidden = beside != [Beside::Open; 2];
+        Some(Apart { beams: beams.clone(), is_half_hidden, edges_m })
     };
     (0..runs.len()).filter_map(apart).collect()
 }

@@ -5,7 +5,8 @@ use std::ops::Range;
 use geometry::{DynamicZone, ReturnSpan, ZoneSource};
 use nalgebra::{Point2, Point3};
 
-use super::turn::Turn;
+use super::free_space::Verdict;
+use super::turn::{Turn, TurnBeam};
 use crate::config::DetectionConfig;
 
 /// A zone that was kept is the one that is measured when their depths are no farther apart than this: what
@@ -25,6 +26,17 @@ pub(super) struct MovingBeams {
     pub(super) has_travelled: bool,
 }
 
+/// What a cycle sees.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight<'a> {
+    pub(super) turn: &'a Turn,
+    /// What the evidence says of each beam; `None` for one without a return.
+    pub(super) verdicts: &'a [Option<Verdict>],
+    /// The beams that are looked at.
+    pub(super) within: &'a Range<usize>,
+    pub(super) platform_moves: bool,
+}
+
 /// Makes zones, and remembers those of the last cycles.
 #[derive(Clone, Debug)]
 pub(super) struct ZoneKeeper {
@@ -41,6 +53,8 @@ struct Remembered {
     right_in_map_m: Point3<f64>,
     left_in_map_m: Point3<f64>,
     has_travelled: bool,
+    /// In so many cycles it has been measured.
+    measured_cycles: u32,
 }
 
 impl ZoneKeeper {
@@ -73,24 +87,29 @@ impl ZoneKeeper {
     }
 
     /// The zones of a cycle by azimuth: one for each run, with the largest deviation of its beams, and those
-    /// of the cycles before that have gone without an explanation.
+    /// of the cycles before that have gone without an explanation. From a platform that moves, a zone is kept no
+    /// longer than it was measured: what appears there and is gone was most likely none.
     pub(super) fn zones(
         &mut self,
-        turn: &Turn,
+        sight: &Sight<'_>,
         runs: &[MovingBeams],
         std_dev_m: &[Option<f32>],
-        within: &Range<usize>,
     ) -> Vec<DynamicZone> {
         let mut remembered: Vec<Remembered> =
-            runs.iter().filter_map(|run| self.measured(turn, run, std_dev_m)).collect();
+            runs.iter().filter_map(|run| self.measured(sight.turn, run, std_dev_m)).collect();
         let measured = remembered.len();
         let old = std::mem::take(&mut self.remembered);
+        for new in &mut remembered {
+            let same = old.iter().filter(|old| is_same_place(&old.zone, &new.zone));
+            let before = same.map(|old| old.measured_cycles).max().unwrap_or(0);
+            new.measured_cycles = before.saturating_add(1);
+        }
         let is_new: Vec<bool> = remembered
             .iter()
             .map(|new| !old.iter().any(|old| is_same_place(&old.zone, &new.zone)))
             .collect();
         for old in old {
-            let Some(held) = self.held(old, turn, within) else { continue };
+            let Some(held) = self.held(old, sight) else { continue };
             let is_retaken = remembered[..measured].iter().zip(&is_new).any(|(new, is_new)| {
                 is_same_place(&held.zone, &new.zone)
                     || (*is_new && is_found_again(&held.zone, &new.zone))
@@ -138,12 +157,15 @@ impl ZoneKeeper {
         };
         let (right_in_map_m, left_in_map_m) =
             (turn.map_from_rig * first.in_rig_m, turn.map_from_rig * last.in_rig_m);
-        Some(Remembered { zone, right_in_map_m, left_in_map_m, has_travelled: *has_travelled })
+        let has_travelled = *has_travelled;
+        Some(Remembered { zone, right_in_map_m, left_in_map_m, has_travelled, measured_cycles: 1 })
     }
 
-    /// A zone of the cycles before, as it is seen now, unless most of its beams see past where it was: then
-    /// it is over.
-    fn held(&self, old: Remembered, turn: &Turn, within: &Range<usize>) -> Option<Remembered> {
+    /// A zone of the cycles before, as it is seen now, unless it is over: when it has been kept for long enough, or
+    /// when most of its beams see past where it was. From a platform that moves it is over, too, when they meet
+    /// background there: that is then what stands there, and not an object lost from sight.
+    fn held(&self, old: Remembered, sight: &Sight<'_>) -> Option<Remembered> {
+        let Sight { turn, verdicts, within, platform_moves } = *sight;
         let cycles = match old.zone.source {
             ZoneSource::Measured => 1,
             ZoneSource::Held { cycles } => cycles.saturating_add(1),
@@ -160,7 +182,9 @@ impl ZoneKeeper {
             nearest_m,
             farthest_m: (nearest_m + depth_m).max(distances_m[0]).max(distances_m[1]),
         };
-        if !old.has_travelled || cycles > self.max_held_cycles || left_rad < right_rad {
+        let most = self.max_held_cycles;
+        let longest = if platform_moves { old.measured_cycles.min(most) } else { most };
+        if !old.has_travelled || cycles > longest || left_rad < right_rad {
             return None;
         }
         let widening_rad = turn.step_rad + self.tolerance_rad;
@@ -176,14 +200,21 @@ impl ZoneKeeper {
         }
         let mut beams = 0_usize;
         let mut seen_past = 0_usize;
-        for beam in &turn.beams[within.clone()] {
+        let is_past = |beam: &TurnBeam, verdict: Option<Verdict>| {
+            beam.met.as_ref().is_some_and(|met| {
+                let slack_m = met.error_m + BEHIND_M;
+                let is_behind = met.distance_m() > f64::from(span.farthest_m) + slack_m;
+                let is_before = met.distance_m() < f64::from(span.nearest_m) - slack_m;
+                is_behind || (platform_moves && !is_before && verdict == Some(Verdict::Background))
+            })
+        };
+        for index in within.clone() {
+            let beam = &turn.beams[index];
             if beam.azimuth_rad < right_rad || beam.azimuth_rad > left_rad {
                 continue;
             }
             beams += 1;
-            if let Some(met) = &beam.met
-                && met.distance_m() > f64::from(span.farthest_m) + met.error_m + BEHIND_M
-            {
+            if is_past(beam, verdicts.get(index).copied().flatten()) {
                 seen_past += 1;
             }
         }
@@ -224,3 +255,6 @@ fn is_found_again(held: &DynamicZone, new: &DynamicZone) -> bool {
 fn azimuth_rad(point_in_rig: &Point3<f64>) -> f64 {
     point_in_rig.y.atan2(point_in_rig.x)
 }
+
+#[cfg(test)]
+mod tests;

@@ -87,3 +87,29 @@ fn one_return_is_too_little_and_one_that_was_lost_for_long_is_another() {
         .collect();
     assert_eq!(seen_all_along[3], Proof::None, "{seen_all_along:?}");
 }
+
+/// Regression: a robot with a scanner of a third of a degree had a zone at every chair's leg and edge that it met anew,
+/// two returns of it.
+#[test]
+fn what_is_narrower_than_bearings_are_off_must_travel() {
+    let (mut turn, runs) = seen([0.0, 0.0], [2.0, 0.4], 1);
+    let shown_by = |turn: &Turn, returns: usize| {
+        let run = runs[0].start..runs[0].start + returns;
+        Proofs::default().of(turn, &[run], |_| false, 1)[0]
+    };
+    assert_eq!(shown_by(&turn, 2), Proof::InEmptySpace, "exact bearings");
+    for beam in &mut turn.beams {
+        beam.bearing_error_rad = 2.5 * turn.step_rad;
+    }
+    assert_eq!(shown_by(&turn, 2), Proof::None);
+    assert_eq!(shown_by(&turn, 3), Proof::InEmptySpace);
+}
+
+/// Regression: of a ramp that a nodding scanner met, another part in each look, the way from the first to the second was
+/// taken for a journey.
+#[test]
+fn what_leaps_once_does_not_travel() {
+    let leap = |time_s: f64| [if time_s < 1.5 { 2.0 } else { 2.5 }, 0.4];
+    let proofs = shown(30, true, at_origin, leap);
+    assert_eq!(proofs, [Proof::None; 30]);
+}

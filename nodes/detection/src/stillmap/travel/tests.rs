@@ -36,6 +36,11 @@ fn with_person(place_m: [f64; 2]) -> Vec<Wall> {
     walls
 }
 
+/// A thing whose ends both are at one place.
+fn apart_at(place_m: Point2<f64>, is_half_hidden: bool) -> Apart {
+    Apart { beams: 100..104, is_half_hidden, edges_m: [Some(place_m); 2] }
+}
+
 /// Regression: one who walked away from the scanner from the first scan on was found nowhere.
 #[test]
 fn who_walks_away_from_the_first_scan_on_travels() {
@@ -98,7 +103,11 @@ fn what_background_hides_at_one_side_is_followed_from_a_standing_platform_alone(
     };
     let is_person = |one: &Apart| one.beams == person && one.is_half_hidden;
     assert!(apart(&Verdict::Background).iter().any(is_person));
-    assert!(!apart(&Verdict::Unseen).iter().any(|one| one.beams == person));
+    assert!(apart(&Verdict::Background).iter().any(|one| one.edges_m.iter().all(Option::is_some)));
+    // What is no background may go, and then that end is not the person's own.
+    let beside_another = apart(&Verdict::Unseen);
+    let one = beside_another.iter().find(|one| one.beams == person).unwrap();
+    assert!(one.is_half_hidden && one.edges_m[0].is_some() && one.edges_m[1].is_none());
 
     let journey = |platform_m: f64| {
         let mut thing = Thing::default();
@@ -110,9 +119,50 @@ fn what_background_hides_at_one_side_is_followed_from_a_standing_platform_alone(
                 platform_m: Point2::new(platform_m * share, 0.0),
                 returns: 5,
             };
-            thing.arrive(place, step == 2);
+            thing.arrive(place, &apart_at(place.in_map_m, step == 2));
         }
         thing.travelled_ms.is_some()
     };
     assert!(journey(0.0) && !journey(0.2));
+}
+
+/// Regression: behind a robot that drove off, one part of a far wall after the other came into sight and travelled.
+#[test]
+fn from_a_platform_that_moves_what_leaps_once_does_not_travel() {
+    let travels = |x_m: [f64; 6]| {
+        let mut thing = Thing::default();
+        for (step, x_m) in (0..6_u32).zip(x_m) {
+            let place = Place {
+                now_ms: 140 * step,
+                in_map_m: Point2::new(x_m, 0.0),
+                platform_m: Point2::new(0.04 * f64::from(step), 0.0),
+                returns: 5,
+            };
+            thing.arrive(place, &apart_at(place.in_map_m, false));
+        }
+        thing.travelled_ms.is_some()
+    };
+    assert!(travels([2.0, 2.12, 2.24, 2.36, 2.48, 2.6]));
+    assert!(!travels([2.0, 2.0, 2.0, 2.6, 2.6, 2.6]));
+}
+
+/// Regression: of three who walked away together only the last was found.
+#[test]
+fn who_walks_away_half_hidden_behind_another_travels_by_the_end_that_is_seen() {
+    let mut travellers = Travellers::default();
+    let found: Vec<bool> = (0..10_u32)
+        .map(|scan| {
+            let time_s = f64::from(scan) * PERIOD_S;
+            let mut walls = with_person([1.6 + 1.2 * time_s, 0.55]);
+            walls.extend(cuboid([1.0 + 1.2 * time_s, 0.1], [0.3, 0.4]));
+            let turn = turn_in(&walls, u64::from(scan));
+            let runs = travellers.follow(&turn, &nothing_known(&turn), (time_s * 1e3) as u32 + 1);
+            let is_hidden_one = |beams: &Range<usize>| {
+                let place = Place::of(&turn, beams, 0);
+                place.is_some_and(|place| place.in_map_m.y > 0.35)
+            };
+            runs.iter().any(is_hidden_one)
+        })
+        .collect();
+    assert!(found[LEAST_PLACES + 1..].iter().all(|found| *found), "{found:?}");
 }
