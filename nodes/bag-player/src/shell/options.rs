@@ -62,7 +62,7 @@ pub struct PlayOptions {
     #[arg(long = "wait-timeout", value_name = "SECONDS", allow_negative_numbers = true, default_value_t = DEFAULT_WAIT_TIMEOUT_S)]
     pub wait_timeout_s: f64,
     /// Hold playback back while a node is behind with a topic of the bag, by what the node reports of it (as
-    /// /camera/depth/image_raw=/pose/report): nothing is lost however slow the node is (several times for several)
+    /// /camera/depth/image_raw=/pose/report), so that it loses nothing by being slow (several times for several)
     #[arg(long = "pace", value_name = "TOPIC=REPORTS")]
     pub paces: Vec<PaceBy>,
     /// Count a message as late when it is published more than this long after it was due

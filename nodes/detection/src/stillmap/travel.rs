@@ -47,7 +47,7 @@ pub(super) struct Travellers {
 #[derive(Clone, Debug, Default)]
 struct Thing {
     journey: Journey,
-    /// For each place of the journey, whether background hid a part of it there.
+    /// For each place of the journey, whether something hid a part of it there.
     half_hidden: VecDeque<bool>,
     /// For each place of the journey, its ends to the right and to the left, where nothing but background hides them.
     edges_m: VecDeque<[Option<Point2<f64>>; 2]>,
@@ -171,10 +171,9 @@ impl Thing {
         let Some((first, last)) = self.edges_m.front().zip(self.edges_m.back()) else {
             return false;
         };
-        let mut ways_m =
+        let ways_m =
             first.iter().zip(last).filter_map(|(from, to)| Some(distance(&(*from)?, &(*to)?)));
-        let shortest_m = ways_m.by_ref().reduce(f64::min);
-        shortest_m.is_some_and(|way_m| way_m >= TRAVELLED_M)
+        ways_m.reduce(f64::min).is_some_and(|way_m| way_m >= TRAVELLED_M)
     }
 }
 

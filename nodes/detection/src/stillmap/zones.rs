@@ -104,15 +104,12 @@ impl ZoneKeeper {
             let before = same.map(|old| old.measured_cycles).max().unwrap_or(0);
             new.measured_cycles = before.saturating_add(1);
         }
-        let is_new: Vec<bool> = remembered
-            .iter()
-            .map(|new| !old.iter().any(|old| is_same_place(&old.zone, &new.zone)))
-            .collect();
         for old in old {
             let Some(held) = self.held(old, sight) else { continue };
-            let is_retaken = remembered[..measured].iter().zip(&is_new).any(|(new, is_new)| {
+            let is_retaken = remembered[..measured].iter().any(|new| {
+                let is_new = new.measured_cycles == 1;
                 is_same_place(&held.zone, &new.zone)
-                    || (*is_new && is_found_again(&held.zone, &new.zone))
+                    || (is_new && is_found_again(&held.zone, &new.zone))
             });
             if !is_retaken {
                 remembered.push(held);
