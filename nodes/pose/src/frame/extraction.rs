@@ -1,14 +1,21 @@
 //! Corners and segments of a pair of images.
 
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use geometry::{CameraModel, DepthImage};
 
 use super::depth::depth_at;
-use super::{Frame, FrameConfig, FrameConfigError};
-use crate::feature::lines::{LineDetector, LineFeature, segment_in_space};
+use super::{Frame, FrameConfig, FrameConfigError, MeasuredDepth};
+use crate::feature::lines::{
+    LineDetector, LineFeature, LineSegment, SegmentInSpace, segment_in_space,
+};
 use crate::feature::points::{Corner, PointExtractor};
 use crate::image::GrayImage;
+
+/// Segments that a thread describes and locates at once: few enough that both threads end together.
+const SEGMENTS_AT_ONCE: usize = 8;
 
 /// Finds the features of pairs of images, one after another; it keeps the memory that it works on, and nothing else.
 #[derive(Clone, Debug)]
@@ -41,45 +48,179 @@ impl FrameExtractor {
     /// the depth image.
     pub fn extract(&mut self, gray: &GrayImage, depth: &DepthImage, camera: &CameraModel) -> Frame {
         let Self { config, points, lines } = self;
-        let mut corners = || {
-            let corners = if config.use_points { points.extract(gray) } else { Vec::new() };
-            let depth_of = |corner: &Corner| depth_at(depth, corner.pixel, config);
-            let depths: Vec<_> = corners.iter().map(depth_of).collect();
-            (corners, depths)
+        let pair = Pair { gray, depth, camera, config };
+        let (corners, lines) = if config.in_parallel && config.use_points && config.use_lines {
+            pair.by_two_threads(points, lines)
+        } else {
+            (pair.corners(points), pair.lines(lines))
         };
-        let mut lines = || {
-            let lines =
-                if config.use_lines { segments(lines, gray, config.max_lines) } else { Vec::new() };
-            let sensor = config.depth_sensor();
-            let in_space = |line: &LineFeature| {
-                segment_in_space(&line.segment, depth, camera, sensor, &config.line_depth).ok()
-            };
-            let in_space: Vec<_> = lines.iter().map(in_space).collect();
-            (lines, in_space)
-        };
-        let ((corners, corner_depths), (lines, lines_in_space)) =
-            if config.in_parallel && config.use_points && config.use_lines {
-                both(corners, lines)
-            } else {
-                (corners(), lines())
-            };
+        let (corners, corner_depths) = corners;
+        let (lines, lines_in_space) = lines.into_iter().unzip();
         Frame { stamp: depth.stamp, corners, corner_depths, lines, lines_in_space }
     }
 }
 
-/// What both find, one on a thread of its own.
-fn both<A: Send + Default, B>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B) -> (A, B) {
-    thread::scope(|scope| {
-        let one = scope.spawn(one);
-        let other = other();
-        // It does not panic.
-        (one.join().unwrap_or_default(), other)
-    })
+/// Corners, and how far each is.
+type Corners = (Vec<Corner>, Vec<Option<MeasuredDepth>>);
+/// A segment, and where it lies in space.
+type Line = (LineFeature, Option<SegmentInSpace>);
+
+/// A pair of images, and what is looked for.
+struct Pair<'a> {
+    gray: &'a GrayImage,
+    depth: &'a DepthImage,
+    camera: &'a CameraModel,
+    config: &'a FrameConfig,
 }
 
-/// The most meaningful segments of an image, described.
-fn segments(detector: &mut LineDetector, gray: &GrayImage, most: usize) -> Vec<LineFeature> {
-    let mut segments = detector.detect(gray);
-    segments.truncate(most);
-    detector.describe(&segments)
+impl Pair<'_> {
+    fn corners(&self, extractor: &mut PointExtractor) -> Corners {
+        if !self.config.use_points {
+            return Corners::default();
+        }
+        let corners = extractor.extract(self.gray);
+        let depth_of = |corner: &Corner| depth_at(self.depth, corner.pixel, self.config);
+        let depths = corners.iter().map(depth_of).collect();
+        (corners, depths)
+    }
+
+    fn lines(&self, detector: &mut LineDetector) -> Vec<Line> {
+        if !self.config.use_lines {
+            return Vec::new();
+        }
+        let segments = self.segments(detector);
+        self.described(detector, &segments)
+    }
+
+    /// The most meaningful segments.
+    fn segments(&self, detector: &mut LineDetector) -> Vec<LineSegment> {
+        let mut segments = detector.detect(self.gray);
+        segments.truncate(self.config.max_lines);
+        segments
+    }
+
+    /// What segments look like, and where they lie.
+    fn described(&self, detector: &LineDetector, segments: &[LineSegment]) -> Vec<Line> {
+        let sensor = self.config.depth_sensor();
+        let in_space = |line: LineFeature| {
+            let Self { depth, camera, config, .. } = *self;
+            let found = segment_in_space(&line.segment, depth, camera, sensor, &config.line_depth);
+            (line, found.ok())
+        };
+        detector.describe(segments).into_iter().map(in_space).collect()
+    }
+
+    /// Corners are found on a thread of their own. It is the first to end, and then describes segments with the other.
+    fn by_two_threads(
+        &self,
+        extractor: &mut PointExtractor,
+        detector: &mut LineDetector,
+    ) -> (Corners, Vec<Line>) {
+        let found = OnceLock::<Segments<'_>>::new();
+        thread::scope(|scope| {
+            let other = scope.spawn(|| (self.corners(extractor), found.wait().share(self)));
+            let segments = self.segments(detector);
+            let found = found.get_or_init(|| Segments::new(detector, segments));
+            let mut lines = found.share(self);
+            // It does not panic.
+            let (corners, more) = other.join().unwrap_or_default();
+            lines.extend(more);
+            lines.sort_unstable_by_key(|(first, _)| *first);
+            (corners, lines.into_iter().flat_map(|(_, lines)| lines).collect())
+        })
+    }
+}
+
+/// Segments that threads share out among themselves.
+struct Segments<'a> {
+    detector: &'a LineDetector,
+    segments: Vec<LineSegment>,
+    /// The first one that nobody has taken yet.
+    next: AtomicUsize,
+}
+
+impl<'a> Segments<'a> {
+    fn new(detector: &'a LineDetector, segments: Vec<LineSegment>) -> Self {
+        Self { detector, segments, next: AtomicUsize::new(0) }
+    }
+
+    /// A thread's share: runs of segments, each with the index of its first one.
+    fn share(&self, pair: &Pair<'_>) -> Vec<(usize, Vec<Line>)> {
+        let mut share = Vec::new();
+        loop {
+            let first = self.next.fetch_add(SEGMENTS_AT_ONCE, Ordering::Relaxed);
+            let Some(rest) = self.segments.get(first..).filter(|rest| !rest.is_empty()) else {
+                return share;
+            };
+            let run = &rest[..rest.len().min(SEGMENTS_AT_ONCE)];
+            share.push((first, pair.described(self.detector, run)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use geometry::{DepthPixels, Distortion, Stamp};
+
+    use super::*;
+    use crate::feature::points::PointConfig;
+    use crate::testing::Random;
+
+    const SIDE_PX: usize = 320;
+    const RECTANGLES: usize = 150;
+
+    /// Rectangles upon each other, each row of pixels farther away than the one below.
+    fn images() -> (GrayImage, DepthImage, CameraModel) {
+        let mut random = Random::new(1);
+        let mut below = |most: usize| (random.uniform() * most as f64) as usize;
+        let mut pixels = vec![0; SIDE_PX * SIDE_PX];
+        for _ in 0..RECTANGLES {
+            let (left, top, shade) = (below(SIDE_PX), below(SIDE_PX), below(256) as u8);
+            let (width, height) = (10 + below(80), 10 + below(80));
+            for row in top..(top + height).min(SIDE_PX) {
+                pixels[row * SIDE_PX..][left..(left + width).min(SIDE_PX)].fill(shade);
+            }
+        }
+        let gray = GrayImage::new(SIDE_PX, SIDE_PX, pixels).unwrap();
+        let depth_m = (0..SIDE_PX * SIDE_PX).map(|pixel| 3.0 - (pixel / SIDE_PX) as f32 / 320.0);
+        let pixels = DepthPixels::Metres(depth_m.collect());
+        let stamp = Stamp::from_nanos(1);
+        let depth = DepthImage::new(stamp, "camera".to_owned(), (SIDE_PX, SIDE_PX), pixels);
+        let middle_px = SIDE_PX as f64 / 2.0;
+        let camera = CameraModel {
+            width_px: SIDE_PX,
+            height_px: SIDE_PX,
+            fx_px: 300.0,
+            fy_px: 300.0,
+            cx_px: middle_px,
+            cy_px: middle_px,
+            distortion: Distortion::None,
+        };
+        (gray, depth.unwrap(), camera)
+    }
+
+    fn extracted(config: FrameConfig) -> Frame {
+        let (gray, depth, camera) = images();
+        FrameExtractor::new(config).unwrap().extract(&gray, &depth, &camera)
+    }
+
+    #[test]
+    fn two_threads_find_what_one_does() {
+        // The corners are found before the segments are, so that both threads describe these.
+        let points = PointConfig { max_corners: 50, levels: 1, ..PointConfig::default() };
+        let config = FrameConfig { points, max_lines: 1000, ..FrameConfig::default() };
+        let one = extracted(FrameConfig { in_parallel: false, ..config.clone() });
+        let least = 10 * SEGMENTS_AT_ONCE;
+        assert!(one.measured_lines() > least, "{} segments", one.measured_lines());
+        for _ in 0..20 {
+            assert!(extracted(config.clone()) == one);
+        }
+    }
+
+    #[test]
+    fn an_image_without_segments_has_corners_all_the_same() {
+        let none = FrameConfig { max_lines: 0, ..FrameConfig::default() };
+        let frame = extracted(none);
+        assert!(frame.lines.is_empty() && frame.measured_corners() > 100);
+    }
 }
