@@ -6,6 +6,8 @@
 #[cfg(test)]
 mod tests;
 
+use std::collections::HashSet;
+
 use geometry::{DetectedCycle, Stamp, Track, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
@@ -42,6 +44,8 @@ pub struct Stillmap {
     view: View,
     recent_views: RecentViews,
     floor: Option<Floor>,
+    /// Where objects had points a cycle ago, in the map.
+    of_objects: HashSet<VoxelKey>,
     last: Option<Stamp>,
 }
 
@@ -61,6 +65,7 @@ impl Stillmap {
             view: View::default(),
             recent_views: RecentViews::default(),
             floor: None,
+            of_objects: HashSet::new(),
             last: None,
         })
     }
@@ -114,9 +119,15 @@ impl Stillmap {
         for &point in groups.iter().flat_map(|group| &group.points) {
             is_dynamic[point] = true;
         }
+        for point in self.lingering(points_in_map, &standings, &voxels) {
+            is_dynamic[point] = true;
+        }
         for &point in &settled {
             is_dynamic[point] = false;
         }
+        // What lingers is not among them: it would stay for ever.
+        let of_groups = groups.iter().flat_map(|group| &group.points);
+        self.of_objects = of_groups.map(|&point| voxels[point]).collect();
         let arrived = (0..standings.len())
             .filter(|&point| is_dynamic[point] && standings[point] == Standing::Arrived)
             .map(|point| &points_in_map[point]);
@@ -141,6 +152,7 @@ impl Stillmap {
             self.evidence = evidence_of(&self.config, self.grid);
             self.tracker.forget();
             (self.view, self.floor) = (View::default(), None);
+            self.of_objects.clear();
             self.recent_views.clear();
         }
         self.last = Some(stamp);
@@ -193,6 +205,22 @@ impl Stillmap {
     fn has_arrived(&self, point_in_map: &Point3<f64>) -> bool {
         self.evidence.is_untouched(point_in_map)
             && self.recent_views.was_empty(point_in_map, &self.view)
+    }
+
+    /// Points where an object had some a cycle ago, of whose places nothing else is known: the last sliver of one that
+    /// goes out of view, a foot that was floor for once. They are the object's for this one cycle.
+    fn lingering(
+        &self,
+        points_in_map: &[Point3<f64>],
+        standings: &[Standing],
+        voxels: &[VoxelKey],
+    ) -> Vec<usize> {
+        let lingers = |&point: &usize| {
+            matches!(standings[point], Standing::New | Standing::Still)
+                && self.of_objects.contains(&voxels[point])
+                && self.evidence.known(&points_in_map[point]) != Known::Background
+        };
+        (0..standings.len()).filter(lingers).collect()
     }
 
     /// Grows the objects from their seeds. Through what has come they grow without bound; through places of
