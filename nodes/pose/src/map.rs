@@ -138,9 +138,6 @@ pub enum MapError {
     /// The root of the spanning tree stays.
     #[error("the first keyframe of the map cannot be dropped")]
     Root,
-    /// A keyframe at which a loop was closed stays.
-    #[error("a keyframe at which a loop was closed cannot be dropped")]
-    EndOfLoop,
     /// A number is not finite, or a line has no length.
     #[error("a place or pose has a number that is not finite, or a line has no length")]
     NotFinite,
@@ -274,6 +271,17 @@ impl Map {
         for id in [keyframe, other] {
             self.keyframes.get(id).ok_or(MapError::NoKeyframe(id))?;
         }
+        self.link(keyframe, other, camera_from_other);
+        Ok(())
+    }
+
+    /// Puts a loop between two keyframes, to be found from both.
+    fn link(
+        &mut self,
+        keyframe: KeyframeId,
+        other: KeyframeId,
+        camera_from_other: &Isometry3<f64>,
+    ) {
         let there = LoopEdge { camera_from_other: *camera_from_other };
         let back = LoopEdge { camera_from_other: camera_from_other.inverse() };
         for (one, two, edge) in [(keyframe, other, there), (other, keyframe, back)] {
@@ -281,6 +289,5 @@ impl Map {
                 one.loops.insert(two, edge);
             }
         }
-        Ok(())
     }
 }

@@ -98,8 +98,8 @@ fn count_lines(map: &Map, (keyframe, of): (KeyframeId, &Keyframe), enough: usize
     lines
 }
 
-/// Lets those of the neighbours of a keyframe go that say nothing new, but for the root and the ends of loops. The one that
-/// shares most is looked at first. Returns each with what is left of it.
+/// Lets those of the neighbours of a keyframe go that say nothing new, but for the root. The one that shares most is looked
+/// at first. Returns each with what is left of it.
 pub fn cull_keyframes(
     map: &mut Map,
     keyframe: KeyframeId,

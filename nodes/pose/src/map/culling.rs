@@ -18,15 +18,12 @@ pub struct CulledKeyframe {
 
 impl Map {
     /// Lets a keyframe go. Landmarks that it alone saw go with it; what hung on it in the spanning tree hangs on others
-    /// afterwards.
+    /// afterwards, and loops that ended there end at its parent.
     ///
     /// # Errors
-    /// When it is not there, is the root, or is an end of a loop.
+    /// When it is not there, or is the root.
     pub fn cull_keyframe(&mut self, keyframe: KeyframeId) -> Result<CulledKeyframe, MapError> {
         let going = self.keyframes.get(keyframe).ok_or(MapError::NoKeyframe(keyframe))?;
-        if !going.loops.is_empty() {
-            return Err(MapError::EndOfLoop);
-        }
         let parent = going.parent.ok_or(MapError::Root)?;
         let of_parent = self.keyframes.get(parent).ok_or(MapError::NoKeyframe(parent))?;
         let camera_from_parent = going.camera_from_map * of_parent.camera_from_map.inverse();
@@ -34,6 +31,7 @@ impl Map {
         let lines: Vec<LineId> = going.lines.iter().flatten().copied().collect();
         // First, while it is still known what the children see with others.
         self.hand_over_children(keyframe);
+        self.hand_over_loops(keyframe, parent, &camera_from_parent);
         let mut landmarks = 0;
         for point in points {
             landmarks += usize::from(self.unobserve(keyframe, point)?);
@@ -47,6 +45,28 @@ impl Map {
             self.newest = newest.map(|(id, _)| id);
         }
         Ok(CulledKeyframe { parent, camera_from_parent, landmarks })
+    }
+
+    /// Makes the loops that end at a keyframe end at its parent, as far from there as the keyframe is now. A loop that
+    /// closes at the parent already says the same; one with the parent itself says nothing any more.
+    fn hand_over_loops(
+        &mut self,
+        keyframe: KeyframeId,
+        parent: KeyframeId,
+        camera_from_parent: &Isometry3<f64>,
+    ) {
+        let Some(going) = self.keyframes.get_mut(keyframe) else { return };
+        for (other, edge) in std::mem::take(&mut going.loops) {
+            if let Some(other) = self.keyframes.get_mut(other) {
+                other.loops.remove(&keyframe);
+            }
+            let is_known =
+                self.keyframes.get(parent).is_none_or(|parent| parent.loops.contains_key(&other));
+            if other != parent && !is_known {
+                let parent_from_other = camera_from_parent.inverse() * edge.camera_from_other;
+                self.link(parent, other, &parent_from_other);
+            }
+        }
     }
 
     /// Lets a landmark go.

@@ -130,10 +130,36 @@ fn the_children_of_a_keyframe_that_goes_hang_on_those_that_see_most_with_them() 
     assert_eq!(map.check(), Ok(()));
     assert_eq!(map.cull_keyframe(ids[0]), Err(MapError::Root));
     assert_eq!(map.cull_keyframe(ids[1]), Err(MapError::NoKeyframe(ids[1])));
-    map.close_loop(ids[0], ids[3], &pose).unwrap();
-    assert_eq!(map.cull_keyframe(ids[3]), Err(MapError::EndOfLoop));
-    let back = map.keyframes.get(ids[3]).unwrap().loops()[&ids[0]];
-    assert_eq!(back.camera_from_other, pose.inverse());
+}
+
+/// Regression: the ends of loops stayed for ever, and a map that closes some on each round grew with every round.
+#[test]
+fn a_loop_ends_at_the_parent_of_an_end_that_goes() {
+    let (mut map, ids) = blank_map(5);
+    let along_m = |x| Isometry3::translation(x, 0.0, 0.0);
+    for (id, x_m) in ids.iter().zip([0.0, 1.0, 2.0, 3.0, 4.0]) {
+        map.set_pose(*id, &along_m(x_m)).unwrap();
+    }
+    map.hang(ids[3], ids[2]);
+    map.hang(ids[4], ids[3]);
+    // As it was measured: half a metre more than by the poses.
+    map.close_loop(ids[4], ids[0], &along_m(4.5)).unwrap();
+    let loops = |map: &Map, id| map.keyframes.get(id).unwrap().loops().clone();
+    assert_eq!(loops(&map, ids[0])[&ids[4]].camera_from_other, along_m(-4.5));
+    map.cull_keyframe(ids[4]).unwrap();
+    assert_eq!(loops(&map, ids[3])[&ids[0]].camera_from_other, along_m(3.5));
+    assert_eq!(loops(&map, ids[0])[&ids[3]].camera_from_other, along_m(-3.5));
+    assert_eq!(map.check(), Ok(()));
+    // What the parent knows already stays as it is known there.
+    map.close_loop(ids[2], ids[0], &along_m(2.1)).unwrap();
+    map.cull_keyframe(ids[3]).unwrap();
+    assert_eq!(loops(&map, ids[2])[&ids[0]].camera_from_other, along_m(2.1));
+    assert_eq!(map.check(), Ok(()));
+    // A loop with its own parent closes nothing.
+    map.hang(ids[2], ids[0]);
+    map.cull_keyframe(ids[2]).unwrap();
+    assert!(loops(&map, ids[0]).is_empty());
+    assert_eq!(map.check(), Ok(()));
 }
 
 #[test]
