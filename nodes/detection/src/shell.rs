@@ -1,5 +1,6 @@
 //! The node `detection`: scans, depth images (or clouds) and poses in, reduced clouds and zones out.
 
+mod camera;
 mod extrinsics;
 mod inputs;
 mod mounts;
@@ -15,8 +16,9 @@ use node_shell::{Node, NodeFailure, Program};
 use serde::{Deserialize, Serialize};
 
 use crate::DetectionConfig;
+pub use camera::IMAGE_WITHOUT_CALIBRATION;
 pub use mounts::WAITING_FOR_TRANSFORM;
-pub use stage::{IMAGE_WITHOUT_CALIBRATION, Stage, UNUSABLE_MESSAGE_ON};
+pub use stage::{Stage, UNUSABLE_MESSAGE_ON};
 
 const PROGRAM: Program = Program {
     name: "detection",
