@@ -4,6 +4,7 @@ mod camera;
 mod extrinsics;
 mod inputs;
 mod mounts;
+mod output;
 mod parameters;
 mod stage;
 #[cfg(test)]

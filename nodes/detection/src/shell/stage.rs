@@ -4,25 +4,18 @@
 use calibration::DepthOptics;
 use geometry::{CameraModel, Scan, Stamp};
 use msgs::convert;
-use msgs::std_msgs::Header;
-use msgs::stillmap_msgs::{DynamicZones, ReducedCloud};
-use node_shell::{
-    Counters, GrantedBuffer, Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, Throttle,
-    TransformWait,
-};
+use node_shell::{Counters, GrantedBuffer, Node, NodeFailure, StepTimer, Throttle, TransformWait};
 
+use super::DetectionParameters;
 use super::camera::Camera;
 use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, ViewMessage};
 use super::mounts::{Mounts, WAITING_FOR_TRANSFORM};
-use super::{DetectionParameters, PROGRAM};
+use super::output::Output;
 use crate::{
     CycleInput, Detected, DetectionConfig, Detector, Dropped, Input, MatchEvent, Matched, Matcher,
     View,
 };
-
-/// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
-const CYCLES_KEPT: usize = 50;
 
 /// The cause of a drop that costs no scan: how it begins, before the topic's name.
 pub const UNUSABLE_MESSAGE_ON: &str = "unusable message on ";
@@ -39,11 +32,7 @@ pub struct Stage {
     mounts: Option<Mounts>,
     /// What was put together, and waits for its transform.
     unmounted: TransformWait<Matched<Scan, ViewMessage>>,
-    rig_frame_id: String,
-    next_cycle: u32,
-    reduced_clouds: Publisher<ReducedCloud>,
-    dynamic_zones: Publisher<DynamicZones>,
-    reporter: StageReporter,
+    output: Output,
     counters: Counters,
     granted: Option<GrantedBuffer>,
     bad_input: Throttle,
@@ -65,11 +54,7 @@ impl Stage {
             extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
             mounts: Mounts::new(node, parameters)?,
             unmounted: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
-            rig_frame_id: config.rig_frame_id.clone(),
-            next_cycle: 0,
-            reduced_clouds: node.publisher("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
-            dynamic_zones: node.publisher("dynamic_zones", &Qos::reliable(CYCLES_KEPT))?,
-            reporter: StageReporter::new(node, PROGRAM.name)?,
+            output: Output::new(node, &config.rig_frame_id)?,
             counters: node.counters(),
             granted: node.granted_buffer(),
             bad_input: Throttle::for_warnings(),
@@ -283,7 +268,7 @@ impl Stage {
     fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>) {
         let mut timer = StepTimer::start();
         match self.detect(matched, &mut timer) {
-            Ok(detected) => self.publish(&detected, &mut timer),
+            Ok(detected) => self.output.publish(&detected, &self.inputs, &mut timer),
             Err(error) => {
                 let reason = format!("{}: {error}", self.inputs.view_topic());
                 self.drop_scan(matched.scan_stamp, "detection failed", &reason);
@@ -345,31 +330,8 @@ impl Stage {
         Ok(self.detector.step(&input, |step| timer.end_of(step.name()))?)
     }
 
-    fn publish(&mut self, detected: &Detected, timer: &mut StepTimer) {
-        let cycle = &detected.cycle;
-        self.next_cycle = cycle.index.wrapping_add(1);
-        self.reduced_clouds.publish_or_warn(convert::message_from_detected_cycle(cycle));
-        self.dynamic_zones.publish_or_warn(convert::message_from_zones(cycle));
-        timer.end_of("publish");
-
-        let count = |count: usize| count as u64;
-        let mut counts = self.inputs.counts();
-        counts.extend([
-            ("points_before_reduction", count(cycle.points_before_reduction)),
-            ("points_reduced", count(cycle.reduced_cloud.points_m.len())),
-            ("beams", count(detected.statistics.beams)),
-            ("filled_beams", count(detected.statistics.filled_beams)),
-            ("blind_scans", count(usize::from(detected.statistics.is_blind()))),
-            ("high_variability_beams", count(detected.statistics.high_variability_beams)),
-            ("zones", count(cycle.zones.len())),
-        ]);
-        let header = self.header(cycle.reduced_cloud.stamp);
-        self.reporter.processed(header, cycle.index, &counts, timer);
-    }
-
     fn drop_scan(&self, scan_stamp: Stamp, cause: &str, reason: &str) {
-        let header = self.header(scan_stamp);
-        self.reporter.dropped(header, self.next_cycle, (cause, reason), &self.inputs.counts());
+        self.output.dropped(scan_stamp, (cause, reason), &self.inputs);
     }
 
     /// Counts a message that is of no use, and tells of it once in a while.
@@ -394,9 +356,5 @@ impl Stage {
             })
             .collect();
         topics.join(" and ")
-    }
-
-    fn header(&self, stamp: Stamp) -> Header {
-        Header { stamp: convert::time_from_stamp(stamp), frame_id: self.rig_frame_id.clone() }
     }
 }
