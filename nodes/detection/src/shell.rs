@@ -1,8 +1,10 @@
 //! The node `detection`: scans, depth images (or clouds) and poses in, reduced clouds and zones out.
 
+mod camera;
 mod extrinsics;
 mod inputs;
 mod mounts;
+mod output;
 mod parameters;
 mod stage;
 #[cfg(test)]
@@ -15,8 +17,9 @@ use node_shell::{Node, NodeFailure, Program};
 use serde::{Deserialize, Serialize};
 
 use crate::DetectionConfig;
+pub use camera::IMAGE_WITHOUT_CALIBRATION;
 pub use mounts::WAITING_FOR_TRANSFORM;
-pub use stage::{IMAGE_WITHOUT_CALIBRATION, Stage, UNUSABLE_MESSAGE_ON};
+pub use stage::{Stage, UNUSABLE_MESSAGE_ON};
 
 const PROGRAM: Program = Program {
     name: "detection",

@@ -12,6 +12,7 @@
 //! be there.
 
 mod labels;
+mod map_score;
 mod tally;
 #[cfg(test)]
 mod tests;
@@ -19,11 +20,13 @@ mod tests;
 use std::collections::{BTreeMap, HashSet};
 
 use geometry::{Stamp, VoxelEdgeError, VoxelGrid, VoxelKey};
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
 pub use self::labels::{LabelScore, MapAccuracy};
-use self::tally::{CycleTally, ObjectTally, RegionTally, share};
+pub use self::map_score::MapScore;
+use self::map_score::{MapVoxels, map_score};
+use self::tally::{CycleTally, ObjectTally, RegionTally};
 use crate::{CycleRecord, LabelledPoint, RunRecord, TruthFrame};
 
 /// The label of the static scene.
@@ -144,28 +147,6 @@ pub struct ObjectCycleScore {
     pub removed: bool,
 }
 
-/// The final map against the truth, in voxels of the map frame.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct MapScore {
-    /// Voxels that objects touched and no static point ever did.
-    pub object_only: usize,
-    /// Of these, voxels that the map without removal holds.
-    pub object_only_without_removal: usize,
-    /// Of these, voxels that the final map still holds.
-    pub object_only_left: usize,
-    /// Voxels that static points touched.
-    pub static_scene: usize,
-    /// Of these, voxels that the map without removal holds: fewer, since the reduction leaves one point
-    /// a voxel of the rig's grid, which need not be that of the map.
-    pub static_without_removal: usize,
-    /// Of `static_scene`, voxels that the final map holds.
-    pub static_kept: usize,
-    /// `static_kept / static_scene`; none without a static point.
-    pub static_kept_share: Option<f64>,
-    /// `static_kept / static_without_removal`: what the removal alone cost the static scene.
-    pub static_kept_share_of_unfiltered: Option<f64>,
-}
-
 /// The run cannot be scored.
 #[derive(Debug, thiserror::Error)]
 pub enum ScoreError<E: std::error::Error + 'static> {
@@ -281,19 +262,6 @@ fn score_cycle(
     }
 }
 
-/// The voxels that the two final maps hold.
-struct MapVoxels {
-    filtered: HashSet<VoxelKey>,
-    unfiltered: HashSet<VoxelKey>,
-}
-
-impl MapVoxels {
-    fn of(run: &RunRecord, grid: &VoxelGrid) -> Self {
-        let voxels = |points: &[Point3<f32>]| points.iter().map(|point| grid.key(point)).collect();
-        Self { filtered: voxels(&run.static_map), unfiltered: voxels(&run.unfiltered_map) }
-    }
-}
-
 fn object_score(
     object_id: u16,
     tally: &ObjectTally,
@@ -315,34 +283,5 @@ fn object_score(
         own_voxels_without_removal: own().filter(|key| map.unfiltered.contains(key)).count(),
         own_voxels_left: own().filter(|key| map.filtered.contains(key)).count(),
         per_cycle: tally.per_cycle.clone(),
-    }
-}
-
-fn map_score(
-    scene: &RegionTally,
-    objects: &BTreeMap<u16, ObjectTally>,
-    map: &MapVoxels,
-) -> MapScore {
-    // Objects may share a voxel: counted once here, and once for each of them in their own scores.
-    let object_only: HashSet<&VoxelKey> = objects
-        .values()
-        .flat_map(|tally| tally.region.voxels())
-        .filter(|key| !scene.voxels().contains(key))
-        .collect();
-    let count_in = |voxels: &HashSet<VoxelKey>, keys: &HashSet<&VoxelKey>| {
-        keys.iter().filter(|key| voxels.contains(**key)).count()
-    };
-    let scene_voxels: HashSet<&VoxelKey> = scene.voxels().iter().collect();
-    let static_kept = count_in(&map.filtered, &scene_voxels);
-    let static_without_removal = count_in(&map.unfiltered, &scene_voxels);
-    MapScore {
-        object_only: object_only.len(),
-        object_only_without_removal: count_in(&map.unfiltered, &object_only),
-        object_only_left: count_in(&map.filtered, &object_only),
-        static_scene: scene_voxels.len(),
-        static_without_removal,
-        static_kept,
-        static_kept_share: share(static_kept as u64, scene_voxels.len() as u64),
-        static_kept_share_of_unfiltered: share(static_kept as u64, static_without_removal as u64),
     }
 }

@@ -3,6 +3,7 @@
 mod cameras;
 mod drawing;
 mod follower;
+mod frames;
 mod hints;
 mod inputs;
 mod map_file;
@@ -10,8 +11,10 @@ mod map_path;
 mod output;
 mod pairing;
 mod parameters;
+mod progress;
 mod ranges;
 mod saving;
+mod smoothing;
 mod stage;
 #[cfg(test)]
 mod tests;

@@ -84,14 +84,15 @@ impl Pace {
         self.of(&message.topic).for_each(|paced| paced.lead.messages += 1);
     }
 
-    /// Whether the message must wait.
-    pub(super) fn holds(&mut self, message: &BagMessage, now: Instant) -> bool {
+    /// Whether the message must wait. After [`LONGEST_HOLD`] without a report it need not: what the node has not reported is
+    /// given up.
+    pub(super) fn holds_or_gives_up(&mut self, message: &BagMessage, now: Instant) -> bool {
         let mut holds = false;
         for paced in self.of(&message.topic) {
             while paced.reports.try_next().is_some() {
                 paced.lead.reported();
             }
-            holds |= paced.lead.holds(now);
+            holds |= paced.lead.holds_or_gives_up(now);
         }
         holds
     }
@@ -107,7 +108,7 @@ impl Lead {
         *self = Self { messages: self.messages.saturating_sub(1), held_since: None };
     }
 
-    fn holds(&mut self, now: Instant) -> bool {
+    fn holds_or_gives_up(&mut self, now: Instant) -> bool {
         if self.messages < MOST_AHEAD {
             return false;
         }
@@ -129,12 +130,12 @@ mod tests {
         let now = Instant::now();
         let mut lead = Lead::default();
         for _ in 0..MOST_AHEAD {
-            assert!(!lead.holds(now));
+            assert!(!lead.holds_or_gives_up(now));
             lead.messages += 1;
         }
-        assert!(lead.holds(now) && lead.holds(now + LONGEST_HOLD / 2));
+        assert!(lead.holds_or_gives_up(now) && lead.holds_or_gives_up(now + LONGEST_HOLD / 2));
         lead.reported();
-        assert!(!lead.holds(now));
+        assert!(!lead.holds_or_gives_up(now));
     }
 
     #[test]
@@ -142,10 +143,10 @@ mod tests {
         let start = Instant::now();
         let at = |holds: f64| start + LONGEST_HOLD.mul_f64(holds);
         let mut lead = Lead { messages: 2 * MOST_AHEAD, held_since: None };
-        assert!(lead.holds(at(0.0)) && lead.holds(at(0.9)));
+        assert!(lead.holds_or_gives_up(at(0.0)) && lead.holds_or_gives_up(at(0.9)));
         lead.reported();
-        assert!(lead.holds(at(1.1)) && lead.holds(at(2.0)));
-        assert!(!lead.holds(at(2.2)));
+        assert!(lead.holds_or_gives_up(at(1.1)) && lead.holds_or_gives_up(at(2.0)));
+        assert!(!lead.holds_or_gives_up(at(2.2)));
         assert_eq!(lead, Lead::default(), "what it has not reported is taken for lost");
         lead.reported();
         assert_eq!(lead, Lead::default());

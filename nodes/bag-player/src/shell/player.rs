@@ -231,7 +231,7 @@ impl Player {
     fn is_held(&mut self, next: Option<&Ahead>, time: Option<Stamp>) -> bool {
         let due = next.filter(|next| time.is_some_and(|time| time >= next.message.log_time));
         !self.schedule.is_paused()
-            && due.is_some_and(|next| self.pace.holds(&next.message, Instant::now()))
+            && due.is_some_and(|next| self.pace.holds_or_gives_up(&next.message, Instant::now()))
     }
 
     /// Waits for the next message to fall due, a key, the clock or the end.

@@ -1,15 +1,14 @@
-//! The running check of the mounts, and the calibration of a camera from a file.
+//! The running check of the mounts.
 
 #[cfg(test)]
 mod tests;
 
-use calibration::camera_file::camera_from_yaml;
 use calibration::{
     CalibrationConfig, DepthOptics, DriftConfig, DriftMonitor, Extrinsics, RigMounts, returns_of,
 };
-use geometry::{CameraModel, DepthImage, ParameterError, Scan, Stamp, parameter, pose_from_vector};
+use geometry::{DepthImage, ParameterError, Scan, Stamp, parameter, pose_from_vector};
 use nalgebra::Isometry3;
-use node_shell::{Counters, NodeFailure, Throttle};
+use node_shell::{Counters, Throttle};
 
 use super::{CloudInput, DetectionParameters};
 
@@ -22,20 +21,6 @@ const STILL_M: f64 = 0.02;
 const STILL_RAD: f64 = 0.005;
 /// Poses so far apart say nothing of how fast the platform moves.
 const MAX_CYCLE_GAP_S: f64 = 1.0;
-
-/// The calibration in a file; none for an empty name.
-///
-/// # Errors
-/// When there is no such file, or it is none of a camera.
-pub(super) fn given_camera(path: &str) -> Result<Option<CameraModel>, NodeFailure> {
-    if path.is_empty() {
-        return Ok(None);
-    }
-    let within = |reason: String| format!("parameter camera_info_file: {path}: {reason}");
-    let text = std::fs::read_to_string(path).map_err(|error| within(error.to_string()))?;
-    let file = camera_from_yaml(&text).map_err(|error| within(error.to_string()))?;
-    Ok(Some(file.camera))
-}
 
 /// Checks the parameters of the check.
 ///

@@ -1,34 +1,24 @@
 //! The core with its topics: every message that arrives ends in a cycle, a drop that is reported, or a
 //! warning.
 
-use std::collections::VecDeque;
-
 use calibration::DepthOptics;
-use geometry::{CameraModel, DepthProjector, Scan, Stamp};
+use geometry::{CameraModel, Scan, Stamp};
 use msgs::convert;
-use msgs::std_msgs::Header;
-use msgs::stillmap_msgs::{DynamicZones, ReducedCloud};
-use node_shell::{
-    Counters, GrantedBuffer, Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, Throttle,
-    TransformWait,
-};
+use node_shell::{Counters, GrantedBuffer, Node, NodeFailure, StepTimer, Throttle, TransformWait};
 
+use super::DetectionParameters;
+use super::camera::Camera;
 use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, ViewMessage};
 use super::mounts::{Mounts, WAITING_FOR_TRANSFORM};
-use super::{DetectionParameters, PROGRAM, extrinsics};
+use super::output::Output;
 use crate::{
     CycleInput, Detected, DetectionConfig, Detector, Dropped, Input, MatchEvent, Matched, Matcher,
     View,
 };
 
-/// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
-const CYCLES_KEPT: usize = 50;
-
 /// The cause of a drop that costs no scan: how it begins, before the topic's name.
 pub const UNUSABLE_MESSAGE_ON: &str = "unusable message on ";
-/// The cause of a drop that costs no scan by itself: too many images before their camera's calibration.
-pub const IMAGE_WITHOUT_CALIBRATION: &str = "image without a calibration";
 
 /// The core with its topics.
 pub struct Stage {
@@ -36,22 +26,13 @@ pub struct Stage {
     config: DetectionConfig,
     matcher: Matcher<Scan, ViewMessage>,
     detector: Detector,
-    camera: Option<(CameraModel, DepthProjector)>,
-    /// Whether the calibration comes from a file, and the topic's does not count.
-    camera_is_given: bool,
+    camera: Camera,
     extrinsics: Option<ExtrinsicsCheck>,
     /// Where the scanner is by tf; none where a parameter says it.
     mounts: Option<Mounts>,
     /// What was put together, and waits for its transform.
     unmounted: TransformWait<Matched<Scan, ViewMessage>>,
-    /// Images that came before the calibration of their camera.
-    uncalibrated: VecDeque<ViewMessage>,
-    most_uncalibrated: usize,
-    rig_frame_id: String,
-    next_cycle: u32,
-    reduced_clouds: Publisher<ReducedCloud>,
-    dynamic_zones: Publisher<DynamicZones>,
-    reporter: StageReporter,
+    output: Output,
     counters: Counters,
     granted: Option<GrantedBuffer>,
     bad_input: Throttle,
@@ -65,27 +46,15 @@ impl Stage {
     pub fn new(node: &Node, parameters: &DetectionParameters) -> Result<Self, NodeFailure> {
         let config = &parameters.config;
         let detector = Detector::new(config.clone())?;
-        let given = extrinsics::given_camera(&parameters.camera_info_file)?;
-        let camera = match given {
-            Some(camera) => Some((camera, detector.depth_projector(&camera)?)),
-            None => None,
-        };
         Ok(Self {
             config: config.clone(),
+            camera: Camera::new(parameters, &detector, node.counters())?,
             detector,
             matcher: Matcher::new(config),
-            camera,
-            camera_is_given: given.is_some(),
             extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
             mounts: Mounts::new(node, parameters)?,
             unmounted: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
-            uncalibrated: VecDeque::new(),
-            most_uncalibrated: config.max_waiting_clouds,
-            rig_frame_id: config.rig_frame_id.clone(),
-            next_cycle: 0,
-            reduced_clouds: node.publisher("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
-            dynamic_zones: node.publisher("dynamic_zones", &Qos::reliable(CYCLES_KEPT))?,
-            reporter: StageReporter::new(node, PROGRAM.name)?,
+            output: Output::new(node, &config.rig_frame_id)?,
             counters: node.counters(),
             granted: node.granted_buffer(),
             bad_input: Throttle::for_warnings(),
@@ -164,26 +133,16 @@ impl Stage {
         self.handle(events);
     }
 
-    /// An image waits for the calibration of its camera, which many drivers send after it.
     fn take_view(&mut self, view: ViewMessage) {
-        if view.needs_calibration() && self.camera.is_none() {
-            if self.uncalibrated.len() >= self.most_uncalibrated {
-                self.uncalibrated.pop_front();
-                self.counters.count_drop(IMAGE_WITHOUT_CALIBRATION);
-            }
-            self.uncalibrated.push_back(view);
-            return;
-        }
+        let Some(view) = self.camera.usable(view) else { return };
         let events = self.matcher.push_cloud(view.stamp(), view);
         self.handle(events);
     }
 
     fn take_camera(&mut self, camera: CameraModel) {
-        if self.camera_is_given || self.camera.as_ref().is_some_and(|(known, _)| *known == camera) {
-            return;
-        }
-        match self.detector.depth_projector(&camera) {
-            Ok(projector) => self.camera = Some((camera, projector)),
+        match self.camera.take(camera, &self.detector) {
+            Ok(true) => {}
+            Ok(false) => return,
             Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
         }
         if self.inputs.has_raw_images() {
@@ -196,7 +155,7 @@ impl Stage {
                 tracing::warn!("{too_large}");
             }
         }
-        for view in std::mem::take(&mut self.uncalibrated) {
+        for view in self.camera.take_uncalibrated() {
             self.take_view(view);
         }
     }
@@ -206,7 +165,7 @@ impl Stage {
         // Where the data have shown it already, all is done.
         if let Some(events) = self.matcher.set_back(now) {
             tracing::warn!("the time of /clock jumped back: starting anew");
-            self.uncalibrated.clear();
+            self.camera.drop_uncalibrated();
             self.handle(events);
             self.forget();
         }
@@ -217,10 +176,7 @@ impl Stage {
     pub(super) fn reset(&mut self) {
         self.matcher = Matcher::new(&self.config);
         self.unmounted.start_anew();
-        self.uncalibrated.clear();
-        if !self.camera_is_given {
-            self.camera = None;
-        }
+        self.camera.reset();
         self.forget();
     }
 
@@ -312,7 +268,7 @@ impl Stage {
     fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>) {
         let mut timer = StepTimer::start();
         match self.detect(matched, &mut timer) {
-            Ok(detected) => self.publish(&detected, &mut timer),
+            Ok(detected) => self.output.publish(&detected, &self.inputs, &mut timer),
             Err(error) => {
                 let reason = format!("{}: {error}", self.inputs.view_topic());
                 self.drop_scan(matched.scan_stamp, "detection failed", &reason);
@@ -340,7 +296,7 @@ impl Stage {
         timer: &mut StepTimer,
     ) -> Result<Detected, NodeFailure> {
         let (image, cloud);
-        let view = match (&matched.cloud, &self.camera) {
+        let view = match (&matched.cloud, self.camera.known()) {
             (ViewMessage::Depth(message), Some((_, projector))) => {
                 image = convert::depth_from_message(message)?;
                 View::Depth { image: &image, projector }
@@ -359,7 +315,7 @@ impl Stage {
         };
         timer.end_of("convert");
         if let (Some(check), View::Depth { image, projector }, Some((camera, _))) =
-            (&mut self.extrinsics, view, &self.camera)
+            (&mut self.extrinsics, view, self.camera.known())
         {
             let optics = DepthOptics { camera, rays: projector.rays() };
             check.look(&matched.scan, image, optics, &matched.pose.map_from_rig);
@@ -374,31 +330,8 @@ impl Stage {
         Ok(self.detector.step(&input, |step| timer.end_of(step.name()))?)
     }
 
-    fn publish(&mut self, detected: &Detected, timer: &mut StepTimer) {
-        let cycle = &detected.cycle;
-        self.next_cycle = cycle.index.wrapping_add(1);
-        self.reduced_clouds.publish_or_warn(convert::message_from_detected_cycle(cycle));
-        self.dynamic_zones.publish_or_warn(convert::message_from_zones(cycle));
-        timer.end_of("publish");
-
-        let count = |count: usize| count as u64;
-        let mut counts = self.inputs.counts();
-        counts.extend([
-            ("points_before_reduction", count(cycle.points_before_reduction)),
-            ("points_reduced", count(cycle.reduced_cloud.points_m.len())),
-            ("beams", count(detected.statistics.beams)),
-            ("filled_beams", count(detected.statistics.filled_beams)),
-            ("blind_scans", count(usize::from(detected.statistics.is_blind()))),
-            ("high_variability_beams", count(detected.statistics.high_variability_beams)),
-            ("zones", count(cycle.zones.len())),
-        ]);
-        let header = self.header(cycle.reduced_cloud.stamp);
-        self.reporter.processed(header, cycle.index, &counts, timer);
-    }
-
     fn drop_scan(&self, scan_stamp: Stamp, cause: &str, reason: &str) {
-        let header = self.header(scan_stamp);
-        self.reporter.dropped(header, self.next_cycle, (cause, reason), &self.inputs.counts());
+        self.output.dropped(scan_stamp, (cause, reason), &self.inputs);
     }
 
     /// Counts a message that is of no use, and tells of it once in a while.
@@ -418,20 +351,10 @@ impl Stage {
             .missing
             .iter()
             .map(|input| match (input, self.inputs.camera_info_topic()) {
-                (Input::Cloud, Some(camera_info)) if self.camera.is_none() => {
-                    if self.uncalibrated.is_empty() {
-                        self.inputs.topic(*input)
-                    } else {
-                        camera_info
-                    }
-                }
+                (Input::Cloud, Some(camera_info)) if self.camera.is_missed() => camera_info,
                 _ => self.inputs.topic(*input),
             })
             .collect();
         topics.join(" and ")
-    }
-
-    fn header(&self, stamp: Stamp) -> Header {
-        Header { stamp: convert::time_from_stamp(stamp), frame_id: self.rig_frame_id.clone() }
     }
 }

@@ -47,22 +47,26 @@ pub(super) struct Travellers {
 #[derive(Clone, Debug, Default)]
 struct Thing {
     journey: Journey,
-    /// For each place of the journey, whether something hid a part of it there.
-    half_hidden: VecDeque<bool>,
-    /// For each place of the journey, its ends to the right and to the left, where nothing but background hides them.
-    edges_m: VecDeque<[Option<Point2<f64>>; 2]>,
+    /// How it looked at each place of the journey.
+    outlines: VecDeque<Outline>,
     /// When it was last seen to have travelled.
     travelled_ms: Option<u32>,
+}
+
+/// What is seen of a thing in one turn.
+#[derive(Clone, Copy, Debug)]
+struct Outline {
+    /// What is in front of it hides a part at one side: how much, changes as the platform moves.
+    is_half_hidden: bool,
+    /// Its ends to the right and to the left; `None` at a side where something hides a part of it that may go.
+    edges_m: [Option<Point2<f64>>; 2],
 }
 
 /// A thing that stands apart in one turn.
 #[derive(Clone, Debug)]
 struct Apart {
     beams: Range<usize>,
-    /// What is in front of it hides a part at one side: how much, changes as the platform moves.
-    is_half_hidden: bool,
-    /// Its ends to the right and to the left; `None` at a side where something hides a part of it that may go.
-    edges_m: [Option<Point2<f64>>; 2],
+    outline: Outline,
 }
 
 /// What is beside a thing, at one side.
@@ -141,11 +145,9 @@ fn matched(
 impl Thing {
     fn arrive(&mut self, place: Place, one: &Apart) {
         self.journey.arrive(place, LONGEST_LOOK_MS);
-        self.half_hidden.push_back(one.is_half_hidden);
-        self.edges_m.push_back(one.edges_m);
-        while self.half_hidden.len() > self.journey.len() {
-            self.half_hidden.pop_front();
-            self.edges_m.pop_front();
+        self.outlines.push_back(one.outline);
+        while self.outlines.len() > self.journey.len() {
+            self.outlines.pop_front();
         }
         if self.has_travelled() {
             self.travelled_ms = self.journey.seen_ms();
@@ -155,8 +157,9 @@ impl Thing {
     /// Whether it has come some way over the places that are remembered.
     fn has_travelled(&self) -> bool {
         let platform_stands = self.journey.platform_m() <= STANDS_M;
+        let was_half_hidden = || self.outlines.iter().any(|outline| outline.is_half_hidden);
         self.journey.lasts_ms() >= SHORTEST_LOOK_MS
-            && (platform_stands || (!self.half_hidden.contains(&true) && self.journey.is_gradual()))
+            && (platform_stands || (!was_half_hidden() && self.journey.is_gradual()))
             && self.journey.travels(TRAVELLED_M)
             && self.edges_have_travelled()
     }
@@ -164,15 +167,14 @@ impl Thing {
     /// Whether its ends have come as far as its middle must, each that was seen at first and is now; one of them was.
     /// The middle of what something else uncovers, going by, moves as well; the end that is seen stays.
     fn edges_have_travelled(&self) -> bool {
-        let is_hidden = |edges_m: &[Option<Point2<f64>>; 2]| edges_m.contains(&None);
-        if !self.edges_m.iter().any(is_hidden) {
+        if !self.outlines.iter().any(|outline| outline.edges_m.contains(&None)) {
             return true;
         }
-        let Some((first, last)) = self.edges_m.front().zip(self.edges_m.back()) else {
+        let Some((first, last)) = self.outlines.front().zip(self.outlines.back()) else {
             return false;
         };
-        let ways_m =
-            first.iter().zip(last).filter_map(|(from, to)| Some(distance(&(*from)?, &(*to)?)));
+        let ends_m = first.edges_m.iter().zip(&last.edges_m);
+        let ways_m = ends_m.filter_map(|(from, to)| Some(distance(&(*from)?, &(*to)?)));
         ways_m.reduce(f64::min).is_some_and(|way_m| way_m >= TRAVELLED_M)
     }
 }
@@ -200,7 +202,7 @@ fn things_apart(turn: &Turn, verdicts: &[Option<Verdict>]) -> Vec<Apart> {
         };
         let edges_m = [edge_m(beams.start, beside[0]), edge_m(beams.end - 1, beside[1])];
         let is_half_hidden = beside != [Beside::Open; 2];
-        Some(Apart { beams: beams.clone(), is_half_hidden, edges_m })
+        Some(Apart { beams: beams.clone(), outline: Outline { is_half_hidden, edges_m } })
     };
     (0..runs.len()).filter_map(apart).collect()
 }

@@ -10,7 +10,7 @@ use msgs::stillmap_msgs::Tracks;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use node_shell::NodeFailure;
 
-use super::output::Frames;
+use super::frames::Frames;
 use super::parameters::PoseParameters;
 use crate::frame::MovingThing;
 use crate::motion::{GyroSample, MotionConfig, Turn, WheelStep, integrated_turn};

@@ -9,16 +9,18 @@ use msgs::geometry_msgs::{
 };
 use msgs::nav_msgs::{Odometry, Path};
 use msgs::std_msgs::Header;
-use nalgebra::{
-    Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion, Vector3 as Vector, Vector4,
-};
+use nalgebra::{Isometry3, Matrix6, Vector3 as Vector};
 use node_shell::{Node, NodeFailure, Publisher, Qos, TransformBroadcaster};
 
+use super::frames::Frames;
 use super::parameters::PoseParameters;
+use super::smoothing::Smoothing;
 use crate::tracking::CameraPose;
 
 /// Poses that a subscriber may be behind without losing one.
 const POSES_KEPT: usize = 100;
+/// The variance of a velocity that nothing is known of, in m^2/s^2 and rad^2/s^2: nobody is as fast as its root.
+const UNKNOWN_VARIANCE: f64 = 1e4;
 /// A path is sent no more often: it grows with each pose.
 const PATH_PERIOD_S: f64 = 1.0;
 
@@ -34,23 +36,6 @@ pub(super) struct Output {
     path_sent: Option<Stamp>,
     smoothing: Smoothing,
     last: Option<(Stamp, Isometry3<f64>)>,
-}
-
-/// How the camera in its map is the rig in the frame of the odometry.
-#[derive(Clone, Debug)]
-pub(super) struct Frames {
-    pub(super) odom_frame_id: String,
-    pub(super) map_frame_id: String,
-    /// Whether there is a map: poses are told in its frame.
-    has_map: bool,
-    /// Where the frame of the odometry is in that of the map, as far as it is known.
-    map_from_odom: Isometry3<f64>,
-    base_frame_id: String,
-    camera_from_rig: Isometry3<f64>,
-    /// The tracker's map is the camera's frame at the first image.
-    pub(super) odom_from_map: Isometry3<f64>,
-    /// The map of keyframes is the camera's frame at the first image of who made it: where that is in `map_frame_id`.
-    world_from_map: Isometry3<f64>,
 }
 
 impl Output {
@@ -175,190 +160,5 @@ impl Output {
             twist: Twist { linear: vector(shift), angular: vector(turn) },
             covariance: convert::covariance_by_rows(&covariance),
         }
-    }
-}
-
-/// The variance of a velocity that nothing is known of, in m^2/s^2 and rad^2/s^2: nobody is as fast as its root.
-const UNKNOWN_VARIANCE: f64 = 1e4;
-
-impl Frames {
-    pub(super) fn new(parameters: &PoseParameters) -> Self {
-        let rig_from_camera = parameters.rig_from_camera();
-        let odom_from_map = geometry::pose_from_vector(&parameters.initial_pose) * rig_from_camera;
-        Self {
-            odom_frame_id: parameters.odom_frame_id.clone(),
-            map_frame_id: parameters.map_frame_id.clone(),
-            has_map: parameters.slam,
-            map_from_odom: Isometry3::identity(),
-            base_frame_id: parameters.base_frame_id.clone(),
-            camera_from_rig: rig_from_camera.inverse(),
-            odom_from_map,
-            world_from_map: odom_from_map,
-        }
-    }
-
-    /// A map of which this is known, or one that begins with the odometry.
-    fn begin(&mut self, world_from_map: Option<&Isometry3<f64>>) {
-        self.map_from_odom = Isometry3::identity();
-        self.world_from_map = world_from_map.copied().unwrap_or(self.odom_from_map);
-    }
-
-    /// Where the map of keyframes is in `map_frame_id`.
-    pub(super) fn world_from_map(&self) -> &Isometry3<f64> {
-        &self.world_from_map
-    }
-
-    /// The frame that poses are told in.
-    pub(super) fn pose_frame_id(&self) -> &str {
-        if self.has_map { &self.map_frame_id } else { &self.odom_frame_id }
-    }
-
-    /// Where the tracker's frame is in it.
-    pub(super) fn pose_frame_from_tracker(&self) -> Isometry3<f64> {
-        self.map_from_odom * self.odom_from_map
-    }
-
-    fn header(&self, stamp: Stamp) -> Header {
-        Header { stamp: convert::time_from_stamp(stamp), frame_id: self.odom_frame_id.clone() }
-    }
-
-    pub(super) fn odom_from_rig(&self, pose: &CameraPose) -> Isometry3<f64> {
-        self.rig_of(&pose.camera_from_map)
-    }
-
-    /// The rig, by the camera in the tracker's frame.
-    fn rig_of(&self, camera_from_map: &Isometry3<f64>) -> Isometry3<f64> {
-        self.odom_from_map * camera_from_map.inverse() * self.camera_from_rig
-    }
-
-    /// The rig in `map_frame_id`, by the camera in the map of keyframes.
-    pub(super) fn map_from_rig(&self, camera_from_map: &Isometry3<f64>) -> Isometry3<f64> {
-        self.world_from_map * camera_from_map.inverse() * self.camera_from_rig
-    }
-
-    /// How the two frames are tied, by how those of the camera are.
-    fn tied(&self, tie: &Isometry3<f64>) -> Isometry3<f64> {
-        self.world_from_map * tie * self.odom_from_map.inverse()
-    }
-
-    /// The covariance as REP 103 and `geometry_msgs/PoseWithCovariance` have it: the shift along the axes of the odometry's
-    /// frame, the turn about them at the rig.
-    pub(super) fn pose_covariance(&self, pose: &CameraPose) -> Matrix6<f64> {
-        let odom_from_camera = self.odom_from_map * pose.camera_from_map.inverse();
-        self.turned(&odom_from_camera, &pose.covariance)
-    }
-
-    /// Along the rig's own axes.
-    fn in_rig(&self, covariance: &Matrix6<f64>) -> Matrix6<f64> {
-        self.turned(&self.camera_from_rig.inverse(), covariance)
-    }
-
-    /// A perturbation `[v; w]` of `camera_from_map` shifts the rig by `-(v + w x r)` and turns it by `-w`, both along the
-    /// camera's axes, where `r` is the rig's place in the camera frame.
-    fn turned(
-        &self,
-        target_from_camera: &Isometry3<f64>,
-        covariance: &Matrix6<f64>,
-    ) -> Matrix6<f64> {
-        let rotation = target_from_camera.rotation.to_rotation_matrix().into_inner();
-        let lever = rotation * self.camera_from_rig.translation.vector.cross_matrix();
-        let mut slopes = Matrix6::zeros();
-        slopes.fixed_view_mut::<3, 3>(0, 0).copy_from(&-rotation);
-        slopes.fixed_view_mut::<3, 3>(0, 3).copy_from(&lever);
-        slopes.fixed_view_mut::<3, 3>(3, 3).copy_from(&-rotation);
-        slopes * covariance * slopes.transpose()
-    }
-}
-
-/// The mean of the last poses.
-#[derive(Clone, Debug)]
-struct Smoothing {
-    poses: VecDeque<Isometry3<f64>>,
-    length: usize,
-}
-
-impl Smoothing {
-    fn new(length: usize) -> Self {
-        Self { poses: VecDeque::new(), length: length.max(1) }
-    }
-
-    fn clear(&mut self) {
-        self.poses.clear();
-    }
-
-    fn smoothed(&mut self, pose: Isometry3<f64>) -> Isometry3<f64> {
-        self.poses.push_back(pose);
-        while self.poses.len() > self.length {
-            self.poses.pop_front();
-        }
-        if self.poses.len() == 1 {
-            return pose;
-        }
-        let count = self.poses.len() as f64;
-        let shift = self.poses.iter().map(|pose| pose.translation.vector).sum::<Vector<f64>>();
-        // Of rotations that are near each other the normalised sum of the quaternions is the mean, in one hemisphere.
-        let reference = pose.rotation.coords;
-        let sum: Vector4<f64> = self
-            .poses
-            .iter()
-            .map(|pose| pose.rotation.coords * reference.dot(&pose.rotation.coords).signum())
-            .sum();
-        let rotation = UnitQuaternion::from_quaternion(Quaternion::from_vector(sum));
-        Isometry3::from_parts(Translation3::from(shift / count), rotation)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::Vector6;
-
-    use super::*;
-    use crate::solve::perturbation::{perturbation_between, perturbed};
-
-    #[test]
-    fn the_covariance_of_the_rig_is_what_its_poses_scatter_by() {
-        let parameters = PoseParameters {
-            rig_from_camera: [0.3, -0.2, 0.5, -1.4, 0.1, -1.6],
-            initial_pose: [1.0, 2.0, 0.0, 0.7, 0.0, 0.0],
-            ..PoseParameters::default()
-        };
-        let frames = Frames::new(&parameters);
-        let camera_from_map =
-            Isometry3::new(Vector::new(0.2, 0.1, -0.4), Vector::new(0.3, -0.5, 0.2));
-        let pose = |camera_from_map, covariance| CameraPose {
-            stamp: Stamp::from_nanos(0),
-            camera_from_map,
-            covariance,
-            frame_covariance: covariance,
-        };
-        // The covariance of one perturbation alone is the square of what it does.
-        for axis in 0..6 {
-            const SMALL: f64 = 1e-6;
-            let mut perturbation = Vector6::zeros();
-            perturbation[axis] = SMALL;
-            let covariance = perturbation * perturbation.transpose();
-            let at = pose(camera_from_map, covariance);
-            let moved = pose(perturbed(&camera_from_map, &perturbation), covariance);
-            let (before, after) = (frames.odom_from_rig(&at), frames.odom_from_rig(&moved));
-            let shift = after.translation.vector - before.translation.vector;
-            let turn = (after.rotation * before.rotation.inverse()).scaled_axis();
-            let done = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
-            let told = frames.pose_covariance(&at);
-            assert!(
-                (told - done * done.transpose()).amax() < 1e-6 * SMALL * SMALL.sqrt(),
-                "{axis}"
-            );
-        }
-    }
-
-    #[test]
-    fn the_mean_of_poses_lies_between_them() {
-        let mut smoothing = Smoothing::new(2);
-        let pose = |x: f64, yaw: f64| Isometry3::new(Vector::x() * x, Vector::z() * yaw);
-        assert_eq!(smoothing.smoothed(pose(0.0, 0.1)), pose(0.0, 0.1));
-        let mean = smoothing.smoothed(pose(0.2, 0.3));
-        assert!(perturbation_between(&mean, &pose(0.1, 0.2)).norm() < 1e-9);
-        let later = smoothing.smoothed(pose(0.4, 0.5));
-        assert!(perturbation_between(&later, &pose(0.3, 0.4)).norm() < 1e-9);
     }
 }

@@ -21,14 +21,10 @@ use super::map_path::MapPathTeller;
 use super::output::Output;
 use super::pairing::{Paired, Pairing};
 use super::parameters::PoseParameters;
+use super::progress::ProgressTeller;
 use crate::frame::{Frame, FrameExtractor};
-use crate::slam::MapState;
-use crate::tracking::{Fate, Hints, Tracked, TrackingState};
+use crate::tracking::{Fate, Hints, Tracked};
 
-/// The condition in the diagnostics.
-const TRACKING: &str = "tracking";
-/// What it says before the first image.
-const WAITING: &str = "initialising: waits for images";
 /// A viewer needs the latest picture alone.
 const PICTURES_KEPT: usize = 1;
 
@@ -49,9 +45,8 @@ pub struct Stage {
     reporter: StageReporter,
     counters: Counters,
     next_frame: u32,
-    state: TrackingState,
+    progress: ProgressTeller,
     bad_input: Throttle,
-    troubles: Throttle,
 }
 
 impl Stage {
@@ -62,7 +57,7 @@ impl Stage {
     pub fn new(node: &Node, parameters: &PoseParameters) -> Result<Self, NodeFailure> {
         parameters.validate()?;
         let counters = node.counters();
-        counters.note_condition(TRACKING, WAITING, true);
+        let progress = ProgressTeller::new(counters.clone());
         let map_file = MapFile::new("map_file", &parameters.map_file)?;
         let map_file_on_exit = MapFile::new("save_map_on_exit", &parameters.save_map_on_exit)?;
         let map_path = parameters.slam.then(|| MapPathTeller::new(node, &parameters.map_frame_id));
@@ -84,9 +79,8 @@ impl Stage {
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters,
             next_frame: 0,
-            state: TrackingState::default(),
+            progress,
             bad_input: Throttle::for_warnings(),
-            troubles: Throttle::for_warnings(),
         })
     }
 
@@ -110,8 +104,7 @@ impl Stage {
         self.pairing = Pairing::new(parameters.max_pair_gap_s, parameters.max_waiting_images);
         self.cameras = Cameras::new(parameters);
         self.knowledge = Knowledge::new(parameters);
-        self.state = TrackingState::default();
-        self.counters.note_condition(TRACKING, WAITING, true);
+        self.progress.reset();
     }
 
     /// The next message. May be dropped while it waits.
@@ -227,7 +220,7 @@ impl Stage {
         };
         let Followed { tracked, in_map } = self.follower.step(&frame, &camera, &hints);
         timer.end_of("tracking");
-        self.tell(&tracked, in_map.as_ref());
+        self.progress.tell(&tracked, in_map.as_ref());
         if let Some(in_map) = &in_map {
             self.tell_way(stamp, in_map);
         }
@@ -266,42 +259,6 @@ impl Stage {
             map_from_rig: frames.map_from_rig(&camera_from_map),
         });
         Some(poses.collect())
-    }
-
-    /// Says how it goes, in the diagnostics and, where it changes, in the log.
-    fn tell(&mut self, tracked: &Tracked, in_map: Option<&InMap>) {
-        let state = match tracked.state {
-            TrackingState::Initialising => "initialising",
-            TrackingState::Tracking => "tracking",
-            TrackingState::Lost => "lost",
-        };
-        let mut text = match &tracked.trouble {
-            Some(trouble) => format!("{state}: {trouble}"),
-            None => state.to_owned(),
-        };
-        let mut is_warning = tracked.trouble.is_some() || tracked.state != TrackingState::Tracking;
-        if in_map.is_some_and(|in_map| in_map.state == MapState::Unknown) {
-            text += "; not found in the map yet";
-            is_warning = true;
-        }
-        self.counters.note_condition(TRACKING, &text, is_warning);
-        if let Some(gap_m) = in_map.and_then(|in_map| in_map.closed_m) {
-            tracing::info!("a loop is closed that was open by {gap_m:.3} m");
-        }
-        if tracked.is_relocalised || in_map.is_some_and(|in_map| in_map.is_found) {
-            tracing::info!("found again: the camera is where the map knows it");
-        } else if tracked.state != self.state {
-            if tracked.state == TrackingState::Tracking {
-                tracing::info!("{text}");
-            } else {
-                tracing::warn!("{text}");
-            }
-        } else if tracked.trouble.is_some()
-            && let Some(held_back) = self.troubles.pass()
-        {
-            tracing::warn!("{text} ({held_back} more since the last warning)");
-        }
-        self.state = tracked.state;
     }
 
     fn report(

@@ -4,12 +4,18 @@ mod path;
 use std::time::Duration;
 
 use geometry::{Cloud, SegmentedCycle, Stamp};
+use msgs::convert;
+use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::{SegmentedCloud, StageReport};
 use nalgebra::{Isometry3, Point3};
-use node_shell::{Host, RosArguments, Transport};
+use node_shell::{Host, Publisher, Qos, RosArguments, Subscription, Transport};
+use tokio::time::Instant;
 
+use super::map_file::MapFile;
 use super::parameters::period;
+use super::schedule::Subscribers;
 use super::*;
+use crate::StaticMap;
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);

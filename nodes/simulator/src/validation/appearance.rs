@@ -1,8 +1,7 @@
 //! What is seen in visible light, and the camera that sees it.
 
-use super::{
-    Checked, MAX_LENGTH_M, check_intrinsics, check_pose, not_negative, number, positive, ratio,
-};
+use super::ranging::check_intrinsics;
+use super::{Checked, MAX_LENGTH_M, check_pose, not_negative, number, positive, ratio};
 use crate::{ColourCamera, DepthCamera, Lighting, Paint, Texture};
 
 /// The finest pattern: a tenth of a millimetre.

@@ -1,3 +1,5 @@
+use geometry::Distortion;
+
 use super::*;
 use crate::Waypoint;
 

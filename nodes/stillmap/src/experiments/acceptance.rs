@@ -3,6 +3,7 @@
 
 mod cases;
 mod criteria;
+mod values;
 
 use simulator::SceneName;
 

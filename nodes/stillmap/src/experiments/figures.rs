@@ -1,17 +1,15 @@
 //! What is kept of a trial: a few numbers a cycle instead of its clouds and labels.
 
+mod of_trial;
+
 use std::collections::BTreeMap;
 
-use evaluation::{
-    CloudDistance, Correlation, CycleRecord, DynamicScore, ObjectCycleScore, correlation,
-};
-use geometry::{Stamp, Track, ZoneSource};
+use evaluation::{CloudDistance, Correlation};
+use geometry::Stamp;
 use nalgebra::Point3;
 use serde::Serialize;
-use simulator::{ObjectPose, Scenario};
 
-use super::identity::{IdentityCycle, identity_switches};
-use crate::trial::{MethodName, Trial, TrialCycle};
+use crate::trial::MethodName;
 
 /// What one method made of one scenario.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -139,51 +137,6 @@ pub(crate) struct Clouds {
 pub(crate) type BeamsOnObjects = BTreeMap<Stamp, BTreeMap<u16, usize>>;
 
 impl RunFigures {
-    /// What is kept of `trial`; of its clouds nothing, unless they are to be drawn.
-    pub(crate) fn of(
-        trial: Trial,
-        scenario: &Scenario,
-        beams: &BeamsOnObjects,
-        reference_m: Option<&[Point3<f32>]>,
-        keeps_clouds: bool,
-    ) -> Self {
-        let score = trial.score.as_ref();
-        let record = &trial.record;
-        let cycles = || record.cycles.iter().zip(&trial.cycles);
-        let objects = scenario
-            .scene
-            .objects
-            .iter()
-            .map(|object| ObjectFigures {
-                sightings: sightings(&trial, scenario, beams, object.id),
-            })
-            .collect();
-        let with_measured = |map_m| correlation(reference_m?, map_m, record.voxel_edge_m).ok();
-        let in_view = in_view(score);
-        let identities = cycles().map(|(record, cycle)| identity_cycle(record, cycle, &in_view));
-        Self {
-            scenario: trial.scenario_name.clone(),
-            seed: trial.seed,
-            method: trial.method,
-            map: MapFigures {
-                points: record.static_map.len(),
-                points_without_removal: record.unfiltered_map.len(),
-                correlation: trial.correlation,
-                correlation_with_measured: with_measured(&record.static_map),
-                unfiltered_correlation_with_measured: with_measured(&record.unfiltered_map),
-                distance: trial.distance,
-            },
-            labels: score.map(LabelFigures::of),
-            identity_switches: identity_switches(identities),
-            dropped: record.drops.iter().map(|drop| drop.count).sum(),
-            cycles: cycles()
-                .map(|(record, cycle)| CycleFigures::of(record, cycle, scenario))
-                .collect(),
-            objects,
-            clouds: keeps_clouds.then(|| Clouds::of(trial)),
-        }
-    }
-
     /// The first object, of scenarios that have one.
     pub(crate) fn object(&self) -> Option<&ObjectFigures> {
         self.objects.first()
@@ -235,133 +188,9 @@ impl ObjectFigures {
     }
 }
 
-impl LabelFigures {
-    fn of(score: &DynamicScore) -> Self {
-        Self {
-            recall: score.labels.recall,
-            precision: score.labels.precision,
-            precision_with_borders: score.labels.precision_with_borders,
-            static_points_removed: score.static_points.share,
-            static_map_lost: score.map.static_kept_share_of_unfiltered.map(|kept| 1.0 - kept),
-            ghost_voxels: score.map.object_only_left,
-        }
-    }
-}
-
 impl CycleFigures {
-    fn of(record: &CycleRecord, cycle: &TrialCycle, scenario: &Scenario) -> Self {
-        Self {
-            time_s: record.scan_stamp.seconds_since(scenario.start),
-            zones: record
-                .zones
-                .iter()
-                .map(|zone| ZoneFigures {
-                    right_deg: zone.azimuth_min_rad.to_degrees(),
-                    left_deg: zone.azimuth_max_rad.to_degrees(),
-                    is_measured: zone.source == ZoneSource::Measured,
-                })
-                .collect(),
-            points_in: record.points_in,
-            reduced: record.counts.reduced,
-            in_zone: record.counts.in_zone,
-            dynamic: record.counts.dynamic,
-            map_points: record.map_points,
-            duration_ms: 1e3
-                * record.step_durations_s.iter().map(|(_, time_s)| time_s).sum::<f64>(),
-            correlation: cycle.correlation,
-            rig_m: record.map_from_rig.translation.vector.into(),
-        }
-    }
-
     pub(crate) fn has_measured_zone(&self) -> bool {
         self.zones.iter().any(|zone| zone.is_measured)
-    }
-}
-
-impl Clouds {
-    fn of(trial: Trial) -> Self {
-        let position =
-            |cycle: &CycleRecord| cycle.map_from_rig.translation.vector.cast::<f32>().into();
-        Self {
-            edge_m: trial.record.voxel_edge_m,
-            path: trial.record.cycles.iter().map(position).collect(),
-            map: trial.record.static_map,
-            without_removal: trial.record.unfiltered_map,
-            empty_scene: trial.empty_scene_m,
-        }
-    }
-}
-
-/// The scores of each object in each cycle, by the cycle's number and the object's label.
-fn object_scores(score: Option<&DynamicScore>) -> BTreeMap<(u32, u16), ObjectCycleScore> {
-    let objects = score.into_iter().flat_map(|score| &score.objects);
-    objects
-        .flat_map(|object| {
-            object.per_cycle.iter().map(|cycle| ((cycle.index, object.object_id), *cycle))
-        })
-        .collect()
-}
-
-fn in_view(score: Option<&DynamicScore>) -> BTreeMap<(u32, u16), bool> {
-    object_scores(score).into_iter().map(|(key, score)| (key, score.in_view)).collect()
-}
-
-fn sightings(trial: &Trial, scenario: &Scenario, beams: &BeamsOnObjects, id: u16) -> Vec<Sighting> {
-    let scores = object_scores(trial.score.as_ref());
-    trial
-        .record
-        .cycles
-        .iter()
-        .zip(&trial.cycles)
-        .enumerate()
-        .filter_map(|(index, (record, cycle))| {
-            let score = scores.get(&(record.index, id))?;
-            let pose = cycle.truth.objects.iter().find(|object| object.id == id)?;
-            let true_m = pose.visible_centroid_m?;
-            let beams = beams.get(&record.scan_stamp).and_then(|beams| beams.get(&id));
-            Some(Sighting {
-                cycle: index,
-                time_s: record.scan_stamp.seconds_since(scenario.start),
-                in_camera: score.in_view,
-                in_both: score.in_view && beams.is_some_and(|beams| *beams > 0),
-                found: score.found,
-                removed: score.removed,
-                points: score.points.points,
-                points_removed: score.points.removed,
-                azimuth_deg: score.azimuth_rad.to_degrees(),
-                true_m,
-                mean_of_points_m: mean_of_points_m(record),
-                track_m: nearest_track(&cycle.tracks, &true_m).map(|track| track.position_m),
-            })
-        })
-        .collect()
-}
-
-/// The mean of the points that were taken for moving, in the map.
-fn mean_of_points_m(record: &CycleRecord) -> Option<Point3<f64>> {
-    let points = &record.dynamic_points_m;
-    let sum = points.iter().map(|point| point.coords.cast::<f64>()).sum::<nalgebra::Vector3<f64>>();
-    (!points.is_empty()).then(|| record.map_from_rig * Point3::from(sum / points.len() as f64))
-}
-
-fn nearest_track<'t>(tracks: &'t [Track], to_m: &Point3<f64>) -> Option<&'t Track> {
-    let apart_m = |track: &Track| (track.position_m - to_m).xy().norm();
-    tracks.iter().min_by(|a, b| apart_m(a).total_cmp(&apart_m(b)))
-}
-
-fn identity_cycle(
-    record: &CycleRecord,
-    cycle: &TrialCycle,
-    in_view: &BTreeMap<(u32, u16), bool>,
-) -> IdentityCycle {
-    let is_in_view =
-        |object: &&ObjectPose| in_view.get(&(record.index, object.id)).is_some_and(|seen| *seen);
-    let objects = cycle.truth.objects.iter().filter(is_in_view);
-    IdentityCycle {
-        objects: objects
-            .filter_map(|object| Some((object.id, object.visible_centroid_m?)))
-            .collect(),
-        tracks: cycle.tracks.iter().map(|track| (track.id, track.position_m)).collect(),
     }
 }
 

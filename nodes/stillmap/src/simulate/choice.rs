@@ -152,20 +152,16 @@ impl ChoiceArgs {
             return Err(Failure::new("--object, --path and --pause are for scenes of A to H")
                 .mend("give one with --scene"));
         }
-        if let Some(run) = self.scenario.and_then(ScenarioName::odometry) {
-            return Ok(Scenario::odometry(run, self.seed()));
-        }
-        if let Some(run) = self.scenario.and_then(ScenarioName::slam) {
-            return Ok(Scenario::slam(run, self.seed()));
-        }
-        let scenario = match self.scenario {
-            Some(ScenarioName::Small) => Scenario::small(),
-            Some(ScenarioName::Road) => {
-                return Ok(Scenario::road(VelodyneModel::Hdl32e, self.seed()));
+        let seed = self.seed();
+        Ok(match self.scenario {
+            Some(ScenarioName::Odometry(run)) => Scenario::odometry(run, seed),
+            Some(ScenarioName::Slam(run)) => Scenario::slam(run, seed),
+            Some(ScenarioName::Road) => Scenario::road(VelodyneModel::Hdl32e, seed),
+            Some(ScenarioName::Small) => Scenario::small().with_seed(seed),
+            Some(ScenarioName::Demo | ScenarioName::Scene(_)) | None => {
+                Scenario::demo().with_seed(seed)
             }
-            _ => Scenario::demo(),
-        };
-        Ok(scenario.with_seed(self.seed()))
+        })
     }
 
     fn in_scene(&self, scene: SceneName) -> Result<Scenario, Failure> {

@@ -139,12 +139,13 @@ fn the_bag_holds_the_truth_of_beams_and_objects_and_is_the_same_each_time() {
 
 #[test]
 fn scenarios_for_odometry_and_sensors_are_asked_for_by_name() {
-    use simulator::{ColourCamera, Imu, OdometryRun, SceneName, VelodyneModel, Wheels};
+    use simulator::{ColourCamera, Imu, OdometryRun, SceneName, SlamRun, VelodyneModel, Wheels};
     assert_eq!(asked_for("office --seed 2"), Scenario::odometry(OdometryRun::Office, 2));
     assert_eq!(asked_for("low-light"), Scenario::odometry(OdometryRun::LowLight, 1));
     for run in OdometryRun::ALL {
         assert_eq!(asked_for(run.name()), Scenario::odometry(run, 1));
     }
+    assert_eq!(asked_for(SlamRun::Flat.name()), Scenario::slam(SlamRun::Flat, 1));
     assert_eq!(asked_for("road --velodyne vlp16"), Scenario::road(VelodyneModel::Vlp16, 1));
     let mut rail = Scenario::crossing(
         SceneName::B,

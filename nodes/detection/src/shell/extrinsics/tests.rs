@@ -1,6 +1,6 @@
 use std::f64::consts::PI;
 
-use geometry::{DepthPixels, Distortion, RayTable};
+use geometry::{CameraModel, DepthPixels, Distortion, RayTable};
 
 use super::*;
 
@@ -121,20 +121,4 @@ fn what_is_turned_off_is_off_and_bad_values_are_named() {
         let Err(error) = new(parameters) else { panic!("{name}") };
         assert!(error.to_string().contains(name), "{error}");
     }
-}
-
-#[test]
-fn a_calibration_file_is_loaded_or_named() {
-    assert!(given_camera("").unwrap().is_none());
-    let annex_2 =
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../calibration/cameras/rec_hv_annex_2.yaml");
-    let camera = given_camera(annex_2).unwrap().unwrap();
-    assert_eq!((camera.width_px, camera.height_px), (640, 480));
-    let missing = given_camera("/no/such/camera.yaml").unwrap_err().to_string();
-    assert!(
-        missing.contains("camera_info_file") && missing.contains("/no/such/camera.yaml"),
-        "{missing}"
-    );
-    let wrong = given_camera(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")).unwrap_err();
-    assert!(wrong.to_string().contains("camera_info_file"), "{wrong}");
 }

@@ -38,7 +38,7 @@ fn with_person(place_m: [f64; 2]) -> Vec<Wall> {
 
 /// A thing whose ends both are at one place.
 fn apart_at(place_m: Point2<f64>, is_half_hidden: bool) -> Apart {
-    Apart { beams: 100..104, is_half_hidden, edges_m: [Some(place_m); 2] }
+    Apart { beams: 100..104, outline: Outline { is_half_hidden, edges_m: [Some(place_m); 2] } }
 }
 
 /// Regression: one who walked away from the scanner from the first scan on was found nowhere.
@@ -101,13 +101,23 @@ fn what_background_hides_at_one_side_is_followed_from_a_standing_platform_alone(
         let verdicts: Vec<_> = turn.beams.iter().map(|_| Some(*beside)).collect();
         things_apart(&turn, &verdicts)
     };
-    let is_person = |one: &Apart| one.beams == person && one.is_half_hidden;
+    let is_person = |one: &Apart| one.beams == person && one.outline.is_half_hidden;
     assert!(apart(&Verdict::Background).iter().any(is_person));
-    assert!(apart(&Verdict::Background).iter().any(|one| one.edges_m.iter().all(Option::is_some)));
+    assert!(
+        apart(&Verdict::Background).iter().any(|one| one
+            .outline
+            .edges_m
+            .iter()
+            .all(Option::is_some))
+    );
     // What is no background may go, and then that end is not the person's own.
     let beside_another = apart(&Verdict::Unseen);
     let one = beside_another.iter().find(|one| one.beams == person).unwrap();
-    assert!(one.is_half_hidden && one.edges_m[0].is_some() && one.edges_m[1].is_none());
+    assert!(
+        one.outline.is_half_hidden
+            && one.outline.edges_m[0].is_some()
+            && one.outline.edges_m[1].is_none()
+    );
 
     let journey = |platform_m: f64| {
         let mut thing = Thing::default();

@@ -58,7 +58,7 @@ async fn a_map_is_corrected_before_the_clouds_that_wait_and_is_published_whole()
     stage.take_waiting();
     paths.publish(path(2 * THEN, "odom", 9.0)).unwrap();
     stage.take_waiting();
-    assert_eq!(stage.counters.drops().values().sum::<u64>(), 2, "{:?}", stage.counters.drops());
+    assert_eq!(node.counters().drops().values().sum::<u64>(), 2, "{:?}", node.counters().drops());
     assert_eq!(stage.map().points(), map.points_m);
     drop(stage);
     drop((clouds, paths, reports, maps));

@@ -1,10 +1,14 @@
-//! What is measured of each case, and what it must be.
+//! Of each case what it must be: every figure with its target.
 
 use simulator::Scenario;
 
-use super::cases::{Case, PAUSE_S, Set};
-use crate::experiments::figures::{RunFigures, Sighting};
-use crate::experiments::positions::{Along, MEAN_OF_POINTS, PositionErrors, TRACK};
+use super::cases::{Case, Set};
+use super::values::{
+    Phase, correlation, correlation_with_surface, found, ghost_voxels, in_zone, keeps_identities,
+    position, recall_in, removed, without_zone,
+};
+use crate::experiments::figures::RunFigures;
+use crate::experiments::positions::Along;
 use crate::experiments::runs::Runs;
 use crate::experiments::table::{Cell, Figure, Unit};
 use crate::trial::MethodName;
@@ -267,81 +271,4 @@ impl Criterion {
             Some(Target::LessThan(bound)) => Cell::words(format!("less than {}", figure(bound))),
         }
     }
-}
-
-fn found(_: &Scenario, run: &RunFigures) -> Option<f64> {
-    run.object()?.found_or_removed_share()
-}
-
-fn in_zone(_: &Scenario, run: &RunFigures) -> Option<f64> {
-    run.object()?.found_share()
-}
-
-/// By the position that the method has: the track, or the mean of points where nothing is tracked.
-fn position(run: &RunFigures, along: Along) -> Option<PositionErrors> {
-    let position_of = match run.method {
-        MethodName::RecHv => MEAN_OF_POINTS,
-        MethodName::Stillmap => TRACK,
-    };
-    PositionErrors::of(&run.object()?.sightings, position_of, along)
-}
-
-/// By the thesis' own view, with a map of the empty scene as the thesis has it.
-fn correlation(_: &Scenario, run: &RunFigures) -> Option<f64> {
-    Some(run.map.correlation_with_measured?.front)
-}
-
-/// With the true surface, which no sensor sees without noise and gaps.
-fn correlation_with_surface(_: &Scenario, run: &RunFigures) -> Option<f64> {
-    Some(run.map.correlation?.front)
-}
-
-fn removed(_: &Scenario, run: &RunFigures) -> Option<f64> {
-    run.object()?.removed_share()
-}
-
-fn ghost_voxels(_: &Scenario, run: &RunFigures) -> Option<f64> {
-    Some(run.labels?.ghost_voxels as f64)
-}
-
-fn without_zone(_: &Scenario, run: &RunFigures) -> Option<f64> {
-    let without = run.cycles.iter().filter(|cycle| cycle.zones.is_empty()).count();
-    (!run.cycles.is_empty()).then(|| without as f64 / run.cycles.len() as f64)
-}
-
-/// rec_hv follows nothing, so it has no identities to keep.
-fn keeps_identities(_: &Scenario, run: &RunFigures) -> Option<f64> {
-    let kept = if run.identity_switches == 0 { 1.0 } else { 0.0 };
-    (run.method == MethodName::Stillmap).then_some(kept)
-}
-
-/// A part of a crossing with a pause.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Phase {
-    Before,
-    During,
-    After,
-}
-
-/// Of the object's points in a phase, the share that was removed.
-pub(super) fn recall_in(scenario: &Scenario, run: &RunFigures, phase: Phase) -> Option<f64> {
-    let [from_s, until_s] = pause_s(scenario)?;
-    let is_in = |sighting: &&Sighting| match phase {
-        Phase::Before => sighting.time_s < from_s,
-        Phase::During => (from_s..=until_s).contains(&sighting.time_s),
-        Phase::After => sighting.time_s > until_s,
-    };
-    let sightings = || run.object().into_iter().flat_map(|object| &object.sightings).filter(is_in);
-    let points: u64 = sightings().map(|sighting| sighting.points).sum();
-    let removed: u64 = sightings().map(|sighting| sighting.points_removed).sum();
-    (points > 0).then(|| removed as f64 / points as f64)
-}
-
-/// From when to when the first object rests.
-fn pause_s(scenario: &Scenario) -> Option<[f64; 2]> {
-    let waypoints = &scenario.scene.objects.first()?.path.waypoints;
-    let rests = |pair: &&[simulator::Waypoint]| {
-        pair[0].pose == pair[1].pose && pair[1].time_s - pair[0].time_s >= 0.99 * PAUSE_S
-    };
-    waypoints.windows(2).find(rests).map(|pair| [pair[0].time_s, pair[1].time_s])
 }

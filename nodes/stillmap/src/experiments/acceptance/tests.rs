@@ -1,6 +1,6 @@
 use simulator::{Scenario, SceneName};
 
-use super::criteria::{Phase, recall_in};
+use super::values::{Phase, recall_in};
 use super::*;
 use crate::experiments::figures::tests::{run, sighting};
 use crate::experiments::figures::{LabelFigures, RunFigures, Sighting};

@@ -77,19 +77,3 @@ fn a_run_of_the_thesis_begins_when_the_object_comes_into_view() {
     assert_eq!(run.cycles_from_entry(25).len(), 6);
     assert_eq!(run.cycles_in_view().count(), 2);
 }
-
-#[test]
-fn the_nearest_track_is_that_in_the_plane() {
-    let track = |id, x_m, z_m| Track {
-        id,
-        position_m: Point3::new(x_m, 0.0, z_m),
-        velocity_m_per_s: nalgebra::Vector3::zeros(),
-        extent_m: nalgebra::Vector3::zeros(),
-        covariance: nalgebra::Matrix6::identity(),
-        age_s: 0.0,
-        unseen_cycles: 0,
-    };
-    let tracks = [track(1, 3.0, 0.0), track(2, 2.1, 5.0)];
-    assert_eq!(nearest_track(&tracks, &Point3::new(2.0, 0.0, 0.0)).unwrap().id, 2);
-    assert!(nearest_track(&[], &Point3::origin()).is_none());
-}

@@ -1,9 +1,10 @@
 //! The pipeline over DDS: three nodes, that for the pose where it is asked for, and a player, each a process of its own, in a namespace that no
 //! other run shares. This process only listens.
 
+mod discovery;
 mod feed;
+mod player;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -12,7 +13,8 @@ use evaluation::{RunRecord, Transport};
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subscription};
 
-use self::feed::{FedTopic, Feed};
+use self::feed::Feed;
+use self::player::Sent;
 use super::collector::{Collector, Seen};
 use super::findings::LostOnTheWay;
 use super::inputs::{Inputs, PoseSource, TF, TF_STATIC};
@@ -24,8 +26,6 @@ use crate::processes::Process;
 use crate::progress::Progress;
 use crate::visual;
 
-/// The nodes must have found each other after this time; on one host it takes a fraction of a second.
-const LONGEST_DISCOVERY: Duration = Duration::from_secs(30);
 /// When the player has ended and nothing has been heard for this long, nothing more will come: longer
 /// than detection waits for the rest of a cycle.
 const LONGEST_SILENCE: Duration = Duration::from_secs(5);
@@ -175,84 +175,11 @@ impl Run {
         arguments
     }
 
-    /// Waits until every node has found those that it sends to and receives from, this process included.
-    async fn wait_for_discovery(&mut self) -> Result<(), Failure> {
-        let deadline = Instant::now() + LONGEST_DISCOVERY;
-        loop {
-            let missing = self.undiscovered();
-            if missing.is_empty() {
-                return Ok(());
-            }
-            self.check()?;
-            if Instant::now() >= deadline {
-                return Err(Failure::new(format!(
-                    "the nodes have not found each other within {} s; missing: {}",
-                    LONGEST_DISCOVERY.as_secs(),
-                    missing.join(", ")
-                ))
-                .mend("multicast on the loopback interface may be off or filtered; `--transport local` needs none"));
-            }
-            self.hear_for(LOOK_AGAIN).await;
-        }
-    }
-
-    /// Connections of the pipeline that no node reports yet, as `node topic`.
-    fn undiscovered(&self) -> Vec<String> {
-        // Node, its own diagnostic, and the peers that it must have: the next node and this process.
-        let [detection, segmentation, reconstruction] =
-            [Stage::Detection, Stage::Segmentation, Stage::Reconstruction].map(Stage::name);
-        let connections = [
-            (detection, "subscribers", "reduced_cloud", 2),
-            (detection, "subscribers", "detection/report", 1),
-            (segmentation, "publishers", "reduced_cloud", 1),
-            (segmentation, "subscribers", "segmented_cloud", 1),
-            (segmentation, "subscribers", "dynamic_cloud", 1),
-            (segmentation, "subscribers", "segmentation/report", 1),
-            (reconstruction, "publishers", "segmented_cloud", 1),
-            (reconstruction, "subscribers", "static_map", 1),
-            (reconstruction, "subscribers", "reconstruction/report", 1),
-        ];
-        let of_pose =
-            [(visual::NODE, "subscribers", "pose", 2), (detection, "publishers", "pose", 1)];
-        let of_pose = of_pose.into_iter().filter(|_| self.poses.is_some());
-        connections
-            .into_iter()
-            .chain(of_pose)
-            .filter(|(node, peers, topic, least)| self.says(node, peers, topic) < *least)
-            .map(|(node, peers, topic, _)| format!("{peers} of {topic} at {node}"))
-            .collect()
-    }
-
     /// What a node's diagnostics say of one of its topics.
     fn says(&self, node: &str, what: &str, topic: &str) -> u64 {
         let namespace = &self.namespace;
         let node = format!("{namespace}/{node}");
         self.collector.seen().diagnostic(&node, &format!("{what} {namespace}/{topic}"))
-    }
-
-    fn start_player(&self, playback: &Playback<'_>) -> Result<Process, Failure> {
-        let mut arguments = vec!["play".to_owned(), playback.bag.display().to_string()];
-        arguments.extend(["--json".to_owned(), "--rate".to_owned(), playback.rate.to_string()]);
-        // Its output is read after its end only: the summary is shorter than what a pipe holds.
-        for topic in &self.feed.topics {
-            let bag_topic = &topic.bag_topic;
-            let to = format!("{}/{}", self.namespace, topic.played_name);
-            arguments.extend(["--topics".to_owned(), bag_topic.clone()]);
-            arguments.extend(["--remap".to_owned(), format!("{bag_topic}:={to}")]);
-            if topic.is_compressed {
-                arguments.extend(["--compress-depth".to_owned(), bag_topic.clone()]);
-            }
-            let awaited = format!("{}/{}", self.namespace, topic.node_name());
-            arguments.extend(["--wait-for".to_owned(), awaited]);
-        }
-        // A pose takes longer than all else; the player waits for it rather than lose images.
-        let images = self.feed.topics.iter().find(|topic| topic.played_name == "depth/image");
-        if let Some(images) = images.filter(|_| self.poses.is_some()) {
-            let reports = format!("{}/{}/report", self.namespace, visual::NODE);
-            arguments.extend(["--pace".to_owned(), format!("{}={reports}", images.bag_topic)]);
-        }
-        arguments.extend(self.ros_arguments());
-        Process::start("player", &arguments, Stdio::piped())
     }
 
     /// Listens until the nodes have said all that there is to say.
@@ -320,18 +247,6 @@ impl Run {
             && seen.map.as_ref().map(|(stamp, _)| *stamp) == seen.last_cloud
     }
 
-    /// What the player sent and its node has not received, by topic and node. Diagnostics come once a second, so
-    /// that messages may be missing here for a moment only.
-    fn losses(&self, sent: &Sent) -> Vec<LostOnTheWay> {
-        let lost = |topic: &FedTopic| {
-            let received = self.says(topic.node, "received", &topic.node_name());
-            let bag_topic = topic.bag_topic.clone();
-            let messages = sent.messages_on(&bag_topic).saturating_sub(received);
-            LostOnTheWay { topic: bag_topic, node: topic.node, messages }
-        };
-        self.feed.topics.iter().map(lost).filter(|lost| lost.messages > 0).collect()
-    }
-
     async fn finish(
         mut self,
         playback: &Playback<'_>,
@@ -373,39 +288,4 @@ impl Run {
         let record = recorder.finish(static_map, name);
         Ok(DdsRun { record, blind_scans, lost, poses, trouble })
     }
-}
-
-/// What the player sent, by the bag's own topic names.
-struct Sent {
-    messages: BTreeMap<String, u64>,
-}
-
-impl Sent {
-    /// What a player that has ended says that it sent.
-    fn by(player: &mut Process) -> Result<Self, Failure> {
-        let output = player.output()?;
-        let summary: PlayedTopics = serde_json::from_str(&output).map_err(|_| {
-            Failure::new("the player ended without playing the bag")
-                .mend("its own message stands above")
-        })?;
-        let messages =
-            summary.topics.into_iter().map(|topic| (topic.topic, topic.published)).collect();
-        Ok(Self { messages })
-    }
-
-    fn messages_on(&self, topic: &str) -> u64 {
-        self.messages.get(topic).copied().unwrap_or(0)
-    }
-}
-
-/// The part of the player's summary that is of interest here.
-#[derive(serde::Deserialize)]
-struct PlayedTopics {
-    topics: Vec<PlayedTopic>,
-}
-
-#[derive(serde::Deserialize)]
-struct PlayedTopic {
-    topic: String,
-    published: u64,
 }

@@ -1,0 +1,75 @@
+//! What the node tells: reduced clouds, zones, and what became of each scan.
+
+use geometry::Stamp;
+use msgs::convert;
+use msgs::std_msgs::Header;
+use msgs::stillmap_msgs::{DynamicZones, ReducedCloud};
+use node_shell::{Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer};
+
+use super::PROGRAM;
+use super::inputs::Inputs;
+use crate::Detected;
+
+/// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
+const CYCLES_KEPT: usize = 50;
+
+/// The node's publishers.
+pub(super) struct Output {
+    reduced_clouds: Publisher<ReducedCloud>,
+    dynamic_zones: Publisher<DynamicZones>,
+    reporter: StageReporter,
+    rig_frame_id: String,
+    next_cycle: u32,
+}
+
+impl Output {
+    /// # Errors
+    /// When a topic cannot be had.
+    pub(super) fn new(node: &Node, rig_frame_id: &str) -> Result<Self, NodeFailure> {
+        Ok(Self {
+            reduced_clouds: node.publisher("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            dynamic_zones: node.publisher("dynamic_zones", &Qos::reliable(CYCLES_KEPT))?,
+            reporter: StageReporter::new(node, PROGRAM.name)?,
+            rig_frame_id: rig_frame_id.to_owned(),
+            next_cycle: 0,
+        })
+    }
+
+    /// Publishes a cycle, and reports it.
+    pub(super) fn publish(&mut self, detected: &Detected, inputs: &Inputs, timer: &mut StepTimer) {
+        let cycle = &detected.cycle;
+        self.next_cycle = cycle.index.wrapping_add(1);
+        self.reduced_clouds.publish_or_warn(convert::message_from_detected_cycle(cycle));
+        self.dynamic_zones.publish_or_warn(convert::message_from_zones(cycle));
+        timer.end_of("publish");
+
+        let count = |count: usize| count as u64;
+        let mut counts = inputs.counts();
+        counts.extend([
+            ("points_before_reduction", count(cycle.points_before_reduction)),
+            ("points_reduced", count(cycle.reduced_cloud.points_m.len())),
+            ("beams", count(detected.statistics.beams)),
+            ("filled_beams", count(detected.statistics.filled_beams)),
+            ("blind_scans", count(usize::from(detected.statistics.is_blind()))),
+            ("high_variability_beams", count(detected.statistics.high_variability_beams)),
+            ("zones", count(cycle.zones.len())),
+        ]);
+        let header = self.header(cycle.reduced_cloud.stamp);
+        self.reporter.processed(header, cycle.index, &counts, timer);
+    }
+
+    /// Reports a scan that came to nothing.
+    pub(super) fn dropped(
+        &self,
+        scan_stamp: Stamp,
+        (cause, reason): (&str, &str),
+        inputs: &Inputs,
+    ) {
+        let header = self.header(scan_stamp);
+        self.reporter.dropped(header, self.next_cycle, (cause, reason), &inputs.counts());
+    }
+
+    fn header(&self, stamp: Stamp) -> Header {
+        Header { stamp: convert::time_from_stamp(stamp), frame_id: self.rig_frame_id.clone() }
+    }
+}

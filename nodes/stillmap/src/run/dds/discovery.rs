@@ -1,0 +1,61 @@
+//! Whether the nodes of a run have found each other, and this process.
+
+use std::time::{Duration, Instant};
+
+use super::{LOOK_AGAIN, Run};
+use crate::failure::Failure;
+use crate::run::recorder::Stage;
+use crate::visual;
+
+/// The nodes must have found each other after this time; on one host it takes a fraction of a second.
+const LONGEST_DISCOVERY: Duration = Duration::from_secs(30);
+
+impl Run {
+    /// Waits until every node has found those that it sends to and receives from, this process included.
+    pub(super) async fn wait_for_discovery(&mut self) -> Result<(), Failure> {
+        let deadline = Instant::now() + LONGEST_DISCOVERY;
+        loop {
+            let missing = self.undiscovered();
+            if missing.is_empty() {
+                return Ok(());
+            }
+            self.check()?;
+            if Instant::now() >= deadline {
+                return Err(Failure::new(format!(
+                    "the nodes have not found each other within {} s; missing: {}",
+                    LONGEST_DISCOVERY.as_secs(),
+                    missing.join(", ")
+                ))
+                .mend("multicast on the loopback interface may be off or filtered; `--transport local` needs none"));
+            }
+            self.hear_for(LOOK_AGAIN).await;
+        }
+    }
+
+    /// Connections of the pipeline that no node reports yet, as `node topic`.
+    fn undiscovered(&self) -> Vec<String> {
+        // Node, its own diagnostic, and the peers that it must have: the next node and this process.
+        let [detection, segmentation, reconstruction] =
+            [Stage::Detection, Stage::Segmentation, Stage::Reconstruction].map(Stage::name);
+        let connections = [
+            (detection, "subscribers", "reduced_cloud", 2),
+            (detection, "subscribers", "detection/report", 1),
+            (segmentation, "publishers", "reduced_cloud", 1),
+            (segmentation, "subscribers", "segmented_cloud", 1),
+            (segmentation, "subscribers", "dynamic_cloud", 1),
+            (segmentation, "subscribers", "segmentation/report", 1),
+            (reconstruction, "publishers", "segmented_cloud", 1),
+            (reconstruction, "subscribers", "static_map", 1),
+            (reconstruction, "subscribers", "reconstruction/report", 1),
+        ];
+        let of_pose =
+            [(visual::NODE, "subscribers", "pose", 2), (detection, "publishers", "pose", 1)];
+        let of_pose = of_pose.into_iter().filter(|_| self.poses.is_some());
+        connections
+            .into_iter()
+            .chain(of_pose)
+            .filter(|(node, peers, topic, least)| self.says(node, peers, topic) < *least)
+            .map(|(node, peers, topic, _)| format!("{peers} of {topic} at {node}"))
+            .collect()
+    }
+}

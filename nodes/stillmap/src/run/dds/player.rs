@@ -1,0 +1,85 @@
+//! The player of a run: what it is told, what it says that it sent, and what of that has been lost.
+
+use std::collections::BTreeMap;
+use std::process::Stdio;
+
+use super::feed::FedTopic;
+use super::{Playback, Run};
+use crate::failure::Failure;
+use crate::processes::Process;
+use crate::run::findings::LostOnTheWay;
+use crate::visual;
+
+impl Run {
+    pub(super) fn start_player(&self, playback: &Playback<'_>) -> Result<Process, Failure> {
+        let mut arguments = vec!["play".to_owned(), playback.bag.display().to_string()];
+        arguments.extend(["--json".to_owned(), "--rate".to_owned(), playback.rate.to_string()]);
+        // Its output is read after its end only: the summary is shorter than what a pipe holds.
+        for topic in &self.feed.topics {
+            let bag_topic = &topic.bag_topic;
+            let to = format!("{}/{}", self.namespace, topic.played_name);
+            arguments.extend(["--topics".to_owned(), bag_topic.clone()]);
+            arguments.extend(["--remap".to_owned(), format!("{bag_topic}:={to}")]);
+            if topic.is_compressed {
+                arguments.extend(["--compress-depth".to_owned(), bag_topic.clone()]);
+            }
+            let awaited = format!("{}/{}", self.namespace, topic.node_name());
+            arguments.extend(["--wait-for".to_owned(), awaited]);
+        }
+        // A pose takes longer than all else; the player waits for it rather than lose images.
+        let images = self.feed.topics.iter().find(|topic| topic.played_name == "depth/image");
+        if let Some(images) = images.filter(|_| self.poses.is_some()) {
+            let reports = format!("{}/{}/report", self.namespace, visual::NODE);
+            arguments.extend(["--pace".to_owned(), format!("{}={reports}", images.bag_topic)]);
+        }
+        arguments.extend(self.ros_arguments());
+        Process::start("player", &arguments, Stdio::piped())
+    }
+
+    /// What the player sent and its node has not received, by topic and node. Diagnostics come once a second, so
+    /// that messages may be missing here for a moment only.
+    pub(super) fn losses(&self, sent: &Sent) -> Vec<LostOnTheWay> {
+        let lost = |topic: &FedTopic| {
+            let received = self.says(topic.node, "received", &topic.node_name());
+            let bag_topic = topic.bag_topic.clone();
+            let messages = sent.messages_on(&bag_topic).saturating_sub(received);
+            LostOnTheWay { topic: bag_topic, node: topic.node, messages }
+        };
+        self.feed.topics.iter().map(lost).filter(|lost| lost.messages > 0).collect()
+    }
+}
+
+/// What the player sent, by the bag's own topic names.
+pub(super) struct Sent {
+    messages: BTreeMap<String, u64>,
+}
+
+impl Sent {
+    /// What a player that has ended says that it sent.
+    pub(super) fn by(player: &mut Process) -> Result<Self, Failure> {
+        let output = player.output()?;
+        let summary: PlayedTopics = serde_json::from_str(&output).map_err(|_| {
+            Failure::new("the player ended without playing the bag")
+                .mend("its own message stands above")
+        })?;
+        let messages =
+            summary.topics.into_iter().map(|topic| (topic.topic, topic.published)).collect();
+        Ok(Self { messages })
+    }
+
+    pub(super) fn messages_on(&self, topic: &str) -> u64 {
+        self.messages.get(topic).copied().unwrap_or(0)
+    }
+}
+
+/// The part of the player's summary that is of interest here.
+#[derive(serde::Deserialize)]
+struct PlayedTopics {
+    topics: Vec<PlayedTopic>,
+}
+
+#[derive(serde::Deserialize)]
+struct PlayedTopic {
+    topic: String,
+    published: u64,
+}
