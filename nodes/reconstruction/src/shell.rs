@@ -6,9 +6,9 @@
 //! the service `~/publish_map` is called.
 //!
 //! Who wants to see it grow subscribes to `static_map_updates` too: points that are new or have moved, each
-//! in the place of the listener's point of the same voxel ([`StaticMap::take_changes`] has the rule). With the method
-//! `stillmap` voxels go, too: `static_map_removals` has their last points, each of which takes the listener's point
-//! of its voxel away. The two topics may overtake each other; of two messages that tell of the same voxel the one
+//! in the place of the listener's point of the same voxel
+//! ([`StaticMap::take_changes`](crate::StaticMap::take_changes) has the rule). With the method `stillmap` voxels go,
+//! too: `static_map_removals` has their last points, each of which takes the listener's point of its voxel away. The two topics may overtake each other; of two messages that tell of the same voxel the one
 //! with the later stamp is right. A whole map takes the place of everything up to its stamp, and is the cure for an
 //! update that was lost. A newcomer may get the whole map before the last one first, since the DDS library keeps it
 //! for a while.
@@ -19,8 +19,8 @@
 //!
 //! # Corrections
 //! Who tells the poses may correct its map, as a SLAM that closes a loop. On `map_path` it tells the way of the platform as
-//! its map has it by now: the map moves with it ([`StaticMap::follow_path`]), and is published as a whole. Nobody need
-//! publish it, and whose path it is does not matter, as long as its frame is the map's and the stamps of its poses stay:
+//! its map has it by now: the map moves with it ([`StaticMap::follow_path`](crate::StaticMap::follow_path)), and is
+//! published as a whole. Nobody need publish it, and whose path it is does not matter, as long as its frame is the map's and the stamps of its poses stay:
 //! `pose` has it, and RTAB-Map by the name of `mapPath`. The first path that comes is taken for the one that the map stands
 //! on.
 //!

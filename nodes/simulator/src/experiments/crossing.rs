@@ -29,9 +29,9 @@ pub enum PathName {
     B,
     /// Across, not straight.
     C,
-    /// The sensors on a rail along x ([`Platform::Rail`]); the object crosses as in A.
+    /// The sensors on a rail along x ([`Platform::Rail`](crate::Platform::Rail)); the object crosses as in A.
     D,
-    /// The sensors along x ([`Platform::Drive`]), the object perpendicular to them, as in A.
+    /// The sensors along x ([`Platform::Drive`](crate::Platform::Drive)), the object perpendicular to them, as in A.
     E,
 }
 
