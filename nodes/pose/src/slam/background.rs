@@ -148,6 +148,7 @@ mod tests {
 
     use super::super::{Foreseen, Kept};
     use super::*;
+    use crate::frame::Frame;
     use crate::map::testing::{blank, blank_frame};
     use crate::mapping::MappingConfig;
 
@@ -157,6 +158,31 @@ mod tests {
             assert!(Instant::now() < until, "mapping does not end");
             thread::yield_now();
         }
+    }
+
+    fn keep(frame: Arc<Frame>) -> Request {
+        let new = blank(&frame);
+        Request::Keep(Box::new(Kept {
+            camera: new.camera,
+            camera_from_map: new.camera_from_map,
+            frame,
+            points: Vec::new(),
+            lines: Vec::new(),
+            foreseen: Foreseen::default(),
+            by_odometry: None,
+        }))
+    }
+
+    #[test]
+    fn the_map_changes_with_its_answers_and_not_before() {
+        let mapper = Mapper::new(MappingConfig::default()).unwrap();
+        let mut mapping = BackgroundMapping::new(mapper).unwrap();
+        mapping.ask(keep(blank_frame(0, 0)));
+        wait(&mapping);
+        // The keyframe is in, but nobody here has heard of it.
+        assert!(mapping.map().keyframes().is_empty());
+        assert_eq!(mapping.answers().len(), 1);
+        assert_eq!(mapping.map().keyframes().len(), 1);
     }
 
     #[test]
@@ -182,18 +208,8 @@ mod tests {
     fn a_thread_that_keeps_frames_lets_others_go_first_and_one_that_only_looks_does_not() {
         use rustix::process::getpriority_process;
         let frame = blank_frame(0, 0);
-        let new = blank(&frame);
-        let camera = new.camera;
+        let camera = blank(&frame).camera;
         let find = Request::Find { frame: Arc::clone(&frame), camera };
-        let keep = Request::Keep(Box::new(Kept {
-            camera,
-            camera_from_map: new.camera_from_map,
-            frame: Arc::clone(&frame),
-            points: Vec::new(),
-            lines: Vec::new(),
-            foreseen: Foreseen::default(),
-            by_odometry: None,
-        }));
         let own = getpriority_process(None).unwrap();
         let priority_after = |request: Request| {
             let worked = thread::spawn(|| {
@@ -208,7 +224,7 @@ mod tests {
         };
         assert_eq!(priority_after(find), own);
         // 19 is as nice as it gets.
-        assert_eq!(priority_after(keep), (own + NICER_BY).min(19));
+        assert_eq!(priority_after(keep(frame)), (own + NICER_BY).min(19));
         assert_eq!(getpriority_process(None).unwrap(), own);
     }
 }

@@ -104,23 +104,6 @@ fn a_map_in_the_background_is_answered_and_whole() {
     assert!(mapper.map().keyframes().len() >= 3);
 }
 
-#[test]
-fn the_map_in_the_background_changes_with_its_answers_and_not_before() {
-    let (room, mut camera) = (room(), Camera::new(looking_about, Spoil::default(), 8));
-    let mapper = Mapper::new(config().mapping).unwrap();
-    let mut slam = Slam::new(&config(), BackgroundMapping::new(mapper).unwrap()).unwrap();
-    follow(&mut slam, &mut camera, &room, 0..1);
-    let until = Instant::now() + Duration::from_secs(60);
-    while !slam.mapping().is_idle() {
-        assert!(Instant::now() < until, "mapping does not end");
-        thread::yield_now();
-    }
-    // The keyframe is in, but nobody here has heard of it.
-    assert!(slam.mapping().map().keyframes().is_empty());
-    follow(&mut slam, &mut camera, &room, 1..2);
-    assert_eq!(slam.mapping().map().keyframes().len(), 1);
-}
-
 /// Two views of the room that show nothing in common: a jump from one to the other and back.
 fn carried_off(time_s: f64) -> Isometry3<f64> {
     const AWAY_S: std::ops::Range<f64> = 2.0..3.0;
