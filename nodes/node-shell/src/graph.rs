@@ -23,6 +23,7 @@ use crate::host::Siblings;
 use broken::Broken;
 pub(crate) use broken::{Prefix, Renew};
 use names::NodeNames;
+pub(crate) use names::announced as announced_names;
 pub(crate) use open_endpoint::OpenEndpoint;
 use trouble::End;
 pub(crate) use trouble::{Trouble, TroubleKind};

@@ -13,14 +13,14 @@ use tokio::task::JoinHandle;
 use tracing::Instrument;
 
 use crate::error::ShellError;
-use crate::graph::Graph;
+use crate::graph::{self, Graph};
 use crate::host::Host;
 use crate::names::{self, NodeIdentity};
 use crate::payload::Payload;
 use crate::qos::Qos;
 use crate::service::Body;
 use crate::transport::{
-    self, Announcer, BacklogWatch, GrantedBuffer, Joined, ReceiveHealth, Transport,
+    self, Announcer, BacklogWatch, GrantedBuffer, Joined, LibraryThreads, ReceiveHealth, Transport,
 };
 
 /// How long the node waits for its own tasks at the end.
@@ -39,8 +39,23 @@ pub(crate) struct Network {
     // the node, then the context.
     _announcer: Option<Announcer>,
     _backlog: Option<BacklogWatch>,
-    inner: Arc<Mutex<ros2_client::Node>>,
+    library: Arc<Library>,
     pub(crate) context: Context,
+}
+
+/// The library's node, which makes one endpoint at a time.
+struct Library {
+    node: Mutex<ros2_client::Node>,
+    threads: LibraryThreads,
+}
+
+impl Library {
+    /// The node, to make an endpoint: once the library is done with the one before.
+    fn for_an_endpoint(&self) -> MutexGuard<'_, ros2_client::Node> {
+        let node = self.node.lock().unwrap_or_else(PoisonError::into_inner);
+        self.threads.wait_for_rest();
+        node
+    }
 }
 
 impl Network {
@@ -53,8 +68,13 @@ impl Network {
     ) -> Result<Self, ShellError> {
         let join_error =
             |reason: String| ShellError::Join { transport: transport.to_string(), reason };
-        let Joined { announcer, participant, granted, health, backlog } = transport.join()?;
+        let Joined { announcer, participant, granted, health, backlog, threads } =
+            transport.join()?;
         host.siblings().enter(participant.guid());
+        // Each of these makes an endpoint.
+        threads.wait_for_rest();
+        let names = graph::announced_names(&participant);
+        threads.wait_for_rest();
         let context = Context::from_domain_participant(participant.clone())
             .map_err(|error| join_error(error.to_string()))?;
         let name = NodeName::new(identity.namespace(), identity.name())
@@ -62,11 +82,12 @@ impl Network {
         // The library's parameter services have a mapping that Cyclone's clients cannot call, and its rosout knows nothing
         // of this suite's log.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        let inner =
+        threads.wait_for_rest();
+        let node =
             context.new_node(name, options).map_err(|error| join_error(error.to_string()))?;
         let stop = watch::Sender::new(false);
-        let follow =
-            tokio::spawn(graph.clone().follow(participant, stopped(&stop)).in_current_span());
+        let follow = graph.clone().follow(participant, names, stopped(&stop));
+        let follow = tokio::spawn(follow.in_current_span());
         tracing::info!("node {} on {transport}; receive buffer {granted}", identity.full_name());
         Ok(Self {
             granted,
@@ -76,7 +97,7 @@ impl Network {
             tasks: Mutex::new(vec![follow]),
             _announcer: announcer,
             _backlog: backlog,
-            inner: Arc::new(Mutex::new(inner)),
+            library: Arc::new(Library { node: Mutex::new(node), threads }),
             context,
         })
     }
@@ -90,11 +111,11 @@ impl Network {
     ) -> impl Fn() -> Result<(GUID, ros2_client::Publisher<Payload>), String> + Send + Sync + 'static
     {
         let participant = self.context.domain_participant();
-        let inner = Arc::clone(&self.inner);
+        let library = Arc::clone(&self.library);
         let (absolute, dds_type) = (absolute.to_owned(), dds_type.to_owned());
         move || {
             let topic = dds_topic(&participant, &absolute, &dds_type, &policies)?;
-            let mut node = inner.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut node = library.for_an_endpoint();
             let writer = node.create_publisher(&topic, None).map_err(|error| error.to_string())?;
             Ok((writer.guid(), writer))
         }
@@ -109,12 +130,12 @@ impl Network {
     ) -> impl Fn() -> Result<(GUID, ros2_client::Subscription<M>), String> + Send + Sync + 'static
     {
         let participant = self.context.domain_participant();
-        let inner = Arc::clone(&self.inner);
+        let library = Arc::clone(&self.library);
         let (absolute, dds_type) = (absolute.to_owned(), dds_type.to_owned());
         let policies = qos.reader_policies();
         move || {
             let topic = dds_topic(&participant, &absolute, &dds_type, &policies)?;
-            let mut node = inner.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut node = library.for_an_endpoint();
             let reader =
                 node.create_subscription(&topic, None).map_err(|error| error.to_string())?;
             Ok((reader.guid(), reader))
@@ -134,7 +155,7 @@ impl Network {
             .domain_participant()
             .create_topic(name, dds_type.to_owned(), policies, TopicKind::NoKey)
             .map_err(|error| error.to_string())?;
-        self.lock().create_publisher(&topic, None).map_err(|error| error.to_string())
+        self.for_an_endpoint().create_publisher(&topic, None).map_err(|error| error.to_string())
     }
 
     /// Lets a task of the node run until the node leaves the network.
@@ -159,8 +180,9 @@ impl Network {
         }
     }
 
-    pub(crate) fn lock(&self) -> MutexGuard<'_, ros2_client::Node> {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The library's node, to make an endpoint.
+    pub(crate) fn for_an_endpoint(&self) -> MutexGuard<'_, ros2_client::Node> {
+        self.library.for_an_endpoint()
     }
 }
 

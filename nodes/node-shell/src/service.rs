@@ -75,7 +75,7 @@ impl<S: RosService> Service<S> {
         let policies = Qos::reliable(DEPTH).writer_policies(S::TYPE_NAME);
         let plain = network.response_writer(name, &response_type, &policies).map_err(failed)?;
         let server = network
-            .lock()
+            .for_an_endpoint()
             .create_server(
                 // The one that changes nothing in the bodies.
                 ServiceMapping::Enhanced,

@@ -12,6 +12,7 @@ mod health;
 mod in_use;
 mod interfaces;
 mod join;
+mod library_threads;
 mod listening;
 mod multicast_bar;
 mod ports;
@@ -29,6 +30,7 @@ pub use health::ReceiveHealth;
 pub use in_use::InterfaceInUse;
 pub(crate) use interfaces::smallest_mtu_bytes;
 pub use join::Joined;
+pub(crate) use library_threads::LibraryThreads;
 
 /// The group that DDS uses for multicast.
 const MULTICAST_GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);

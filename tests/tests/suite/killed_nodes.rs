@@ -101,14 +101,18 @@ impl Member {
         self.process = Some(Running::start(line.iter().chain(self.place.parameters)));
     }
 
-    async fn works(&self, cycles: usize) {
+    async fn works(&mut self, cycles: usize, when: &str) {
+        let mut done = 0;
         let sign = async {
-            for _ in 0..cycles {
+            while done < cycles {
                 self.sign.next().await;
+                done += 1;
             }
         };
+        let in_time = timeout(PATIENCE, sign).await.is_ok();
         let name = self.place.name;
-        timeout(PATIENCE, sign).await.unwrap_or_else(|_| panic!("{name} does not go on"));
+        let is_up = self.process.as_mut().is_some_and(Running::is_up);
+        assert!(in_time, "{when}: {name} shows {done} of {cycles} cycles; it is up: {is_up}");
     }
 }
 
@@ -148,8 +152,8 @@ async fn each_node_may_be_killed_while_the_graph_runs() {
     for member in &mut members {
         member.start(&namespace);
     }
-    for member in &members {
-        member.works(CYCLES).await;
+    for member in &mut members {
+        member.works(CYCLES, "at the start").await;
     }
 
     for victim in 0..members.len() {
@@ -168,17 +172,17 @@ async fn each_node_may_be_killed_while_the_graph_runs() {
             assert!(process.is_up(), "{} ended with {}", member.place.name, place.name);
             member.sign.forget();
             if !is_behind {
-                member.works(CYCLES).await;
+                member.works(CYCLES, &format!("{} away", place.name)).await;
             }
         }
 
         let returned = Instant::now();
         members[victim].sign.forget();
         members[victim].start(&namespace);
-        for member in &members {
+        for member in &mut members {
             let name = member.place.name;
             if name == place.name || place.behind.contains(&name) {
-                member.works(1).await;
+                member.works(1, &format!("{} back", place.name)).await;
                 println!("{} back: {name} works after {:?}", place.name, returned.elapsed());
             }
         }

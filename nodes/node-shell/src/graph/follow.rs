@@ -2,26 +2,27 @@
 
 use std::collections::BTreeMap;
 
-use futures::StreamExt;
 use futures::stream::BoxStream;
+use futures::{Stream, StreamExt};
 use rustdds::{
     DomainParticipant, DomainParticipantStatusEvent, GUID, LostReason, QosPolicies, StatusEvented,
 };
 
-use super::names::{self, ParticipantNodes};
+use super::names::ParticipantNodes;
 use super::{Endpoint, Graph, Misfit, Prefix, TroubleKind};
 use crate::exchange::EndpointId;
 
 impl Graph {
-    /// Follows the participant's events until `stop` resolves.
+    /// Follows the participant's events, and what names the nodes `announced`, until `stop` resolves.
     pub(crate) async fn follow(
         self,
         participant: DomainParticipant,
+        announced: Option<impl Stream<Item = ParticipantNodes> + Send>,
         stop: impl Future<Output = ()>,
     ) {
         let listener = participant.status_listener();
         let events = listener.as_async_status_stream();
-        let mut announced: BoxStream<'_, ParticipantNodes> = match names::announced(&participant) {
+        let mut announced: BoxStream<'_, ParticipantNodes> = match announced {
             Some(announced) => announced.boxed(),
             None => futures::stream::pending().boxed(),
         };

@@ -20,7 +20,7 @@ const MOST_PARTICIPANTS: usize = 1024;
 
 /// `rmw_dds_common/msg/ParticipantEntitiesInfo`, as since ROS 2 Iron.
 #[derive(Clone, PartialEq, Eq, Debug, Deserialize)]
-pub(super) struct ParticipantNodes {
+pub(crate) struct ParticipantNodes {
     participant: [u8; 16],
     nodes: Vec<NodeEndpoints>,
 }
@@ -119,7 +119,7 @@ fn prefix(guid: &[u8; 16]) -> [u8; 12] {
 }
 
 /// What the participants announce, as it comes; `None` when the library refuses.
-pub(super) fn announced(
+pub(crate) fn announced(
     participant: &DomainParticipant,
 ) -> Option<impl Stream<Item = ParticipantNodes> + Send + use<>> {
     let qos = Qos::new(true, true, DEPTH).reader_policies();

@@ -12,6 +12,7 @@ use super::backlog::BacklogWatch;
 use super::buffer::GrantedBuffer;
 use super::health::ReceiveHealth;
 use super::interfaces::{self, Interface};
+use super::library_threads::LibraryThreads;
 use super::multicast_bar::MulticastBar;
 use super::receiving::Receiving;
 use super::{DiscoveryRange, MULTICAST_GROUP, Transport, TransportError, ports, sockets};
@@ -34,6 +35,8 @@ pub struct Joined {
     pub health: Arc<ReceiveHealth>,
     /// Keeps the participant from reading for ever; `None` where its sockets are not to be had.
     pub backlog: Option<BacklogWatch>,
+    /// The threads by which the library serves the participant.
+    pub(crate) threads: LibraryThreads,
 }
 
 /// What the settings mean on this machine.
@@ -122,7 +125,9 @@ impl Transport {
         let plan = self.plan(&present)?;
         // Participants of one process share the multicast ports, though not their sockets.
         let before = sockets::own().unwrap_or_default();
+        let threads_before = LibraryThreads::present();
         let (participant, multicast_offered) = self.participant(&plan, &present, &before)?;
+        let threads = LibraryThreads::since(&threads_before);
         let number = participant.participant_id();
         let Receiving { granted, inodes, backlog } =
             self.receiving(number, &before, plan.is_loopback_only());
@@ -132,7 +137,7 @@ impl Transport {
             self.announcer(announced, (number, multicast_from), &plan)
         });
         let health = Arc::new(ReceiveHealth::new(granted, inodes));
-        Ok((Joined { announcer, participant, granted, health, backlog }, announced))
+        Ok((Joined { announcer, participant, granted, health, backlog, threads }, announced))
     }
 
     /// The participant, and whether it offers multicast.
