@@ -1,5 +1,7 @@
 //! `stillmap eval scans`: detection on the scans of a bag alone, against labelled legs where there are any.
 
+mod labels;
+
 use std::path::PathBuf;
 
 use bag_player::{Bag, BagMessage, Selection};
@@ -8,7 +10,7 @@ use detection::{CycleInput, DetectionConfig, Detector, View};
 use evaluation::{LabelledScan, ScanZoneScore, score_scan_zones};
 use geometry::{Cloud, PoseBuffer, Scan, Stamp, StampedPose, pose_from_vector};
 use msgs::convert;
-use msgs::geometry_msgs::{PoseArray, PoseStamped};
+use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::LaserScan;
 use nalgebra::{Isometry3, Point3};
 use scan_odometry::{ScanOdometry, ScanOdometryConfig};
@@ -17,6 +19,7 @@ use serde::Serialize;
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::run::parameters::{ParameterArgs, PipelineParameters};
+use labels::Labels;
 
 /// The frame of the poses that are not in the bag.
 const ODOM_FRAME: &str = "odom";
@@ -37,6 +40,9 @@ pub(crate) struct ScansArgs {
     /// scan that follows it in the bag
     #[arg(long, value_name = "TOPIC")]
     labels: Option<String>,
+    /// Another bag that has the labels: of the scans with their stamps, or, without, with that of the scan that follows
+    #[arg(long, value_name = "BAG", requires = "labels")]
+    labels_from: Option<PathBuf>,
     /// Where the platform's pose comes from
     #[arg(long, value_enum, default_value_t = Odometry::Still)]
     odometry: Odometry,
@@ -81,7 +87,7 @@ pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
     let mut watch = Watch::new(args, &parameters)?;
     let bag = Bag::open(&args.bag).map_err(failure)?;
     let mut topics = vec![args.scan.clone()];
-    topics.extend(args.labels.clone());
+    topics.extend(args.labels.clone().filter(|_| args.labels_from.is_none()));
     if args.odometry == Odometry::Bag {
         topics.push(args.pose.clone());
     }
@@ -128,8 +134,7 @@ struct Watch<'a> {
     scan_odometry: ScanOdometry,
     /// Scans whose pose has not come.
     waiting: Vec<(Scan, Option<Vec<Point3<f64>>>)>,
-    /// Labels of the scan that follows.
-    labels: Option<Vec<Point3<f64>>>,
+    labels: Labels,
     scans: Vec<LabelledScan>,
     unusable: usize,
     first: Option<Stamp>,
@@ -139,6 +144,11 @@ impl<'a> Watch<'a> {
     fn new(args: &'a ScansArgs, parameters: &PipelineParameters) -> Result<Self, Failure> {
         let mut config = parameters.detection().clone();
         config.aperture_rad = args.aperture_deg.to_radians();
+        let rig_from_lidar = pose_from_vector(&config.rig_from_lidar);
+        let labels = match args.labels_from.as_deref().zip(args.labels.as_deref()) {
+            Some((bag, topic)) => Labels::apart(rig_from_lidar, bag, topic)?,
+            None => Labels::among(rig_from_lidar),
+        };
         Ok(Self {
             args,
             rig_from_lidar: config.rig_from_lidar,
@@ -146,7 +156,7 @@ impl<'a> Watch<'a> {
             scan_odometry: scan_odometry(&config)?,
             detector: Detector::new(config).map_err(failure)?,
             waiting: Vec::new(),
-            labels: None,
+            labels,
             scans: Vec::new(),
             unusable: 0,
             first: None,
@@ -158,15 +168,15 @@ impl<'a> Watch<'a> {
         if topic == self.args.scan {
             let scan = message.decode::<LaserScan>().map_err(failure)?;
             match convert::scan_from_message(&scan) {
-                Ok(scan) => self.waiting.push((scan, self.labels.take())),
+                Ok(scan) => {
+                    let labels = self.labels.of(scan.stamp);
+                    self.waiting.push((scan, labels));
+                }
                 Err(_) => self.unusable += 1,
             }
         } else if Some(topic) == self.args.labels.as_deref() {
-            let labels = message.decode::<PoseArray>().map_err(failure)?;
-            let rig_from_lidar = pose_from_vector(&self.rig_from_lidar);
-            let places = labels.poses.iter().map(|pose| pose.position);
-            let in_rig_m = places.map(|at| rig_from_lidar * Point3::new(at.x, at.y, at.z));
-            self.labels = Some(in_rig_m.collect());
+            // Whatever their stamps are, they are of the scan that follows.
+            self.labels.take(message)?;
         } else {
             let pose = message.decode::<PoseStamped>().map_err(failure)?;
             // One that is out of order is of no use.

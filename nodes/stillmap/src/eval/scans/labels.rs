@@ -1,0 +1,81 @@
+//! The labelled legs, and which scan they are of.
+//!
+//! Labelled recordings often hold the scans with somebody alone: who has the whole recording, too, gives detection what
+//! was there meanwhile.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use bag_player::{Bag, BagMessage, Selection};
+use geometry::Stamp;
+use msgs::RosMessage;
+use msgs::convert;
+use msgs::geometry_msgs::PoseArray;
+use msgs::sensor_msgs::LaserScan;
+use nalgebra::{Isometry3, Point3};
+
+use super::failure;
+use crate::failure::Failure;
+
+/// Labels, each at home in a scan.
+#[derive(Debug, Default)]
+pub(super) struct Labels {
+    rig_from_lidar: Isometry3<f64>,
+    /// Those of the scan that follows.
+    of_next: Option<Vec<Point3<f64>>>,
+    of_stamps: BTreeMap<Stamp, Vec<Point3<f64>>>,
+}
+
+impl Labels {
+    /// Labels that come among the scans.
+    pub(super) fn among(rig_from_lidar: Isometry3<f64>) -> Self {
+        Self { rig_from_lidar, ..Self::default() }
+    }
+
+    /// The labels on a topic of another bag: each is at home in the scan of its stamp, or, where it has none, of the stamp
+    /// of the scan that follows it there.
+    pub(super) fn apart(
+        rig_from_lidar: Isometry3<f64>,
+        path: &Path,
+        topic: &str,
+    ) -> Result<Self, Failure> {
+        let bag = Bag::open(path).map_err(failure)?;
+        let scans = bag.topics().map_err(failure)?.into_iter();
+        let scans = scans.filter(|one| one.type_name == LaserScan::TYPE_NAME);
+        let topics: Vec<_> = scans.map(|one| one.topic).chain([topic.to_owned()]).collect();
+        let selection = Selection { topics: Some(topics), ..Selection::default() };
+        let mut labels = Self::among(rig_from_lidar);
+        for message in bag.messages(&selection).map_err(failure)? {
+            let message = message.map_err(failure)?;
+            if &*message.topic == topic {
+                if let Some(stamp) = labels.take(&message)? {
+                    let of_stamp = labels.of_next.take().unwrap_or_default();
+                    labels.of_stamps.insert(stamp, of_stamp);
+                }
+            } else if let Some(of_next) = labels.of_next.take() {
+                let scan = message.decode::<LaserScan>().map_err(failure)?;
+                let stamp = convert::stamp_from_time(scan.header.stamp);
+                labels.of_stamps.insert(stamp, of_next);
+            }
+        }
+        Ok(labels)
+    }
+
+    /// Takes the labels of the scan that follows; returns the stamp that they have themselves, where they have one.
+    pub(super) fn take(&mut self, message: &BagMessage) -> Result<Option<Stamp>, Failure> {
+        let labels = message.decode::<PoseArray>().map_err(failure)?;
+        let places = labels.poses.iter().map(|pose| pose.position);
+        let in_rig_m = places.map(|at| self.rig_from_lidar * Point3::new(at.x, at.y, at.z));
+        self.of_next = Some(in_rig_m.collect());
+        let stamp = convert::stamp_from_time(labels.header.stamp);
+        Ok((stamp != Stamp::default()).then_some(stamp))
+    }
+
+    /// The labels of a scan, in the rig's frame; `None` where nobody has labelled it.
+    pub(super) fn of(&mut self, scan: Stamp) -> Option<Vec<Point3<f64>>> {
+        self.of_next.take().or_else(|| self.of_stamps.remove(&scan))
+    }
+}
+
+#[cfg(test)]
+mod tests;
