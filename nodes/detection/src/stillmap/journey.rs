@@ -66,15 +66,20 @@ impl Journey {
     /// How far a place is from the last one, unless nobody gets there in time; without motion the middle of what
     /// is seen of a thing jumps by `jump_m`.
     pub(super) fn step_m(&self, place: &Place, jump_m: f64) -> Option<f64> {
-        let last = self.places.back()?;
+        let last = self.last()?;
         let apart_m = distance(&last.in_map_m, &place.in_map_m);
         let elapsed_s = f64::from(place.now_ms.saturating_sub(last.now_ms)) * 1e-3;
         (apart_m <= jump_m + FASTEST_M_PER_S * elapsed_s).then_some(apart_m)
     }
 
+    /// Where the thing was last.
+    pub(super) fn last(&self) -> Option<&Place> {
+        self.places.back()
+    }
+
     /// When the thing was last seen.
     pub(super) fn seen_ms(&self) -> Option<u32> {
-        self.places.back().map(|place| place.now_ms)
+        self.last().map(|place| place.now_ms)
     }
 
     /// How many places are remembered.

@@ -106,7 +106,8 @@ impl Travellers {
 }
 
 /// Each thing that stands apart, with its past where it has one. The nearest pairs are matched first, so that a
-/// thing that came into sight beside a traveller does not take over its journey.
+/// thing that came into sight beside a traveller does not take over its journey. Things that have become one have
+/// the longest past of them: the legs of a walker part and meet with every step.
 fn matched(
     before: &mut Vec<Thing>,
     turn: &Turn,
@@ -132,6 +133,14 @@ fn matched(
             is_taken[old] = true;
         }
     }
+    for old in (0..before.len()).filter(|old| !is_taken[*old]) {
+        let lasts_ms = |old: usize| before[old].journey.lasts_ms();
+        if let Some(new) = gone_into(&before[old], turn, &seen)
+            && past[new].is_none_or(|known| lasts_ms(known) < lasts_ms(old))
+        {
+            past[new] = Some(old);
+        }
+    }
     let mut before: Vec<Option<Thing>> = before.drain(..).map(Some).collect();
     let thing_of = |((place, one), old): (&(Place, &Apart), &Option<usize>)| {
         let known = old.and_then(|old| before.get_mut(old)?.take());
@@ -140,6 +149,20 @@ fn matched(
         (thing, one.beams.clone())
     };
     seen.iter().zip(&past).map(thing_of).collect()
+}
+
+/// Which of the things has its middle nearest, of those that reach within a stride of where the thing was.
+fn gone_into(thing: &Thing, turn: &Turn, seen: &[(Place, &Apart)]) -> Option<usize> {
+    let was = thing.journey.last()?;
+    let reaches = |one: &Apart| {
+        let mut met = turn.beams[one.beams.clone()].iter().filter_map(|beam| beam.met);
+        met.any(|met| distance(&met.in_map_m, &was.in_map_m) <= STRIDE_M)
+    };
+    let near = seen.iter().enumerate().filter_map(|(new, (place, one))| {
+        let step_m = thing.journey.step_m(place, JUMP_M).filter(|_| reaches(one))?;
+        Some((step_m, new))
+    });
+    near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, new)| new)
 }
 
 impl Thing {

@@ -80,6 +80,8 @@ struct Printed {
     score: ScanZoneScore,
     /// Scans that could not be used.
     unusable: usize,
+    /// Messages of labels that belong to no scan of the bag.
+    labels_of_no_scan: usize,
 }
 
 pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
@@ -96,6 +98,7 @@ pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
         watch.take(&message.map_err(failure)?)?;
     }
     watch.step_all();
+    let labels_of_no_scan = watch.labels.left();
     let Watch { scans, unusable, .. } = watch;
     if scans.is_empty() {
         return Err(Failure::new(format!("no scan on {} could be used", args.scan)));
@@ -105,13 +108,14 @@ pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
         odometry: args.odometry,
         score: score_scan_zones(&scans),
         unusable,
+        labels_of_no_scan,
     };
     if args.json {
         console::print(serde_json::to_string_pretty(&printed).map_err(failure)?)?;
     } else {
         print(&printed)?;
     }
-    Ok(if unusable == 0 { Outcome::Complete } else { Outcome::WithLosses })
+    Ok(if unusable == 0 && labels_of_no_scan == 0 { Outcome::Complete } else { Outcome::WithLosses })
 }
 
 /// Odometry of a scanner that turns as detection has it.
@@ -167,11 +171,10 @@ impl<'a> Watch<'a> {
         let topic = &*message.topic;
         if topic == self.args.scan {
             let scan = message.decode::<LaserScan>().map_err(failure)?;
+            // Those of a scan that cannot be used are not of the next.
+            let labels = self.labels.of(convert::stamp_from_time(scan.header.stamp));
             match convert::scan_from_message(&scan) {
-                Ok(scan) => {
-                    let labels = self.labels.of(scan.stamp);
-                    self.waiting.push((scan, labels));
-                }
+                Ok(scan) => self.waiting.push((scan, labels)),
                 Err(_) => self.unusable += 1,
             }
         } else if Some(topic) == self.args.labels.as_deref() {
@@ -237,7 +240,7 @@ impl<'a> Watch<'a> {
 }
 
 fn print(printed: &Printed) -> Result<(), Failure> {
-    let Printed { method, score, unusable, .. } = printed;
+    let Printed { method, score, unusable, labels_of_no_scan, .. } = printed;
     let percent = |share: Option<f64>| {
         share.map_or("-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
     };
@@ -259,6 +262,9 @@ fn print(printed: &Printed) -> Result<(), Failure> {
             score.zones_in_empty_scans,
             score.empty_scans
         ))?;
+    }
+    if *labels_of_no_scan > 0 {
+        console::print(format_args!("{labels_of_no_scan} messages of labels are of no scan here"))?;
     }
     Ok(())
 }

@@ -176,3 +176,21 @@ fn who_walks_away_half_hidden_behind_another_travels_by_the_end_that_is_seen() {
         .collect();
     assert!(found[LEAST_PLACES + 1..].iter().all(|found| *found), "{found:?}");
 }
+
+/// Regression: with every step that parted the legs of one who walked away the journey began anew.
+#[test]
+fn legs_that_part_and_meet_again_go_on_with_their_journey() {
+    const STRIDE: u32 = 6;
+    let found = travelling(12, |time_s| {
+        let scan = (time_s / PERIOD_S).round() as u32;
+        // In the stride one leg is ahead; in the next scan the other has swung after it.
+        let swung_m = if scan > STRIDE { 0.2 } else { 0.0 };
+        let ahead_m = if scan == STRIDE { 0.45 } else { 0.1 };
+        let behind_m = 1.2 + 1.2 * time_s + swung_m;
+        let mut walls = room();
+        walls.extend(cuboid([behind_m, 0.5], [0.12, 0.16]));
+        walls.extend(cuboid([behind_m + ahead_m, 0.3], [0.12, 0.16]));
+        walls
+    });
+    assert!(found[LEAST_PLACES..].iter().all(|found| *found), "{found:?}");
+}

@@ -24,6 +24,8 @@ pub(super) struct Labels {
     /// Those of the scan that follows.
     of_next: Option<Vec<Point3<f64>>>,
     of_stamps: BTreeMap<Stamp, Vec<Point3<f64>>>,
+    /// Messages whose scan other labels took, or that no scan followed.
+    displaced: usize,
 }
 
 impl Labels {
@@ -49,16 +51,20 @@ impl Labels {
             let message = message.map_err(failure)?;
             if &*message.topic == topic {
                 if let Some(stamp) = labels.take(&message)? {
-                    let of_stamp = labels.of_next.take().unwrap_or_default();
-                    labels.of_stamps.insert(stamp, of_stamp);
+                    labels.next_is_of(stamp);
                 }
-            } else if let Some(of_next) = labels.of_next.take() {
+            } else if labels.of_next.is_some() {
                 let scan = message.decode::<LaserScan>().map_err(failure)?;
-                let stamp = convert::stamp_from_time(scan.header.stamp);
-                labels.of_stamps.insert(stamp, of_next);
+                labels.next_is_of(convert::stamp_from_time(scan.header.stamp));
             }
         }
+        labels.displaced += usize::from(labels.of_next.take().is_some());
         Ok(labels)
+    }
+
+    fn next_is_of(&mut self, stamp: Stamp) {
+        let displaced = self.of_next.take().and_then(|next| self.of_stamps.insert(stamp, next));
+        self.displaced += usize::from(displaced.is_some());
     }
 
     /// Takes the labels of the scan that follows; returns the stamp that they have themselves, where they have one.
@@ -66,7 +72,8 @@ impl Labels {
         let labels = message.decode::<PoseArray>().map_err(failure)?;
         let places = labels.poses.iter().map(|pose| pose.position);
         let in_rig_m = places.map(|at| self.rig_from_lidar * Point3::new(at.x, at.y, at.z));
-        self.of_next = Some(in_rig_m.collect());
+        let displaced = self.of_next.replace(in_rig_m.collect());
+        self.displaced += usize::from(displaced.is_some());
         let stamp = convert::stamp_from_time(labels.header.stamp);
         Ok((stamp != Stamp::default()).then_some(stamp))
     }
@@ -74,6 +81,11 @@ impl Labels {
     /// The labels of a scan, in the rig's frame; `None` where nobody has labelled it.
     pub(super) fn of(&mut self, scan: Stamp) -> Option<Vec<Point3<f64>>> {
         self.of_next.take().or_else(|| self.of_stamps.remove(&scan))
+    }
+
+    /// How many messages of labels no scan has taken.
+    pub(super) fn left(&self) -> usize {
+        self.displaced + self.of_stamps.len() + usize::from(self.of_next.is_some())
     }
 }
 

@@ -53,6 +53,7 @@ fn labels_of_another_bag_find_their_scans_by_stamps() {
     assert_eq!(labels.of(at(60)), None, "nobody has labelled it");
     assert_eq!(labels.of(at(70)), Some(vec![Point3::new(2.5, 0.0, 0.0)]));
     assert_eq!(labels.of(at(50)), None, "a scan comes once");
+    assert_eq!(labels.left(), 0);
     assert!(Labels::apart(rig_from_lidar, &path, "/legs_of_nobody").is_err());
 }
 
@@ -67,4 +68,22 @@ fn labels_among_the_scans_are_of_the_one_that_follows() {
     labels.take(&message).unwrap();
     assert_eq!(labels.of(at(5)), Some(vec![Point3::new(1.0, 0.0, 0.0)]));
     assert_eq!(labels.of(at(6)), None);
+    assert_eq!(labels.left(), 0);
+}
+
+/// Regression: they were dropped in silence, and those at the end of a bag became those of another bag's first scan.
+#[test]
+fn labels_that_no_scan_takes_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = [
+        (at(1), labels(Stamp::default(), 1.0)),
+        (at(2), labels(Stamp::default(), 2.0)),
+        (at(4), labels(at(80), 3.0)),
+        (at(5), labels(Stamp::default(), 4.0)),
+    ];
+    let path = bag(folder.path(), &of, &[(at(3), scan(at(50)))]);
+    let mut labels = Labels::apart(Isometry3::identity(), &path, "/legs").unwrap();
+    assert_eq!(labels.of(at(10)), None);
+    assert_eq!(labels.of(at(50)), Some(vec![Point3::new(2.0, 0.0, 0.0)]));
+    assert_eq!(labels.left(), 3, "that of 1.0 was displaced, 80 is no scan here, none follows 4.0");
 }
