@@ -26,6 +26,8 @@ const SILENCE: Duration = Duration::from_millis(250);
 /// Watches one reader.
 #[derive(Debug)]
 pub(crate) struct AssemblyWatch {
+    /// Whether messages may have megabytes.
+    is_bulk: bool,
     /// Messages that were lost of late: when they were missed, and how many bytes they may have left.
     lost: VecDeque<(Instant, u64)>,
     last_heard: Instant,
@@ -35,8 +37,14 @@ pub(crate) struct AssemblyWatch {
 
 impl AssemblyWatch {
     /// A watch over a new reader, in a process with so much resident memory.
-    pub(crate) fn new(now: Instant, resident_bytes: Option<u64>) -> Self {
-        Self { lost: VecDeque::new(), last_heard: now, least_in_silence: resident_bytes }
+    pub(crate) fn new(is_bulk: bool, now: Instant, resident_bytes: Option<u64>) -> Self {
+        let (lost, least_in_silence) = (VecDeque::new(), resident_bytes);
+        Self { is_bulk, lost, last_heard: now, least_in_silence }
+    }
+
+    /// The same over the reader that replaces this one's.
+    pub(crate) fn anew(&self, now: Instant, resident_bytes: Option<u64>) -> Self {
+        Self::new(self.is_bulk, now, resident_bytes)
     }
 
     /// Notes messages that were lost.
@@ -59,14 +67,15 @@ impl AssemblyWatch {
     }
 
     /// Whether nothing comes through and memory grows meanwhile: messages of which not one is ever whole
-    /// leave no gap between two that are. Where nobody publishes, it is others' memory that grows.
+    /// leave no gap between two that are. Where nobody publishes, or 128 messages are a trifle, it is others' memory that
+    /// grows.
     pub(crate) fn grows_in_silence(
         &mut self,
         now: Instant,
         resident_bytes: u64,
         has_publishers: bool,
     ) -> bool {
-        if !has_publishers {
+        if !self.is_bulk || !has_publishers {
             self.least_in_silence = None;
             return false;
         }
@@ -96,7 +105,7 @@ mod tests {
     fn what_was_lost_of_late_adds_up_and_is_forgotten() {
         let start = Instant::now();
         let at = |seconds| start + Duration::from_secs(seconds);
-        let mut watch = AssemblyWatch::new(start, None);
+        let mut watch = AssemblyWatch::new(true, start, None);
         watch.lost(at(0), 6, 5 * MB);
         watch.lost(at(6), 7, 5 * MB);
         assert!(!watch.lost_too_much(at(6)));
@@ -108,7 +117,7 @@ mod tests {
     #[test]
     fn small_messages_never_cost_a_reader() {
         let start = Instant::now();
-        let mut watch = AssemblyWatch::new(start, None);
+        let mut watch = AssemblyWatch::new(false, start, None);
         for _ in 0..1000 {
             watch.lost(start, 10, 5_000);
         }
@@ -119,7 +128,7 @@ mod tests {
     fn memory_that_grows_while_nothing_comes_is_the_readers() {
         let start = Instant::now();
         let at = |seconds| start + Duration::from_secs(seconds);
-        let mut watch = AssemblyWatch::new(start, Some(50 * MB));
+        let mut watch = AssemblyWatch::new(true, start, Some(50 * MB));
         assert!(!watch.grows_in_silence(start, 500 * MB, true), "too early");
         assert!(!watch.grows_in_silence(at(5), 70 * MB, true), "too little");
         assert!(watch.grows_in_silence(at(5), 500 * MB, true));
@@ -133,7 +142,7 @@ mod tests {
     fn memory_that_is_given_back_later_does_not_raise_the_bound() {
         let start = Instant::now();
         let at = |seconds| start + Duration::from_secs(seconds);
-        let mut watch = AssemblyWatch::new(start, Some(150 * MB));
+        let mut watch = AssemblyWatch::new(true, start, Some(150 * MB));
         assert!(!watch.grows_in_silence(at(1), 50 * MB, true));
         assert!(watch.grows_in_silence(at(2), 130 * MB, true));
     }
@@ -150,9 +159,19 @@ mod tests {
     fn memory_that_grows_while_nobody_publishes_is_that_of_others() {
         let start = Instant::now();
         let at = |ms| start + Duration::from_millis(ms);
-        let mut watch = AssemblyWatch::new(start, Some(50 * MB));
+        let mut watch = AssemblyWatch::new(true, start, Some(50 * MB));
         assert!(!watch.grows_in_silence(at(400), 500 * MB, false));
         assert!(!watch.grows_in_silence(at(500), 500 * MB, true), "what was there before counts");
         assert!(watch.grows_in_silence(at(600), 600 * MB, true));
+    }
+    /// Regression: a node that had grown in a second without a pose made its reader of poses anew, and lost some.
+    #[test]
+    fn memory_that_grows_is_never_that_of_small_messages() {
+        let start = Instant::now();
+        let at = |ms| start + Duration::from_millis(ms);
+        let mut watch = AssemblyWatch::new(false, start, Some(50 * MB));
+        assert!(!watch.grows_in_silence(at(600), 500 * MB, true));
+        let mut next = watch.anew(at(600), Some(50 * MB));
+        assert!(!next.grows_in_silence(at(1200), 500 * MB, true));
     }
 }

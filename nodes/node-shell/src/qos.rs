@@ -19,6 +19,11 @@ const RELIABLE_WINDOW_OF_BULK: usize = 64;
 const BULK: [&str; 3] =
     ["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2"];
 
+/// Whether messages of a type, as `sensor_msgs/msg/Image`, may have megabytes.
+pub(crate) fn is_bulk(type_name: &str) -> bool {
+    BULK.contains(&type_name)
+}
+
 /// How a topic is delivered.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Qos {
@@ -77,8 +82,8 @@ impl Qos {
         // A latched writer keeps what it holds for readers that come late, without any, so its limit
         // is its depth; a volatile one trims to its depth by itself.
         let window = if self.reliable && !self.transient_local {
-            let is_bulk = BULK.contains(&type_name);
-            self.depth.max(if is_bulk { RELIABLE_WINDOW_OF_BULK } else { RELIABLE_WINDOW })
+            let bulk = is_bulk(type_name);
+            self.depth.max(if bulk { RELIABLE_WINDOW_OF_BULK } else { RELIABLE_WINDOW })
         } else {
             self.depth
         };

@@ -9,6 +9,7 @@ use ros2_client::{MessageInfo, ReadError};
 
 use crate::assembly::{AssemblyWatch, resident_bytes};
 use crate::graph::Renew;
+use crate::qos::is_bulk;
 use crate::throttle::Throttle;
 
 /// How often a reader that waits looks after its memory.
@@ -71,8 +72,8 @@ impl<M: RosMessage> Renew for Link<M> {
 }
 
 impl Assembly {
-    fn new() -> Self {
-        let watch = AssemblyWatch::new(Instant::now(), resident_bytes());
+    fn new(is_bulk: bool) -> Self {
+        let watch = AssemblyWatch::new(is_bulk, Instant::now(), resident_bytes());
         Self { watch: Mutex::new(watch), warnings: Throttle::for_warnings() }
     }
 
@@ -82,15 +83,16 @@ impl Assembly {
 }
 
 impl<M: RosMessage> Reader<M> {
+    /// `type_name` as `sensor_msgs/msg/Image`.
     pub(crate) fn new(
-        topic: &str,
+        (topic, type_name): (&str, &str),
         first: LibraryReader<M>,
         reliable: bool,
         make: MakeReader<M>,
     ) -> Self {
         let link = Link { topic: topic.into(), current: Mutex::new(Arc::new(first)), make };
         let next_look = Mutex::new(tokio::time::Instant::now() + LOOK_AFTER);
-        let assembly = (!reliable).then(Assembly::new);
+        let assembly = (!reliable).then(|| Assembly::new(is_bulk(type_name)));
         Self { link: Arc::new(link), assembly, next_look }
     }
 
@@ -156,7 +158,8 @@ impl<M: RosMessage> Reader<M> {
                 self.link.topic
             );
         }
-        *assembly.lock() = AssemblyWatch::new(Instant::now(), resident_bytes());
+        let mut watch = assembly.lock();
+        *watch = watch.anew(Instant::now(), resident_bytes());
     }
 
     /// Tells the library's readers apart.

@@ -120,7 +120,8 @@ impl Node {
                 let graph = self.graph.clone();
                 let remake: MakeReader<M> = Box::new(move || graph.renew(id, &make));
                 first.map(|first| {
-                    let reader = Reader::new(&absolute, first, qos.is_reliable(), remake);
+                    let reader =
+                        Reader::new((&absolute, type_name), first, qos.is_reliable(), remake);
                     self.graph.renew_with(id, reader.renewal());
                     reader
                 })

@@ -7,7 +7,7 @@ const GROWTH: usize = 40 << 20;
 /// Longer than a reader may be silent, and than it waits between two looks at the memory.
 const LONG: Duration = Duration::from_millis(400);
 
-async fn nothing_comes(subscription: &Subscription<LaserScan>) {
+async fn nothing_comes(subscription: &Subscription<Image>) {
     let waited = tokio::time::timeout(LONG / 2, subscription.next()).await;
     assert!(waited.is_err());
 }
@@ -19,14 +19,14 @@ async fn a_reader_whose_messages_wait_for_a_busy_node_is_not_made_anew() {
     let place = Place::new();
     let (driver, listener) = (place.node("driver"), place.node("listener"));
     {
-        let scans = driver.publisher::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
-        let heard = listener.subscription::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
-        matched(&scans, &heard).await;
-        scans.publish(scan(3)).unwrap();
-        soon("the first scan", heard.next()).await;
+        let images = driver.publisher::<Image>("image", &Qos::reliable(5)).unwrap();
+        let heard = listener.subscription::<Image>("image", &Qos::sensor(5)).unwrap();
+        matched(&images, &heard).await;
+        images.publish(Image::default()).unwrap();
+        soon("the first image", heard.next()).await;
         nothing_comes(&heard).await;
         let reader = heard.reader_in_use();
-        scans.publish(scan(3)).unwrap();
+        images.publish(Image::default()).unwrap();
         // The node works.
         tokio::time::sleep(LONG).await;
         let work = std::hint::black_box(vec![1_u8; GROWTH]);

@@ -115,7 +115,11 @@ pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
     } else {
         print(&printed)?;
     }
-    Ok(if unusable == 0 && labels_of_no_scan == 0 { Outcome::Complete } else { Outcome::WithLosses })
+    Ok(if unusable == 0 && labels_of_no_scan == 0 {
+        Outcome::Complete
+    } else {
+        Outcome::WithLosses
+    })
 }
 
 /// Odometry of a scanner that turns as detection has it.
