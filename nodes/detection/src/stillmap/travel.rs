@@ -107,7 +107,8 @@ impl Travellers {
 
 /// Each thing that stands apart, with its past where it has one. The nearest pairs are matched first, so that a
 /// thing that came into sight beside a traveller does not take over its journey. Things that have become one have
-/// the longest past of them: the legs of a walker part and meet with every step.
+/// the longest past of them: the legs of a walker part and meet with every step. One that stands comes to a past that is
+/// not its own by this, too, when another beside it vanishes; but by then it was seen where it is, and is background.
 fn matched(
     before: &mut Vec<Thing>,
     turn: &Turn,
