@@ -12,7 +12,7 @@ use crate::bag::Bag;
 use crate::catalogue::{Catalogue, Channel};
 use crate::error::{BagError, Loss, LossKind};
 use crate::index::FileIndex;
-use crate::message::{CDR, stamp};
+use crate::message::{CDR, bare, stamp};
 use crate::qos::OfferedQos;
 use crate::segment::{Form, for_each_record, message_of};
 use crate::source::Source;
@@ -93,6 +93,14 @@ struct Tallied {
     span: Option<Span>,
     qos: Option<OfferedQos>,
     definition: Option<String>,
+}
+
+impl BagInfo {
+    /// The topic of this name, which may be given with or without its leading slash; `None` where the bag has none.
+    #[must_use]
+    pub fn topic(&self, named: &str) -> Option<&TopicInfo> {
+        self.topics.iter().find(|topic| bare(&topic.topic) == bare(named))
+    }
 }
 
 impl TopicInfo {

@@ -29,6 +29,12 @@ pub struct BagMessage {
 }
 
 impl BagMessage {
+    /// Whether it is on this topic, which may be given with or without its leading slash.
+    #[must_use]
+    pub fn is_on(&self, topic: &str) -> bool {
+        bare(&self.topic) == bare(topic)
+    }
+
     /// The message as the type that it should have.
     ///
     /// # Errors

@@ -204,3 +204,33 @@ fn a_folder_that_is_not_there_is_named() {
     let error = BagWriter::create(std::path::Path::new("/nowhere/at/all.mcap")).err().unwrap();
     assert!(error.to_string().starts_with("cannot create /nowhere/at/all.mcap.tmp"), "{error}");
 }
+
+/// Regression: `eval scans --scan right_scan` read the scans of /right_scan and took each for a pose; other commands
+/// knew no such topic. Bags that were converted from ROS 1 have names without a slash, too.
+#[test]
+fn topics_are_known_with_and_without_their_slash() -> Result<(), BagError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("names.mcap");
+    let mut writer = BagWriter::create(&path)?;
+    for name in ["/scan", "rear_scan"] {
+        let topic = writer.channel::<LaserScan>(name, OfferedQos::sensor(5))?;
+        writer.write(topic, time(0), &scan(0))?;
+    }
+    writer.finish()?;
+    let bag = Bag::open(&path)?;
+    let info = bag.info()?;
+    for (named, recorded) in [
+        ("scan", "/scan"),
+        ("/scan", "/scan"),
+        ("rear_scan", "rear_scan"),
+        ("/rear_scan", "rear_scan"),
+    ] {
+        assert_eq!(info.topic(named).map(|topic| topic.topic.as_str()), Some(recorded));
+        let (messages, _) = read_all(&bag, &Selection::default())?;
+        let on_it: Vec<&str> =
+            messages.iter().filter(|message| message.is_on(named)).map(|one| &*one.topic).collect();
+        assert_eq!(on_it, [recorded]);
+    }
+    assert!(info.topic("front_scan").is_none());
+    Ok(())
+}

@@ -172,8 +172,7 @@ impl<'a> Watch<'a> {
     }
 
     fn take(&mut self, message: &BagMessage) -> Result<(), Failure> {
-        let topic = &*message.topic;
-        if topic == self.args.scan {
+        if message.is_on(&self.args.scan) {
             let scan = message.decode::<LaserScan>().map_err(failure)?;
             // Those of a scan that cannot be used are not of the next.
             let labels = self.labels.of(convert::stamp_from_time(scan.header.stamp));
@@ -181,7 +180,7 @@ impl<'a> Watch<'a> {
                 Ok(scan) => self.waiting.push((scan, labels)),
                 Err(_) => self.unusable += 1,
             }
-        } else if Some(topic) == self.args.labels.as_deref() {
+        } else if self.args.labels.as_deref().is_some_and(|topic| message.is_on(topic)) {
             // Whatever their stamps are, they are of the scan that follows.
             self.labels.take(message)?;
         } else {

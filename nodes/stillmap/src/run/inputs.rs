@@ -215,9 +215,8 @@ impl Chooser<'_> {
     ) -> Result<String, Failure> {
         let wanted = M::TYPE_NAME;
         if let Some(named) = named {
-            let found = self.info.topics.iter().find(|topic| topic.topic == *named);
-            return match found {
-                Some(topic) if topic.type_name == wanted => Ok(named.clone()),
+            return match self.info.topic(named) {
+                Some(topic) if topic.type_name == wanted => Ok(topic.topic.clone()),
                 Some(topic) => Err(Failure::new(format!(
                     "topic {named} carries {}, not {wanted}",
                     topic.type_name

@@ -48,7 +48,7 @@ impl VisualTopics {
     ) -> Result<Self, Failure> {
         let (image, is_compressed) = color_image(args, depth, info)?;
         let camera_info = match &args.image_info {
-            Some(named) => named.clone(),
+            Some(named) => as_recorded(named, info),
             None => {
                 let beside = |image: &str| {
                     let parent = image.rsplit_once('/').map_or("", |(parent, _)| parent);
@@ -90,7 +90,7 @@ impl VisualTopics {
 /// The topic of the depth images: the named one, or the only one there is.
 pub(crate) fn depth_topic(named: Option<&str>, info: &BagInfo) -> Result<String, Failure> {
     if let Some(named) = named {
-        return Ok(named.to_owned());
+        return Ok(as_recorded(named, info));
     }
     let mut found = of_type(info, Image::TYPE_NAME).filter(|topic| topic.contains("depth"));
     match (found.next(), found.next()) {
@@ -102,6 +102,11 @@ pub(crate) fn depth_topic(named: Option<&str>, info: &BagInfo) -> Result<String,
                 .mend(format!("choose with --depth: {one}, {other}, ...")))
         }
     }
+}
+
+/// The name as the bag has it, with or without its leading slash; as it is where the bag has none such.
+fn as_recorded(named: &str, info: &BagInfo) -> String {
+    info.topic(named).map_or(named, |topic| &topic.topic).to_owned()
 }
 
 /// The topic of a depth camera's calibration: beside its images.
@@ -118,10 +123,9 @@ fn color_image(
 ) -> Result<(String, bool), Failure> {
     let compressed = CompressedImage::TYPE_NAME;
     if let Some(named) = &args.image {
-        let known = info.topics.iter().find(|topic| topic.topic == *named);
-        return match known {
-            Some(topic) if topic.type_name == Image::TYPE_NAME => Ok((named.clone(), false)),
-            Some(topic) if topic.type_name == compressed => Ok((named.clone(), true)),
+        return match info.topic(named) {
+            Some(topic) if topic.type_name == Image::TYPE_NAME => Ok((topic.topic.clone(), false)),
+            Some(topic) if topic.type_name == compressed => Ok((topic.topic.clone(), true)),
             Some(topic) => {
                 Err(Failure::new(format!("topic {named} carries {}, no image", topic.type_name)))
             }

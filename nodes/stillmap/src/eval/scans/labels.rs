@@ -49,7 +49,7 @@ impl Labels {
         let mut labels = Self::among(rig_from_lidar);
         for message in bag.messages(&selection).map_err(failure)? {
             let message = message.map_err(failure)?;
-            if &*message.topic == topic {
+            if message.is_on(topic) {
                 if let Some(stamp) = labels.take(&message)? {
                     labels.next_is_of(stamp);
                 }

@@ -48,8 +48,12 @@ impl BagSource {
                 .iter()
                 .any(|it| name.contains(it))
         };
-        let topic = match (&args.lidar, clouds.as_slice(), packets.as_slice()) {
-            (Some(named), ..) if clouds.contains(named) || packets.contains(named) => named.clone(),
+        let named = args.lidar.as_deref();
+        let named = named.map(|named| info.topic(named).map_or(named, |topic| &topic.topic));
+        let topic = match (named, clouds.as_slice(), packets.as_slice()) {
+            (Some(named), ..) if clouds.iter().chain(&packets).any(|topic| topic == named) => {
+                named.to_owned()
+            }
             (Some(named), ..) => {
                 return Err(Failure::new(format!("topic {named} has no scans of a LiDAR")).mend(
                     "--lidar names a topic of sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan",
