@@ -192,8 +192,9 @@ impl MotionFinder {
             .iter()
             .map(|beam| beam.met.as_ref().map(|met| self.verdict(met, *now_ms)))
             .collect();
-        for beams in self.travellers.follow(turn, &verdicts, *now_ms) {
-            for verdict in verdicts[beams].iter_mut().flatten() {
+        let travel = self.travellers.follow(turn, &verdicts, *now_ms);
+        for beams in &travel.travelling {
+            for verdict in verdicts[beams.clone()].iter_mut().flatten() {
                 if matches!(verdict, Verdict::Unseen | Verdict::Unsure) {
                     *verdict = Verdict::Moving { static_rate: STATIC_RATE_OF_A_TRAVELLER };
                 }
@@ -207,6 +208,9 @@ impl MotionFinder {
         let runs: Vec<Range<usize>> = runs.into_iter().flatten().map(|run| run.beams).collect();
         let runs = self.proven(turn, runs, *now_ms, *platform_moves);
         let mut met = vec![Met::Background; turn.beams.len()];
+        // Who walks away would find his own returns of a scan ago for background: poses are not exact.
+        let going = travel.travelling.into_iter().chain(travel.under_way);
+        going.for_each(|beams| met[beams].fill(Met::Undecided));
         for run in &runs {
             let what = if run.has_travelled { Met::Object } else { Met::Undecided };
             met[run.beams.clone()].fill(what);

@@ -28,7 +28,12 @@ impl VoxelKey {
     /// The 27 voxels around this one and itself, by ascending key. A step beyond the outermost voxel is none, so that
     /// there some come twice.
     pub fn with_neighbours(self) -> impl Iterator<Item = Self> + Clone {
-        let along = |cell: i32| (-1..=1).map(move |step| cell.saturating_add(step));
+        self.within(1)
+    }
+
+    /// The voxels that are no more than `steps` away along each axis, by ascending key; beyond the outermost as above.
+    pub fn within(self, steps: i32) -> impl Iterator<Item = Self> + Clone {
+        let along = move |cell: i32| (-steps..=steps).map(move |step| cell.saturating_add(step));
         let Self { x, y, z } = self;
         along(x)
             .flat_map(move |x| along(y).flat_map(move |y| along(z).map(move |z| Self { x, y, z })))

@@ -120,8 +120,14 @@ impl Evidence {
     /// that graze it pass them; so a place beside one is free only for what hangs together with more.
     #[must_use]
     pub fn is_beside_surface(&self, point_in_map: &Point3<f64>) -> bool {
+        self.is_near_surface(point_in_map, 1)
+    }
+
+    /// The same of the voxels no more than `steps` away along each axis.
+    #[must_use]
+    pub fn is_near_surface(&self, point_in_map: &Point3<f64>, steps: i32) -> bool {
         let Some(voxel) = self.voxel(point_in_map) else { return false };
-        voxel.with_neighbours().any(|beside| beside != voxel && self.is_surface_at(beside))
+        voxel.within(steps).any(|beside| beside != voxel && self.is_surface_at(beside))
     }
 
     fn is_surface_at(&self, voxel: VoxelKey) -> bool {

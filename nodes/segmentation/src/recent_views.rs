@@ -3,7 +3,8 @@
 //! Before black surfaces, glass and what is out of reach no ray comes back, so that no place there is ever seen
 //! free. But a camera that sees a thing now would have seen it before, had it been there: a place in view, hidden by
 //! nothing, in whose direction nothing so near was met, was empty, whatever is behind it. That holds as far as the camera
-//! saw anything at all in that cycle: what comes into its range has not arrived.
+//! saw anything at all in that cycle: what comes into its range has not arrived. A dark or slanting surface comes into
+//! range at a short distance, so that where nothing came back the place must have been near.
 
 #[cfg(test)]
 mod tests;
@@ -11,7 +12,7 @@ mod tests;
 use std::collections::VecDeque;
 
 use geometry::DetectedCycle;
-use nalgebra::{Isometry3, Point3, Vector2};
+use nalgebra::{Isometry3, Point3, Vector2, distance};
 
 use crate::view::{MIN_DEPTH_M, View, slopes_from};
 
@@ -56,10 +57,12 @@ impl RecentViews {
     }
 
     /// Whether a place of the map was in view and empty in enough of the cycles remembered. The camera has had the
-    /// same view then as now, whether or not anything came back from its borders.
+    /// same view then as now, whether or not anything came back from its borders. Where nothing came back at all a cycle
+    /// counts when its camera was no farther than `blank_reach_m` from the place.
     #[must_use]
-    pub fn was_empty(&self, place_in_map: &Point3<f64>, view: &View) -> bool {
-        let empty = self.frames.iter().filter(|frame| frame.was_empty(place_in_map, view));
+    pub fn was_empty(&self, place_in_map: &Point3<f64>, view: &View, blank_reach_m: f64) -> bool {
+        let was_empty = |frame: &&Frame| frame.was_empty(place_in_map, view, blank_reach_m);
+        let empty = self.frames.iter().filter(was_empty);
         empty.take(MIN_EMPTY).count() == MIN_EMPTY
     }
 
@@ -102,16 +105,20 @@ impl Frame {
         }
     }
 
-    fn was_empty(&self, place_in_map: &Point3<f64>, view: &View) -> bool {
+    fn was_empty(&self, place_in_map: &Point3<f64>, view: &View, blank_reach_m: f64) -> bool {
         let in_rig = self.map_from_rig.inverse_transform_point(place_in_map);
         let Some(slopes) = slopes_from(&self.camera_in_rig_m, &in_rig) else { return false };
         let [column, row] = square(&slopes);
-        let nearest_m = self.nearest_m.get(row * SQUARES + column);
+        let nearest_m = self.nearest_m.get(row * SQUARES + column).copied().map(f64::from);
         let depth_m = in_rig.x - self.camera_in_rig_m.x;
         let behind_m = depth_m + BEHIND_VOXELS * self.cell_m;
         view.contains(&slopes)
             && depth_m <= self.farthest_m
-            && nearest_m.is_some_and(|nearest_m| f64::from(*nearest_m) > behind_m)
+            && nearest_m.is_some_and(|nearest_m| {
+                let is_blank = nearest_m.is_infinite();
+                let was_near = || distance(&in_rig, &self.camera_in_rig_m) <= blank_reach_m;
+                nearest_m > behind_m && (!is_blank || was_near())
+            })
     }
 }
 

@@ -97,6 +97,14 @@ impl Journey {
         self.ends().map_or(0.0, |(first, last)| distance(&first.platform_m, &last.platform_m))
     }
 
+    /// Whether the thing is `away_m` farther than the platform's share from where it was.
+    pub(super) fn leads_away(&self, away_m: f64) -> bool {
+        self.ends().is_some_and(|(first, last)| {
+            let journey_m = distance(&first.in_map_m, &last.in_map_m);
+            journey_m >= away_m + SHARE_OF_PLATFORM * self.platform_m()
+        })
+    }
+
     /// Whether the thing has come `travelled_m` farther than the platform's share, without going back.
     pub(super) fn travels(&self, travelled_m: f64) -> bool {
         let Some((first, last)) = self.ends() else { return false };
@@ -104,7 +112,7 @@ impl Journey {
         let way_m: f64 = steps.map(|(from, to)| distance(&from.in_map_m, &to.in_map_m)).sum();
         let journey_m = distance(&first.in_map_m, &last.in_map_m);
         self.places.len() >= LEAST_PLACES
-            && journey_m >= travelled_m + SHARE_OF_PLATFORM * self.platform_m()
+            && self.leads_away(travelled_m)
             && way_m <= MOST_DETOUR * journey_m
     }
 

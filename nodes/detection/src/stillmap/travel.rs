@@ -28,6 +28,9 @@ const SEEN_PAST_M: f64 = 0.1;
 const JUMP_M: f64 = 0.2;
 /// A thing has travelled when it is so far from where it was: more than the middle of a standing person sways.
 const TRAVELLED_M: f64 = 0.25;
+/// A thing that is so far from where it was is under way: a slow walker's step between two scans, and more than the
+/// middle of one who stands moves from one scan to the next.
+const UNDER_WAY_M: f64 = 0.1;
 /// Looked back no farther than this: in that time a slow walker goes [`TRAVELLED_M`].
 const LONGEST_LOOK_MS: u32 = 800;
 /// And no less: what moves so far at once is another thing that came into sight.
@@ -36,6 +39,15 @@ const SHORTEST_LOOK_MS: u32 = 350;
 const REST_MS: u32 = 1_000;
 /// A platform that has not gone farther stands: its poses waver by so much.
 const STANDS_M: f64 = 0.05;
+
+/// What things that stand apart do.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Travel {
+    /// The beams of those that travel, run by run.
+    pub(super) travelling: Vec<Range<usize>>,
+    /// The beams of those that are somewhere else than they were, and may travel.
+    pub(super) under_way: Vec<Range<usize>>,
+}
 
 /// The things that stood apart in the last scans.
 #[derive(Clone, Debug, Default)]
@@ -85,23 +97,25 @@ impl Travellers {
         self.things.clear();
     }
 
-    /// Follows the things of the turn, one verdict a beam. Returns the beams of those that travel, run by run.
+    /// Follows the things of the turn, one verdict a beam.
     pub(super) fn follow(
         &mut self,
         turn: &Turn,
         verdicts: &[Option<Verdict>],
         now_ms: u32,
-    ) -> Vec<Range<usize>> {
+    ) -> Travel {
         let apart = things_apart(turn, verdicts);
         let mut before = std::mem::take(&mut self.things);
-        let mut runs = Vec::new();
+        let mut travel = Travel::default();
         for (thing, beams) in matched(&mut before, turn, &apart, now_ms) {
             if thing.travelled_ms.is_some_and(|at_ms| now_ms.saturating_sub(at_ms) <= REST_MS) {
-                runs.push(beams);
+                travel.travelling.push(beams);
+            } else if thing.goes_itself() && thing.journey.leads_away(UNDER_WAY_M) {
+                travel.under_way.push(beams);
             }
             self.things.push(thing);
         }
-        runs
+        travel
     }
 }
 
@@ -180,12 +194,17 @@ impl Thing {
 
     /// Whether it has come some way over the places that are remembered.
     fn has_travelled(&self) -> bool {
-        let platform_stands = self.journey.platform_m() <= STANDS_M;
-        let was_half_hidden = || self.outlines.iter().any(|outline| outline.is_half_hidden);
         self.journey.lasts_ms() >= SHORTEST_LOOK_MS
-            && (platform_stands || (!was_half_hidden() && self.journey.is_gradual()))
+            && self.goes_itself()
             && self.journey.travels(TRAVELLED_M)
             && self.edges_have_travelled()
+    }
+
+    /// Whether it is not the platform's motion that shows another part of it in each turn.
+    fn goes_itself(&self) -> bool {
+        let platform_stands = self.journey.platform_m() <= STANDS_M;
+        let was_half_hidden = || self.outlines.iter().any(|outline| outline.is_half_hidden);
+        platform_stands || (!was_half_hidden() && self.journey.is_gradual())
     }
 
     /// Whether its ends have come as far as its middle must, each that was seen at first and is now; one of them was.

@@ -4,6 +4,8 @@ use nalgebra::{Point3, Translation3};
 use super::*;
 
 const CELL_M: f64 = 0.08;
+/// Farther than all places of these tests.
+const NEAR_M: f64 = 4.0;
 
 /// A cycle that shows these points of the rig frame.
 fn cycle_of(points_m: Vec<Point3<f32>>, x_m: f64) -> DetectedCycle {
@@ -41,7 +43,7 @@ fn a_place_before_black_is_empty_once_enough_cycles_have_shown_nothing_there() {
     let place = Point3::new(2.0, 0.3, 0.1);
     let was_empty = |cycles| {
         let (views, view) = views_of(cycles, &rim());
-        views.was_empty(&place, &view)
+        views.was_empty(&place, &view, NEAR_M)
     };
     assert!(!was_empty(MIN_EMPTY - 1));
     assert!(was_empty(MIN_EMPTY));
@@ -61,10 +63,24 @@ fn what_was_seen_or_hidden_or_out_of_view_was_not_empty() {
         (Point3::new(-2.0, 0.3, 0.1), "behind the camera"),
         (Point3::new(f64::NAN, 0.3, 0.1), "nowhere"),
     ] {
-        assert!(!views.was_empty(&place, &view), "{why}");
+        assert!(!views.was_empty(&place, &view, NEAR_M), "{why}");
     }
-    assert!(views.was_empty(&Point3::new(1.5, 0.3, 0.1), &view), "clearly before what was seen");
-    assert!(views.was_empty(&Point3::new(2.0, -0.3, 0.1), &view), "in another direction");
+    assert!(
+        views.was_empty(&Point3::new(1.5, 0.3, 0.1), &view, NEAR_M),
+        "clearly before what was seen"
+    );
+    assert!(views.was_empty(&Point3::new(2.0, -0.3, 0.1), &view, NEAR_M), "in another direction");
+}
+
+#[test]
+fn where_nothing_came_back_the_place_must_have_been_near() {
+    let place = Point3::new(2.0, 0.3, 0.1);
+    let (blank, view) = views_of(VIEWS, &rim());
+    assert!(blank.was_empty(&place, &view, 2.1));
+    assert!(!blank.was_empty(&place, &view, 1.9), "it may have come into range");
+    let (wall_behind, view) =
+        views_of(VIEWS, &[rim(), vec![Point3::new(2.9, 0.435, 0.145)]].concat());
+    assert!(wall_behind.was_empty(&place, &view, 1.9), "it would have hidden the wall");
 }
 
 /// A black floor shows the lower border of the view not before something stands on it.
@@ -72,9 +88,9 @@ fn what_was_seen_or_hidden_or_out_of_view_was_not_empty() {
 fn a_border_that_nothing_came_back_from_was_in_view_all_the_same() {
     let (views, mut view) = views_of(VIEWS, &rim());
     let foot = Point3::new(2.0, 0.125, -0.875);
-    assert!(!views.was_empty(&foot, &view));
+    assert!(!views.was_empty(&foot, &view, NEAR_M));
     view.widen(&cycle_of(vec![foot.cast()], 0.0));
-    assert!(views.was_empty(&foot, &view));
+    assert!(views.was_empty(&foot, &view, NEAR_M));
 }
 
 /// Regression: who goes away from the camera hides the places ahead for longer than a second, and his feet on a black
@@ -88,7 +104,7 @@ fn what_was_hidden_for_two_seconds_was_empty_before() {
     for _ in 0..TWO_SECONDS {
         views.remember(&hidden, CELL_M);
     }
-    assert!(views.was_empty(&place, &view));
+    assert!(views.was_empty(&place, &view, NEAR_M));
 }
 
 #[test]
@@ -100,8 +116,8 @@ fn each_cycle_is_asked_from_where_its_camera_was() {
         views.remember(&cycle, CELL_M);
     }
     // In view from the first place; too near to the last one's to lie between its borders.
-    assert!(!views.was_empty(&Point3::new(1.8, 0.6, 0.0), &view));
-    assert!(views.was_empty(&Point3::new(1.8, 0.2, 0.0), &view));
+    assert!(!views.was_empty(&Point3::new(1.8, 0.6, 0.0), &view, NEAR_M));
+    assert!(views.was_empty(&Point3::new(1.8, 0.2, 0.0), &view, NEAR_M));
 }
 
 #[test]
@@ -110,13 +126,13 @@ fn only_the_last_cycles_count_and_none_after_a_new_start() {
     let (mut views, view) = views_of(VIEWS, &rim());
     let taken = cycle_of([rim(), vec![place.cast()]].concat(), 0.0);
     for _ in 0..=VIEWS - MIN_EMPTY {
-        assert!(views.was_empty(&place, &view));
+        assert!(views.was_empty(&place, &view, NEAR_M));
         views.remember(&taken, CELL_M);
     }
-    assert!(!views.was_empty(&place, &view));
+    assert!(!views.was_empty(&place, &view, NEAR_M));
     let (mut views, view) = views_of(VIEWS, &rim());
     views.clear();
-    assert!(!views.was_empty(&place, &view));
+    assert!(!views.was_empty(&place, &view, NEAR_M));
 }
 
 #[test]
@@ -124,7 +140,10 @@ fn of_what_is_beyond_the_farthest_return_nothing_is_known() {
     let beyond = Point3::new(3.2, 0.3, 0.1);
     let (views, mut view) = views_of(VIEWS, &rim());
     view.widen(&cycle_of(vec![beyond.cast()], 0.0));
-    assert!(!views.was_empty(&beyond, &view), "it may have come into range");
+    assert!(!views.was_empty(&beyond, &view, NEAR_M), "it may have come into range");
     let (blank, _) = views_of(VIEWS, &[]);
-    assert!(!blank.was_empty(&Point3::new(2.0, 0.3, 0.1), &view), "the lens may be covered");
+    assert!(
+        !blank.was_empty(&Point3::new(2.0, 0.3, 0.1), &view, NEAR_M),
+        "the lens may be covered"
+    );
 }

@@ -172,6 +172,29 @@ fn the_last_sliver_of_an_object_is_the_objects_for_one_cycle_more() {
     assert!(cut(19, [room, last].concat()).is_empty());
 }
 
+/// Regression: before a robot that drove on, the floor, which was too slanting to be seen from farther away, had arrived
+/// where nothing was; it was cut out of the map, and taken for an object that grew with each cycle.
+#[test]
+fn a_floor_that_comes_into_range_has_not_arrived() {
+    const SEEN_UNTIL_M: f32 = 3.0;
+    let floor = patch(1.5, 6.5);
+    let wall = upright(7.0, [-0.6, 0.6], [0.2, 0.9]);
+    let mut segmenter = Segmenter::new(config()).unwrap();
+    let mut dice = Dice(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut dice);
+    for index in 0..40 {
+        let driven_m = 0.4 * CYCLE_S as f32 * index as f32;
+        let from_here = |point: &Point3<f32>| Point3::new(point.x - driven_m, point.y, point.z);
+        let floor = floor.iter().map(from_here);
+        let floor = floor.filter(|point| (1.5..SEEN_UNTIL_M).contains(&point.x));
+        let points_m = floor.chain(wall.iter().map(from_here)).collect();
+        let mut cycle = with_points(&view.cycle, index, points_m);
+        cycle.map_from_rig = Translation3::new(f64::from(driven_m), 0.0, 0.0).into();
+        let cut = segmenter.step(&cycle, |_| ()).unwrap().cycle.dynamic_cloud.points_m;
+        assert!(cut.is_empty(), "cycle {index}: {cut:?}");
+    }
+}
+
 #[test]
 fn an_object_in_view_from_the_first_cycle_is_cut_out_and_what_it_uncovers_is_none() {
     let from_the_start = |time_s: f64| walker(1, 2.4, 0.8 - 0.98 * time_s);

@@ -18,7 +18,7 @@ pub(super) struct ChoiceArgs {
     /// A scene of Table 2 of Rec-HV
     #[arg(long, ignore_case = true, conflicts_with = "scenario")]
     scene: Option<SceneLetter>,
-    /// A scenario in YAML
+    /// A scenario of one's own in YAML, such as nodes/simulator/scenes/example.yaml
     #[arg(
         long,
         value_name = "YAML",

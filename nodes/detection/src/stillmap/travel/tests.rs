@@ -24,7 +24,7 @@ fn travelling(scans: usize, walls_at: impl Fn(f64) -> Vec<Wall>) -> Vec<bool> {
             let time_s = scan as f64 * PERIOD_S;
             let turn = turn_in(&walls_at(time_s), scan as u64);
             let verdicts = nothing_known(&turn);
-            !travellers.follow(&turn, &verdicts, (time_s * 1e3) as u32 + 1).is_empty()
+            !travellers.follow(&turn, &verdicts, (time_s * 1e3) as u32 + 1).travelling.is_empty()
         })
         .collect()
 }
@@ -166,7 +166,8 @@ fn who_walks_away_half_hidden_behind_another_travels_by_the_end_that_is_seen() {
             let mut walls = with_person([1.6 + 1.2 * time_s, 0.55]);
             walls.extend(cuboid([1.0 + 1.2 * time_s, 0.1], [0.3, 0.4]));
             let turn = turn_in(&walls, u64::from(scan));
-            let runs = travellers.follow(&turn, &nothing_known(&turn), (time_s * 1e3) as u32 + 1);
+            let now_ms = (time_s * 1e3) as u32 + 1;
+            let runs = travellers.follow(&turn, &nothing_known(&turn), now_ms).travelling;
             let is_hidden_one = |beams: &Range<usize>| {
                 let place = Place::of(&turn, beams, 0);
                 place.is_some_and(|place| place.in_map_m.y > 0.35)
