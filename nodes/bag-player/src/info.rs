@@ -101,6 +101,13 @@ impl BagInfo {
     pub fn topic(&self, named: &str) -> Option<&TopicInfo> {
         self.topics.iter().find(|topic| bare(&topic.topic) == bare(named))
     }
+
+    /// The name as the bag has it, which may be given with or without its leading slash; as it is where the bag has none
+    /// such.
+    #[must_use]
+    pub fn recorded_name<'a>(&'a self, named: &'a str) -> &'a str {
+        self.topic(named).map_or(named, |topic| &topic.topic)
+    }
 }
 
 impl TopicInfo {

@@ -226,11 +226,13 @@ fn topics_are_known_with_and_without_their_slash() -> Result<(), BagError> {
         ("/rear_scan", "rear_scan"),
     ] {
         assert_eq!(info.topic(named).map(|topic| topic.topic.as_str()), Some(recorded));
+        assert_eq!(info.recorded_name(named), recorded);
         let (messages, _) = read_all(&bag, &Selection::default())?;
         let on_it: Vec<&str> =
             messages.iter().filter(|message| message.is_on(named)).map(|one| &*one.topic).collect();
         assert_eq!(on_it, [recorded]);
     }
     assert!(info.topic("front_scan").is_none());
+    assert_eq!(info.recorded_name("front_scan"), "front_scan");
     Ok(())
 }

@@ -48,7 +48,7 @@ impl VisualTopics {
     ) -> Result<Self, Failure> {
         let (image, is_compressed) = color_image(args, depth, info)?;
         let camera_info = match &args.image_info {
-            Some(named) => as_recorded(named, info),
+            Some(named) => info.recorded_name(named).to_owned(),
             None => {
                 let beside = |image: &str| {
                     let parent = image.rsplit_once('/').map_or("", |(parent, _)| parent);
@@ -90,7 +90,7 @@ impl VisualTopics {
 /// The topic of the depth images: the named one, or the only one there is.
 pub(crate) fn depth_topic(named: Option<&str>, info: &BagInfo) -> Result<String, Failure> {
     if let Some(named) = named {
-        return Ok(as_recorded(named, info));
+        return Ok(info.recorded_name(named).to_owned());
     }
     let mut found = of_type(info, Image::TYPE_NAME).filter(|topic| topic.contains("depth"));
     match (found.next(), found.next()) {
@@ -102,11 +102,6 @@ pub(crate) fn depth_topic(named: Option<&str>, info: &BagInfo) -> Result<String,
                 .mend(format!("choose with --depth: {one}, {other}, ...")))
         }
     }
-}
-
-/// The name as the bag has it, with or without its leading slash; as it is where the bag has none such.
-fn as_recorded(named: &str, info: &BagInfo) -> String {
-    info.topic(named).map_or(named, |topic| &topic.topic).to_owned()
 }
 
 /// The topic of a depth camera's calibration: beside its images.

@@ -48,8 +48,7 @@ impl BagSource {
                 .iter()
                 .any(|it| name.contains(it))
         };
-        let named = args.lidar.as_deref();
-        let named = named.map(|named| info.topic(named).map_or(named, |topic| &topic.topic));
+        let named = args.lidar.as_deref().map(|named| info.recorded_name(named));
         let topic = match (named, clouds.as_slice(), packets.as_slice()) {
             (Some(named), ..) if clouds.iter().chain(&packets).any(|topic| topic == named) => {
                 named.to_owned()
