@@ -32,6 +32,7 @@ mod scan;
 mod scan_from_depth;
 mod stamp;
 mod track;
+mod view;
 mod voxel;
 mod zone;
 
@@ -56,6 +57,7 @@ pub use scan::{BeamOrder, Scan};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use stamp::Stamp;
 pub use track::Track;
+pub use view::{DepthByDirection, MIN_SLOPE_DEPTH_M, View, WIDEST_SLOPE, slopes_from};
 pub use voxel::{
     BuildVoxelHasher, RayCells, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
     VoxelRay,

@@ -2,6 +2,7 @@
 
 mod addition;
 mod anchor;
+mod blanks;
 mod blocks;
 mod changes;
 mod clearing;
@@ -24,6 +25,7 @@ use crate::config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
 use crate::tiles::TileStore;
 pub use addition::{Addition, MapError};
 use anchor::Anchor;
+use blanks::Blanks;
 pub(crate) use blocks::BLOCK_EDGE_VOXELS;
 use blocks::Blocks;
 use changes::Changes;
@@ -50,7 +52,7 @@ pub use whole::WholeMap;
 ///   their points) came, to the last bit, as long as no point was refused.
 ///
 /// That is [`Method::RecHv`]. With [`Method::Stillmap`] the rays to the points clear what they pass
-/// ([`StaticMap::integrate`]); a map that rays have cleared hangs on the order of the cycles, not on that of the
+/// ([`StaticMap::integrate`]), and what stood in directions from which nothing comes back any more goes too; a map that rays have cleared hangs on the order of the cycles, not on that of the
 /// points within one.
 ///
 /// The map of a SLAM that corrects itself follows its corrections: [`StaticMap::follow_path`].
@@ -81,6 +83,8 @@ pub struct StaticMap {
     occupied: Option<Blocks>,
     /// The tables of one cycle, kept for their memory.
     rays: RayTables,
+    /// Present where rays clear voxels.
+    blanks: Option<Blanks>,
     /// Present where old voxels make room.
     seen_order: Option<SeenOrder>,
     /// Present where tiles are spilled.
@@ -140,6 +144,7 @@ impl StaticMap {
             changes: None,
             occupied: (clears || spill.is_some()).then(Blocks::default),
             rays: RayTables::default(),
+            blanks: clears.then(Blanks::default),
             seen_order: (config.at_max_voxels == AtMaxVoxels::DropOldest).then(SeenOrder::default),
             spill,
             frame_id: None,
@@ -307,6 +312,7 @@ impl StaticMap {
             *occupied = Blocks::default();
         }
         self.rays = RayTables::default();
+        self.blanks = self.clears.then(Blanks::default);
         if let Some(seen_order) = &mut self.seen_order {
             *seen_order = SeenOrder::default();
         }

@@ -8,7 +8,7 @@ mod tests;
 
 use std::collections::HashSet;
 
-use geometry::{DetectedCycle, Stamp, Track, VoxelGrid, VoxelKey};
+use geometry::{DetectedCycle, Stamp, Track, View, VoxelGrid, VoxelKey};
 use nalgebra::{Point3, distance};
 
 use crate::evidence::{Evidence, EvidenceLimits, Known};
@@ -17,7 +17,7 @@ use crate::growth::{Candidates, Standing};
 use crate::recent_views::RecentViews;
 use crate::seeds::{Seeds, seeds_of};
 use crate::tracking::{CycleCloud, Followings, MovingGroup, Tracker};
-use crate::view::View;
+use crate::view;
 use crate::{ConfigError, SegmentationConfig, Step};
 
 /// A stamp so much before the last one is the start of another run, not a late message.
@@ -99,7 +99,7 @@ impl Stillmap {
             .map(|point| cycle.map_from_rig * point.cast::<f64>())
             .collect();
         let camera_in_map = cycle.map_from_rig * cycle.camera_in_rig_m;
-        self.view.widen(cycle);
+        view::widen(&mut self.view, cycle);
         self.floor = self.floor_under(&points_in_map, &camera_in_map);
         let standings = self.standings(&points_in_map, &camera_in_map);
         observe(Step::Evidence);

@@ -25,6 +25,7 @@ use self::clusters::clusters;
 use self::followed::{Followed, GATE};
 use self::observation::{Observation, is_hidden};
 use crate::SegmentationConfig;
+use crate::view::has_bearing_of;
 
 /// A group of fewer points starts no track: it may be noise, or the rest of an object that goes.
 const MIN_BIRTH_POINTS: usize = 4;
@@ -135,7 +136,7 @@ impl Tracker {
                 None => followed.miss(
                     is_hidden(cloud, &followed.visible_centre_m()),
                     self.now_s,
-                    cloud.view.has_bearing_of(cloud.cycle, &followed.visible_centre_m()),
+                    has_bearing_of(&cloud.view, cloud.cycle, &followed.visible_centre_m()),
                 ),
             }
         }

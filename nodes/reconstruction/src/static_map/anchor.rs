@@ -21,8 +21,13 @@ impl Anchor {
 
     /// When the voxel was seen first, to a tick; `None` for one of a loaded map.
     pub(super) fn stamp(self, epoch: Stamp) -> Option<Stamp> {
+        Some(epoch.plus_seconds(self.seconds()?))
+    }
+
+    /// The same in seconds since the map began.
+    pub(super) fn seconds(self) -> Option<f64> {
         let ticks = self.0.checked_sub(1)?;
-        Some(epoch.plus_seconds(f64::from(ticks) * TICK_S))
+        Some(f64::from(ticks) * TICK_S)
     }
 
     /// Its number, to be written.

@@ -11,7 +11,8 @@
 //!   or through what a cell's mean makes of both sides of a chair's leg.
 //!
 //! Returns of what moves count as returns too: what stands there now is no proof of a still thing, nor of free space.
-//! A voxel that is passed loses evidence once a cycle, by however many rays.
+//! A voxel that is passed loses evidence once a cycle, by however many rays. Where there are no returns at all, the
+//! module `blanks` says what has gone.
 
 #[cfg(test)]
 mod tests;
@@ -20,6 +21,7 @@ use geometry::{SegmentedCycle, VoxelGrid, VoxelKey, VoxelRay};
 use nalgebra::Point3;
 
 use super::blocks::{a_voxel_of, bit_of, block_of};
+use super::evidence::Evidence;
 use super::{Addition, StaticMap};
 
 /// Where a ray stops to clear, before its own end, in edges of the map's voxels.
@@ -94,6 +96,10 @@ impl Returns {
         });
     }
 
+    fn points_m(&self) -> impl Iterator<Item = Point3<f32>> {
+        self.returns.iter().map(|seen| seen.point_m)
+    }
+
     /// The returns in the 27 voxels around and with the one of `key`.
     fn around(&self, key: VoxelKey) -> impl Iterator<Item = &Return> {
         let columns = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy)));
@@ -139,18 +145,26 @@ impl StaticMap {
         tables.passed.sort_unstable();
         tables.passed.dedup();
         for key in &tables.passed {
-            // It was there when it was passed; its tile may have made room for another since.
-            if !self.fetch(*key) {
-                continue;
-            }
-            let is_gone = self.voxels.get_mut(key).is_some_and(|voxel| !voxel.evidence.miss());
-            if is_gone {
-                self.remove(*key);
-                addition.cleared_voxels += 1;
-            }
+            addition.cleared_voxels += usize::from(self.weaken(*key, Evidence::miss));
         }
+        let mut blank = self.find_blank(cycle, tables.returns.points_m());
+        blank.retain(|key| tables.passed.binary_search(key).is_err());
         self.rays = tables;
+        for key in blank {
+            addition.cleared_voxels += usize::from(self.weaken(key, Evidence::blank));
+        }
         addition
+    }
+
+    /// Takes evidence from a voxel, by a rule that says whether it is still there. Returns whether it has gone.
+    fn weaken(&mut self, key: VoxelKey, take: fn(&mut Evidence) -> bool) -> bool {
+        // It was there when it was looked at; its tile may have made room for another since.
+        let is_gone = self.fetch(key)
+            && self.voxels.get_mut(&key).is_some_and(|voxel| !take(&mut voxel.evidence));
+        if is_gone {
+            self.remove(key);
+        }
+        is_gone
     }
 
     /// Appends the voxels that the ray passes.
@@ -186,7 +200,7 @@ impl StaticMap {
     }
 
     /// The occupied voxels of a block, which may have to be fetched; none where they cannot be.
-    fn bits_of_block(&mut self, block: VoxelKey) -> u64 {
+    pub(super) fn bits_of_block(&mut self, block: VoxelKey) -> u64 {
         if !self.fetch(a_voxel_of(block)) {
             return 0;
         }

@@ -4,6 +4,7 @@ use geometry::{VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
 use super::StaticMap;
+use super::blanks::Blanks;
 use super::blocks::Blocks;
 use super::changes::Changes;
 use super::seen_order::SeenOrder;
@@ -77,5 +78,6 @@ impl StaticMap {
             + seen_order
             + spill
             + self.rays.memory_bytes()
+            + self.blanks.as_ref().map_or(0, Blanks::memory_bytes)
     }
 }

@@ -2,6 +2,7 @@ use geometry::{Cloud, Stamp};
 use nalgebra::{Point3, Translation3};
 
 use super::*;
+use crate::view;
 
 const CELL_M: f64 = 0.08;
 /// Farther than all places of these tests.
@@ -32,7 +33,7 @@ fn views_of(cycles: usize, points_m: &[Point3<f32>]) -> (RecentViews, View) {
     let (mut views, mut view) = (RecentViews::default(), View::default());
     for _ in 0..cycles {
         let cycle = cycle_of(points_m.to_vec(), 0.0);
-        view.widen(&cycle);
+        view::widen(&mut view, &cycle);
         views.remember(&cycle, CELL_M);
     }
     (views, view)
@@ -89,7 +90,7 @@ fn a_border_that_nothing_came_back_from_was_in_view_all_the_same() {
     let (views, mut view) = views_of(VIEWS, &rim());
     let foot = Point3::new(2.0, 0.125, -0.875);
     assert!(!views.was_empty(&foot, &view, NEAR_M));
-    view.widen(&cycle_of(vec![foot.cast()], 0.0));
+    view::widen(&mut view, &cycle_of(vec![foot.cast()], 0.0));
     assert!(views.was_empty(&foot, &view, NEAR_M));
 }
 
@@ -112,7 +113,7 @@ fn each_cycle_is_asked_from_where_its_camera_was() {
     let (mut views, mut view) = (RecentViews::default(), View::default());
     for step in 0..MIN_EMPTY {
         let cycle = cycle_of(rim(), 0.5 * step as f64);
-        view.widen(&cycle);
+        view::widen(&mut view, &cycle);
         views.remember(&cycle, CELL_M);
     }
     // In view from the first place; too near to the last one's to lie between its borders.
@@ -139,7 +140,7 @@ fn only_the_last_cycles_count_and_none_after_a_new_start() {
 fn of_what_is_beyond_the_farthest_return_nothing_is_known() {
     let beyond = Point3::new(3.2, 0.3, 0.1);
     let (views, mut view) = views_of(VIEWS, &rim());
-    view.widen(&cycle_of(vec![beyond.cast()], 0.0));
+    view::widen(&mut view, &cycle_of(vec![beyond.cast()], 0.0));
     assert!(!views.was_empty(&beyond, &view, NEAR_M), "it may have come into range");
     let (blank, _) = views_of(VIEWS, &[]);
     assert!(

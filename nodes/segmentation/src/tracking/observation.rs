@@ -1,9 +1,9 @@
 //! What one cycle shows of an object.
 
-use geometry::DetectedCycle;
+use geometry::{DetectedCycle, MIN_SLOPE_DEPTH_M, View};
 use nalgebra::{Point3, Vector2, Vector3};
 
-use crate::view::{MIN_DEPTH_M, View, slopes};
+use crate::view::slopes;
 
 /// One cycle's cloud in both frames, and what the camera can see.
 #[derive(Clone, Copy, Debug)]
@@ -86,7 +86,7 @@ impl Observation {
             left.slope = left.slope.max(slope.x);
         }
         // The outermost voxel of the view may hold no point of the object, so one is allowed for.
-        let voxel_slope = cloud.cell_m / towards.norm().max(MIN_DEPTH_M);
+        let voxel_slope = cloud.cell_m / towards.norm().max(MIN_SLOPE_DEPTH_M);
         right.is_cut = right.slope <= cloud.view.least.x + voxel_slope;
         left.is_cut = left.slope >= cloud.view.most.x - voxel_slope;
         let half_a_voxel_m = Vector3::repeat(0.5 * cloud.cell_m);
@@ -111,7 +111,7 @@ impl Observation {
         if other.distance_m > self.distance_m - HIDING_M {
             return;
         }
-        let voxel_slope = cell_m / other.distance_m.max(MIN_DEPTH_M);
+        let voxel_slope = cell_m / other.distance_m.max(MIN_SLOPE_DEPTH_M);
         let hidden = |end: &End| {
             (other.right.slope - voxel_slope..=other.left.slope + voxel_slope).contains(&end.slope)
         };

@@ -1,9 +1,9 @@
-use geometry::{Cloud, DetectedCycle};
+use geometry::{Cloud, DetectedCycle, View};
 use nalgebra::Isometry3;
 
 use super::*;
 use crate::Method;
-use crate::view::View;
+use crate::view;
 
 const CELL_M: f64 = 0.08;
 
@@ -47,7 +47,7 @@ fn in_map(cycle: &DetectedCycle) -> Vec<Point3<f64>> {
 /// A cycle's cloud, and the view that it spans.
 fn cloud<'a>(cycle: &'a DetectedCycle, points_in_map: &'a [Point3<f64>]) -> CycleCloud<'a> {
     let mut view = View::default();
-    view.widen(cycle);
+    view::widen(&mut view, cycle);
     CycleCloud { cycle, points_in_map, camera_in_map: Point3::origin(), view, cell_m: CELL_M }
 }
 

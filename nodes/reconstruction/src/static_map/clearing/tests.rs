@@ -71,7 +71,7 @@ fn what_is_no_proof_of_free_space_clears_nothing() {
         ("what ends before it", cycle(&[at(4.5)], &[])),
         ("what ends in it", cycle(&[], &[at(5.9)])),
         ("what ends within one and a half voxels behind it", cycle(&[at(6.9)], &[])),
-        ("what passes it but not its mean", cycle(&[[9.5, 1.9, 0.5]], &[])),
+        ("what passes it but not its mean", cycle(&[[9.5, 1.9, 0.5], at(4.5)], &[])),
         ("a ray beside a return in its voxel", cycle(&[at(9.5)], &[[5.1, 0.9, 0.9]])),
         ("a ray that grazes a return beside it", cycle(&[at(9.5), [6.5, 1.2, 0.5]], &[])),
     ] {
