@@ -9,12 +9,10 @@ use nalgebra::{Point3, Vector2};
 
 /// A point nearer to the camera's plane than this has no slope that means anything.
 pub const MIN_SLOPE_DEPTH_M: f64 = 0.1;
-/// The squares in which directions are gathered are so wide: a voxel of the thesis at 3 m.
-const SQUARE_SLOPE: f64 = 0.027;
 /// Squares along a side: a view of 120 degrees.
 const SQUARES: usize = 128;
 /// Directions beyond this slope to a side count as those at the border of [`DepthByDirection`].
-pub const WIDEST_SLOPE: f64 = 0.5 * SQUARES as f64 * SQUARE_SLOPE;
+pub const WIDEST_SLOPE: f64 = 0.5 * SQUARES as f64 * DepthByDirection::SQUARE_SLOPE;
 
 /// Sideways and upward slope of the ray from the camera to a point of the rig frame; `None` beside or behind the
 /// camera, and for what is not finite.
@@ -72,6 +70,9 @@ impl Default for DepthByDirection {
 }
 
 impl DepthByDirection {
+    /// The squares in which directions are gathered are so wide: a voxel of the thesis at 3 m.
+    pub const SQUARE_SLOPE: f64 = 0.027;
+
     /// Forgets what was met.
     pub fn clear(&mut self) {
         self.depth_m.fill(f32::NAN);
@@ -118,7 +119,8 @@ impl DepthByDirection {
 
 /// Column and row of a direction, or of the nearest one that has any.
 fn square(slopes: &Vector2<f64>) -> [usize; 2] {
-    let from_corner = slopes / SQUARE_SLOPE + Vector2::repeat(0.5 * SQUARES as f64);
+    let from_corner =
+        slopes / DepthByDirection::SQUARE_SLOPE + Vector2::repeat(0.5 * SQUARES as f64);
     // The casts saturate at 0.
     [from_corner.x, from_corner.y].map(|from_corner| (from_corner as usize).min(SQUARES - 1))
 }

@@ -39,6 +39,9 @@ const FARTHEST_M: f64 = 8.0;
 const FARTHEST_IN_EDGES: f64 = 100.0;
 /// Projector and camera stand so far apart, at most: 0.075 m in the Kinect v1, 0.095 m in the widest of its successors.
 const BASELINE_M: f64 = 0.1;
+/// What is 0.4 m away throws its shadow over so many squares of directions, on what is far behind; nearer things are not
+/// seen.
+const SHADOW_SQUARES: u8 = 10;
 /// What a point hides reaches so far around it: half the diagonal of its voxel's face.
 const HALF_DIAGONAL_IN_EDGES: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// What lies so little nearer is of the same surface, and throws no shadow on it.
@@ -57,8 +60,6 @@ pub(super) struct Blanks {
     farthest: DepthByDirection,
     /// The nearest that this cycle met.
     nearest: DepthByDirection,
-    /// The same, and what may lie in its shadow.
-    shading: DepthByDirection,
     /// Where the cameras of late were, in the order of their cycles.
     places: VecDeque<Place>,
 }
@@ -74,14 +75,14 @@ struct Place {
 
 impl Default for Blanks {
     fn default() -> Self {
-        let [farthest, nearest, shading] = [(); 3].map(|()| DepthByDirection::default());
-        Self { view: View::default(), farthest, nearest, shading, places: VecDeque::new() }
+        let [farthest, nearest] = [(); 2].map(|()| DepthByDirection::default());
+        Self { view: View::default(), farthest, nearest, places: VecDeque::new() }
     }
 }
 
 impl Blanks {
     pub(super) fn memory_bytes(&self) -> usize {
-        let directions = [&self.farthest, &self.nearest, &self.shading];
+        let directions = [&self.farthest, &self.nearest];
         self.places.capacity() * size_of::<Place>()
             + directions.map(DepthByDirection::memory_bytes).into_iter().sum::<usize>()
     }
@@ -94,17 +95,14 @@ impl Blanks {
     /// Takes in what a cycle sees. Returns whether it sees anything.
     fn see(&mut self, points_in_rig: &[Point3<f64>], camera: &Camera) -> bool {
         self.nearest.clear();
-        self.shading.clear();
         let mut sees = false;
         for point in points_in_rig {
             let Some(slopes) = slopes_from(&camera.in_rig_m, point) else { continue };
             let depth_m = point.x - camera.in_rig_m.x;
             let hidden = Vector2::repeat(HALF_DIAGONAL_IN_EDGES * camera.edge_m / depth_m);
-            let shaded = hidden + Vector2::new(BASELINE_M / depth_m, 0.0);
             self.view.widen(&slopes);
             self.farthest.keep_farthest(&slopes, &hidden, depth_m);
             self.nearest.keep_nearest(&slopes, &hidden, depth_m);
-            self.shading.keep_nearest(&slopes, &shaded, depth_m);
             sees = true;
         }
         sees
@@ -123,11 +121,25 @@ impl Blanks {
         let Some(slopes) = slopes_from(&camera.in_rig_m, &in_rig) else { return false };
         let depth_m = in_rig.x - camera.in_rig_m.x;
         let same_surface_m = SAME_SURFACE_IN_EDGES * camera.edge_m;
-        let shading_m = self.shading.depth_m(&slopes);
         (NEAREST_M..=camera.reach_m()).contains(&depth_m)
             && self.nearest.depth_m(&slopes).is_none()
             && self.farthest.depth_m(&slopes).is_some_and(|met_m| met_m + same_surface_m >= depth_m)
-            && shading_m.is_none_or(|shading_m| shading_m + same_surface_m >= depth_m)
+            && !self.may_be_in_shadow(&slopes, depth_m, depth_m - same_surface_m)
+    }
+
+    /// Whether something before `before_m` stands so near beside a direction that it may hide what is at `depth_m` from
+    /// the projector.
+    fn may_be_in_shadow(&self, slopes: &Vector2<f64>, depth_m: f64, before_m: f64) -> bool {
+        (1..=SHADOW_SQUARES).any(|squares| {
+            let aside = f64::from(squares) * DepthByDirection::SQUARE_SLOPE;
+            // Both may lie anywhere in their squares.
+            let at_least = aside - DepthByDirection::SQUARE_SLOPE;
+            [aside, -aside].into_iter().any(|aside| {
+                self.nearest.depth_m(&(slopes + Vector2::new(aside, 0.0))).is_some_and(|met_m| {
+                    met_m < before_m && at_least <= BASELINE_M * (1.0 / met_m - 1.0 / depth_m)
+                })
+            })
+        })
     }
 
     /// Whether a voxel has not stood there for long, and was hit last from where it is seen no better now.

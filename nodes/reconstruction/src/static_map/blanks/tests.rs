@@ -99,6 +99,7 @@ fn a_direction_that_is_not_clearly_blank_says_nothing() {
     for (name, then) in [
         ("nearer by", seen_from(at(0.5, 0.0), &[POST])),
         ("a thing far beside it", seen(&[[1.5, 0.4, 0.0], POST])),
+        ("a thing not far before and beside it", seen(&[[2.7, 0.23, 0.01], POST])),
         ("a thing above it", seen(&[[1.5, 0.0, 0.2], POST])),
         ("a surface beside it", seen(&[[2.95, 0.17, 0.02], POST])),
     ] {
