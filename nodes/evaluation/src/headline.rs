@@ -76,10 +76,11 @@ fn truth_sentences(score: &DynamicScore, sentences: &mut Vec<String>) {
         )));
     }
     sentences.push(format!(
-        "{} of the static scene's voxels are in the map ({} of those that the map without removal \
-         holds), and {} of its points were removed wrongly.",
-        percent(score.map.static_kept_share),
-        percent(score.map.static_kept_share_of_unfiltered),
+        "{} of the voxels in which the static scene was seen in {} cycles or more are in the map ({} of \
+         those that the map without removal holds), and {} of its points were removed wrongly.",
+        percent(score.map.static_confirmed.kept_share),
+        score.rules.confirming_cycles,
+        percent(score.map.static_confirmed.kept_share_of_unfiltered),
         percent(score.static_points.share),
     ));
     if score.cycles_without_truth > 0 {

@@ -28,7 +28,7 @@ pub use cloud_distance::{CloudDistance, CloudDistanceError, cloud_distance};
 pub use correlation::{Correlation, CorrelationError, LocalisedView, correlation};
 pub use dynamic_score::{
     CycleScore, DynamicScore, DynamicScoreRules, LabelScore, MapAccuracy, MapScore,
-    ObjectCycleScore, ObjectScore, RemovedPoints, ScoreError, score_dynamic,
+    ObjectCycleScore, ObjectScore, RemovedPoints, ScoreError, StaticVoxels, score_dynamic,
 };
 pub use headline::headline;
 pub use page::{

@@ -1,6 +1,6 @@
 //! Counting the true points of a cycle, and the voxels that they touch over the run.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use geometry::{DynamicZone, VoxelKey};
 use nalgebra::{Point3, Vector3};
@@ -35,7 +35,7 @@ impl DynamicScoreRules {
     }
 }
 
-/// The voxels of the map frame that something touched.
+/// The voxels of the map frame that an object touched.
 #[derive(Default)]
 pub(super) struct RegionTally {
     // Only asked for membership and counted, so that the order of hashing reaches no result.
@@ -54,6 +54,50 @@ impl RegionTally {
 
     pub(super) fn voxels(&self) -> &HashSet<VoxelKey> {
         &self.voxels
+    }
+}
+
+/// The voxels of the map frame that static points touched, and in how many cycles.
+#[derive(Default)]
+pub(super) struct SceneTally {
+    // Asked for single keys and counted, so that the order of hashing reaches no result.
+    voxels: HashMap<VoxelKey, Touches>,
+    /// Counted from 1: 0 is before the first.
+    cycle: u32,
+    latest: Option<VoxelKey>,
+}
+
+struct Touches {
+    cycles: u32,
+    last_cycle: u32,
+}
+
+impl SceneTally {
+    /// What is touched from now on is touched in another cycle.
+    pub(super) fn begin_cycle(&mut self) {
+        self.cycle += 1;
+        self.latest = None;
+    }
+
+    pub(super) fn touch(&mut self, key: VoxelKey) {
+        if self.latest == Some(key) {
+            return;
+        }
+        self.latest = Some(key);
+        let cycle = self.cycle;
+        let touches = self.voxels.entry(key).or_insert(Touches { cycles: 0, last_cycle: 0 });
+        if touches.last_cycle != cycle {
+            *touches = Touches { cycles: touches.cycles + 1, last_cycle: cycle };
+        }
+    }
+
+    pub(super) fn contains(&self, key: &VoxelKey) -> bool {
+        self.voxels.contains_key(key)
+    }
+
+    /// The voxels that were touched in at least so many cycles.
+    pub(super) fn touched_in(&self, cycles: u32) -> impl Iterator<Item = &VoxelKey> {
+        self.voxels.iter().filter(move |(_, touches)| touches.cycles >= cycles).map(|(key, _)| key)
     }
 }
 

@@ -173,6 +173,45 @@ fn the_map_is_judged_by_who_touched_its_voxels() {
 }
 
 #[test]
+fn what_noise_touched_once_or_twice_is_no_part_of_the_confirmed_scene() {
+    let (wall, gone) = (voxel(40, 0, 0), voxel(40, 9, 0));
+    let mut run = run((0..4).map(cycle).collect());
+    let noise = |cycle: i32| voxel(43, cycle, 0);
+    run.unfiltered_map = (0..4).map(noise).chain([wall, gone]).collect();
+    run.static_map = vec![wall];
+    // A voxel counts once a cycle, however many points touch it and wherever others lie between them. The noise of
+    // the first cycle comes again in the last, so that it is touched in two.
+    let truths: Vec<_> = (0..4)
+        .map(|index| {
+            let again = points(0, 1, noise(if index == 3 { 0 } else { index }));
+            [points(0, 5, wall), points(0, 5, gone), again, points(0, 5, wall)].concat()
+        })
+        .collect();
+    let score = score(&run, &truths);
+    assert_eq!(score.rules.confirming_cycles, 3);
+    let confirmed = score.map.static_confirmed;
+    assert_eq!((confirmed.voxels, confirmed.without_removal, confirmed.kept), (2, 2, 1));
+    assert_eq!((confirmed.kept_share, confirmed.kept_share_of_unfiltered), (Some(0.5), Some(0.5)));
+    // The benchmarks' accuracy counts all that was touched.
+    assert_eq!((score.map.static_scene, score.map.static_kept), (5, 1));
+    assert_eq!(score.by_voxels.static_accuracy, Some(0.2));
+}
+
+#[test]
+fn a_voxel_is_confirmed_by_the_third_cycle_and_not_by_the_points_of_one() {
+    let wall = voxel(40, 0, 0);
+    let confirmed_after = |cycles: u32| {
+        let mut run = run((0..cycles).map(cycle).collect());
+        run.static_map = vec![wall];
+        let beside = || points(0, 1, voxel(40, 1, 0));
+        let one = [points(0, 9, wall), beside(), points(0, 9, wall)].concat();
+        score(&run, &vec![one; cycles as usize]).map.static_confirmed
+    };
+    assert_eq!(confirmed_after(2), StaticVoxels::default());
+    assert_eq!((confirmed_after(3).voxels, confirmed_after(3).kept), (2, 1));
+}
+
+#[test]
 fn voxels_of_the_map_follow_the_pose() {
     // The rig has moved by 1 m: the person stands in the voxel of the map where the wall was seen before.
     let mut moved = cycle(1);

@@ -133,6 +133,7 @@ fn drop_table(summary: &Summary) -> Markup {
 fn truth_section(score: &DynamicScore) -> Markup {
     let rules = &score.rules;
     let map = &score.map;
+    let confirmed = &map.static_confirmed;
     html! {
         section aria-labelledby="truth" {
             h2 id="truth" { "Against the truth" }
@@ -141,7 +142,8 @@ fn truth_section(score: &DynamicScore) -> Markup {
                 (rules.in_view_px_at_640x480) " labelled pixels that have a depth (of 640 x 480, in proportion otherwise); found when zones hold "
                 (percent(Some(rules.found_share_in_zone))) " of its points or more and some were removed; removed when "
                 (percent(Some(rules.removed_share))) " of its points or more were. A voxel of the map is the objects' own when they touched it and "
-                "no static point ever did; the static scene is every voxel that a static point touched. "
+                "no static point ever did. A voxel of the static scene is confirmed when static points touched it in "
+                (rules.confirming_cycles) " cycles or more: what they touched less often is mostly noise of the depth. "
                 (grouped(score.cycles_scored)) " cycles were compared, "
                 (grouped(score.cycles_without_truth)) " have no truth."
             }
@@ -185,11 +187,16 @@ fn truth_section(score: &DynamicScore) -> Markup {
                         (row("objects' own", grouped(map.object_only)))
                         (row("objects' own, in the map without removal", grouped(map.object_only_without_removal)))
                         (row("objects' own, left in the map", grouped(map.object_only_left)))
-                        (row("static scene", grouped(map.static_scene)))
-                        (row("static scene, in the map without removal", grouped(map.static_without_removal)))
-                        (row("static scene, in the map", grouped(map.static_kept)))
-                        (row("static scene kept", percent(map.static_kept_share)))
-                        (row("static scene kept, of the map without removal", percent(map.static_kept_share_of_unfiltered)))
+                        (row("static scene, confirmed", grouped(confirmed.voxels)))
+                        (row("confirmed, in the map without removal", grouped(confirmed.without_removal)))
+                        (row("confirmed, in the map", grouped(confirmed.kept)))
+                        (row("confirmed kept", percent(confirmed.kept_share)))
+                        (row("confirmed kept, of the map without removal", percent(confirmed.kept_share_of_unfiltered)))
+                        (row("static scene, touched at all", grouped(map.static_scene)))
+                        (row("touched at all, in the map without removal", grouped(map.static_without_removal)))
+                        (row("touched at all, in the map", grouped(map.static_kept)))
+                        (row("touched at all, kept", percent(map.static_kept_share)))
+                        (row("touched at all, kept, of the map without removal", percent(map.static_kept_share_of_unfiltered)))
                     }
                 }
             }

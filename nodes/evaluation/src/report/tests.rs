@@ -59,6 +59,17 @@ fn the_page_says_first_what_came_of_it() {
 }
 
 #[test]
+fn the_static_scene_is_what_several_cycles_saw() {
+    let (run, summary) = example();
+    let sentences = headline(&summary);
+    let kept = "100.0\u{a0}% of the voxels in which the static scene was seen in 3 cycles or more are in the map";
+    assert!(sentences.iter().any(|sentence| sentence.starts_with(kept)), "{sentences:?}");
+    let page = report_html(&run, &summary).unwrap();
+    assert!(page.contains("when static points touched it in 3 cycles or more"));
+    assert!(page.contains("static scene, touched at all"));
+}
+
+#[test]
 fn the_page_needs_nothing_but_itself() {
     let (run, summary) = example();
     let page = report_html(&run, &summary).unwrap();

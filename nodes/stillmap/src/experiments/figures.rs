@@ -58,7 +58,8 @@ pub(crate) struct LabelFigures {
     pub(crate) precision_with_borders: Option<f64>,
     /// Static points that were removed, of all that were seen.
     pub(crate) static_points_removed: Option<f64>,
-    /// The static scene's voxels of the map without removal that the final map lacks, as a share.
+    /// The static scene's voxels of the map without removal that the final map lacks, as a share: all that were touched
+    /// at all.
     pub(crate) static_map_lost: Option<f64>,
     /// Voxels of the final map that only objects ever touched.
     pub(crate) ghost_voxels: usize,
