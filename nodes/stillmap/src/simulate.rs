@@ -4,6 +4,7 @@ pub(crate) mod choice;
 mod mesh_file;
 mod messages;
 mod scenario_name;
+mod scenario_source;
 mod sensors;
 mod true_tracks;
 
@@ -31,7 +32,9 @@ use true_tracks::TrueTracks;
   stillmap simulate walking-xyz -o walking-xyz.mcap
   stillmap simulate road --velodyne hdl64e -o road.mcap
   stillmap simulate --scene B --path D --colour --imu --wheels -o rail.mcap
-  stillmap simulate --file scene.yaml -o scene.mcap
+  stillmap simulate scene.yaml -o scene.mcap
+
+A scenario of one's own: nodes/simulator/scenes/example.yaml shows all that one can say, and explains it; copy and change it.
 
 Scenes (Table 2 of Rec-HV): A empty, B reflecting, C poorly reflecting, D open spaces to 6 m, E open and
 bright with glass to 5 m, F clutter to 8 m, G glass to 6 m, H dark. With a scene of A to H the seed

@@ -7,18 +7,24 @@ use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName, Velodyn
 
 use super::mesh_file;
 use super::scenario_name::ScenarioName;
+use super::scenario_source::{ScenarioSource, ScenarioSourceParser};
 use crate::failure::Failure;
 
 /// A scenario of the suite, a scene with what crosses it, or a file.
 #[derive(Args, Debug)]
 pub(super) struct ChoiceArgs {
-    /// A scenario of the suite, or a scene as with --scene
-    #[arg(value_name = "SCENE", ignore_case = true, required_unless_present_any = ["scene", "file"])]
-    scenario: Option<ScenarioName>,
+    /// A scenario of the suite, a scene as with --scene, or a file as with --file
+    #[arg(
+        value_name = "SCENE",
+        value_parser = ScenarioSourceParser::new(),
+        ignore_case = true,
+        required_unless_present_any = ["scene", "file"]
+    )]
+    scenario: Option<ScenarioSource>,
     /// A scene of Table 2 of Rec-HV
     #[arg(long, ignore_case = true, conflicts_with = "scenario")]
     scene: Option<SceneLetter>,
-    /// A scenario of one's own in YAML, such as nodes/simulator/scenes/example.yaml
+    /// A scenario of one's own in YAML; nodes/simulator/scenes/example.yaml shows and explains the keys
     #[arg(
         long,
         value_name = "YAML",
@@ -110,7 +116,7 @@ enum PlatformName {
 
 impl ChoiceArgs {
     pub(super) fn scenario(&self) -> Result<Scenario, Failure> {
-        let mut scenario = match (&self.file, self.scene_name()) {
+        let mut scenario = match (self.file()?, self.scene_name()) {
             (Some(file), _) => self.read(file)?,
             (None, Some(scene)) => self.in_scene(scene)?,
             (None, None) => self.of_the_suite()?,
@@ -125,7 +131,35 @@ impl ChoiceArgs {
     }
 
     fn scene_name(&self) -> Option<SceneName> {
-        self.scene.map(SceneLetter::scene).or_else(|| self.scenario.and_then(ScenarioName::scene))
+        self.scene.map(SceneLetter::scene).or_else(|| self.name().and_then(ScenarioName::scene))
+    }
+
+    fn name(&self) -> Option<ScenarioName> {
+        match self.scenario {
+            Some(ScenarioSource::Named(name)) => Some(name),
+            _ => None,
+        }
+    }
+
+    /// The user's file, by either way to name it.
+    fn file(&self) -> Result<Option<&Path>, Failure> {
+        let Some(ScenarioSource::File(file)) = &self.scenario else {
+            return Ok(self.file.as_deref());
+        };
+        // With --file the command line itself refuses these.
+        let refused = [
+            ("--object", self.object.is_some()),
+            ("--path", self.path.is_some()),
+            ("--platform", self.platform.is_some()),
+            ("--pause", self.pause.is_some()),
+        ];
+        match refused.iter().find(|(_, is_given)| *is_given) {
+            Some((option, _)) => {
+                Err(Failure::new(format!("{option} does not go with a scenario of one's own"))
+                    .mend(format!("{} itself says what moves, and how", file.display())))
+            }
+            None => Ok(Some(file)),
+        }
     }
 
     fn seed(&self) -> u64 {
@@ -153,7 +187,7 @@ impl ChoiceArgs {
                 .mend("give one with --scene"));
         }
         let seed = self.seed();
-        Ok(match self.scenario {
+        Ok(match self.name() {
             Some(ScenarioName::Odometry(run)) => Scenario::odometry(run, seed),
             Some(ScenarioName::Slam(run)) => Scenario::slam(run, seed),
             Some(ScenarioName::Road) => Scenario::road(VelodyneModel::Hdl32e, seed),

@@ -68,6 +68,37 @@ fn what_makes_no_sense_is_refused() {
 }
 
 #[test]
+fn a_file_is_a_scenario_without_an_option_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let mine = Scenario { name: "mine".into(), seed: 9, ..Scenario::default() };
+    // By its ending, and by being there.
+    for name in ["scene.yaml", "scene.YML", "scene"] {
+        let file = folder.path().join(name);
+        std::fs::write(&file, "name: mine\nseed: 9\n").unwrap();
+        let file = file.display();
+        assert_eq!(asked_for(&file.to_string()), mine);
+        assert_eq!(asked_for(&format!("{file} --seed 4")), mine.clone().with_seed(4));
+        assert_eq!(asked_for(&format!("--file {file}")), mine);
+        let refused = |arguments: String| scenario(&parse(&arguments).unwrap()).unwrap_err();
+        let object = refused(format!("{file} --object robot")).to_string();
+        assert!(object.contains("--object") && object.contains(name), "{object}");
+        assert!(parse(&format!("{file} --scene A")).is_err());
+        assert!(parse(&format!("{file} --file other.yaml")).is_err());
+    }
+    let missing = scenario(&parse("not-there.yaml").unwrap()).unwrap_err().to_string();
+    assert!(missing.contains("not-there.yaml"), "{missing}");
+}
+
+#[test]
+fn a_name_that_is_none_gets_the_names_and_how_to_give_a_file() {
+    let error = parse("ofice").unwrap_err().to_string();
+    for said in ["ofice", "demo", "walking-xyz", "similar", "scene.yaml", "example.yaml"] {
+        assert!(error.contains(said), "{said}: {error}");
+    }
+    assert_eq!(asked_for("DEMO"), Scenario::demo());
+}
+
+#[test]
 fn a_file_that_is_wrong_is_named_with_its_line_and_key() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.yaml");
