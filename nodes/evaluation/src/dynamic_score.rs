@@ -13,6 +13,7 @@
 //! pixels of a surface, and a rig on the move leaves a trail of it: the accuracies of the benchmarks count it
 //! all the same, as they are defined.
 
+mod found;
 mod labels;
 mod map_score;
 mod tally;
@@ -22,14 +23,18 @@ mod tests;
 use std::collections::{BTreeMap, HashSet};
 
 use geometry::{Stamp, VoxelEdgeError, VoxelGrid, VoxelKey};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
+pub use self::found::FirstFound;
 pub use self::labels::{LabelScore, MapAccuracy};
 pub use self::map_score::{MapScore, StaticVoxels};
 use self::map_score::{MapVoxels, map_score};
-use self::tally::{CycleTally, ObjectTally, SceneTally};
-use crate::{CycleRecord, LabelledPoint, RunRecord, TruthFrame};
+use self::tally::{CycleTally, ObjectTally, SceneTally, share};
+use crate::{
+    CycleRecord, IdentityCycle, IdentityScore, LabelledPoint, RunRecord, TruthFrame,
+    score_identities,
+};
 
 /// The label of the static scene.
 const STATIC_LABEL: u16 = geometry::LabelImage::STATIC;
@@ -95,6 +100,9 @@ pub struct DynamicScore {
     pub static_points: RemovedPoints,
     /// Of each point, whether it was rightly taken for moving.
     pub labels: LabelScore,
+    /// Whether tracks keep to their objects; none where the run has no track at all, as by a method that follows
+    /// nothing.
+    pub identities: Option<IdentityScore>,
     /// The final map against the truth.
     pub map: MapScore,
     /// The accuracies by points.
@@ -127,10 +135,17 @@ pub struct ObjectScore {
     pub name: Option<String>,
     /// Cycles in which it was in view.
     pub cycles_in_view: usize,
-    /// Of these, cycles in which it was found.
+    /// Of these, cycles in which it was found in a zone.
     pub cycles_found: usize,
     /// Of these, cycles in which it was removed.
     pub cycles_removed: usize,
+    /// Of those in view, cycles in which it was found in a zone or removed: a zone is as wide as what the scanner
+    /// meets, and what leaves the camera's view feet last is found by its track.
+    pub cycles_found_or_removed: usize,
+    /// `cycles_found_or_removed / cycles_in_view`; none of what was never in view.
+    pub found_or_removed_share: Option<f64>,
+    /// The first of the cycles in which it was found in a zone or removed.
+    pub first_found: Option<FirstFound>,
     /// Its points over all scored cycles, those in which too little of it was in view included.
     pub points: RemovedPoints,
     /// Voxels of the map that this object touched and no static point ever did.
@@ -197,6 +212,7 @@ pub fn score_dynamic<E: std::error::Error + 'static>(
     let mut scene = SceneTally::default();
     let mut objects: BTreeMap<u16, ObjectTally> = BTreeMap::new();
     let mut per_cycle = Vec::with_capacity(run.cycles.len());
+    let mut identities = Vec::with_capacity(run.cycles.len());
     for cycle in &run.cycles {
         let stamp = cycle.cloud_stamp;
         let truth = truth_at(stamp).map_err(|source| ScoreError::Truth {
@@ -205,8 +221,11 @@ pub fn score_dynamic<E: std::error::Error + 'static>(
             source,
         })?;
         let Some(truth) = truth else { continue };
-        per_cycle.push(score_cycle(cycle, &truth, &grid, rules, &mut scene, &mut objects));
+        let (score, in_view_m) = score_cycle(cycle, &truth, &grid, rules, &mut scene, &mut objects);
+        per_cycle.push(score);
+        identities.push(IdentityCycle { objects: in_view_m, tracks: cycle.tracks_m.clone() });
     }
+    let has_tracks = run.cycles.iter().any(|cycle| !cycle.tracks_m.is_empty());
     let map = MapVoxels::of(run, &grid);
     let object_scores: Vec<_> = objects
         .iter()
@@ -223,6 +242,7 @@ pub fn score_dynamic<E: std::error::Error + 'static>(
         object_points,
         static_points,
         labels: LabelScore::of(object_points, static_points, off_borders),
+        identities: has_tracks.then(|| score_identities(identities)),
         by_points: MapAccuracy::by_points(object_points, static_points),
         by_voxels: MapAccuracy::by_voxels(&map),
         map,
@@ -231,7 +251,8 @@ pub fn score_dynamic<E: std::error::Error + 'static>(
     })
 }
 
-/// Compares one cycle with its truth and adds what was seen to the tallies of the map.
+/// Compares one cycle with its truth and adds what was seen to the tallies of the map. Tells where the objects in
+/// view are, in the map.
 fn score_cycle(
     cycle: &CycleRecord,
     truth: &TruthFrame,
@@ -239,7 +260,7 @@ fn score_cycle(
     rules: &DynamicScoreRules,
     scene: &mut SceneTally,
     objects: &mut BTreeMap<u16, ObjectTally>,
-) -> CycleScore {
+) -> (CycleScore, BTreeMap<u16, Point3<f64>>) {
     let dynamic: HashSet<VoxelKey> =
         cycle.dynamic_points_m.iter().map(|point| grid.key(point)).collect();
     let map_from_rig: Isometry3<f32> = cycle.map_from_rig.cast();
@@ -266,16 +287,21 @@ fn score_cycle(
         }
     }
     let in_view_points = rules.in_view_points(truth.image_size_px());
+    let mut in_view_m = BTreeMap::new();
     for (&id, tally) in &objects_now {
         let score = tally.object_cycle_score(cycle.index, rules, in_view_points);
+        if let (true, Some(mean_in_rig)) = (score.in_view, tally.mean_in_rig()) {
+            in_view_m.insert(id, cycle.map_from_rig * mean_in_rig);
+        }
         objects.entry(id).or_default().per_cycle.push(score);
     }
-    CycleScore {
+    let score = CycleScore {
         index: cycle.index,
         object_points: RemovedPoints::sum(objects_now.values().map(CycleTally::removed_points)),
         static_points: static_now.removed_points(),
         static_removed_off_borders,
-    }
+    };
+    (score, in_view_m)
 }
 
 fn object_score(
@@ -288,12 +314,17 @@ fn object_score(
     let own = || tally.region.voxels().iter().filter(|key| !scene.contains(key));
     let cycles_that =
         |is: fn(&ObjectCycleScore) -> bool| tally.per_cycle.iter().filter(|&c| is(c)).count();
+    let cycles_in_view = cycles_that(|cycle| cycle.in_view);
+    let cycles_found_or_removed = cycles_that(ObjectCycleScore::is_found_or_removed);
     ObjectScore {
         object_id,
         name: name.cloned(),
-        cycles_in_view: cycles_that(|cycle| cycle.in_view),
+        cycles_in_view,
         cycles_found: cycles_that(|cycle| cycle.found),
         cycles_removed: cycles_that(|cycle| cycle.removed),
+        cycles_found_or_removed,
+        found_or_removed_share: share(cycles_found_or_removed as u64, cycles_in_view as u64),
+        first_found: FirstFound::of(&tally.per_cycle),
         points: RemovedPoints::sum(tally.per_cycle.iter().map(|cycle| cycle.points)),
         own_voxels: own().count(),
         own_voxels_without_removal: own().filter(|key| map.unfiltered.contains(key)).count(),

@@ -57,6 +57,18 @@ fn counted(number: usize, one: &str, many: &str) -> String {
     format!("{} {}", grouped(number), if number == 1 { one } else { many })
 }
 
+/// "1st", "2nd" and so on.
+pub(crate) fn ordinal(number: usize) -> String {
+    let ending = match (number % 10, number % 100) {
+        (_, 11..=13) => "th",
+        (1, _) => "st",
+        (2, _) => "nd",
+        (3, _) => "rd",
+        _ => "th",
+    };
+    format!("{}{ending}", grouped(number))
+}
+
 fn truth_sentences(score: &DynamicScore, sentences: &mut Vec<String>) {
     let in_view: Vec<_> = score.objects.iter().filter(|object| object.cycles_in_view > 0).collect();
     if in_view.is_empty() {
@@ -64,16 +76,29 @@ fn truth_sentences(score: &DynamicScore, sentences: &mut Vec<String>) {
     }
     for object in in_view {
         sentences.push(capitalised(&format!(
-            "{} was removed in {} of the {} in which it was in view ({} of its points over the run); \
-             {} of the {} that only it touched {} left in the map.",
+            "{} was found in {} of the {} in which it was in view{}, and removed in {} ({} of its points \
+             over the run); {} of the {} that only it touched {} left in the map.",
             object_name(object),
-            grouped(object.cycles_removed),
+            grouped(object.cycles_found_or_removed),
             counted(object.cycles_in_view, "cycle", "cycles"),
+            object.first_found.map_or_else(String::new, |first| format!(
+                ", for the first time in the {} of them",
+                ordinal(first.nth_in_view)
+            )),
+            grouped(object.cycles_removed),
             percent(object.points.share),
             grouped(object.own_voxels_left),
             counted(object.own_voxels, "voxel", "voxels"),
             if object.own_voxels_left == 1 { "is" } else { "are" },
         )));
+    }
+    if let Some(identities) = score.identities.filter(|identities| identities.sightings > 0) {
+        sentences.push(format!(
+            "Tracks followed what moves in {} of {}, with {}.",
+            grouped(identities.followed),
+            counted(identities.sightings, "sighting", "sightings"),
+            counted(identities.switches, "identity switch", "identity switches"),
+        ));
     }
     sentences.push(format!(
         "{} of the voxels in which the static scene was seen in {} cycles or more are in the map ({} of \
@@ -144,6 +169,21 @@ mod tests {
     fn one_is_singular() {
         assert_eq!(counted(1, "voxel", "voxels"), "1 voxel");
         assert_eq!(counted(1200, "voxel", "voxels"), "1,200 voxels");
+    }
+
+    #[test]
+    fn numbers_in_a_row_have_their_endings() {
+        for (number, text) in [
+            (1, "1st"),
+            (2, "2nd"),
+            (3, "3rd"),
+            (4, "4th"),
+            (11, "11th"),
+            (22, "22nd"),
+            (1113, "1,113th"),
+        ] {
+            assert_eq!(ordinal(number), text);
+        }
     }
 
     #[test]

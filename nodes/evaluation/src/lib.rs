@@ -13,6 +13,7 @@ mod correlation;
 mod dynamic_score;
 mod headline;
 mod html_document;
+mod identity;
 mod page;
 mod pictures;
 mod report;
@@ -27,10 +28,11 @@ pub use chart::{Axis, Chart, Marks, Series};
 pub use cloud_distance::{CloudDistance, CloudDistanceError, cloud_distance};
 pub use correlation::{Correlation, CorrelationError, LocalisedView, correlation};
 pub use dynamic_score::{
-    CycleScore, DynamicScore, DynamicScoreRules, LabelScore, MapAccuracy, MapScore,
+    CycleScore, DynamicScore, DynamicScoreRules, FirstFound, LabelScore, MapAccuracy, MapScore,
     ObjectCycleScore, ObjectScore, RemovedPoints, ScoreError, StaticVoxels, score_dynamic,
 };
 pub use headline::headline;
+pub use identity::{IdentityCycle, IdentityScore, score_identities};
 pub use page::{
     CellTone, Page, PageCell, PagePart, PagePicture, PageRow, PageSection, PageTable, page_html,
 };

@@ -1,5 +1,7 @@
 //! What one run of the pipeline leaves behind for scoring and reporting.
 
+use std::collections::BTreeMap;
+
 use geometry::{DynamicZone, SegmentationCounts, Stamp};
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
@@ -70,6 +72,8 @@ pub struct CycleRecord {
     pub map_points: usize,
     /// The points that segmentation took for moving: reduced points in the rig frame.
     pub dynamic_points_m: Vec<Point3<f32>>,
+    /// Where the tracks are, in the map frame, by their numbers; empty with a method that follows nothing.
+    pub tracks_m: BTreeMap<u32, Point3<f64>>,
     /// How long each step took, in the order of the steps. The names are unique within the cycle (say
     /// `detection/gap_fill`) and the steps do not overlap: their sum is the cycle's time.
     pub step_durations_s: Vec<(String, f64)>,
@@ -103,6 +107,7 @@ pub(crate) mod tests {
             counts: SegmentationCounts::default(),
             map_points: 0,
             dynamic_points_m: Vec::new(),
+            tracks_m: BTreeMap::new(),
             step_durations_s: Vec::new(),
         }
     }

@@ -139,6 +139,11 @@ impl CycleTally {
         RemovedPoints::new(self.points, self.removed)
     }
 
+    /// The mean of the points; none without a point.
+    pub(super) fn mean_in_rig(&self) -> Option<Point3<f64>> {
+        (self.points > 0).then(|| (self.sum_m / self.points as f64).into())
+    }
+
     /// The score of an object that has at least one point.
     pub(super) fn object_cycle_score(
         &self,

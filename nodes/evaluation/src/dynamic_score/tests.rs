@@ -138,8 +138,48 @@ fn in_view_found_and_removed_are_different_things() {
         ]
     );
     assert_eq!((person.cycles_in_view, person.cycles_found, person.cycles_removed), (4, 2, 2));
+    // In a zone, or removed: neither asks for the other.
+    assert_eq!((person.cycles_found_or_removed, person.found_or_removed_share), (3, Some(0.75)));
+    assert_eq!(person.first_found, Some(FirstFound { cycle: 1, nth_in_view: 2 }));
     // The cycle out of view still counts among the points.
     assert_eq!((person.points.points, person.points.removed), (999, 449));
+}
+
+#[test]
+fn what_is_never_found_has_no_first_time() {
+    let ahead = voxel(20, 0, 0);
+    let never = score(&run(vec![with_removed(0, vec![], &[])]), &[points(PERSON, 300, ahead)]);
+    assert_eq!(
+        (never.objects[0].first_found, never.objects[0].found_or_removed_share),
+        (None, Some(0.0))
+    );
+    // In view of no cycle: no share of them.
+    let run = run(vec![with_removed(0, vec![zone_ahead()], &[ahead])]);
+    let unseen = &score(&run, &[points(PERSON, 3, ahead)]).objects[0];
+    assert_eq!((unseen.first_found, unseen.found_or_removed_share), (None, None));
+}
+
+#[test]
+fn tracks_are_held_against_where_the_objects_are_seen_in_the_map() {
+    // The rig drives on by 1 m a cycle and sees the person 2.05 m ahead: 2.05, 3.05 and 4.05 m in the map.
+    let tracked = |index: u32, tracks: &[(u32, f64)]| {
+        let mut cycle = cycle(index);
+        cycle.map_from_rig = Isometry3::translation(f64::from(index), 0.0, 0.0);
+        let at = |x_m: f64| Point3::new(x_m, 0.0, 0.4);
+        cycle.tracks_m = tracks.iter().map(|(id, x_m)| (*id, at(*x_m))).collect();
+        cycle
+    };
+    let truths = || vec![points(PERSON, 300, voxel(20, 0, 0)); 3];
+    let identities = |cycles: Vec<CycleRecord>| score(&run(cycles), &truths()).identities;
+    let kept =
+        [tracked(0, &[(7, 2.0)]), tracked(1, &[(7, 3.0), (8, 2.0)]), tracked(2, &[(7, 4.0)])];
+    let all = IdentityScore { sightings: 3, followed: 3, switches: 0 };
+    assert_eq!(identities(kept.to_vec()), Some(all));
+    let renumbered = [kept[0].clone(), tracked(1, &[]), tracked(2, &[(9, 4.0)])];
+    let switched = IdentityScore { sightings: 3, followed: 2, switches: 1 };
+    assert_eq!(identities(renumbered.to_vec()), Some(switched));
+    // Nothing is followed at all: there is nothing to be said of identities.
+    assert_eq!(identities((0..3).map(|index| tracked(index, &[])).collect()), None);
 }
 
 #[test]

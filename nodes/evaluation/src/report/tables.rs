@@ -5,8 +5,11 @@ use std::collections::BTreeMap;
 use geometry::ZoneSource;
 use maud::{Markup, html};
 
-use crate::headline::{grouped, object_name, percent};
-use crate::{CycleRecord, CycleScore, DynamicScore, PointStatistics, RunRecord, Summary};
+use crate::headline::{grouped, object_name, ordinal, percent};
+use crate::identity::GATE_M;
+use crate::{
+    CycleRecord, CycleScore, DynamicScore, ObjectScore, PointStatistics, RunRecord, Summary,
+};
 
 pub(super) fn tables_section(run: &RunRecord, summary: &Summary) -> Markup {
     html! {
@@ -141,7 +144,9 @@ fn truth_section(score: &DynamicScore) -> Markup {
                 "A true point is removed when its voxel holds a point that was taken for moving. An object is in view with at least "
                 (rules.in_view_px_at_640x480) " labelled pixels that have a depth (of 640 x 480, in proportion otherwise); found when zones hold "
                 (percent(Some(rules.found_share_in_zone))) " of its points or more and some were removed; removed when "
-                (percent(Some(rules.removed_share))) " of its points or more were. A voxel of the map is the objects' own when they touched it and "
+                (percent(Some(rules.removed_share))) " of its points or more were. A track follows an object within "
+                (GATE_M) " m, and "
+                "an identity switch is an object that gets another track than it had (CLEAR MOT). A voxel of the map is the objects' own when they touched it and "
                 "no static point ever did. A voxel of the static scene is confirmed when static points touched it in "
                 (rules.confirming_cycles) " cycles or more: what they touched less often is mostly noise of the depth. "
                 (grouped(score.cycles_scored)) " cycles were compared, "
@@ -153,8 +158,11 @@ fn truth_section(score: &DynamicScore) -> Markup {
                     thead { tr {
                         th.text scope="col" { "object" }
                         th scope="col" { "cycles in view" }
-                        th scope="col" { "found" }
+                        th scope="col" { "found in a zone" }
                         th scope="col" { "removed" }
+                        th scope="col" { "either" }
+                        th scope="col" { "share" }
+                        th scope="col" { "for the first time in" }
                         th scope="col" { "points removed" }
                         th scope="col" { "voxels only it touched" }
                         th scope="col" { "of these in the map without removal" }
@@ -165,6 +173,9 @@ fn truth_section(score: &DynamicScore) -> Markup {
                         td { (grouped(object.cycles_in_view)) }
                         td { (grouped(object.cycles_found)) }
                         td { (grouped(object.cycles_removed)) }
+                        td { (grouped(object.cycles_found_or_removed)) }
+                        td { (percent(object.found_or_removed_share)) }
+                        td { (first_found_text(object)) }
                         td { (percent(object.points.share)) }
                         td { (grouped(object.own_voxels)) }
                         td { (grouped(object.own_voxels_without_removal)) }
@@ -179,6 +190,16 @@ fn truth_section(score: &DynamicScore) -> Markup {
                         (row("of objects, removed", percent(score.object_points.share)))
                         (row("of the static scene, removed wrongly", percent(score.static_points.share)))
                         (row("of what was removed, moving (borders of one voxel aside)", percent(score.labels.precision)))
+                    }
+                }
+                @if let Some(identities) = &score.identities {
+                    table {
+                        caption { "Tracks" }
+                        tbody {
+                            (row("an object in view, over all cycles", grouped(identities.sightings)))
+                            (row("of these, followed by a track", grouped(identities.followed)))
+                            (row("identity switches", grouped(identities.switches)))
+                        }
                     }
                 }
                 table {
@@ -202,6 +223,14 @@ fn truth_section(score: &DynamicScore) -> Markup {
             }
         }
     }
+}
+
+/// "2nd (cycle 31)": which of the cycles in view it was, and its number.
+fn first_found_text(object: &ObjectScore) -> String {
+    object.first_found.map_or_else(
+        || "\u{2013}".to_owned(),
+        |first| format!("{} (cycle {})", ordinal(first.nth_in_view), first.cycle),
+    )
 }
 
 fn every_cycle_table(run: &RunRecord, truth: Option<&DynamicScore>) -> Markup {

@@ -26,6 +26,7 @@ fn example() -> (RunRecord, Summary) {
         record.zones = vec![zone];
         if index > 0 {
             record.dynamic_points_m = vec![person];
+            record.tracks_m = BTreeMap::from([(index, Point3::new(2.0, 0.0, 0.0))]);
         }
         record.step_durations_s = vec![("detection/gap_fill".to_owned(), 0.012_345)];
         record
@@ -53,9 +54,22 @@ fn example() -> (RunRecord, Summary) {
 fn the_page_says_first_what_came_of_it() {
     let (run, summary) = example();
     let page = report_html(&run, &summary).unwrap();
-    let lead = page.find("The person was removed in 2 of the 3 cycles in which it was in view (66.7\u{a0}% of its points over the run); 1 of the 1 voxel that only it touched is left in the map.");
+    let lead = page.find("The person was found in 2 of the 3 cycles in which it was in view, for the first time in the 2nd of them, and removed in 2 (66.7\u{a0}% of its points over the run); 1 of the 1 voxel that only it touched is left in the map.");
     assert!(lead.is_some_and(|lead| lead < page.find("<img").unwrap()), "{:?}", headline(&summary));
     assert!(page.contains("4 inputs were dropped on the way;"));
+}
+
+#[test]
+fn the_page_tells_how_tracks_keep_to_their_objects_and_when_an_object_was_found() {
+    let (run, summary) = example();
+    let sentence = "Tracks followed what moves in 2 of 3 sightings, with 1 identity switch.";
+    assert!(headline(&summary).iter().any(|said| said == sentence), "{:?}", headline(&summary));
+    let page = report_html(&run, &summary).unwrap();
+    assert!(page.contains("identity switches"));
+    assert!(page.contains("2nd (cycle 1)"));
+    let json: serde_json::Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
+    assert_eq!(json["truth"]["identities"]["switches"], 1);
+    assert_eq!(json["truth"]["objects"][0]["first_found"]["nth_in_view"], 2);
 }
 
 #[test]

@@ -20,7 +20,6 @@ mod e10_rail;
 mod e11_tour;
 mod figures;
 mod filter;
-mod identity;
 mod map_pictures;
 mod output;
 mod page;

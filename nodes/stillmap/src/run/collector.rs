@@ -8,7 +8,7 @@ use msgs::convert::{self, ConvertError};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
-use msgs::stillmap_msgs::{ReducedCloud, StageReport};
+use msgs::stillmap_msgs::{ReducedCloud, StageReport, Tracks};
 use nalgebra::Point3;
 use node_shell::{GrantedBuffer, Node, Qos, ShellError, Subscription};
 
@@ -27,6 +27,7 @@ pub(super) struct Collector {
     diagnostics: Subscription<DiagnosticArray>,
     reduced_clouds: Subscription<ReducedCloud>,
     dynamic_clouds: Subscription<PointCloud2>,
+    tracks: Subscription<Tracks>,
     static_map: Subscription<PointCloud2>,
     paths: Subscription<Path>,
     reports: [Subscription<StageReport>; Stage::ALL.len()],
@@ -57,6 +58,7 @@ impl Collector {
             diagnostics: node.subscription("/diagnostics", &Qos::reliable(WAITING_DIAGNOSTICS))?,
             reduced_clouds: node.subscription("reduced_cloud", &reliable)?,
             dynamic_clouds: node.subscription("dynamic_cloud", &reliable)?,
+            tracks: node.subscription("tracks", &reliable)?,
             static_map: node.subscription("static_map", &Qos::latched())?,
             paths: node.subscription("map_path", &Qos::reliable(WAITING_PATHS))?,
             reports: [
@@ -91,6 +93,7 @@ impl Collector {
             received = self.diagnostics.next() => Heard::Diagnostics(received.message),
             received = self.reduced_clouds.next() => Heard::ReducedCloud(received.message),
             received = self.dynamic_clouds.next() => Heard::DynamicCloud(received.message),
+            received = self.tracks.next() => Heard::Tracks(received.message),
             received = self.static_map.next() => Heard::Map(received.message),
             received = self.paths.next() => Heard::Path(received.message),
             received = detection.next() => Heard::Report(Stage::Detection, received.message),
@@ -120,6 +123,7 @@ impl Collector {
             .or_else(|| {
                 self.dynamic_clouds.try_next().map(|next| Heard::DynamicCloud(next.message))
             })
+            .or_else(|| self.tracks.try_next().map(|next| Heard::Tracks(next.message)))
             .or_else(|| self.paths.try_next().map(|next| Heard::Path(next.message)))
             .or_else(|| self.static_map.try_next().map(|next| Heard::Map(next.message)))
             .or_else(|| self.diagnostics.try_next().map(|next| Heard::Diagnostics(next.message)))
@@ -143,6 +147,7 @@ enum Heard {
     Diagnostics(Arc<DiagnosticArray>),
     ReducedCloud(Arc<ReducedCloud>),
     DynamicCloud(Arc<PointCloud2>),
+    Tracks(Arc<Tracks>),
     Map(Arc<PointCloud2>),
     Path(Arc<Path>),
     Report(Stage, Arc<StageReport>),
@@ -173,6 +178,9 @@ impl Seen {
             Heard::DynamicCloud(message) => {
                 let cloud = convert::cloud_from_message(&message)?;
                 recorder.dynamic_cloud(cloud);
+            }
+            Heard::Tracks(message) => {
+                recorder.tracks(message.cycle, &convert::tracks_from_message(&message)?);
             }
             Heard::Map(message) => {
                 let cloud = convert::cloud_from_message(&message)?;

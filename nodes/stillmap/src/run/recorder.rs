@@ -1,13 +1,16 @@
 //! Puts a run's record together out of what the stages say, in whatever order it arrives.
 
+mod partial_cycle;
+
 use std::collections::{BTreeMap, VecDeque};
 
 use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
-use evaluation::{CycleRecord, DropCount, RunRecord};
-use geometry::{Cloud, DetectedCycle, MapPath, SegmentationCounts, Stamp};
+use evaluation::{DropCount, RunRecord};
+use geometry::{Cloud, DetectedCycle, MapPath, SegmentationCounts, Stamp, Track};
 use nalgebra::Point3;
 use reconstruction::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig, StaticMap};
 
+use self::partial_cycle::PartialCycle;
 use super::way::Way;
 
 /// The three stages of the pipeline.
@@ -49,16 +52,6 @@ struct MapAddition {
     cloud_stamp: Stamp,
     map_points: usize,
     durations: StepDurations,
-}
-
-/// What is known of a cycle so far.
-#[derive(Default)]
-struct PartialCycle {
-    detected: Option<DetectedCycle>,
-    dynamic_points_m: Option<Vec<Point3<f32>>>,
-    counts: Option<SegmentationCounts>,
-    map_points: Option<usize>,
-    durations: [StepDurations; Stage::ALL.len()],
 }
 
 /// Collects what the stages say of each cycle.
@@ -108,9 +101,11 @@ impl Recorder {
         let in_map = cycle.reduced_cloud.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
         // Another frame than before is reconstruction's to refuse and to report.
         let _ = self.unfiltered_map.add(&in_map);
+        let told_map_from_rig = cycle.map_from_rig;
         self.way.bring_over(&mut cycle);
-        let index = cycle.index;
-        self.partial(index).detected = Some(cycle);
+        let partial = self.partial(cycle.index);
+        partial.told_map_from_rig = told_map_from_rig;
+        partial.detected = Some(cycle);
         self.claim();
     }
 
@@ -127,6 +122,12 @@ impl Recorder {
     pub(crate) fn dynamic_cloud(&mut self, cloud: Cloud) {
         self.unclaimed_clouds.push_back(cloud);
         self.claim();
+    }
+
+    /// The tracks of a cycle, in the map as it was told with the cycle.
+    pub(crate) fn tracks(&mut self, index: u32, tracks: &[Track]) {
+        let positions = tracks.iter().map(|track| (track.id, track.position_m));
+        self.partial(index).tracks_m = Some(positions.collect());
     }
 
     /// The map after the cycle whose cloud has this stamp; reconstruction does not know its number.
@@ -271,32 +272,5 @@ pub(crate) struct RunName {
     pub(crate) map_frame_id: String,
 }
 
-impl PartialCycle {
-    fn first_silent_stage(&self) -> Option<Stage> {
-        if self.detected.is_none() {
-            Some(Stage::Detection)
-        } else if self.counts.is_none() || self.dynamic_points_m.is_none() {
-            Some(Stage::Segmentation)
-        } else if self.map_points.is_none() {
-            Some(Stage::Reconstruction)
-        } else {
-            None
-        }
-    }
-
-    fn into_record(self, index: u32) -> Option<CycleRecord> {
-        let detected = self.detected?;
-        Some(CycleRecord {
-            index,
-            scan_stamp: detected.scan_stamp,
-            cloud_stamp: detected.reduced_cloud.stamp,
-            map_from_rig: detected.map_from_rig,
-            zones: detected.zones,
-            points_in: detected.points_before_reduction,
-            counts: self.counts?,
-            map_points: self.map_points?,
-            dynamic_points_m: self.dynamic_points_m?,
-            step_durations_s: self.durations.into_iter().flatten().collect(),
-        })
-    }
-}
+#[cfg(test)]
+mod tests;

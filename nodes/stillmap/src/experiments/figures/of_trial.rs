@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use evaluation::{CycleRecord, DynamicScore, ObjectCycleScore, correlation};
+use evaluation::{
+    CycleRecord, DynamicScore, IdentityCycle, ObjectCycleScore, correlation, score_identities,
+};
 use geometry::{Track, ZoneSource};
 use nalgebra::Point3;
 use simulator::{ObjectPose, Scenario};
@@ -11,7 +13,6 @@ use super::{
     BeamsOnObjects, Clouds, CycleFigures, LabelFigures, MapFigures, ObjectFigures, RunFigures,
     Sighting, ZoneFigures,
 };
-use crate::experiments::identity::{IdentityCycle, identity_switches};
 use crate::trial::{Trial, TrialCycle};
 
 impl RunFigures {
@@ -50,7 +51,7 @@ impl RunFigures {
                 distance: trial.distance,
             },
             labels: score.map(LabelFigures::of),
-            identity_switches: identity_switches(identities),
+            identity_switches: score_identities(identities).switches,
             dropped: record.drops.iter().map(|drop| drop.count).sum(),
             cycles: cycles()
                 .map(|(record, cycle)| CycleFigures::of(record, cycle, scenario))

@@ -43,6 +43,7 @@ impl Run {
             (segmentation, "publishers", "reduced_cloud", 1),
             (segmentation, "subscribers", "segmented_cloud", 1),
             (segmentation, "subscribers", "dynamic_cloud", 1),
+            (segmentation, "subscribers", "tracks", 1),
             (segmentation, "subscribers", "segmentation/report", 1),
             (reconstruction, "publishers", "segmented_cloud", 1),
             (reconstruction, "subscribers", "static_map", 1),

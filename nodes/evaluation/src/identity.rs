@@ -4,35 +4,50 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
 
 /// A track farther from an object than this, in the horizontal plane, is not its own: half of the width of a
 /// person with arms and legs astride.
-const GATE_M: f64 = 0.6;
+pub(crate) const GATE_M: f64 = 0.6;
 
 /// What is true of a cycle, and what is followed in it. Positions in the map.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub(crate) struct IdentityCycle {
+pub struct IdentityCycle {
     /// The objects in view, by their labels.
-    pub(crate) objects: BTreeMap<u16, Point3<f64>>,
+    pub objects: BTreeMap<u16, Point3<f64>>,
     /// The tracks, by their numbers.
-    pub(crate) tracks: BTreeMap<u32, Point3<f64>>,
+    pub tracks: BTreeMap<u32, Point3<f64>>,
 }
 
-/// How often an object got another number than it had when it was last followed.
+/// How well tracks keep to their objects.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct IdentityScore {
+    /// How often an object was in view, over all objects and cycles.
+    pub sightings: usize,
+    /// Of these, how often a track followed it.
+    pub followed: usize,
+    /// How often an object got another track than it had when it was last followed.
+    pub switches: usize,
+}
+
+/// Follows the objects by their tracks through the cycles of a run, in their order.
 ///
 /// In each cycle an object keeps its track for as long as that is within the gate; the others get, nearest
 /// pair first, the tracks that are left.
-pub(crate) fn identity_switches(cycles: impl IntoIterator<Item = IdentityCycle>) -> usize {
+#[must_use]
+pub fn score_identities(cycles: impl IntoIterator<Item = IdentityCycle>) -> IdentityScore {
     let mut last: BTreeMap<u16, u32> = BTreeMap::new();
-    let mut switches = 0;
+    let mut score = IdentityScore::default();
     for cycle in cycles {
+        score.sightings += cycle.objects.len();
         for (object, track) in matches(&cycle, &last) {
+            score.followed += 1;
             if last.insert(object, track).is_some_and(|before| before != track) {
-                switches += 1;
+                score.switches += 1;
             }
         }
     }
-    switches
+    score
 }
 
 fn matches(cycle: &IdentityCycle, last: &BTreeMap<u16, u32>) -> BTreeMap<u16, u32> {
@@ -79,9 +94,13 @@ mod tests {
         }
     }
 
+    fn switches(cycles: impl IntoIterator<Item = IdentityCycle>) -> usize {
+        score_identities(cycles).switches
+    }
+
     /// Two objects that walk through each other, with track numbers as `number` gives them.
     fn crossing(number: impl Fn(usize, u16) -> u32) -> usize {
-        identity_switches((0..=20).map(|step| {
+        switches((0..=20).map(|step| {
             let y = step as f64 * 0.1 - 1.0;
             cycle(&[(1, y), (2, -y)], &[(number(step, 1), y), (number(step, 2), -y)])
         }))
@@ -107,14 +126,15 @@ mod tests {
             cycle(&[(1, 0.1)], &[]),
             cycle(&[(1, 0.2)], &[(7, 0.2)]),
         ];
-        assert_eq!(identity_switches(lost.clone()), 0);
+        let score = score_identities(lost.clone());
+        assert_eq!(score, IdentityScore { sightings: 3, followed: 2, switches: 0 });
         let renumbered = [lost[0].clone(), lost[1].clone(), cycle(&[(1, 0.2)], &[(8, 0.2)])];
-        assert_eq!(identity_switches(renumbered), 1);
+        assert_eq!(switches(renumbered), 1);
     }
 
     #[test]
     fn a_track_far_away_belongs_to_nobody() {
         let cycles = [cycle(&[(1, 0.0)], &[(7, 0.0)]), cycle(&[(1, 0.1)], &[(8, 0.9)])];
-        assert_eq!(identity_switches(cycles), 0);
+        assert_eq!(switches(cycles), 0);
     }
 }

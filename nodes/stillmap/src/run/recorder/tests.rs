@@ -1,0 +1,95 @@
+use evaluation::Transport;
+use geometry::PathVertex;
+use nalgebra::{Isometry3, Matrix6, Vector3};
+
+use super::*;
+
+fn at(seconds: f64) -> Stamp {
+    Stamp::default().plus_seconds(seconds)
+}
+
+fn detected(index: u32, x_m: f64) -> DetectedCycle {
+    let stamp = at(f64::from(index));
+    DetectedCycle {
+        index,
+        scan_stamp: stamp,
+        reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m: Vec::new() },
+        voxel_points: Vec::new(),
+        points_before_reduction: 0,
+        map_from_rig: Isometry3::translation(x_m, 0.0, 0.0),
+        map_frame_id: "map".to_owned(),
+        camera_in_rig_m: Point3::origin(),
+        zones: Vec::new(),
+    }
+}
+
+fn track(id: u32, x_m: f64) -> Track {
+    Track {
+        id,
+        position_m: Point3::new(x_m, 1.0, 0.0),
+        velocity_m_per_s: Vector3::zeros(),
+        extent_m: Vector3::zeros(),
+        covariance: Matrix6::identity(),
+        age_s: 0.0,
+        unseen_cycles: 0,
+    }
+}
+
+/// All that the other stages say of a cycle, but for its tracks.
+fn speak(recorder: &mut Recorder, index: u32) {
+    let stamp = at(f64::from(index));
+    recorder.dynamic_cloud(Cloud { stamp, frame_id: "rig".to_owned(), points_m: Vec::new() });
+    recorder.counts(index, SegmentationCounts::default());
+    recorder.reconstructed(stamp, 0, []);
+}
+
+fn finish(recorder: Recorder) -> RunRecord {
+    let name = RunName {
+        bag_name: "room.mcap".to_owned(),
+        transport: Transport::Local,
+        map_frame_id: "map".to_owned(),
+    };
+    recorder.finish(Vec::new(), name)
+}
+
+fn recorder() -> Recorder {
+    Recorder::new(&ReconstructionConfig::default(), "stillmap").unwrap()
+}
+
+#[test]
+fn tracks_go_with_their_cycle_in_whatever_order_they_come() {
+    let mut recorder = recorder();
+    // Segmentation may be heard before detection is.
+    recorder.tracks(0, &[track(4, 2.0)]);
+    recorder.detected(detected(0, 0.0));
+    recorder.detected(detected(1, 0.0));
+    speak(&mut recorder, 0);
+    speak(&mut recorder, 1);
+    assert_eq!(recorder.incomplete_cycles(), 1, "the second has no word of its tracks");
+    recorder.tracks(1, &[]);
+    assert_eq!(recorder.incomplete_cycles(), 0);
+    let record = finish(recorder);
+    let tracks: Vec<_> = record.cycles.iter().map(|cycle| cycle.tracks_m.len()).collect();
+    assert_eq!(tracks, [1, 0]);
+    assert_eq!(record.cycles[0].tracks_m[&4], Point3::new(2.0, 1.0, 0.0));
+}
+
+#[test]
+fn tracks_follow_the_map_when_its_way_is_corrected() {
+    let mut recorder = recorder();
+    recorder.detected(detected(0, 1.0));
+    recorder.tracks(0, &[track(4, 3.0)]);
+    speak(&mut recorder, 0);
+    for (since_s, x_m) in [(1.0, 1.0), (2.0, 0.5)] {
+        let vertex = |seconds| PathVertex {
+            stamp: at(seconds),
+            map_from_rig: Isometry3::translation(x_m, 0.0, 0.0),
+        };
+        let vertices = vec![vertex(0.0), vertex(2.0)];
+        recorder.path(MapPath::new(at(since_s), "map", vertices).unwrap());
+    }
+    let record = finish(recorder);
+    // 2 m ahead of the rig, as it was seen.
+    assert!((record.cycles[0].map_from_rig.translation.x - 0.5).abs() < 1e-9);
+    assert!((record.cycles[0].tracks_m[&4].x - 2.5).abs() < 1e-9);
+}
