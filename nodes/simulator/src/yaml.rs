@@ -5,9 +5,17 @@ use crate::{MeshError, Scenario, ScenarioError};
 /// A text that is no scenario.
 #[derive(Debug, thiserror::Error)]
 pub enum YamlError {
-    /// It is not YAML, or a key or a value is not what a scenario has; with line and column.
+    /// It is not YAML.
     #[error("{0}")]
     Unreadable(String),
+    /// A key or a value is not what a scenario has.
+    #[error("{path}: {reason}")]
+    Refused {
+        /// The keys and places that lead there, such as `rig.lidar.beams` or `scene.bodies[2].shape`.
+        path: String,
+        /// What is wrong, with line and column.
+        reason: String,
+    },
     /// The file of a mesh cannot be read.
     #[error("the mesh {file}: {reason}")]
     MeshFile {
@@ -48,14 +56,31 @@ impl Scenario {
         text: &str,
         mut read: impl FnMut(&str) -> Result<Triangles, String>,
     ) -> Result<Self, YamlError> {
-        let scenario: Self = serde_saphyr::from_str(text)
-            .map_err(|error| YamlError::Unreadable(error.without_snippet().to_string()))?;
+        let scenario: Self = parse(text)?;
         let scenario = scenario.with_meshes(|file| {
             read(file).map_err(|reason| YamlError::MeshFile { file: file.to_owned(), reason })
         })?;
         scenario.validate()?;
         Ok(scenario)
     }
+}
+
+fn parse(text: &str) -> Result<Scenario, YamlError> {
+    // The path is known to the reader of the values alone, the line to that of the text.
+    let mut path = None;
+    let scenario = serde_saphyr::with_deserializer_from_str(text, |deserializer| {
+        serde_path_to_error::deserialize(deserializer).map_err(|error| {
+            path = error.path().iter().next().map(|_| error.path().to_string());
+            error.into_inner()
+        })
+    });
+    scenario.map_err(|error| {
+        let reason = error.without_snippet().to_string();
+        match path {
+            Some(path) => YamlError::Refused { path, reason },
+            None => YamlError::Unreadable(reason),
+        }
+    })
 }
 
 #[cfg(test)]
@@ -90,6 +115,47 @@ mod tests {
         let mut expected = Scenario::default().with_duration_s(2.0);
         expected.rig.lidar.turn_rate_hz = 5.5;
         assert_eq!(scenario, expected);
+    }
+
+    #[test]
+    fn the_example_has_every_key_of_the_sensors_with_its_default() {
+        let example = Scenario::from_yaml(EXAMPLE).unwrap().rig;
+        let (lidar, depth_camera) = (crate::Lidar::default(), crate::DepthCamera::default());
+        let stamps = (example.lidar.stamps, example.depth_camera.stamps);
+        assert_eq!(example.lidar, crate::Lidar { stamps: stamps.0, ..lidar.clone() });
+        let expected = crate::DepthCamera { stamps: stamps.1, ..depth_camera.clone() };
+        assert_eq!(example.depth_camera, expected);
+        let json = |value: serde_json::Result<serde_json::Value>| value.unwrap();
+        let defaults = [
+            ("lidar:", json(serde_json::to_value(&lidar))),
+            ("depth_camera:", json(serde_json::to_value(&depth_camera))),
+        ];
+        for (section, keys) in defaults {
+            let (_, text) = EXAMPLE.split_once(&format!("\n  {section}\n")).unwrap();
+            // Up to the next key of the rig.
+            let end = text.find("\n  c").into_iter().chain(text.find("\n  d")).min().unwrap();
+            for key in keys.as_object().unwrap().keys() {
+                assert!(text[..end].contains(&format!("\n    {key}:")), "{section} {key}");
+            }
+        }
+    }
+
+    #[test]
+    fn errors_name_the_path_of_the_key() {
+        let error = |text: &str| Scenario::from_yaml(text).unwrap_err().to_string();
+        let beams = error("rig:\n  lidar:\n    beams: many\n");
+        assert!(beams.starts_with("rig.lidar.beams: ") && beams.contains("line 3"), "{beams}");
+        let misspelt = error("rig:\n  lidar:\n    bems: 4\n");
+        assert!(
+            misspelt.starts_with("rig.lidar.bems: ") && misspelt.contains("line 3"),
+            "{misspelt}"
+        );
+        let width = error("rig:\n  depth_camera:\n    camera: {width_px: -4}\n");
+        assert!(width.starts_with("rig.depth_camera.camera.width_px: "), "{width}");
+        let pose = "scene:\n  bodies:\n    - name: wall\n      pose: [1, 2, x, 0, 0, 0]\n";
+        assert!(error(pose).starts_with("scene.bodies[0].pose[2]: "), "{}", error(pose));
+        // Where it is no YAML at all there may be nothing to name.
+        assert!(error("a: [1\n").contains("line"), "{}", error("a: [1\n"));
     }
 
     #[test]
