@@ -52,18 +52,18 @@ pub use whole::WholeMap;
 ///   their points) came, to the last bit, as long as no point was refused.
 ///
 /// That is [`Method::RecHv`]. With [`Method::Stillmap`] the rays to the points clear what they pass
-/// ([`StaticMap::integrate`]), and what stood in directions from which nothing comes back any more goes too; a map that rays have cleared hangs on the order of the cycles, not on that of the
-/// points within one.
+/// ([`StaticMap::integrate`]), and what stood in directions from which nothing comes back any more goes, too; a map that
+/// loses voxels so hangs on the order of the cycles, not on that of the points within one.
 ///
 /// The map of a SLAM that corrects itself follows its corrections: [`StaticMap::follow_path`].
 ///
 /// # Memory
 /// 80 bytes a voxel, the time at which it was seen first among them, and a byte of the table, which is between 7/16 and 7/8 full: 93 to 185 bytes a voxel,
 /// and half as much again while the table grows. Where voxels go, too, their places are not all used again before the
-/// table grows once more, so that it may end half as full: up to 370 bytes a voxel. While changes are followed, 12 to 24 bytes more for each
-/// voxel that waits, and 28 to 56 for each one that is gone and waits. [`Method::Stillmap`] keeps a bit a voxel
-/// besides, in blocks of 64 that take 25 to 60 bytes; [`AtMaxVoxels::DropOldest`] keeps 40 to 80 bytes a voxel
-/// besides. `max_voxels` bounds them all.
+/// table grows once more, so that it may end half as full: up to 370 bytes a voxel. While changes are followed, 12 to 24
+/// bytes more for each voxel that waits, and 28 to 56 for each one that is gone and waits. [`Method::Stillmap`] keeps a
+/// bit a voxel besides, in blocks of 64 that take 25 to 60 bytes, and 0.3 MB for what the camera saw by direction;
+/// [`AtMaxVoxels::DropOldest`] keeps 40 to 80 bytes a voxel besides. `max_voxels` bounds them all.
 ///
 /// [`AtMaxVoxels::Spill`] keeps the bits too, and `max_voxels` bounds what is in memory. Besides, with the way that
 /// was driven and no other bound, grow the 25 to 50 bytes of each tile that is out of memory, a thousandth of what its
@@ -158,8 +158,9 @@ impl StaticMap {
     }
 
     /// Takes in one cycle. [`Method::RecHv`]: [`StaticMap::add`] of its static cloud. [`Method::Stillmap`]:
-    /// besides, what the rays from the camera to the points of both clouds pass loses evidence, and goes when it
-    /// has none left (module `clearing`, and [`Addition::cleared_voxels`]). The order of the points changes
+    /// besides, what the rays from the camera to the points of both clouds pass loses evidence, as does what is in
+    /// directions that have gone blank, and goes when it has none left (modules `clearing` and `blanks`, and
+    /// [`Addition::cleared_voxels`]). The order of the points changes
     /// nothing there.
     ///
     /// # Errors

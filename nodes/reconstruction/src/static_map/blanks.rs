@@ -3,7 +3,7 @@
 //! Rays to returns clear what they pass (module `clearing`). Behind a thing that goes away there may be nothing to
 //! return any: a hall, a doorway, a black floor. But a camera that has seen a thing from here sees it again, while it is
 //! there; so a direction that is blank from now on says that it has gone, if less surely than a ray that passes. A
-//! voxel is missed when
+//! voxel loses evidence when
 //! - nothing at all came back from the square of directions around it, although other directions have returns;
 //! - the camera has met something as far away in that direction of its own: nothing of the platform stands before it
 //!   there, and no border of the image;
@@ -11,8 +11,8 @@
 //!   ([`SAME_SIDE_COSINE`]). A dark surface that slants comes back from one place and not from another;
 //! - nothing nearer stands so close beside it that the projector's shadow may lie there;
 //! - it is neither too near nor too far for depth cameras ([`NEAREST_M`], [`FARTHEST_M`]);
-//! - it stood there for no longer than [`LONGEST_STAY_S`]. Who steps right before the lens, nearer than it can measure, blanks out all that is
-//!   behind; what has stood there for longer does not hang on that.
+//! - it stood there for no longer than [`LONGEST_STAY_S`]. Who steps right before the lens, nearer than it can measure,
+//!   blanks out all that is behind; what has stood there for longer does not hang on that.
 
 #[cfg(test)]
 mod tests;
