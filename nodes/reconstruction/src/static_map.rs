@@ -160,8 +160,7 @@ impl StaticMap {
     /// Takes in one cycle. [`Method::RecHv`]: [`StaticMap::add`] of its static cloud. [`Method::Stillmap`]:
     /// besides, what the rays from the camera to the points of both clouds pass loses evidence, as does what is in
     /// directions that have gone blank, and goes when it has none left (modules `clearing` and `blanks`, and
-    /// [`Addition::cleared_voxels`]). The order of the points changes
-    /// nothing there.
+    /// [`Addition::cleared_voxels`]). The order of the points changes nothing there.
     ///
     /// # Errors
     /// When the static cloud is in another frame; the map is then as it was.
