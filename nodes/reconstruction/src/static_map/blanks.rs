@@ -14,18 +14,22 @@
 //! - it stood there for no longer than [`LONGEST_STAY_S`]. Who steps right before the lens, nearer than it can measure,
 //!   blanks out all that is behind; what has stood there for longer does not hang on that.
 
+mod open_directions;
 #[cfg(test)]
 mod tests;
 
 use std::collections::VecDeque;
 
-use geometry::{DepthByDirection, SegmentedCycle, View, VoxelKey, WIDEST_SLOPE, slopes_from};
-use nalgebra::{Isometry3, Point3, Vector2, Vector3};
+use geometry::{
+    DepthByDirection, SegmentedCycle, View, VoxelGrid, VoxelKey, WIDEST_SLOPE, slopes_from,
+};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector2, Vector3};
 
 use super::StaticMap;
 use super::anchor::Anchor;
-use super::blocks::block_of;
+use super::blocks::{BLOCK_EDGE_VOXELS, block_of};
 use super::voxel::VoxelMean;
+use open_directions::OpenDirections;
 
 /// A place that the camera saw from so much farther away it sees as well now: noise of poses.
 const AS_NEAR: f64 = 1.02;
@@ -46,6 +50,10 @@ const SHADOW_SQUARES: u8 = 10;
 const HALF_DIAGONAL_IN_EDGES: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// What lies so little nearer is of the same surface, and throws no shadow on it.
 const SAME_SURFACE_IN_EDGES: f64 = 1.5;
+/// Blocks are looked for in cubes of so many voxels an axis first, 64 blocks, and in eighths of those next.
+const CUBE_EDGE_VOXELS: i32 = 16;
+/// Half the diagonal of a cube, in halves of its edge: the square root of 3, rounded up.
+const HALF_DIAGONAL_OF_CUBE: f64 = 1.733;
 /// What was hit for longer than this, from the first time to the last, is there to stay.
 const LONGEST_STAY_S: f64 = 10.0;
 /// Cameras' places that are remembered: twenty minutes of the RPLIDAR A1, 20 bytes each.
@@ -54,10 +62,11 @@ const MOST_PLACES: usize = 8_192;
 /// What the cameras of the cycles saw, by direction.
 #[derive(Clone, Debug)]
 pub(super) struct Blanks {
-    /// The borders of all that was ever seen.
+    /// The borders of all that was ever seen, or hidden by it.
     view: View,
-    /// The farthest that was ever met.
+    /// The farthest that was ever met, in each direction and in all.
     farthest: DepthByDirection,
+    farthest_m: f64,
     /// The nearest that this cycle met.
     nearest: DepthByDirection,
     /// Where the cameras of late were, in the order of their cycles.
@@ -76,7 +85,7 @@ struct Place {
 impl Default for Blanks {
     fn default() -> Self {
         let [farthest, nearest] = [(); 2].map(|()| DepthByDirection::default());
-        Self { view: View::default(), farthest, nearest, places: VecDeque::new() }
+        Self { view: View::default(), farthest, farthest_m: 0.0, nearest, places: VecDeque::new() }
     }
 }
 
@@ -100,8 +109,10 @@ impl Blanks {
             let Some(slopes) = slopes_from(&camera.in_rig_m, point) else { continue };
             let depth_m = point.x - camera.in_rig_m.x;
             let hidden = Vector2::repeat(HALF_DIAGONAL_IN_EDGES * camera.edge_m / depth_m);
-            self.view.widen(&slopes);
+            self.view.widen(&(slopes - hidden));
+            self.view.widen(&(slopes + hidden));
             self.farthest.keep_farthest(&slopes, &hidden, depth_m);
+            self.farthest_m = self.farthest_m.max(depth_m);
             self.nearest.keep_nearest(&slopes, &hidden, depth_m);
             sees = true;
         }
@@ -175,14 +186,14 @@ impl Camera {
         FARTHEST_M.min(FARTHEST_IN_EDGES * self.edge_m)
     }
 
-    /// The corners of the box along the map's axes around all that is in view and in reach.
-    fn box_in_view(&self, view: &View) -> [Point3<f64>; 2] {
+    /// The corners of the box along the map's axes around all that is in view and within reach.
+    fn box_in_view(&self, view: &View, reach_m: f64) -> [Point3<f64>; 2] {
         let widest = Vector2::repeat(WIDEST_SLOPE);
         let (least, most) = (view.least.sup(&-widest), view.most.inf(&widest));
         let eye = self.in_map_m();
         let mut corners_m = [eye, eye];
         for (y, z) in [(least.x, least.y), (least.x, most.y), (most.x, least.y), (most.x, most.y)] {
-            let ray_m = Vector3::new(1.0, y, z) * self.reach_m();
+            let ray_m = Vector3::new(1.0, y, z) * reach_m;
             let corner_m = self.map_from_rig * (self.in_rig_m + ray_m);
             corners_m = [corners_m[0].inf(&corner_m), corners_m[1].sup(&corner_m)];
         }
@@ -206,36 +217,25 @@ impl StaticMap {
         let camera_in_map_m = camera.in_map_m().cast();
         blanks.remember(Place { cycle: self.cycles, moment: self.anchor, camera_in_map_m });
         if blanks.see(&points_in_rig, &camera) {
-            for block in self.blocks_between(camera.box_in_view(&blanks.view)) {
-                self.find_blank_in(block, &blanks, &camera, &mut blank);
+            let search = Search::of(&blanks, camera);
+            for block in search.blocks(&self.grid) {
+                self.find_blank_in(block, &search, &mut blank);
             }
         }
         self.blanks = Some(blanks);
         blank
     }
 
-    fn blocks_between(
-        &self,
-        corners_m: [Point3<f64>; 2],
-    ) -> impl Iterator<Item = VoxelKey> + use<> {
-        let [first, last] = corners_m.map(|corner| block_of(self.grid.key(&corner.cast())));
-        let columns = (first.x..=last.x).flat_map(move |x| (first.y..=last.y).map(move |y| (x, y)));
-        columns.flat_map(move |(x, y)| (first.z..=last.z).map(move |z| VoxelKey { x, y, z }))
-    }
-
     /// Appends those of one block, which may have to be fetched.
-    fn find_blank_in(
-        &mut self,
-        block: VoxelKey,
-        blanks: &Blanks,
-        camera: &Camera,
-        blank: &mut Vec<VoxelKey>,
-    ) {
+    fn find_blank_in(&mut self, block: VoxelKey, search: &Search<'_>, blank: &mut Vec<VoxelKey>) {
         if self.bits_of_block(block) == 0 {
             return;
         }
+        let Search { blanks, camera, .. } = search;
         let Some(occupied) = &self.occupied else { return };
-        blank.extend(occupied.voxels_of(block).filter(|key| {
+        // To look a voxel up costs more than to see that it cannot be one.
+        let in_open = occupied.voxels_of(block).filter(|key| search.may_hold(*key, 1));
+        blank.extend(in_open.filter(|key| {
             self.voxels.get(key).is_some_and(|voxel| {
                 voxel.last_cycle != self.cycles
                     && blanks.is_blank(&voxel.mean().cast(), camera)
@@ -243,4 +243,90 @@ impl StaticMap {
             })
         }));
     }
+}
+
+/// Where a cycle looks for what has gone.
+struct Search<'a> {
+    blanks: &'a Blanks,
+    camera: Camera,
+    open: OpenDirections,
+    reach_m: f64,
+    /// From the grid's numbers to metres along the rig's axes, and from the camera to the grid's origin.
+    rig_from_voxels: Matrix3<f64>,
+    from_camera_to_voxels_m: Vector3<f64>,
+}
+
+impl<'a> Search<'a> {
+    fn of(blanks: &'a Blanks, camera: Camera) -> Self {
+        let open = OpenDirections::of(&blanks.nearest, &blanks.farthest, &blanks.view);
+        let met_m = blanks.farthest_m + SAME_SURFACE_IN_EDGES * camera.edge_m;
+        let rig_from_map = camera.map_from_rig.inverse();
+        Self {
+            blanks,
+            camera,
+            open,
+            reach_m: camera.reach_m().min(met_m),
+            rig_from_voxels: rig_from_map.rotation.to_rotation_matrix().into_inner()
+                * camera.edge_m,
+            from_camera_to_voxels_m: rig_from_map.translation.vector - camera.in_rig_m.coords,
+        }
+    }
+
+    /// The blocks with a part in an open direction, empty ones too.
+    fn blocks(&self, grid: &VoxelGrid) -> Vec<VoxelKey> {
+        if self.open.is_empty() {
+            return Vec::new();
+        }
+        let corners = self.camera.box_in_view(&self.blanks.view, self.reach_m);
+        let [first, last] = corners.map(|corner| grid.key(&corner.cast()));
+        let mut edge_voxels = CUBE_EDGE_VOXELS;
+        let mut cubes: Vec<VoxelKey> = cubes_between(first, last, edge_voxels)
+            .filter(|cube| self.may_hold(*cube, edge_voxels))
+            .collect();
+        while edge_voxels > i32::from(BLOCK_EDGE_VOXELS) {
+            edge_voxels /= 2;
+            cubes = cubes
+                .into_iter()
+                .flat_map(|cube| eighths(cube, edge_voxels))
+                .filter(|cube| self.may_hold(*cube, edge_voxels))
+                .collect();
+        }
+        cubes.into_iter().map(block_of).collect()
+    }
+
+    /// Whether a cube of so many voxels an axis, of which this is the least, may have a part in an open direction.
+    fn may_hold(&self, least: VoxelKey, edge_voxels: i32) -> bool {
+        let half_edge = f64::from(edge_voxels) / 2.0;
+        let middle = Vector3::new(least.x.into(), least.y.into(), least.z.into());
+        let from_camera_m = self.rig_from_voxels * (middle + Vector3::repeat(half_edge))
+            + self.from_camera_to_voxels_m;
+        let half_m = half_edge * self.camera.edge_m;
+        let depths_m = NEAREST_M..self.reach_m;
+        self.open.may_show(&from_camera_m, half_m * HALF_DIAGONAL_OF_CUBE, depths_m)
+    }
+}
+
+/// The least voxels of the cubes of so many voxels an axis, from the one that holds `first` to the one that holds
+/// `last`.
+fn cubes_between(
+    first: VoxelKey,
+    last: VoxelKey,
+    edge_voxels: i32,
+) -> impl Iterator<Item = VoxelKey> {
+    let along = move |first: i32, last: i32| {
+        let cubes = first.div_euclid(edge_voxels)..=last.div_euclid(edge_voxels);
+        cubes.map(move |cube| cube * edge_voxels)
+    };
+    let columns =
+        along(first.x, last.x).flat_map(move |x| along(first.y, last.y).map(move |y| (x, y)));
+    columns.flat_map(move |(x, y)| along(first.z, last.z).map(move |z| VoxelKey { x, y, z }))
+}
+
+/// The least voxels of the eight cubes of so many voxels an axis that make up one of twice the edge.
+fn eighths(cube: VoxelKey, edge_voxels: i32) -> impl Iterator<Item = VoxelKey> {
+    (0..8).map(move |eighth| VoxelKey {
+        x: cube.x + (eighth & 1) * edge_voxels,
+        y: cube.y + (eighth >> 1 & 1) * edge_voxels,
+        z: cube.z + (eighth >> 2) * edge_voxels,
+    })
 }
