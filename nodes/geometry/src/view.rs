@@ -9,10 +9,9 @@ use nalgebra::{Point3, Vector2};
 
 /// A point nearer to the camera's plane than this has no slope that means anything.
 pub const MIN_SLOPE_DEPTH_M: f64 = 0.1;
-/// Squares along a side: a view of 120 degrees.
-const SQUARES: usize = 128;
 /// Directions beyond this slope to a side count as those at the border of [`DepthByDirection`].
-pub const WIDEST_SLOPE: f64 = 0.5 * SQUARES as f64 * DepthByDirection::SQUARE_SLOPE;
+pub const WIDEST_SLOPE: f64 =
+    0.5 * DepthByDirection::SQUARES as f64 * DepthByDirection::SQUARE_SLOPE;
 
 /// Sideways and upward slope of the ray from the camera to a point of the rig frame; `None` beside or behind the
 /// camera, and for what is not finite.
@@ -65,13 +64,23 @@ pub struct DepthByDirection {
 
 impl Default for DepthByDirection {
     fn default() -> Self {
-        Self { depth_m: vec![f32::NAN; SQUARES * SQUARES] }
+        Self { depth_m: vec![f32::NAN; Self::SQUARES * Self::SQUARES] }
     }
 }
 
 impl DepthByDirection {
     /// The squares in which directions are gathered are so wide: a voxel of the thesis at 3 m.
     pub const SQUARE_SLOPE: f64 = 0.027;
+    /// Squares along a side: a view of 120 degrees.
+    pub const SQUARES: usize = 128;
+
+    /// The square of a slope to the left or up, counted from the right or lower border; the nearest one where there is none.
+    #[must_use]
+    pub fn square_of(slope: f64) -> usize {
+        let from_border = slope / Self::SQUARE_SLOPE + 0.5 * Self::SQUARES as f64;
+        // The cast saturates at 0.
+        (from_border as usize).min(Self::SQUARES - 1)
+    }
 
     /// Forgets what was met.
     pub fn clear(&mut self) {
@@ -95,9 +104,10 @@ impl DepthByDirection {
         reach: &Vector2<f64>,
         mut keep: impl FnMut(&mut f32),
     ) {
-        let (least, most) = (square(&(slopes - reach)), square(&(slopes + reach)));
-        for row in least[1]..=most[1] {
-            let columns = row * SQUARES + least[0]..=row * SQUARES + most[0];
+        let [least_column, least_row] = Self::column_and_row(&(slopes - reach));
+        let [most_column, most_row] = Self::column_and_row(&(slopes + reach));
+        for row in least_row..=most_row {
+            let columns = row * Self::SQUARES + least_column..=row * Self::SQUARES + most_column;
             self.depth_m.get_mut(columns).into_iter().flatten().for_each(&mut keep);
         }
     }
@@ -105,9 +115,13 @@ impl DepthByDirection {
     /// The depth kept in a direction, in metres; `None` where nothing was met.
     #[must_use]
     pub fn depth_m(&self, slopes: &Vector2<f64>) -> Option<f64> {
-        let [column, row] = square(slopes);
-        let depth_m = self.depth_m.get(row * SQUARES + column).copied().map(f64::from);
+        let [column, row] = Self::column_and_row(slopes);
+        let depth_m = self.depth_m.get(row * Self::SQUARES + column).copied().map(f64::from);
         depth_m.filter(|depth_m| !depth_m.is_nan())
+    }
+
+    fn column_and_row(slopes: &Vector2<f64>) -> [usize; 2] {
+        [slopes.x, slopes.y].map(Self::square_of)
     }
 
     /// The memory taken, in bytes.
@@ -115,12 +129,4 @@ impl DepthByDirection {
     pub fn memory_bytes(&self) -> usize {
         self.depth_m.capacity() * size_of::<f32>()
     }
-}
-
-/// Column and row of a direction, or of the nearest one that has any.
-fn square(slopes: &Vector2<f64>) -> [usize; 2] {
-    let from_corner =
-        slopes / DepthByDirection::SQUARE_SLOPE + Vector2::repeat(0.5 * SQUARES as f64);
-    // The casts saturate at 0.
-    [from_corner.x, from_corner.y].map(|from_corner| (from_corner as usize).min(SQUARES - 1))
 }

@@ -16,10 +16,13 @@ pub(super) struct OpenDirections {
 impl OpenDirections {
     /// Those in which this cycle met nothing, and an earlier one something, within the borders of all that was met.
     pub(super) fn of(nearest: &DepthByDirection, farthest: &DepthByDirection, view: &View) -> Self {
-        let side = squares_aside();
+        let side = DepthByDirection::SQUARES;
         let middle =
             |square: usize| (square as f64 + 0.5) * DepthByDirection::SQUARE_SLOPE - WIDEST_SLOPE;
-        let [columns, rows] = [0, 1].map(|axis| square(view.least[axis])..=square(view.most[axis]));
+        let [columns, rows] = [0, 1].map(|axis| {
+            DepthByDirection::square_of(view.least[axis])
+                ..=DepthByDirection::square_of(view.most[axis])
+        });
         let mut sums = vec![0; (side + 1) * (side + 1)];
         for row in 0..side {
             let mut in_row = 0;
@@ -54,9 +57,9 @@ impl OpenDirections {
             let (least_m, most_m) = (aside_m - radius_m, aside_m + radius_m);
             let least = least_m / if least_m < 0.0 { near_m } else { far_m };
             let most = most_m / if most_m > 0.0 { near_m } else { far_m };
-            square(least)..square(most) + 1
+            DepthByDirection::square_of(least)..DepthByDirection::square_of(most) + 1
         });
-        let side = squares_aside() + 1;
+        let side = DepthByDirection::SQUARES + 1;
         let sum = |row: usize, column: usize| {
             self.sums.get(row * side + column).copied().unwrap_or_default()
         };
@@ -70,16 +73,6 @@ impl OpenDirections {
     pub(super) fn is_empty(&self) -> bool {
         self.sums.last().is_none_or(|all| *all == 0)
     }
-}
-
-fn squares_aside() -> usize {
-    (2.0 * WIDEST_SLOPE / DepthByDirection::SQUARE_SLOPE).round() as usize
-}
-
-/// The square of a slope, or the nearest one that there is.
-fn square(slope: f64) -> usize {
-    // The cast saturates at 0.
-    (((slope + WIDEST_SLOPE) / DepthByDirection::SQUARE_SLOPE) as usize).min(squares_aside() - 1)
 }
 
 #[cfg(test)]
