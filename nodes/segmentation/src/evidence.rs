@@ -51,6 +51,15 @@ pub enum Known {
     Background,
 }
 
+/// For how long something has stood in a place of the background.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Stay {
+    /// From the first time that it was met to the last, in seconds.
+    pub lasted_s: f64,
+    /// When it was met last.
+    pub last_met: Stamp,
+}
+
 /// Bounded evidence over the voxels of the map frame.
 #[derive(Clone, Debug)]
 pub struct Evidence {
@@ -115,6 +124,18 @@ impl Evidence {
         self.known_at(self.voxel(point_in_map))
     }
 
+    /// For how long something has stood in a place; `None` where that is no background.
+    #[must_use]
+    pub fn stay(&self, point_in_map: &Point3<f64>) -> Option<Stay> {
+        let voxel = self.voxel(point_in_map)?;
+        let cell = self.table.get(table::key_of(voxel)?)?;
+        let is_background = self.known_of(cell) == Known::Background;
+        is_background.then_some(Stay {
+            lasted_s: f64::from(cell.last_hit_ms.saturating_sub(cell.first_hit_ms)) / 1e3,
+            last_met: self.start?.plus_seconds(f64::from(cell.last_hit_ms) / 1e3),
+        })
+    }
+
     /// Whether one of the 26 voxels around a place is of a surface: background, or what may become so. A
     /// surface's own voxels are not all hit in each cycle where the pose is unsure or the rig moves, and rays
     /// that graze it pass them; so a place beside one is free only for what hangs together with more.
@@ -139,9 +160,11 @@ impl Evidence {
     }
 
     fn known_at(&self, voxel: Option<VoxelKey>) -> Known {
-        let Some(cell) = voxel.and_then(table::key_of).and_then(|key| self.table.get(key)) else {
-            return Known::Unknown;
-        };
+        let cell = voxel.and_then(table::key_of).and_then(|key| self.table.get(key));
+        cell.map_or(Known::Unknown, |cell| self.known_of(cell))
+    }
+
+    fn known_of(&self, cell: &table::Cell) -> Known {
         if cell.passes >= MIN_PASSES && cell.hits * PASSES_PER_HIT_WHERE_FREE <= cell.passes {
             return Known::Free;
         }
@@ -202,6 +225,14 @@ impl Evidence {
         }
     }
 
+    /// Takes a place for one of which nothing is known.
+    pub fn forget(&mut self, point_in_map: &Point3<f64>) {
+        let key = self.voxel(point_in_map).and_then(table::key_of);
+        if let Some(cell) = key.and_then(|key| self.table.entry(key)) {
+            (cell.hits, cell.passes) = (0, 0);
+        }
+    }
+
     /// Takes places for background at once: what stands there was followed, and has stopped for good.
     pub fn adopt<'a>(&mut self, points_in_map: impl IntoIterator<Item = &'a Point3<f64>>) {
         let long_ago_ms = self.now_ms.saturating_sub(self.min_background_ms);
@@ -210,7 +241,7 @@ impl Evidence {
             if let Some(cell) = key.and_then(|key| self.table.entry(key)) {
                 cell.hits = MEMORY_CYCLES / 2;
                 cell.passes = 0;
-                cell.first_hit_ms = long_ago_ms;
+                (cell.first_hit_ms, cell.last_hit_ms) = (long_ago_ms, self.now_ms);
             }
         }
     }
@@ -237,6 +268,7 @@ impl Evidence {
             cell.first_hit_ms = now_ms;
         }
         cell.hits += 1;
+        cell.last_hit_ms = now_ms;
         cell.fade();
     }
 

@@ -5,48 +5,47 @@
 //! nothing, in whose direction nothing so near was met, was empty, whatever is behind it. That holds as far as the camera
 //! saw anything at all in that cycle: what comes into its range has not arrived. A dark or slanting surface comes into
 //! range at a short distance, so that where nothing came back the place must have been near.
+//!
+//! For the same reason no ray ever passes the place of one who stood there and has left: the background that he was taken
+//! for has gone when the camera has seen nothing there for long enough since.
 
 #[cfg(test)]
 mod tests;
 
 use std::collections::VecDeque;
 
-use geometry::{DepthByDirection, DetectedCycle, View, slopes_from};
-use nalgebra::{Isometry3, Point3, Vector2, distance};
+use geometry::{DepthByDirection, DetectedCycle, Sight, Stamp, View};
+use nalgebra::{Point3, distance};
 
 /// Cycles that are remembered: three seconds of the RPLIDAR A1. One who crosses the view uncovers what he hid in a
 /// second, one who goes away from the camera at 15 degrees to its line of sight, 0.6 m wide and at 1 m/s, in 2.3 s.
 const VIEWS: usize = 24;
 /// In so many of them a place must have been empty: as for the passes of rays (module `evidence`).
 const MIN_EMPTY: usize = 3;
-/// What a point hides reaches so far around it: half the diagonal of its voxel.
-const HALF_DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// What was met must lie so many voxels behind a place for that to have been empty: a point is the mean over a
-/// voxel.
-const BEHIND_VOXELS: f64 = 1.5;
+/// In so many of them, since it was met last, a place of the background must have been empty for that to have gone: a
+/// dark surface that comes back in one cycle of ten stays six times in seven.
+const MIN_GONE: usize = 18;
 
 /// The last cycles' views.
 #[derive(Clone, Debug, Default)]
 pub struct RecentViews {
     frames: VecDeque<Frame>,
+    /// The farthest that was ever met in each direction.
+    farthest: DepthByDirection,
 }
 
-/// The nearest that one cycle saw in each direction.
+/// What one cycle saw.
 #[derive(Clone, Debug)]
 struct Frame {
-    map_from_rig: Isometry3<f64>,
-    camera_in_rig_m: Point3<f64>,
-    nearest: DepthByDirection,
-    /// The farthest that came back, in metres: nothing is known of what is beyond; 0 for an empty cycle.
-    farthest_m: f64,
-    /// The edge of the voxels that its points are means of.
-    cell_m: f64,
+    stamp: Stamp,
+    sight: Sight,
 }
 
 impl RecentViews {
     /// Forgets them.
     pub fn clear(&mut self) {
         self.frames.clear();
+        self.farthest.clear();
     }
 
     /// Whether a place of the map was in view and empty in enough of the cycles remembered. The camera has had the
@@ -59,46 +58,60 @@ impl RecentViews {
         empty.take(MIN_EMPTY).count() == MIN_EMPTY
     }
 
+    /// Whether what was met last at `last_met` in a place of the map has gone since: its direction was blank in enough of
+    /// the cycles that were remembered from then on, or rays went past it. The cameras of these cycles saw the place as
+    /// well as the one that is at `camera_in_map` now and meets something there.
+    #[must_use]
+    pub fn has_gone(
+        &self,
+        place_in_map: &Point3<f64>,
+        last_met: Stamp,
+        camera_in_map: &Point3<f64>,
+    ) -> bool {
+        let since = self.frames.iter().rev().take_while(|frame| frame.stamp > last_met);
+        let shows_gone = |frame: &&Frame| {
+            frame.sight.sees_as_well_as(camera_in_map, place_in_map)
+                && frame.shows_gone(place_in_map, &self.farthest)
+        };
+        // Most places were met a cycle ago.
+        since.clone().count() >= MIN_GONE
+            && since.filter(shows_gone).take(MIN_GONE).count() == MIN_GONE
+    }
+
     /// Remembers a cycle. `cell_m` is the edge of the voxels that its points are means of.
     pub fn remember(&mut self, cycle: &DetectedCycle, cell_m: f64) {
         if self.frames.len() == VIEWS {
             self.frames.pop_front();
         }
-        self.frames.push_back(Frame::of(cycle, cell_m));
+        let mut sight = Sight::new(cycle.map_from_rig, cycle.camera_in_rig_m, cell_m);
+        for point in &cycle.reduced_cloud.points_m {
+            if let Some(met) = sight.meet(&point.cast()) {
+                self.farthest.keep_farthest(&met.slopes, &met.hides, met.depth_m);
+            }
+        }
+        self.frames.push_back(Frame { stamp: cycle.reduced_cloud.stamp, sight });
     }
 }
 
 impl Frame {
-    fn of(cycle: &DetectedCycle, cell_m: f64) -> Self {
-        let mut frame = Self {
-            map_from_rig: cycle.map_from_rig,
-            camera_in_rig_m: cycle.camera_in_rig_m,
-            nearest: DepthByDirection::default(),
-            farthest_m: 0.0,
-            cell_m,
-        };
-        for point in &cycle.reduced_cloud.points_m {
-            frame.take(&point.cast());
-        }
-        frame
-    }
-
-    fn take(&mut self, point_in_rig: &Point3<f64>) {
-        let Some(slopes) = slopes_from(&self.camera_in_rig_m, point_in_rig) else { return };
-        let depth_m = point_in_rig.x - self.camera_in_rig_m.x;
-        self.farthest_m = self.farthest_m.max(depth_m);
-        let reach = Vector2::repeat(HALF_DIAGONAL * self.cell_m / depth_m);
-        self.nearest.keep_nearest(&slopes, &reach, depth_m);
-    }
-
     fn was_empty(&self, place_in_map: &Point3<f64>, view: &View, blank_reach_m: f64) -> bool {
-        let in_rig = self.map_from_rig.inverse_transform_point(place_in_map);
-        let Some(slopes) = slopes_from(&self.camera_in_rig_m, &in_rig) else { return false };
-        let depth_m = in_rig.x - self.camera_in_rig_m.x;
-        let is_free = match self.nearest.depth_m(&slopes) {
-            Some(nearest_m) => nearest_m > depth_m + BEHIND_VOXELS * self.cell_m,
-            None => distance(&in_rig, &self.camera_in_rig_m) <= blank_reach_m,
+        let Some(place) = self.sight.bearing_in_map(place_in_map) else { return false };
+        let is_free = match self.sight.nearest().depth_m(&place.slopes) {
+            Some(_) => self.sight.sees_past(&place),
+            None => distance(place_in_map, &self.sight.camera_in_map_m()) <= blank_reach_m,
         };
-        view.contains(&slopes) && depth_m <= self.farthest_m && is_free
+        view.contains(&place.slopes) && place.depth_m <= self.sight.farthest_m() && is_free
+    }
+
+    /// Whether the camera would see what is at a place, and does not. It has met something as far away in that direction
+    /// of its own before; a camera that meets nothing at all may be covered.
+    fn shows_gone(&self, place_in_map: &Point3<f64>, farthest: &DepthByDirection) -> bool {
+        self.sight.bearing_in_map(place_in_map).is_some_and(|place| {
+            let reaches = |met_m: f64| met_m + self.sight.same_surface_m() >= place.depth_m;
+            let is_blank = self.sight.farthest_m() > 0.0
+                && farthest.depth_m(&place.slopes).is_some_and(reaches)
+                && self.sight.is_blank(&place);
+            is_blank || self.sight.sees_past(&place)
+        })
     }
 }

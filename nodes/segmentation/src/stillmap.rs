@@ -8,7 +8,7 @@ mod tests;
 
 use std::collections::HashSet;
 
-use geometry::{DetectedCycle, Stamp, Track, View, VoxelGrid, VoxelKey};
+use geometry::{DetectedCycle, LONGEST_STAY_S, Stamp, Track, View, VoxelGrid, VoxelKey};
 use nalgebra::{Point3, distance};
 
 use crate::evidence::{Evidence, EvidenceLimits, Known};
@@ -101,6 +101,7 @@ impl Stillmap {
         let camera_in_map = cycle.map_from_rig * cycle.camera_in_rig_m;
         view::widen(&mut self.view, cycle);
         self.floor = self.floor_under(&points_in_map, &camera_in_map);
+        self.forget_what_has_gone(&points_in_map, &camera_in_map);
         let standings = self.standings(&points_in_map, &camera_in_map);
         observe(Step::Evidence);
 
@@ -173,6 +174,20 @@ impl Stillmap {
             .copied()
             .collect();
         Floor::of(&near).or(self.floor.filter(|known| known.is_under(&near)))
+    }
+
+    /// Takes the places of points for unknown where the background has gone and left nothing that rays come back from:
+    /// someone stood there before a doorway or a hall. What is there now is another.
+    fn forget_what_has_gone(&mut self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) {
+        for point in points_in_map {
+            let has_gone = self.evidence.stay(point).is_some_and(|stay| {
+                stay.lasted_s <= LONGEST_STAY_S
+                    && self.recent_views.has_gone(point, stay.last_met, camera)
+            });
+            if has_gone {
+                self.evidence.forget(point);
+            }
+        }
     }
 
     /// How each point stands to what is known of its place.

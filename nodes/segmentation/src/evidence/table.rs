@@ -22,6 +22,8 @@ pub(super) struct Cell {
     pub(super) seen: u32,
     /// When it was first hit, since the start.
     pub(super) first_hit_ms: u32,
+    /// The same of the last time.
+    pub(super) last_hit_ms: u32,
     /// Cycles in which a static point ended in it; fading.
     pub(super) hits: u16,
     /// Cycles in which it was only passed; fading.
@@ -70,7 +72,9 @@ impl CellTable {
     /// The start of the times is so much later.
     pub(super) fn start_later(&mut self, later_ms: u32) {
         for cell in &mut self.slots {
-            cell.first_hit_ms = cell.first_hit_ms.saturating_sub(later_ms);
+            for hit_ms in [&mut cell.first_hit_ms, &mut cell.last_hit_ms] {
+                *hit_ms = hit_ms.saturating_sub(later_ms);
+            }
         }
     }
 

@@ -108,6 +108,21 @@ fn adopted_places_are_background_at_once() {
 }
 
 #[test]
+fn a_stay_lasts_from_the_first_time_that_something_was_met_to_the_last() {
+    let mut evidence = evidence();
+    let (chair, beside) = (Point3::new(2.04, 0.04, 0.04), Point3::new(2.04, 1.04, 0.04));
+    look(&mut evidence, 7, 5, &[chair]);
+    assert_eq!(evidence.stay(&chair), None, "no background yet");
+    look(&mut evidence, 12, 10, &[beside]);
+    let stay = evidence.stay(&chair).unwrap();
+    assert!((stay.lasted_s - 4.0 * 0.143).abs() < 2e-3, "{stay:?}");
+    assert!(stay.last_met.seconds_since(Stamp::from_nanos(11 * 143_000_000)).abs() < 2e-3);
+    evidence.forget(&chair);
+    assert_eq!((evidence.stay(&chair), evidence.known(&chair)), (None, Known::Unknown));
+    assert!(evidence.is_untouched(&chair));
+}
+
+#[test]
 fn numbers_that_mean_nothing_do_no_harm_and_the_bound_holds() {
     let limits = EvidenceLimits {
         grid: VoxelGrid::new(0.01).unwrap(),
@@ -128,7 +143,7 @@ fn numbers_that_mean_nothing_do_no_harm_and_the_bound_holds() {
     }
     assert!(evidence.voxels() <= 500);
     for point in &points {
-        let _ = (evidence.known(point), evidence.is_beside_surface(point));
+        let _ = (evidence.known(point), evidence.is_beside_surface(point), evidence.stay(point));
     }
 }
 

@@ -1,5 +1,5 @@
 use geometry::{Cloud, Stamp};
-use nalgebra::{Point3, Translation3};
+use nalgebra::{Point3, Translation3, Vector3};
 
 use super::*;
 use crate::view;
@@ -147,4 +147,65 @@ fn of_what_is_beyond_the_farthest_return_nothing_is_known() {
         !blank.was_empty(&Point3::new(2.0, 0.3, 0.1), &view, NEAR_M),
         "the lens may be covered"
     );
+}
+
+/// Whether a place is gone for a camera at the origin, after one cycle that meets it and so many others, a second each,
+/// from a camera at `from`.
+fn has_gone_after(cycles: usize, points_m: &[Point3<f32>], from: [f64; 3]) -> bool {
+    let place = Point3::new(2.0, 0.3, 0.1);
+    let mut views = RecentViews::default();
+    views.remember(&cycle_of([rim(), vec![place.cast()]].concat(), 0.0), CELL_M);
+    for second in 0..cycles {
+        let mut cycle = cycle_of(points_m.to_vec(), 0.0);
+        cycle.map_from_rig = Translation3::from(Vector3::from(from)).into();
+        cycle.reduced_cloud.stamp = Stamp::default().plus_seconds(1.0 + second as f64);
+        views.remember(&cycle, CELL_M);
+    }
+    views.has_gone(&place, Stamp::default(), &Point3::origin())
+}
+
+#[test]
+fn what_was_met_has_gone_once_enough_cycles_show_nothing_there() {
+    let here = [0.0; 3];
+    assert!(has_gone_after(MIN_GONE, &rim(), here));
+    assert!(!has_gone_after(MIN_GONE - 1, &rim(), here));
+    let behind = [rim(), vec![Point3::new(2.9, 0.435, 0.145)]].concat();
+    assert!(has_gone_after(VIEWS, &behind, here), "rays go past it");
+    assert!(has_gone_after(VIEWS, &rim(), [0.1, 0.015, 0.005]), "it was nearer, in that direction");
+}
+
+#[test]
+fn background_that_may_be_there_unseen_has_not_gone() {
+    let here = [0.0; 3];
+    let with = |point: [f32; 3]| [rim(), vec![Point3::from(point)]].concat();
+    for (points_m, from, why) in [
+        (Vec::new(), here, "the lens may be covered"),
+        (with([2.0, 0.3, 0.1]), here, "it is seen"),
+        (with([1.4, 0.21, 0.07]), here, "something hides it"),
+        (with([1.2, 0.25, 0.06]), here, "it may lie in the projector's shadow"),
+        (rim(), [1.3, 0.0, 0.0], "it is too near to be measured"),
+        (rim(), [-0.1, -0.015, -0.005], "it was farther away, in that direction"),
+        (rim(), [1.0, 1.3, 0.0], "it was seen from another side"),
+        (rim(), [0.0, -1.0, 0.0], "from that direction nothing ever came"),
+    ] {
+        assert!(!has_gone_after(VIEWS, &points_m, from), "{why}");
+    }
+}
+
+#[test]
+fn only_the_cycles_since_it_was_met_show_that_something_has_gone() {
+    let place = Point3::new(2.0, 0.3, 0.1);
+    let (mut views, met_again) = (RecentViews::default(), VIEWS / 2);
+    for second in 0..VIEWS {
+        let seen = if second == 0 || second == met_again { vec![place.cast()] } else { Vec::new() };
+        let mut cycle = cycle_of([rim(), seen].concat(), 0.0);
+        cycle.reduced_cloud.stamp = Stamp::default().plus_seconds(second as f64);
+        views.remember(&cycle, CELL_M);
+    }
+    let has_gone = |last_met: usize| {
+        let last_met = Stamp::default().plus_seconds(last_met as f64);
+        views.has_gone(&place, last_met, &Point3::origin())
+    };
+    assert!(!has_gone(met_again));
+    assert!(has_gone(0), "the same cycles, were it not met again");
 }

@@ -172,6 +172,37 @@ fn the_last_sliver_of_an_object_is_the_objects_for_one_cycle_more() {
     assert!(cut(19, [room, last].concat()).is_empty());
 }
 
+/// Regression: who stood in a doorway with nothing behind it when all began was background there, which no ray passed
+/// after he had left, and the next one was half left in the map for as long as he came through it.
+#[test]
+fn who_stands_before_nothing_takes_no_part_of_those_who_come_after() {
+    let frame =
+        [upright(4.52, [-1.6, -0.6], [-0.6, 0.6]), upright(4.52, [0.6, 1.6], [-0.6, 0.6])].concat();
+    let body = upright(3.0, [-0.24, 0.24], [-0.56, 0.56]);
+    let in_doorway = [frame.clone(), body.clone()].concat();
+    let mut dice = Dice(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut dice);
+    let cut_of_the_next = |stayed: u32, away: u32| {
+        let mut segmenter = Segmenter::new(config()).unwrap();
+        let mut cut = |index: u32, points_m: &[Point3<f32>]| {
+            let cycle = with_points(&view.cycle, index, points_m.to_vec());
+            segmenter.step(&cycle, |_| ()).unwrap().cycle.dynamic_cloud.points_m.len()
+        };
+        for index in 0..stayed {
+            assert_eq!(cut(index, &in_doorway), 0);
+        }
+        for index in stayed..stayed + away {
+            assert_eq!(cut(index, &frame), 0);
+        }
+        cut(stayed + away, &in_doorway)
+    };
+    const STOOD: u32 = 8;
+    const FOR_LONG: u32 = 80;
+    assert_eq!(cut_of_the_next(STOOD, 24), body.len());
+    assert_eq!(cut_of_the_next(STOOD, 12), 0, "it may be dark and seen now and then");
+    assert_eq!(cut_of_the_next(FOR_LONG, 24), 0, "it belongs there, and was not seen for a while");
+}
+
 /// Regression: before a robot that drove on, the floor, which was too slanting to be seen from farther away, had arrived
 /// where nothing was; it was cut out of the map, and taken for an object that grew with each cycle.
 #[test]

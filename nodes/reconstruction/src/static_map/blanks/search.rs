@@ -1,11 +1,11 @@
 //! Where a cycle looks for what has gone: in the cubes of voxels with a part in an open direction.
 
-use geometry::{VoxelGrid, VoxelKey, WIDEST_SLOPE};
+use geometry::{NEAREST_SEEN_M, Sight, VoxelGrid, VoxelKey, WIDEST_SLOPE};
 use nalgebra::{Matrix3, Point3, Vector2, Vector3};
 
 use super::super::blocks::{BLOCK_EDGE_VOXELS, block_of};
 use super::open_directions::OpenDirections;
-use super::{Blanks, Camera, NEAREST_M, SAME_SURFACE_IN_EDGES};
+use super::{Blanks, reach_m};
 
 /// Blocks are looked for in cubes of so many voxels an axis first, 64 blocks, and in eighths of those next.
 const CUBE_EDGE_VOXELS: i32 = 16;
@@ -15,7 +15,7 @@ const HALF_DIAGONAL_OF_CUBE: f64 = 1.733;
 /// Where a cycle looks for what has gone.
 pub(super) struct Search<'a> {
     pub(super) blanks: &'a Blanks,
-    pub(super) camera: Camera,
+    pub(super) sight: &'a Sight,
     open: OpenDirections,
     reach_m: f64,
     /// From the grid's numbers to metres along the rig's axes, and from the camera to the grid's origin.
@@ -24,18 +24,16 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn of(blanks: &'a Blanks, camera: Camera) -> Self {
-        let open = OpenDirections::of(&blanks.nearest, &blanks.farthest, &blanks.view);
-        let met_m = blanks.farthest_m + SAME_SURFACE_IN_EDGES * camera.edge_m;
-        let rig_from_map = camera.map_from_rig.inverse();
+    pub(super) fn of(blanks: &'a Blanks, sight: &'a Sight) -> Self {
+        let open = OpenDirections::of(sight.nearest(), &blanks.farthest, &blanks.view);
+        let rig_from_map = sight.map_from_rig.inverse();
         Self {
             blanks,
-            camera,
+            sight,
             open,
-            reach_m: camera.reach_m().min(met_m),
-            rig_from_voxels: rig_from_map.rotation.to_rotation_matrix().into_inner()
-                * camera.edge_m,
-            from_camera_to_voxels_m: rig_from_map.translation.vector - camera.in_rig_m.coords,
+            reach_m: reach_m(sight).min(blanks.farthest_m + sight.same_surface_m()),
+            rig_from_voxels: rig_from_map.rotation.to_rotation_matrix().into_inner() * sight.edge_m,
+            from_camera_to_voxels_m: rig_from_map.translation.vector - sight.camera_in_rig_m.coords,
         }
     }
 
@@ -63,14 +61,14 @@ impl<'a> Search<'a> {
 
     /// The corners of the box along the map's axes around all that is in view and within reach.
     fn box_in_view(&self) -> [Point3<f64>; 2] {
-        let (view, camera) = (&self.blanks.view, &self.camera);
+        let (view, sight) = (&self.blanks.view, self.sight);
         let widest = Vector2::repeat(WIDEST_SLOPE);
         let (least, most) = (view.least.sup(&-widest), view.most.inf(&widest));
-        let eye = camera.in_map_m();
+        let eye = sight.camera_in_map_m();
         let mut corners_m = [eye, eye];
         for (y, z) in [(least.x, least.y), (least.x, most.y), (most.x, least.y), (most.x, most.y)] {
             let ray_m = Vector3::new(1.0, y, z) * self.reach_m;
-            let corner_m = camera.map_from_rig * (camera.in_rig_m + ray_m);
+            let corner_m = sight.map_from_rig * (sight.camera_in_rig_m + ray_m);
             corners_m = [corners_m[0].inf(&corner_m), corners_m[1].sup(&corner_m)];
         }
         corners_m
@@ -82,8 +80,8 @@ impl<'a> Search<'a> {
         let middle = Vector3::new(least.x.into(), least.y.into(), least.z.into());
         let from_camera_m = self.rig_from_voxels * (middle + Vector3::repeat(half_edge))
             + self.from_camera_to_voxels_m;
-        let half_m = half_edge * self.camera.edge_m;
-        let depths_m = NEAREST_M..self.reach_m;
+        let half_m = half_edge * self.sight.edge_m;
+        let depths_m = NEAREST_SEEN_M..self.reach_m;
         self.open.may_show(&from_camera_m, half_m * HALF_DIAGONAL_OF_CUBE, depths_m)
     }
 }

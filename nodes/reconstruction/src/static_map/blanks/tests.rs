@@ -1,5 +1,5 @@
 use geometry::{Cloud, Stamp};
-use nalgebra::{Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::*;
 use crate::{AtMaxVoxels, Method, ReconstructionConfig};

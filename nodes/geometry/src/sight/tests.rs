@@ -1,0 +1,102 @@
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
+
+use super::*;
+
+const EDGE_M: f64 = 0.08;
+const PLACE: [f64; 3] = [3.0, 0.0, 0.0];
+
+/// What a camera at the origin of the map meets.
+fn sight_of(points_m: &[[f64; 3]]) -> Sight {
+    sight_from(Isometry3::identity(), points_m)
+}
+
+fn sight_from(map_from_rig: Isometry3<f64>, points_m: &[[f64; 3]]) -> Sight {
+    let mut sight = Sight::new(map_from_rig, Point3::origin(), EDGE_M);
+    for point in points_m {
+        sight.meet(&Point3::from(*point));
+    }
+    sight
+}
+
+fn is_blank(points_m: &[[f64; 3]], place: [f64; 3]) -> bool {
+    let sight = sight_of(points_m);
+    sight.is_blank(&sight.bearing(&place.into()).unwrap())
+}
+
+#[test]
+fn a_direction_is_blank_where_nothing_came_back_and_something_would() {
+    assert!(is_blank(&[], PLACE));
+    for (place, why) in [([0.79, 0.0, 0.0], "too near"), ([8.01, 0.0, 0.0], "too far")] {
+        assert!(!is_blank(&[], place), "{why}");
+    }
+    for (point, why) in [
+        ([3.0, 0.0, 0.0], "it is seen"),
+        ([3.0, 0.05, 0.0], "it is seen, in the voxel beside"),
+        ([6.0, 0.0, 0.0], "something behind it is seen"),
+        ([1.5, 0.0, 0.0], "something hides it"),
+        ([1.5, 0.1, 0.0], "it may lie in a shadow to the right"),
+        ([1.5, -0.1, 0.0], "it may lie in a shadow to the left"),
+    ] {
+        assert!(!is_blank(&[point], PLACE), "{why}");
+    }
+    for (point, why) in [
+        ([1.5, 0.4, 0.0], "far beside"),
+        ([2.7, 0.23, 0.0], "not far before and beside: a short shadow"),
+        ([1.5, 0.0, 0.2], "above: projector and camera stand side by side"),
+        ([2.95, 0.17, 0.0], "the same surface, beside"),
+        ([6.0, 0.3, 0.0], "behind and beside"),
+    ] {
+        assert!(is_blank(&[point], PLACE), "{why}");
+    }
+}
+
+#[test]
+fn it_sees_past_a_place_to_what_is_clearly_behind() {
+    for (met_m, sees_past) in [(3.0, false), (3.1, false), (3.13, true), (6.0, true), (1.5, false)]
+    {
+        let sight = sight_of(&[[met_m, 0.0, 0.0]]);
+        assert_eq!(sight.sees_past(&sight.bearing(&PLACE.into()).unwrap()), sees_past, "{met_m} m");
+    }
+    let blank = sight_of(&[]);
+    assert!(!blank.sees_past(&blank.bearing(&PLACE.into()).unwrap()));
+}
+
+#[test]
+fn it_sees_as_well_from_no_farther_away_and_the_same_side() {
+    for (camera, sees_as_well) in [
+        ([0.0, 0.0, 0.0], true),
+        ([-0.05, 0.0, 0.0], true),
+        ([-0.1, 0.0, 0.0], false),
+        ([1.0, 0.0, 0.0], true),
+        ([0.2, 1.0, 0.0], true),
+        ([0.2, 1.1, 0.0], false),
+        ([5.0, 0.0, 0.0], false),
+    ] {
+        let map_from_rig = Translation3::from(Vector3::from(camera)).into();
+        let sight = sight_from(map_from_rig, &[]);
+        let other = Point3::origin();
+        assert_eq!(sight.sees_as_well_as(&other, &PLACE.into()), sees_as_well, "{camera:?}");
+    }
+}
+
+#[test]
+fn places_of_the_map_are_found_from_the_rigs_pose() {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
+    let map_from_rig = Isometry3::from_parts(Translation3::new(1.0, 2.0, 3.0), turn);
+    let sight = sight_from(map_from_rig, &[[2.0, 0.5, 0.0]]);
+    assert_eq!(sight.farthest_m(), 2.0);
+    let bearing = sight.bearing_in_map(&Point3::new(0.5, 4.0, 3.0)).unwrap();
+    assert!((bearing.depth_m - 2.0).abs() < 1e-12);
+    assert!((bearing.slopes - Vector2::new(0.25, 0.0)).norm() < 1e-12);
+    assert_eq!(sight.nearest().depth_m(&bearing.slopes), Some(2.0));
+    assert_eq!(sight.bearing_in_map(&Point3::new(0.5, 1.0, 3.0)), None, "behind");
+}
+
+#[test]
+fn what_is_not_finite_or_behind_is_not_met() {
+    let mut sight = sight_of(&[]);
+    for x in [f64::NAN, f64::INFINITY, 0.0, -2.0] {
+        assert_eq!(sight.meet(&Point3::new(x, 0.0, 0.0)), None);
+    }
+    assert_eq!(sight.farthest_m(), 0.0);
+}
