@@ -78,7 +78,7 @@ def generate_launch_description():
             description='preset of config/rig, or the absolute path of a parameter file'),
         DeclareLaunchArgument(
             'save_map_on_exit', default_value='',
-            description='where the map is saved at the end: a .ply or .pcd path, or nothing'),
+            description='where the map is saved at the end: a .ply, .pcd or .bt path, or nothing'),
         DeclareLaunchArgument(
             'nodes', default_value=' '.join(NODES),
             description='the nodes to start, with spaces between; pose and lidar_odometry are two more'),

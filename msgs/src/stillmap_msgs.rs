@@ -90,7 +90,7 @@ ros_message!(SegmentedCloud, "stillmap_msgs");
 pub struct StageReport {
     /// Stamp of the cycle's cloud, or of the scan where the cycle was dropped.
     pub header: Header,
-    /// The stage: `detection`, `segmentation` or `reconstruction`.
+    /// The stage: `detection`, `segmentation`, `reconstruction`, `pose` or `lidar_odometry`.
     pub stage: String,
     /// The number of the cycle; of a dropped one, the number that the next one will take.
     pub cycle: u32,

@@ -23,10 +23,10 @@ pub use stage::{Stage, UNUSABLE_MESSAGE_ON};
 
 const PROGRAM: Program = Program {
     name: "detection",
-    about: "Finds what moves by how the ranges of a 2D laser scanner vary, and reduces the cloud.",
+    about: "Finds what moves by the scans of a 2D laser scanner, and reduces the cloud.",
     topics: "in  scan (sensor_msgs/msg/LaserScan), best effort
              in  depth/image (sensor_msgs/msg/Image: 16UC1 or 32FC1), best effort; with input:=depth
-             in  depth/image/compressedDepth (sensor_msgs/msg/CompressedImage: png), best effort;
+             in  depth/image/compressedDepth (sensor_msgs/msg/CompressedImage: png or rvl), best effort;
                  with input:=compressed_depth
              in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with both of these
              in  points (sensor_msgs/msg/PointCloud2), best effort; with input:=points
@@ -50,7 +50,7 @@ pub enum CloudInput {
     /// Depth images with the calibration of their camera: a tenth of a cloud's bytes.
     #[default]
     Depth,
-    /// The same as PNG pictures, a fifth to a half of a depth image's bytes: for a machine whose kernel
+    /// The same as PNG or RVL, a fifth to a half of a depth image's bytes: for a machine whose kernel
     /// grants too small a receive buffer for raw ones.
     CompressedDepth,
     /// Clouds in the camera's optical frame.

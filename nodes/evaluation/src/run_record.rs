@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Transport {
-    /// The cores called one after the other in one process.
+    /// The nodes in one process, on no network, taken in turn.
     Local,
     /// The nodes as separate participants on DDS.
     Dds,

@@ -47,7 +47,7 @@ pub struct Summary {
 pub struct CycleCounts {
     /// Cycles that went through all three stages.
     pub total: usize,
-    /// Cycles with at least one measured zone: the variability itself bounds it.
+    /// Cycles with at least one measured zone: their own scan bounds it.
     pub with_measured_zone: usize,
     /// Cycles whose zones are all held over from an earlier cycle.
     pub with_held_zone_only: usize,

@@ -56,10 +56,10 @@ pub use pose::{
 pub use revolution::{LidarReturn, Revolution, RevolutionSizeError};
 pub use scan::{BeamOrder, Scan};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
-pub use sight::{Bearing, FARTHEST_SEEN_M, LONGEST_STAY_S, NEAREST_SEEN_M, Sight};
+pub use sight::{AS_NEAR, Bearing, FARTHEST_SEEN_M, LONGEST_STAY_S, NEAREST_SEEN_M, Sight};
 pub use stamp::Stamp;
 pub use track::Track;
-pub use view::{DepthByDirection, MIN_SLOPE_DEPTH_M, View, WIDEST_SLOPE, slopes_from};
+pub use view::{DepthByDirection, MIN_SLOPE_DEPTH_M, View, slopes_from};
 pub use voxel::{
     BuildVoxelHasher, RayCells, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
     VoxelRay,

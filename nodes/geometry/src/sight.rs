@@ -19,7 +19,7 @@ pub const FARTHEST_SEEN_M: f64 = 8.0;
 pub const LONGEST_STAY_S: f64 = 10.0;
 
 /// A place that the camera saw from so much farther away it sees as well now: noise of poses.
-const AS_NEAR: f64 = 1.02;
+pub const AS_NEAR: f64 = 1.02;
 /// The cosine of the angle by which the side from which a surface is seen may have turned: 20 degrees.
 const SAME_SIDE_COSINE: f64 = 0.94;
 /// Projector and camera stand so far apart, at most: 0.075 m in the Kinect v1, 0.095 m in the widest of its successors.

@@ -9,9 +9,6 @@ use nalgebra::{Point3, Vector2};
 
 /// A point nearer to the camera's plane than this has no slope that means anything.
 pub const MIN_SLOPE_DEPTH_M: f64 = 0.1;
-/// Directions beyond this slope to a side count as those at the border of [`DepthByDirection`].
-pub const WIDEST_SLOPE: f64 =
-    0.5 * DepthByDirection::SQUARES as f64 * DepthByDirection::SQUARE_SLOPE;
 
 /// Sideways and upward slope of the ray from the camera to a point of the rig frame; `None` beside or behind the
 /// camera, and for what is not finite.
@@ -73,6 +70,8 @@ impl DepthByDirection {
     pub const SQUARE_SLOPE: f64 = 0.027;
     /// Squares along a side: a view of 120 degrees.
     pub const SQUARES: usize = 128;
+    /// Directions beyond this slope to a side count as those at the border.
+    pub const WIDEST_SLOPE: f64 = 0.5 * Self::SQUARES as f64 * Self::SQUARE_SLOPE;
 
     /// The square of a slope to the left or up, counted from the right or lower border; the nearest one where there is none.
     #[must_use]

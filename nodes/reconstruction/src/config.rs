@@ -12,7 +12,7 @@ pub enum Method {
     /// The voxel grid of the concatenation of all clouds, as Rec-HV has it; what was put in stays in.
     RecHv,
     /// Besides, the rays to the points clear the voxels that they pass: what was put in by mistake, or has been
-    /// moved away, goes once something was seen behind it.
+    /// moved away, goes once something was seen behind it, or nothing comes back from there any more.
     #[default]
     Stillmap,
 }

@@ -330,4 +330,6 @@ impl StaticMap {
 }
 
 #[cfg(test)]
+mod testing;
+#[cfg(test)]
 mod tests;

@@ -59,7 +59,7 @@ impl Default for SegmentationConfig {
             method: Method::Stillmap,
             // Rec-HV 3.3.3.1: the cells have the edge t_vg of the voxel grid, which experiment 4 chose.
             depth_cell_m: 0.08,
-            // 48 MiB. A room of 5 x 6 x 2.6 m has 152,000 voxels.
+            // 24 MiB, and as much again for a moment while the table is rebuilt. A room of 5 x 6 x 2.6 m has 152,000 voxels.
             max_evidence_voxels: 500_000,
             // A Kinect measures to some 6 m; beyond, its depth error is wider than the voxel.
             evidence_reach_m: 8.0,

@@ -12,7 +12,8 @@ pub enum Standing {
     Still,
     /// Nothing is known of its place.
     New,
-    /// No ray has passed its place, but the camera would have seen it there before (module `recent_views`).
+    /// The camera would have seen it there before (module `recent_views`), though its place was not seen free; or it is
+    /// at the height of a floor that is not seen.
     Arrived,
     /// In a place that was seen free, with a surface in a voxel beside it: what the noise of depth and
     /// of the pose throws off a surface, or an object that stands close to one.

@@ -17,7 +17,7 @@ use std::collections::VecDeque;
 use geometry::{DepthByDirection, DetectedCycle, Sight, Stamp, View};
 use nalgebra::{Point3, distance};
 
-/// Cycles that are remembered: three seconds of the RPLIDAR A1. One who crosses the view uncovers what he hid in a
+/// Cycles that are remembered: three and a half seconds of the RPLIDAR A1. One who crosses the view uncovers what he hid in a
 /// second, one who goes away from the camera at 15 degrees to its line of sight, 0.6 m wide and at 1 m/s, in 2.3 s.
 const VIEWS: usize = 24;
 /// In so many of them a place must have been empty: as for the passes of rays (module `evidence`).

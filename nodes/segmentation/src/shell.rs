@@ -21,7 +21,7 @@ use crate::{SegmentationConfig, Segmented, Segmenter};
 
 const PROGRAM: Program = Program {
     name: "segmentation",
-    about: "Cuts what moves out of each reduced cloud, by the zone's angles and by depth.",
+    about: "Cuts what moves out of each reduced cloud, and follows it.",
     topics: "in  reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
              in  map_path (nav_msgs/msg/Path: the way of the rig as the map has it by now), reliable; nobody need publish it
              out segmented_cloud (stillmap_msgs/msg/SegmentedCloud), reliable

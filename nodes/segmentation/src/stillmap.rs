@@ -8,7 +8,7 @@ mod tests;
 
 use std::collections::HashSet;
 
-use geometry::{DetectedCycle, LONGEST_STAY_S, Stamp, Track, View, VoxelGrid, VoxelKey};
+use geometry::{AS_NEAR, DetectedCycle, LONGEST_STAY_S, Stamp, Track, View, VoxelGrid, VoxelKey};
 use nalgebra::{Point3, distance};
 
 use crate::evidence::{Evidence, EvidenceLimits, Known};
@@ -23,8 +23,6 @@ use crate::{ConfigError, SegmentationConfig, Step};
 /// A stamp so much before the last one is the start of another run, not a late message.
 const ANOTHER_RUN_S: f64 = 1.0;
 
-/// A place where nothing came back when the camera was so much farther away was as well in sight as now: noise of poses.
-const AS_NEAR: f64 = 1.02;
 /// What comes into range goes on from what was seen of its surface before. A camera at 0.5 m/s and 7 Hz comes a
 /// voxel of the thesis closer in a cycle, and a surface is known by two.
 const BORDER_VOXELS: i32 = 3;

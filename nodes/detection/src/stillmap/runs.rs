@@ -27,7 +27,8 @@ pub(super) struct MovingRun {
 /// they take no more than a body's narrow side, and over any single beam, if the object's surface goes on
 /// behind at about the range it had. Then:
 /// - it is dropped unless the chance that all its moving beams are background, the product of their static
-///   rates, is small: one beam needs the evidence of a hundred looks, two of a dozen, three of four;
+///   rates, is small: one beam needs the evidence of some fifty cycles, two of five each, three of what it takes to be
+///   free at all;
 /// - it is dropped if the widest thing that would take no more beams is thinner than an object may be: so
 ///   it takes four beams of one degree at 1 m, and one at 3 m;
 /// - it is widened over beams without evidence on which its surface goes on: the side of the object that is

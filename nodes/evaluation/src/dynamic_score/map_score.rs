@@ -16,7 +16,7 @@ pub struct MapScore {
     pub object_only: usize,
     /// Of these, voxels that the map without removal holds.
     pub object_only_without_removal: usize,
-    /// Of these, voxels that the final map still holds.
+    /// Of `object_only`, voxels that the final map still holds.
     pub object_only_left: usize,
     /// Voxels that static points ever touched, if only in one cycle: what the static accuracy of the benchmarks
     /// counts.

@@ -14,7 +14,7 @@ pub struct Addition {
     pub new_voxels: usize,
     /// Voxels that were touched, the new ones included.
     pub changed_voxels: usize,
-    /// Voxels that went since rays passed them.
+    /// Voxels that went since rays passed them, or since nothing comes back from their directions any more.
     pub cleared_voxels: usize,
     /// Voxels that went to make room for others.
     pub dropped_voxels: usize,

@@ -19,7 +19,7 @@ const MOST: i8 = 70;
 ///
 /// A cycle in which its direction is blank (module `blanks`) takes half of that, `-l(0.45) = 0.2`: a surface that is dark,
 /// slants or is far away may be seen now and then. One that is hit in one of five cycles, and blank in the others, stays;
-/// what was hit in five cycles or more needs 18 that are blank, 2.4 s of the RPLIDAR A1.
+/// what was hit in five cycles or more needs 18 that are blank, 2.6 s of the RPLIDAR A1.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub(super) struct Evidence(i8);
 

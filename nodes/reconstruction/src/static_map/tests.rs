@@ -3,11 +3,7 @@ use proptest::prelude::*;
 use super::*;
 
 fn cloud(points: &[[f32; 3]]) -> Cloud {
-    Cloud {
-        stamp: Stamp::from_nanos(5),
-        frame_id: "map".to_owned(),
-        points_m: points.iter().copied().map(Point3::from).collect(),
-    }
+    testing::cloud(Stamp::from_nanos(5), "map", points)
 }
 
 fn map(voxel_edge_m: f64, max_voxels: usize) -> StaticMap {

@@ -1,7 +1,8 @@
 //! What is known of one cell: how often it was passed, how often something ended in it.
 
-/// Cycles that the counts stand for. Older ones fade as new ones come, so that a place changes its nature
-/// within some tens of cycles, however long it was otherwise: 100 cycles are 14 s at 7 Hz.
+/// Cycles that the counts stand for. Older ones fade as new ones come, so that a place changes its nature in
+/// time, however long it was otherwise: background that has gone is in doubt after 70 cycles and free after 160, 10 and
+/// 23 s at 7 Hz.
 const COUNTED_CYCLES: f32 = 100.0;
 /// No cycle, no time.
 const NEVER: u32 = 0;

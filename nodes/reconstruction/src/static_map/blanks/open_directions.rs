@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use geometry::{DepthByDirection, View, WIDEST_SLOPE};
+use geometry::{DepthByDirection, View};
 use nalgebra::{Vector2, Vector3};
 
 /// Counts of the directions' squares, as sums over all squares to the right of and below each one.
@@ -17,8 +17,9 @@ impl OpenDirections {
     /// Those in which this cycle met nothing, and an earlier one something, within the borders of all that was met.
     pub(super) fn of(nearest: &DepthByDirection, farthest: &DepthByDirection, view: &View) -> Self {
         let side = DepthByDirection::SQUARES;
-        let middle =
-            |square: usize| (square as f64 + 0.5) * DepthByDirection::SQUARE_SLOPE - WIDEST_SLOPE;
+        let middle = |square: usize| {
+            (square as f64 + 0.5) * DepthByDirection::SQUARE_SLOPE - DepthByDirection::WIDEST_SLOPE
+        };
         let [columns, rows] = [0, 1].map(|axis| {
             DepthByDirection::square_of(view.least[axis])
                 ..=DepthByDirection::square_of(view.most[axis])

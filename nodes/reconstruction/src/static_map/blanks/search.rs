@@ -1,6 +1,6 @@
 //! Where a cycle looks for what has gone: in the cubes of voxels with a part in an open direction.
 
-use geometry::{NEAREST_SEEN_M, Sight, VoxelGrid, VoxelKey, WIDEST_SLOPE};
+use geometry::{DepthByDirection, NEAREST_SEEN_M, Sight, VoxelGrid, VoxelKey};
 use nalgebra::{Matrix3, Point3, Vector2, Vector3};
 
 use super::super::blocks::{BLOCK_EDGE_VOXELS, block_of};
@@ -62,7 +62,7 @@ impl<'a> Search<'a> {
     /// The corners of the box along the map's axes around all that is in view and within reach.
     fn box_in_view(&self) -> [Point3<f64>; 2] {
         let (view, sight) = (&self.blanks.view, self.sight);
-        let widest = Vector2::repeat(WIDEST_SLOPE);
+        let widest = Vector2::repeat(DepthByDirection::WIDEST_SLOPE);
         let (least, most) = (view.least.sup(&-widest), view.most.inf(&widest));
         let eye = sight.camera_in_map_m();
         let mut corners_m = [eye, eye];

@@ -1,6 +1,7 @@
-use geometry::{Cloud, Stamp};
+use geometry::Stamp;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
+use super::super::testing;
 use super::*;
 use crate::{AtMaxVoxels, Method, ReconstructionConfig};
 
@@ -21,18 +22,7 @@ fn map() -> StaticMap {
 
 /// What a rig in this pose sees; the points are of the map.
 fn seen_from(map_from_rig: Isometry3<f64>, still: &[[f32; 3]]) -> SegmentedCycle {
-    let cloud = |frame_id: &str, points: &[[f32; 3]]| Cloud {
-        stamp: Stamp::from_nanos(1),
-        frame_id: frame_id.to_owned(),
-        points_m: points.iter().copied().map(Point3::from).collect(),
-    };
-    SegmentedCycle {
-        index: 0,
-        static_cloud: cloud("map", still),
-        dynamic_cloud: cloud("rig", &[]),
-        map_from_rig,
-        camera_in_rig_m: Point3::origin(),
-    }
+    SegmentedCycle { map_from_rig, ..testing::cycle(Stamp::from_nanos(1), still, &[]) }
 }
 
 fn seen(still: &[[f32; 3]]) -> SegmentedCycle {

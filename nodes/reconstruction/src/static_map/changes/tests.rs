@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use geometry::{Cloud, Stamp};
 use proptest::prelude::*;
 
+use super::super::testing;
 use super::*;
 use crate::tiles::testing::MemoryStore;
 use crate::{AtMaxVoxels, ReconstructionConfig, StaticMap};
@@ -36,11 +37,7 @@ fn spilling_map() -> (StaticMap, MemoryStore) {
 }
 
 fn cloud(points: &[[f32; 3]]) -> Cloud {
-    Cloud {
-        stamp: Stamp::from_nanos(5),
-        frame_id: "map".to_owned(),
-        points_m: points.iter().copied().map(Point3::from).collect(),
-    }
+    testing::cloud(Stamp::from_nanos(5), "map", points)
 }
 
 /// One that has the whole map of some moment and applies what it is told.

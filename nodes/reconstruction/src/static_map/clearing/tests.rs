@@ -7,6 +7,7 @@ use geometry::{Cloud, Stamp};
 use nalgebra::{Isometry3, Translation3};
 use proptest::prelude::*;
 
+use super::super::testing;
 use super::*;
 use crate::{AtMaxVoxels, Method, ReconstructionConfig};
 
@@ -27,17 +28,9 @@ fn map() -> StaticMap {
 
 /// A cycle of a rig at the origin of the map.
 fn cycle(still: &[[f32; 3]], moving: &[[f32; 3]]) -> SegmentedCycle {
-    let cloud = |frame_id: &str, points: &[[f32; 3]]| Cloud {
-        stamp: Stamp::from_nanos(1),
-        frame_id: frame_id.to_owned(),
-        points_m: points.iter().copied().map(Point3::from).collect(),
-    };
     SegmentedCycle {
-        index: 0,
-        static_cloud: cloud("map", still),
-        dynamic_cloud: cloud("rig", moving),
-        map_from_rig: Isometry3::identity(),
         camera_in_rig_m: Point3::new(0.5, 0.5, 0.5),
+        ..testing::cycle(Stamp::from_nanos(1), still, moving)
     }
 }
 

@@ -4,7 +4,7 @@ use geometry::{Cloud, MapPath, PathVertex, SegmentedCycle, Stamp, pose_from_vect
 use nalgebra::{Isometry3, Point3};
 use proptest::prelude::*;
 
-use super::super::{Addition, StaticMap};
+use super::super::{Addition, StaticMap, testing};
 use super::*;
 use crate::tiles::testing::MemoryStore;
 use crate::{AtMaxVoxels, Method, ReconstructionConfig};
@@ -30,21 +30,11 @@ fn along(x_m: f64) -> Isometry3<f64> {
 }
 
 fn cloud(seconds: f64, points: &[[f32; 3]]) -> Cloud {
-    Cloud {
-        stamp: at(seconds),
-        frame_id: "map".to_owned(),
-        points_m: points.iter().copied().map(Point3::from).collect(),
-    }
+    testing::cloud(at(seconds), "map", points)
 }
 
 fn cycle(seconds: f64, points: &[[f32; 3]]) -> SegmentedCycle {
-    SegmentedCycle {
-        index: 0,
-        static_cloud: cloud(seconds, points),
-        dynamic_cloud: Cloud { frame_id: "rig".to_owned(), ..cloud(seconds, &[]) },
-        map_from_rig: Isometry3::identity(),
-        camera_in_rig_m: Point3::origin(),
-    }
+    testing::cycle(at(seconds), points, &[])
 }
 
 fn config(at_max_voxels: AtMaxVoxels) -> ReconstructionConfig {

@@ -1,10 +1,10 @@
 use std::collections::BTreeSet;
 
-use geometry::{Cloud, SegmentedCycle, Stamp};
-use nalgebra::{Isometry3, Point3};
+use geometry::{SegmentedCycle, Stamp};
+use nalgebra::Point3;
 use proptest::prelude::*;
 
-use super::super::StaticMap;
+use super::super::{StaticMap, testing};
 use super::*;
 use crate::tiles::testing::MemoryStore;
 use crate::tiles::{TileFormatError, TileStoreError};
@@ -40,17 +40,9 @@ fn unbounded(method: Method) -> StaticMap {
 }
 
 fn cycle(camera_m: [f64; 3], still: &[[f32; 3]], moving: &[[f32; 3]]) -> SegmentedCycle {
-    let cloud = |frame_id: &str, points: &[[f32; 3]]| Cloud {
-        stamp: Stamp::from_nanos(1),
-        frame_id: frame_id.to_owned(),
-        points_m: points.iter().copied().map(Point3::from).collect(),
-    };
     SegmentedCycle {
-        index: 0,
-        static_cloud: cloud("map", still),
-        dynamic_cloud: cloud("rig", moving),
-        map_from_rig: Isometry3::identity(),
         camera_in_rig_m: camera_m.into(),
+        ..testing::cycle(Stamp::from_nanos(1), still, moving)
     }
 }
 
