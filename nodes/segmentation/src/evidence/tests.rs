@@ -64,13 +64,18 @@ fn background_is_learned_after_months_as_on_the_first_day() {
 #[test]
 fn what_was_seen_just_before_the_start_is_moved_is_as_old_as_it_is() {
     let mut evidence = evidence();
-    let wall = Point3::new(4.04, 0.04, 0.04);
+    let (wall, chair) = (Point3::new(4.04, 0.04, 0.04), Point3::new(2.04, 1.04, 0.04));
     evidence.begin_cycle(Stamp::from_nanos(0));
     let cycle = LONGEST_MS as i64 / 143;
+    look(&mut evidence, cycle - 13, 10, &[chair]);
     look(&mut evidence, cycle - 3, 7, &[wall]);
     assert_eq!(evidence.known(&wall), Known::Unknown, "0.86 s");
     look(&mut evidence, cycle + 4, 1, &[wall]);
     assert_eq!(evidence.known(&wall), Known::Background, "1.001 s");
+    let stay = evidence.stay(&chair).unwrap();
+    assert!((stay.lasted_s - 9.0 * 0.143).abs() < 2e-3, "{stay:?}");
+    let last_met = Stamp::from_nanos((cycle - 4) * 143_000_000);
+    assert!(stay.last_met.seconds_since(last_met).abs() < 2e-3, "{stay:?}");
 }
 
 #[test]
@@ -105,6 +110,8 @@ fn adopted_places_are_background_at_once() {
     assert_eq!(evidence.known(&bag), Known::Free);
     evidence.adopt(&[bag]);
     assert_eq!(evidence.known(&bag), Known::Background);
+    let last_met = evidence.stay(&bag).unwrap().last_met;
+    assert!(last_met.seconds_since(Stamp::from_nanos(19 * 143_000_000)).abs() < 2e-3);
 }
 
 #[test]
