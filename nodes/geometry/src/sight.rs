@@ -112,10 +112,14 @@ impl Sight {
     }
 
     /// Whether nothing at all came back from around a place, though it is neither too near nor too far for depth cameras
-    /// and nothing nearer stands so close beside it that the projector's shadow may lie there.
+    /// and nothing nearer stands so close beside it that the projector's shadow may lie there. `farthest` is what the
+    /// camera ever met by direction: where that is never as far away, something of the platform may stand before it,
+    /// or the image ends.
     #[must_use]
-    pub fn is_blank(&self, place: &Bearing) -> bool {
+    pub fn is_blank(&self, place: &Bearing, farthest: &DepthByDirection) -> bool {
+        let reaches = |met_m: f64| met_m + self.same_surface_m() >= place.depth_m;
         (NEAREST_SEEN_M..=FARTHEST_SEEN_M).contains(&place.depth_m)
+            && farthest.depth_m(&place.slopes).is_some_and(reaches)
             && self.nearest.depth_m(&place.slopes).is_none()
             && !self.may_be_in_shadow(place)
     }

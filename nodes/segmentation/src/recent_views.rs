@@ -103,14 +103,10 @@ impl Frame {
         view.contains(&place.slopes) && place.depth_m <= self.sight.farthest_m() && is_free
     }
 
-    /// Whether the camera would see what is at a place, and does not. It has met something as far away in that direction
-    /// of its own before; a camera that meets nothing at all may be covered.
+    /// Whether the camera would see what is at a place, and does not. One that meets nothing at all may be covered.
     fn shows_gone(&self, place_in_map: &Point3<f64>, farthest: &DepthByDirection) -> bool {
         self.sight.bearing_in_map(place_in_map).is_some_and(|place| {
-            let reaches = |met_m: f64| met_m + self.sight.same_surface_m() >= place.depth_m;
-            let is_blank = self.sight.farthest_m() > 0.0
-                && farthest.depth_m(&place.slopes).is_some_and(reaches)
-                && self.sight.is_blank(&place);
+            let is_blank = self.sight.farthest_m() > 0.0 && self.sight.is_blank(&place, farthest);
             is_blank || self.sight.sees_past(&place)
         })
     }

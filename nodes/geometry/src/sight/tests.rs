@@ -19,8 +19,15 @@ fn sight_from(map_from_rig: Isometry3<f64>, points_m: &[[f64; 3]]) -> Sight {
 }
 
 fn is_blank(points_m: &[[f64; 3]], place: [f64; 3]) -> bool {
+    is_blank_after(10.0, points_m, place)
+}
+
+/// The same where the farthest that was ever met in any direction is so far away.
+fn is_blank_after(farthest_m: f64, points_m: &[[f64; 3]], place: [f64; 3]) -> bool {
     let sight = sight_of(points_m);
-    sight.is_blank(&sight.bearing(&place.into()).unwrap())
+    let mut farthest = DepthByDirection::default();
+    farthest.keep_farthest(&Vector2::zeros(), &Vector2::repeat(1.0), farthest_m);
+    sight.is_blank(&sight.bearing(&place.into()).unwrap(), &farthest)
 }
 
 #[test]
@@ -48,6 +55,16 @@ fn a_direction_is_blank_where_nothing_came_back_and_something_would() {
     ] {
         assert!(is_blank(&[point], PLACE), "{why}");
     }
+}
+
+#[test]
+fn a_direction_from_which_nothing_as_far_away_ever_came_is_not_blank() {
+    for (farthest_m, blank) in [(2.8, false), (2.89, true), (3.0, true)] {
+        assert_eq!(is_blank_after(farthest_m, &[], PLACE), blank, "{farthest_m} m");
+    }
+    let sight = sight_of(&[]);
+    let place = sight.bearing(&PLACE.into()).unwrap();
+    assert!(!sight.is_blank(&place, &DepthByDirection::default()));
 }
 
 #[test]

@@ -4,8 +4,6 @@
 //! return any: a hall, a doorway, a black floor. There a direction that is blank from now on says that it has gone, if
 //! less surely than a ray that passes. A voxel loses evidence when
 //! - its direction is blank ([`Sight::is_blank`]), although other directions have returns;
-//! - the camera has met something as far away in that direction of its own: nothing of the platform stands before it
-//!   there, and no border of the image;
 //! - the camera sees it as well as when the voxel was hit last ([`Sight::sees_as_well_as`]);
 //! - it stood there for no longer than [`LONGEST_STAY_S`].
 
@@ -88,10 +86,9 @@ impl Blanks {
 
     /// Whether the camera would see what is at a place of the map, and sees nothing.
     fn is_blank(&self, place_in_map: &Point3<f64>, sight: &Sight) -> bool {
-        sight.bearing_in_map(place_in_map).is_some_and(|place| {
-            let reaches = |met_m: f64| met_m + sight.same_surface_m() >= place.depth_m;
-            self.farthest.depth_m(&place.slopes).is_some_and(reaches) && sight.is_blank(&place)
-        })
+        sight
+            .bearing_in_map(place_in_map)
+            .is_some_and(|place| sight.is_blank(&place, &self.farthest))
     }
 
     /// Whether a voxel has not stood there for long, and was hit last from where it is seen no better now.
