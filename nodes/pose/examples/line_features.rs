@@ -7,7 +7,8 @@
 // An example may stop where it stands, and prints.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod shared;
+#[path = "shared/measuring.rs"]
+mod measuring;
 
 use std::{fs, time::Instant};
 
@@ -16,7 +17,7 @@ use pose::{
     image::GrayImage,
 };
 
-use shared::{processor_ms, read};
+use measuring::{processor_ms, read};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();

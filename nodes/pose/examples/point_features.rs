@@ -9,7 +9,8 @@
 // An example may stop where it stands, and prints.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod shared;
+#[path = "shared/measuring.rs"]
+mod measuring;
 
 use std::{fs, path::Path, time::Instant};
 
@@ -19,7 +20,7 @@ use pose::{
     matching::points::{MatchConfig, match_all},
 };
 
-use shared::{processor_ms, read};
+use measuring::{processor_ms, read};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();

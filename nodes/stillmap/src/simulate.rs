@@ -34,7 +34,7 @@ use true_tracks::TrueTracks;
   stillmap simulate --scene B --path D --colour --imu --wheels -o rail.mcap
   stillmap simulate scene.yaml -o scene.mcap
 
-A scenario of one's own: nodes/simulator/scenes/example.yaml shows all that one can say, and explains it; copy and change it.
+A scenario of one's own: nodes/laboratory/simulator/scenes/example.yaml shows all that one can say, and explains it; copy and change it.
 
 Scenes (Table 2 of Rec-HV): A empty, B reflecting, C poorly reflecting, D open spaces to 6 m, E open and
 bright with glass to 5 m, F clutter to 8 m, G glass to 6 m, H dark. With a scene of A to H the seed

@@ -24,7 +24,7 @@ pub(super) struct ChoiceArgs {
     /// A scene of Table 2 of Rec-HV
     #[arg(long, ignore_case = true, conflicts_with = "scenario")]
     scene: Option<SceneLetter>,
-    /// A scenario of one's own in YAML; nodes/simulator/scenes/example.yaml shows and explains the keys
+    /// A scenario of one's own in YAML; nodes/laboratory/simulator/scenes/example.yaml shows and explains the keys
     #[arg(
         long,
         value_name = "YAML",
@@ -173,7 +173,8 @@ impl ChoiceArgs {
         let folder = file.parent().unwrap_or(Path::new(""));
         let mesh = |name: &str| mesh_file::read(&folder.join(name));
         let scenario = Scenario::from_yaml_with_meshes(&text, mesh).map_err(|error| {
-            within(error.to_string()).mend("nodes/simulator/scenes/example.yaml explains the keys")
+            within(error.to_string())
+                .mend("nodes/laboratory/simulator/scenes/example.yaml explains the keys")
         })?;
         Ok(match self.seed {
             Some(seed) => scenario.with_seed(seed),

@@ -47,7 +47,7 @@ impl TypedValueParser for ScenarioSourceParser {
                     return Ok(ScenarioSource::File(path.to_owned()));
                 }
                 let files = "a scenario of one's own is a YAML file, `stillmap simulate scene.yaml`; \
-                             nodes/simulator/scenes/example.yaml explains the keys";
+                             nodes/laboratory/simulator/scenes/example.yaml explains the keys";
                 let tip = ContextValue::StyledStrs(vec![files.to_owned().into()]);
                 error.insert(ContextKind::Suggested, tip);
                 Err(error)

@@ -11,7 +11,7 @@ use super::{
 /// Both are computed in double precision; evo's stamps and matrices are rounded otherwise.
 const TOLERANCE: f64 = 1e-6;
 
-const GOLDEN: &str = include_str!("../../../../tests/data/trajectory/evo.json");
+const GOLDEN: &str = include_str!("../../../../../tests/data/trajectory/evo.json");
 
 /// A question that evo was asked, and its answer.
 #[derive(Deserialize, Debug)]
@@ -36,11 +36,11 @@ enum Of {
 
 fn file(name: &str) -> Trajectory {
     let text: &[u8] = match name {
-        "truth.tum" => include_bytes!("../../../../tests/data/trajectory/truth.tum"),
-        "estimate.tum" => include_bytes!("../../../../tests/data/trajectory/estimate.tum"),
-        "truth.kitti" => include_bytes!("../../../../tests/data/trajectory/truth.kitti"),
-        "estimate.kitti" => include_bytes!("../../../../tests/data/trajectory/estimate.kitti"),
-        "truth.euroc.csv" => include_bytes!("../../../../tests/data/trajectory/truth.euroc.csv"),
+        "truth.tum" => include_bytes!("../../../../../tests/data/trajectory/truth.tum"),
+        "estimate.tum" => include_bytes!("../../../../../tests/data/trajectory/estimate.tum"),
+        "truth.kitti" => include_bytes!("../../../../../tests/data/trajectory/truth.kitti"),
+        "estimate.kitti" => include_bytes!("../../../../../tests/data/trajectory/estimate.kitti"),
+        "truth.euroc.csv" => include_bytes!("../../../../../tests/data/trajectory/truth.euroc.csv"),
         name => panic!("there is no file {name}"),
     };
     parse_trajectory(text).unwrap().trajectory
