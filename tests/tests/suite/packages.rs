@@ -58,6 +58,10 @@ fn packages_say_what_the_workspace_says() {
     let installed = cmake.split("set(programs ").nth(1).unwrap().split(')').next().unwrap();
     let installed: BTreeSet<String> = installed.split(' ').map(str::to_owned).collect();
     assert_eq!(installed, programs());
+    // A robot needs no laboratory.
+    assert!(cmake.contains("--no-default-features"));
+    let debian = read("nodes/stillmap/Cargo.toml");
+    assert!(debian.contains("cargo build --release -p stillmap --no-default-features; cargo deb"));
 }
 
 /// The programs of the workspace.

@@ -1,0 +1,281 @@
+//! `stillmap bench tour`: an hour through a simulated building, with a map that is bounded: what a cycle costs
+//! in each minute, and what the cores hold.
+
+mod building;
+mod drive;
+mod minute;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use reconstruction::shell::ReconstructionParameters;
+use reconstruction::{AtMaxVoxels, ReconstructionConfig, StaticMap};
+use serde::Serialize;
+
+use self::minute::MinuteRow;
+use super::figures::FigureArgs;
+use super::transport::machine::Machine;
+use super::transport::table;
+use robot::Progress;
+use robot::run::parameters::MethodName;
+use robot::{Failure, Outcome};
+
+/// A longer tour than this is a mistake: a day.
+const LONGEST_MINUTES: f64 = 1440.0;
+/// The last minute's cycles may cost so much more, or less, than those of the first.
+const FLAT_WITHIN: f64 = 0.2;
+/// Of a Kinect's 640 x 480, a sixteenth of the pixels over the same view: the reduced clouds are about as large, and
+/// an hour is simulated in some minutes.
+const SIZE_PX: (usize, usize) = (160, 120);
+
+/// Arguments of `stillmap bench tour`.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  stillmap bench tour
+  stillmap bench tour --at-max-voxels spill -o figures.json
+  stillmap bench tour --minutes 5 --method stillmap --max-voxels 50000 --at-max-voxels refuse --json
+
+The building is a corridor round a square of 28 m. A side takes a minute, and all sides look alike, so that one
+minute may be compared with another. A cycle's cost is that of matching, detection, segmentation, the map and what a
+listener to the map is told; the time in which the readings are simulated is not in it.")]
+pub struct TourArgs {
+    /// How long the tour is
+    #[arg(long, default_value_t = 60.0, value_parser = minutes)]
+    minutes: f64,
+    /// The methods, one after the other
+    #[arg(long, value_enum, num_args = 1.., default_values = ["rec_hv", "stillmap"])]
+    method: Vec<MethodName>,
+    /// Voxels that the map may have; the building has some four times as many
+    #[arg(long, default_value_t = 100_000)]
+    max_voxels: usize,
+    /// What happens when the map has them
+    #[arg(long, value_enum, default_value_t = AtMaxVoxelsName::DropOldest)]
+    at_max_voxels: AtMaxVoxelsName,
+    /// With spill: where the tiles go; a folder of its own in it, which goes at the end [default: the system's for
+    /// temporary files]
+    #[arg(long, value_name = "DIR")]
+    spill_folder: Option<PathBuf>,
+    /// With spill: the edge of a tile in metres
+    #[arg(long, default_value_t = 2.0)]
+    spill_tile_edge: f64,
+    /// Depth images of the full 640 x 480 pixels
+    #[arg(long)]
+    full_images: bool,
+    #[command(flatten)]
+    figures: FigureArgs,
+}
+
+/// What happens when the map is full, on the command line.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum, Serialize)]
+#[value(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case")]
+enum AtMaxVoxelsName {
+    /// New voxels are refused
+    Refuse,
+    /// Those seen longest ago make room
+    DropOldest,
+    /// Tiles reached longest ago go to files, and come back
+    Spill,
+}
+
+impl TourArgs {
+    fn size_px(&self) -> (usize, usize) {
+        if self.full_images { (640, 480) } else { SIZE_PX }
+    }
+
+    /// The map of the tour, where `config` says the rest.
+    fn map(&self, config: ReconstructionConfig) -> Result<StaticMap, Failure> {
+        let at_max_voxels = match self.at_max_voxels {
+            AtMaxVoxelsName::Refuse => AtMaxVoxels::Refuse,
+            AtMaxVoxelsName::DropOldest => AtMaxVoxels::DropOldest,
+            AtMaxVoxelsName::Spill => AtMaxVoxels::Spill,
+        };
+        let parameters = ReconstructionParameters {
+            spill_folder: self.spill_folder(),
+            config: ReconstructionConfig {
+                max_voxels: self.max_voxels,
+                at_max_voxels,
+                spill_tile_edge_m: self.spill_tile_edge,
+                ..config
+            },
+            ..ReconstructionParameters::default()
+        };
+        reconstruction::shell::empty_map(&parameters).map_err(failure)
+    }
+
+    fn spill_folder(&self) -> String {
+        let folder = self.spill_folder.clone().unwrap_or_else(std::env::temp_dir);
+        folder.to_string_lossy().into_owned()
+    }
+}
+
+/// All that is found.
+#[derive(Debug, Serialize)]
+struct Report {
+    machine: Machine,
+    max_voxels: usize,
+    at_max_voxels: AtMaxVoxelsName,
+    methods: Vec<MethodReport>,
+}
+
+/// The tour by one method.
+#[derive(Debug, Serialize)]
+struct MethodReport {
+    method: MethodName,
+    /// Absent where there were less than two minutes.
+    flatness: Option<Flatness>,
+    minutes: Vec<MinuteRow>,
+}
+
+/// The last whole minute against the first one: medians of the cycles' costs.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+struct Flatness {
+    wall_ratio: f64,
+    cpu_ratio: f64,
+    /// Whether the processor's time is within 20 %. That of the wall depends on what else the machine does.
+    is_flat: bool,
+}
+
+pub(crate) fn run(args: &TourArgs) -> Result<Outcome, Failure> {
+    let mut methods = Vec::new();
+    for &method in &args.method {
+        let progress = Progress::new(method.name(), args.minutes.ceil() as u64);
+        let minutes = drive::drive(args, method, &progress)?;
+        progress.finish();
+        methods.push(MethodReport { method, flatness: flatness(&minutes), minutes });
+    }
+    let report = Report {
+        machine: Machine::here(),
+        max_voxels: args.max_voxels,
+        at_max_voxels: args.at_max_voxels,
+        methods,
+    };
+    args.figures.tell(&report, &report.machine, report.methods.iter().map(text))?;
+    Ok(Outcome::Complete)
+}
+
+fn flatness(minutes: &[MinuteRow]) -> Option<Flatness> {
+    let [first, .., last] = minutes else { return None };
+    let cpu_ratio = last.cpu_median_ms / first.cpu_median_ms;
+    Some(Flatness {
+        wall_ratio: last.wall_median_ms / first.wall_median_ms,
+        cpu_ratio,
+        is_flat: (cpu_ratio - 1.0).abs() <= FLAT_WITHIN,
+    })
+}
+
+/// The table of a method, and the line that sums it up.
+fn text(report: &MethodReport) -> String {
+    let mut lines = vec![
+        [
+            "minute",
+            "cycles",
+            "median ms",
+            "p99 ms",
+            "max ms",
+            "CPU ms",
+            "detection",
+            "segmentation",
+            "map",
+            "voxels",
+            "dropped",
+            "tiles read",
+            "map MB",
+            "evidence",
+            "tracks",
+            "RSS MB",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
+    ];
+    lines.extend(report.minutes.iter().map(line));
+    let sum = match report.flatness {
+        None => "a tour of less than two minutes says nothing of how flat the cost is".to_owned(),
+        Some(Flatness { wall_ratio, cpu_ratio, is_flat }) => format!(
+            "last minute against the first: {cpu_ratio:.2} by the processor's time, {wall_ratio:.2} by the wall's; \
+             {} within 20 %",
+            if is_flat { "flat" } else { "NOT flat" }
+        ),
+    };
+    format!("{}\n{}{sum}", report.method.name(), table::render(&lines))
+}
+
+fn line(row: &MinuteRow) -> Vec<String> {
+    let megabytes = |bytes: f64| format!("{:.1}", bytes / 1e6);
+    let counts = &row.counts;
+    vec![
+        row.minute.to_string(),
+        row.cycles.to_string(),
+        format!("{:.2}", row.wall_median_ms),
+        format!("{:.2}", row.wall_p99_ms),
+        format!("{:.2}", row.wall_max_ms),
+        format!("{:.2}", row.cpu_median_ms),
+        format!("{:.2}", row.detection_median_ms),
+        format!("{:.2}", row.segmentation_median_ms),
+        format!("{:.2}", row.map_median_ms),
+        counts.voxels.to_string(),
+        row.dropped_voxels.to_string(),
+        counts.spill.map_or_else(|| "-".to_owned(), |spill| spill.read.to_string()),
+        megabytes(counts.map_bytes as f64),
+        counts.evidence_voxels.to_string(),
+        row.most_tracks.to_string(),
+        counts.rss_bytes.map_or_else(|| "-".to_owned(), |bytes| megabytes(bytes as f64)),
+    ]
+}
+
+fn minutes(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(minutes) if minutes > 0.0 && minutes <= LONGEST_MINUTES => Ok(minutes),
+        _ => Err(format!("accepted are minutes above 0, up to {LONGEST_MINUTES}")),
+    }
+}
+
+fn failure(error: impl std::fmt::Display) -> Failure {
+    Failure::new(error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::minute::tests::a_minute;
+    use super::*;
+
+    #[test]
+    fn the_cost_is_flat_within_a_fifth() {
+        for (last_ms, is_flat) in [(11.9, true), (12.1, false), (8.1, true), (7.9, false)] {
+            let minutes = [a_minute(1, 10.0), a_minute(2, 99.0), a_minute(3, last_ms)];
+            assert_eq!(flatness(&minutes).unwrap().is_flat, is_flat, "{last_ms}");
+        }
+        assert_eq!(flatness(&[a_minute(1, 10.0)]), None);
+    }
+
+    #[test]
+    fn a_short_tour_counts_every_cycle_and_keeps_the_bound() {
+        let args = TourArgs {
+            minutes: 0.04,
+            method: vec![MethodName::Stillmap],
+            max_voxels: 500,
+            at_max_voxels: AtMaxVoxelsName::DropOldest,
+            spill_folder: None,
+            spill_tile_edge: 2.0,
+            full_images: false,
+            figures: FigureArgs::default(),
+        };
+        let progress = Progress::new("tour", 1);
+        let rows = drive::drive(&args, MethodName::Stillmap, &progress).unwrap();
+        let [row] = &rows[..] else { panic!("{} minutes", rows.len()) };
+        // 2.4 s at 7 Hz, but for those at the end whose image or pose would be later.
+        assert!((14..=16).contains(&row.cycles), "{row:?}");
+        assert_eq!((row.counts.voxels, row.scans_dropped), (500, 0));
+        assert!(row.dropped_voxels > 100 && row.counts.evidence_voxels > 1000, "{row:?}");
+        let report = MethodReport { method: MethodName::Stillmap, flatness: None, minutes: rows };
+        assert!(text(&report).contains("says nothing"));
+    }
+
+    #[test]
+    fn a_tour_has_a_length() {
+        assert_eq!(minutes("0.5"), Ok(0.5));
+        for bad in ["0", "-1", "nan", "1441", "long"] {
+            assert!(minutes(bad).is_err(), "{bad}");
+        }
+    }
+}

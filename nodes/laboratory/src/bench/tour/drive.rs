@@ -1,0 +1,209 @@
+//! The cores of the suite on the tour: every cycle timed, minute by minute.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use detection::{CycleInput, DetectionConfig, Detector, MatchEvent, Matched, Matcher, View};
+use geometry::{CameraModel, DepthImage, DepthProjector, Scan, Stamp};
+use reconstruction::StaticMap;
+use segmentation::Segmenter;
+use simulator::Sample;
+
+use super::super::usage::{Usage, own_cpu};
+use super::building::{LAP_S, lap};
+use super::minute::{Counts, CycleCost, Minute, MinuteRow};
+use super::{TourArgs, failure};
+use robot::Failure;
+use robot::Progress;
+use robot::run::parameters::{MethodName, PipelineParameters};
+
+/// The tour begins at some moment of 2023, as drivers stamp with the wall clock.
+const START: Stamp = Stamp::from_secs_nanos(1_700_000_000, 0);
+const MINUTE_S: f64 = 60.0;
+/// A listener to the map is told of its changes after so many cycles: about twice a second, as the node does.
+const CYCLES_PER_UPDATE: u64 = 4;
+/// Points of one update, as the node's default.
+const UPDATE_POINTS: usize = 10_000;
+
+/// Drives one method through the building.
+pub(super) fn drive(
+    args: &TourArgs,
+    method: MethodName,
+    progress: &Progress,
+) -> Result<Vec<MinuteRow>, Failure> {
+    let mut tour = Tour::new(args, method)?;
+    let (duration_s, size_px) = (args.minutes * MINUTE_S, args.size_px());
+    let mut driven_s = 0.0;
+    let mut number = 0;
+    while driven_s < duration_s {
+        let lap_s = LAP_S.min(duration_s - driven_s);
+        let scenario = lap(number, START.plus_seconds(driven_s), lap_s, size_px);
+        for sample in scenario.samples().map_err(failure)? {
+            tour.take(sample)?;
+            progress.set(tour.rows.len() as u64);
+        }
+        driven_s += lap_s;
+        number += 1;
+    }
+    tour.end_minute();
+    Ok(tour.rows)
+}
+
+/// The cores, and what they have taken so far.
+struct Tour {
+    matcher: Matcher<Scan, Arc<DepthImage>>,
+    detector: Detector,
+    projector: Option<(CameraModel, DepthProjector)>,
+    segmenter: Segmenter,
+    map: StaticMap,
+    cycles: u64,
+    /// What the inputs of the next cycle have cost so far.
+    spent: Spent,
+    minute: Minute,
+    rows: Vec<MinuteRow>,
+}
+
+impl Tour {
+    fn new(args: &TourArgs, method: MethodName) -> Result<Self, Failure> {
+        let parameters = PipelineParameters::of_method(method, None);
+        let detection: DetectionConfig = parameters.detection().clone();
+        let mut map = args.map(*parameters.reconstruction())?;
+        map.follow_changes();
+        Ok(Self {
+            matcher: Matcher::new(&detection),
+            detector: Detector::new(detection).map_err(failure)?,
+            projector: None,
+            segmenter: Segmenter::new(parameters.segmentation_node().config).map_err(failure)?,
+            map,
+            cycles: 0,
+            spent: Spent::default(),
+            minute: Minute::default(),
+            rows: Vec::new(),
+        })
+    }
+
+    /// What the suite does of a sample is timed, making the sample is not.
+    fn take(&mut self, sample: Sample) -> Result<(), Failure> {
+        let clock = Clock::start();
+        let events = match sample {
+            Sample::Pose(pose) => self.matcher.push_pose(pose),
+            Sample::Depth { image, .. } => self.matcher.push_cloud(image.stamp, Arc::new(image)),
+            Sample::Scan { scan, .. } => self.matcher.push_scan(scan.stamp, scan),
+            Sample::CameraInfo { camera, .. } => {
+                if self.projector.as_ref().is_none_or(|(known, _)| *known != camera) {
+                    let projector = self.detector.depth_projector(&camera).map_err(failure)?;
+                    self.projector = Some((camera, projector));
+                }
+                return Ok(());
+            }
+            // The truth, and sensors that the rig of the tour has not.
+            _ => return Ok(()),
+        };
+        self.spent += clock.spent();
+        for event in events {
+            match event {
+                MatchEvent::Matched(matched) => self.cycle(&matched)?,
+                MatchEvent::Dropped(_) => self.minute.scans_dropped += 1,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn cycle(&mut self, matched: &Matched<Scan, Arc<DepthImage>>) -> Result<(), Failure> {
+        let time_s = matched.scan_stamp.seconds_since(START);
+        if time_s >= (self.rows.len() + 1) as f64 * MINUTE_S {
+            self.end_minute();
+        }
+        let Some((_, projector)) = &self.projector else { return Ok(()) };
+        let input = CycleInput {
+            scan: &matched.scan,
+            view: View::Depth { image: &matched.cloud, projector },
+            map_from_rig: &matched.pose.map_from_rig,
+            map_frame_id: &matched.pose.frame_id,
+        };
+        let clock = Clock::start();
+        let detected = self.detector.step(&input, |_| ()).map_err(failure)?;
+        let detection = clock.spent();
+        let clock = Clock::start();
+        let segmented = self.segmenter.step(&detected.cycle, |_| ()).map_err(failure)?;
+        let segmentation = clock.spent();
+        let clock = Clock::start();
+        let addition = self.map.integrate(&segmented.cycle).map_err(failure)?;
+        self.cycles += 1;
+        if self.cycles.is_multiple_of(CYCLES_PER_UPDATE) {
+            let _told = self.map.take_changes(UPDATE_POINTS);
+        }
+        let map = clock.spent();
+
+        let mut whole = std::mem::take(&mut self.spent);
+        whole += detection;
+        whole += segmentation;
+        whole += map;
+        self.minute.push(
+            CycleCost {
+                wall_ms: whole.wall_ms(),
+                cpu_ms: whole.cpu_ms(),
+                detection_ms: detection.wall_ms(),
+                segmentation_ms: segmentation.wall_ms(),
+                map_ms: map.wall_ms(),
+            },
+            segmented.tracks.len(),
+            &addition,
+        );
+        Ok(())
+    }
+
+    fn end_minute(&mut self) {
+        let counts = Counts {
+            voxels: self.map.len(),
+            map_bytes: self.map.memory_bytes(),
+            spill: self.map.spill_counts(),
+            evidence_voxels: self.segmenter.evidence_voxels(),
+            waiting: self.matcher.waiting_scans() + self.matcher.waiting_clouds(),
+            rss_bytes: Usage::of_this_process().rss_bytes,
+        };
+        let number = self.rows.len() + 1;
+        self.rows.extend(std::mem::take(&mut self.minute).row(number, counts));
+    }
+}
+
+/// Since when something is at work, by the wall and by the processor.
+struct Clock {
+    wall: Instant,
+    cpu: Duration,
+}
+
+/// What it took.
+#[derive(Clone, Copy, Default)]
+struct Spent {
+    wall: Duration,
+    cpu: Duration,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { cpu: own_cpu(), wall: Instant::now() }
+    }
+
+    fn spent(&self) -> Spent {
+        Spent { wall: self.wall.elapsed(), cpu: own_cpu().saturating_sub(self.cpu) }
+    }
+}
+
+impl Spent {
+    fn wall_ms(self) -> f64 {
+        self.wall.as_secs_f64() * 1e3
+    }
+
+    fn cpu_ms(self) -> f64 {
+        self.cpu.as_secs_f64() * 1e3
+    }
+}
+
+impl std::ops::AddAssign for Spent {
+    fn add_assign(&mut self, other: Self) {
+        self.wall += other.wall;
+        self.cpu += other.cpu;
+    }
+}

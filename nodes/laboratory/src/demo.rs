@@ -1,0 +1,36 @@
+//! `stillmap demo`: the main job on a simulated room, with nothing at hand but this program.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use simulator::Scenario;
+
+use crate::{simulate, truth};
+use robot::run::{self, HowArgs, TransportName};
+use robot::{Failure, Outcome};
+
+/// Arguments of `stillmap demo`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap demo --out /tmp/demo")]
+pub struct DemoArgs {
+    /// Where the bag, the map, the pictures and the report go
+    #[arg(short, long, value_name = "DIR", default_value = "stillmap-demo")]
+    out: PathBuf,
+    /// Seed of the sensors' noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    how: HowArgs,
+}
+
+pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
+    std::fs::create_dir_all(&args.out).map_err(|error| {
+        Failure::new(format!("cannot make {}: {error}", args.out.display()))
+            .mend("give a folder that can be written with --out")
+    })?;
+    let bag = args.out.join("demo.mcap");
+    simulate::write_bag(&Scenario::demo().with_seed(args.seed), &bag)?;
+    let transport = args.how.transport.unwrap_or(TransportName::Dds);
+    run::run_bag(&bag, &args.out, &Default::default(), &args.how, transport, Some(truth::score))
+}

@@ -1,0 +1,36 @@
+//! `stillmap eval`: scores of results against a reference.
+
+mod kitti;
+mod map;
+mod scans;
+mod trajectory;
+mod tum;
+
+use clap::Subcommand;
+
+use robot::{Failure, Outcome};
+
+/// What is scored.
+#[derive(Subcommand, Debug)]
+pub enum EvalArgs {
+    /// LiDAR odometry on a sequence of KITTI: drift, ATE, and the road thesis' tables beside ours
+    Kitti(kitti::KittiArgs),
+    /// A map against the empty scene: correlation by localised views, accuracy, completeness, F-score
+    Map(map::MapArgs),
+    /// Detection on scans alone: zones where labelled legs move, and where nobody is
+    Scans(scans::ScansArgs),
+    /// An estimated trajectory against a reference: ATE, RPE, KITTI drift, coverage
+    Trajectory(trajectory::TrajectoryArgs),
+    /// SLAM and odometry on sequences of TUM RGB-D, run after run, with the PL-SLAM thesis' tables beside ours
+    Tum(tum::TumArgs),
+}
+
+pub(crate) fn run(args: &EvalArgs) -> Result<Outcome, Failure> {
+    match args {
+        EvalArgs::Kitti(args) => kitti::run(args),
+        EvalArgs::Map(args) => map::run(args),
+        EvalArgs::Scans(args) => scans::run(args),
+        EvalArgs::Trajectory(args) => trajectory::run(args),
+        EvalArgs::Tum(args) => tum::run(args),
+    }
+}

@@ -1,0 +1,188 @@
+//! `stillmap eval kitti`: LiDAR odometry against true poses, by the rules of KITTI and by those of the road thesis, with the
+//! thesis' own variants beside ours.
+
+mod published;
+mod score;
+mod stages;
+mod table;
+mod variant;
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use geometry::{LidarCloud, Stamp};
+use msgs::convert::lidar_cloud_from_message;
+use nalgebra::Isometry3;
+use score::{Candidate, Figures};
+use serde::Serialize;
+use stages::{StageMs, StageTimes};
+
+use robot::Progress;
+use robot::console;
+use robot::lidar::{LidarArgs, LidarSource, Sensed};
+use robot::{Failure, Outcome};
+use variant::{Follow, Variant};
+
+/// Where the data set is had.
+const HOW_TO_GET: &str = "sequence 07 of KITTI's odometry benchmark is at https://www.cvlibs.net/datasets/kitti/eval_odometry.php \
+(free, after registering): data_odometry_velodyne.zip (80 GB), data_odometry_calib.zip and data_odometry_poses.zip, unpacked into one \
+folder; then `stillmap eval kitti dataset/sequences/07`";
+
+/// Arguments of `stillmap eval kitti`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap eval kitti dataset/sequences/07
+  stillmap eval kitti dataset/sequences/07 --variants ours,gicp-intensity --first 300
+  stillmap eval kitti dataset/sequences/07 --estimate other.txt
+  stillmap simulate road -o road.mcap && stillmap eval kitti road.mcap
+
+DIR holds velodyne/ with numbered .bin files, calib.txt and, in ../../poses, the true poses. A bag with a LiDAR and true poses on
+/truth/pose does, too. Drift is by KITTI's rules over 100 .. 800 m; of a shorter way over its tenths.")]
+pub struct KittiArgs {
+    /// A sequence of KITTI, or a bag with a LiDAR and its truth
+    #[arg(value_name = "DIR")]
+    recording: PathBuf,
+    /// Trajectories to be scored beside ours: KITTI's twelve numbers a line, of the scanner; or TUM's form
+    #[arg(long, value_name = "FILE")]
+    estimate: Vec<PathBuf>,
+    /// Which are run; `none` for the given trajectories alone
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "ours,ours-loops,icp,gicp-standing,gicp,gicp-intensity-1,gicp-intensity,gicp-intensity-1.5,gicp-rays-22,\
+gicp-rays-18,gicp-rays-14,gicp-rays-10,gicp-rays-6,gicp-ground"
+    )]
+    variants: Vec<Variant>,
+    /// Only so many of the first scans
+    #[arg(long, value_name = "N")]
+    first: Option<usize>,
+    /// Threads that work on a scan; their number changes no pose
+    #[arg(long, value_name = "N", default_value_t = NonZeroUsize::new(2).unwrap_or(NonZeroUsize::MIN))]
+    threads: NonZeroUsize,
+    #[command(flatten)]
+    lidar: LidarArgs,
+    /// Where the trajectories go, one a variant, in KITTI's form
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the figures as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What came of it.
+#[derive(Serialize, Debug)]
+struct Evaluation {
+    figures: Vec<Figures>,
+    /// Of the thesis' table 4.2, besides the transform.
+    stages: StageMs,
+    scans: usize,
+    true_poses: usize,
+    way_m: f64,
+    losses: Vec<String>,
+}
+
+pub(crate) fn run(args: &KittiArgs) -> Result<Outcome, Failure> {
+    let evaluation = evaluated(args)?;
+    if args.json {
+        let json = serde_json::to_string_pretty(&evaluation)
+            .map_err(|error| Failure::new(format!("cannot print the figures: {error}")))?;
+        console::print(json)?;
+    } else {
+        table::lines(&evaluation).iter().try_for_each(console::print)?;
+    }
+    for loss in &evaluation.losses {
+        console::complain(&Failure::new(loss.as_str()));
+    }
+    let is_whole = evaluation.losses.is_empty();
+    Ok(if is_whole { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
+    if !args.recording.exists() {
+        return Err(
+            Failure::new(format!("{} is not there", args.recording.display())).mend(HOW_TO_GET)
+        );
+    }
+    let source = LidarSource::open(&args.recording, &args.lidar)
+        .map_err(|failure| failure.mend(HOW_TO_GET))?;
+    let mut follows: Vec<Follow> = args
+        .variants
+        .iter()
+        .filter_map(|variant| Follow::new(*variant, args.threads).transpose())
+        .collect::<Result<_, _>>()?;
+    let mut truth: Vec<(Stamp, Isometry3<f64>)> = Vec::new();
+    let mut scans: Vec<Stamp> = Vec::new();
+    let mut stages = StageTimes::new()?;
+    let mut way: Vec<Isometry3<f64>> = Vec::new();
+    let progress = Progress::new("following", source.steps());
+    let losses = source.each(|sensed| {
+        match sensed {
+            Sensed::Truth(stamp, pose) => truth.push((stamp, pose)),
+            Sensed::Cloud(message) if args.first.is_none_or(|first| scans.len() < first) => {
+                stages.has_read();
+                let start = Instant::now();
+                let cloud: LidarCloud = lidar_cloud_from_message(&message, None)
+                    .map_err(|error| Failure::new(error.to_string()))?
+                    .cloud;
+                stages.has_made_cloud(start);
+                scans.push(cloud.stamp);
+                follows.iter_mut().for_each(|follow| follow.step(&cloud));
+                way.extend(follows.first().and_then(Follow::last));
+                stages.take(&cloud, &way)?;
+                progress.advance();
+                stages.done();
+            }
+            _ => {}
+        }
+        Ok(())
+    })?;
+    progress.finish();
+    if truth.is_empty() {
+        return Err(Failure::new("the recording has no true poses".to_owned()).mend(format!(
+            "KITTI's are ../../poses/NN.txt beside the sequence, with its calib.txt; {HOW_TO_GET}"
+        )));
+    }
+    let mut candidates: Vec<Candidate> = follows.into_iter().map(Follow::finish).collect();
+    for path in &args.estimate {
+        candidates.push(score::given(path, &scans)?);
+    }
+    let mut figures = Vec::new();
+    for candidate in &candidates {
+        figures.push(score::scored(candidate, &truth)?);
+        if let Some(folder) = &args.out {
+            write_poses(folder, candidate)?;
+        }
+    }
+    Ok(Evaluation {
+        figures,
+        stages: stages.ms(),
+        scans: scans.len(),
+        true_poses: truth.len(),
+        way_m: way_m(&truth),
+        losses,
+    })
+}
+
+fn way_m(truth: &[(Stamp, Isometry3<f64>)]) -> f64 {
+    let steps = truth.iter().zip(truth.iter().skip(1));
+    steps.map(|(from, to)| (to.1.translation.vector - from.1.translation.vector).norm()).sum()
+}
+
+fn write_poses(folder: &Path, candidate: &Candidate) -> Result<(), Failure> {
+    let line = |(_, pose): &(Stamp, Isometry3<f64>)| {
+        let matrix = pose.to_homogeneous();
+        let numbers = (0..12).map(|at| matrix[(at / 4, at % 4)].to_string());
+        numbers.collect::<Vec<_>>().join(" ") + "\n"
+    };
+    let text: String = candidate.poses.iter().map(line).collect();
+    let path = folder.join(format!("{}.txt", candidate.name));
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&path, text))
+        .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
+}
+
+#[cfg(test)]
+mod tests;

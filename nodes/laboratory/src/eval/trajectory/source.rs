@@ -1,0 +1,75 @@
+//! Where a trajectory comes from: what a file is, is told by its content.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use evaluation::trajectory::{Trajectory, parse_stamps, parse_trajectory};
+
+use super::bag_poses;
+use robot::Failure;
+
+/// What an MCAP file begins with.
+const MCAP_MAGIC: &[u8] = b"\x89MCAP";
+/// What the database of an early rosbag2 begins with; the bag's reader says what to do with it.
+const SQLITE_MAGIC: &[u8] = b"SQLite";
+
+/// Where a trajectory is.
+pub(super) struct Source<'a> {
+    pub(super) path: &'a Path,
+    /// The topic, where it is a bag.
+    pub(super) topic: Option<&'a str>,
+    /// The stamps of the frames, where it has none.
+    pub(super) times: Option<&'a Path>,
+}
+
+/// A trajectory that was read.
+pub(super) struct Read {
+    pub(super) format: &'static str,
+    pub(super) trajectory: Trajectory,
+    /// Messages of a bag that could not be read.
+    pub(super) losses: usize,
+}
+
+impl Source<'_> {
+    /// Reads it; `option` is the one that chooses the topic.
+    pub(super) fn read(&self, option: &str) -> Result<Read, Failure> {
+        let path = self.path;
+        if path.is_dir() || self.begins_as_a_bag()? {
+            return bag_poses::read(path, self.topic, option);
+        }
+        if self.topic.is_some() {
+            return Err(Failure::new(format!("{} is no bag and has no topics", path.display()))
+                .mend(format!("leave {option} out")));
+        }
+        let parsed = parse_trajectory(&read(path)?)
+            .map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
+        let mut trajectory = parsed.trajectory;
+        if let Some(times) = self.times {
+            let stamps = parse_stamps(&read(times)?)
+                .map_err(|error| Failure::new(format!("{}: {error}", times.display())))?;
+            trajectory = trajectory
+                .with_stamps(&stamps)
+                .map_err(|error| Failure::new(format!("{}: {error}", times.display())))?;
+        }
+        Ok(Read { format: parsed.format.name(), trajectory, losses: 0 })
+    }
+
+    fn begins_as_a_bag(&self) -> Result<bool, Failure> {
+        let mut start = Vec::new();
+        File::open(self.path)
+            .and_then(|file| {
+                file.take(MCAP_MAGIC.len().max(SQLITE_MAGIC.len()) as u64).read_to_end(&mut start)
+            })
+            .map_err(|error| cannot_read(self.path, &error))?;
+        Ok([MCAP_MAGIC, SQLITE_MAGIC].iter().any(|magic| start.starts_with(magic)))
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(path).map_err(|error| cannot_read(path, &error))
+}
+
+fn cannot_read(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::new(format!("cannot read {}: {error}", path.display()))
+}

@@ -1,0 +1,135 @@
+//! The score as a table.
+
+use evaluation::trajectory::{
+    CoverageUnit, LeftOut, Pairs, Statistics, TrajectoryFacts, TrajectoryScore,
+};
+
+use robot::Failure;
+use robot::console;
+
+/// Below this share of the reference's time a line warns that errors say little.
+const LOST_BELOW: f64 = 0.95;
+
+/// Prints the score; `formats` are those of the estimate and of the reference.
+pub(super) fn print(score: &TrajectoryScore, formats: [&str; 2]) -> Result<(), Failure> {
+    let [estimate, reference] = formats;
+    trajectory("estimate ", estimate, &score.estimate)?;
+    trajectory("reference", reference, &score.reference)?;
+    association(score)?;
+    coverage(score)?;
+    let alignment = &score.alignment;
+    console::print(format_args!(
+        "alignment    {:?}, scale {:.6}, shift {:.4?} m",
+        alignment.alignment, alignment.scale, alignment.translation_m
+    ))?;
+    console::print(
+        "                                rmse       mean     median        std        min        max",
+    )?;
+    row("ATE position (m)", Some(&score.absolute.translation_m))?;
+    row("ATE rotation (deg)", score.absolute.rotation_deg.as_ref())?;
+    for relative in &score.relative {
+        let of = match relative.pairs {
+            Pairs::All => "all",
+            Pairs::Consecutive => "consecutive",
+        };
+        console::print(format_args!(
+            "RPE over {}, {} stretches ({of})",
+            relative.delta, relative.count
+        ))?;
+        row("  translation (m)", relative.translation_m.as_ref())?;
+        row("  rotation (deg)", relative.rotation_deg.as_ref())?;
+    }
+    segments(score)
+}
+
+fn trajectory(name: &str, format: &str, facts: &TrajectoryFacts) -> Result<(), Failure> {
+    let duration = facts.duration_s.map_or(String::new(), |seconds| format!(", {seconds:.2} s"));
+    let LeftOut { not_a_pose, repeated_stamps, out_of_order, renormalised } = facts.left_out;
+    let mut remarks = String::new();
+    for (count, what) in [
+        (not_a_pose, "left out that were no pose"),
+        (repeated_stamps, "left out whose stamp had come before"),
+        (out_of_order, "put into the order of time"),
+        (renormalised, "with a quaternion far from length 1"),
+    ] {
+        if count > 0 {
+            remarks.push_str(&format!("; {count} {what}"));
+        }
+    }
+    console::print(format_args!(
+        "{name}    {format}, {} poses{duration}, path {:.3} m{remarks}",
+        facts.poses, facts.path_m
+    ))
+}
+
+fn association(score: &TrajectoryScore) -> Result<(), Failure> {
+    let association = &score.association;
+    let how = match (association.max_difference_s, association.largest_difference_s) {
+        (Some(allowed_s), Some(largest_s)) => {
+            format!("within {allowed_s} s, the farthest {largest_s:.4} s apart")
+        }
+        _ => "by the number of the frame".to_owned(),
+    };
+    console::print(format_args!(
+        "matched      {} pairs {how}; without a partner {} of the estimate, {} of the reference",
+        association.matched, association.estimate_left_out, association.reference_left_out
+    ))
+}
+
+fn coverage(score: &TrajectoryScore) -> Result<(), Failure> {
+    let coverage = &score.coverage;
+    let unit = match coverage.unit {
+        CoverageUnit::Seconds => "s",
+        CoverageUnit::Frames => "frames",
+    };
+    let gaps = match coverage.gaps.first() {
+        None => "no gap".to_owned(),
+        Some(longest) => {
+            format!(
+                "{} gaps, the longest {:.2} {unit}",
+                coverage.gap_count,
+                longest.end - longest.start
+            )
+        }
+    };
+    console::print(format_args!(
+        "coverage     {:.1} % ({:.2} of {:.2} {unit}), {:.1} % of the path; {gaps}",
+        100.0 * coverage.share,
+        coverage.covered,
+        coverage.reference,
+        100.0 * coverage.path_share
+    ))?;
+    if coverage.share < LOST_BELOW {
+        console::print(
+            "             the errors below say nothing of the parts that are not covered",
+        )?;
+    }
+    Ok(())
+}
+
+fn row(name: &str, statistics: Option<&Statistics>) -> Result<(), Failure> {
+    match statistics {
+        Some(Statistics { rmse, mean, median, std, min, max }) => console::print(format_args!(
+            "{name:<25}{rmse:>11.6}{mean:>11.6}{median:>11.6}{std:>11.6}{min:>11.6}{max:>11.6}"
+        )),
+        None => console::print(format_args!("{name:<25}{:>11}", "-")),
+    }
+}
+
+fn segments(score: &TrajectoryScore) -> Result<(), Failure> {
+    let segments = &score.segments;
+    let (Some(percent), Some(deg_per_m)) =
+        (segments.translation_percent, segments.rotation_deg_per_m)
+    else {
+        return console::print(
+            "KITTI drift  the path is shorter than every segment (--segments scaled takes shorter ones)",
+        );
+    };
+    let lengths: Vec<String> =
+        segments.by_length.iter().map(|of| format!("{:.2}", of.length_m)).collect();
+    console::print(format_args!(
+        "KITTI drift  {percent:.4} %, {deg_per_m:.6} deg/m over {} segments of {} m",
+        segments.count,
+        lengths.join(", ")
+    ))
+}

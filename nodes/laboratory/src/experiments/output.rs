@@ -1,0 +1,108 @@
+//! The folder that the experiments leave behind.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::figures::{ObjectFigures, RunFigures};
+use super::positions::{Along, MEAN_OF_POINTS, PositionErrors, TRACK};
+use super::runs::Runs;
+use super::section::Section;
+use super::settings::Settings;
+use robot::Failure;
+
+/// The output folder.
+pub(crate) struct Folder {
+    path: PathBuf,
+}
+
+impl Folder {
+    /// Makes the folder before the work starts, so that a place that cannot be written is found out first.
+    pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
+        fs::create_dir_all(path).map_err(|error| cannot_write(path, &error))?;
+        Ok(Self { path: path.to_owned() })
+    }
+
+    /// Under a temporary name first: a reader never finds half a file.
+    pub(crate) fn write(&self, name: &str, text: &str) -> Result<(), Failure> {
+        let path = self.path.join(name);
+        let temporary = self.path.join(format!("{name}.part"));
+        fs::write(&temporary, text)
+            .and_then(|()| fs::rename(&temporary, &path))
+            .map_err(|error| cannot_write(&path, &error))
+    }
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::new(format!("cannot write {}: {error}", path.display()))
+        .mend("give a folder that can be written with --out")
+}
+
+/// The content of `experiments.json`.
+#[derive(Serialize)]
+struct Document<'a> {
+    seeds: u64,
+    quick: bool,
+    experiments: &'a [Section],
+    /// Every scenario by every method.
+    runs: Vec<RunLine<'a>>,
+}
+
+/// A run, and what its first object came to.
+#[derive(Serialize)]
+struct RunLine<'a> {
+    #[serde(flatten)]
+    figures: &'a RunFigures,
+    cycles: usize,
+    cycles_with_measured_zone: usize,
+    found_share: Option<f64>,
+    removed_share: Option<f64>,
+    /// Of the mean of the points that were taken for moving.
+    depth_of_points: Option<PositionErrors>,
+    place_of_points: Option<PositionErrors>,
+    /// Of the nearest track.
+    depth_of_track: Option<PositionErrors>,
+    place_of_track: Option<PositionErrors>,
+}
+
+impl<'a> RunLine<'a> {
+    fn of(figures: &'a RunFigures) -> Self {
+        let object = figures.object();
+        let errors =
+            |position_of, along| PositionErrors::of(&object?.sightings, position_of, along);
+        Self {
+            cycles: figures.cycles.len(),
+            cycles_with_measured_zone: figures
+                .cycles
+                .iter()
+                .filter(|cycle| cycle.has_measured_zone())
+                .count(),
+            found_share: object.and_then(ObjectFigures::found_share),
+            removed_share: object.and_then(ObjectFigures::removed_share),
+            depth_of_points: errors(MEAN_OF_POINTS, Along::Depth),
+            place_of_points: errors(MEAN_OF_POINTS, Along::Plane),
+            depth_of_track: errors(TRACK, Along::Depth),
+            place_of_track: errors(TRACK, Along::Plane),
+            figures,
+        }
+    }
+}
+
+/// All figures as JSON, with a newline at the end.
+pub(crate) fn json(
+    settings: &Settings,
+    sections: &[Section],
+    runs: &Runs,
+) -> Result<String, Failure> {
+    let document = Document {
+        seeds: settings.seeds,
+        quick: settings.is_quick(),
+        experiments: sections,
+        runs: runs.figures().map(RunLine::of).collect(),
+    };
+    let mut json = serde_json::to_string_pretty(&document)
+        .map_err(|error| Failure::new(format!("cannot write the figures: {error}")))?;
+    json.push('\n');
+    Ok(json)
+}

@@ -1,0 +1,54 @@
+//! The subcommands of `stillmap` that a robot does not need: simulated recordings with their truth, scores of results
+//! against a reference, the experiments of Rec-HV, and what the transport and a cycle cost.
+
+mod bench;
+mod demo;
+mod eval;
+mod experiments;
+mod simulate;
+mod trial;
+mod truth;
+
+use std::process::ExitCode;
+
+use clap::Subcommand;
+use node_shell::RosArguments;
+use robot::{Failure, Outcome};
+
+pub use simulate::write_bag;
+pub use truth::score;
+
+/// The subcommands that a robot does not need.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// The main job on a simulated room, over DDS: map, pictures, report
+    #[command(display_order = 0)]
+    Demo(demo::DemoArgs),
+    /// A simulated room as a bag, with its truth
+    Simulate(simulate::SimulateArgs),
+    /// Scores of results against a reference
+    #[command(subcommand)]
+    Eval(eval::EvalArgs),
+    /// The eleven experiments of Rec-HV, run again: each published table beside ours
+    Experiments(experiments::ExperimentsArgs),
+    /// What the transport of this machine carries, and what a cycle costs over an hour
+    #[command(subcommand)]
+    Bench(bench::BenchArgs),
+}
+
+impl Command {
+    /// Runs the subcommand.
+    ///
+    /// # Errors
+    /// When the job could not be done.
+    pub fn run(self, ros: &RosArguments) -> Result<ExitCode, Failure> {
+        let outcome = match self {
+            Self::Demo(args) => demo::run(&args),
+            Self::Simulate(args) => simulate::run(&args),
+            Self::Eval(args) => eval::run(&args),
+            Self::Experiments(args) => experiments::run(&args),
+            Self::Bench(args) => bench::run(args, ros),
+        };
+        outcome.map(Outcome::exit_code)
+    }
+}

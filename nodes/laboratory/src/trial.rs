@@ -1,0 +1,101 @@
+//! One scenario through all three nodes, by each method, with what is true beside what came out: what
+//! experiments are made of.
+
+mod kept;
+mod play;
+#[cfg(test)]
+mod tests;
+
+use evaluation::{
+    CloudDistance, Correlation, DynamicScore, DynamicScoreRules, RunRecord, cloud_distance,
+    correlation,
+};
+use geometry::{Track, VoxelGrid};
+use nalgebra::Point3;
+use simulator::{ObjectPoses, Sample, Scenario};
+
+use self::kept::Truth;
+use self::play::{Message, Play};
+use robot::Failure;
+pub(crate) use robot::run::parameters::MethodName;
+
+/// How a scenario is run.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct TrialOptions {
+    /// Each method sees the same samples.
+    pub(crate) methods: Vec<MethodName>,
+    /// Whether the map is compared with the empty scene after each cycle (Rec-HV 4.7), or only at the end.
+    pub(crate) correlate_each_cycle: bool,
+    /// Whether the truth of each pixel is kept and scored: it costs 1.2 MB a cycle.
+    pub(crate) score_labels: bool,
+    /// The edge of the voxels of the reduction and of the map, where it is not to be the usual one.
+    pub(crate) voxel_edge_m: Option<f64>,
+}
+
+/// What one method made of a scenario.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Trial {
+    pub(crate) method: MethodName,
+    pub(crate) scenario_name: String,
+    pub(crate) seed: u64,
+    /// The cycles and the final map.
+    pub(crate) record: RunRecord,
+    /// Against the labels of every pixel; `None` where that was not asked for.
+    pub(crate) score: Option<DynamicScore>,
+    /// One for each cycle of the record, in that order.
+    pub(crate) cycles: Vec<TrialCycle>,
+    /// The surface of the scene without anything that moves: a point a voxel of the map's edge, in the map
+    /// frame.
+    pub(crate) empty_scene_m: Vec<Point3<f32>>,
+    /// The final map against the empty scene; `None` where one of them has no point.
+    pub(crate) correlation: Option<Correlation>,
+    /// The same, by distances; what lies within a voxel's edge is the same.
+    pub(crate) distance: Option<CloudDistance>,
+}
+
+/// What is true of a cycle, and what was said of it.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct TrialCycle {
+    /// Where the objects were when the cycle's depth image was taken, all of the scene's, seen or not.
+    pub(crate) truth: ObjectPoses,
+    /// The tracks that segmentation published for the cycle, in the map; none with `rec_hv`.
+    pub(crate) tracks: Vec<Track>,
+    /// The map so far against the empty scene, where that was asked for.
+    pub(crate) correlation: Option<Correlation>,
+}
+
+/// Runs a scenario by each method. What comes out depends on the scenario and the options alone, but for
+/// the durations in the record.
+///
+/// # Errors
+/// When the scenario cannot be simulated, or a parameter is refused.
+pub(crate) fn run_trial(
+    scenario: &Scenario,
+    options: &TrialOptions,
+) -> Result<Vec<Trial>, Failure> {
+    let samples = scenario.samples().map_err(failure)?;
+    let empty_scene = scenario.static_scene_cloud().map_err(failure)?.points_m;
+    let mut truth = Truth::new(options.score_labels);
+    let mut plays = Vec::new();
+    for &method in &options.methods {
+        plays.push(Play::start(method, options, &empty_scene)?);
+    }
+    for sample in samples {
+        let message = Message::of(&sample);
+        truth.take(sample)?;
+        for play in &mut plays {
+            if let Some(message) = &message {
+                play.take(message, &mut truth)?;
+            }
+        }
+        truth.forget_before(plays.iter().map(Play::reached).min().flatten());
+    }
+    for play in &mut plays {
+        play.end(&mut truth)?;
+    }
+    plays.into_iter().map(|play| play.finish(scenario, &truth)).collect()
+}
+
+fn failure(error: impl std::fmt::Display) -> Failure {
+    Failure::new(error.to_string())
+}

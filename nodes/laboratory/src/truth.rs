@@ -1,0 +1,185 @@
+//! The truth that a bag carries beside its sensor data.
+
+use std::collections::BTreeMap;
+
+use bag_player::{Bag, BagError, BagMessage, Messages, Selection};
+use evaluation::{DynamicScore, DynamicScoreRules, RunRecord, TruthFrame, TruthFrameError};
+use geometry::{
+    CameraModel, CameraModelError, DepthImage, DepthLimits, LabelImage, RayTable, Stamp,
+    pose_from_vector,
+};
+use msgs::convert::{self, ConvertError};
+use msgs::sensor_msgs::{CameraInfo, Image};
+use msgs::std_msgs;
+use nalgebra::Isometry3;
+
+use robot::Failure;
+use robot::run::inputs::{Inputs, ViewTopics};
+use robot::run::parameters::PipelineParameters;
+use robot::sensor_bag::TRUE_OBJECT_NAMES;
+
+/// The score of a run against the truth that its bag carries, if it carries any.
+///
+/// # Errors
+/// When the truth cannot be read, or does not fit the run.
+pub fn score(
+    bag: &Bag,
+    inputs: &Inputs,
+    parameters: &PipelineParameters,
+    record: &RunRecord,
+) -> Result<Option<DynamicScore>, Failure> {
+    let wrong = |error: &dyn std::error::Error| {
+        Failure::new(format!("the truth in the bag cannot be used: {error}"))
+    };
+    let rig_from_camera = pose_from_vector(&parameters.detection().rig_from_camera);
+    let truth = TruthReader::open(bag, inputs, rig_from_camera, DepthLimits::default())
+        .map_err(|error| wrong(&error))?;
+    let Some(mut truth) = truth else { return Ok(None) };
+    let names = object_names(bag).map_err(|error| wrong(&error))?;
+    let rules = DynamicScoreRules::default();
+    evaluation::score_dynamic(record, &rules, &names, |stamp| truth.at(stamp))
+        .map(Some)
+        .map_err(|error| wrong(&error))
+}
+
+/// The truth of a bag cannot be read.
+#[derive(Debug, thiserror::Error)]
+enum TruthError {
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    #[error(transparent)]
+    Convert(#[from] ConvertError),
+    #[error(transparent)]
+    Camera(#[from] CameraModelError),
+    #[error(transparent)]
+    Frame(#[from] TruthFrameError),
+}
+
+/// Reads the truth of one moment after the other, in one pass over the bag.
+struct TruthReader {
+    messages: Messages,
+    topics: TruthTopics,
+    rig_from_camera: Isometry3<f64>,
+    limits: DepthLimits,
+    rays: Option<(CameraModel, RayTable)>,
+    /// Images whose partner, or whose turn, has not come.
+    waiting: BTreeMap<Stamp, Waiting>,
+    at_end: bool,
+}
+
+struct TruthTopics {
+    depth: String,
+    camera_info: String,
+}
+
+#[derive(Default)]
+struct Waiting {
+    depth: Option<DepthImage>,
+    labels: Option<LabelImage>,
+}
+
+impl TruthReader {
+    /// A reader of the bag's truth, if it has any: labels for the pixels of a depth image.
+    fn open(
+        bag: &Bag,
+        inputs: &Inputs,
+        rig_from_camera: Isometry3<f64>,
+        limits: DepthLimits,
+    ) -> Result<Option<Self>, TruthError> {
+        let (Some(labels), ViewTopics::Depth { image, camera_info }) =
+            (&inputs.labels, &inputs.view)
+        else {
+            return Ok(None);
+        };
+        let topics = TruthTopics { depth: image.clone(), camera_info: camera_info.clone() };
+        let selection = Selection {
+            topics: Some(vec![image.clone(), camera_info.clone(), labels.clone()]),
+            ..Selection::default()
+        };
+        Ok(Some(Self {
+            messages: bag.messages(&selection)?,
+            topics,
+            rig_from_camera,
+            limits,
+            rays: None,
+            waiting: BTreeMap::new(),
+            at_end: false,
+        }))
+    }
+
+    /// The truth at the stamp of a depth image; stamps must not go back from call to call.
+    fn at(&mut self, stamp: Stamp) -> Result<Option<TruthFrame>, TruthError> {
+        // What lies before is not asked for any more.
+        self.waiting = self.waiting.split_off(&stamp);
+        while !self.at_end && !self.is_complete(stamp) && !self.is_past(stamp) {
+            match self.messages.next() {
+                Some(message) => self.take(&message?, stamp)?,
+                None => self.at_end = true,
+            }
+        }
+        match (self.waiting.get(&stamp), &self.rays) {
+            (Some(Waiting { depth: Some(depth), labels: Some(labels) }), Some((_, rays))) => {
+                let frame = TruthFrame::from_images(
+                    depth,
+                    labels,
+                    rays,
+                    &self.limits,
+                    &self.rig_from_camera,
+                )?;
+                Ok(Some(frame))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn is_complete(&self, stamp: Stamp) -> bool {
+        let waiting = self.waiting.get(&stamp);
+        waiting.is_some_and(|waiting| waiting.depth.is_some() && waiting.labels.is_some())
+    }
+
+    /// Whether both topics have gone beyond a stamp.
+    fn is_past(&self, stamp: Stamp) -> bool {
+        let later = || self.waiting.iter().filter(|(waiting, _)| **waiting > stamp);
+        later().any(|(_, waiting)| waiting.depth.is_some())
+            && later().any(|(_, waiting)| waiting.labels.is_some())
+    }
+
+    fn take(&mut self, message: &BagMessage, from: Stamp) -> Result<(), TruthError> {
+        if *message.topic == *self.topics.camera_info {
+            let camera = convert::camera_from_message(&message.decode::<CameraInfo>()?)?;
+            if self.rays.as_ref().is_none_or(|(known, _)| *known != camera) {
+                self.rays = Some((camera, RayTable::new(&camera)?));
+            }
+        } else if *message.topic == *self.topics.depth {
+            let depth = convert::depth_from_message(&message.decode::<Image>()?)?;
+            let stamp = depth.stamp;
+            if stamp >= from {
+                self.waiting.entry(stamp).or_default().depth = Some(depth);
+            }
+        } else {
+            let labels = convert::labels_from_message(&message.decode::<Image>()?)?;
+            let stamp = labels.stamp;
+            if stamp >= from {
+                self.waiting.entry(stamp).or_default().labels = Some(labels);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What the true objects are called, where the bag says it.
+fn object_names(bag: &Bag) -> Result<BTreeMap<u16, String>, TruthError> {
+    let has_names = bag.topics()?.iter().any(|topic| topic.topic == TRUE_OBJECT_NAMES);
+    if !has_names {
+        return Ok(BTreeMap::new());
+    }
+    let selection =
+        Selection { topics: Some(vec![TRUE_OBJECT_NAMES.to_owned()]), ..Selection::default() };
+    match bag.messages(&selection)?.next() {
+        Some(message) => {
+            let names = message?.decode::<std_msgs::String>()?.data;
+            Ok(serde_json::from_str(&names).unwrap_or_default())
+        }
+        None => Ok(BTreeMap::new()),
+    }
+}

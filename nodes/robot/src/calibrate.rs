@@ -1,0 +1,150 @@
+//! `stillmap calibrate`: where the scanner is on the rig, by what a bag shows of the same surfaces to both sensors.
+
+mod choice;
+mod gathering;
+mod poses;
+pub(crate) mod reader;
+mod tell;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use bag_player::Bag;
+use calibration::{CalibrationConfig, DepthOptics, RigMounts, calibrate};
+use clap::Args;
+use detection::shell::DetectionParameters;
+use geometry::{CameraModel, RayTable, pose_from_vector};
+use node_shell::parameters::{self, Assignment};
+
+use self::reader::{Choosing, Read, ReadCycles, Topics};
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::run::Stage;
+use crate::run::inputs::{Inputs, PoseSource, TopicArgs, ViewTopics};
+
+/// Arguments of `stillmap calibrate`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap calibrate room.mcap -o extrinsics.yaml
+  stillmap run room.mcap --params-file extrinsics.yaml
+
+Both sensors must see the same surfaces: walls and furniture of several directions, upright and as high as the
+scanner, 1 to 5 m away. Stand still for ten seconds, or turn slowly. What the bag does not tell stays as it was, and
+is named. The camera's own mounting (rig_from_camera) is taken as it is.")]
+pub struct CalibrateArgs {
+    /// An MCAP file or a rosbag2 folder
+    bag: PathBuf,
+    /// The parameter file to write: rig_from_lidar, for detection
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// A ROS 2 parameter file with the mounts to start from; later ones override earlier ones
+    #[arg(long = "params-file", value_name = "FILE")]
+    parameter_files: Vec<PathBuf>,
+    /// The depth camera's calibration in place of the bag's: a camera_info file in YAML
+    #[arg(long, value_name = "YAML")]
+    camera_file: Option<PathBuf>,
+    /// Scans to use at most, each with its depth image in memory
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    cycles: u16,
+    /// Print the result as JSON, with the covariance
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    topics: TopicArgs,
+}
+
+pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
+    let failed = |error: bag_player::BagError| Failure::new(error.to_string());
+    let bag = Bag::open(&args.bag).map_err(failed)?;
+    let info = bag.info().map_err(failed)?;
+    let inputs = Inputs::choose(&args.topics, &info)?;
+    let ViewTopics::Depth { image, camera_info } = inputs.view else {
+        return Err(Failure::new("clouds cannot be calibrated by, only depth images")
+            .mend("record the depth image and its camera_info too, or name them with --depth and --camera-info"));
+    };
+    let node = load_parameters(&args.parameter_files)?;
+    let config = CalibrationConfig::default();
+    let choosing = Choosing {
+        most_cycles: usize::from(args.cycles),
+        most_motion_m: f64::INFINITY,
+        max_pose_gap_s: node.config.max_pose_gap_s,
+        max_image_offset_s: node.config.max_cloud_offset_s,
+        beam_order: node.config.stillmap.beam_order,
+    };
+    let PoseSource::Topic(pose) = inputs.pose else {
+        return Err(Failure::new("the calibration takes its poses from a topic".to_owned())
+            .mend("give a --pose topic, or leave it out"));
+    };
+    let topics = Topics { scan: inputs.scan, image, camera_info, pose };
+    let Read { cycles, camera, losses } = reader::read(&bag, &info, &topics, &choosing)?;
+    let camera = match &args.camera_file {
+        Some(file) => read_camera(file)?,
+        None => camera.ok_or_else(|| no_camera(&topics))?,
+    };
+    let rays = RayTable::new(&camera).map_err(|error| Failure::new(error.to_string()))?;
+    check_sizes(&cycles, &camera)?;
+    let mounts = RigMounts {
+        rig_from_camera: pose_from_vector(&node.config.rig_from_camera),
+        rig_from_lidar: pose_from_vector(&node.config.rig_from_lidar),
+    };
+    let optics = DepthOptics { camera: &camera, rays: &rays };
+    let found = calibrate(&cycles.cycles, optics, &mounts, &config).map_err(|error| {
+        Failure::new(error.to_string()).mend(
+            "is rig_from_camera right, and rig_from_lidar within some 10 cm and 5 degrees (--params-file)? A scanner \
+             that looks backwards needs a yaw of pi; furniture as high as the scanner helps",
+        )
+    })?;
+
+    for finding in cycles.findings.iter().chain(&losses) {
+        console::complain(finding);
+    }
+    if let Some(path) = &args.output {
+        tell::write_parameters(path, &args.bag, &found)?;
+    }
+    if args.json {
+        tell::print_json(&args.bag, &found)?;
+    } else {
+        tell::print(&found, args.output.as_deref())?;
+    }
+    let complete = losses.is_empty() && cycles.findings.is_empty();
+    Ok(if complete { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+/// The parameters of detection in some files, checked.
+pub(crate) fn load_parameters(files: &[PathBuf]) -> Result<DetectionParameters, Failure> {
+    let node = format!("/{}", Stage::Detection.name());
+    let node: DetectionParameters = parameters::load(&node, files, &[] as &[Assignment])
+        .map_err(|error| Failure::new(error.to_string()))?;
+    node.config.validate().map_err(|error| Failure::new(error.to_string()))?;
+    Ok(node)
+}
+
+fn read_camera(path: &Path) -> Result<CameraModel, Failure> {
+    let within = |reason: String| Failure::new(format!("{}: {reason}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| within(error.to_string()))?;
+    let file = calibration::camera_file::camera_from_yaml(&text)
+        .map_err(|error| within(error.to_string()))?;
+    Ok(file.camera)
+}
+
+fn no_camera(topics: &Topics) -> Failure {
+    Failure::new(format!("no calibration of the camera could be read from {}", topics.camera_info))
+        .mend("give one with --camera-file")
+}
+
+/// All images must be of the camera.
+fn check_sizes(cycles: &ReadCycles, camera: &CameraModel) -> Result<(), Failure> {
+    let (width_px, height_px) = (camera.width_px, camera.height_px);
+    for image in cycles.cycles.iter().map(|cycle| &cycle.image) {
+        if (image.width_px(), image.height_px()) != (width_px, height_px) {
+            return Err(Failure::new(format!(
+                "a depth image of {} x {} pixels does not fit a camera of {width_px} x {height_px}",
+                image.width_px(),
+                image.height_px()
+            ))
+            .mend("the calibration must be the one of the depth image"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,196 @@
+//! `stillmap doctor`: what is wrong with this machine and the live graph, or with a bag; each finding with
+//! its numbers, and with the command or the setting that mends it.
+
+mod bag;
+mod checks;
+mod content;
+mod finding;
+mod graph;
+mod machine;
+mod sizes;
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use bag_player::Bag;
+use clap::Args;
+use node_shell::log::{LogDirective, LogLevel};
+use node_shell::{RosArguments, ShellError, Transport, TransportError};
+use serde::Serialize;
+
+use crate::calibrate::load_parameters;
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::run::inputs::TopicArgs;
+use checks::Check;
+use finding::{Finding, Severity, Tally};
+use graph::{GraphView, Listening, TopicListing};
+use machine::{Machine, ReceiveBuffer};
+
+/// The longest time that a command line may ask the doctor to listen.
+const LONGEST_S: f64 = 3600.0;
+/// The doctor's name in the log.
+const LOGGER: &str = "doctor";
+
+/// Arguments of `stillmap doctor`.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  stillmap doctor                                       this machine and the live graph
+  stillmap doctor --seconds 10 --measure                the same, with images and clouds
+  stillmap doctor --ros-args -r __ns:=/robot -r scan:=/laser/scan
+  stillmap doctor room.mcap                             a bag
+
+Each finding is a line: ok, warn or error, what it is with the numbers that show it, what comes of it, and behind
+an arrow what mends it.
+Exit codes: 0 all is well, 1 there is at least one error or the doctor could not look, 2 a command line that
+cannot be read, 3 there are warnings and no error.")]
+pub struct DoctorArgs {
+    /// An MCAP file or a rosbag2 folder; without one, this machine and the live graph
+    bag: Option<PathBuf>,
+    /// How long to listen to the live graph
+    #[arg(long, value_name = "S", default_value = "3", value_parser = seconds, conflicts_with = "bag")]
+    seconds: Duration,
+    /// Subscribe to images and clouds too, to see their sizes and rates; a driver then sends them
+    #[arg(long, conflicts_with = "bag")]
+    measure: bool,
+    /// A ROS 2 parameter file of detection, as for `stillmap run`; later ones override earlier ones
+    #[arg(long = "params-file", value_name = "FILE", requires = "bag")]
+    parameter_files: Vec<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Print a table of all checks, in Markdown, and end
+    #[arg(long, exclusive = true)]
+    checks: bool,
+    #[command(flatten, next_help_heading = "Topics of the bag")]
+    topics: TopicArgs,
+}
+
+/// What the doctor has to say.
+#[derive(Debug, Default, Serialize)]
+struct Report {
+    findings: Vec<Finding>,
+    /// The topics of the live graph.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    topics: Vec<TopicListing>,
+    tally: Tally,
+}
+
+pub(crate) fn run(args: &DoctorArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
+    if args.checks {
+        console::print(checks::table().trim_end())?;
+        return Ok(Outcome::Complete);
+    }
+    let mut report = match &args.bag {
+        Some(bag) => examine_bag(bag, args)?,
+        None if args.topics.is_empty() => examine_graph(args, ros)?,
+        None => {
+            return Err(Failure::new("topics of a bag are named, but no bag")
+                .mend("on the live graph, remap them: --ros-args -r scan:=/laser/scan"));
+        }
+    };
+    report.tally = Tally::of(&report.findings);
+    tell(&report, args.json)?;
+    if report.findings.iter().any(|finding| finding.severity == Severity::Error) {
+        return Err(Failure::new(format!("{} found", report.tally)));
+    }
+    let warned = report.tally.warnings > 0;
+    Ok(if warned { Outcome::WithLosses } else { Outcome::Complete })
+}
+
+fn tell(report: &Report, json: bool) -> Result<(), Failure> {
+    if json {
+        let json = serde_json::to_string_pretty(report)
+            .map_err(|error| Failure::new(format!("cannot print the findings: {error}")))?;
+        return console::print(json);
+    }
+    let in_colour = std::io::stdout().is_terminal();
+    for line in report.topics.iter().flat_map(TopicListing::lines) {
+        console::print(line)?;
+    }
+    if !report.topics.is_empty() {
+        console::print("")?;
+    }
+    for finding in &report.findings {
+        console::print(finding.line(in_colour))?;
+    }
+    console::print(report.tally)
+}
+
+fn examine_bag(path: &Path, args: &DoctorArgs) -> Result<Report, Failure> {
+    let parameters = load_parameters(&args.parameter_files)?;
+    let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
+    // A bag can be looked at where no node can start.
+    let buffer = Transport::from_environment()
+        .map_err(ShellError::from)
+        .and_then(|transport| transport.probe_receive_buffer())
+        .ok()
+        .map(ReceiveBuffer::from);
+    let findings = bag::findings(&bag, &args.topics, &parameters, buffer.as_ref())?;
+    Ok(Report { findings, ..Report::default() })
+}
+
+fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failure> {
+    // What other nodes would log is among the findings.
+    let quiet = [LogDirective { logger: None, level: LogLevel::Error }];
+    let levels = if ros.log.is_empty() { &quiet[..] } else { &ros.log };
+    node_shell::log::start(LOGGER, levels, &ros.outputs);
+    let transport = match Transport::from_environment() {
+        Ok(transport) => transport,
+        Err(error) => return Ok(only(&error)),
+    };
+    let machine = match Machine::look(&transport) {
+        Ok(machine) => machine,
+        Err(error) => return Ok(only(&error)),
+    };
+    let listening = Listening { span: args.seconds, measure: args.measure };
+    let (view, buffer) = listen(transport, ros, listening)?;
+    let mut findings = machine.findings(&buffer);
+    findings.extend(view.findings(&machine, &buffer));
+    Ok(Report { findings, topics: view.listing(), tally: Tally::default() })
+}
+
+/// With such an environment no node starts, so there is nothing else to see.
+fn only(error: &TransportError) -> Report {
+    let finding = Finding::error(
+        Check::Environment,
+        format!("no node can start: {}={} is not understood", error.variable, error.value),
+        format!("export {}=... with {}; or unset it", error.variable, error.accepted),
+    );
+    Report { findings: vec![finding], ..Report::default() }
+}
+
+fn listen(
+    transport: Transport,
+    ros: &RosArguments,
+    listening: Listening,
+) -> Result<(GraphView, ReceiveBuffer), Failure> {
+    let (view, granted) = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?
+        .block_on(graph::listen(transport, ros, listening))
+        .map_err(|error| Failure::new(error.to_string()))?;
+    Ok((view, granted.into()))
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=LONGEST_S).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
+        _ => Err(format!("accepted are seconds from 0 to {LONGEST_S}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_seconds_within_an_hour() {
+        assert_eq!(seconds("1.5"), Ok(Duration::from_millis(1500)));
+        for bad in ["-1", "nan", "inf", "3601", "soon", ""] {
+            assert!(seconds(bad).is_err(), "{bad}");
+        }
+    }
+}

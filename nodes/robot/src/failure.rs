@@ -1,0 +1,62 @@
+//! What went wrong, in a line, and what to do about it, in another.
+
+use std::fmt;
+use std::process::ExitCode;
+
+/// The exit code of a job that was done as far as its input allowed, with part of that input lost.
+const EXIT_WITH_LOSSES: u8 = 3;
+
+/// Why a subcommand could not do its job.
+#[derive(Debug)]
+pub struct Failure {
+    what: String,
+    mend: Option<String>,
+}
+
+impl Failure {
+    /// A failure that says what was wrong.
+    pub fn new(what: impl Into<String>) -> Self {
+        Self { what: what.into(), mend: None }
+    }
+
+    /// Adds what to do about it.
+    pub fn mend(self, mend: impl Into<String>) -> Self {
+        Self { mend: Some(mend.into()), ..self }
+    }
+
+    /// Says in which part of the job it happened.
+    pub fn within(self, part: impl fmt::Display) -> Self {
+        Self { what: format!("{part}: {}", self.what), ..self }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}", self.what)?;
+        match &self.mend {
+            Some(mend) => write!(formatter, "\n  {mend}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// How a subcommand that did its job ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Outcome {
+    /// All of it.
+    Complete,
+    /// All that the input allowed: part of it could not be read, or was lost on the way. What was
+    /// computed is written.
+    WithLosses,
+}
+
+impl Outcome {
+    /// The exit code of the program.
+    #[must_use]
+    pub fn exit_code(self) -> ExitCode {
+        match self {
+            Self::Complete => ExitCode::SUCCESS,
+            Self::WithLosses => ExitCode::from(EXIT_WITH_LOSSES),
+        }
+    }
+}

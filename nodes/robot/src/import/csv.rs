@@ -1,0 +1,54 @@
+//! `stillmap import csv`: a recording as Road LiDAR's program exported it (section 2.4, option C).
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use lidar_odometry::recorded::revolutions_from_csv;
+use msgs::convert::message_from_revolution;
+
+use super::velodyne::ModelArg;
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::sensor_bag::SensorBag;
+
+/// Arguments of `stillmap import csv`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap import csv coordinates.csv intensities.csv -o drive.mcap
+
+Each file has a line for each revolution: the time in milliseconds, and then x y z of each shot in metres, or its intensity.")]
+pub struct CsvArgs {
+    /// The file of coordinates
+    coordinates: PathBuf,
+    /// The file of intensities
+    intensities: PathBuf,
+    /// The scanner
+    #[arg(long, value_name = "MODEL", default_value = "hdl32e")]
+    model: ModelArg,
+    /// The bag to write
+    #[arg(short, long, value_name = "BAG")]
+    output: PathBuf,
+}
+
+pub(crate) fn import(args: &CsvArgs) -> Result<Outcome, Failure> {
+    let (coordinates, intensities) = (read(&args.coordinates)?, read(&args.intensities)?);
+    let revolutions =
+        revolutions_from_csv(&coordinates, &intensities, args.model.model(), "velodyne")
+            .map_err(|error| Failure::new(error.to_string()).within(args.coordinates.display()))?;
+    if revolutions.is_empty() {
+        return Err(Failure::new(format!("{} has no revolution", args.coordinates.display()))
+            .mend("a line is a revolution: its time in milliseconds, and x y z of each shot"));
+    }
+    let mut bag = SensorBag::create(&args.output)?;
+    for revolution in &revolutions {
+        bag.velodyne(revolution.stamp, &message_from_revolution(revolution))?;
+    }
+    let summary = bag.finish()?;
+    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
+    Ok(Outcome::Complete)
+}
+
+fn read(path: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(path)
+        .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))
+}

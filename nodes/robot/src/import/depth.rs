@@ -1,0 +1,117 @@
+//! `stillmap import depth`: numbered depth pictures of a camera that stands still.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use geometry::{CameraModel, Distortion, LabelImage, Stamp, StampedPose};
+use nalgebra::Isometry3;
+
+use super::depth_png::{DepthUnit, numbered_pictures, read_depth, read_mask};
+use super::scan_cut::{ScanCut, ScanCutArgs};
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::progress::Progress;
+use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME, SensorBag};
+
+/// The stamp of the first picture, since the pictures have none: a round moment, not the present one,
+/// so that the same pictures always give the same bag.
+const FIRST_STAMP: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
+
+/// Arguments of `stillmap import depth`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap import depth kitchen/depth --intrinsics 365,365,256,212 --rate 10 \\
+      --scan-from-depth --masks kitchen/masks -o kitchen.mcap")]
+pub struct DepthArgs {
+    /// The folder of the pictures 0001.png, 0002.png, ...
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Focal lengths and principal point in pixels
+    #[arg(long, value_name = "FX,FY,CX,CY", value_parser = parse_intrinsics)]
+    intrinsics: [f64; 4],
+    /// Pictures per second of the recording
+    #[arg(long, value_name = "HZ", default_value_t = 30.0)]
+    rate: f64,
+    /// Stored depth units in a metre
+    #[arg(long, value_name = "UNITS", default_value_t = 1000.0)]
+    units_per_metre: f64,
+    /// A folder of masks, one a picture, not black where the moving object is
+    #[arg(long, value_name = "DIR")]
+    masks: Option<PathBuf>,
+    #[command(flatten)]
+    scan: ScanCutArgs,
+    /// The bag to write
+    #[arg(short, long, value_name = "BAG")]
+    output: PathBuf,
+}
+
+pub(crate) fn import(args: &DepthArgs) -> Result<Outcome, Failure> {
+    if !(args.rate.is_finite() && args.rate > 0.0) {
+        return Err(Failure::new(format!("--rate {} is no rate", args.rate))
+            .mend("give the pictures per second of the recording, for example --rate 30"));
+    }
+    let unit = DepthUnit::new(args.units_per_metre)?;
+    let pictures = numbered_pictures(&args.folder)?;
+    let masks = args.masks.as_deref().map(numbered_pictures).transpose()?;
+    if let Some(masks) = &masks
+        && masks.len() != pictures.len()
+    {
+        return Err(Failure::new(format!("{} pictures but {} masks", pictures.len(), masks.len()))
+            .mend("there must be one mask for each picture, numbered alike"));
+    }
+
+    let mut bag = SensorBag::create(&args.output)?;
+    let mut cut = ScanCut::new(&args.scan);
+    let progress = Progress::new("importing", pictures.len() as u64);
+    for (index, picture) in pictures.iter().enumerate() {
+        let stamp = FIRST_STAMP.plus_seconds(index as f64 / args.rate);
+        let image = read_depth(picture, unit, stamp, DEPTH_FRAME)?;
+        let camera = camera_of(args, (image.width_px(), image.height_px()));
+        bag.camera(&camera, stamp)?;
+        bag.pose(&StampedPose {
+            stamp,
+            frame_id: MAP_FRAME.to_owned(),
+            map_from_rig: Isometry3::identity(),
+        })?;
+        if let Some(scan) = cut.scan(&image, &camera)? {
+            bag.scan(&scan)?;
+        }
+        bag.depth(&image)?;
+        if let Some(mask) = masks.as_ref().and_then(|masks| masks.get(index)) {
+            bag.labels(&labels_of(mask, stamp)?)?;
+        }
+        progress.advance();
+    }
+    let summary = bag.finish()?;
+    progress.finish();
+    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
+    Ok(Outcome::Complete)
+}
+
+fn camera_of(args: &DepthArgs, (width_px, height_px): (usize, usize)) -> CameraModel {
+    let [fx_px, fy_px, cx_px, cy_px] = args.intrinsics;
+    CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion: Distortion::None }
+}
+
+fn labels_of(mask: &Path, stamp: Stamp) -> Result<LabelImage, Failure> {
+    let (size_px, ids) = read_mask(mask)?;
+    LabelImage::new(stamp, DEPTH_FRAME.to_owned(), size_px, ids)
+        .map_err(|error| Failure::new(format!("{}: {error}", mask.display())))
+}
+
+/// Four numbers between commas.
+pub fn parse_intrinsics(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|number| number.trim().parse::<f64>().map_err(|error| format!("{number}: {error}")))
+        .collect::<Result<_, _>>()?;
+    let count = numbers.len();
+    let numbers: [f64; 4] =
+        numbers.try_into().map_err(|_| format!("four numbers fx,fy,cx,cy, not {count}"))?;
+    let [fx_px, fy_px, ..] = numbers;
+    if numbers.iter().all(|number| number.is_finite()) && fx_px > 0.0 && fy_px > 0.0 {
+        Ok(numbers)
+    } else {
+        Err("the focal lengths must be positive and all four finite".to_owned())
+    }
+}

@@ -1,0 +1,176 @@
+//! `stillmap import kitti`: the laser scans of KITTI and KITTI-360, with the true poses where they are published.
+
+mod calibration;
+mod layout;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use geometry::{Revolution, Stamp, StampedPose};
+use lidar_odometry::recorded::revolution_from_kitti;
+use msgs::convert::message_from_revolution;
+use nalgebra::Isometry3;
+
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::progress::Progress;
+use crate::sensor_bag::{MAP_FRAME, SensorBag};
+use layout::{Scan, scans};
+
+/// Scans a second of the data sets, where no times are given.
+const SCAN_RATE_HZ: f64 = 10.0;
+/// The moment that times since the start are counted from: a round one, not the present one, so that the same files
+/// always give the same bag.
+const START: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
+/// The frame of the clouds.
+const FRAME: &str = "velodyne";
+
+/// Arguments of `stillmap import kitti`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap import kitti dataset/sequences/07 -o kitti_07.mcap
+  stillmap import kitti 2013_05_28_drive_0000_sync/velodyne_points -o kitti360.mcap
+
+The folder holds velodyne/ or data/ with numbered .bin files; times.txt or timestamps.txt, calib.txt (its Tr) and the
+poses of ../../poses are taken where they are there. True poses are those of the scanner, from the first scan.")]
+pub struct KittiArgs {
+    /// The folder of a sequence
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// The poses of the left camera, twelve numbers a line
+    #[arg(long, value_name = "FILE")]
+    poses: Option<PathBuf>,
+    /// The calibration with the line Tr: where the scanner is from the camera
+    #[arg(long, value_name = "FILE")]
+    calib: Option<PathBuf>,
+    /// The bag to write
+    #[arg(short, long, value_name = "BAG")]
+    output: PathBuf,
+}
+
+pub(crate) fn import(args: &KittiArgs) -> Result<Outcome, Failure> {
+    let sequence = Sequence::open(&args.folder, args.poses.as_deref(), args.calib.as_deref())?;
+    if sequence.poses.is_none() {
+        console::note("no poses: the bag has no truth (--poses FILE --calib FILE)");
+    }
+    let mut bag = SensorBag::create(&args.output)?;
+    let progress = Progress::new("importing", sequence.len() as u64);
+    let mut without_pose = 0_usize;
+    for index in 0..sequence.len() {
+        let revolution = sequence.revolution(index)?;
+        let stamp = revolution.stamp;
+        match sequence.true_pose(index) {
+            Some(map_from_velodyne) => bag.true_pose(&StampedPose {
+                stamp,
+                frame_id: MAP_FRAME.to_owned(),
+                map_from_rig: map_from_velodyne,
+            })?,
+            None => without_pose += usize::from(sequence.poses.is_some()),
+        }
+        bag.velodyne(stamp, &message_from_revolution(&revolution))?;
+        progress.advance();
+    }
+    let summary = bag.finish()?;
+    progress.finish();
+    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
+    if without_pose > 0 {
+        console::complain(&Failure::new(format!("{without_pose} scans have no pose")));
+        return Ok(Outcome::WithLosses);
+    }
+    Ok(Outcome::Complete)
+}
+
+/// The scans of a folder, with what is published beside them.
+pub struct Sequence {
+    scans: Vec<Scan>,
+    times: Vec<Stamp>,
+    /// Where the scanner was at each frame, from where it was at the first; as far as it is known.
+    poses: Option<Vec<Isometry3<f64>>>,
+}
+
+impl Sequence {
+    /// Finds the scans of a folder; `poses` and `calib` in the place of those that the data set has beside it.
+    pub fn open(
+        folder: &Path,
+        poses: Option<&Path>,
+        calib: Option<&Path>,
+    ) -> Result<Self, Failure> {
+        let scans = scans(folder)?;
+        let times = times_of(&scans, folder)?;
+        let poses = true_poses(folder, poses, calib)?;
+        Ok(Self { scans, times, poses })
+    }
+
+    /// Whether a folder holds scans.
+    pub fn is_one(folder: &Path) -> bool {
+        folder.is_dir() && scans(folder).is_ok()
+    }
+
+    /// Scans.
+    pub(crate) fn len(&self) -> usize {
+        self.scans.len()
+    }
+
+    /// A scan, as the data set has it: the motion was taken out of it.
+    pub fn revolution(&self, index: usize) -> Result<Revolution, Failure> {
+        let Some(Scan { number, path }) = self.scans.get(index) else {
+            return Err(Failure::new(format!("there is no scan {index}")));
+        };
+        let stamp = stamp_of(&self.times, *number);
+        let bytes = std::fs::read(path)
+            .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))?;
+        revolution_from_kitti(&bytes, stamp, FRAME)
+            .map_err(|error| Failure::new(error.to_string()).within(path.display()))
+    }
+
+    /// Where the scanner truly was at a scan, from where it was at the first frame of the sequence.
+    pub fn true_pose(&self, index: usize) -> Option<Isometry3<f64>> {
+        self.poses.as_ref()?.get(self.scans.get(index)?.number).copied()
+    }
+}
+
+/// The times of the sequence's frames, where all scans have one.
+fn times_of(scans: &[Scan], folder: &Path) -> Result<Vec<Stamp>, Failure> {
+    let times = layout::times(folder)?.unwrap_or_default();
+    let last = scans.last().map_or(0, |scan| scan.number);
+    if times.len() > last {
+        return Ok(times);
+    }
+    console::note(format_args!(
+        "{} times, but scans up to number {last}: stamps are {SCAN_RATE_HZ} a second",
+        times.len()
+    ));
+    Ok(Vec::new())
+}
+
+fn stamp_of(times: &[Stamp], number: usize) -> Stamp {
+    let evenly = || START.plus_seconds(number as f64 / SCAN_RATE_HZ);
+    times.get(number).copied().unwrap_or_else(evenly)
+}
+
+/// Where the scanner was at each scan of the sequence, from where it was at the first.
+fn true_poses(
+    folder: &Path,
+    given: Option<&Path>,
+    calib: Option<&Path>,
+) -> Result<Option<Vec<Isometry3<f64>>>, Failure> {
+    let Some(path) = given.map(Path::to_owned).or_else(|| layout::published_poses(folder)) else {
+        return Ok(None);
+    };
+    let calib = calib.map_or_else(|| folder.join("calib.txt"), Path::to_owned);
+    if given.is_none() && !calib.is_file() {
+        console::note(format_args!(
+            "the poses of {} are left out: {} is not there (--calib FILE)",
+            path.display(),
+            calib.display()
+        ));
+        return Ok(None);
+    }
+    let camera_from_velodyne = calibration::camera_from_velodyne(&calib)?;
+    let velodyne_from_camera = camera_from_velodyne.inverse();
+    let poses = calibration::read_poses(&path)?;
+    let from_first = |map_from_camera: &Isometry3<f64>| {
+        velodyne_from_camera * map_from_camera * camera_from_velodyne
+    };
+    Ok(Some(poses.iter().map(from_first).collect()))
+}

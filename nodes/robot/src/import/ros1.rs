@@ -1,0 +1,50 @@
+//! `stillmap import ros1`: a bag of ROS 1 as a bag of ROS 2.
+
+use std::path::PathBuf;
+
+use bag_player::convert_ros1;
+use clap::Args;
+
+use crate::console;
+use crate::failure::{Failure, Outcome};
+
+/// Arguments of `stillmap import ros1`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap import ros1 people.bag -o people.mcap")]
+pub struct Ros1Args {
+    /// The bag of ROS 1 (format 2.0)
+    #[arg(value_name = "FILE")]
+    bag: PathBuf,
+    /// The bag to write
+    #[arg(short, long, value_name = "BAG")]
+    output: PathBuf,
+}
+
+pub(crate) fn import(args: &Ros1Args) -> Result<Outcome, Failure> {
+    let conversion = convert_ros1(&args.bag, &args.output).map_err(|error| {
+        let cause = std::error::Error::source(&error).map(|cause| format!(": {cause}"));
+        Failure::new(format!("{error}{}", cause.unwrap_or_default()))
+    })?;
+    for (topic, left_out) in &conversion.left_out {
+        console::complain(&Failure::new(format!(
+            "{topic} ({}): {} messages are left out: {}",
+            left_out.type_name, left_out.messages, left_out.reason
+        )));
+    }
+    if let Some(reason) = &conversion.broken_off {
+        console::complain(&Failure::new(format!(
+            "{} could not be read to its end: {reason}",
+            args.bag.display()
+        )));
+    }
+    let summary = &conversion.summary;
+    console::print(format_args!(
+        "{}: {} messages on {} topics",
+        args.output.display(),
+        summary.message_count,
+        summary.topic_counts.len()
+    ))?;
+    let complete = conversion.left_out.is_empty() && conversion.broken_off.is_none();
+    Ok(if complete { Outcome::Complete } else { Outcome::WithLosses })
+}

@@ -1,0 +1,111 @@
+//! `stillmap import tum`: a sequence of the TUM RGB-D benchmark (Sturm et al., IROS 2012).
+
+mod sequence;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use geometry::{Stamp, StampedPose};
+use msgs::convert::time_from_stamp;
+use msgs::sensor_msgs::CompressedImage;
+use msgs::std_msgs::Header;
+use nalgebra::Isometry3;
+
+pub use super::depth::parse_intrinsics;
+use super::depth_png::{DepthUnit, read_depth};
+use super::scan_cut::{ScanCut, ScanCutArgs};
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::progress::Progress;
+use crate::rig::rig_from_camera;
+use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME, SensorBag};
+pub use sequence::{Calibration, UNITS_PER_METRE, pose_of, read_list};
+
+/// Arguments of `stillmap import tum`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap import tum rgbd_dataset_freiburg1_rpy --scan-from-depth -o fr1_rpy.mcap")]
+pub struct TumArgs {
+    /// The folder that holds rgb.txt, depth.txt and groundtruth.txt
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Focal lengths and principal point in pixels, where the folder's name does not tell the camera
+    #[arg(long, value_name = "FX,FY,CX,CY", value_parser = parse_intrinsics)]
+    intrinsics: Option<[f64; 4]>,
+    #[command(flatten)]
+    scan: ScanCutArgs,
+    /// The bag to write
+    #[arg(short, long, value_name = "BAG")]
+    output: PathBuf,
+}
+
+pub(crate) fn import(args: &TumArgs) -> Result<Outcome, Failure> {
+    let calibration = Calibration::of(&args.folder, args.intrinsics)?;
+    let unit = DepthUnit::new(UNITS_PER_METRE)?;
+    let mut items = Vec::new();
+    for (stamp, rest) in read_list(&args.folder.join("depth.txt"))? {
+        items.push((stamp, Item::Depth(args.folder.join(rest))));
+    }
+    let rgb_list = args.folder.join("rgb.txt");
+    if rgb_list.is_file() {
+        for (stamp, rest) in read_list(&rgb_list)? {
+            items.push((stamp, Item::Colour(args.folder.join(rest))));
+        }
+    }
+    let truth = args.folder.join("groundtruth.txt");
+    if truth.is_file() {
+        for (stamp, rest) in read_list(&truth)? {
+            let map_from_camera = pose_of(&rest).ok_or_else(|| {
+                Failure::new(format!("{}: cannot read '{rest}'", truth.display()))
+            })?;
+            items.push((stamp, Item::Pose(map_from_camera)));
+        }
+    }
+    items.sort_by_key(|(stamp, _)| *stamp);
+
+    let mut bag = SensorBag::create(&args.output)?;
+    let mut cut = ScanCut::new(&args.scan);
+    let progress = Progress::new("importing", items.len() as u64);
+    for (stamp, item) in items {
+        match item {
+            Item::Depth(path) => {
+                let image = read_depth(&path, unit, stamp, DEPTH_FRAME)?;
+                let camera = calibration.camera((image.width_px(), image.height_px()));
+                bag.camera(&camera, stamp)?;
+                if let Some(scan) = cut.scan(&image, &camera)? {
+                    bag.scan(&scan)?;
+                }
+                bag.depth(&image)?;
+            }
+            Item::Colour(path) => bag.colour(stamp, &compressed_picture(&path, stamp)?)?,
+            Item::Pose(map_from_camera) => bag.pose(&StampedPose {
+                stamp,
+                frame_id: MAP_FRAME.to_owned(),
+                // The benchmark's poses are those of the optical frame.
+                map_from_rig: map_from_camera * rig_from_camera().inverse(),
+            })?,
+        }
+        progress.advance();
+    }
+    let summary = bag.finish()?;
+    progress.finish();
+    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
+    Ok(Outcome::Complete)
+}
+
+enum Item {
+    Depth(PathBuf),
+    Colour(PathBuf),
+    Pose(Isometry3<f64>),
+}
+
+/// The PNG file as it is, as image_transport's `compressed` topics carry it.
+fn compressed_picture(path: &Path, stamp: Stamp) -> Result<CompressedImage, Failure> {
+    let data = std::fs::read(path)
+        .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))?;
+    Ok(CompressedImage {
+        header: Header { stamp: time_from_stamp(stamp), frame_id: DEPTH_FRAME.to_owned() },
+        format: "rgb8; png compressed bgr8".to_owned(),
+        data,
+    })
+}

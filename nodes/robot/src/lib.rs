@@ -1,0 +1,92 @@
+//! The subcommands of `stillmap` that a robot needs: the suite live, recordings in and out and through the
+//! pipeline, odometry, calibration, and the doctor. They compose the cores and the nodes of the workspace; no method
+//! is here.
+//!
+//! What the subcommands share is public, for those of the laboratory.
+
+mod calibrate;
+pub mod console;
+mod doctor;
+mod failure;
+pub mod import;
+mod info;
+pub mod lidar;
+mod node;
+mod odometry;
+mod pose_listener;
+mod processes;
+mod progress;
+mod rig;
+pub mod run;
+pub mod sensor_bag;
+mod up;
+pub mod visual;
+
+use std::process::ExitCode;
+
+use bag_player::shell::PlayOptions;
+use bag_player::shell::record::{self, RecordOptions};
+use clap::Subcommand;
+use node_shell::{NodeFailure, RosArguments};
+
+pub use failure::{Failure, Outcome};
+pub use processes::{END_WITH_PARENT, Process};
+pub use progress::Progress;
+pub use rig::rig_from_camera;
+
+/// The subcommands that a robot needs.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// A bag through the whole pipeline
+    Run(run::RunArgs),
+    /// Where the camera of a bag was, by the points and lines that it sees; or its LiDAR
+    Odometry(odometry::OdometryArgs),
+    /// Play a bag onto DDS
+    Play(PlayOptions),
+    /// Record the live graph into a bag
+    #[command(after_help = record::EXAMPLES)]
+    Record(RecordOptions),
+    /// What is in a bag
+    Info(info::InfoArgs),
+    /// Turn recorded data sets into bags
+    #[command(subcommand)]
+    Import(import::ImportArgs),
+    /// Where the scanner is on the rig, by the surfaces that the depth camera sees
+    Calibrate(calibrate::CalibrateArgs),
+    /// What is wrong with this machine and the live graph, or with a bag, and how to fix it
+    Doctor(doctor::DoctorArgs),
+    /// The whole suite live, in one process, as ROS 2 nodes
+    Up(up::UpArgs),
+    /// One node of the suite: detection, segmentation, reconstruction, pose, lidar-odometry or compression
+    Node(node::NodeArgs),
+}
+
+impl Command {
+    /// Runs the subcommand. `scoring` scores `run` against the truth of its bag, where there is one.
+    ///
+    /// # Errors
+    /// When the job could not be done.
+    pub fn run(
+        self,
+        ros: &RosArguments,
+        scoring: Option<run::Scoring>,
+    ) -> Result<ExitCode, Failure> {
+        let outcome = match self {
+            Self::Run(args) => run::run(&args, scoring),
+            Self::Odometry(args) => odometry::run(&args),
+            Self::Play(options) => return code_of(bag_player::shell::run_options(options, ros)),
+            Self::Record(options) => return code_of(record::run(&options, ros)),
+            Self::Info(args) => info::run(&args),
+            Self::Import(args) => import::run(args),
+            Self::Calibrate(args) => calibrate::run(&args),
+            Self::Doctor(args) => doctor::run(&args, ros),
+            Self::Up(args) => up::run(&args, ros),
+            Self::Node(args) => return Ok(node::run(args)),
+        };
+        outcome.map(Outcome::exit_code)
+    }
+}
+
+fn code_of(result: Result<ExitCode, NodeFailure>) -> Result<ExitCode, Failure> {
+    result.map_err(|error| Failure::new(error.to_string()))
+}

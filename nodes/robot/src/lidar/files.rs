@@ -1,0 +1,277 @@
+//! The road map as files, written tile by tile: whatever its size, a tile at a time is in memory.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use las::{Builder, Color, Point, Transform, Vector, Writer};
+use lidar_odometry::panorama::ColourMap;
+use lidar_odometry::road_map::{RoadMap, RoadPoint, RoadTileKey, RoadTileStore, TileStoreFailure};
+
+use crate::failure::Failure;
+
+/// What a map is coloured by.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
+pub(crate) enum RoadColour {
+    /// By what came back to the scanner
+    #[default]
+    Intensity,
+    /// By the height
+    Height,
+}
+
+/// What of a map must be known before a point of it has a colour.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct RoadExtent {
+    /// Points.
+    pub points: u64,
+    /// From the darkest to the brightest, but for a hundredth at each end.
+    pub intensities: [f32; 2],
+    /// From the lowest to the highest, likewise.
+    pub heights_m: [f64; 2],
+    /// The corners, in metres.
+    pub low_m: [f64; 3],
+    pub high_m: [f64; 3],
+}
+
+/// Of a map with more points so many are looked at for the quantiles.
+const LOOKED_AT: usize = 200_000;
+
+impl RoadExtent {
+    pub(crate) fn of(map: &RoadMap) -> Result<Self, Failure> {
+        let (mut points, mut low_m, mut high_m) = (0, [f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        let (mut intensities, mut heights_m) = (Vec::new(), Vec::new());
+        // Every second one of those kept goes when there are too many.
+        let mut stride = 1_u64;
+        for_each(map, |point| {
+            for (axis, value_m) in point.position_m.iter().enumerate() {
+                if let (Some(low), Some(high)) = (low_m.get_mut(axis), high_m.get_mut(axis)) {
+                    *low = value_m.min(*low);
+                    *high = value_m.max(*high);
+                }
+            }
+            if points % stride == 0 {
+                intensities.push(f64::from(point.intensity));
+                heights_m.push(point.position_m.z);
+                if intensities.len() > LOOKED_AT {
+                    stride *= 2;
+                    every_second(&mut intensities);
+                    every_second(&mut heights_m);
+                }
+            }
+            points += 1;
+            Ok(())
+        })?;
+        let [dark, bright] = middle(&mut intensities);
+        let heights_m = middle(&mut heights_m);
+        Ok(Self { points, intensities: [dark as f32, bright as f32], heights_m, low_m, high_m })
+    }
+
+    /// The colour of a point.
+    pub(crate) fn colour(&self, point: &RoadPoint, by: RoadColour) -> [u8; 3] {
+        let share = |value: f64, low: f64, high: f64| {
+            if high > low { ((value - low) / (high - low)) as f32 } else { 0.5 }
+        };
+        ColourMap::Even.colour(match by {
+            RoadColour::Intensity => {
+                let [low, high] = self.intensities.map(f64::from);
+                share(f64::from(point.intensity), low, high)
+            }
+            RoadColour::Height => share(point.position_m.z, self.heights_m[0], self.heights_m[1]),
+        })
+    }
+}
+
+fn every_second(values: &mut Vec<f64>) {
+    let mut keep = false;
+    values.retain(|_| {
+        keep = !keep;
+        keep
+    });
+}
+
+/// The first and the last hundredth.
+fn middle(values: &mut [f64]) -> [f64; 2] {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    [last / 100, last - last / 100].map(|index| values.get(index).copied().unwrap_or(0.0))
+}
+
+/// All points of a map, in the order of its tiles.
+pub(crate) fn for_each(
+    map: &RoadMap,
+    mut take: impl FnMut(&RoadPoint) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    for tile in map.tiles() {
+        let points = map.points(tile).map_err(|error| Failure::new(error.to_string()))?;
+        points.iter().try_for_each(&mut take)?;
+    }
+    Ok(())
+}
+
+/// Writes PLY: x, y, z, intensity and a colour; as seen from the map's origin in single precision.
+pub(crate) fn write_ply(
+    path: &Path,
+    map: &RoadMap,
+    extent: &RoadExtent,
+    colour: RoadColour,
+) -> Result<(), Failure> {
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
+         property float z\nproperty float intensity\nproperty uchar red\nproperty uchar green\n\
+         property uchar blue\nend_header\n",
+        extent.points
+    );
+    write(path, &header, map, |file, point| {
+        single_precision(file, point)?;
+        file.write_all(&extent.colour(point, colour))
+    })
+}
+
+/// Writes PCD: x, y, z, intensity.
+pub(crate) fn write_pcd(path: &Path, map: &RoadMap, extent: &RoadExtent) -> Result<(), Failure> {
+    let points = extent.points;
+    let header = format!(
+        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity\nSIZE 4 4 4 4\n\
+         TYPE F F F F\nCOUNT 1 1 1 1\nWIDTH {points}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {points}\nDATA binary\n"
+    );
+    write(path, &header, map, single_precision)
+}
+
+fn single_precision(file: &mut BufWriter<File>, point: &RoadPoint) -> io::Result<()> {
+    for value_m in point.position_m.iter() {
+        file.write_all(&(*value_m as f32).to_le_bytes())?;
+    }
+    file.write_all(&point.intensity.to_le_bytes())
+}
+
+fn write(
+    path: &Path,
+    header: &str,
+    map: &RoadMap,
+    mut record: impl FnMut(&mut BufWriter<File>, &RoadPoint) -> io::Result<()>,
+) -> Result<(), Failure> {
+    let failed = |error: io::Error| cannot_write(path, &error);
+    let temporary = part_of(path);
+    let mut file = BufWriter::new(File::create(&temporary).map_err(failed)?);
+    file.write_all(header.as_bytes()).map_err(failed)?;
+    for_each(map, |point| record(&mut file, point).map_err(failed))?;
+    file.flush().and_then(|()| fs::rename(&temporary, path)).map_err(failed)
+}
+
+/// Steps of a LAS file's coordinates.
+const LAS_STEP_M: f64 = 0.001;
+
+/// Writes LAS 1.4 with intensities and colours: of both, 16 bits for what the extent spans.
+pub(crate) fn write_las(
+    path: &Path,
+    map: &RoadMap,
+    extent: &RoadExtent,
+    colour: RoadColour,
+) -> Result<(), Failure> {
+    let failed = |error: las::Error| {
+        Failure::new(format!("cannot write {}: {error}", path.display()))
+            .mend("give a folder that can be written with --out")
+    };
+    let mut builder = Builder::from((1, 4));
+    // Coordinates, intensities and colours; no times.
+    builder.point_format = las::point::Format::new(2).map_err(failed)?;
+    builder.generating_software = "stillmap".to_owned();
+    let axis = |index: usize| {
+        let low_m = extent.low_m.get(index).copied().filter(|low_m| low_m.is_finite());
+        Transform { scale: LAS_STEP_M, offset: low_m.unwrap_or(0.0).floor() }
+    };
+    builder.transforms = Vector { x: axis(0), y: axis(1), z: axis(2) };
+    let header = builder.into_header().map_err(failed)?;
+    let temporary = part_of(path);
+    let file = File::create(&temporary).map_err(|error| cannot_write(path, &error))?;
+    let mut writer = Writer::new(BufWriter::new(file), header).map_err(failed)?;
+    let [dark, bright] = extent.intensities;
+    for_each(map, |point| {
+        let share = if bright > dark { (point.intensity - dark) / (bright - dark) } else { 0.5 };
+        let [red, green, blue] = extent.colour(point, colour).map(|value| u16::from(value) * 257);
+        let [x, y, z] = point.position_m.coords.into();
+        let record = Point {
+            x,
+            y,
+            z,
+            // The float-to-int cast saturates.
+            intensity: (share * f32::from(u16::MAX)) as u16,
+            color: Some(Color::new(red, green, blue)),
+            return_number: 1,
+            number_of_returns: 1,
+            ..Point::default()
+        };
+        writer.write_point(record).map_err(failed)
+    })?;
+    writer.close().map_err(failed)?;
+    drop(writer);
+    fs::rename(&temporary, path).map_err(|error| cannot_write(path, &error))
+}
+
+fn part_of(path: &Path) -> PathBuf {
+    let mut part = path.as_os_str().to_owned();
+    part.push(".part");
+    PathBuf::from(part)
+}
+
+pub(super) fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+    Failure::new(format!("cannot write {}: {error}", path.display()))
+        .mend("give a folder that can be written with --out")
+}
+
+/// Tiles in a folder, a file each. The folder is the map's alone, and goes with it.
+#[derive(Debug)]
+pub struct TileFolder {
+    folder: PathBuf,
+}
+
+impl TileFolder {
+    /// An empty folder: what an earlier run left there goes.
+    pub fn create(folder: &Path) -> Result<Self, Failure> {
+        if folder.exists() {
+            fs::remove_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
+        }
+        fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
+        Ok(Self { folder: folder.to_owned() })
+    }
+
+    fn path(&self, tile: RoadTileKey) -> PathBuf {
+        self.folder.join(format!("{}_{}.tile", tile.x, tile.y))
+    }
+}
+
+impl Drop for TileFolder {
+    fn drop(&mut self) {
+        // What stays there does no harm but take up room.
+        let _ = fs::remove_dir_all(&self.folder);
+    }
+}
+
+impl RoadTileStore for TileFolder {
+    fn append(&mut self, tile: RoadTileKey, bytes: &[u8]) -> Result<(), TileStoreFailure> {
+        let path = self.path(tile);
+        let failed = |error: io::Error| TileStoreFailure {
+            tile,
+            reason: format!("cannot write {}: {error}", path.display()),
+        };
+        let mut file = OpenOptions::new().create(true).append(true).open(&path).map_err(failed)?;
+        let before = file.seek(SeekFrom::End(0)).map_err(failed)?;
+        file.write_all(bytes).map_err(|error| {
+            // Half a part is none.
+            let _ = file.set_len(before);
+            failed(error)
+        })
+    }
+
+    fn read(&self, tile: RoadTileKey) -> Result<Vec<u8>, TileStoreFailure> {
+        let path = self.path(tile);
+        fs::read(&path).map_err(|error| TileStoreFailure {
+            tile,
+            reason: format!("cannot read {}: {error}", path.display()),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

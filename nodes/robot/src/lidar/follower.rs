@@ -1,0 +1,144 @@
+//! The node of LiDAR odometry in this process: fed, and its poses gathered.
+
+use std::collections::BTreeMap;
+
+use lidar_odometry::shell::{LidarInput, LidarOdometryParameters, Stage};
+use msgs::convert;
+use msgs::geometry_msgs::PoseStamped;
+use msgs::nav_msgs::Odometry;
+use msgs::sensor_msgs::{Imu, PointCloud2};
+use msgs::stillmap_msgs::StageReport;
+use nalgebra::Isometry3;
+use node_shell::{Host, Node, NodeFailure, Publisher, Qos, RosArguments};
+
+use super::{NAMESPACE, NODE, Sensed};
+use crate::pose_listener::PoseListener;
+
+/// The node with what feeds it and what hears it.
+pub struct LidarFollower {
+    stage: Stage,
+    listener: PoseListener,
+    clouds: Publisher<PointCloud2>,
+    imu: Publisher<Imu>,
+    wheels: Publisher<Odometry>,
+    base_from_lidar: Isometry3<f64>,
+    /// Keeps the nodes, where they are this one's own.
+    _host: Option<Host>,
+}
+
+/// What a message has brought.
+#[derive(Clone, Copy, Debug)]
+pub struct FollowedScan {
+    pub stamp: geometry::Stamp,
+    pub odom_from_base: Isometry3<f64>,
+    /// Whether the scan told it; else it is a prediction.
+    pub is_measured: bool,
+}
+
+impl LidarFollower {
+    /// A node in a host of its own.
+    pub fn alone(parameters: &LidarOdometryParameters) -> Result<Self, NodeFailure> {
+        let host = Host::in_process();
+        let arguments = ["--ros-args", "-r", &format!("__ns:={NAMESPACE}")].map(str::to_owned);
+        let arguments = RosArguments::parse(arguments)?;
+        let (node, beside) = (host.node(NODE, &arguments)?, host.node("feed", &arguments)?);
+        let mut follower = Self::new(&node, &beside, parameters)?;
+        follower._host = Some(host);
+        Ok(follower)
+    }
+
+    /// The node on `node`, fed and heard by `beside`.
+    pub fn new(
+        node: &Node,
+        beside: &Node,
+        parameters: &LidarOdometryParameters,
+    ) -> Result<Self, NodeFailure> {
+        let parameters =
+            LidarOdometryParameters { input: LidarInput::Points, ..parameters.clone() };
+        let qos = Qos::sensor(1);
+        Ok(Self {
+            stage: Stage::new(node, &parameters)?,
+            listener: PoseListener::new(node, NODE, beside)?,
+            clouds: beside.publisher("points", &qos)?,
+            imu: beside.publisher("imu", &qos)?,
+            wheels: beside.publisher("wheels", &qos)?,
+            base_from_lidar: geometry::pose_from_vector(&parameters.base_from_lidar),
+            _host: None,
+        })
+    }
+
+    /// Hands on what was recorded; gives the pose that it brought, if it did.
+    pub fn take(&mut self, sensed: Sensed) -> Result<Option<FollowedScan>, NodeFailure> {
+        match sensed {
+            Sensed::Cloud(cloud) => drop(self.clouds.publish(cloud)?),
+            // Nobody subscribes to these two unless the parameters say so.
+            Sensed::Imu(imu) => drop(self.imu.publish(imu)?),
+            Sensed::Wheels(wheels) => drop(self.wheels.publish(wheels)?),
+            Sensed::Truth(..) => return Ok(None),
+        }
+        self.stage.take_waiting();
+        let (poses, reports) = self.listener.hear();
+        let is_held = reports.last().is_some_and(|report| {
+            let mut named = report.count_names.iter().zip(&report.counts);
+            named.any(|(name, count)| name == "held" && *count > 0)
+        });
+        let Some(pose) = poses.last() else { return Ok(None) };
+        Ok(Some(FollowedScan {
+            stamp: convert::stamp_from_time(pose.header.stamp),
+            odom_from_base: convert::isometry_from_pose(&pose.pose)?,
+            is_measured: !is_held,
+        }))
+    }
+
+    /// The poses of the vehicle so far.
+    pub fn poses(&self) -> &[PoseStamped] {
+        self.listener.poses()
+    }
+
+    /// The poses of the vehicle with all loops that are known now.
+    pub fn final_poses(&self) -> Result<Vec<PoseStamped>, NodeFailure> {
+        let closed = |pose: &PoseStamped| {
+            let stamp = convert::stamp_from_time(pose.header.stamp);
+            let odom_from_base = convert::isometry_from_pose(&pose.pose)?;
+            let pose_in_map =
+                convert::pose_from_isometry(&self.map_from_base(stamp, &odom_from_base));
+            Ok(PoseStamped { header: pose.header.clone(), pose: pose_in_map })
+        };
+        self.poses().iter().map(closed).collect()
+    }
+
+    /// Where a pose of the odometry is with all loops that are known now.
+    pub fn map_from_base(
+        &self,
+        stamp: geometry::Stamp,
+        odom_from_base: &Isometry3<f64>,
+    ) -> Isometry3<f64> {
+        let loops = self.stage.loops();
+        loops.map_or(*odom_from_base, |loops| loops.map_from_vehicle(stamp, odom_from_base))
+    }
+
+    /// How often a loop was closed.
+    pub fn closed_loops(&self) -> usize {
+        self.stage.loops().map_or(0, |known| known.closed)
+    }
+
+    /// What the last scan lacked that was in trouble.
+    pub fn last_trouble(&self) -> Option<&str> {
+        self.stage.last_trouble()
+    }
+
+    /// The reports so far.
+    pub fn reports(&self) -> &[StageReport] {
+        self.listener.reports()
+    }
+
+    /// Why scans have no pose, by cause.
+    pub fn drops(&self) -> BTreeMap<String, u64> {
+        self.listener.drops()
+    }
+
+    /// The scanner on the vehicle.
+    pub fn base_from_lidar(&self) -> Isometry3<f64> {
+        self.base_from_lidar
+    }
+}

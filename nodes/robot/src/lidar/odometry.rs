@@ -1,0 +1,186 @@
+//! `stillmap odometry --of lidar`: where the LiDAR of a recording was.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use evaluation::DurationStatistics;
+use lidar_odometry::shell::LidarOdometryParameters;
+use node_shell::parameters::{self, Assignment};
+use serde::Serialize;
+
+use super::{LidarArgs, LidarFollower, LidarSource, NODE, Sensed};
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::progress::Progress;
+use crate::visual::write_trajectory;
+
+/// What came of a recording.
+#[derive(Clone, PartialEq, Serialize, Debug)]
+pub(crate) struct LidarSummary {
+    /// Scans.
+    pub scans: usize,
+    /// Those with a pose.
+    pub poses: usize,
+    /// Those of them whose pose is a prediction.
+    pub predicted: usize,
+    /// What the last scan lacked that was in trouble.
+    pub last_trouble: Option<String>,
+    /// The way that was driven.
+    pub path_m: f64,
+    /// Loops that were closed.
+    pub closed_loops: usize,
+    /// Why scans have no pose.
+    pub without_a_pose: BTreeMap<String, u64>,
+    /// Points of a scan.
+    pub points_median: u64,
+    /// All that the node does with a scan.
+    pub milliseconds_median: f64,
+    /// ... of the slowest hundredth.
+    pub milliseconds_p99: f64,
+    /// Its steps, medians.
+    pub steps_ms: BTreeMap<String, f64>,
+    /// ... of the slowest hundredth.
+    pub steps_p99_ms: BTreeMap<String, f64>,
+}
+
+/// Follows a recording and writes its poses.
+pub fn run(
+    path: &Path,
+    output: &Path,
+    (args, loop_closing): (&LidarArgs, bool),
+    files: &[PathBuf],
+    json: bool,
+) -> Result<Outcome, Failure> {
+    let parameters = load(files, loop_closing)?;
+    let source = LidarSource::open(path, args)?;
+    let mut follower = LidarFollower::alone(&parameters).map_err(failed)?;
+    let progress = Progress::new("following", source.steps());
+    let losses = source.each(|sensed| {
+        let is_scan = matches!(sensed, Sensed::Cloud(_));
+        follower.take(sensed).map_err(failed)?;
+        if is_scan {
+            progress.advance();
+        }
+        Ok(())
+    })?;
+    progress.finish();
+    let poses = follower.final_poses().map_err(failed)?;
+    write_trajectory(output, &poses, &follower.base_from_lidar())?;
+    let summary = LidarSummary::of(&follower);
+    tell(&summary, output, json)?;
+    for loss in &losses {
+        console::complain(&Failure::new(loss.as_str()));
+    }
+    if summary.poses == 0 {
+        return Err(Failure::new(format!("no scan of {} has a pose", source.name()))
+            .mend("the causes are above; `stillmap info` lists what a bag holds"));
+    }
+    Ok(if losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+/// The node's parameters out of files; loops are closed where these or the user say so.
+pub(super) fn load(
+    files: &[PathBuf],
+    loop_closing: bool,
+) -> Result<LidarOdometryParameters, Failure> {
+    let mut parameters: LidarOdometryParameters =
+        parameters::load(&format!("/{NODE}"), files, &[] as &[Assignment])
+            .map_err(|error| Failure::new(error.to_string()))?;
+    parameters.loop_closing |= loop_closing;
+    // The same recording gives the same map.
+    parameters.loop_closing_in_background = false;
+    Ok(parameters)
+}
+
+pub(super) fn failed(error: node_shell::NodeFailure) -> Failure {
+    Failure::new(error.to_string())
+}
+
+impl LidarSummary {
+    pub(crate) fn of(follower: &LidarFollower) -> Self {
+        let poses = follower.poses();
+        let place = |pose: &msgs::geometry_msgs::PoseStamped| {
+            let place = &pose.pose.position;
+            nalgebra::Point3::new(place.x, place.y, place.z)
+        };
+        let steps = poses.iter().zip(poses.iter().skip(1));
+        let path_m = steps.map(|(from, to)| nalgebra::distance(&place(from), &place(to))).sum();
+        let processed: Vec<_> =
+            follower.reports().iter().filter(|report| report.processed).collect();
+        let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
+        let durations = DurationStatistics::of_seconds(durations_s.collect());
+        let mut by_step: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        for report in &processed {
+            for (name, seconds) in report.step_names.iter().zip(&report.step_durations_s) {
+                by_step.entry(name.clone()).or_default().push(*seconds);
+            }
+        }
+        let of_steps = |what: fn(DurationStatistics) -> f64| {
+            let named = by_step.iter().filter_map(|(name, each)| {
+                Some((name.clone(), what(DurationStatistics::of_seconds(each.clone())?)))
+            });
+            named.collect()
+        };
+        let count = |name: &'static str| {
+            processed.iter().filter_map(move |report| {
+                let mut named = report.count_names.iter().zip(&report.counts);
+                named.find(|(of, _)| *of == name).map(|(_, count)| *count)
+            })
+        };
+        let mut points: Vec<u64> = count("measured_points").collect();
+        points.sort_unstable();
+        Self {
+            scans: follower.reports().len(),
+            poses: poses.len(),
+            predicted: count("held").filter(|held| *held > 0).count(),
+            last_trouble: follower.last_trouble().map(str::to_owned),
+            path_m,
+            closed_loops: follower.closed_loops(),
+            without_a_pose: follower.drops(),
+            points_median: points.get(points.len() / 2).copied().unwrap_or(0),
+            milliseconds_median: durations.map_or(0.0, |durations| durations.median_ms),
+            milliseconds_p99: durations.map_or(0.0, |durations| durations.p99_ms),
+            steps_ms: of_steps(|durations| durations.median_ms),
+            steps_p99_ms: of_steps(|durations| durations.p99_ms),
+        }
+    }
+}
+
+fn tell(summary: &LidarSummary, output: &Path, json: bool) -> Result<(), Failure> {
+    if json {
+        let json = serde_json::to_string_pretty(summary)
+            .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
+        return console::print(json);
+    }
+    print(summary)?;
+    console::print(format_args!("poses: {}", output.display()))
+}
+
+/// The lines for a reader.
+pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
+    console::print(format_args!(
+        "{} poses of {} scans ({} points, median), path {:.3} m",
+        summary.poses, summary.scans, summary.points_median, summary.path_m
+    ))?;
+    if summary.predicted > 0 {
+        console::print(format_args!(
+            "{} poses are predictions: their scans did not fit",
+            summary.predicted
+        ))?;
+    }
+    if let Some(trouble) = &summary.last_trouble {
+        console::print(format_args!("the last trouble: {trouble}"))?;
+    }
+    if summary.closed_loops > 0 {
+        console::print(format_args!("loops closed: {}", summary.closed_loops))?;
+    }
+    for (cause, count) in &summary.without_a_pose {
+        console::print(format_args!("{cause}: {count}"))?;
+    }
+    console::print(format_args!(
+        "{:.1} ms a scan (median), {:.1} ms (99 of 100): {:.0} scans a second",
+        summary.milliseconds_median,
+        summary.milliseconds_p99,
+        1e3 / summary.milliseconds_median.max(f64::MIN_POSITIVE)
+    ))
+}

@@ -1,0 +1,279 @@
+//! `stillmap run ... --pose lidar` of a recording that has no 2D scanner and camera: the LiDAR's own road map.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use geometry::{LidarCloud, Stamp};
+use lidar_odometry::road_map::{RoadMapConfig, RoadMapCounts};
+use lidar_odometry::shell::LidarOdometryParameters;
+use msgs::convert::lidar_cloud_from_message;
+use nalgebra::{Isometry3, Point2};
+use serde::Serialize;
+
+use super::drive_map::DriveMap;
+use super::files::{
+    RoadColour, RoadExtent, cannot_write, for_each, write_las, write_pcd, write_ply,
+};
+use super::follower::FollowedScan;
+use super::odometry::{LidarSummary, failed, load, print};
+use super::{LidarArgs, LidarFollower, LidarSource, Sensed, pictures, report};
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::progress::Progress;
+use crate::visual::write_trajectory;
+
+/// What of a road map the user names.
+#[derive(Args, Clone, Debug)]
+pub struct RoadArgs {
+    /// With a LiDAR's road map: the edge of its voxels, in m
+    #[arg(long, value_name = "M", default_value_t = RoadMapConfig::default().voxel_edge_m)]
+    road_voxel: f64,
+    /// With a LiDAR's road map: voxels in memory; the rest waits in files, and none is lost
+    #[arg(long, value_name = "N", default_value_t = RoadMapConfig::default().max_voxels)]
+    road_memory: usize,
+    /// With a LiDAR's road map: what it is coloured by
+    #[arg(long, value_enum, default_value_t)]
+    colour: RoadColour,
+    /// With a LiDAR: places are found again, and what the odometry has drifted by since is taken out
+    #[arg(long)]
+    loop_closing: bool,
+}
+
+impl Default for RoadArgs {
+    fn default() -> Self {
+        let RoadMapConfig { voxel_edge_m, max_voxels, .. } = RoadMapConfig::default();
+        Self {
+            road_voxel: voxel_edge_m,
+            road_memory: max_voxels,
+            colour: RoadColour::default(),
+            loop_closing: false,
+        }
+    }
+}
+
+impl RoadArgs {
+    fn map(&self) -> RoadMapConfig {
+        RoadMapConfig {
+            voxel_edge_m: self.road_voxel,
+            max_voxels: self.road_memory,
+            ..RoadMapConfig::default()
+        }
+    }
+}
+
+/// What a run leaves as `summary.json`.
+#[derive(Serialize, Debug)]
+pub(super) struct RoadSummary {
+    pub(super) odometry: LidarSummary,
+    pub(super) map: RoadMapCounts,
+    pub(super) map_points: u64,
+    pub(super) map_voxel_edge_m: f64,
+    pub(super) losses: Vec<String>,
+}
+
+/// Follows a recording and leaves the map, the way and a report in a folder.
+pub fn run(
+    path: &Path,
+    out: &Path,
+    (lidar, road): (&LidarArgs, &RoadArgs),
+    files: &[PathBuf],
+    json: bool,
+) -> Result<Outcome, Failure> {
+    let parameters = load(files, road.loop_closing)?;
+    let source = LidarSource::open(path, lidar)?;
+    std::fs::create_dir_all(out).map_err(|error| cannot_write(out, &error))?;
+    let mut drive = Drive::new(&parameters, road, out)?;
+    let progress = Progress::new("mapping", source.steps());
+    let losses = source.each(|sensed| {
+        let is_scan = matches!(sensed, Sensed::Cloud(_));
+        drive.take(sensed)?;
+        if is_scan {
+            progress.advance();
+        }
+        Ok(())
+    })?;
+    drive.map.finish()?;
+    progress.finish();
+    if drive.follower.closed_loops() > 0 {
+        drive.lay_out_anew(&source, road, out)?;
+    }
+    let summary = drive.write(out, road, losses, path)?;
+    if json {
+        let json = serde_json::to_string_pretty(&summary)
+            .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
+        console::print(json)?;
+    } else {
+        tell(&summary, out)?;
+    }
+    for loss in &summary.losses {
+        console::complain(&Failure::new(loss.as_str()));
+    }
+    if summary.odometry.poses == 0 {
+        return Err(Failure::new(format!("no scan of {} has a pose", source.name()))
+            .mend("`stillmap info` lists what a bag holds"));
+    }
+    Ok(if summary.losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+fn tell(summary: &RoadSummary, out: &Path) -> Result<(), Failure> {
+    print(&summary.odometry)?;
+    let path = out.display();
+    console::print(format_args!(
+        "{} points of the map, voxels of {} m ({} tiles waited in files)",
+        summary.map_points, summary.map_voxel_edge_m, summary.map.spilled_tiles
+    ))?;
+    console::print(format_args!(
+        "map: {path}/map.ply, map.pcd, map.las; way: {path}/trajectory.txt; figures: {path}/summary.json"
+    ))?;
+    console::print(format_args!("report: {path}/report.html"))
+}
+
+/// A drive as far as it has gone.
+struct Drive {
+    follower: LidarFollower,
+    map: DriveMap,
+    /// Each scan, and its pose where it has one.
+    scans: Vec<Option<FollowedScan>>,
+    way: Vec<Isometry3<f64>>,
+    truth: Vec<(Stamp, Isometry3<f64>)>,
+    /// A scan from within the drive, for the panoramas.
+    shown: LidarCloud,
+}
+
+impl Drive {
+    fn new(
+        parameters: &LidarOdometryParameters,
+        road: &RoadArgs,
+        out: &Path,
+    ) -> Result<Self, Failure> {
+        let follower = LidarFollower::alone(parameters).map_err(failed)?;
+        let map = DriveMap::new(road.map(), follower.base_from_lidar(), &out.join("tiles"))?;
+        Ok(Self {
+            follower,
+            map,
+            scans: Vec::new(),
+            way: Vec::new(),
+            truth: Vec::new(),
+            shown: LidarCloud::default(),
+        })
+    }
+
+    fn take(&mut self, sensed: Sensed) -> Result<(), Failure> {
+        if let Sensed::Truth(stamp, pose) = sensed {
+            self.truth.push((stamp, pose));
+            return Ok(());
+        }
+        let Sensed::Cloud(message) = &sensed else {
+            return self.follower.take(sensed).map(drop).map_err(failed);
+        };
+        // What the node cannot read it counts.
+        let cloud = lidar_cloud_from_message(message, None).ok();
+        let followed = self.follower.take(sensed).map_err(failed)?;
+        self.scans.push(followed);
+        let (Some(cloud), Some(now)) = (cloud, followed) else { return Ok(()) };
+        self.way.push(now.odom_from_base);
+        if self.way.len().is_power_of_two() {
+            self.shown.clone_from(&cloud.cloud);
+        }
+        self.map.take(&cloud.cloud, now, &now.odom_from_base)
+    }
+
+    /// With all loops closed scans lie elsewhere than they did on the way: the recording is gone through once more.
+    fn lay_out_anew(
+        &mut self,
+        source: &LidarSource,
+        road: &RoadArgs,
+        out: &Path,
+    ) -> Result<(), Failure> {
+        let base_from_lidar = self.follower.base_from_lidar();
+        let mut map = DriveMap::new(road.map(), base_from_lidar, &out.join("tiles_of_loops"))?;
+        let progress = Progress::new("laying out with loops closed", self.scans.len() as u64);
+        let mut scans = self.scans.iter();
+        self.way.clear();
+        // What is lost was told the first time.
+        let _ = source.each(|sensed| {
+            let Sensed::Cloud(message) = sensed else { return Ok(()) };
+            progress.advance();
+            let Some(now) = scans.next().copied().flatten() else { return Ok(()) };
+            let map_from_base = self.follower.map_from_base(now.stamp, &now.odom_from_base);
+            self.way.push(map_from_base);
+            match lidar_cloud_from_message(&message, None) {
+                Ok(cloud) => map.take(&cloud.cloud, now, &map_from_base),
+                Err(_) => Ok(()),
+            }
+        })?;
+        map.finish()?;
+        progress.finish();
+        self.map = map;
+        Ok(())
+    }
+
+    fn write(
+        &self,
+        out: &Path,
+        road: &RoadArgs,
+        losses: Vec<String>,
+        recording: &Path,
+    ) -> Result<RoadSummary, Failure> {
+        let map = self.map.map();
+        let extent = RoadExtent::of(map)?;
+        write_ply(&out.join("map.ply"), map, &extent, road.colour)?;
+        write_pcd(&out.join("map.pcd"), map, &extent)?;
+        write_las(&out.join("map.las"), map, &extent, road.colour)?;
+        let poses = self.follower.final_poses().map_err(failed)?;
+        write_trajectory(&out.join("trajectory.txt"), &poses, &Isometry3::identity())?;
+        let summary = RoadSummary {
+            odometry: LidarSummary::of(&self.follower),
+            map: map.counts(),
+            map_points: extent.points,
+            map_voxel_edge_m: road.road_voxel,
+            losses,
+        };
+        let json = serde_json::to_string_pretty(&summary)
+            .map_err(|error| Failure::new(format!("cannot write summary.json: {error}")))?;
+        write(&out.join("summary.json"), json.as_bytes())?;
+        let mut shown =
+            pictures::drawings(&self.way, self.true_way().as_deref(), &self.surroundings()?)?;
+        for (colour, name) in
+            [(RoadColour::Intensity, "map_intensity.png"), (RoadColour::Height, "map_height.png")]
+        {
+            let how = (colour, road.road_voxel);
+            shown.push(pictures::map_from_above(map, &extent, how, name)?);
+        }
+        shown.extend(pictures::panoramas(&self.shown)?);
+        pictures::write(out, &shown)?;
+        let page = report::page(&summary, shown, recording);
+        write(&out.join("report.html"), page.as_bytes())?;
+        Ok(summary)
+    }
+
+    /// The true way from the first pose, where the recording tells it.
+    fn true_way(&self) -> Option<Vec<Isometry3<f64>>> {
+        let (first, begins) = (self.truth.first()?.1.inverse(), *self.way.first()?);
+        Some(self.truth.iter().map(|(_, pose)| begins * first * pose).collect())
+    }
+
+    /// What stands around the vehicle at the end: points of the map that are as high as it.
+    fn surroundings(&self) -> Result<Vec<Point2<f32>>, Failure> {
+        /// Above the road and below bridges, from the scanner's height.
+        const BELOW_M: f64 = 1.0;
+        const ABOVE_M: f64 = 2.0;
+        const REACH_M: f64 = 150.0;
+        let Some(last) = self.way.last() else { return Ok(Vec::new()) };
+        let at_m = (last * self.follower.base_from_lidar()).translation.vector;
+        let mut surroundings_m = Vec::new();
+        for_each(self.map.map(), |point| {
+            let off_m = point.position_m.coords - at_m;
+            let is_beside = (-BELOW_M..ABOVE_M).contains(&off_m.z);
+            if is_beside && off_m.xy().norm() < REACH_M {
+                surroundings_m.push(point.position_m.xy().cast());
+            }
+            Ok(())
+        })?;
+        Ok(surroundings_m)
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    std::fs::write(path, bytes).map_err(|error| cannot_write(path, &error))
+}

@@ -1,0 +1,140 @@
+//! The LiDAR's topics of a bag.
+
+use bag_player::{Bag, BagInfo, Selection};
+use lidar_odometry::packets::DecoderConfig;
+use msgs::convert::{self, stamp_from_time};
+use msgs::geometry_msgs::PoseStamped;
+use msgs::nav_msgs::Odometry;
+use msgs::sensor_msgs::{Imu, PointCloud2};
+use msgs::velodyne_msgs::VelodyneScan;
+use msgs::{RosMessage, std_msgs};
+
+use super::{LidarArgs, Losses, Sensed, assembly, cloud_of, packet_losses};
+use crate::failure::Failure;
+use crate::sensor_bag;
+
+/// The topics of a bag.
+pub struct BagSource {
+    bag: Bag,
+    pub(super) topic: String,
+    pub(super) messages: u64,
+    is_packets: bool,
+    imu: Option<String>,
+    wheels: Option<String>,
+    truth: Option<String>,
+    decoder: DecoderConfig,
+}
+
+impl BagSource {
+    pub(super) fn choose(
+        bag: Bag,
+        info: &BagInfo,
+        args: &LidarArgs,
+        decoder: DecoderConfig,
+    ) -> Result<Self, Failure> {
+        let of_type = |type_name: &str| {
+            let topics = info.topics.iter();
+            let fits =
+                topics.filter(|topic| topic.type_name == type_name && topic.message_count > 0);
+            fits.map(|topic| topic.topic.clone())
+                .filter(|topic| !topic.starts_with("/truth/"))
+                .collect::<Vec<String>>()
+        };
+        let clouds = of_type(PointCloud2::TYPE_NAME);
+        let packets = of_type(VelodyneScan::TYPE_NAME);
+        let usual = |topic: &&String| {
+            let name = topic.to_lowercase();
+            ["velodyne", "lidar", "ouster", "hesai", "livox", "rslidar"]
+                .iter()
+                .any(|it| name.contains(it))
+        };
+        let named = args.lidar.as_deref().map(|named| info.recorded_name(named));
+        let topic = match (named, clouds.as_slice(), packets.as_slice()) {
+            (Some(named), ..) if clouds.iter().chain(&packets).any(|topic| topic == named) => {
+                named.to_owned()
+            }
+            (Some(named), ..) => {
+                return Err(Failure::new(format!("topic {named} has no scans of a LiDAR")).mend(
+                    "--lidar names a topic of sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan",
+                ));
+            }
+            (None, [only], _) => only.clone(),
+            (None, [], [only]) => only.clone(),
+            (None, [], []) => {
+                return Err(Failure::new("the bag has no scans of a LiDAR").mend(
+                    "it takes sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan; `stillmap info` lists what there is",
+                ));
+            }
+            (None, several, others) => {
+                let mut fits = several.iter().filter(usual);
+                match (fits.next(), fits.next()) {
+                    (Some(only), None) => only.clone(),
+                    _ => {
+                        let names: Vec<&str> =
+                            several.iter().chain(others).map(String::as_str).collect();
+                        return Err(Failure::new("the bag has several topics of scans")
+                            .mend(format!("choose with --lidar: {}", names.join(", "))));
+                    }
+                }
+            }
+        };
+        let count = info.topics.iter().filter(|known| known.topic == topic);
+        let has_truth = of_type_named(info, PoseStamped::TYPE_NAME, sensor_bag::TRUE_POSE);
+        Ok(Self {
+            messages: count.map(|known| known.message_count).sum(),
+            is_packets: packets.contains(&topic),
+            imu: of_type(Imu::TYPE_NAME).into_iter().next(),
+            wheels: of_type(Odometry::TYPE_NAME).into_iter().next(),
+            truth: has_truth.then(|| sensor_bag::TRUE_POSE.to_owned()),
+            bag,
+            topic,
+            decoder,
+        })
+    }
+
+    pub(super) fn each(
+        &self,
+        take: &mut impl FnMut(Sensed) -> Result<(), Failure>,
+    ) -> Result<Losses, Failure> {
+        let mut assembly = assembly(&self.decoder)?;
+        let others = [&self.imu, &self.wheels, &self.truth].into_iter().flatten().cloned();
+        let topics = others.chain([self.topic.clone()]).collect();
+        let selection = Selection { topics: Some(topics), ..Selection::default() };
+        let failed = |error: bag_player::BagError| Failure::new(error.to_string());
+        let mut messages = self.bag.messages(&selection).map_err(failed)?;
+        for message in &mut messages {
+            let message = message.map_err(failed)?;
+            let topic = &*message.topic;
+            if topic == self.topic && self.is_packets {
+                let scan = message.decode::<VelodyneScan>().map_err(failed)?;
+                for packet in &scan.packets {
+                    let mut ended = assembly.push(&packet.data, stamp_from_time(packet.stamp));
+                    if let Some(built) = &mut ended {
+                        built.revolution.frame_id.clone_from(&scan.header.frame_id);
+                    }
+                    cloud_of(ended).map_or(Ok(()), &mut *take)?;
+                }
+            } else if topic == self.topic {
+                take(Sensed::Cloud(message.decode().map_err(failed)?))?;
+            } else if self.imu.as_deref() == Some(topic) {
+                take(Sensed::Imu(Box::new(message.decode().map_err(failed)?)))?;
+            } else if self.wheels.as_deref() == Some(topic) {
+                take(Sensed::Wheels(Box::new(message.decode().map_err(failed)?)))?;
+            } else {
+                let pose = message.decode::<PoseStamped>().map_err(failed)?;
+                if let Ok(place) = convert::isometry_from_pose(&pose.pose) {
+                    let std_msgs::Header { stamp, .. } = pose.header;
+                    take(Sensed::Truth(stamp_from_time(stamp), place))?;
+                }
+            }
+        }
+        cloud_of(assembly.finish()).map_or(Ok(()), &mut *take)?;
+        let mut losses = packet_losses(&assembly);
+        losses.extend(messages.losses().iter().map(ToString::to_string));
+        Ok(losses)
+    }
+}
+
+fn of_type_named(info: &BagInfo, type_name: &str, name: &str) -> bool {
+    info.topics.iter().any(|topic| topic.type_name == type_name && topic.topic == name)
+}

@@ -1,0 +1,293 @@
+//! `stillmap odometry`: where the camera of a bag was, by what it sees; or its LiDAR.
+
+use std::path::{Path, PathBuf};
+
+use bag_player::{Bag, Selection};
+use clap::{Args, ValueEnum};
+use evaluation::DurationStatistics;
+use msgs::sensor_msgs::{CameraInfo, Image};
+use msgs::stillmap_msgs::StageReport;
+use node_shell::parameters::{self, Assignment};
+use node_shell::{Host, NodeFailure, Publisher, Qos, RosArguments};
+use pose::shell::PoseParameters;
+use serde::Serialize;
+
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::lidar::{self, LidarArgs};
+use crate::progress::Progress;
+use crate::visual::{self, VisualOdometry, VisualTopicArgs, VisualTopics, write_trajectory};
+
+/// The node's own topics are apart from those of a bag.
+const NAMESPACE: &str = "/stillmap_odometry";
+
+/// Arguments of `stillmap odometry`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap import tum rgbd_dataset_freiburg1_rpy -o fr1_rpy.mcap
+  stillmap odometry fr1_rpy.mcap -o fr1_rpy.txt
+  stillmap eval trajectory fr1_rpy.txt --ref rgbd_dataset_freiburg1_rpy/groundtruth.txt
+  stillmap odometry drive.pcap --of lidar -o drive.txt
+  stillmap odometry monday.mcap --slam --save-map flat.map -o monday.txt
+  stillmap odometry tuesday.mcap --slam --map flat.map --localise -o tuesday.txt
+
+The file has a line `seconds x y z qx qy qz qw` for each pose; images without a pose have none. The frame that poses lead to
+is that of the rig at the first image: x forward, z up.
+With --of lidar a capture of a Velodyne's packets (pcap, pcapng) and a folder of KITTI's scans do, too.")]
+pub struct OdometryArgs {
+    /// An MCAP file or a rosbag2 folder, with colour and depth images or a LiDAR's scans
+    bag: PathBuf,
+    /// Where the poses go, in the form of the TUM benchmark
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    topics: VisualTopicArgs,
+    /// The depth image topic (16UC1 or 32FC1)
+    #[arg(long, value_name = "TOPIC")]
+    depth: Option<String>,
+    /// What the camera is followed by
+    #[arg(long, value_enum)]
+    features: Option<Features>,
+    /// Keep a map and close loops; the poses are those that the map has in the end
+    #[arg(long)]
+    slam: bool,
+    /// With --slam: begin with this map, in which the camera must be found first
+    #[arg(long, value_name = "FILE", requires = "slam")]
+    map: Option<PathBuf>,
+    /// With --map: only place the camera in the map, which stays as it is; images before it is found there have no pose
+    #[arg(long, requires = "map")]
+    localise: bool,
+    /// With --slam: save the map in the end
+    #[arg(long, value_name = "FILE", requires = "slam")]
+    save_map: Option<PathBuf>,
+    /// Whose poses are written
+    #[arg(long, value_enum, default_value_t = Whose::Camera)]
+    of: Whose,
+    #[command(flatten)]
+    lidar: LidarArgs,
+    /// With a LiDAR: places are found again, and the poses are those with the drift since taken out
+    #[arg(long)]
+    loop_closing: bool,
+    /// A ROS 2 parameter file for the node pose, or lidar_odometry; later ones override earlier ones
+    #[arg(long = "params-file", value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What the camera is followed by.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+enum Features {
+    /// Corners alone
+    Points,
+    /// Line segments alone
+    Lines,
+    /// Both
+    Both,
+}
+
+/// Whose poses are written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+enum Whose {
+    /// The camera's optical frame (z forward), as data sets of cameras have it
+    Camera,
+    /// The rig (x forward), as ROS has it
+    Rig,
+    /// The turning LiDAR, by its scans alone
+    Lidar,
+}
+
+/// What came of a bag.
+#[derive(Serialize, Debug)]
+struct OdometrySummary {
+    image_pairs: usize,
+    poses: usize,
+    path_m: f64,
+    without_a_pose: std::collections::BTreeMap<String, u64>,
+    inliers_median: u64,
+    milliseconds_median: f64,
+    milliseconds_p99: f64,
+    /// What was saved of the map, and where.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    map: Option<String>,
+}
+
+pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
+    if args.of == Whose::Lidar && args.slam {
+        return Err(Failure::new("--slam is of a camera").mend("leave it out for a LiDAR"));
+    }
+    if args.of == Whose::Lidar {
+        let how = (&args.lidar, args.loop_closing);
+        return lidar::run_odometry(&args.bag, &args.output, how, &args.files, args.json);
+    }
+    if !args.lidar.is_empty() || args.loop_closing {
+        return Err(Failure::new("--lidar, --calibration and --loop-closing are of a LiDAR")
+            .mend("give --of lidar to follow it"));
+    }
+    let mut parameters: PoseParameters =
+        parameters::load(&format!("/{}", visual::NODE), &args.files, &[] as &[Assignment])
+            .map_err(|error| Failure::new(error.to_string()))?;
+    if let Some(features) = args.features {
+        parameters.tracker.frame.use_points = features != Features::Lines;
+        parameters.tracker.frame.use_lines = features != Features::Points;
+    }
+    if args.slam {
+        // Between two images: the same bag gives the same poses.
+        (parameters.slam, parameters.slam_in_background) = (true, false);
+    }
+    if let Some(map) = &args.map {
+        parameters.map_file = map.display().to_string();
+        parameters.load_map_on_start = true;
+        parameters.localisation_only |= args.localise;
+    }
+    let bag = Bag::open(&args.bag).map_err(|error| Failure::new(error.to_string()))?;
+    let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
+    let depth = visual::depth_topic(args.depth.as_deref(), &info)?;
+    let depth_info = visual::depth_info_topic(&depth);
+    let topics = VisualTopics::choose(&args.topics, &depth, &depth_info, &info)?;
+
+    let failed = |error: NodeFailure| Failure::new(error.to_string());
+    let mut followed = Followed::new(topics, &depth_info, &parameters).map_err(failed)?;
+    let names = followed.bag_topics();
+    let count = |name: &String| {
+        let known = info.topics.iter().filter(|topic| topic.topic == *name);
+        known.map(|topic| topic.message_count).sum::<u64>()
+    };
+    let progress = Progress::new("following", names.iter().map(count).sum());
+    let selection = Selection { topics: Some(names), ..Selection::default() };
+    let mut messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
+    for message in &mut messages {
+        let message = message.map_err(|error| Failure::new(error.to_string()))?;
+        if let Err(error) = followed.take(&message) {
+            console::complain(&Failure::new(format!("{}: {error}", message.topic)));
+        }
+        progress.advance();
+    }
+    let has_losses = !messages.losses().is_empty();
+    progress.finish();
+    let rig_from_written = match args.of {
+        Whose::Camera => geometry::pose_from_vector(&parameters.rig_from_camera),
+        Whose::Rig | Whose::Lidar => nalgebra::Isometry3::identity(),
+    };
+    let in_the_end = followed.odometry.trajectory();
+    let poses = in_the_end.as_deref().unwrap_or(followed.odometry.poses());
+    write_trajectory(&args.output, poses, &rig_from_written)?;
+    let saved = args.save_map.as_deref().map(|path| followed.odometry.save_map(path)).transpose();
+    let saved = saved.map_err(failed)?;
+    let summary = OdometrySummary { poses: poses.len(), map: saved, ..followed.summary() };
+    tell(&summary, &args.output, args.json)?;
+    if summary.poses == 0 {
+        return Err(Failure::new("no image has a pose".to_owned())
+            .mend("the causes are above; `stillmap info` lists what the bag holds"));
+    }
+    Ok(if has_losses { Outcome::WithLosses } else { Outcome::Complete })
+}
+
+/// The pose node with the depth images' publishers.
+struct Followed {
+    odometry: VisualOdometry,
+    depth_topic: String,
+    depth_info_topic: String,
+    other_topics: Vec<String>,
+    depths: Publisher<Image>,
+    depth_infos: Publisher<CameraInfo>,
+    /// Keeps the nodes.
+    _host: Host,
+}
+
+impl Followed {
+    fn new(
+        topics: VisualTopics,
+        depth_info: &str,
+        parameters: &PoseParameters,
+    ) -> Result<Self, NodeFailure> {
+        let host = Host::in_process();
+        let mut arguments = vec!["--ros-args".to_owned()];
+        arguments.extend(["-r".to_owned(), format!("__ns:={NAMESPACE}")]);
+        let arguments = RosArguments::parse(arguments)?;
+        let (node, beside) = (host.node(visual::NODE, &arguments)?, host.node("feed", &arguments)?);
+        let other_topics =
+            topics.by_node_name().into_iter().map(|(_, topic)| topic.to_owned()).collect();
+        Ok(Self {
+            other_topics,
+            depth_topic: topics.depth.clone(),
+            depth_info_topic: depth_info.to_owned(),
+            depths: beside.publisher("depth/image", &Qos::sensor(1))?,
+            depth_infos: beside.publisher("depth/camera_info", &Qos::sensor(1))?,
+            odometry: VisualOdometry::new(&node, &beside, topics, parameters)?,
+            _host: host,
+        })
+    }
+
+    fn bag_topics(&self) -> Vec<String> {
+        let mut topics = self.other_topics.clone();
+        topics.extend([self.depth_topic.clone(), self.depth_info_topic.clone()]);
+        topics.sort();
+        topics.dedup();
+        topics
+    }
+
+    fn take(&mut self, message: &bag_player::BagMessage) -> Result<(), visual::FeedError> {
+        self.odometry.feed(message)?;
+        if *message.topic == self.depth_topic {
+            self.depths.publish(message.decode::<Image>()?)?;
+        }
+        if *message.topic == self.depth_info_topic {
+            self.depth_infos.publish(message.decode::<CameraInfo>()?)?;
+        }
+        self.odometry.flow();
+        Ok(())
+    }
+
+    fn summary(&self) -> OdometrySummary {
+        let poses = self.odometry.poses();
+        let place = |pose: &msgs::geometry_msgs::PoseStamped| {
+            let place = &pose.pose.position;
+            nalgebra::Point3::new(place.x, place.y, place.z)
+        };
+        let steps = poses.iter().zip(poses.iter().skip(1));
+        let path_m = steps.map(|(from, to)| nalgebra::distance(&place(from), &place(to))).sum();
+        let processed: Vec<&StageReport> =
+            self.odometry.reports().iter().filter(|report| report.processed).collect();
+        let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
+        let durations = DurationStatistics::of_seconds(durations_s.collect());
+        let inliers = |report: &&StageReport| {
+            let named = report.count_names.iter().zip(&report.counts);
+            named.filter(|(name, _)| *name == "inliers").map(|(_, count)| *count).next()
+        };
+        let mut inliers: Vec<u64> = processed.iter().filter_map(inliers).collect();
+        inliers.sort_unstable();
+        OdometrySummary {
+            image_pairs: self.odometry.reports().len(),
+            poses: poses.len(),
+            path_m,
+            without_a_pose: self.odometry.drops(),
+            inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),
+            milliseconds_median: durations.map_or(0.0, |durations| durations.median_ms),
+            milliseconds_p99: durations.map_or(0.0, |durations| durations.p99_ms),
+            map: None,
+        }
+    }
+}
+
+fn tell(summary: &OdometrySummary, output: &Path, json: bool) -> Result<(), Failure> {
+    if json {
+        let json = serde_json::to_string_pretty(summary)
+            .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
+        return console::print(json);
+    }
+    console::print(format_args!(
+        "{} poses of {} pairs of images, path {:.3} m; {} features agree (median)",
+        summary.poses, summary.image_pairs, summary.path_m, summary.inliers_median
+    ))?;
+    for (cause, count) in &summary.without_a_pose {
+        console::print(format_args!("{cause}: {count}"))?;
+    }
+    console::print(format_args!(
+        "{:.1} ms a pair (median), {:.1} ms (99 of 100)",
+        summary.milliseconds_median, summary.milliseconds_p99
+    ))?;
+    summary.map.iter().try_for_each(console::print)?;
+    console::print(format_args!("poses: {}", output.display()))
+}

@@ -1,0 +1,253 @@
+//! `stillmap run`: a bag through the whole pipeline.
+
+mod collector;
+mod dds;
+mod findings;
+pub mod inputs;
+mod local;
+mod output;
+pub mod parameters;
+pub mod pipeline;
+mod recorder;
+mod way;
+
+use std::path::{Path, PathBuf};
+
+use bag_player::{Bag, BagInfo};
+use clap::{Args, ValueEnum};
+use evaluation::{DynamicScore, RunRecord, Summary};
+use msgs::RosMessage;
+use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::LaserScan;
+use nalgebra::Isometry3;
+
+use self::findings::Course;
+use self::inputs::{Inputs, TopicArgs};
+use self::output::OutputFolder;
+use self::parameters::{ParameterArgs, PipelineParameters};
+pub(crate) use self::recorder::Stage;
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::lidar::{self, LidarSource, RoadArgs};
+use crate::progress::Progress;
+use crate::visual::write_trajectory;
+
+/// Arguments of `stillmap run`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap run room.mcap --out room --scan /laser/scan
+  stillmap run drive.pcap --pose lidar --out drive
+
+With --pose lidar the scans of a turning LiDAR become a road map: those of a bag with its clouds or packets, of a capture of a
+Velodyne (pcap, pcapng), or of a folder of KITTI's. What else the bag holds takes no part.")]
+pub struct RunArgs {
+    /// An MCAP file or a rosbag2 folder; with --pose lidar a capture or a folder of scans, too
+    bag: PathBuf,
+    /// Where the map, the removed clouds, the summary and the report go
+    #[arg(short, long, value_name = "DIR", default_value = "stillmap-out")]
+    out: PathBuf,
+    #[command(flatten)]
+    how: HowArgs,
+    #[command(flatten)]
+    topics: TopicArgs,
+    #[command(flatten)]
+    road: RoadArgs,
+}
+
+/// How a bag is run; `stillmap demo` shares these.
+#[derive(Args, Clone, Debug)]
+pub struct HowArgs {
+    /// How the stages are connected
+    #[arg(long, value_enum)]
+    pub transport: Option<TransportName>,
+    /// Playback speed over DDS; a local run always goes as fast as it can
+    #[arg(long, default_value_t = 1.0)]
+    rate: f64,
+    #[command(flatten)]
+    parameters: ParameterArgs,
+    /// Leave the times out of summary.json, so that two runs of one bag write the same bytes
+    #[arg(long)]
+    no_timing: bool,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// How the stages of a run are connected.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum TransportName {
+    /// In one process, deterministic, as fast as it goes
+    Local,
+    /// As ROS 2 nodes, each a process of its own, in a namespace of this run
+    Dds,
+}
+
+pub(crate) fn run(args: &RunArgs, scoring: Option<Scoring>) -> Result<Outcome, Failure> {
+    let transport = args.how.transport.unwrap_or(TransportName::Local);
+    if args.topics.wants_lidar() {
+        if transport == TransportName::Dds {
+            return Err(Failure::new("a road map is made with --transport local only")
+                .mend("over DDS start `stillmap up --pose lidar`, and play the recording"));
+        }
+        if has_scanner(&args.bag)? {
+            console::note(
+                "the map is of the turning LiDAR alone, the 2D scanner takes no part; `stillmap up --pose lidar` leads the LiDAR's pose to \
+                 the nodes that cut out what moves",
+            );
+        }
+        let how = (args.topics.lidar(), &args.road);
+        return lidar::run_road(
+            &args.bag,
+            &args.out,
+            how,
+            args.how.parameters.files(),
+            args.how.json,
+        );
+    }
+    run_bag(&args.bag, &args.out, &args.topics, &args.how, transport, scoring)
+}
+
+/// Whether a recording is a bag with a 2D scanner.
+fn has_scanner(path: &Path) -> Result<bool, Failure> {
+    if LidarSource::is_no_bag(path) {
+        return Ok(false);
+    }
+    let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
+    let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
+    let is_one = |topic: &bag_player::TopicInfo| {
+        topic.type_name == LaserScan::TYPE_NAME
+            && topic.message_count > 0
+            && !topic.topic.starts_with("/truth/")
+    };
+    Ok(info.topics.iter().any(is_one))
+}
+
+/// Scores a run against the truth that its bag carries; `None` where it carries none.
+pub type Scoring =
+    fn(&Bag, &Inputs, &PipelineParameters, &RunRecord) -> Result<Option<DynamicScore>, Failure>;
+
+/// Runs a bag and writes what comes of it.
+///
+/// # Errors
+/// When the bag cannot be read, or nothing came of it.
+pub fn run_bag(
+    bag_path: &Path,
+    out: &Path,
+    topics: &TopicArgs,
+    how: &HowArgs,
+    transport: TransportName,
+    scoring: Option<Scoring>,
+) -> Result<Outcome, Failure> {
+    let bag = Bag::open(bag_path).map_err(|error| Failure::new(error.to_string()))?;
+    let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
+    let parameters = PipelineParameters::load(&how.parameters)?;
+    let inputs = Inputs::choose(topics, &info)?.needed_by(parameters.detection_node());
+    if !(how.rate.is_finite() && how.rate > 0.0) {
+        return Err(Failure::new(format!("--rate {} is no speed", how.rate))
+            .mend("1 plays as recorded, 0.5 half as fast"));
+    }
+    let folder = OutputFolder::create(out)?;
+    let parameters_file = folder.write_parameters(&parameters.to_yaml()?)?;
+
+    let Finished { record, course, trouble, poses } = match transport {
+        TransportName::Local => run_locally(&bag, &info, &inputs, &parameters)?,
+        TransportName::Dds => {
+            let bag_name = bag_name(bag_path);
+            let playback = dds::Playback {
+                bag: bag_path,
+                bag_name: &bag_name,
+                rate: how.rate,
+                parameters: &parameters_file,
+            };
+            run_over_dds(&playback, &info, &inputs, &parameters)?
+        }
+    };
+    let scored = scoring.map(|score| score(&bag, &inputs, &parameters, &record));
+    let (score, unscored) = match scored.transpose() {
+        Ok(score) => (score.flatten(), None),
+        Err(failure) => (None, Some(failure)),
+    };
+    let summary = Summary::of_run(&record, score, !how.no_timing)
+        .map_err(|error| Failure::new(error.to_string()))?;
+    folder.write(&record, &summary)?;
+    if let Some(poses) = &poses {
+        let trajectory = folder.path().join("trajectory.txt");
+        write_trajectory(&trajectory, poses, &Isometry3::identity())?;
+    }
+
+    let mut findings = findings::findings(&course, &record, &inputs);
+    findings.extend(unscored);
+    for finding in &findings {
+        console::complain(finding);
+    }
+    if let Some(failure) = trouble.or_else(|| findings::defeat(&record)) {
+        return Err(failure);
+    }
+    tell(&folder, &summary, how.json)?;
+    Ok(if findings.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+/// What either transport yields.
+struct Finished {
+    record: RunRecord,
+    course: Course,
+    /// Why the run ended before its end, if it did.
+    trouble: Option<Failure>,
+    /// The rig's poses by the visual odometry, where it was asked for.
+    poses: Option<Vec<PoseStamped>>,
+}
+
+fn run_locally(
+    bag: &Bag,
+    info: &BagInfo,
+    inputs: &Inputs,
+    parameters: &PipelineParameters,
+) -> Result<Finished, Failure> {
+    let topics = inputs.by_node_name();
+    let messages = topics.iter().map(|(_, topic)| messages_on(info, topic)).sum();
+    let progress = Progress::new("mapping", messages);
+    let run = local::run(bag, inputs, parameters, &bag_name(bag.path()), &progress)?;
+    progress.finish();
+    let course = Course { losses: run.losses, blind_scans: run.blind_scans, lost: Vec::new() };
+    Ok(Finished { record: run.record, course, trouble: None, poses: run.poses })
+}
+
+fn run_over_dds(
+    playback: &dds::Playback<'_>,
+    info: &BagInfo,
+    inputs: &Inputs,
+    parameters: &PipelineParameters,
+) -> Result<Finished, Failure> {
+    let progress = Progress::new("mapping", messages_on(info, &inputs.scan));
+    let run = dds::run(playback, inputs, parameters, &progress)?;
+    progress.finish();
+    let course =
+        Course { losses: info.losses.clone(), blind_scans: run.blind_scans, lost: run.lost };
+    Ok(Finished { record: run.record, course, trouble: run.trouble, poses: run.poses })
+}
+
+fn messages_on(info: &BagInfo, topic: &str) -> u64 {
+    info.topics.iter().filter(|known| known.topic == topic).map(|known| known.message_count).sum()
+}
+
+/// The bag's own name: the folders that lead to it say nothing about it.
+fn bag_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+fn tell(folder: &OutputFolder, summary: &Summary, json: bool) -> Result<(), Failure> {
+    if json {
+        let json = summary
+            .to_json()
+            .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
+        return console::print(json.trim_end());
+    }
+    for line in evaluation::headline(summary) {
+        console::print(line)?;
+    }
+    let path = folder.path().display();
+    console::print(format_args!(
+        "map: {path}/map.ply, map.pcd; removed: {path}/dynamic/; figures: {path}/summary.json"
+    ))?;
+    console::print(format_args!("report: {path}/report.html"))
+}

@@ -1,0 +1,274 @@
+//! Which topics of a bag the pipeline reads.
+
+use bag_player::BagInfo;
+use clap::Args;
+use detection::shell::{DetectionParameters, ExtrinsicsSource};
+use msgs::RosMessage;
+use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use msgs::tf2_msgs::TFMessage;
+
+use crate::failure::Failure;
+use crate::lidar::{LIDAR, LidarArgs};
+use crate::sensor_bag;
+use crate::visual::{VISUAL, VisualTopicArgs, VisualTopics};
+
+/// Topics that the user names; the rest is found by type.
+#[derive(Args, Debug, Default)]
+pub struct TopicArgs {
+    /// The LaserScan topic, where the bag has several
+    #[arg(long, value_name = "TOPIC")]
+    scan: Option<String>,
+    /// The depth image topic (16UC1 or 32FC1)
+    #[arg(long, value_name = "TOPIC")]
+    depth: Option<String>,
+    /// The CameraInfo topic of the depth image
+    #[arg(long, value_name = "TOPIC")]
+    camera_info: Option<String>,
+    /// A PointCloud2 topic, to be read in place of a depth image
+    #[arg(long, value_name = "TOPIC", conflicts_with_all = ["depth", "camera_info"])]
+    points: Option<String>,
+    /// The PoseStamped topic; or `visual`: the pose is found by what the colour and depth images show; or `lidar`: by the scans of
+    /// a turning LiDAR
+    #[arg(long, value_name = "TOPIC")]
+    pose: Option<String>,
+    #[command(flatten)]
+    visual: VisualTopicArgs,
+    #[command(flatten)]
+    lidar: LidarArgs,
+}
+
+impl TopicArgs {
+    /// Whether the user names none.
+    pub(crate) fn is_empty(&self) -> bool {
+        let Self { scan, depth, camera_info, points, pose, visual, lidar } = self;
+        [scan, depth, camera_info, points, pose].into_iter().all(Option::is_none)
+            && visual.is_empty()
+            && lidar.is_empty()
+    }
+
+    /// Whether the pose is to be a LiDAR's.
+    pub(crate) fn wants_lidar(&self) -> bool {
+        self.pose.as_deref() == Some(LIDAR)
+    }
+
+    /// What the user names of the LiDAR.
+    pub(crate) fn lidar(&self) -> &LidarArgs {
+        &self.lidar
+    }
+}
+
+/// The topics that a run reads.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Inputs {
+    pub(crate) scan: String,
+    /// The depth images or the clouds.
+    pub view: ViewTopics,
+    pub(crate) pose: PoseSource,
+    /// The topic of true labels, where the bag has it.
+    pub labels: Option<String>,
+    /// Those of tf that the bag has, fixed transforms first; none where nobody asks tf.
+    pub(crate) transforms: Vec<&'static str>,
+}
+
+/// Where the rig's pose comes from.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) enum PoseSource {
+    /// A topic of the bag.
+    Topic(String),
+    /// What the camera sees.
+    Visual(VisualTopics),
+}
+
+impl PoseSource {
+    /// The topic of the bag that it is, if it is one.
+    pub(crate) fn topic(&self) -> Option<&str> {
+        match self {
+            Self::Topic(topic) => Some(topic),
+            Self::Visual(_) => None,
+        }
+    }
+}
+
+/// The topics of tf, the same in every bag.
+pub(crate) const TF_STATIC: &str = "/tf_static";
+pub(crate) const TF: &str = "/tf";
+
+/// Where the points come from.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum ViewTopics {
+    /// A depth image and its calibration.
+    Depth {
+        /// The topic of the images.
+        image: String,
+        /// The topic of their calibration.
+        camera_info: String,
+    },
+    /// A ready cloud.
+    Points(String),
+}
+
+impl ViewTopics {
+    /// The value of detection's parameter `input`.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Depth { .. } => "depth",
+            Self::Points(_) => "points",
+        }
+    }
+}
+
+impl Inputs {
+    /// Chooses the topics of a bag: those that the user named, else the only one of its type, else the
+    /// one with the usual name.
+    pub(crate) fn choose(args: &TopicArgs, info: &BagInfo) -> Result<Self, Failure> {
+        let choose = Chooser { info };
+        let scan = choose.topic::<LaserScan>(&args.scan, "--scan", &["scan"])?;
+        let view = match &args.points {
+            Some(points) => ViewTopics::Points(choose.topic::<PointCloud2>(
+                &Some(points.clone()),
+                "--points",
+                &[],
+            )?),
+            None => choose.view(args)?,
+        };
+        let pose = choose.pose(args, &view)?;
+        let labels = info
+            .topics
+            .iter()
+            .find(|topic| {
+                topic.topic == sensor_bag::TRUE_LABELS && topic.type_name == Image::TYPE_NAME
+            })
+            .map(|topic| topic.topic.clone());
+        let is_there = |name: &&str| {
+            let is_it = |topic: &&bag_player::TopicInfo| topic.topic == *name;
+            let topic = info.topics.iter().find(is_it);
+            topic.is_some_and(|topic| topic.type_name == TFMessage::TYPE_NAME)
+        };
+        let transforms = [TF_STATIC, TF].into_iter().filter(is_there).collect();
+        Ok(Self { scan, view, pose, labels, transforms })
+    }
+
+    /// The same without what no node asks for with these parameters.
+    pub(crate) fn needed_by(self, detection: &DetectionParameters) -> Self {
+        match detection.extrinsics {
+            ExtrinsicsSource::Parameters => Self { transforms: Vec::new(), ..self },
+            ExtrinsicsSource::Tf => self,
+        }
+    }
+
+    /// The sensors' topics that the nodes subscribe to, each with the name that the node knows it by.
+    pub(crate) fn by_node_name(&self) -> Vec<(&'static str, &str)> {
+        let mut topics = vec![("scan", self.scan.as_str())];
+        match &self.pose {
+            PoseSource::Topic(pose) => topics.push(("pose", pose)),
+            PoseSource::Visual(visual) => topics.extend(visual.by_node_name()),
+        }
+        match &self.view {
+            ViewTopics::Depth { image, camera_info } => {
+                topics.push(("depth/image", image));
+                topics.push(("depth/camera_info", camera_info));
+            }
+            ViewTopics::Points(points) => topics.push(("points", points)),
+        }
+        topics
+    }
+}
+
+struct Chooser<'a> {
+    info: &'a BagInfo,
+}
+
+impl Chooser<'_> {
+    fn view(&self, args: &TopicArgs) -> Result<ViewTopics, Failure> {
+        let has_depth = args.depth.is_some() || !self.of_type(Image::TYPE_NAME).is_empty();
+        if !has_depth && !self.of_type(PointCloud2::TYPE_NAME).is_empty() {
+            let points = self.topic::<PointCloud2>(&args.points, "--points", &["points"])?;
+            return Ok(ViewTopics::Points(points));
+        }
+        let image = self.topic::<Image>(&args.depth, "--depth", &["depth/image", "depth"])?;
+        // Drivers publish the calibration beside the image, under the same parent.
+        let parent = image.rsplit_once('/').map_or("", |(parent, _)| parent);
+        let beside = format!("{parent}/camera_info");
+        let named = args.camera_info.clone().or_else(|| {
+            self.of_type(CameraInfo::TYPE_NAME).contains(&beside.as_str()).then_some(beside)
+        });
+        let camera_info = self.topic::<CameraInfo>(&named, "--camera-info", &["depth"])?;
+        Ok(ViewTopics::Depth { image, camera_info })
+    }
+
+    fn pose(&self, args: &TopicArgs, view: &ViewTopics) -> Result<PoseSource, Failure> {
+        if args.pose.as_deref() != Some(VISUAL) {
+            let pose = self.topic::<PoseStamped>(&args.pose, "--pose", &["pose"])?;
+            return Ok(PoseSource::Topic(pose));
+        }
+        let ViewTopics::Depth { image, camera_info } = view else {
+            return Err(Failure::new(
+                "--pose visual takes depth images, and the bag has clouds alone".to_owned(),
+            )
+            .mend("record the depth images, or give a --pose topic"));
+        };
+        let topics = VisualTopics::choose(&args.visual, image, camera_info, self.info)?;
+        Ok(PoseSource::Visual(topics))
+    }
+
+    /// The topic for messages of type `M`.
+    fn topic<M: RosMessage>(
+        &self,
+        named: &Option<String>,
+        option: &str,
+        usual_names: &[&str],
+    ) -> Result<String, Failure> {
+        let wanted = M::TYPE_NAME;
+        if let Some(named) = named {
+            return match self.info.topic(named) {
+                Some(topic) if topic.type_name == wanted => Ok(topic.topic.clone()),
+                Some(topic) => Err(Failure::new(format!(
+                    "topic {named} carries {}, not {wanted}",
+                    topic.type_name
+                ))
+                .mend(self.candidates(wanted, option))),
+                None => Err(Failure::new(format!("the bag has no topic {named}"))
+                    .mend(self.candidates(wanted, option))),
+            };
+        }
+        let candidates = self.of_type(wanted);
+        let usual = |name: &&&str| usual_names.iter().any(|usual| name.contains(usual));
+        match candidates.as_slice() {
+            [] => Err(Failure::new(format!("the bag has no topic of type {wanted}"))
+                .mend(format!("{option} needs one; `stillmap info` lists what the bag holds"))),
+            [only] => Ok((*only).to_owned()),
+            several => {
+                let usual: Vec<&&str> = several.iter().filter(usual).collect();
+                match usual.as_slice() {
+                    [only] => Ok((**only).to_owned()),
+                    _ => Err(Failure::new(format!(
+                        "the bag has {} topics of type {wanted}",
+                        several.len()
+                    ))
+                    .mend(self.candidates(wanted, option))),
+                }
+            }
+        }
+    }
+
+    fn candidates(&self, type_name: &str, option: &str) -> String {
+        let names = self.of_type(type_name);
+        if names.is_empty() {
+            format!("no topic of the bag is of type {type_name}; `stillmap info` lists them all")
+        } else {
+            format!("choose with {option}: {}", names.join(", "))
+        }
+    }
+
+    /// The topics of a type that could be an input: the truth is none.
+    fn of_type(&self, type_name: &str) -> Vec<&str> {
+        self.info
+            .topics
+            .iter()
+            .filter(|topic| topic.type_name == type_name && topic.message_count > 0)
+            .map(|topic| topic.topic.as_str())
+            .filter(|topic| !topic.starts_with("/truth/"))
+            .collect()
+    }
+}

@@ -1,0 +1,183 @@
+//! The three nodes in one process: the same as over DDS, on no network, taken in turn. What happens depends
+//! on what is published alone, so the same messages give the same record, but for the times.
+
+use detection::shell::{CloudInput, DetectionParameters, Stage as Detection};
+use evaluation::{RunRecord, Transport};
+use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use msgs::tf2_msgs::TFMessage;
+use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, ShellError};
+use reconstruction::StaticMap;
+use reconstruction::shell::Stage as Reconstruction;
+use segmentation::shell::Stage as Segmentation;
+
+use pose::shell::PoseParameters;
+
+use super::collector::Collector;
+use super::parameters::PipelineParameters;
+use super::recorder::{Recorder, RunName, Stage};
+use crate::visual::{self, VisualOdometry, VisualTopics};
+
+/// The nodes' own topics are apart from those of a bag.
+const NAMESPACE: &str = "/stillmap_run";
+
+/// The pipeline in one process.
+pub struct Pipeline {
+    host: Host,
+    arguments: RosArguments,
+    sensors: Sensors,
+    visual: Option<VisualOdometry>,
+    detection: Detection,
+    segmentation: Segmentation,
+    reconstruction: Reconstruction,
+    collector: Collector,
+    recorder: Recorder,
+    counters: Counters,
+}
+
+impl Pipeline {
+    /// A pipeline that takes points from `input`. Its sensors' topics have other names where `topics` says so: a
+    /// pair of the nodes' name and the one that reports are to have.
+    pub fn new(
+        input: CloudInput,
+        topics: &[(&str, &str)],
+        parameters: &PipelineParameters,
+    ) -> Result<Self, NodeFailure> {
+        let host = Host::in_process();
+        let arguments = arguments(topics)?;
+        let node = |name: &str| host.node(name, &arguments);
+        let detection = node(Stage::Detection.name())?;
+        let detection_parameters =
+            DetectionParameters { input, ..parameters.detection_node().clone() };
+        Ok(Self {
+            counters: detection.counters(),
+            detection: Detection::new(&detection, &detection_parameters)?,
+            segmentation: Segmentation::new(
+                &node(Stage::Segmentation.name())?,
+                parameters.segmentation_node(),
+            )?,
+            reconstruction: Reconstruction::new(
+                &node(Stage::Reconstruction.name())?,
+                parameters.reconstruction_node(),
+            )?,
+            collector: Collector::on(node("collector")?)?,
+            recorder: Recorder::new(parameters.reconstruction(), parameters.method_name())?,
+            sensors: Sensors::on(&node("sensors")?)?,
+            visual: None,
+            host,
+            arguments,
+        })
+    }
+
+    /// The same with the pose node, which takes its images from the sensors, too.
+    pub(crate) fn with_visual_odometry(
+        mut self,
+        topics: &VisualTopics,
+        parameters: &PoseParameters,
+    ) -> Result<Self, NodeFailure> {
+        let node = |name: &str| self.host.node(name, &self.arguments);
+        let (pose, beside) = (node(visual::NODE)?, node("feed")?);
+        self.visual = Some(VisualOdometry::new(&pose, &beside, topics.clone(), parameters)?);
+        Ok(self)
+    }
+
+    /// The pose node, where there is one.
+    pub(crate) fn visual(&self) -> Option<&VisualOdometry> {
+        self.visual.as_ref()
+    }
+
+    /// One more node beside the three, for who wants to listen to them.
+    pub fn listener(&self) -> Result<Node, NodeFailure> {
+        Ok(self.host.node("listener", &self.arguments)?)
+    }
+
+    /// What the pipeline is fed by. Nothing happens until [`Self::flow`].
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    /// Notes that something was lost before it reached a node.
+    pub(crate) fn dropped(&mut self, topic: &str, reason: &str) {
+        self.recorder.dropped(topic, reason, 1);
+    }
+
+    /// Lets each stage take what the one before it has left, until all is through.
+    pub fn flow(&mut self) {
+        if let Some(visual) = &mut self.visual {
+            visual.flow();
+        }
+        self.detection.take_waiting();
+        self.segmentation.take_waiting();
+        self.reconstruction.take_waiting();
+        self.collector.hear_waiting(&mut self.recorder);
+    }
+
+    /// Nothing more will come: what waits for a partner is given up.
+    pub fn end_of_input(&mut self) {
+        self.detection.give_up_waiting();
+        self.flow();
+    }
+
+    /// The map so far.
+    pub fn map(&self) -> &StaticMap {
+        self.reconstruction.map()
+    }
+
+    /// Scans in which nothing could be found for want of returns.
+    pub(crate) fn blind_scans(&self) -> usize {
+        self.recorder.blind_scans()
+    }
+
+    /// What came of it, under the name of the recording.
+    pub fn finish(mut self, bag_name: &str) -> RunRecord {
+        for (cause, count) in self.counters.drops() {
+            self.recorder.unusable(&cause, count);
+        }
+        let name = RunName {
+            bag_name: bag_name.to_owned(),
+            transport: Transport::Local,
+            map_frame_id: self.recorder.map_frame_id(),
+        };
+        self.recorder.finish(self.reconstruction.map().points(), name)
+    }
+}
+
+/// For nodes in the run's namespace.
+fn arguments(topics: &[(&str, &str)]) -> Result<RosArguments, ShellError> {
+    let mut arguments = vec!["--ros-args".to_owned()];
+    arguments.extend(["-r".to_owned(), format!("__ns:={NAMESPACE}")]);
+    for (name, topic) in topics {
+        arguments.extend(["-r".to_owned(), format!("{name}:={topic}")]);
+    }
+    Ok(RosArguments::parse(arguments)?)
+}
+
+/// In the place of the sensors' drivers.
+pub struct Sensors {
+    /// `scan`.
+    pub scans: Publisher<LaserScan>,
+    /// `pose`.
+    pub poses: Publisher<PoseStamped>,
+    /// `depth/image`.
+    pub images: Publisher<Image>,
+    /// `depth/camera_info`.
+    pub camera_infos: Publisher<CameraInfo>,
+    pub(crate) clouds: Publisher<PointCloud2>,
+    pub(crate) fixed_transforms: Publisher<TFMessage>,
+    pub(crate) transforms: Publisher<TFMessage>,
+}
+
+impl Sensors {
+    fn on(node: &Node) -> Result<Self, NodeFailure> {
+        let qos = Qos::sensor(1);
+        Ok(Self {
+            scans: node.publisher("scan", &qos)?,
+            poses: node.publisher("pose", &qos)?,
+            images: node.publisher("depth/image", &qos)?,
+            camera_infos: node.publisher("depth/camera_info", &qos)?,
+            clouds: node.publisher("points", &qos)?,
+            fixed_transforms: node.publisher("/tf_static", &Qos::latched())?,
+            transforms: node.publisher("/tf", &qos)?,
+        })
+    }
+}

@@ -1,0 +1,240 @@
+//! `stillmap up`: the whole suite live, in one process. What the nodes hand to each other is never encoded;
+//! who is outside gets it over DDS.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use detection::shell::DetectionParameters;
+use lidar_odometry::shell::LidarOdometryParameters;
+use node_shell::arguments::ParameterSource;
+use node_shell::{Host, Node, NodeFailure, RosArguments, ShellError, Shutdown, Transport, log};
+use pose::shell::PoseParameters;
+use reconstruction::shell::ReconstructionParameters;
+use segmentation::shell::SegmentationParameters;
+use tokio::task::JoinSet;
+use tracing::Instrument;
+
+use crate::failure::{Failure, Outcome};
+use crate::run::Stage;
+use crate::{lidar, visual};
+
+/// Arguments of `stillmap up`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap up --rig rplidar_a1_kinect_v1 --ros-args -r scan:=/laser/scan -p reconstruction:save_map_on_exit:=map.ply
+
+ROS arguments go to all nodes; a parameter is known to its own node only, which therefore stands before it.
+The nodes end together, on Ctrl-C or SIGTERM.")]
+pub struct UpArgs {
+    /// A preset of the rig, or the path of a parameter file
+    #[arg(long, default_value = PRESETS[0].name)]
+    rig: String,
+    /// A node beside the others that publishes the pose that they take; without it the pose comes from outside
+    #[arg(long, value_enum, value_name = "BY")]
+    pose: Option<PoseNode>,
+}
+
+/// The nodes that publish the pose.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+enum PoseNode {
+    /// pose: by what a colour and depth camera sees
+    Visual,
+    /// lidar_odometry: by the scans of a turning LiDAR
+    Lidar,
+}
+
+/// A rig that this program knows by itself.
+struct Preset {
+    name: &'static str,
+    parameters: &'static str,
+}
+
+const PRESETS: [Preset; 3] = [
+    Preset {
+        name: "rplidar_a1_kinect_v1",
+        parameters: include_str!("../../../config/rig/rplidar_a1_kinect_v1.yaml"),
+    },
+    Preset {
+        name: "rplidar_s2_realsense_d435",
+        parameters: include_str!("../../../config/rig/rplidar_s2_realsense_d435.yaml"),
+    },
+    Preset { name: "hdl32e_car", parameters: include_str!("../../../config/rig/hdl32e_car.yaml") },
+];
+
+pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
+    log::start("stillmap", &ros.log, &ros.outputs);
+    ros.tell_without_effect();
+    let mut arguments = ros.clone();
+    arguments.parameters.insert(0, rig(&args.rig)?);
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
+    runtime.block_on(async {
+        let nodes =
+            Nodes::start(&arguments, args.pose).map_err(|error| Failure::new(error.to_string()))?;
+        nodes.serve().await
+    })
+}
+
+/// The parameters of a rig.
+fn rig(name: &str) -> Result<ParameterSource, Failure> {
+    if let Some(preset) = PRESETS.iter().find(|preset| preset.name == name) {
+        let (name, yaml) = (preset.name.to_owned(), preset.parameters.to_owned());
+        return Ok(ParameterSource::Text { name, yaml });
+    }
+    if Path::new(name).is_file() {
+        return Ok(ParameterSource::File(PathBuf::from(name)));
+    }
+    let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+    Err(Failure::new(format!("--rig {name} is no preset and no file"))
+        .mend(format!("presets are: {}", presets.join(", "))))
+}
+
+/// All nodes of the suite, with their parameters.
+struct Nodes {
+    shutdown: Shutdown,
+    detection: (Node, DetectionParameters),
+    segmentation: (Node, SegmentationParameters),
+    reconstruction: (Node, ReconstructionParameters),
+    odometry: Option<Odometry>,
+}
+
+/// The node that publishes the pose.
+enum Odometry {
+    Visual(Node, Box<PoseParameters>),
+    Lidar(Node, Box<LidarOdometryParameters>),
+}
+
+impl Nodes {
+    fn start(arguments: &RosArguments, pose: Option<PoseNode>) -> Result<Self, ShellError> {
+        let host = Host::on(Transport::from_environment()?)?;
+        let node = |stage: Stage| {
+            let _named = span(stage).entered();
+            host.node(stage.name(), arguments)
+        };
+        let detection = node(Stage::Detection)?;
+        let segmentation = node(Stage::Segmentation)?;
+        let reconstruction = node(Stage::Reconstruction)?;
+        let odometry = |pose: PoseNode| -> Result<Odometry, ShellError> {
+            let _named = pose.span().entered();
+            let node = host.node(pose.name(), arguments)?;
+            Ok(match pose {
+                PoseNode::Visual => {
+                    let (node, parameters) = with_parameters(node)?;
+                    Odometry::Visual(node, Box::new(parameters))
+                }
+                PoseNode::Lidar => {
+                    let (node, parameters) = with_parameters(node)?;
+                    Odometry::Lidar(node, Box::new(parameters))
+                }
+            })
+        };
+        Ok(Self {
+            odometry: pose.map(odometry).transpose()?,
+            shutdown: host.shutdown_signal(),
+            detection: with_parameters(detection)?,
+            segmentation: with_parameters(segmentation)?,
+            reconstruction: with_parameters(reconstruction)?,
+        })
+    }
+
+    /// Serves until the process is to end, or until a node ends by itself: the others are of no use without
+    /// it, and end with it.
+    async fn serve(self) -> Result<Outcome, Failure> {
+        let mut tasks = JoinSet::new();
+        let (node, parameters) = self.detection;
+        let serve = async move {
+            let result = detection::shell::serve(&node, parameters).await;
+            node.close().await;
+            (Stage::Detection.name(), result)
+        };
+        tasks.spawn(serve.instrument(span(Stage::Detection)));
+        let (node, parameters) = self.segmentation;
+        let serve = async move {
+            let result = segmentation::shell::serve(&node, parameters).await;
+            node.close().await;
+            (Stage::Segmentation.name(), result)
+        };
+        tasks.spawn(serve.instrument(span(Stage::Segmentation)));
+        let (node, parameters) = self.reconstruction;
+        let serve = async move {
+            let result = reconstruction::shell::serve(&node, parameters).await;
+            node.close().await;
+            (Stage::Reconstruction.name(), result)
+        };
+        tasks.spawn(serve.instrument(span(Stage::Reconstruction)));
+
+        match self.odometry {
+            Some(Odometry::Visual(node, parameters)) => {
+                let serve = async move {
+                    let result = pose::shell::serve(&node, *parameters).await;
+                    node.close().await;
+                    (PoseNode::Visual.name(), result)
+                };
+                tasks.spawn(serve.instrument(PoseNode::Visual.span()));
+            }
+            Some(Odometry::Lidar(node, parameters)) => {
+                let serve = async move {
+                    let result = lidar_odometry::shell::serve(&node, *parameters).await;
+                    node.close().await;
+                    (PoseNode::Lidar.name(), result)
+                };
+                tasks.spawn(serve.instrument(PoseNode::Lidar.span()));
+            }
+            None => {}
+        }
+
+        let mut failure = None;
+        while let Some(ended) = tasks.join_next().await {
+            self.shutdown.trigger();
+            if let Err(error) = outcome(ended) {
+                failure.get_or_insert(error);
+            }
+        }
+        failure.map_or(Ok(Outcome::Complete), Err)
+    }
+}
+
+type Ended = Result<(&'static str, Result<(), NodeFailure>), tokio::task::JoinError>;
+
+fn outcome(ended: Ended) -> Result<(), Failure> {
+    match ended {
+        Ok((_, Ok(()))) => Ok(()),
+        Ok((name, Err(error))) => Err(Failure::new(format!("{name}: {error}"))),
+        Err(error) => Err(Failure::new(format!("a node ended badly: {error}"))),
+    }
+}
+
+fn with_parameters<P>(node: Node) -> Result<(Node, P), ShellError>
+where
+    P: serde::Serialize + serde::de::DeserializeOwned + Default,
+{
+    let parameters = node.parameters()?;
+    Ok((node, parameters))
+}
+
+/// What a node logs goes by its own name. A span of the gravest level passes every filter.
+fn span(stage: Stage) -> tracing::Span {
+    match stage {
+        Stage::Detection => tracing::error_span!("detection"),
+        Stage::Segmentation => tracing::error_span!("segmentation"),
+        Stage::Reconstruction => tracing::error_span!("reconstruction"),
+    }
+}
+
+impl PoseNode {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Visual => visual::NODE,
+            Self::Lidar => lidar::NODE,
+        }
+    }
+
+    fn span(self) -> tracing::Span {
+        match self {
+            Self::Visual => tracing::error_span!("pose"),
+            Self::Lidar => tracing::error_span!("lidar_odometry"),
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The pose node in this process: fed from a bag, its poses gathered.
+
+mod topics;
+mod trajectory_file;
+
+use std::path::Path;
+
+use bag_player::{BagError, BagMessage};
+use msgs::geometry_msgs::PoseStamped;
+use msgs::nav_msgs::Odometry;
+use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu};
+use msgs::stillmap_msgs::StageReport;
+use node_shell::{Node, NodeFailure, PublishError, Publisher, Qos};
+use pose::shell::{ImageInput, PoseParameters, Stage};
+
+use crate::pose_listener::PoseListener;
+pub use topics::{VisualTopicArgs, VisualTopics, depth_info_topic, depth_topic};
+pub(crate) use trajectory_file::write_trajectory;
+
+/// The name of the node and of its parameters' section.
+pub(crate) const NODE: &str = "pose";
+/// What the pose is to be taken from, in place of a topic.
+pub(crate) const VISUAL: &str = "visual";
+
+/// The pose node with what feeds it and what hears it.
+pub(crate) struct VisualOdometry {
+    stage: Stage,
+    listener: PoseListener,
+    topics: VisualTopics,
+    images: Publisher<Image>,
+    compressed: Publisher<CompressedImage>,
+    camera_infos: Publisher<CameraInfo>,
+    imu: Publisher<Imu>,
+    wheels: Publisher<Odometry>,
+}
+
+/// Why a message of the bag reached no node.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum FeedError {
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    #[error(transparent)]
+    Publish(#[from] PublishError),
+}
+
+impl VisualOdometry {
+    /// The node on `node`, fed and heard by `beside`; both have the topics' names of [`VisualTopics::by_node_name`].
+    pub(crate) fn new(
+        node: &Node,
+        beside: &Node,
+        topics: VisualTopics,
+        parameters: &PoseParameters,
+    ) -> Result<Self, NodeFailure> {
+        let input = if topics.is_compressed { ImageInput::Compressed } else { ImageInput::Raw };
+        let parameters = PoseParameters { input, ..parameters.clone() };
+        let qos = Qos::sensor(1);
+        Ok(Self {
+            stage: Stage::new(node, &parameters)?,
+            listener: PoseListener::new(node, NODE, beside)?,
+            images: beside.publisher("rgb/image", &qos)?,
+            compressed: beside.publisher("rgb/image/compressed", &qos)?,
+            camera_infos: beside.publisher("rgb/camera_info", &qos)?,
+            imu: beside.publisher("imu", &qos)?,
+            wheels: beside.publisher("wheels", &qos)?,
+            topics,
+        })
+    }
+
+    /// Hands a message of the bag to the node, if it is one of its topics other than the depth images.
+    pub(crate) fn feed(&self, message: &BagMessage) -> Result<(), FeedError> {
+        let topic = &*message.topic;
+        if topic == self.topics.image {
+            if self.topics.is_compressed {
+                self.compressed.publish(message.decode::<CompressedImage>()?)?;
+            } else {
+                self.images.publish(message.decode::<Image>()?)?;
+            }
+        }
+        if topic == self.topics.camera_info {
+            self.camera_infos.publish(message.decode::<CameraInfo>()?)?;
+        }
+        // Nobody subscribes to these two unless the parameters say so.
+        if self.topics.imu.as_deref() == Some(topic) && self.imu.subscriber_count() > 0 {
+            self.imu.publish(message.decode::<Imu>()?)?;
+        }
+        if self.topics.wheels.as_deref() == Some(topic) && self.wheels.subscriber_count() > 0 {
+            self.wheels.publish(message.decode::<Odometry>()?)?;
+        }
+        Ok(())
+    }
+
+    /// Lets the node take what has come, and hears what it says.
+    pub(crate) fn flow(&mut self) {
+        self.stage.take_waiting();
+        self.listener.hear();
+    }
+
+    /// The poses so far.
+    pub(crate) fn poses(&self) -> &[PoseStamped] {
+        self.listener.poses()
+    }
+
+    /// The poses as the map has them now; `None` without a map.
+    pub(crate) fn trajectory(&self) -> Option<Vec<PoseStamped>> {
+        let poses = self.stage.trajectory()?;
+        Some(poses.iter().map(msgs::convert::message_from_pose).collect())
+    }
+
+    /// Saves the map of keyframes. Returns what was done.
+    pub(crate) fn save_map(&self, path: &Path) -> Result<String, NodeFailure> {
+        self.stage.save_map_to(path)
+    }
+
+    /// What the node said of each pair of images.
+    pub(crate) fn reports(&self) -> &[StageReport] {
+        self.listener.reports()
+    }
+
+    /// What was of no use, by cause.
+    pub(crate) fn drops(&self) -> std::collections::BTreeMap<String, u64> {
+        self.listener.drops()
+    }
+}
