@@ -6,12 +6,10 @@ mod play;
 #[cfg(test)]
 mod tests;
 
-use evaluation::{
-    CloudDistance, Correlation, DynamicScore, DynamicScoreRules, RunRecord, cloud_distance,
-    correlation,
-};
+use evaluation::{CloudDistance, Correlation, cloud_distance, correlation};
 use geometry::{Track, VoxelGrid};
 use nalgebra::Point3;
+use report::{DynamicScore, DynamicScoreRules, RunRecord};
 use simulator::{ObjectPoses, Sample, Scenario};
 
 use self::kept::Truth;

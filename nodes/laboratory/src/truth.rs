@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use bag_player::{Bag, BagError, BagMessage, Messages, Selection};
-use evaluation::{DynamicScore, DynamicScoreRules, RunRecord, TruthFrame, TruthFrameError};
+use evaluation::{TruthFrame, TruthFrameError};
 use geometry::{
     CameraModel, CameraModelError, DepthImage, DepthLimits, LabelImage, RayTable, Stamp,
     pose_from_vector,
@@ -12,6 +12,7 @@ use msgs::convert::{self, ConvertError};
 use msgs::sensor_msgs::{CameraInfo, Image};
 use msgs::std_msgs;
 use nalgebra::Isometry3;
+use report::{DynamicScore, DynamicScoreRules, RunRecord};
 
 use robot::Failure;
 use robot::run::inputs::{Inputs, ViewTopics};

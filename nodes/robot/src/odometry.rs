@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use bag_player::{Bag, Selection};
 use clap::{Args, ValueEnum};
-use evaluation::DurationStatistics;
 use msgs::sensor_msgs::{CameraInfo, Image};
 use msgs::stillmap_msgs::StageReport;
 use node_shell::parameters::{self, Assignment};
 use node_shell::{Host, NodeFailure, Publisher, Qos, RosArguments};
 use pose::shell::PoseParameters;
+use report::DurationStatistics;
 use serde::Serialize;
 
 use crate::console;

@@ -15,11 +15,11 @@ use std::path::{Path, PathBuf};
 
 use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
-use evaluation::{DynamicScore, RunRecord, Summary};
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
+use report::{DynamicScore, RunRecord, Summary};
 
 use self::findings::Course;
 use self::inputs::{Inputs, TopicArgs};
@@ -242,7 +242,7 @@ fn tell(folder: &OutputFolder, summary: &Summary, json: bool) -> Result<(), Fail
             .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
         return console::print(json.trim_end());
     }
-    for line in evaluation::headline(summary) {
+    for line in report::headline(summary) {
         console::print(line)?;
     }
     let path = folder.path().display();

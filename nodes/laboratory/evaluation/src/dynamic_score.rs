@@ -13,7 +13,6 @@
 //! pixels of a surface, and a rig on the move leaves a trail of it: the accuracies of the benchmarks count it
 //! all the same, as they are defined.
 
-mod found;
 mod labels;
 mod map_score;
 mod objects;
@@ -25,109 +24,16 @@ use std::collections::{BTreeMap, HashSet};
 
 use geometry::{Stamp, VoxelEdgeError, VoxelGrid, VoxelKey};
 use nalgebra::{Isometry3, Point3};
-use serde::{Deserialize, Serialize};
+use report::{CycleRecord, CycleScore, DynamicScore, DynamicScoreRules, RunRecord};
 
-pub use self::found::FirstFound;
-pub use self::labels::{LabelScore, MapAccuracy};
-pub use self::map_score::{MapScore, StaticVoxels};
+use self::labels::{accuracy_by_points, accuracy_by_voxels, label_score};
 use self::map_score::{MapVoxels, map_score};
 use self::objects::object_score;
-pub use self::objects::{ObjectCycleScore, ObjectScore};
-use self::tally::{CycleTally, ObjectTally, SceneTally};
-use crate::{
-    CycleRecord, IdentityCycle, IdentityScore, LabelledPoint, RunRecord, TruthFrame,
-    score_identities,
-};
+use self::tally::{CycleTally, ObjectTally, SceneTally, in_view_points, removed_points};
+use crate::{IdentityCycle, LabelledPoint, TruthFrame, score_identities};
 
 /// The label of the static scene.
 const STATIC_LABEL: u16 = geometry::LabelImage::STATIC;
-
-/// The thresholds of the score. They are written beside the figures, which mean little without them.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DynamicScoreRules {
-    /// An object is in view of a cycle when at least this many of its pixels have a depth, at 640 x 480;
-    /// in proportion to the pixels of another image size, rounded up, and never less than 1.
-    pub in_view_px_at_640x480: f64,
-    /// An object is found when zones hold at least this share of its points and some of them were removed.
-    pub found_share_in_zone: f64,
-    /// An object is removed when at least this share of its points was.
-    pub removed_share: f64,
-    /// A voxel of the map is confirmed as one of the static scene when static points touched it in at least
-    /// this many cycles.
-    pub confirming_cycles: u32,
-}
-
-/// Noise throws a point of a surface into a voxel behind or before it, now here, now there: it seldom hits the
-/// same one twice, hardly ever three times. What is there is met whenever it is in view, and a rig that drives
-/// past at walking speed has it in view for many cycles.
-const CONFIRMING_CYCLES: u32 = 3;
-
-impl Default for DynamicScoreRules {
-    fn default() -> Self {
-        // 200 px is a patch of 14 x 14: a hand at 3 m from a Kinect.
-        Self {
-            in_view_px_at_640x480: 200.0,
-            found_share_in_zone: 0.5,
-            removed_share: 0.5,
-            confirming_cycles: CONFIRMING_CYCLES,
-        }
-    }
-}
-
-/// True points of a kind, and how many of them were removed.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct RemovedPoints {
-    /// True points: labelled pixels with a depth.
-    pub points: u64,
-    /// Of these, points in a voxel that was removed.
-    pub removed: u64,
-    /// `removed / points`; none without points.
-    pub share: Option<f64>,
-}
-
-/// The score of a run against the truth.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct DynamicScore {
-    /// The thresholds behind the figures.
-    pub rules: DynamicScoreRules,
-    /// Cycles that were compared with a truth.
-    pub cycles_scored: usize,
-    /// Cycles for which there was no truth.
-    pub cycles_without_truth: usize,
-    /// Each object by its label, smallest first.
-    pub objects: Vec<ObjectScore>,
-    /// The points of all objects together, over all scored cycles.
-    pub object_points: RemovedPoints,
-    /// The points of the static scene over all scored cycles: what is removed of them is removed wrongly.
-    pub static_points: RemovedPoints,
-    /// Of each point, whether it was rightly taken for moving.
-    pub labels: LabelScore,
-    /// Whether tracks keep to their objects; none where the run has no track at all, as by a method that follows
-    /// nothing.
-    pub identities: Option<IdentityScore>,
-    /// The final map against the truth.
-    pub map: MapScore,
-    /// The accuracies by points.
-    pub by_points: MapAccuracy,
-    /// The accuracies by voxels: rankings of methods differ between the two.
-    pub by_voxels: MapAccuracy,
-    /// Each scored cycle.
-    pub per_cycle: Vec<CycleScore>,
-}
-
-/// The score of one cycle.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub struct CycleScore {
-    /// The cycle's number.
-    pub index: u32,
-    /// The points of all objects.
-    pub object_points: RemovedPoints,
-    /// The points of the static scene.
-    pub static_points: RemovedPoints,
-    /// Of these, points that were removed and are not next to a moving one.
-    pub static_removed_off_borders: u64,
-}
 
 /// The run cannot be scored.
 #[derive(Debug, thiserror::Error)]
@@ -183,8 +89,8 @@ pub fn score_dynamic<E: std::error::Error + 'static>(
         .iter()
         .map(|(&id, tally)| object_score(id, tally, object_names.get(&id), &scene, &map))
         .collect();
-    let object_points = RemovedPoints::sum(object_scores.iter().map(|object| object.points));
-    let static_points = RemovedPoints::sum(per_cycle.iter().map(|cycle| cycle.static_points));
+    let object_points = removed_points(object_scores.iter().map(|object| object.points));
+    let static_points = removed_points(per_cycle.iter().map(|cycle| cycle.static_points));
     let off_borders = per_cycle.iter().map(|cycle| cycle.static_removed_off_borders).sum();
     let map = map_score(&scene, &objects, &map, rules.confirming_cycles);
     Ok(DynamicScore {
@@ -193,10 +99,10 @@ pub fn score_dynamic<E: std::error::Error + 'static>(
         cycles_without_truth: run.cycles.len() - per_cycle.len(),
         object_points,
         static_points,
-        labels: LabelScore::of(object_points, static_points, off_borders),
+        labels: label_score(object_points, static_points, off_borders),
         identities: has_tracks.then(|| score_identities(identities)),
-        by_points: MapAccuracy::by_points(object_points, static_points),
-        by_voxels: MapAccuracy::by_voxels(&map),
+        by_points: accuracy_by_points(object_points, static_points),
+        by_voxels: accuracy_by_voxels(&map),
         map,
         objects: object_scores,
         per_cycle,
@@ -238,7 +144,7 @@ fn score_cycle(
             objects.entry(point.object_id).or_default().region.touch(map_key);
         }
     }
-    let in_view_points = rules.in_view_points(truth.image_size_px());
+    let in_view_points = in_view_points(rules, truth.image_size_px());
     let mut in_view_m = BTreeMap::new();
     for (&id, tally) in &objects_now {
         let score = tally.object_cycle_score(cycle.index, rules, in_view_points);
@@ -249,7 +155,7 @@ fn score_cycle(
     }
     let score = CycleScore {
         index: cycle.index,
-        object_points: RemovedPoints::sum(objects_now.values().map(CycleTally::removed_points)),
+        object_points: removed_points(objects_now.values().map(CycleTally::removed_points)),
         static_points: static_now.removed_points(),
         static_removed_off_borders,
     };

@@ -4,11 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point3;
-use serde::{Deserialize, Serialize};
-
-/// A track farther from an object than this, in the horizontal plane, is not its own: half of the width of a
-/// person with arms and legs astride.
-pub(crate) const GATE_M: f64 = 0.6;
+use report::{IDENTITY_GATE_M, IdentityScore};
 
 /// What is true of a cycle, and what is followed in it. Positions in the map.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -17,17 +13,6 @@ pub struct IdentityCycle {
     pub objects: BTreeMap<u16, Point3<f64>>,
     /// The tracks, by their numbers.
     pub tracks: BTreeMap<u32, Point3<f64>>,
-}
-
-/// How well tracks keep to their objects.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-pub struct IdentityScore {
-    /// How often an object was in view, over all objects and cycles.
-    pub sightings: usize,
-    /// Of these, how often a track followed it.
-    pub followed: usize,
-    /// How often an object got another track than it had when it was last followed.
-    pub switches: usize,
 }
 
 /// Follows the objects by their tracks through the cycles of a run, in their order.
@@ -56,7 +41,7 @@ fn matches(cycle: &IdentityCycle, last: &BTreeMap<u16, u32>) -> BTreeMap<u16, u3
     for (&object, position) in &cycle.objects {
         let kept = last.get(&object).and_then(|track| Some((*track, cycle.tracks.get(track)?)));
         if let Some((track, at)) = kept
-            && distance_m(position, at) <= GATE_M
+            && distance_m(position, at) <= IDENTITY_GATE_M
         {
             pairs.insert(object, track);
         }
@@ -70,7 +55,7 @@ fn matches(cycle: &IdentityCycle, last: &BTreeMap<u16, u32>) -> BTreeMap<u16, u3
             let free = cycle.tracks.iter().filter(|(track, _)| !taken.contains(track));
             free.map(move |(&track, at)| (distance_m(position, at), object, track))
         })
-        .filter(|(apart_m, ..)| *apart_m <= GATE_M)
+        .filter(|(apart_m, ..)| *apart_m <= IDENTITY_GATE_M)
         .collect();
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let mut taken = taken;

@@ -10,11 +10,11 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use evaluation::page_html;
 use evaluation::trajectory::{
     Plane, ScoredTrajectory, Trajectory, TrajectoryPageFacts, TrajectoryScore,
     TrajectoryScoreError, score_trajectory, trajectory_page,
 };
+use report::page_html;
 use serde::Serialize;
 
 use self::choice::ScoreArgs;

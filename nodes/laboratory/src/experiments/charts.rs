@@ -1,6 +1,6 @@
 //! Charts as the experiments draw them.
 
-use evaluation::{Axis, Chart, Marks, Series};
+use report::{Axis, Chart, Marks, Series};
 
 use super::table::Figure;
 use crate::trial::MethodName;

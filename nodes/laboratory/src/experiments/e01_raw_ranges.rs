@@ -1,6 +1,6 @@
 //! Experiment 1: beams without a return (Rec-HV 3.1.1, 4.1).
 
-use evaluation::Marks;
+use report::Marks;
 use simulator::{Scenario, SceneName};
 
 use super::charts::{Caption, chart, chart_of_values, series};
@@ -85,7 +85,7 @@ fn mean_gaps(scans: &[ForwardScan]) -> f64 {
 }
 
 /// Figure 30.
-fn gap_chart(scans: &[ForwardScan]) -> evaluation::Chart {
+fn gap_chart(scans: &[ForwardScan]) -> report::Chart {
     let dots = scans.iter().enumerate().map(|(cycle, scan)| (cycle as f64, scan.gaps() as f64));
     chart(
         Caption {
@@ -100,7 +100,7 @@ fn gap_chart(scans: &[ForwardScan]) -> evaluation::Chart {
 }
 
 /// Figure 29.
-fn range_chart(scene_a: &[ForwardScan], scene_b: &[ForwardScan]) -> evaluation::Chart {
+fn range_chart(scene_a: &[ForwardScan], scene_b: &[ForwardScan]) -> report::Chart {
     let dots = |scans: &[ForwardScan]| {
         let beams = scans.first().into_iter().flat_map(|scan| &scan.beams);
         let places = beams.filter_map(|beam| {

@@ -4,7 +4,7 @@ mod window;
 
 use detection::aperture::Beam;
 use detection::gap_fill::{RangeLimits, fill_gaps};
-use evaluation::{Chart, Marks};
+use report::{Chart, Marks};
 use simulator::{CrossingObject, PathName, Scenario, SceneName};
 
 use super::charts::{Caption, chart_of_values, series};

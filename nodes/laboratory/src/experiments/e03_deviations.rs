@@ -2,7 +2,7 @@
 
 use detection::DetectionConfig;
 use detection::variability::VariabilityWindow;
-use evaluation::{Chart, Marks};
+use report::{Chart, Marks};
 use simulator::{CrossingObject, PathName, Scenario, SceneName};
 
 use super::charts::{Caption, chart, series};

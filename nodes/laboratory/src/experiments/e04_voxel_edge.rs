@@ -2,7 +2,7 @@
 
 mod sweep;
 
-use evaluation::{Chart, Marks};
+use report::{Chart, Marks};
 use simulator::{Scenario, SceneName};
 
 use super::charts::{Caption, chart, class, series};

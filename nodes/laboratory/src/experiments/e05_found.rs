@@ -1,6 +1,6 @@
 //! Experiment 5: the object found in the cycles in view (Rec-HV 3.1.5, 4.5).
 
-use evaluation::{Chart, Marks};
+use report::{Chart, Marks};
 use simulator::{CrossingObject, PathName, SceneName};
 
 use super::charts::{Caption, chart_of_values, class, series};

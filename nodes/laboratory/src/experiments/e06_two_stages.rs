@@ -1,6 +1,6 @@
 //! Experiment 6: what one stage and what two stages take for moving (Rec-HV 3.1.6, 4.6).
 
-use evaluation::{Chart, Marks};
+use report::{Chart, Marks};
 use simulator::{CrossingObject, PathName, SceneName};
 
 use super::charts::{Caption, chart, class, series};

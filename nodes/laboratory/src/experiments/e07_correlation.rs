@@ -1,6 +1,7 @@
 //! Experiment 7: the map against the empty scene, cycle by cycle (Rec-HV 3.1.7, 4.7).
 
-use evaluation::{Chart, Correlation, Marks};
+use evaluation::Correlation;
+use report::{Chart, Marks};
 use simulator::{CrossingObject, PathName, SceneName};
 
 use super::charts::{Caption, chart_of_values, class, medians, series};

@@ -1,6 +1,6 @@
 //! Experiment 8: a person in five everyday scenes (Rec-HV 3.1.8, 4.8, Tables 5 and 6).
 
-use evaluation::PagePicture;
+use report::PagePicture;
 use simulator::{CrossingObject, PathName, SceneName};
 
 use super::figures::{CycleFigures, RunFigures};

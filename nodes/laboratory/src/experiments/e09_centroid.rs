@@ -1,7 +1,7 @@
 //! Experiment 9: the error of the object's position (Rec-HV 3.1.9, 4.9, Table 7).
 
-use evaluation::{Chart, Marks, Series};
 use nalgebra::Point3;
+use report::{Chart, Marks, Series};
 use simulator::{CrossingObject, PathName, SceneName};
 
 use super::charts::{Caption, chart_of_values, series};

@@ -1,6 +1,6 @@
 //! Experiment 11: a tour with a person who crosses (Rec-HV 3.1.11, 4.11).
 
-use evaluation::{Chart, Marks, Series};
+use report::{Chart, Marks, Series};
 
 use super::charts::{Caption, chart, chart_of_values, class, series};
 use super::figures::{CycleFigures, RunFigures};

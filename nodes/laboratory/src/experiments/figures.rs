@@ -106,7 +106,7 @@ pub(crate) struct Sighting {
     /// Which of the run's cycles.
     pub(crate) cycle: usize,
     pub(crate) time_s: f64,
-    /// Whether enough of it is in the image to count: the rule of [`evaluation::DynamicScoreRules`].
+    /// Whether enough of it is in the image to count: the rule of [`report::DynamicScoreRules`].
     pub(crate) in_camera: bool,
     /// Whether, besides, a beam of the scanner's aperture met it.
     pub(crate) in_both: bool,

@@ -1,7 +1,7 @@
 //! Pictures of maps side by side: the empty scene, without removal, and by each method.
 
-use evaluation::{PagePicture, PictureError, View, cloud_pictures};
 use nalgebra::Point3;
+use report::{PagePicture, PictureError, View, cloud_pictures};
 
 use super::figures::{Clouds, RunFigures};
 use super::runs::METHODS;
@@ -61,7 +61,7 @@ pub(crate) fn map_pictures(
     let pictures = draw(face, &named.map(|(_, cloud)| cloud), rec_hv)
         .map_err(|error| Failure::new(format!("cannot draw the maps: {error}")))?;
     let page_picture =
-        |(picture, (name, cloud)): (evaluation::CloudPicture, (&str, &[Point3<f32>]))| {
+        |(picture, (name, cloud)): (report::CloudPicture, (&str, &[Point3<f32>]))| {
             let points = cloud.len();
             PagePicture {
                 png: picture.png,
@@ -77,7 +77,7 @@ fn draw(
     face: Face,
     clouds: &[&[Point3<f32>]],
     frame_of: &Clouds,
-) -> Result<Vec<evaluation::CloudPicture>, PictureError> {
+) -> Result<Vec<report::CloudPicture>, PictureError> {
     let turned: Vec<Vec<_>> = clouds.iter().map(|cloud| face.turned(cloud)).collect();
     let turned: Vec<&[_]> = turned.iter().map(Vec::as_slice).collect();
     cloud_pictures(face.view(), &turned, &face.turned(&frame_of.path), frame_of.edge_m)

@@ -1,6 +1,6 @@
 //! The sections as one HTML page.
 
-use evaluation::{CellTone, Page, PageCell, PagePart, PageRow, PageSection, PageTable, page_html};
+use report::{CellTone, Page, PageCell, PagePart, PageRow, PageSection, PageTable, page_html};
 
 use super::section::Section;
 use super::settings::Settings;

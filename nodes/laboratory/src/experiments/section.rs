@@ -1,6 +1,6 @@
 //! What an experiment came to, before it becomes text or a page.
 
-use evaluation::{Chart, PagePicture};
+use report::{Chart, PagePicture};
 use serde::Serialize;
 
 use super::table::{Table, Verdict};

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use evaluation::DurationStatistics;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::parameters::{self, Assignment};
+use report::DurationStatistics;
 use serde::Serialize;
 
 use super::{LidarArgs, LidarFollower, LidarSource, NODE, Sensed};

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use evaluation::PagePicture;
 use geometry::LidarCloud;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
@@ -11,6 +10,7 @@ use lidar_odometry::panorama::{ColourMap, PanoramaConfig, Quantity};
 use lidar_odometry::recorded::revolution_from_cloud;
 use lidar_odometry::road_map::RoadMap;
 use nalgebra::{Isometry3, Point2};
+use report::PagePicture;
 
 use super::files::{RoadColour, RoadExtent, cannot_write, for_each};
 use crate::failure::Failure;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evaluation::{CellTone, Page, PageCell, PagePart, PageRow, PageSection, PageTable, page_html};
+use report::{CellTone, Page, PageCell, PagePart, PageRow, PageSection, PageTable, page_html};
 
 use super::pictures::NamedPicture;
 use super::road::RoadSummary;

@@ -9,9 +9,9 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use evaluation::{RunRecord, Transport};
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subscription};
+use report::{RunRecord, Transport};
 
 use self::feed::Feed;
 use self::player::Sent;

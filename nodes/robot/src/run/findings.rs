@@ -3,8 +3,8 @@
 use std::fmt;
 
 use bag_player::Loss;
-use evaluation::RunRecord;
 use node_shell::RAISE_RECEIVE_BUFFER;
+use report::RunRecord;
 
 use super::inputs::{Inputs, ViewTopics};
 use crate::failure::Failure;

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use bag_player::{Bag, BagMessage, Loss, Selection};
 use detection::shell::CloudInput;
-use evaluation::RunRecord;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{NodeFailure, Publisher};
+use report::RunRecord;
 
 use super::inputs::{Inputs, PoseSource, TF_STATIC, ViewTopics};
 use super::parameters::PipelineParameters;

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use evaluation::{RunRecord, Summary};
 use geometry::{pcd, ply};
+use report::{RunRecord, Summary};
 
 use crate::failure::Failure;
 
@@ -63,7 +63,7 @@ impl OutputFolder {
             .to_json()
             .map_err(|error| Failure::new(format!("cannot write summary.json: {error}")))?;
         self.write_file("summary.json", json.as_bytes())?;
-        let report = evaluation::report_html(record, summary)
+        let report = report::report_html(record, summary)
             .map_err(|error| Failure::new(format!("cannot draw the report: {error}")))?;
         self.write_file("report.html", report.as_bytes())
     }

@@ -2,13 +2,13 @@
 //! on what is published alone, so the same messages give the same record, but for the times.
 
 use detection::shell::{CloudInput, DetectionParameters, Stage as Detection};
-use evaluation::{RunRecord, Transport};
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, ShellError};
 use reconstruction::StaticMap;
 use reconstruction::shell::Stage as Reconstruction;
+use report::{RunRecord, Transport};
 use segmentation::shell::Stage as Segmentation;
 
 use pose::shell::PoseParameters;

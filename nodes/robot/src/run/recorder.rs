@@ -5,10 +5,10 @@ mod partial_cycle;
 use std::collections::{BTreeMap, VecDeque};
 
 use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
-use evaluation::{DropCount, RunRecord};
 use geometry::{Cloud, DetectedCycle, MapPath, SegmentationCounts, Stamp, Track};
 use nalgebra::Point3;
 use reconstruction::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig, StaticMap};
+use report::{DropCount, RunRecord};
 
 use self::partial_cycle::PartialCycle;
 use super::way::Way;
@@ -268,7 +268,7 @@ impl Recorder {
 /// What a run is called in its record.
 pub(crate) struct RunName {
     pub(crate) bag_name: String,
-    pub(crate) transport: evaluation::Transport,
+    pub(crate) transport: report::Transport,
     pub(crate) map_frame_id: String,
 }
 

@@ -4,8 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use geometry::{DynamicZone, VoxelKey};
 use nalgebra::{Point3, Vector3};
-
-use super::{DynamicScoreRules, ObjectCycleScore, RemovedPoints};
+use report::{DynamicScoreRules, ObjectCycleScore, RemovedPoints};
 
 /// The image size that the threshold of view is stated for: the Kinect v1's.
 const REFERENCE_IMAGE_PX: f64 = 640.0 * 480.0;
@@ -15,24 +14,20 @@ pub(super) fn share(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
-impl RemovedPoints {
-    fn new(points: u64, removed: u64) -> Self {
-        Self { points, removed, share: share(removed, points) }
-    }
-
-    pub(super) fn sum(parts: impl Iterator<Item = Self>) -> Self {
-        let (points, removed) = parts
-            .fold((0, 0), |(points, removed), part| (points + part.points, removed + part.removed));
-        Self::new(points, removed)
-    }
+/// The sum of several parts.
+pub(super) fn removed_points(parts: impl Iterator<Item = RemovedPoints>) -> RemovedPoints {
+    let (points, removed) = parts
+        .fold((0, 0), |(points, removed), part| (points + part.points, removed + part.removed));
+    RemovedPoints { points, removed, share: share(removed, points) }
 }
 
-impl DynamicScoreRules {
-    /// How many points an object must have to be in view of an image of this size.
-    pub(super) fn in_view_points(&self, (width_px, height_px): (usize, usize)) -> u64 {
-        let scale = width_px as f64 * height_px as f64 / REFERENCE_IMAGE_PX;
-        ((self.in_view_px_at_640x480 * scale).ceil() as u64).max(1)
-    }
+/// How many points an object must have to be in view of an image of this size.
+pub(super) fn in_view_points(
+    rules: &DynamicScoreRules,
+    (width_px, height_px): (usize, usize),
+) -> u64 {
+    let scale = width_px as f64 * height_px as f64 / REFERENCE_IMAGE_PX;
+    ((rules.in_view_px_at_640x480 * scale).ceil() as u64).max(1)
 }
 
 /// The voxels of the map frame that an object touched.
@@ -136,7 +131,11 @@ impl CycleTally {
     }
 
     pub(super) fn removed_points(&self) -> RemovedPoints {
-        RemovedPoints::new(self.points, self.removed)
+        RemovedPoints {
+            points: self.points,
+            removed: self.removed,
+            share: share(self.removed, self.points),
+        }
     }
 
     /// The mean of the points; none without a point.

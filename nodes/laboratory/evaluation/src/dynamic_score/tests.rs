@@ -7,8 +7,8 @@ use geometry::{DynamicZone, Stamp, ZoneSource};
 use nalgebra::{Isometry3, Point3};
 
 use super::*;
-use crate::run_record::tests::{cycle, run};
-use crate::{CycleRecord, LabelledPoint};
+use crate::testing::{cycle, run};
+use report::{FirstFound, IdentityScore, StaticVoxels};
 
 const VGA_PX: (usize, usize) = (640, 480);
 const PERSON: u16 = 7;
@@ -185,11 +185,11 @@ fn tracks_are_held_against_where_the_objects_are_seen_in_the_map() {
 #[test]
 fn the_threshold_of_view_goes_with_the_image_size() {
     let rules = DynamicScoreRules::default();
-    assert_eq!(rules.in_view_points((640, 480)), 200);
-    assert_eq!(rules.in_view_points((320, 240)), 50);
+    assert_eq!(in_view_points(&rules, (640, 480)), 200);
+    assert_eq!(in_view_points(&rules, (320, 240)), 50);
     // Kinect v2: 217,088 pixels, 141.3 of them.
-    assert_eq!(rules.in_view_points((512, 424)), 142);
-    assert_eq!(rules.in_view_points((0, 0)), 1);
+    assert_eq!(in_view_points(&rules, (512, 424)), 142);
+    assert_eq!(in_view_points(&rules, (0, 0)), 1);
 }
 
 #[test]

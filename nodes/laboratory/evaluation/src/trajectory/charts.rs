@@ -7,7 +7,7 @@ use super::absolute::MatchedPose;
 use super::coverage::{CoverageUnit, is_gap};
 use super::plane::Plane;
 use super::score::ScoredTrajectory;
-use crate::{Axis, Chart, Marks, Series};
+use report::{Axis, Chart, Marks, Series};
 
 /// A line is drawn through so many points at most: more cannot be told apart on a screen.
 const MOST_POINTS: usize = 1500;

@@ -6,7 +6,7 @@ use super::plane::Plane;
 use super::relative::Pairs;
 use super::score::{ScoredTrajectory, TrajectoryFacts, TrajectoryScore};
 use super::statistics::Statistics;
-use crate::{CellTone, Page, PageCell, PagePart, PageRow, PageSection, PageTable};
+use report::{CellTone, Page, PageCell, PagePart, PageRow, PageSection, PageTable};
 
 /// Below this share of the reference's time a tracker counts as lost; the page says so first.
 const LOST_BELOW: f64 = 0.95;
@@ -272,7 +272,7 @@ mod tests {
     use super::super::testing::{stamped, walk};
     use super::super::{TrajectoryScoreConfig, score_trajectory};
     use super::*;
-    use crate::page_html;
+    use report::page_html;
 
     fn html(poses: usize) -> String {
         let truth = walk(200);

@@ -4,7 +4,6 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use evaluation::DurationStatistics;
 use evaluation::trajectory::{
     Alignment, AssociationConfig, Trajectory, TrajectoryScoreConfig, score_trajectory,
 };
@@ -15,6 +14,7 @@ use pose::image::{Rectification, gray_from_raw};
 use pose::mapping::Mapper;
 use pose::slam::{BackgroundMapping, InlineMapping, Mapping, Slam, SlamConfig};
 use pose::tracking::{Hints, Tracker, TrackerConfig};
+use report::DurationStatistics;
 use serde::Serialize;
 
 use super::sequence::{Images, Sequence, raw};

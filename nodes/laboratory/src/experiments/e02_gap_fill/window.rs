@@ -2,7 +2,7 @@
 
 use detection::DetectionConfig;
 use detection::variability::{BeamStatistics, VariabilityWindow};
-use evaluation::{Chart, Marks};
+use report::{Chart, Marks};
 use simulator::Scenario;
 
 use crate::experiments::charts::{Caption, chart_of_values, series};

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use evaluation::{
-    CycleRecord, DynamicScore, IdentityCycle, ObjectCycleScore, correlation, score_identities,
-};
+use evaluation::{IdentityCycle, correlation, score_identities};
 use geometry::{Track, ZoneSource};
 use nalgebra::Point3;
+use report::{CycleRecord, DynamicScore, ObjectCycleScore};
 use simulator::{ObjectPose, Scenario};
 
 use super::{

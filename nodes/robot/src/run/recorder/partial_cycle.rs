@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use evaluation::CycleRecord;
 use geometry::{DetectedCycle, SegmentationCounts};
 use nalgebra::{Isometry3, Point3};
+use report::CycleRecord;
 
 use super::{Stage, StepDurations};
 

@@ -1,6 +1,6 @@
-use evaluation::Transport;
 use geometry::PathVertex;
 use nalgebra::{Isometry3, Matrix6, Vector3};
+use report::Transport;
 
 use super::*;
 

@@ -6,9 +6,9 @@ use geometry::ZoneSource;
 use maud::{Markup, html};
 
 use crate::headline::{grouped, object_name, ordinal, percent};
-use crate::identity::GATE_M;
 use crate::{
-    CycleRecord, CycleScore, DynamicScore, ObjectScore, PointStatistics, RunRecord, Summary,
+    CycleRecord, CycleScore, DynamicScore, IDENTITY_GATE_M, ObjectScore, PointStatistics,
+    RunRecord, Summary,
 };
 
 pub(super) fn tables_section(run: &RunRecord, summary: &Summary) -> Markup {
@@ -145,7 +145,7 @@ fn truth_section(score: &DynamicScore) -> Markup {
                 (rules.in_view_px_at_640x480) " labelled pixels that have a depth (of 640 x 480, in proportion otherwise); found when zones hold "
                 (percent(Some(rules.found_share_in_zone))) " of its points or more and some were removed; removed when "
                 (percent(Some(rules.removed_share))) " of its points or more were. A track follows an object within "
-                (GATE_M) " m, and "
+                (IDENTITY_GATE_M) " m, and "
                 "an identity switch is an object that gets another track than it had (CLEAR MOT). A voxel of the map is the objects' own when they touched it and "
                 "no static point ever did. A voxel of the static scene is confirmed when static points touched it in "
                 (rules.confirming_cycles) " cycles or more: what they touched less often is mostly noise of the depth. "

@@ -2,8 +2,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-/// The style of the report, which all pages share.
-const STYLE: &str = include_str!("report/style.css");
+/// The style that all pages share.
+const STYLE: &str = include_str!("html_document/style.css");
 
 /// A whole document. `own_style` comes after the style that all share.
 pub(crate) fn document(title: &str, own_style: &str, body: &Markup) -> String {

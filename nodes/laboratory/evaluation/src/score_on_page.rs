@@ -1,12 +1,15 @@
+//! A score on the report page of its run.
+
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 
 use geometry::{DynamicZone, SegmentationCounts, ZoneSource};
 use nalgebra::Point3;
 
-use super::*;
-use crate::run_record::tests::{cycle, run};
-use crate::{DropCount, DynamicScoreRules, LabelledPoint, TruthFrame, score_dynamic};
+use report::{DropCount, DynamicScoreRules, RunRecord, Summary, headline, report_html};
+
+use crate::testing::{cycle, run};
+use crate::{LabelledPoint, TruthFrame, score_dynamic};
 
 /// A wall, and a person before it who is removed in two of three cycles and leaves one voxel.
 fn example() -> (RunRecord, Summary) {

@@ -7,10 +7,11 @@ use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
 /// How the stages of a run were connected.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Transport {
     /// The nodes in one process, on no network, taken in turn.
+    #[default]
     Local,
     /// The nodes as separate participants on DDS.
     Dds,
@@ -28,7 +29,7 @@ impl Transport {
 }
 
 /// A run of the pipeline over one bag, filled by the front door from either transport.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct RunRecord {
     /// The bag's name, without the folders that lead to it: a page must not differ with the machine.
     pub bag_name: String,
@@ -52,7 +53,7 @@ pub struct RunRecord {
 }
 
 /// One cycle of a run.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct CycleRecord {
     /// The cycle's number, as detection gave it.
     pub index: u32,
@@ -97,33 +98,18 @@ pub(crate) mod tests {
     /// An uneventful cycle at `index` tenths of a second, its rig at the map's origin.
     pub(crate) fn cycle(index: u32) -> CycleRecord {
         let stamp = Stamp::from_nanos(i64::from(index) * 100_000_000);
-        CycleRecord {
-            index,
-            scan_stamp: stamp,
-            cloud_stamp: stamp,
-            map_from_rig: Isometry3::identity(),
-            zones: Vec::new(),
-            points_in: 0,
-            counts: SegmentationCounts::default(),
-            map_points: 0,
-            dynamic_points_m: Vec::new(),
-            tracks_m: BTreeMap::new(),
-            step_durations_s: Vec::new(),
-        }
+        CycleRecord { index, scan_stamp: stamp, cloud_stamp: stamp, ..CycleRecord::default() }
     }
 
     /// A run of `cycles` with voxels of 10 cm and empty maps.
     pub(crate) fn run(cycles: Vec<CycleRecord>) -> RunRecord {
         RunRecord {
             bag_name: "room.mcap".to_owned(),
-            transport: Transport::Local,
             method: "rec_hv".to_owned(),
             voxel_edge_m: 0.1,
             map_frame_id: "map".to_owned(),
             cycles,
-            drops: Vec::new(),
-            static_map: Vec::new(),
-            unfiltered_map: Vec::new(),
+            ..RunRecord::default()
         }
     }
 

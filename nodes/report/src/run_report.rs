@@ -6,8 +6,6 @@
 mod charts;
 mod figures;
 mod tables;
-#[cfg(test)]
-mod tests;
 
 use maud::{Markup, html};
 

@@ -1,0 +1,40 @@
+//! What a run was, what it came to, and the pages that show it.
+//!
+//! A [`RunRecord`] is filled by either transport. From it come a [`Summary`] (`summary.json`), pictures of the map
+//! with and without removal, and a page that needs nothing but itself (`report.html`). Where the truth is known, the
+//! summary holds a [`DynamicScore`], which the crate `evaluation` computes.
+//!
+//! The pages of all subcommands are made here: [`Page`] is one of sections with tables, [`Chart`]s and pictures.
+//!
+//! No ROS, no files, no clock: bytes and text go out, and the same record gives the same bytes.
+
+mod chart;
+mod headline;
+mod html_document;
+mod page;
+mod pictures;
+mod run_record;
+mod run_report;
+mod summary;
+mod timing;
+mod truth_score;
+
+pub use chart::{Axis, Chart, Marks, Series};
+pub use headline::headline;
+pub use page::{
+    CellTone, Page, PageCell, PagePart, PagePicture, PageRow, PageSection, PageTable, page_html,
+};
+pub use pictures::{
+    CloudPicture, MapPictures, PictureError, PictureFrame, View, ViewPictures, cloud_pictures,
+    map_pictures,
+};
+pub use run_record::{CycleRecord, DropCount, RunRecord, Transport};
+pub use run_report::report_html;
+pub use summary::{
+    CycleCounts, DropSummary, MapSummary, PointStatistics, StagePoints, Summary, ZoneShares,
+};
+pub use timing::{DurationStatistics, StepTiming, Timing};
+pub use truth_score::{
+    CycleScore, DynamicScore, DynamicScoreRules, FirstFound, IDENTITY_GATE_M, IdentityScore,
+    LabelScore, MapAccuracy, MapScore, ObjectCycleScore, ObjectScore, RemovedPoints, StaticVoxels,
+};
