@@ -8,8 +8,9 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// What a reader may hold of messages that are not whole. With the rest of a node, and ten whole messages of
-/// 4.9 MB, this stays below 200 MB.
+/// What a reader may hold of messages that are not whole before it is replaced. It is looked at every 100 ms at best, so
+/// that what comes meanwhile is on top: a node that receives clouds of 4.9 MB peaks below 200 MB on an idle machine, at 216 MB
+/// on a busy one (measured). The bound that always holds is the library's: 128 messages of each writer.
 const MOST_BYTES: u64 = 64 << 20;
 
 /// The same where not one message comes through. What is begun before the next look, and until the library

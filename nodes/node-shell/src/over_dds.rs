@@ -200,9 +200,8 @@ async fn a_peer_that_closes_is_gone_at_once() {
             let publisher = talker.publisher::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
             matched(&publisher, &subscription).await;
         }
-        let closing = std::time::Instant::now();
-        talker.close().await;
-        assert!(closing.elapsed() < Duration::from_secs(1), "{:?}", closing.elapsed());
+        // The patience of a test is shorter than the lease, at the end of which it would be gone in any case.
+        soon("the talker's end", talker.close()).await;
         soon("the end of the match", async {
             let mut changes = listener.matches();
             while changes.iter().any(|one| one.topic.ends_with("/scan") && one.peers > 0) {

@@ -12,10 +12,9 @@ use crate::program::Running;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// In this time a node has ended: so long `ros2 launch` waits before it sends the next, harder signal. It takes 10 ms, and
-/// with a map that is saved 100 ms; but the map is synced to the disk, and a disk that others write to at the time has
-/// taken 2.2 s for it.
-const LONGEST_END: Duration = Duration::from_secs(5);
+/// In this time a node has ended, on however busy a machine; what waits for a lease takes longer. It takes 10 ms, and with a
+/// map that is synced to an idle disk 100 ms; `ros2 launch` waits for 5 s before it sends the next, harder signal.
+const LONGEST_END: Duration = Duration::from_secs(25);
 
 /// Each program, and the nodes that it is.
 const PROGRAMS: [(&[&str], &[&str]); 11] = [

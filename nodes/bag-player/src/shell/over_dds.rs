@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU16, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use geometry::{DepthImage, DepthPixels, Stamp};
 use msgs::convert;
@@ -130,13 +130,14 @@ async fn a_loop_goes_on_until_it_is_interrupted() {
         topics: vec!["/map_name".into(), "scan".into()],
         ..PlayOptions::new(path)
     };
-    tokio::spawn(async move {
-        tokio::time::sleep(Duration::from_secs(1)).await;
+    let names = listener.subscription::<Text>("/map_name", &Qos::reliable(10)).unwrap();
+    let three_passes = tokio::spawn(async move {
+        // The text comes once in a pass.
+        receive(&names, 3).await;
         shutdown.trigger();
     });
-    let began = Instant::now();
-    let summary = play(options, &player).await.unwrap();
-    assert!(began.elapsed() < Duration::from_secs(10));
+    let summary = tokio::time::timeout(PATIENCE, play(options, &player)).await.unwrap().unwrap();
+    three_passes.await.unwrap();
     assert_eq!(summary.ending, Ending::Interrupted);
     assert!(summary.passes > 2, "{} passes", summary.passes);
     let pass = u64::from(SCANS) + 1;

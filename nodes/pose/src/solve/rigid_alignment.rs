@@ -138,12 +138,31 @@ mod tests {
             .collect()
     }
 
+    /// The width of points across their longest extent, as a share of that extent.
+    fn relative_width(points: &[Point3<f64>]) -> f64 {
+        let middle =
+            points.iter().map(|point| point.coords).sum::<Vector3<f64>>() / points.len() as f64;
+        let scatter = points
+            .iter()
+            .map(|point| (point.coords - middle) * (point.coords - middle).transpose())
+            .sum::<Matrix3<f64>>();
+        let [longest, second, _] = extents(&scatter);
+        second / longest
+    }
+
+    /// Points whose motion is determined: random ones may lie near a line (three of them often do), about which the
+    /// rotation is as badly determined as they are narrow.
+    fn determined() -> impl Strategy<Value = Vec<Point3<f64>>> {
+        (3..20_usize, any::<bool>(), any::<u64>())
+            .prop_map(|(count, flat, seed)| scattered(count, flat, seed))
+            .prop_filter("near a line", |points| relative_width(points) > 0.05)
+    }
+
     proptest! {
         #[test]
         fn the_motion_is_found_also_of_points_of_a_plane(
-            pose in any_pose(), count in 3..20_usize, flat in any::<bool>(), seed in any::<u64>(),
+            pose in any_pose(), source in determined(),
         ) {
-            let source = scattered(count, flat, seed);
             let target: Vec<_> = source.iter().map(|point| pose * point).collect();
             let found = rigid_alignment(&source, &target).unwrap();
             prop_assert!(found.rms_m < 1e-9);

