@@ -6,9 +6,12 @@
 //! library matches by the topic's name alone, so that a foreign message would be decoded as ours.
 
 mod broken;
+pub(crate) mod exchange;
 mod follow;
+pub(crate) mod inbox;
 mod names;
 mod open_endpoint;
+pub(crate) mod survey;
 mod trouble;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,8 +21,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use rustdds::{GUID, QosPolicies};
 use tokio::sync::watch;
 
-use crate::exchange::{EndpointId, Exchange};
-use crate::host::Siblings;
+use crate::graph::exchange::{EndpointId, Exchange};
+use crate::node::host::Siblings;
 use broken::Broken;
 pub(crate) use broken::{Prefix, Renew};
 use names::NodeNames;

@@ -34,74 +34,47 @@
 //! What is absent: clients of services, and actions.
 //! They come when a node needs them.
 
-pub mod arguments;
-mod assembly;
-mod clock;
-mod counters;
-mod diagnostics;
-mod encoded;
-mod error;
-mod exchange;
+mod endpoints;
 mod graph;
-mod host;
 #[cfg(test)]
 mod in_process;
-mod inbox;
-mod lifecycle;
-pub mod log;
-pub mod names;
-mod network;
 mod node;
 #[cfg(test)]
 mod over_dds;
-mod parameter_services;
-pub mod parameters;
-mod payload;
-mod program;
-mod publisher;
-mod qos;
-mod raw_subscription;
-mod reader;
-mod rosout;
-mod service;
-mod shutdown;
-mod stage_report;
-mod steps;
-mod subscription;
-mod survey;
-mod throttle;
-mod transforms;
-mod transport;
-mod whole_file;
-mod writer;
+mod process;
+mod services;
+mod settings;
+mod wire;
 
-pub use arguments::RosArguments;
-pub use clock::{ClockJumps, NodeClock};
-pub use counters::Counters;
-pub use error::{PublishError, ShellError};
+pub use endpoints::counters::Counters;
+pub use endpoints::publisher::{Publisher, RawPublisher};
+pub use endpoints::raw_subscription::{RawSubscription, ReceivedBytes};
+pub use endpoints::service::{Request, Service};
+pub use endpoints::subscription::{Received, Subscription};
+pub use graph::survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
 pub use graph::{Match, Role};
-pub use host::Host;
-pub use lifecycle::{Lifecycle, LifecycleState, Reset};
 pub use node::Node;
-pub use parameter_services::{LiveParameters, descriptors};
-pub use payload::PayloadError;
-pub use program::{NodeFailure, Program};
-pub use publisher::{Publisher, RawPublisher};
-pub use qos::Qos;
-pub use raw_subscription::{RawSubscription, ReceivedBytes};
-pub use service::{Request, Service};
-pub use shutdown::Shutdown;
-pub use stage_report::StageReporter;
-pub use steps::StepTimer;
-pub use subscription::{Received, Subscription};
-pub use survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
-pub use throttle::{Throttle, WARNING_PERIOD};
-pub use transforms::{
+pub use node::host::Host;
+pub use node::program::{NodeFailure, Program};
+pub use node::stage_report::StageReporter;
+pub use node::steps::StepTimer;
+pub use node::transforms::{
     TransformArrival, TransformBroadcaster, TransformError, TransformListener, TransformRefused,
     TransformTree, TransformWait,
 };
-pub use transport::{
+pub use process::log;
+pub use process::shutdown::Shutdown;
+pub use process::throttle::{Throttle, WARNING_PERIOD};
+pub use process::whole_file::{folder_of, write_whole_file};
+pub use services::clock::{ClockJumps, NodeClock};
+pub use services::lifecycle::{Lifecycle, LifecycleState, Reset};
+pub use services::parameter_services::{LiveParameters, descriptors};
+pub use settings::arguments::RosArguments;
+pub use settings::qos::Qos;
+pub use settings::{arguments, names, parameters};
+pub use wire::error::{PublishError, ShellError};
+pub use wire::payload::PayloadError;
+pub use wire::transport::{
     Announcer, BacklogWatch, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,
     MessageTooLarge, RAISE_RECEIVE_BUFFER, ReceiveHealth, StaticPeer, Transport, TransportError,
 };
-pub use whole_file::{folder_of, write_whole_file};

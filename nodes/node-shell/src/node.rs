@@ -1,27 +1,32 @@
 //! A ROS 2 node: its name, its parameters, its endpoints, and its participant on the network.
 
 mod endpoints;
+pub(crate) mod host;
 mod own_tasks;
+pub(crate) mod program;
+pub(crate) mod stage_report;
+pub(crate) mod steps;
+pub(crate) mod transforms;
 
 use std::sync::Arc;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::arguments::RosArguments;
-use crate::clock::NodeClock;
-use crate::counters::Counters;
-use crate::error::ShellError;
+use crate::endpoints::counters::Counters;
+use crate::endpoints::network::Network;
+use crate::graph::survey::{self, DiscoveredEndpoint};
 use crate::graph::{Graph, Match};
-use crate::host::Host;
-use crate::lifecycle::{Life, Lifecycle, LifecycleServices};
-use crate::names::NodeIdentity;
-use crate::network::Network;
-use crate::parameter_services::{LiveParameters, ParameterServices};
-use crate::parameters::{self, NodeParameters, ParameterError, Switches};
-use crate::shutdown::Shutdown;
-use crate::survey::{self, DiscoveredEndpoint};
-use crate::transport::{GrantedBuffer, Transport};
+use crate::node::host::Host;
+use crate::process::shutdown::Shutdown;
+use crate::services::clock::NodeClock;
+use crate::services::lifecycle::{Life, Lifecycle, LifecycleServices};
+use crate::services::parameter_services::{LiveParameters, ParameterServices};
+use crate::settings::arguments::RosArguments;
+use crate::settings::names::NodeIdentity;
+use crate::settings::parameters::{self, NodeParameters, ParameterError, Switches};
+use crate::wire::error::ShellError;
+use crate::wire::transport::{GrantedBuffer, Transport};
 
 /// A running node.
 pub struct Node {

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
-use crate::exchange::EndpointId;
+use crate::graph::exchange::EndpointId;
 
 /// Something with an end on the network that can be made anew.
 pub(crate) trait Renew: Send + Sync {

@@ -10,7 +10,7 @@ use rustdds::{
 
 use super::names::ParticipantNodes;
 use super::{Endpoint, Graph, Misfit, Prefix, TroubleKind};
-use crate::exchange::EndpointId;
+use crate::graph::exchange::EndpointId;
 
 impl Graph {
     /// Follows the participant's events, and what names the nodes `announced`, until `stop` resolves.

@@ -7,7 +7,7 @@ use futures::{Stream, StreamExt};
 use rustdds::{DomainParticipant, GUID, TopicKind};
 use serde::Deserialize;
 
-use crate::qos::Qos;
+use crate::settings::qos::Qos;
 
 const TOPIC: &str = "ros_discovery_info";
 const TYPE: &str = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";

@@ -3,7 +3,7 @@
 use rustdds::GUID;
 
 use super::Graph;
-use crate::exchange::EndpointId;
+use crate::graph::exchange::EndpointId;
 
 /// An endpoint of the node, until it is dropped.
 pub(crate) struct OpenEndpoint {

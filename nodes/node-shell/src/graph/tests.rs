@@ -2,8 +2,8 @@ use msgs::sensor_msgs::LaserScan;
 
 use super::*;
 use crate::Qos;
-use crate::exchange::TopicKey;
-use crate::inbox::Queue;
+use crate::graph::exchange::TopicKey;
+use crate::graph::inbox::Queue;
 
 fn guid(number: u8) -> GUID {
     GUID::from_bytes([number; 16])

@@ -6,7 +6,7 @@ use rustdds::policy::{Durability, Reliability};
 use rustdds::qos::QosPolicyId;
 
 use super::Role;
-use crate::names::ros_type_name;
+use crate::settings::names::ros_type_name;
 
 /// Why a peer does not fit.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]

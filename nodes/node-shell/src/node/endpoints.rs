@@ -6,19 +6,19 @@ use std::sync::{Arc, Weak};
 use msgs::{RosMessage, RosService};
 
 use super::Node;
-use crate::error::ShellError;
-use crate::exchange::TopicKey;
+use crate::endpoints::publisher::{Outlet, Publisher, RawPublisher};
+use crate::endpoints::raw_subscription::RawSubscription;
+use crate::endpoints::reader::{MakeReader, Reader};
+use crate::endpoints::service::Service;
+use crate::endpoints::subscription::Subscription;
+use crate::endpoints::writer::{MakeWriter, Writer};
+use crate::graph::exchange::TopicKey;
+use crate::graph::inbox::Queue;
 use crate::graph::{OpenEndpoint, Role};
-use crate::inbox::Queue;
-use crate::lifecycle::Gate;
-use crate::names;
-use crate::publisher::{Outlet, Publisher, RawPublisher};
-use crate::qos::Qos;
-use crate::raw_subscription::RawSubscription;
-use crate::reader::{MakeReader, Reader};
-use crate::service::Service;
-use crate::subscription::Subscription;
-use crate::writer::{MakeWriter, Writer};
+use crate::services::lifecycle::Gate;
+use crate::settings::names;
+use crate::settings::qos::Qos;
+use crate::wire::error::ShellError;
 
 impl Node {
     /// The absolute name of a topic, after remapping.

@@ -6,12 +6,12 @@ use msgs::RosMessage;
 use msgs::rosgraph_msgs::Clock;
 
 use super::Node;
-use crate::clock::CLOCK_TOPIC;
-use crate::diagnostics::Diagnostics;
-use crate::error::ShellError;
-use crate::lifecycle::Gate;
-use crate::qos::Qos;
-use crate::rosout::{self, NodeLines};
+use crate::services::clock::CLOCK_TOPIC;
+use crate::services::diagnostics::Diagnostics;
+use crate::services::lifecycle::Gate;
+use crate::services::rosout::{self, NodeLines};
+use crate::settings::qos::Qos;
+use crate::wire::error::ShellError;
 
 /// The topic that nodes report about themselves on.
 const DIAGNOSTICS: &str = "/diagnostics";

@@ -1,7 +1,7 @@
 //! More participants on one machine than the DDS library finds by itself.
 
 use super::*;
-use crate::transport::free_domain::FreeDomain;
+use crate::wire::transport::free_domain::FreeDomain;
 
 /// The library finds twelve. Those beyond must find each other, too.
 const NODES: usize = 16;

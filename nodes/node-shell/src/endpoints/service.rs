@@ -1,0 +1,209 @@
+//! Services: requests that are answered one by one.
+//!
+//! Clients of Fast DDS, Connext, RustDDS (*enhanced* mapping) and Cyclone DDS are all answered in their own
+//! way. Not answered are big-endian clients, Connext's *basic* mapping, and, but for Cyclone DDS, what takes a response
+//! that does not fit into a datagram (some 1.4 kB): see [`wire`].
+
+#[cfg(test)]
+mod tests;
+mod wire;
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use msgs::cdr::{self, ByteOrder};
+use msgs::std_srvs::{Trigger, TriggerResponse};
+use msgs::{RosMessage, RosService};
+use ros2_client::dds::{Server, ServiceMapping};
+use ros2_client::qos::{Durability, History, Reliability, WhenFull};
+use ros2_client::{Name, QosProfile, RmwRequestId, ServiceTypeName};
+
+use crate::endpoints::network::Network;
+use crate::node::program::NodeFailure;
+use crate::process::throttle::Throttle;
+use crate::settings::names;
+use crate::settings::qos::Qos;
+use crate::wire::error::{PublishError, ShellError};
+pub(crate) use wire::Body;
+
+/// Requests that may wait, as ROS 2 has it for services.
+const DEPTH: usize = 10;
+
+/// Takes the requests of one service, which come from outside of the host.
+pub struct Service<S> {
+    name: Arc<str>,
+    /// None where the host is on no network: nobody asks there.
+    ends: Option<Ends>,
+    malformed: Throttle,
+    _service: PhantomData<fn(S)>,
+}
+
+/// What a service has on the network.
+struct Ends {
+    /// Takes all requests, and sends responses that say beside the message what they belong to.
+    server: Server<Body, Body>,
+    /// Sends responses to who knows them by what stands in front of the message.
+    plain: ros2_client::Publisher<Body>,
+    /// The largest message that `server` can send.
+    largest_whole: usize,
+}
+
+impl<S: RosService> Service<S> {
+    /// The service `name`, absolute, of a node that is on no network.
+    pub(crate) fn unasked(name: &str) -> Self {
+        Self::with(None, name)
+    }
+
+    /// The service `name`, absolute, of a node on a network.
+    pub(crate) fn new(network: &Network, name: &str) -> Result<Self, ShellError> {
+        let failed = |reason: String| ShellError::Endpoint {
+            endpoint: "service",
+            topic: name.to_owned(),
+            reason,
+        };
+        // Refuses what has not three parts.
+        names::dds_type_name(S::TYPE_NAME)?;
+        let response_type = names::dds_type_name(<S::Response as RosMessage>::TYPE_NAME)?;
+        let mut parts = S::TYPE_NAME.split('/');
+        let (package, type_name) =
+            (parts.next().unwrap_or_default(), parts.next_back().unwrap_or_default());
+        let qos = QosProfile::default()
+            .reliability(Reliability::Reliable { when_full: WhenFull::DEFAULT })
+            .durability(Durability::Volatile)
+            .history(History::KeepLast { depth: DEPTH });
+        // First, so that who has seen the server has seen it as well.
+        let policies = Qos::reliable(DEPTH).writer_policies(S::TYPE_NAME);
+        let plain = network.response_writer(name, &response_type, &policies).map_err(failed)?;
+        let server = network
+            .for_an_endpoint()
+            .create_server(
+                // The one that changes nothing in the bodies.
+                ServiceMapping::Enhanced,
+                &Name::parse(name).map_err(|error| failed(error.to_string()))?,
+                &ServiceTypeName::new(package, type_name),
+                qos.clone(),
+                qos,
+            )
+            .map_err(|error| failed(error.to_string()))?;
+        let largest_whole = wire::largest_whole(network.smallest_mtu_bytes);
+        Ok(Self::with(Some(Ends { server, plain, largest_whole }), name))
+    }
+
+    fn with(ends: Option<Ends>, name: &str) -> Self {
+        Self { name: name.into(), ends, malformed: Throttle::for_warnings(), _service: PhantomData }
+    }
+
+    /// Waits for the next request. May be dropped while waiting: no request is lost by that.
+    ///
+    /// What cannot be decoded is told of once in a while and passed over; its client gets no answer, as
+    /// ROS 2 knows none for it.
+    pub async fn next(&self) -> Request<'_, S> {
+        let Some(ends) = &self.ends else { return std::future::pending().await };
+        loop {
+            let taken = match ends.server.async_receive_request().await {
+                Ok((client, body)) => self.decode(ends, client, body),
+                Err(error) => Err(error.to_string()),
+            };
+            match taken {
+                Ok(request) => return request,
+                Err(reason) => self.refuse(&reason),
+            }
+        }
+    }
+
+    /// The service, by its absolute name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn decode<'a>(
+        &'a self,
+        ends: &'a Ends,
+        client: RmwRequestId,
+        body: Body,
+    ) -> Result<Request<'a, S>, String> {
+        let parts = wire::cut(client.writer_gid.to_bytes16(), body).map_err(|e| e.to_string())?;
+        let message = cdr::decode_body::<S::Request>(&parts.message, ByteOrder::Little)
+            .map_err(|error| error.to_string())?;
+        Ok(Request { message, name: &self.name, ends, client, header: parts.header })
+    }
+
+    fn refuse(&self, reason: &str) {
+        if let Some(held_back) = self.malformed.pass() {
+            tracing::warn!(
+                "{}: a request is no valid {} and is passed over ({held_back} more since the last \
+                 warning): {reason}",
+                self.name,
+                S::TYPE_NAME
+            );
+        }
+    }
+}
+
+/// Answers a request. A response that cannot be sent is told of once in a while: clients ask again.
+pub(crate) fn answer<S: RosService>(
+    failed: &Throttle,
+    request: Request<'_, S>,
+    response: &S::Response,
+) {
+    if let Err(error) = request.respond(response)
+        && let Some(held_back) = failed.pass()
+    {
+        tracing::warn!("{error} ({held_back} more since the last warning)");
+    }
+}
+
+/// A request that waits for its response. Dropped without one, it leaves its client waiting.
+#[must_use = "the client waits for a response"]
+pub struct Request<'a, S: RosService> {
+    /// What the client sent.
+    pub message: S::Request,
+    name: &'a str,
+    ends: &'a Ends,
+    client: RmwRequestId,
+    header: Vec<u8>,
+}
+
+impl<S: RosService> Request<'_, S> {
+    /// Answers the request. Returns once the response is queued; this may take up to 0.1 s when clients
+    /// are far behind.
+    ///
+    /// # Errors
+    /// When the response cannot be encoded, is not taken, or is too large for the client's middleware.
+    pub fn respond(self, response: &S::Response) -> Result<(), PublishError> {
+        let Self { name, ends, client, header: mut body, .. } = self;
+        let has_header = !body.is_empty();
+        let topic = || name.to_owned();
+        let encoded = cdr::encode(response)
+            .map_err(|source| PublishError::Encode { topic: topic(), source })?;
+        body.extend_from_slice(encoded.get(cdr::HEADER_BYTES..).unwrap_or_default());
+        body.resize(body.len().next_multiple_of(wire::PADDED_TO), 0);
+        let bytes = body.len() + cdr::HEADER_BYTES;
+        let sent = if has_header {
+            ends.plain.publish(Body(body)).map_err(|error| error.to_string())
+        } else if bytes > ends.largest_whole {
+            return Err(PublishError::ResponseTooLarge {
+                service: name.to_owned(),
+                bytes,
+                largest: ends.largest_whole,
+            });
+        } else {
+            ends.server.send_response(client, Body(body)).map_err(|error| error.to_string())
+        };
+        sent.map_err(|reason| PublishError::Library { topic: topic(), reason })
+    }
+}
+
+impl Request<'_, Trigger> {
+    /// Answers with what was done, or why it was not.
+    pub fn answer(self, done: Result<String, NodeFailure>) {
+        let response = match done {
+            Ok(message) => TriggerResponse { success: true, message },
+            Err(error) => TriggerResponse { success: false, message: error.to_string() },
+        };
+        if let Err(error) = self.respond(&response) {
+            tracing::warn!("{error}");
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Subscriptions to messages of one type.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use geometry::Stamp;
+use msgs::RosMessage;
+use rustdds::GUID;
+
+use crate::endpoints::counters::TopicCounters;
+use crate::endpoints::reader::{self, Reader};
+use crate::graph::OpenEndpoint;
+use crate::graph::inbox::{self, Queue};
+use crate::process::throttle::Throttle;
+use crate::services::lifecycle::Gate;
+
+/// A message and when it was sent.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Received<M> {
+    /// The message; where a node of the same host published it, the very value that it published.
+    pub message: Arc<M>,
+    /// When its publisher sent it, by the publisher's wall clock; not when its data were measured.
+    pub sent: Option<Stamp>,
+}
+
+/// Receives messages of one type, from its own host and from outside.
+pub struct Subscription<M: RosMessage> {
+    topic: Arc<str>,
+    queue: Arc<Queue<M>>,
+    endpoint: OpenEndpoint,
+    /// None where the host is on no network.
+    reader: Option<Reader<M>>,
+    counters: Arc<TopicCounters>,
+    sequence: Mutex<BTreeMap<GUID, i64>>,
+    /// Messages from outside that wait, `depth` of them at most.
+    waiting: Mutex<VecDeque<Waiting<M>>>,
+    depth: usize,
+    malformed: Throttle,
+    /// Open while the node works.
+    gate: Gate,
+    /// Its turns at the last look.
+    turns_seen: AtomicU64,
+}
+
+/// A message from outside, and how many are missing before it.
+struct Waiting<M> {
+    received: Received<M>,
+    lost_before: u64,
+}
+
+impl<M: RosMessage> Subscription<M> {
+    pub(crate) fn new(
+        (topic, depth): (&str, usize),
+        queue: Arc<Queue<M>>,
+        reader: Option<Reader<M>>,
+        endpoint: OpenEndpoint,
+        (counters, gate): (Arc<TopicCounters>, Gate),
+    ) -> Self {
+        Self {
+            topic: topic.into(),
+            queue,
+            endpoint,
+            reader,
+            counters,
+            sequence: Mutex::default(),
+            waiting: Mutex::default(),
+            depth,
+            malformed: Throttle::for_warnings(),
+            turns_seen: AtomicU64::new(gate.turns()),
+            gate,
+        }
+    }
+
+    /// Waits for the next message. May be dropped while waiting: no message is lost by that.
+    ///
+    /// What cannot be decoded, and what a peer of another type sent, is counted, told of once in a
+    /// while, and passed over.
+    ///
+    /// A node that does not work gets nothing; nor, when it works again, what came meanwhile.
+    pub async fn next(&self) -> Received<M> {
+        loop {
+            self.pass_over_what_came_while_closed();
+            let received = tokio::select! {
+                biased;
+                taken = self.queue.next() => self.accept_from_host(taken),
+                received = self.next_from_outside() => received,
+            };
+            if self.gate.is_open() {
+                return received;
+            }
+        }
+    }
+
+    /// The next message if it is here already.
+    pub fn try_next(&self) -> Option<Received<M>> {
+        self.pass_over_what_came_while_closed();
+        self.take_any()
+    }
+
+    fn pass_over_what_came_while_closed(&self) {
+        let turns = self.gate.turns();
+        if self.turns_seen.swap(turns, Ordering::AcqRel) != turns || !self.gate.is_open() {
+            while self.take_any().is_some() {}
+        }
+    }
+
+    fn take_any(&self) -> Option<Received<M>> {
+        if let Some(taken) = self.queue.take() {
+            return Some(self.accept_from_host(taken));
+        }
+        self.take_from_outside(self.reader.as_ref()?)
+    }
+
+    /// The topic, by its absolute name.
+    #[must_use]
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// How many publishers there are.
+    #[must_use]
+    pub fn publisher_count(&self) -> usize {
+        self.endpoint.peers()
+    }
+
+    /// Waits until there are at least `least` publishers.
+    pub async fn wait_for_publishers(&self, least: usize) {
+        self.endpoint.wait_for_peers(least).await;
+    }
+
+    /// How many messages were received so far.
+    #[must_use]
+    pub fn received_count(&self) -> u64 {
+        self.counters.received()
+    }
+
+    /// How many messages are missing between those that were received.
+    pub(crate) fn lost_count(&self) -> u64 {
+        self.counters.lost()
+    }
+
+    /// Replaces the reader, as when broken messages have filled the memory.
+    #[cfg(test)]
+    pub(crate) fn renew_reader(&self) {
+        if let Some(link) = self.reader.as_ref().and_then(|reader| reader.renewal().upgrade()) {
+            link.renew();
+        }
+    }
+
+    /// Tells readers apart.
+    #[cfg(test)]
+    pub(crate) fn reader_in_use(&self) -> Option<usize> {
+        self.reader.as_ref().map(Reader::in_use)
+    }
+
+    async fn next_from_outside(&self) -> Received<M> {
+        let Some(reader) = &self.reader else { return std::future::pending().await };
+        loop {
+            if let Some(received) = self.take_from_outside(reader) {
+                return received;
+            }
+            // Nothing is here, so what is missing before the next message never was.
+            let taken = reader.next(|| self.publisher_count() > 0).await;
+            if let Some(waiting) = self.accept(taken) {
+                reader.heard(&waiting.received.message, waiting.lost_before);
+                self.lock_waiting().push_back(waiting);
+            }
+        }
+    }
+
+    /// The next message from outside if it is here already. The library's own cache holds one message more
+    /// than it is told to, and gives the oldest first: a slow reader would always be a period behind.
+    fn take_from_outside(&self, reader: &Reader<M>) -> Option<Received<M>> {
+        let mut waiting = self.lock_waiting();
+        while let Some(taken) = reader.take() {
+            let accepted = self.accept(taken);
+            // What is missing before it may have been displaced by it.
+            accepted.iter().for_each(|waiting| reader.heard(&waiting.received.message, 0));
+            waiting.extend(accepted);
+        }
+        let mut lost = 0;
+        while waiting.len() > self.depth {
+            lost += waiting.pop_front().map_or(0, |displaced| displaced.lost_before + 1);
+        }
+        let next = waiting.pop_front()?;
+        self.counters.count_received(lost + next.lost_before);
+        Some(next.received)
+    }
+
+    fn accept_from_host(&self, taken: inbox::Taken<M>) -> Received<M> {
+        self.counters.count_received(taken.missed);
+        taken.received
+    }
+
+    fn accept(&self, taken: reader::Taken<M>) -> Option<Waiting<M>> {
+        let (message, info) = match taken {
+            Ok(taken) => taken,
+            Err(error) => {
+                self.refuse(&error);
+                return None;
+            }
+        };
+        let sender = GUID::from(info.publisher_gid());
+        if self.endpoint.is_sibling(sender) {
+            // It came through the exchange already.
+            return None;
+        }
+        if self.endpoint.is_foreign(sender) {
+            self.counters.count_malformed();
+            return None;
+        }
+        let lost_before = self.lost_before(sender, info.sequence_number())?;
+        let sent = info.source_timestamp().map(|time| Stamp::from_nanos(time.to_nanos()));
+        let received = Received { message: Arc::new(message), sent };
+        Some(Waiting { received, lost_before })
+    }
+
+    /// How many messages are missing between this one and the last one of the same sender; none for a message
+    /// that was there before, which a new reader finds once more.
+    fn lost_before(&self, sender: GUID, number: i64) -> Option<u64> {
+        let mut sequence = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = sequence.get(&sender).copied();
+        if last.is_some_and(|last| number <= last) {
+            return None;
+        }
+        sequence.insert(sender, number);
+        let lost = last.map_or(0, |last| number.saturating_sub(last).saturating_sub(1));
+        Some(u64::try_from(lost).unwrap_or(0))
+    }
+
+    fn lock_waiting(&self) -> MutexGuard<'_, VecDeque<Waiting<M>>> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn refuse(&self, error: &ros2_client::ReadError) {
+        self.counters.count_malformed();
+        if let Some(held_back) = self.malformed.pass() {
+            tracing::warn!(
+                "{}: a message is no valid {} and is passed over ({held_back} more since the last \
+                 warning): {error}",
+                self.topic,
+                M::TYPE_NAME
+            );
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! What waits for one subscription, of what its own host published.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use geometry::Stamp;
+use msgs::RosMessage;
+use msgs::cdr::CdrError;
+use tokio::sync::Notify;
+
+use crate::endpoints::subscription::Received;
+use crate::graph::exchange::Message;
+
+/// A subscription, whatever its type.
+pub(crate) trait Inbox: Send + Sync {
+    /// Lets a message wait.
+    ///
+    /// # Errors
+    /// When it is an encoded one that is no message of the subscription's type.
+    fn push(&self, message: &Message) -> Result<(), CdrError>;
+}
+
+/// The newest messages, as many as the subscription's depth.
+pub(crate) struct Queue<M> {
+    depth: usize,
+    waiting: Mutex<Waiting<M>>,
+    arrived: Notify,
+}
+
+struct Waiting<M> {
+    messages: VecDeque<Received<M>>,
+    /// Messages that gave way to newer ones since the last was taken.
+    missed: u64,
+}
+
+/// A message out of the queue, and how many gave way before it.
+pub(crate) struct Taken<M> {
+    pub(crate) received: Received<M>,
+    pub(crate) missed: u64,
+}
+
+impl<M> Queue<M> {
+    pub(crate) fn new(depth: usize) -> Self {
+        let waiting = Waiting { messages: VecDeque::new(), missed: 0 };
+        Self { depth: depth.max(1), waiting: Mutex::new(waiting), arrived: Notify::new() }
+    }
+
+    /// The oldest message that waits.
+    pub(crate) fn take(&self) -> Option<Taken<M>> {
+        let mut waiting = self.lock();
+        let received = waiting.messages.pop_front()?;
+        Some(Taken { received, missed: std::mem::take(&mut waiting.missed) })
+    }
+
+    /// Waits for a message. May be dropped while it waits: no message is lost by that.
+    pub(crate) async fn next(&self) -> Taken<M> {
+        loop {
+            // A message that arrives between the look and the wait leaves its permit.
+            if let Some(taken) = self.take() {
+                return taken;
+            }
+            self.arrived.notified().await;
+        }
+    }
+
+    fn put(&self, message: Arc<M>) {
+        let mut waiting = self.lock();
+        if waiting.messages.len() == self.depth {
+            waiting.messages.pop_front();
+            waiting.missed += 1;
+        }
+        waiting.messages.push_back(Received { message, sent: Some(now()) });
+        drop(waiting);
+        self.arrived.notify_one();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Waiting<M>> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<M: RosMessage> Inbox for Queue<M> {
+    fn push(&self, message: &Message) -> Result<(), CdrError> {
+        match message {
+            Message::Shared(value) => {
+                // Another Rust type of the same ROS type cannot be, but for a fault in `msgs`.
+                if let Ok(value) = Arc::clone(value).downcast::<M>() {
+                    self.put(value);
+                }
+            }
+            Message::Encoded(bytes) => self.put(Arc::new(msgs::cdr::decode(bytes)?)),
+        }
+        Ok(())
+    }
+}
+
+/// When a message was sent, by the wall clock, as DDS tells it for those from outside.
+fn now() -> Stamp {
+    let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    Stamp::from_nanos(i64::try_from(since_epoch.as_nanos()).unwrap_or(i64::MAX))
+}

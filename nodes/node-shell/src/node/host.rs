@@ -1,0 +1,109 @@
+//! One process' place in the ROS graph: its nodes, and what they hand to each other without a network.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use rustdds::GUID;
+
+use crate::graph::exchange::Exchange;
+use crate::node::Node;
+use crate::process::shutdown::Shutdown;
+use crate::settings::arguments::RosArguments;
+use crate::wire::error::ShellError;
+use crate::wire::transport::Transport;
+
+/// Several nodes in one process. A message between two of them is a shared pointer; only who is outside
+/// gets it over DDS, and it is encoded only for them. Neither the publisher nor the subscription knows
+/// which of the two it is.
+///
+/// Each node has a DDS participant of its own: within one participant the readers and writers of a topic
+/// share one cache, whose bound is that of the largest among them.
+#[derive(Clone)]
+pub struct Host {
+    transport: Option<Transport>,
+    exchange: Arc<Exchange>,
+    siblings: Siblings,
+    shutdown: Shutdown,
+}
+
+impl Host {
+    /// A host whose nodes join a network. SIGINT and SIGTERM trigger the shutdown of all of its nodes.
+    ///
+    /// # Errors
+    /// When the process may not handle signals, or there is no tokio runtime.
+    pub fn on(transport: Transport) -> Result<Self, ShellError> {
+        tokio::runtime::Handle::try_current().map_err(|_| ShellError::NoRuntime)?;
+        let shutdown = Shutdown::new();
+        shutdown.trigger_on_signals().map_err(ShellError::Process)?;
+        Ok(Self { transport: Some(transport), shutdown, ..Self::in_process() })
+    }
+
+    /// A host on no network: its nodes have only each other. It needs no runtime, takes no signals, and
+    /// what arrives depends on nothing but what was published.
+    #[must_use]
+    pub fn in_process() -> Self {
+        Self {
+            transport: None,
+            exchange: Arc::new(Exchange::new()),
+            siblings: Siblings::default(),
+            shutdown: Shutdown::new(),
+        }
+    }
+
+    /// Starts a node of this host.
+    ///
+    /// # Errors
+    /// When names or network do not allow it.
+    pub fn node(&self, default_name: &str, arguments: &RosArguments) -> Result<Node, ShellError> {
+        Node::of(self, default_name, arguments)
+    }
+
+    /// Whether the process is to end; all nodes of the host share it.
+    #[must_use]
+    pub fn shutdown_signal(&self) -> Shutdown {
+        self.shutdown.clone()
+    }
+
+    pub(crate) fn transport(&self) -> Option<&Transport> {
+        self.transport.as_ref()
+    }
+
+    pub(crate) fn exchange(&self) -> &Arc<Exchange> {
+        &self.exchange
+    }
+
+    pub(crate) fn siblings(&self) -> &Siblings {
+        &self.siblings
+    }
+}
+
+/// The participants of one host. What one of them sends over DDS has reached the others already.
+#[derive(Clone, Default, Debug)]
+pub(crate) struct Siblings {
+    prefixes: Arc<Mutex<BTreeSet<ParticipantPrefix>>>,
+}
+
+/// The first twelve bytes of every name that a participant gives to something of its own.
+type ParticipantPrefix = [u8; 12];
+
+impl Siblings {
+    /// Enters the participant that `guid` is of.
+    pub(crate) fn enter(&self, guid: GUID) {
+        self.lock().insert(prefix(guid));
+    }
+
+    /// Whether `guid` is of a participant of this host.
+    pub(crate) fn contain(&self, guid: GUID) -> bool {
+        self.lock().contains(&prefix(guid))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeSet<ParticipantPrefix>> {
+        self.prefixes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn prefix(guid: GUID) -> ParticipantPrefix {
+    let mut prefix = ParticipantPrefix::default();
+    prefix.copy_from_slice(&guid.to_bytes()[..ParticipantPrefix::default().len()]);
+    prefix
+}

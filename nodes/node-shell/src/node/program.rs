@@ -1,0 +1,116 @@
+//! A node as a program: arguments, logging, runtime, node, and the exit code.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::node::Node;
+use crate::settings::arguments::RosArguments;
+use crate::settings::parameters;
+use crate::wire::error::ShellError;
+
+/// Threads of a node's runtime: one to receive while the other one computes.
+const THREADS: usize = 2;
+
+/// What a node's body may fail with.
+pub type NodeFailure = Box<dyn std::error::Error + Send + Sync>;
+
+/// A node program.
+#[derive(Clone, Copy, Debug)]
+pub struct Program {
+    /// The node's name, unless the command line gives another.
+    pub name: &'static str,
+    /// What it does, in one line.
+    pub about: &'static str,
+    /// Its topics, a line each.
+    pub topics: &'static str,
+}
+
+impl Program {
+    /// Runs a node until its body returns. The body creates its endpoints and drops them at its end;
+    /// it should return when [`Node::shutdown_signal`] is triggered. The exit code is 0 when it
+    /// returns without an error.
+    ///
+    /// `P` is the struct of the node's parameters, handed to the body.
+    pub fn run<P>(
+        &self,
+        arguments: impl IntoIterator<Item = String>,
+        body: impl AsyncFnOnce(&Node, P) -> Result<(), NodeFailure>,
+    ) -> ExitCode
+    where
+        P: Serialize + DeserializeOwned + Default,
+    {
+        match self.try_run(arguments, body) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                // The process ends here; when even stderr is gone there is nobody left to tell.
+                let _ = writeln!(std::io::stderr(), "{}: {error}", self.name);
+                ExitCode::FAILURE
+            }
+        }
+    }
+
+    fn try_run<P>(
+        &self,
+        arguments: impl IntoIterator<Item = String>,
+        body: impl AsyncFnOnce(&Node, P) -> Result<(), NodeFailure>,
+    ) -> Result<(), NodeFailure>
+    where
+        P: Serialize + DeserializeOwned + Default,
+    {
+        let arguments = RosArguments::parse(arguments).map_err(ShellError::from)?;
+        match arguments.own.first().map(String::as_str) {
+            None => {}
+            Some("-h" | "--help") => {
+                writeln!(std::io::stdout(), "{}", self.help::<P>()?)?;
+                return Ok(());
+            }
+            Some(other) => {
+                return Err(format!(
+                    "unknown argument `{other}`; ROS arguments stand behind --ros-args, and --help \
+                     shows them"
+                )
+                .into());
+            }
+        }
+        let identity = arguments.identity(self.name).map_err(ShellError::from)?;
+        crate::process::log::start(&identity.logger_name(), &arguments.log, &arguments.outputs);
+        arguments.tell_without_effect();
+        let parameters = parameters::of_node(&identity, &arguments.parameters)?;
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(THREADS)
+            .enable_all()
+            .build()
+            .map_err(ShellError::Process)?;
+        runtime.block_on(async {
+            let node = Node::start(self.name, &arguments)?;
+            let result = body(&node, parameters).await;
+            node.close().await;
+            result
+        })
+    }
+
+    fn help<P>(&self) -> Result<String, parameters::ParameterError>
+    where
+        P: Serialize + DeserializeOwned + Default,
+    {
+        let mut help = format!(
+            "{about}\n\nUsage: {name} [--ros-args [-r FROM:=TO] [-p NAME:=VALUE] [--params-file FILE]\n\
+             \x20      [-r __node:=NAME] [-r __ns:=/NAMESPACE] [--log-level [LOGGER:=]LEVEL]]\n\n\
+             Example: {name} --ros-args -r __ns:=/robot --params-file {name}.yaml\n\n\
+             Topics:\n",
+            about = self.about,
+            name = self.name
+        );
+        for topic in self.topics.lines().map(str::trim).filter(|line| !line.is_empty()) {
+            help.push_str(&format!("  {topic}\n"));
+        }
+        help.push_str("\nParameters:\n");
+        for (name, default) in parameters::describe::<P>()? {
+            help.push_str(&format!("  {name} (default {default})\n"));
+        }
+        Ok(help)
+    }
+}

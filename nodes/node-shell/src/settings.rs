@@ -1,0 +1,6 @@
+//! What a node is told at its start: arguments, names, parameters, quality of service.
+
+pub mod arguments;
+pub mod names;
+pub mod parameters;
+pub(crate) mod qos;

@@ -1,0 +1,241 @@
+//! Parameters as a typed struct: `P::default()` holds every default there is, a parameter file and the
+//! command line lay values over it, and what does not fit is an error that names the key, where it
+//! stood and what is accepted.
+//!
+//! Nested structs are groups: field `edge_m` of field `voxel` is the parameter `voxel.edge_m`, in a
+//! file either written so or nested. A field must not hide itself while serialised
+//! (`skip_serializing_if`), or it would be unknown.
+//!
+//! A section that names the node must have what the node knows. One for several nodes, as `/**`, has what the others know,
+//! too: what this one does not know of it is passed over, and told of in the log.
+
+mod error;
+mod file;
+mod node_parameters;
+mod overlay;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::settings::arguments::ParameterSource;
+use crate::settings::names::NodeIdentity;
+pub use error::{ParameterError, ValueOrigin};
+pub use node_parameters::{NoParameters, NodeParameters, Range};
+pub(crate) use overlay::Overlay;
+
+/// The parameter by which ROS 2 switches a node to simulated time.
+pub(crate) const USE_SIM_TIME: &str = "use_sim_time";
+/// The parameter by which a managed node waits to be brought up by others, by the name that Nav2 has for it.
+pub(crate) const AUTOSTART: &str = "autostart";
+
+/// The parameters that every node has.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Switches {
+    /// Whether the node is to go by the time of `/clock`.
+    pub(crate) use_sim_time: bool,
+    /// Whether a managed node is active from its start.
+    pub(crate) autostart: bool,
+}
+
+impl Default for Switches {
+    fn default() -> Self {
+        Self { use_sim_time: false, autostart: true }
+    }
+}
+
+impl Switches {
+    fn of(&mut self, key: &str) -> Option<&mut bool> {
+        match key {
+            USE_SIM_TIME => Some(&mut self.use_sim_time),
+            AUTOSTART => Some(&mut self.autostart),
+            _ => None,
+        }
+    }
+}
+
+/// One `-p name:=value`, for [`load`].
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Assignment {
+    /// The parameter, with dots between its parts.
+    pub name: String,
+    /// The value, in YAML.
+    pub value: String,
+}
+
+/// The parameters of the node with the full name `node_name` (as `/detection`) out of `files` and then
+/// `assignments`, without starting any node.
+///
+/// # Errors
+/// When a file or a value cannot be used; see [`ParameterError`].
+pub fn load<P>(
+    node_name: &str,
+    files: &[impl AsRef<Path>],
+    assignments: &[Assignment],
+) -> Result<P, ParameterError>
+where
+    P: Serialize + DeserializeOwned + Default,
+{
+    let files = files.iter().map(|path| ParameterSource::File(path.as_ref().to_owned()));
+    let assignments = assignments.iter().map(|one| ParameterSource::Assignment {
+        node: None,
+        name: one.name.clone(),
+        value: one.value.clone(),
+    });
+    let sources: Vec<_> = files.chain(assignments).collect();
+    let short = node_name.rsplit('/').next().unwrap_or(node_name);
+    from_sources(node_name, short, &sources)
+}
+
+/// The parameters of `node` out of the sources on its command line.
+pub(crate) fn of_node<P>(
+    node: &NodeIdentity,
+    sources: &[ParameterSource],
+) -> Result<P, ParameterError>
+where
+    P: Serialize + DeserializeOwned + Default,
+{
+    from_sources(&node.full_name(), node.name(), sources)
+}
+
+/// Whether a parameter file has a section for the node with the full name `node_name` (as `/detection`).
+///
+/// # Errors
+/// When the file cannot be read as a parameter file.
+pub fn is_for(node_name: &str, file: &Path) -> Result<bool, ParameterError> {
+    Ok(!file::parameters_of(file, node_name)?.is_empty())
+}
+
+/// Every parameter with its default, in YAML, for a help text.
+///
+/// # Errors
+/// When the struct cannot be written as parameters.
+pub fn describe<P>() -> Result<Vec<(String, String)>, ParameterError>
+where
+    P: Serialize + DeserializeOwned + Default,
+{
+    Ok(Overlay::<P>::new()?
+        .leaves()
+        .into_iter()
+        .map(|(key, value)| (key, value.to_string()))
+        .collect())
+}
+
+fn from_sources<P>(
+    full_name: &str,
+    short_name: &str,
+    sources: &[ParameterSource],
+) -> Result<P, ParameterError>
+where
+    P: Serialize + DeserializeOwned + Default,
+{
+    let mut overlay = Overlay::<P>::new()?;
+    for_each_value(full_name, short_name, sources, |given| {
+        if overlay.has(&given.key) {
+            return overlay.set(&given.key, given.value, given.origin);
+        }
+        if Switches::default().of(&given.key).is_some() {
+            return truth(&given).map(|_| ());
+        }
+        let unknown = overlay.unknown(&given.key, given.origin);
+        if given.is_for_it_alone {
+            return Err(unknown);
+        }
+        tracing::info!(
+            "{unknown} It stands in a section for several nodes; {full_name} passes it over"
+        );
+        Ok(())
+    })?;
+    Ok(overlay.finish())
+}
+
+/// The parameters that every node has.
+///
+/// # Errors
+/// When a file or a value cannot be used.
+pub(crate) fn switches(
+    node: &NodeIdentity,
+    sources: &[ParameterSource],
+) -> Result<Switches, ParameterError> {
+    let mut switches = Switches::default();
+    for_each_value(&node.full_name(), node.name(), sources, |given| {
+        if let Some(switch) = switches.of(&given.key) {
+            *switch = truth(&given)?;
+        }
+        Ok(())
+    })?;
+    Ok(switches)
+}
+
+/// A value that a source has for the node.
+struct Given {
+    key: String,
+    value: Value,
+    origin: ValueOrigin,
+    /// Whether it can be for no other node, so that the node must know it.
+    is_for_it_alone: bool,
+}
+
+/// Hands over the values of all sources for the node, in their order.
+fn for_each_value(
+    full_name: &str,
+    short_name: &str,
+    sources: &[ParameterSource],
+    mut take: impl FnMut(Given) -> Result<(), ParameterError>,
+) -> Result<(), ParameterError> {
+    for source in sources {
+        let (path, parameters) = match source {
+            ParameterSource::File(path) => (path.as_path(), file::parameters_of(path, full_name)?),
+            ParameterSource::Text { name, yaml } => {
+                (Path::new(name), file::parameters_in(yaml, Path::new(name), full_name)?)
+            }
+            ParameterSource::Assignment { node, name, value } => {
+                if node.as_deref().is_none_or(|node| node == short_name) {
+                    let parsed = serde_saphyr::from_str(value)
+                        .map_err(|error| bad_yaml(name, value, &error))?;
+                    take(Given {
+                        key: name.clone(),
+                        value: parsed,
+                        origin: ValueOrigin::CommandLine,
+                        is_for_it_alone: true,
+                    })?;
+                }
+                continue;
+            }
+        };
+        for parameter in parameters {
+            take(Given {
+                key: parameter.key,
+                value: parameter.value,
+                origin: ValueOrigin::File { path: path.into(), line: parameter.line },
+                is_for_it_alone: parameter.names_the_node,
+            })?;
+        }
+    }
+    Ok(())
+}
+
+fn truth(given: &Given) -> Result<bool, ParameterError> {
+    given.value.as_bool().ok_or_else(|| ParameterError::BadValue {
+        key: given.key.clone(),
+        origin: given.origin.clone(),
+        found: given.value.to_string(),
+        accepted: "true or false".to_owned(),
+        reason: "it has another type".into(),
+    })
+}
+
+fn bad_yaml(name: &str, value: &str, error: &serde_saphyr::Error) -> ParameterError {
+    ParameterError::BadValue {
+        key: name.to_owned(),
+        origin: ValueOrigin::CommandLine,
+        found: format!("`{value}`"),
+        accepted: "a value in YAML, as 3, 0.5, true, text or [1, 2]".to_owned(),
+        reason: error.without_snippet().to_string().into(),
+    }
+}

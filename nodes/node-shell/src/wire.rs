@@ -1,0 +1,6 @@
+//! What bytes travel on: sockets, discovery and the encoded form of a message, and the errors of all that.
+
+pub(crate) mod encoded;
+pub(crate) mod error;
+pub(crate) mod payload;
+pub(crate) mod transport;

@@ -1,0 +1,104 @@
+//! Which network interfaces a transport uses, for those who look for a fault.
+
+use std::net::Ipv4Addr;
+
+use super::{GrantedBuffer, Transport, TransportError, interfaces};
+use crate::wire::error::ShellError;
+
+/// A network interface that a transport uses.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct InterfaceInUse {
+    /// Its name, as `eth0`.
+    pub name: String,
+    /// Those of its addresses that are used.
+    pub addresses: Vec<Ipv4Addr>,
+    /// Whether it carries multicast.
+    pub multicast: bool,
+    /// The largest datagram that it carries in one piece, where the system tells.
+    pub mtu_bytes: Option<u32>,
+}
+
+impl InterfaceInUse {
+    /// Whether it leads to this machine alone.
+    #[must_use]
+    pub fn is_loopback(&self) -> bool {
+        self.addresses.iter().all(Ipv4Addr::is_loopback)
+    }
+}
+
+impl Transport {
+    /// The network interfaces that a node on this transport uses.
+    ///
+    /// # Errors
+    /// When an interface that was asked for is not there.
+    pub fn interfaces_in_use(&self) -> Result<Vec<InterfaceInUse>, TransportError> {
+        let present = interfaces::of_this_machine();
+        let plan = self.plan(&present)?;
+        let mtus: Vec<_> =
+            netdev::get_interfaces().into_iter().map(|one| (one.name, one.mtu)).collect();
+        let in_use = present.into_iter().filter_map(|one| {
+            let addresses: Vec<_> =
+                one.addresses.into_iter().filter(|address| plan.uses(*address)).collect();
+            let mtu_bytes =
+                mtus.iter().find(|(name, _)| *name == one.name).and_then(|(_, mtu)| *mtu);
+            (!addresses.is_empty()).then_some(InterfaceInUse {
+                name: one.name,
+                addresses,
+                multicast: one.multicast,
+                mtu_bytes,
+            })
+        });
+        Ok(in_use.collect())
+    }
+
+    /// Whether other machines are looked for by their names or addresses.
+    #[must_use]
+    pub fn has_static_peers(&self) -> bool {
+        !self.static_peers.is_empty()
+    }
+
+    /// What the kernel would grant a node on this transport; found out without anybody hearing of it.
+    ///
+    /// # Errors
+    /// When there are no sockets to be had.
+    pub fn probe_receive_buffer(&self) -> Result<GrantedBuffer, ShellError> {
+        let loopback_only = self.plan(&interfaces::of_this_machine())?.is_loopback_only();
+        let alone = self.clone().with_range(super::DiscoveryRange::Off);
+        let granted = alone.join()?.granted;
+        Ok(GrantedBuffer::new(granted.bytes(), granted.asked(), loopback_only))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::DiscoveryRange;
+    use super::*;
+
+    #[test]
+    fn a_transport_for_this_machine_uses_the_loopback_alone() {
+        let all = Transport::on_domain(3).unwrap();
+        let local = all.clone().with_range(DiscoveryRange::Localhost);
+        let names = |transport: &Transport| -> Vec<_> {
+            transport.interfaces_in_use().unwrap().into_iter().map(|one| one.name).collect()
+        };
+        let loopback = local.interfaces_in_use().unwrap();
+        assert!(loopback.len() == 1 && loopback[0].is_loopback(), "{loopback:?}");
+        assert_eq!(loopback[0].addresses, [Ipv4Addr::LOCALHOST]);
+        assert!(names(&all).starts_with(&names(&local)) || names(&all).len() > 1);
+        assert!(names(&all.with_range(DiscoveryRange::Off)).is_empty());
+    }
+
+    #[test]
+    fn an_interface_that_is_not_there_is_an_error() {
+        let transport = Transport::on_domain(3).unwrap().with_interfaces(["nowhere0"]);
+        assert!(transport.interfaces_in_use().unwrap_err().to_string().contains("nowhere0"));
+    }
+
+    #[test]
+    fn the_buffer_of_a_probe_is_that_of_a_node() {
+        let transport = Transport::on_domain(97).unwrap().with_receive_buffer(128 << 10);
+        let probed = transport.probe_receive_buffer().unwrap();
+        assert_eq!((probed.bytes(), probed.asked()), (128 << 10, 128 << 10));
+        assert_eq!(probed.largest_safe_message(), 128 << 10);
+    }
+}

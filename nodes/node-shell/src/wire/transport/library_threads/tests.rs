@@ -1,0 +1,98 @@
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+
+use super::*;
+use msgs::std_msgs::Bool;
+
+use crate::wire::transport::free_domain::FreeDomain;
+use crate::{Node, Publisher, Qos, RosArguments, Subscription};
+
+/// No test needs so long, on the busiest of machines.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+const STATUS: &str = "Name:\tRustDDS discove\nUmask:\t0022\nState:\tS (sleeping)\nTgid:\t2409\nThreads:\t7\n\
+                      voluntary_ctxt_switches:\t310\nnonvoluntary_ctxt_switches:\t12\n";
+
+#[test]
+fn a_thread_is_known_by_its_name_and_its_state() {
+    assert_eq!(parse(STATUS), Some(Look { sleeps: true, switches: 322 }));
+    let runs = STATUS.replace("S (sleeping)", "R (running)");
+    assert_eq!(parse(&runs), Some(Look { sleeps: false, switches: 322 }));
+    assert_eq!(parse(&STATUS.replace("RustDDS", "tokio")), None);
+    assert_eq!(parse("Name:\tRustDDS discove\n"), None, "it says too little");
+}
+
+#[test]
+fn a_thread_that_runs_is_not_at_rest() {
+    let stop = Arc::new(AtomicBool::new(false));
+    let stopped = Arc::clone(&stop);
+    let (send, number) = mpsc::channel();
+    let thread = std::thread::Builder::new().name("RustDDS test".to_owned());
+    let thread = thread.spawn(move || {
+        send.send(rustix::thread::gettid().as_raw_nonzero().get().unsigned_abs()).unwrap();
+        while !stopped.load(Ordering::Relaxed) {
+            std::hint::spin_loop();
+        }
+        std::thread::park();
+    });
+    let thread = thread.unwrap();
+    let threads = LibraryThreads { numbers: BTreeSet::from([number.recv().unwrap()]) };
+    assert!(!threads.wait_for_rest());
+    stop.store(true, Ordering::Relaxed);
+    assert!(threads.wait_for_rest(), "it sleeps");
+    thread.thread().unpark();
+    thread.join().unwrap();
+    assert!(threads.wait_for_rest(), "it has ended");
+}
+
+/// The library's two threads and the one that made the endpoints once waited for each other for ever.
+#[test]
+fn nodes_that_start_together_all_find_each_other() {
+    const NODES: usize = 24;
+
+    let domain = FreeDomain::new();
+    let over = Arc::new(AtomicBool::new(false));
+    let (tell, told) = mpsc::channel();
+    let start = |number: usize| {
+        let (transport, over, tell) = (domain.transport(), Arc::clone(&over), tell.clone());
+        std::thread::spawn(move || {
+            let runtime =
+                tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
+            runtime.unwrap().block_on(async {
+                let arguments = RosArguments::parse(std::iter::empty::<&str>()).unwrap();
+                let name = format!("node_{number}");
+                let node = Node::start_on(transport, &name, &arguments).unwrap();
+                let ends = ends(&node);
+                for (_, subscription) in &ends {
+                    subscription.wait_for_publishers(NODES - 1).await;
+                }
+                tell.send(()).unwrap();
+                while !over.load(Ordering::Relaxed) {
+                    tokio::time::sleep(Duration::from_millis(20)).await;
+                }
+                drop(ends);
+                node.close().await;
+            });
+        })
+    };
+    let threads: Vec<_> = (0..NODES).map(start).collect();
+    let begun = Instant::now();
+    for met in 0..NODES {
+        let left = PATIENCE.saturating_sub(begun.elapsed());
+        assert!(told.recv_timeout(left).is_ok(), "{met} of {NODES} have met all the others");
+    }
+    over.store(true, Ordering::Relaxed);
+    threads.into_iter().for_each(|thread| thread.join().unwrap());
+}
+
+/// Both ends of some topics, by the same names for every node.
+fn ends(node: &Node) -> Vec<(Publisher<Bool>, Subscription<Bool>)> {
+    let qos = Qos::reliable(1);
+    let both = |topic: usize| {
+        let name = format!("/topic_{topic}");
+        let publisher = node.publisher(&name, &qos).unwrap();
+        (publisher, node.subscription(&name, &qos).unwrap())
+    };
+    (0..8).map(both).collect()
+}
