@@ -2,6 +2,7 @@
 
 pub(crate) mod assembly;
 pub(crate) mod counters;
+pub(crate) mod gate;
 pub(crate) mod network;
 pub(crate) mod publisher;
 pub(crate) mod raw_subscription;

@@ -11,6 +11,7 @@ mod follow;
 pub(crate) mod inbox;
 mod names;
 mod open_endpoint;
+pub(crate) mod siblings;
 pub(crate) mod survey;
 mod trouble;
 
@@ -22,7 +23,7 @@ use rustdds::{GUID, QosPolicies};
 use tokio::sync::watch;
 
 use crate::graph::exchange::{EndpointId, Exchange};
-use crate::node::host::Siblings;
+use crate::graph::siblings::Siblings;
 use broken::Broken;
 pub(crate) use broken::{Prefix, Renew};
 use names::NodeNames;

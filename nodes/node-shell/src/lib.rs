@@ -31,10 +31,25 @@
 //! });
 //! ```
 //!
+//! The crate has eight floors, a folder each; a module imports from its own and from those below it:
+//!
+//! | floor | what stands there |
+//! |---|---|
+//! | `program` | a node as a program: how it starts, `--help`, the exit code |
+//! | `services` | what nodes offer beside their topics: parameters, lifecycle, diagnostics, log, reports; tf |
+//! | `node` | a node and the host of its process, its time, where it is in its life |
+//! | `endpoints` | publishers, subscriptions and services, with their DDS readers and writers, and the counters |
+//! | `graph` | who is at the other end: messages within the process, peers outside of it |
+//! | `wire` | sockets, discovery, encoded messages, and the errors of all that |
+//! | `settings` | arguments, names, parameters, quality of service |
+//! | `process` | log, signals, warnings that do not repeat, files written whole |
+//!
 //! What is absent: clients of services, and actions.
 //! They come when a node needs them.
 
 mod endpoints;
+#[cfg(test)]
+mod floors;
 mod graph;
 #[cfg(test)]
 mod in_process;
@@ -42,6 +57,7 @@ mod node;
 #[cfg(test)]
 mod over_dds;
 mod process;
+mod program;
 mod services;
 mod settings;
 mod wire;
@@ -50,25 +66,28 @@ pub use endpoints::counters::Counters;
 pub use endpoints::publisher::{Publisher, RawPublisher};
 pub use endpoints::raw_subscription::{RawSubscription, ReceivedBytes};
 pub use endpoints::service::{Request, Service};
-pub use endpoints::subscription::{Received, Subscription};
+pub use endpoints::subscription::Subscription;
+pub use graph::inbox::Received;
 pub use graph::survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
 pub use graph::{Match, Role};
 pub use node::Node;
+pub use node::clock::{ClockJumps, NodeClock};
 pub use node::host::Host;
-pub use node::program::{NodeFailure, Program};
-pub use node::stage_report::StageReporter;
-pub use node::steps::StepTimer;
-pub use node::transforms::{
-    TransformArrival, TransformBroadcaster, TransformError, TransformListener, TransformRefused,
-    TransformTree, TransformWait,
-};
+pub use node::life::LifecycleState;
+pub use process::failure::NodeFailure;
 pub use process::log;
 pub use process::shutdown::Shutdown;
 pub use process::throttle::{Throttle, WARNING_PERIOD};
 pub use process::whole_file::{folder_of, write_whole_file};
-pub use services::clock::{ClockJumps, NodeClock};
-pub use services::lifecycle::{Lifecycle, LifecycleState, Reset};
+pub use program::Program;
+pub use services::lifecycle::{Lifecycle, Reset};
 pub use services::parameter_services::{LiveParameters, descriptors};
+pub use services::stage_report::StageReporter;
+pub use services::steps::StepTimer;
+pub use services::transforms::{
+    TransformArrival, TransformBroadcaster, TransformError, TransformListener, TransformRefused,
+    TransformTree, TransformWait,
+};
 pub use settings::arguments::RosArguments;
 pub use settings::qos::Qos;
 pub use settings::{arguments, names, parameters};

@@ -1,12 +1,9 @@
 //! A ROS 2 node: its name, its parameters, its endpoints, and its participant on the network.
 
+pub(crate) mod clock;
 mod endpoints;
 pub(crate) mod host;
-mod own_tasks;
-pub(crate) mod program;
-pub(crate) mod stage_report;
-pub(crate) mod steps;
-pub(crate) mod transforms;
+pub(crate) mod life;
 
 use std::sync::Arc;
 
@@ -17,16 +14,16 @@ use crate::endpoints::counters::Counters;
 use crate::endpoints::network::Network;
 use crate::graph::survey::{self, DiscoveredEndpoint};
 use crate::graph::{Graph, Match};
+use crate::node::clock::NodeClock;
 use crate::node::host::Host;
+use crate::node::life::Life;
+use crate::process::log::LogOutputs;
 use crate::process::shutdown::Shutdown;
-use crate::services::clock::NodeClock;
-use crate::services::lifecycle::{Life, Lifecycle, LifecycleServices};
-use crate::services::parameter_services::{LiveParameters, ParameterServices};
 use crate::settings::arguments::RosArguments;
 use crate::settings::names::NodeIdentity;
-use crate::settings::parameters::{self, NodeParameters, ParameterError, Switches};
+use crate::settings::parameters::{self, ParameterError, Switches};
 use crate::wire::error::ShellError;
-use crate::wire::transport::{GrantedBuffer, Transport};
+use crate::wire::transport::GrantedBuffer;
 
 /// A running node.
 pub struct Node {
@@ -42,28 +39,7 @@ pub struct Node {
 }
 
 impl Node {
-    /// Starts a node on the network that the environment names, alone in its process. From then on SIGINT
-    /// and SIGTERM trigger its [`Node::shutdown_signal`].
-    ///
-    /// # Errors
-    /// When names, environment or network do not allow it. Must be called within a tokio runtime.
-    pub fn start(default_name: &str, arguments: &RosArguments) -> Result<Self, ShellError> {
-        Self::start_on(Transport::from_environment()?, default_name, arguments)
-    }
-
-    /// Starts a node on a given network, alone in its process.
-    ///
-    /// # Errors
-    /// As [`Node::start`].
-    pub fn start_on(
-        transport: Transport,
-        default_name: &str,
-        arguments: &RosArguments,
-    ) -> Result<Self, ShellError> {
-        Host::on(transport)?.node(default_name, arguments)
-    }
-
-    /// Starts a node of a host.
+    /// A node of a host, which does nothing of its own yet.
     pub(crate) fn of(
         host: &Host,
         default_name: &str,
@@ -74,9 +50,9 @@ impl Node {
         let graph = Graph::new(Arc::clone(host.exchange()), host.siblings().clone());
         let network = match host.transport() {
             None => None,
-            Some(transport) => Some(Network::join(transport, &identity, &graph, host)?),
+            Some(transport) => Some(Network::join(transport, &identity, &graph, host.siblings())?),
         };
-        let node = Self {
+        Ok(Self {
             identity,
             arguments: arguments.clone(),
             graph,
@@ -86,17 +62,21 @@ impl Node {
             switches,
             life: Life::default(),
             network,
-        };
-        node.start_clock()?;
-        node.start_diagnostics()?;
-        node.start_rosout()?;
-        Ok(node)
+        })
     }
 
     /// The node's name with its namespace.
     #[must_use]
     pub fn full_name(&self) -> String {
         self.identity.full_name()
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        self.identity.name()
+    }
+
+    pub(crate) fn log_outputs(&self) -> &LogOutputs {
+        &self.arguments.outputs
     }
 
     /// The node's parameters: the defaults of `P`, with the values of parameter files and of the
@@ -111,49 +91,25 @@ impl Node {
         parameters::of_node(&self.identity, &self.arguments.parameters)
     }
 
-    /// Lets others read the node's parameters and set those that may change, as long as the node runs; logs their values.
-    ///
-    /// # Errors
-    /// When a name is none, or the library refuses.
-    pub fn serve_parameters<P: NodeParameters>(
-        &self,
-        parameters: &P,
-    ) -> Result<LiveParameters<P>, ShellError> {
-        let Some(network) = &self.network else { return Ok(LiveParameters::fixed()) };
-        let (services, live) = ParameterServices::open(self, parameters)?;
-        network.spawn(|stop| services.run(stop));
-        Ok(live)
-    }
-
     /// The time that the node goes by: the wall clock's or, with `use_sim_time`, that of `/clock`.
     #[must_use]
     pub fn clock(&self) -> NodeClock {
         self.clock.clone()
     }
 
-    /// Lets others manage the node as long as it runs; see [`Lifecycle`]. The node is active from the start unless its
-    /// parameter `autostart` is false.
-    ///
-    /// # Errors
-    /// When a name is none, or the library refuses.
-    pub fn manage(&self) -> Result<Lifecycle, ShellError> {
-        let Some(network) = &self.network else { return Ok(Lifecycle::unmanaged()) };
-        let (services, lifecycle) =
-            LifecycleServices::open(self, &self.life, self.switches.autostart)?;
-        network.spawn(|stop| services.run(stop));
-        Ok(lifecycle)
-    }
-
     pub(crate) fn switches(&self) -> Switches {
         self.switches
     }
 
-    #[cfg(test)]
+    /// None where the host is on no network.
+    pub(crate) fn network(&self) -> Option<&Network> {
+        self.network.as_ref()
+    }
+
     pub(crate) fn life(&self) -> &Life {
         &self.life
     }
 
-    #[cfg(test)]
     pub(crate) fn graph(&self) -> &Graph {
         &self.graph
     }

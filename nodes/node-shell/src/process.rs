@@ -1,6 +1,7 @@
 //! What a process has before it knows of ROS: its log, its end, warnings that are not repeated at each message,
 //! files that are written whole.
 
+pub(crate) mod failure;
 pub mod log;
 pub(crate) mod shutdown;
 pub(crate) mod throttle;

@@ -1,7 +1,11 @@
-//! What each node offers beside its own topics: time, lifecycle, parameters, diagnostics, its log.
+//! What each node offers beside its own topics: lifecycle, parameters,
+//! diagnostics, its log, reports of its cycles; and tf.
 
-pub(crate) mod clock;
 pub(crate) mod diagnostics;
 pub(crate) mod lifecycle;
+pub(crate) mod own_tasks;
 pub(crate) mod parameter_services;
 pub(crate) mod rosout;
+pub(crate) mod stage_report;
+pub(crate) mod steps;
+pub(crate) mod transforms;

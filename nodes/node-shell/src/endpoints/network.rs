@@ -13,8 +13,8 @@ use tokio::task::JoinHandle;
 use tracing::Instrument;
 
 use crate::endpoints::service::Body;
+use crate::graph::siblings::Siblings;
 use crate::graph::{self, Graph};
-use crate::node::host::Host;
 use crate::settings::names::{self, NodeIdentity};
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
@@ -59,18 +59,18 @@ impl Library {
 }
 
 impl Network {
-    /// Joins the network as a node of `host`.
+    /// Joins the network as a node of the process that has these `siblings`.
     pub(crate) fn join(
         transport: &Transport,
         identity: &NodeIdentity,
         graph: &Graph,
-        host: &Host,
+        siblings: &Siblings,
     ) -> Result<Self, ShellError> {
         let join_error =
             |reason: String| ShellError::Join { transport: transport.to_string(), reason };
         let Joined { announcer, participant, granted, health, backlog, threads } =
             transport.join()?;
-        host.siblings().enter(participant.guid());
+        siblings.enter(participant.guid());
         // Each of these makes an endpoint.
         threads.wait_for_rest();
         let names = graph::announced_names(&participant);

@@ -8,11 +8,11 @@ use std::time::Duration;
 use msgs::RosMessage;
 use ros2_client::WriteError;
 
+use crate::endpoints::gate::Gate;
 use crate::endpoints::writer::Writer;
 use crate::graph::OpenEndpoint;
 use crate::graph::exchange::{Exchange, Message};
 use crate::process::throttle::Throttle;
-use crate::services::lifecycle::Gate;
 use crate::wire::error::PublishError;
 use crate::wire::payload::Payload;
 use crate::wire::transport::GrantedBuffer;

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use geometry::Stamp;
 
-use crate::endpoints::subscription::{Received, Subscription};
+use crate::endpoints::subscription::Subscription;
+use crate::graph::inbox::Received;
 use crate::wire::encoded::Encoded;
 
 /// A message as it was sent, and when.

@@ -19,7 +19,7 @@ use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 use ros2_client::{Name, QosProfile, RmwRequestId, ServiceTypeName};
 
 use crate::endpoints::network::Network;
-use crate::node::program::NodeFailure;
+use crate::process::failure::NodeFailure;
 use crate::process::throttle::Throttle;
 use crate::settings::names;
 use crate::settings::qos::Qos;

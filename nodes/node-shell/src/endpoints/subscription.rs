@@ -9,20 +9,11 @@ use msgs::RosMessage;
 use rustdds::GUID;
 
 use crate::endpoints::counters::TopicCounters;
+use crate::endpoints::gate::Gate;
 use crate::endpoints::reader::{self, Reader};
 use crate::graph::OpenEndpoint;
-use crate::graph::inbox::{self, Queue};
+use crate::graph::inbox::{self, Queue, Received};
 use crate::process::throttle::Throttle;
-use crate::services::lifecycle::Gate;
-
-/// A message and when it was sent.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Received<M> {
-    /// The message; where a node of the same host published it, the very value that it published.
-    pub message: Arc<M>,
-    /// When its publisher sent it, by the publisher's wall clock; not when its data were measured.
-    pub sent: Option<Stamp>,
-}
 
 /// Receives messages of one type, from its own host and from outside.
 pub struct Subscription<M: RosMessage> {

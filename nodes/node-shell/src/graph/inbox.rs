@@ -9,8 +9,16 @@ use msgs::RosMessage;
 use msgs::cdr::CdrError;
 use tokio::sync::Notify;
 
-use crate::endpoints::subscription::Received;
 use crate::graph::exchange::Message;
+
+/// A message and when it was sent.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Received<M> {
+    /// The message; where a node of the same host published it, the very value that it published.
+    pub message: Arc<M>,
+    /// When its publisher sent it, by the publisher's wall clock; not when its data were measured.
+    pub sent: Option<Stamp>,
+}
 
 /// A subscription, whatever its type.
 pub(crate) trait Inbox: Send + Sync {

@@ -6,6 +6,7 @@ use std::sync::{Arc, Weak};
 use msgs::{RosMessage, RosService};
 
 use super::Node;
+use crate::endpoints::gate::Gate;
 use crate::endpoints::publisher::{Outlet, Publisher, RawPublisher};
 use crate::endpoints::raw_subscription::RawSubscription;
 use crate::endpoints::reader::{MakeReader, Reader};
@@ -15,7 +16,6 @@ use crate::endpoints::writer::{MakeWriter, Writer};
 use crate::graph::exchange::TopicKey;
 use crate::graph::inbox::Queue;
 use crate::graph::{OpenEndpoint, Role};
-use crate::services::lifecycle::Gate;
 use crate::settings::names;
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
@@ -95,7 +95,7 @@ impl Node {
         if qos.is_transient_local() { Gate::default() } else { self.life.gate() }
     }
 
-    pub(super) fn subscription_behind<M: RosMessage>(
+    pub(crate) fn subscription_behind<M: RosMessage>(
         &self,
         gate: Gate,
         (topic, type_name): (&str, &str),

@@ -1,14 +1,10 @@
 //! One process' place in the ROS graph: its nodes, and what they hand to each other without a network.
 
-use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-
-use rustdds::GUID;
+use std::sync::Arc;
 
 use crate::graph::exchange::Exchange;
-use crate::node::Node;
+use crate::graph::siblings::Siblings;
 use crate::process::shutdown::Shutdown;
-use crate::settings::arguments::RosArguments;
 use crate::wire::error::ShellError;
 use crate::wire::transport::Transport;
 
@@ -50,14 +46,6 @@ impl Host {
         }
     }
 
-    /// Starts a node of this host.
-    ///
-    /// # Errors
-    /// When names or network do not allow it.
-    pub fn node(&self, default_name: &str, arguments: &RosArguments) -> Result<Node, ShellError> {
-        Node::of(self, default_name, arguments)
-    }
-
     /// Whether the process is to end; all nodes of the host share it.
     #[must_use]
     pub fn shutdown_signal(&self) -> Shutdown {
@@ -75,35 +63,4 @@ impl Host {
     pub(crate) fn siblings(&self) -> &Siblings {
         &self.siblings
     }
-}
-
-/// The participants of one host. What one of them sends over DDS has reached the others already.
-#[derive(Clone, Default, Debug)]
-pub(crate) struct Siblings {
-    prefixes: Arc<Mutex<BTreeSet<ParticipantPrefix>>>,
-}
-
-/// The first twelve bytes of every name that a participant gives to something of its own.
-type ParticipantPrefix = [u8; 12];
-
-impl Siblings {
-    /// Enters the participant that `guid` is of.
-    pub(crate) fn enter(&self, guid: GUID) {
-        self.lock().insert(prefix(guid));
-    }
-
-    /// Whether `guid` is of a participant of this host.
-    pub(crate) fn contain(&self, guid: GUID) -> bool {
-        self.lock().contains(&prefix(guid))
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeSet<ParticipantPrefix>> {
-        self.prefixes.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-fn prefix(guid: GUID) -> ParticipantPrefix {
-    let mut prefix = ParticipantPrefix::default();
-    prefix.copy_from_slice(&guid.to_bytes()[..ParticipantPrefix::default().len()]);
-    prefix
 }

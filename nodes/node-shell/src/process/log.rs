@@ -4,6 +4,7 @@
 //! `[INFO] [1731140000.123456789] [detection]: text`
 
 mod outputs;
+mod rosout_lines;
 
 use std::fmt;
 use std::io::IsTerminal;
@@ -19,8 +20,8 @@ use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::util::SubscriberInitExt;
 
 pub use outputs::LogOutputs;
-
-use crate::services::rosout::RosoutLayer;
+pub(crate) use rosout_lines::NodeLines;
+use rosout_lines::RosoutLayer;
 
 /// The DDS library warns once a datagram above 1500 bytes, some 80 lines a cloud; the client library
 /// tells of every topic that it creates. On a machine without a default route the DDS library calls it an

@@ -20,8 +20,8 @@ use crate::endpoints::assembly::resident_bytes;
 use crate::endpoints::counters::{Counters, Snapshot};
 use crate::endpoints::publisher::Publisher;
 use crate::graph::{Graph, Match, Role};
-use crate::services::clock::NodeClock;
-use crate::services::lifecycle::{Life, LifecycleState};
+use crate::node::clock::NodeClock;
+use crate::node::life::{Life, LifecycleState};
 use crate::wire::transport::ReceiveHealth;
 
 /// How often the node reports.

@@ -5,17 +5,32 @@
 //! `/diagnostics`, `/parameter_events`, `/rosout`, its transitions. Publishers and subscriptions see to that; the node's
 //! body has to say only how it drops its state, and must leave alone what it does by a timer.
 
-mod life;
 mod services;
-mod states;
 #[cfg(test)]
 mod tests;
 
 use tokio::sync::{mpsc, oneshot};
 
-pub(crate) use life::{Gate, Life};
 pub(crate) use services::LifecycleServices;
-pub use states::LifecycleState;
+
+use crate::node::Node;
+use crate::node::life::Life;
+use crate::wire::error::ShellError;
+
+impl Node {
+    /// Lets others manage the node as long as it runs; see [`Lifecycle`]. The node is active from the start unless its
+    /// parameter `autostart` is false.
+    ///
+    /// # Errors
+    /// When a name is none, or the library refuses.
+    pub fn manage(&self) -> Result<Lifecycle, ShellError> {
+        let Some(network) = self.network() else { return Ok(Lifecycle::unmanaged()) };
+        let (services, lifecycle) =
+            LifecycleServices::open(self, self.life(), self.switches().autostart)?;
+        network.spawn(|stop| services.run(stop));
+        Ok(lifecycle)
+    }
+}
 
 /// The life of a node, as its body sees it.
 #[derive(Debug)]

@@ -20,8 +20,8 @@ use tokio::sync::watch;
 use crate::endpoints::publisher::Publisher;
 use crate::endpoints::service::{Service, answer};
 use crate::node::Node;
+use crate::node::clock::NodeClock;
 use crate::process::throttle::Throttle;
-use crate::services::clock::NodeClock;
 use crate::settings::parameters::{NodeParameters, ParameterError};
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
@@ -60,6 +60,22 @@ impl<P: NodeParameters> LiveParameters<P> {
             return changes.borrow_and_update().clone();
         }
         std::future::pending().await
+    }
+}
+
+impl Node {
+    /// Lets others read the node's parameters and set those that may change, as long as the node runs; logs their values.
+    ///
+    /// # Errors
+    /// When a name is none, or the library refuses.
+    pub fn serve_parameters<P: NodeParameters>(
+        &self,
+        parameters: &P,
+    ) -> Result<LiveParameters<P>, ShellError> {
+        let Some(network) = self.network() else { return Ok(LiveParameters::fixed()) };
+        let (services, live) = ParameterServices::open(self, parameters)?;
+        network.spawn(|stop| services.run(stop));
+        Ok(live)
     }
 }
 

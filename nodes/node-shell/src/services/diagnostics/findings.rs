@@ -7,7 +7,7 @@ use msgs::diagnostic_msgs::DiagnosticStatus;
 use super::loss::Loss;
 use crate::endpoints::counters::Snapshot;
 use crate::graph::{Match, Role, Trouble};
-use crate::services::lifecycle::LifecycleState;
+use crate::node::life::LifecycleState;
 
 /// What is not as it should be.
 pub(super) struct Findings<'a> {

@@ -9,14 +9,15 @@ use msgs::lifecycle_msgs::{
 };
 use tokio::sync::{mpsc, oneshot};
 
-use super::states::{LifecycleState, Step, all_states, available, graph, start_up};
-use super::{Life, Lifecycle, Reset};
+use super::{Lifecycle, Reset};
 use crate::endpoints::publisher::Publisher;
 use crate::endpoints::service::{Service, answer};
 use crate::node::Node;
+use crate::node::clock::NodeClock;
+use crate::node::life::Life;
+use crate::node::life::states::{LifecycleState, Step, all_states, available, graph, start_up};
 use crate::process::shutdown::Shutdown;
 use crate::process::throttle::Throttle;
-use crate::services::clock::NodeClock;
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use msgs::std_msgs::String as Text;
 use tokio::time::timeout;
 
-use crate::{Host, Node, PublishError, Qos, RosArguments, Transport};
+use crate::{Host, LifecycleState, Node, PublishError, Qos, RosArguments, Transport};
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -67,9 +67,9 @@ async fn what_came_while_a_node_did_not_work_is_passed_over() {
 
         // Both turns before the node looks again.
         talker.publish(text("last")).unwrap();
-        node.life().enter(super::LifecycleState::Deactivating);
+        node.life().enter(LifecycleState::Deactivating);
         talker.publish(text("meanwhile")).unwrap();
-        node.life().enter(super::LifecycleState::Active);
+        node.life().enter(LifecycleState::Active);
         assert!(inputs.try_next().is_none());
         talker.publish(text("after")).unwrap();
         let heard = timeout(PATIENCE, inputs.next()).await.unwrap();

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::*;
-use crate::node::program::NodeFailure;
+use crate::process::failure::NodeFailure;
 use crate::settings::parameters::{Range, Switches};
 
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]

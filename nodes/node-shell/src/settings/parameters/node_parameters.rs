@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::node::program::NodeFailure;
+use crate::process::failure::NodeFailure;
 
 /// The parameters of a node, as those outside see them.
 ///

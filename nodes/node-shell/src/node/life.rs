@@ -1,9 +1,11 @@
 //! Where a node is in its life, as its publishers and subscriptions see it.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+pub(crate) mod states;
+
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::states::LifecycleState;
+use crate::endpoints::gate::Gate;
+pub use states::LifecycleState;
 
 /// Where a node is in its life. Clones share it. A node that nobody manages has no state, and works.
 #[derive(Clone, Debug, Default)]
@@ -24,7 +26,7 @@ impl Life {
     }
 
     /// The node is in another state. While it ends it goes on as it was: what waits is still worked off.
-    pub(super) fn enter(&self, state: LifecycleState) {
+    pub(crate) fn enter(&self, state: LifecycleState) {
         match state {
             LifecycleState::Active => self.gate.open(),
             LifecycleState::ShuttingDown | LifecycleState::Finalized => {}
@@ -34,44 +36,12 @@ impl Life {
     }
 
     /// The node has started by itself, and was never closed to what came meanwhile.
-    pub(super) fn has_started(&self) {
+    pub(crate) fn has_started(&self) {
         self.set(LifecycleState::Active);
     }
 
     fn set(&self, state: LifecycleState) {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner) = Some(state);
-    }
-}
-
-/// Open while the node works, closed while it does not. It counts its turns: even is open.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Gate {
-    turns: Arc<AtomicU64>,
-}
-
-impl Gate {
-    pub(crate) fn is_open(&self) -> bool {
-        self.turns().is_multiple_of(2)
-    }
-
-    /// Tells whether it was closed since a former look.
-    pub(crate) fn turns(&self) -> u64 {
-        self.turns.load(Ordering::Acquire)
-    }
-
-    fn open(&self) {
-        self.turn(false);
-    }
-
-    fn close(&self) {
-        self.turn(true);
-    }
-
-    fn turn(&self, is_closed: bool) {
-        // One task alone turns it: the one that answers the node's services.
-        if self.is_open() == is_closed {
-            self.turns.fetch_add(1, Ordering::AcqRel);
-        }
     }
 }
 

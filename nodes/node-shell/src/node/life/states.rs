@@ -80,13 +80,13 @@ impl LifecycleState {
         }
     }
 
-    pub(super) fn to_message(self) -> wire::State {
+    pub(crate) fn to_message(self) -> wire::State {
         wire::State { id: self.id(), label: self.label().to_owned() }
     }
 }
 
 /// Every state, and first the one of which nothing is known.
-pub(super) fn all_states() -> Vec<wire::State> {
+pub(crate) fn all_states() -> Vec<wire::State> {
     let unknown =
         wire::State { id: wire::State::PRIMARY_STATE_UNKNOWN, label: "unknown".to_owned() };
     std::iter::once(unknown).chain(STATES.map(LifecycleState::to_message)).collect()
@@ -94,11 +94,11 @@ pub(super) fn all_states() -> Vec<wire::State> {
 
 /// A way from one state to another.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Step {
+pub(crate) struct Step {
     id: u8,
     label: &'static str,
-    pub(super) from: LifecycleState,
-    pub(super) to: LifecycleState,
+    pub(crate) from: LifecycleState,
+    pub(crate) to: LifecycleState,
 }
 
 const SUCCESS: &str = "transition_success";
@@ -142,7 +142,7 @@ const STEPS: [Step; 25] = [
 
 impl Step {
     /// The way that others ask for, out of a state: by its label where the request has one, or else by its number.
-    pub(super) fn wanted(from: LifecycleState, request: &T) -> Option<Self> {
+    pub(crate) fn wanted(from: LifecycleState, request: &T) -> Option<Self> {
         let is_it = |step: &&Self| {
             if request.label.is_empty() {
                 step.id == request.id
@@ -158,11 +158,11 @@ impl Step {
     }
 
     /// The way by which this one ends well.
-    pub(super) fn success(self) -> Option<Self> {
+    pub(crate) fn success(self) -> Option<Self> {
         STEPS.iter().find(|step| step.from == self.to && step.label == SUCCESS).copied()
     }
 
-    pub(super) fn transition(self) -> T {
+    pub(crate) fn transition(self) -> T {
         T { id: self.id, label: self.label.to_owned() }
     }
 
@@ -176,17 +176,17 @@ impl Step {
 }
 
 /// The ways out of a state.
-pub(super) fn available(from: LifecycleState) -> Vec<TransitionDescription> {
+pub(crate) fn available(from: LifecycleState) -> Vec<TransitionDescription> {
     STEPS.iter().filter(|step| step.from == from).map(|step| step.to_message()).collect()
 }
 
 /// Every way.
-pub(super) fn graph() -> Vec<TransitionDescription> {
+pub(crate) fn graph() -> Vec<TransitionDescription> {
     STEPS.iter().map(|step| step.to_message()).collect()
 }
 
 /// The ways of a node that starts by itself.
-pub(super) fn start_up() -> impl Iterator<Item = Step> {
+pub(crate) fn start_up() -> impl Iterator<Item = Step> {
     ["configure", "activate"].into_iter().flat_map(|label| {
         let asked = STEPS.iter().find(|step| step.label == label).copied();
         asked.into_iter().chain(asked.and_then(Step::success))

@@ -8,9 +8,9 @@ use msgs::stillmap_msgs::StageReport;
 use crate::endpoints::counters::Counters;
 use crate::endpoints::publisher::Publisher;
 use crate::node::Node;
-use crate::node::steps::StepTimer;
+use crate::node::clock::NodeClock;
 use crate::process::throttle::Throttle;
-use crate::services::clock::NodeClock;
+use crate::services::steps::StepTimer;
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
 

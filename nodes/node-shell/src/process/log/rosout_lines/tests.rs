@@ -19,7 +19,7 @@ fn a_line_goes_to_the_node_in_whose_span_it_is_written() {
         (Log::WARN, "segmentation", "of segmentation")
     );
     assert!(line.file.ends_with("tests.rs") && line.line > 0, "{line:?}");
-    assert!(line.function.ends_with("rosout::tests"), "{line:?}");
+    assert!(line.function.ends_with("rosout_lines::tests"), "{line:?}");
     assert!(segmentation.waiting.try_recv().is_err());
     let line = detection.waiting.try_recv().unwrap();
     assert_eq!(

@@ -1,5 +1,7 @@
 //! A node as a program: arguments, logging, runtime, node, and the exit code.
 
+mod start;
+
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -7,15 +9,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::node::Node;
+use crate::process::failure::NodeFailure;
 use crate::settings::arguments::RosArguments;
 use crate::settings::parameters;
 use crate::wire::error::ShellError;
 
 /// Threads of a node's runtime: one to receive while the other one computes.
 const THREADS: usize = 2;
-
-/// What a node's body may fail with.
-pub type NodeFailure = Box<dyn std::error::Error + Send + Sync>;
 
 /// A node program.
 #[derive(Clone, Copy, Debug)]
