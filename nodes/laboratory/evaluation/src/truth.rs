@@ -74,7 +74,7 @@ impl TruthFrame {
     }
 
     /// A truth from points that are known without an image; `image_size_px` sets the scale of the threshold of
-    /// view, see [`DynamicScoreRules`](crate::DynamicScoreRules).
+    /// view, see [`DynamicScoreRules`](report::DynamicScoreRules).
     #[must_use]
     pub fn from_points(image_size_px: (usize, usize), points: Vec<LabelledPoint>) -> Self {
         Self { image_size_px, points }
