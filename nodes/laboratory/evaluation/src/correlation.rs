@@ -37,6 +37,9 @@ const NEAREST: f64 = 128.0;
 const SQUARE_EDGES: f64 = 1.5;
 /// A picture has at most so many pixels; a larger scene is painted at a coarser scale.
 const MOST_PIXELS: f64 = 16e6;
+/// No side of a picture has more pixels: 2 km at the scale of eq. 10, so that no scene of a real size is painted
+/// coarser for it, and pictures of a thin one stay bounded.
+const MOST_SIDE_PX: f64 = 2e5;
 
 /// A direction to look in.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -162,7 +165,10 @@ impl Frame {
         // A frame of no extent would be of no pixel: one point, or points one above the other.
         let extent_m = |axis: usize| (max_m[axis] - min_m[axis]).max(1.0 / PX_PER_M);
         let pixels = extent_m(0) * extent_m(1) * PX_PER_M * PX_PER_M;
-        let px_per_m = PX_PER_M * (MOST_PIXELS / pixels).sqrt().min(1.0);
+        // A row or a column of pixels is the least that a thin scene comes to: its length is bounded as well.
+        let longest_m = extent_m(0).max(extent_m(1));
+        let px_per_m =
+            (PX_PER_M * (MOST_PIXELS / pixels).sqrt().min(1.0)).min(MOST_SIDE_PX / longest_m);
         let count = |axis: usize| (extent_m(axis) * px_per_m).ceil().max(1.0) as usize;
         Self {
             px_per_m,

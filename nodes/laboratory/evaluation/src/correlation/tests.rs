@@ -149,6 +149,18 @@ fn a_scene_of_kilometres_is_painted_at_a_coarser_scale() {
     assert!((correlation(&far, &far, EDGE_M).unwrap().least() - 1.0).abs() < 1e-12);
 }
 
+/// Regression: one absurd coordinate of a damaged file made a picture of one row and 10^19 columns.
+#[test]
+fn a_thin_scene_of_any_length_is_painted_in_bounded_memory() {
+    for length_m in [1e6, 1e20, f32::MAX] {
+        let mut thin = room();
+        thin.push(Point3::new(0.0, length_m, 0.0));
+        assert!((correlation(&thin, &thin, EDGE_M).unwrap().least() - 1.0).abs() < 1e-12);
+        let line = [Point3::origin(), Point3::new(0.0, length_m, 0.0)];
+        assert!((correlation(&line, &line, EDGE_M).unwrap().least() - 1.0).abs() < 1e-12);
+    }
+}
+
 #[test]
 fn without_points_there_is_nothing_to_compare() {
     let nowhere = [Point3::new(f32::NAN, 0.0, 0.0)];
