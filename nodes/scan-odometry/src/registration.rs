@@ -1,17 +1,16 @@
 //! The pose that lays a scan onto the map: point to line, by Gauss-Newton with Tukey's weights (Censi 2008; Chen and
 //! Medioni 1992; Beaton and Tukey 1974).
 
-mod weighing;
-
+use estimation::quantile::upper_median;
+use estimation::tukey::{TukeyWeights, scale_that_reaches, weight};
 use nalgebra::{Isometry2, Matrix3, Vector2, Vector3};
 
 use crate::ScanOdometryConfig;
 use crate::local_line::LocalLine;
 use crate::local_map::{LocalMap, Meeting};
-use crate::observability::{NormalEquations, Observability};
+use crate::observability::{NormalEquations, Observability, units};
 use crate::turn::{Sighting, Turn};
 use crate::twist::{increment, motion};
-use weighing::{Weighing, scale_that_reaches, tukey};
 
 /// Returns are looked for within so many cells while the pose still moves ...
 const WIDE_RING: usize = 2;
@@ -30,6 +29,8 @@ const SETTLED_STEP_M: f64 = 5e-5;
 const MAX_ROUNDS: usize = 15;
 /// After so many rounds it stays as it is which directions are told.
 const DECIDED_ROUNDS: usize = 5;
+/// The coordinates of a pose in the plane.
+const COORDINATES: usize = 3;
 
 /// What is laid onto the map.
 #[derive(Clone, Copy)]
@@ -94,26 +95,26 @@ pub(crate) fn register(
     let prior_information = prior.covariance.try_inverse()?;
     let lever_m = view.turn.lever_m();
     let mut pose = *start;
-    let mut observability = Observability::nothing(lever_m);
+    let mut observability = Observability::nothing(&units(lever_m));
     let mut reach = (WIDE_RING, WIDE_RADIUS_M);
     let mut open_m = opening_m(prior, lever_m);
     for round in 0..MAX_ROUNDS {
         let pairs = pairs(map, view, &pose, reach);
         let weighing = weigh(&pairs, config.min_returns, open_m)?;
-        let mut equations = normal_equations(&pairs, &weighing, lever_m, config);
-        let variance = weighing.variance_factor();
+        let mut equations = normal_equations(&pairs, &weighing, config);
+        let variance = weighing.variance_factor(COORDINATES);
         if round < DECIDED_ROUNDS {
-            observability = Observability::of(&equations, variance, config);
+            observability = equations.observability(lever_m, variance, config);
         }
-        let moved = equations.in_metres(&increment(&prior.odom_from_middle.inv_mul(&pose)));
+        let moved = increment(&prior.odom_from_middle.inv_mul(&pose));
         equations.add_prior(&prior_information, variance, &moved);
-        let step = observability.solve(&equations, &moved)?;
+        let step = equations.solve(&observability, &moved)?;
         if !step.iter().all(|element| element.is_finite()) {
             return None;
         }
-        pose *= motion(&equations.in_radians(&step));
+        pose *= motion(&step);
         pose.rotation.renormalize();
-        let step_m = step.norm();
+        let step_m = step.component_div(&observability.units).norm();
         reach = if step_m < NEAR_STEP_M {
             (NEAR_RING, NEAR_RADIUS_M)
         } else {
@@ -127,12 +128,10 @@ pub(crate) fn register(
     }
     let pairs = pairs(map, view, &pose, (NEAR_RING, NEAR_RADIUS_M));
     let weighing = weigh(&pairs, config.min_returns, 0.0)?;
-    let mut equations = normal_equations(&pairs, &weighing, lever_m, config);
-    let variance = weighing.variance_factor() * weighing.run_factor();
+    let mut equations = normal_equations(&pairs, &weighing, config);
+    let variance = weighing.variance_factor(COORDINATES) * weighing.run_factor();
     equations.add_prior(&prior_information, variance, &Vector3::zeros());
-    let inverse = observability.inverse(&equations)?;
-    let to_radians = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 / lever_m));
-    let covariance = variance * (to_radians * inverse * to_radians);
+    let covariance = variance * equations.inverse(&observability)?;
     Some(Registration {
         odom_from_middle: pose,
         met: met(&pairs, &weighing, view.sightings.len()),
@@ -198,33 +197,29 @@ fn change_of_distance(normal: &Vector2<f64>, point_m: &Vector2<f64>) -> Vector3<
 }
 
 /// Errors of less than `open_m` are no outliers.
-fn weigh(pairs: &[Pair], least: usize, open_m: f64) -> Option<Weighing> {
+fn weigh(pairs: &[Pair], least: usize, open_m: f64) -> Option<TukeyWeights> {
     if pairs.len() < least {
         return None;
     }
     let errors = pairs.iter().map(|pair| pair.meeting.residual_m / pair.variance_m2.sqrt());
     let mut variances: Vec<f64> = pairs.iter().map(|pair| pair.variance_m2).collect();
-    let middle = variances.len() / 2;
-    let (_, &mut variance_m2, _) = variances.select_nth_unstable_by(middle, f64::total_cmp);
-    Weighing::of(errors.collect(), scale_that_reaches(open_m / variance_m2.sqrt()))
+    let variance_m2 = upper_median(&mut variances)?;
+    TukeyWeights::of(errors.collect(), scale_that_reaches(open_m / variance_m2.sqrt()))
 }
 
 fn normal_equations(
     pairs: &[Pair],
-    weighing: &Weighing,
-    lever_m: f64,
+    weighing: &TukeyWeights,
     config: &ScanOdometryConfig,
 ) -> NormalEquations {
-    let mut equations = NormalEquations::new(lever_m);
+    let mut equations = NormalEquations::default();
     let surface_variance = config.surface_noise_rad * config.surface_noise_rad;
     for (pair, weight) in pairs.iter().zip(&weighing.weights) {
         if *weight == 0.0 {
             continue;
         }
         let information = weight / pair.variance_m2;
-        // The gradient's turn is by the radian, which is `lever_m` metres.
-        let jacobian = equations.in_radians(&pair.jacobian);
-        let aside = equations.in_radians(&pair.aside);
+        let Pair { jacobian, aside, .. } = pair;
         equations.information += information * jacobian * jacobian.transpose();
         equations.gradient += information * pair.meeting.residual_m * jacobian;
         let variance = pair.normal_variance_rad2 + surface_variance;
@@ -233,7 +228,7 @@ fn normal_equations(
     equations
 }
 
-fn met(pairs: &[Pair], weighing: &Weighing, returns: usize) -> Vec<Option<(Meeting, f64)>> {
+fn met(pairs: &[Pair], weighing: &TukeyWeights, returns: usize) -> Vec<Option<(Meeting, f64)>> {
     let mut met = vec![None; returns];
     for (pair, weight) in pairs.iter().zip(&weighing.weights) {
         if *weight > 0.0 {
@@ -247,11 +242,11 @@ fn met(pairs: &[Pair], weighing: &Weighing, returns: usize) -> Vec<Option<(Meeti
 /// by it.
 fn matched_share(pairs: &[Pair], returns: usize) -> f64 {
     let error = |pair: &Pair| pair.meeting.residual_m / pair.standing_variance_m2.sqrt();
-    let on_map: f64 = pairs.iter().map(|pair| tukey(error(pair), 1.0)).sum();
+    let on_map: f64 = pairs.iter().map(|pair| weight(error(pair), 1.0)).sum();
     on_map / returns.max(1) as f64
 }
 
-fn residual_rms_m(pairs: &[Pair], weighing: &Weighing) -> f64 {
+fn residual_rms_m(pairs: &[Pair], weighing: &TukeyWeights) -> f64 {
     let inliers = || pairs.iter().zip(&weighing.weights).filter(|(_, weight)| **weight > 0.0);
     let squares: f64 = inliers().map(|(pair, _)| pair.meeting.residual_m.powi(2)).sum();
     (squares / inliers().count().max(1) as f64).sqrt()

@@ -123,7 +123,7 @@ impl fmt::Display for DegenerateDirection {
 
 impl DegenerateDirection {
     pub(crate) fn all(observability: &Observability) -> Vec<Self> {
-        observability.held().map(Self::of).collect()
+        observability.weak().map(|direction| Self::of(&direction.in_units)).collect()
     }
 
     fn of(vector: &Vector3<f64>) -> Self {

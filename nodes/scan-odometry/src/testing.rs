@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
+pub(crate) use estimation::Random;
 use geometry::{BeamOrder, Scan, Stamp};
 use nalgebra::{Isometry2, Point2, Vector2};
-pub(crate) use simulator::SeededNormal as Normal;
 
 use crate::{ScanOdometry, ScanOdometryConfig, ScanPose};
 
@@ -132,7 +132,7 @@ impl Scanner {
         world: &World,
         path: &dyn Fn(f64) -> Isometry2<f64>,
         scan: usize,
-        normal: &mut Normal,
+        random: &mut Random,
     ) -> Scan {
         let start_s = scan as f64 * self.period_s;
         let increment_s = self.turn_s() / self.beams as f64;
@@ -146,7 +146,7 @@ impl Scanner {
             let azimuth_rad = self.first_rad + beam as f64 * self.step_rad;
             let direction = pose.rotation * Vector2::new(azimuth_rad.cos(), azimuth_rad.sin());
             let range_m = world.cast(&pose.translation.vector.into(), &direction, time_s);
-            let noisy_m = range_m + self.noise_m * normal.draw();
+            let noisy_m = range_m + self.noise_m * random.normal();
             if noisy_m < self.reach_m { noisy_m as f32 } else { f32::INFINITY }
         };
         Scan {
@@ -190,11 +190,11 @@ pub(crate) fn follow(
     seed: u64,
 ) -> Vec<Found> {
     let mut odometry = scanner.odometry();
-    let mut normal = Normal::new(seed);
+    let mut random = Random::new(seed);
     let start = path(scanner.middle_s(0));
     (0..scans)
         .map(|scan| Found {
-            pose: odometry.step(&scanner.scan(world, path, scan, &mut normal)),
+            pose: odometry.step(&scanner.scan(world, path, scan, &mut random)),
             truth: start.inv_mul(&path(scanner.middle_s(scan))),
         })
         .collect()

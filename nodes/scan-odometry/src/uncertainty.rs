@@ -3,7 +3,8 @@
 //! A pose is measured against the map, so its error has two parts: that of the match, new in every scan, and that of
 //! the map, which was left by scans with errors of their own. The second grows only as the map is renewed.
 
-use nalgebra::{Isometry2, Matrix3, Vector3};
+use estimation::covariance::propagated;
+use nalgebra::{Isometry2, Matrix3};
 
 use crate::observability::Observability;
 
@@ -30,7 +31,7 @@ pub(crate) fn carried(covariance: &Matrix3<f64>, step: &Isometry2<f64>) -> Matri
         0.0,
         1.0,
     );
-    adjoint * covariance * adjoint.transpose()
+    propagated(&adjoint, covariance)
 }
 
 /// The parts of a covariance in the directions that a match tells, and in the others. That the two may vary together
@@ -39,15 +40,12 @@ pub(crate) fn parted(
     covariance: &Matrix3<f64>,
     observability: &Observability,
 ) -> (Matrix3<f64>, Matrix3<f64>) {
-    let lever_m = observability.lever_m.max(f64::MIN_POSITIVE);
-    let metres = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, lever_m));
-    let radians = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 / lever_m));
-    let within = |projector: Matrix3<f64>| {
-        let part = radians * projector * metres;
-        part * covariance * part.transpose()
-    };
-    let told = observability.projector();
-    (within(told), within(Matrix3::identity() - told))
+    let units = &observability.units;
+    let (from_units, to_units) =
+        (Matrix3::from_diagonal(units), Matrix3::from_diagonal(&units.map(f64::recip)));
+    let within =
+        |projector: Matrix3<f64>| propagated(&(from_units * projector * to_units), covariance);
+    (within(observability.projector()), within(observability.weak_projector()))
 }
 
 /// Where the map's own error stands: at the pose where it was last renewed.
@@ -103,22 +101,23 @@ impl Anchor {
             0.0, 1.0, way.x, //
             0.0, 0.0, 1.0,
         );
-        swing * self.covariance * swing.transpose()
+        propagated(&swing, &self.covariance)
     }
 }
 
 /// A covariance in the frame of the scanner, in the axes of the odom frame.
 fn turned(covariance: &Matrix3<f64>, odom_from_middle: &Isometry2<f64>) -> Matrix3<f64> {
     let rotation = odom_from_middle.rotation.to_rotation_matrix().to_homogeneous();
-    rotation * covariance * rotation.transpose()
+    propagated(&rotation, covariance)
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector2;
+    use nalgebra::{Vector2, Vector3};
 
     use super::*;
-    use crate::testing::Normal;
+    use crate::observability::units;
+    use crate::testing::Random;
     use crate::twist::{increment, motion};
 
     #[test]
@@ -126,10 +125,10 @@ mod tests {
         let covariance = Matrix3::new(4.0, 1.0, 0.5, 1.0, 2.0, -0.3, 0.5, -0.3, 1.0) * 1e-6;
         let root = covariance.cholesky().unwrap().l();
         let step = Isometry2::new(Vector2::new(1.0, -2.0), 0.7);
-        let mut normal = Normal::new(1);
+        let mut random = Random::new(1);
         let mut found = Matrix3::zeros();
         for _ in 0..20_000 {
-            let error = motion(&(root * Vector3::from_fn(|_, _| normal.draw())));
+            let error = motion(&(root * Vector3::from_fn(|_, _| random.normal())));
             // The same error, seen from after the step.
             let carried = increment(&(step.inverse() * error * step));
             found += carried * carried.transpose() / 20_000.0;
@@ -155,12 +154,12 @@ mod tests {
 
     #[test]
     fn what_is_told_and_what_is_not_are_parted() {
-        let nothing = Observability::nothing(3.0);
+        let nothing = Observability::nothing(&units(3.0));
         let covariance = Matrix3::new(4.0, 1.0, 0.5, 1.0, 2.0, -0.3, 0.5, -0.3, 1.0);
         let (told, held) = parted(&covariance, &nothing);
         assert!(told.norm() < 1e-12 && (held - covariance).norm() < 1e-12);
         let mut x_is_told = nothing;
-        x_is_told.directions[0].is_told = true;
+        x_is_told.directions[0].estimated = true;
         let (told, held) = parted(&covariance, &x_is_told);
         assert!((told.m11 - 4.0).abs() < 1e-12 && told.m33 == 0.0);
         assert_eq!((held.m11, held.m12), (0.0, 0.0));

@@ -79,7 +79,7 @@ impl Velocity {
         let gain = told * inverse;
         let mut mean = self.mean + gain * (found - self.mean);
         let covariance = (Matrix3::identity() - gain) * told + held;
-        let is_all_told = observability.held().next().is_none();
+        let is_all_told = observability.weak().next().is_none();
         let speed = mean.xy().norm();
         if speed > config.max_speed_m_per_s {
             mean.x *= config.max_speed_m_per_s / speed;
@@ -104,6 +104,7 @@ fn accelerations(config: &ScanOdometryConfig) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::observability::units;
 
     fn config() -> ScanOdometryConfig {
         ScanOdometryConfig::default()
@@ -111,9 +112,9 @@ mod tests {
 
     /// Everything is told but perhaps x.
     fn told(x_is_told: bool) -> Observability {
-        let mut told = Observability::nothing(3.0);
-        told.directions.iter_mut().for_each(|direction| direction.is_told = true);
-        told.directions[0].is_told = x_is_told;
+        let mut told = Observability::nothing(&units(3.0));
+        told.directions.iter_mut().for_each(|direction| direction.estimated = true);
+        told.directions[0].estimated = x_is_told;
         told
     }
 
@@ -153,8 +154,8 @@ mod tests {
             let askew = if scan % 2 == 0 { 0.1 } else { -0.1 };
             let mut told = told(false);
             for direction in &mut told.directions {
-                let turned = nalgebra::Rotation2::new(askew) * direction.vector.xy();
-                direction.vector = Vector3::new(turned.x, turned.y, direction.vector.z);
+                let turned = nalgebra::Rotation2::new(askew) * direction.in_units.xy();
+                direction.in_units = Vector3::new(turned.x, turned.y, direction.in_units.z);
             }
             let step = Isometry2::translation(0.05, 0.002);
             let noise = Matrix3::from_diagonal_element(NOISE);

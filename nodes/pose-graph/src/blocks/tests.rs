@@ -41,11 +41,9 @@ fn system(
     (blocks, dense, right)
 }
 
-fn numbers(mut seed: u64) -> impl FnMut() -> f64 {
-    move || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
+fn numbers(seed: u64) -> impl FnMut() -> f64 {
+    let mut random = estimation::Random::new(seed);
+    move || random.between(-1.0, 1.0)
 }
 
 proptest! {

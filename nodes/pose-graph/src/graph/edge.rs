@@ -1,16 +1,13 @@
 //! What an edge is off by, and how that changes with its nodes.
 //!
-//! A node is corrected on the right, in its own frame: `pose * p` becomes `pose * (exp(w) * p + v)` by `[v; w]`. So the
-//! corrections of nodes that lie far from the origin are as exact as others.
+//! A node is corrected in its own frame ([`estimation::perturbation::right`]).
 
-use nalgebra::{
-    Isometry3, Matrix3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6,
-};
+use estimation::perturbation::parts;
+use estimation::perturbation::right::perturbation_between;
+use estimation::twist::inverse_right_jacobian;
+use nalgebra::{Isometry3, Matrix6, Rotation3, Vector6};
 
 use super::Edge;
-
-/// Below this angle, in radians, the derivative of the logarithm is taken from its series.
-const SMALL_RAD: f64 = 1e-4;
 
 /// The error of an edge with its derivatives by the corrections of both nodes.
 pub(super) struct Linearised {
@@ -19,24 +16,10 @@ pub(super) struct Linearised {
     pub(super) by_to: Matrix6<f64>,
 }
 
-/// A pose after a correction.
-pub(super) fn corrected(pose: &Isometry3<f64>, correction: &Vector6<f64>) -> Isometry3<f64> {
-    let shift: Vector3<f64> = correction.fixed_rows::<3>(0).into_owned();
-    let turn: Vector3<f64> = correction.fixed_rows::<3>(3).into_owned();
-    let mut rotation = pose.rotation * UnitQuaternion::from_scaled_axis(turn);
-    // Rounding must not add up over the steps.
-    rotation.renormalize_fast();
-    let translation = pose.translation.vector + pose.rotation * shift;
-    Isometry3::from_parts(Translation3::from(translation), rotation)
-}
-
 impl Edge {
     /// Where `to` is from where it was measured: a shift and a turn.
     pub(super) fn error(&self, poses: &[Isometry3<f64>]) -> Vector6<f64> {
-        let off = self.from_to.inverse() * (poses[self.from].inverse() * poses[self.to]);
-        let turn = off.rotation.scaled_axis();
-        let shift = off.translation.vector;
-        Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+        perturbation_between(&self.from_to, &(poses[self.from].inverse() * poses[self.to]))
     }
 
     /// The squared error in standard deviations.
@@ -47,11 +30,11 @@ impl Edge {
 
     pub(super) fn linearised(&self, poses: &[Isometry3<f64>]) -> Linearised {
         let error = self.error(poses);
-        let turn: Vector3<f64> = error.fixed_rows::<3>(3).into_owned();
+        let (_, turn) = parts(&error);
         let apart = poses[self.from].inverse() * poses[self.to];
         let back = self.from_to.rotation.inverse().to_rotation_matrix().into_inner();
         let off = Rotation3::from_scaled_axis(turn).into_inner();
-        let by_turn = turn_of_logarithm(&turn);
+        let by_turn = inverse_right_jacobian(&turn);
         let mut by_to = Matrix6::zeros();
         by_to.fixed_view_mut::<3, 3>(0, 0).copy_from(&off);
         by_to.fixed_view_mut::<3, 3>(3, 3).copy_from(&by_turn);
@@ -65,22 +48,10 @@ impl Edge {
     }
 }
 
-/// How the rotation vector changes with a small turn on the right (the inverse of the right Jacobian: Sola et al. 2018, "A
-/// micro Lie theory", eq. 144).
-fn turn_of_logarithm(turn: &Vector3<f64>) -> Matrix3<f64> {
-    let angle = turn.norm();
-    let cross = turn.cross_matrix();
-    let second = if angle < SMALL_RAD {
-        1.0 / 12.0
-    } else {
-        // (1 + cos) / sin = 1 / tan of the half.
-        (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle)
-    };
-    Matrix3::identity() + 0.5 * cross + second * cross * cross
-}
-
 #[cfg(test)]
 mod tests {
+    use estimation::perturbation::right::perturbed;
+    use nalgebra::Vector3;
     use proptest::prelude::*;
 
     use super::*;
@@ -114,7 +85,7 @@ mod tests {
                     let mut correction = Vector6::zeros();
                     correction[column] = step;
                     let mut poses = [from, to];
-                    poses[node] = corrected(&poses[node], &correction);
+                    poses[node] = perturbed(&poses[node], &correction);
                     edge.error(&poses)
                 };
                 for (node, found) in [at.by_from, at.by_to].iter().enumerate() {

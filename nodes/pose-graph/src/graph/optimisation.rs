@@ -1,8 +1,9 @@
 //! The steps.
 
+use estimation::perturbation::is_finite;
+use estimation::perturbation::right::perturbed;
 use nalgebra::{Isometry3, Vector6};
 
-use super::edge::corrected;
 use super::{Edge, EdgeFate, GraphConfig, GraphError, OptimisedGraph, PoseGraph};
 use crate::blocks::BlockSystem;
 
@@ -51,10 +52,6 @@ pub fn optimise(
 impl PoseGraph {
     fn check(&self) -> Result<(), GraphError> {
         let nodes = self.poses.len();
-        let is_finite = |pose: &Isometry3<f64>| {
-            let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
-            numbers.copied().all(f64::is_finite)
-        };
         if let Some(index) = self.poses.iter().position(|pose| !is_finite(pose)) {
             return Err(GraphError::NotFinite { what: "node", index });
         }
@@ -226,7 +223,7 @@ impl<'a> Search<'a> {
     fn stepped(&self, step: &[Vector6<f64>]) -> Vec<Isometry3<f64>> {
         let moved = self.poses.iter().zip(&self.unknowns).map(|(pose, unknown)| {
             let step = unknown.and_then(|unknown| step.get(unknown));
-            step.map_or(*pose, |step| corrected(pose, step))
+            step.map_or(*pose, |step| perturbed(pose, step))
         });
         moved.collect()
     }

@@ -1,35 +1,21 @@
 //! Rings that have drifted, with one closure, and with others that are wrong.
 
+use estimation::Random;
 use nalgebra::{Isometry3, Vector3};
 
 use super::*;
 use crate::graph::optimise;
 
-/// Numbers that look like chance (SplitMix64), about 0 with a deviation of 1.
-struct Draw(u64);
-
-impl Draw {
-    fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn noisy(
-        &mut self,
-        motion: &Isometry3<f64>,
-        std_dev_m: f64,
-        std_dev_rad: f64,
-    ) -> Isometry3<f64> {
-        let shift = Vector3::from_fn(|_, _| std_dev_m * self.normal());
-        let turn = Vector3::from_fn(|_, _| std_dev_rad * self.normal());
-        motion * Isometry3::new(shift, turn)
-    }
+/// A motion with errors of its own frame.
+fn noisy(
+    random: &mut Random,
+    motion: &Isometry3<f64>,
+    std_dev_m: f64,
+    std_dev_rad: f64,
+) -> Isometry3<f64> {
+    let shift = Vector3::from_fn(|_, _| std_dev_m * random.normal());
+    let turn = Vector3::from_fn(|_, _| std_dev_rad * random.normal());
+    motion * Isometry3::new(shift, turn)
 }
 
 const STEP_STD_DEV_M: f64 = 0.02;
@@ -45,12 +31,12 @@ fn ring(nodes: usize, seed: u64) -> (PoseGraph, Vec<Isometry3<f64>>) {
             Isometry3::rotation(Vector3::z() * angle) * Isometry3::translation(10.0, 0.0, 0.0)
         })
         .collect();
-    let mut draw = Draw(seed);
+    let mut random = Random::new(seed);
     let mut graph = PoseGraph { is_fixed: vec![true], ..PoseGraph::default() };
     graph.poses.push(truth[0]);
     for node in 1..nodes {
         let step = truth[node - 1].inverse() * truth[node];
-        let from_to = draw.noisy(&step, STEP_STD_DEV_M, STEP_STD_DEV_RAD);
+        let from_to = noisy(&mut random, &step, STEP_STD_DEV_M, STEP_STD_DEV_RAD);
         graph.poses.push(graph.poses[node - 1] * from_to);
         let information = information(STEP_STD_DEV_M, STEP_STD_DEV_RAD);
         graph.edges.push(Edge {
@@ -62,7 +48,7 @@ fn ring(nodes: usize, seed: u64) -> (PoseGraph, Vec<Isometry3<f64>>) {
         });
     }
     let closure = truth[nodes - 1].inverse() * truth[0];
-    let from_to = draw.noisy(&closure, LOOP_STD_DEV_M, LOOP_STD_DEV_RAD);
+    let from_to = noisy(&mut random, &closure, LOOP_STD_DEV_M, LOOP_STD_DEV_RAD);
     graph.edges.push(loop_edge(nodes - 1, 0, from_to));
     (graph, truth)
 }
@@ -138,10 +124,10 @@ fn wrong_closures_are_found_out() {
 fn a_closure_over_a_large_drift_is_right_when_the_drift_is_as_stated() {
     // Metres of drift: ten times the noise, and the edges say so.
     let (mut graph, truth) = ring(100, 5);
-    let mut draw = Draw(7);
+    let mut random = Random::new(7);
     for node in 1..100 {
         let step = truth[node - 1].inverse() * truth[node];
-        graph.edges[node - 1].from_to = draw.noisy(&step, 0.05, 0.05);
+        graph.edges[node - 1].from_to = noisy(&mut random, &step, 0.05, 0.05);
         graph.edges[node - 1].information = information(0.05, 0.05);
         graph.poses[node] = graph.poses[node - 1] * graph.edges[node - 1].from_to;
     }

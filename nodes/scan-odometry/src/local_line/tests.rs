@@ -2,7 +2,7 @@ use geometry::Scan;
 
 use super::*;
 use crate::ScanOdometryConfig;
-use crate::testing::{Normal, Scanner, World};
+use crate::testing::{Random, Scanner, World};
 
 fn lines(scan: &Scan) -> (Turn, Vec<Option<LocalLine>>) {
     let turn = Turn::new(scan, &ScanOdometryConfig::default());
@@ -19,7 +19,7 @@ fn walls_have_their_normals_up_to_the_corners() {
     let world = World::default().with_box([-2.0, -1.5], [3.0, 2.0]);
     for (beams, noise_m) in [(360, 0.003), (1440, 0.01)] {
         let scanner = Scanner { noise_m, ..Scanner::full_turn(beams) };
-        let (_, lines) = lines(&scanner.scan(&world, &still, 0, &mut Normal::new(1)));
+        let (_, lines) = lines(&scanner.scan(&world, &still, 0, &mut Random::new(1)));
         let found: Vec<_> = lines.iter().flatten().collect();
         assert!(found.len() > beams * 9 / 10, "{} of {beams}", found.len());
         let mut squares = 0.0;
@@ -45,7 +45,7 @@ fn a_step_in_depth_parts_two_surfaces() {
         ..World::default()
     };
     let scanner = Scanner { noise_m: 0.002, ..Scanner::full_turn(720) };
-    let (turn, lines) = lines(&scanner.scan(&world, &still, 0, &mut Normal::new(1)));
+    let (turn, lines) = lines(&scanner.scan(&world, &still, 0, &mut Random::new(1)));
     for (one, line) in turn.returns.iter().zip(lines) {
         if one.direction.y.abs() < 0.3 && one.direction.x > 0.0 {
             let normal = line.unwrap().normal;
@@ -56,7 +56,7 @@ fn a_step_in_depth_parts_two_surfaces() {
 
 #[test]
 fn lone_returns_have_no_line() {
-    let mut scan = Scanner::full_turn(360).scan(&World::default(), &still, 0, &mut Normal::new(1));
+    let mut scan = Scanner::full_turn(360).scan(&World::default(), &still, 0, &mut Random::new(1));
     for beam in [10, 11, 100, 200, 201, 202] {
         scan.ranges_m[beam] = 2.0;
     }
@@ -70,7 +70,7 @@ fn the_seam_of_a_full_turn_cuts_no_surface() {
     let world = World::default().with_box([-2.0, -2.0], [2.0, 2.0]);
     let scanner = Scanner { noise_m: 0.0, ..Scanner::full_turn(360) };
     // The seam points at the wall behind, squarely.
-    let (_, lines) = lines(&scanner.scan(&world, &still, 0, &mut Normal::new(1)));
+    let (_, lines) = lines(&scanner.scan(&world, &still, 0, &mut Random::new(1)));
     let (first, last) = (lines[0].unwrap(), lines[359].unwrap());
     let beside = lines[40].unwrap();
     for line in [first, last] {

@@ -175,7 +175,7 @@ impl ScanOdometry {
         if registration.matched_share < self.config.min_matched_share {
             return Err(self.few_matched(registration.matched_share));
         }
-        if registration.observability.tells_nothing() {
+        if registration.observability.estimated() == 0 {
             return Err(Refusal::NothingTold);
         }
         let passed_s = prediction.passed_s;

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::local_line::local_lines;
 use crate::local_map::Moment;
-use crate::testing::{Normal, Scanner, World};
+use crate::testing::{Random, Scanner, World};
 use crate::turn::Turn;
 
 fn config() -> ScanOdometryConfig {
@@ -19,9 +19,9 @@ struct Case {
 impl Case {
     fn new(world: &World, map_from: &Isometry2<f64>, scan_from: &Isometry2<f64>) -> Self {
         let scanner = Scanner { noise_m: 0.002, ..Scanner::full_turn(720) };
-        let mut normal = Normal::new(1);
+        let mut random = Random::new(1);
         let mut turn = |pose: Isometry2<f64>| {
-            Turn::new(&scanner.scan(world, &|_| pose, 0, &mut normal), &config())
+            Turn::new(&scanner.scan(world, &|_| pose, 0, &mut random), &config())
         };
         let (first, turn) = (turn(*map_from), turn(*scan_from));
         let mut map = LocalMap::new(&config());
@@ -75,7 +75,7 @@ fn a_known_motion_is_found_from_a_prediction_that_is_off() {
         let error = increment(&to.inv_mul(&registration.odom_from_middle));
         assert!(error.xy().norm() < 0.003 && error.z.abs() < 0.001, "{x} {y} {turn}: {error}");
         assert!(registration.matched_share > 0.9, "{}", registration.matched_share);
-        assert_eq!(registration.observability.held().count(), 0);
+        assert_eq!(registration.observability.weak().count(), 0);
     }
 }
 
@@ -87,7 +87,7 @@ fn what_a_wall_does_not_tell_keeps_the_prediction() {
     let found = case.register(&start, 0.3).unwrap();
     let error = increment(&Isometry2::translation(0.05, 0.1).inv_mul(&found.odom_from_middle));
     assert!(error.norm() < 0.003, "{error}");
-    assert_eq!(found.observability.held().count(), 1);
+    assert_eq!(found.observability.weak().count(), 1);
     assert!(found.covariance.m11 < 1e-9 && found.covariance.m22 > 0.0, "{}", found.covariance);
 }
 

@@ -4,7 +4,7 @@ use geometry::{BeamOrder, Scan, Stamp};
 use proptest::prelude::*;
 
 use super::*;
-use crate::testing::{Normal, Scanner, World};
+use crate::testing::{Random, Scanner, World};
 use crate::{ScanOdometry, ScanOdometryConfig};
 
 fn any_range() -> impl Strategy<Value = f32> {
@@ -37,7 +37,7 @@ proptest! {
         let config = ScanOdometryConfig { beam_order: BeamOrder::FirstToLast, max_lines: 200, ..ScanOdometryConfig::default() };
         let mut odometry = ScanOdometry::new(config).unwrap();
         if room_first {
-            odometry.step(&scanner.scan(&World::furnished(), &standing, 0, &mut Normal::new(1)));
+            odometry.step(&scanner.scan(&World::furnished(), &standing, 0, &mut Random::new(1)));
         }
         for (ranges_m, step, stamp, time) in scans {
             let scan = Scan {

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::*;
-use crate::testing::{Normal, Post, Scanner, World, follow};
+use crate::testing::{Post, Random, Scanner, World, follow};
 use crate::{DegenerateDirection, MatchOutcome, ScanOdometry, ScanOdometryConfig};
 use geometry::BeamOrder;
 
@@ -113,9 +113,9 @@ fn the_platforms_own_body_does_not_hold_it() {
             ..ScanOdometryConfig::default()
         };
         let mut odometry = ScanOdometry::new(config).unwrap();
-        let mut normal = Normal::new(1);
+        let mut random = Random::new(1);
         let poses =
-            (0..200).map(|scan| odometry.step(&scanner.scan(&world, &driving, scan, &mut normal)));
+            (0..200).map(|scan| odometry.step(&scanner.scan(&world, &driving, scan, &mut random)));
         poses.last().unwrap().odom_from_lidar.translation.vector.norm()
     };
     let (with_body, without) = (way_m(0.0), way_m(0.4));

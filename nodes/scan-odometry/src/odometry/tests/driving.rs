@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use simulator::{Platform, Sample, Scenario, SceneName};
 
 use super::*;
-use crate::testing::{Normal, Post, Scanner, World, follow, legs};
+use crate::testing::{Post, Random, Scanner, World, follow, legs};
 use crate::{ScanOdometry, ScanOdometryConfig};
 use geometry::BeamOrder;
 
@@ -78,10 +78,10 @@ fn deskewing_pays_when_the_order_of_the_beams_is_known() {
     let error = |believed: BeamOrder| {
         let config = ScanOdometryConfig { beam_order: believed, ..ScanOdometryConfig::default() };
         let mut odometry = ScanOdometry::new(config).unwrap();
-        let (mut normal, start) = (Normal::new(1), swaying(scanner.middle_s(0)));
+        let (mut random, start) = (Random::new(1), swaying(scanner.middle_s(0)));
         let mut squares = 0.0;
         for scan in 0..SCANS {
-            let pose = odometry.step(&scanner.scan(&world, &swaying, scan, &mut normal));
+            let pose = odometry.step(&scanner.scan(&world, &swaying, scan, &mut random));
             let truth = start.inv_mul(&swaying(scanner.middle_s(scan)));
             squares += truth.inv_mul(&pose.odom_from_lidar).translation.vector.norm_squared();
         }

@@ -3,23 +3,23 @@
 use geometry::Scan;
 
 use super::*;
-use crate::testing::{Normal, Scanner, World};
+use crate::testing::{Random, Scanner, World};
 use crate::{MatchOutcome, Refusal, ScanOdometry, ScanPose};
 
 struct Run {
     scanner: Scanner,
     odometry: ScanOdometry,
-    normal: Normal,
+    random: Random,
 }
 
 impl Run {
     fn new() -> Self {
         let scanner = Scanner::default();
-        Self { odometry: scanner.odometry(), scanner, normal: Normal::new(1) }
+        Self { odometry: scanner.odometry(), scanner, random: Random::new(1) }
     }
 
     fn scan(&mut self, world: &World, scan: usize) -> Scan {
-        self.scanner.scan(world, &circling, scan, &mut self.normal)
+        self.scanner.scan(world, &circling, scan, &mut self.random)
     }
 
     fn step(&mut self, world: &World, scan: usize) -> ScanPose {
@@ -79,13 +79,13 @@ fn after_a_second_of_blindness_it_stands_until_it_sees_something_new() {
 #[test]
 fn a_knock_is_found_by_search() {
     let (scanner, room) = (Scanner::default(), World::furnished());
-    let mut normal = Normal::new(1);
+    let mut random = Random::new(1);
     let mut odometry = scanner.odometry();
     let knocked = |time_s: f64| {
         if time_s < 1.0 { standing(0.0) } else { Isometry2::new(Vector2::new(0.75, -0.1), 0.7) }
     };
     let poses: Vec<ScanPose> = (0..20)
-        .map(|scan| odometry.step(&scanner.scan(&room, &knocked, scan, &mut normal)))
+        .map(|scan| odometry.step(&scanner.scan(&room, &knocked, scan, &mut random)))
         .collect();
     let truth = standing(0.0).inv_mul(&knocked(2.0));
     let found = poses[19].odom_from_lidar;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::MatchOutcome;
-use crate::testing::{Normal, Post, Scanner, World, follow, legs};
+use crate::testing::{Post, Random, Scanner, World, follow, legs};
 
 /// Crosses the room in 6 s, again and again.
 fn along(time_s: f64) -> Vec<Post> {
@@ -52,7 +52,7 @@ fn does_not_drift_while_people_hide_a_third_of_the_room() {
     let (scanner, empty) = (Scanner::default(), World::furnished());
     let crowded = empty.clone().with_walker(close);
     let ranges =
-        |world: &World, scan| scanner.scan(world, &standing, scan, &mut Normal::new(1)).ranges_m;
+        |world: &World, scan| scanner.scan(world, &standing, scan, &mut Random::new(1)).ranges_m;
     let hidden_share = |scan| {
         let pairs = ranges(&empty, scan).into_iter().zip(ranges(&crowded, scan));
         pairs.filter(|(free, seen)| free - seen > 0.2).count() as f64 / 768.0
@@ -73,7 +73,7 @@ fn the_same_scan_again_is_the_same_place() {
     for beams in [180, 360, 1440] {
         let scanner = Scanner::full_turn(beams);
         let mut odometry = scanner.odometry();
-        let mut scan = scanner.scan(&World::furnished(), &standing, 0, &mut Normal::new(1));
+        let mut scan = scanner.scan(&World::furnished(), &standing, 0, &mut Random::new(1));
         for _ in 0..5 {
             let pose = odometry.step(&scan);
             scan.stamp = scan.stamp.plus_seconds(0.1);

@@ -1,0 +1,41 @@
+//! The six numbers that a pose is corrected by.
+//!
+//! A perturbation is `[v; w]`: a shift `v` in metres and a turn `w` (axis times angle, in radians). Of a pose
+//! `target_from_source = (R, t)` there are three conventions, a module each:
+//!
+//! | module | corrected rotation | corrected translation | the turn is about | axes |
+//! |---|---|---|---|---|
+//! | [`left`] | `exp(w) R` | `exp(w) t + v` | the target's origin | the target's |
+//! | [`right`] | `R exp(w)` | `t + R v` | the source's origin | the source's |
+//! | [`composite`] | `exp(w) R` | `t + v` | the source's origin | the target's |
+//!
+//! `left` and `right` are the left and right "plus" of Sola et al. 2018, "A micro Lie theory", eq. 25 and 27, with the pair
+//! `(exp(w), v)` for the exponential of SE(3): the two agree to first order, and the pair needs no Jacobian. `composite` is
+//! the plus of the composite manifold R^3 x SO(3) (section IV there), and the convention of
+//! `geometry_msgs/PoseWithCovariance` (REP 103). `left` suits observations in the target's frame (a camera pose
+//! `camera_from_map`); `right` and `composite` keep their digits where the target's origin is far away.
+
+pub mod composite;
+pub mod left;
+pub mod right;
+
+use nalgebra::{Isometry3, Vector3, Vector6};
+
+/// The shift and the turn of a perturbation.
+#[must_use]
+pub fn parts(perturbation: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let [x, y, z, about_x, about_y, about_z] = (*perturbation).into();
+    (Vector3::new(x, y, z), Vector3::new(about_x, about_y, about_z))
+}
+
+/// The perturbation of a shift and a turn.
+#[must_use]
+pub fn joined(shift: &Vector3<f64>, turn: &Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+}
+
+/// Whether a pose has only finite numbers.
+#[must_use]
+pub fn is_finite(pose: &Isometry3<f64>) -> bool {
+    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|value| value.is_finite())
+}
