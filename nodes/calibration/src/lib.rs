@@ -21,6 +21,25 @@
 //! its own origin that are parallel to the rig's.
 //!
 //! No ROS, no files, no clock.
+//!
+//! ```
+//! use calibration::calibrate::RigMounts;
+//! use geometry::pose_from_vector;
+//! use nalgebra::{Point3, Vector6};
+//! use std::f64::consts::FRAC_PI_2;
+//!
+//! // The scanner is 5 cm below the camera; a correction moves it 2 cm forward.
+//! let mounts = RigMounts {
+//!     rig_from_camera: pose_from_vector(&[0.0, 0.0, 0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2]),
+//!     rig_from_lidar: pose_from_vector(&[0.0, 0.0, -0.05, 0.0, 0.0, 0.0]),
+//! };
+//! let corrected = mounts.corrected(&Vector6::new(0.02, 0.0, 0.0, 0.0, 0.0, 0.0));
+//!
+//! // A return 1 m ahead, in the optical frame: x right, y down, z forward.
+//! let at_rest = pose_from_vector(&[0.0; 6]);
+//! let point_in_camera = corrected.camera_from_lidar(&at_rest) * Point3::new(1.0, 0.0, 0.0);
+//! assert!((point_in_camera - Point3::new(0.0, 0.05, 1.02)).norm() < 1e-9);
+//! ```
 
 pub mod calibrate;
 pub mod camera_file;

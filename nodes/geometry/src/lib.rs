@@ -11,6 +11,22 @@
 //! | `lidar` | the scan's own frame; 5 cm below the rig on the thesis' platform |
 //!
 //! A transform is named target first: `map_from_rig * point_in_rig` is a point in `map`.
+//!
+//! ```
+//! use geometry::{VoxelGrid, pose_from_vector};
+//! use nalgebra::Point3;
+//!
+//! // Two points of one voxel of 8 cm become their mean.
+//! let grid = VoxelGrid::new(0.08)?;
+//! let reduced = grid.reduce(&[Point3::new(1.01, 0.01, 0.01), Point3::new(1.03, 0.01, 0.01)]);
+//! assert_eq!(reduced.len(), 1);
+//!
+//! // The rig stands at x = 2 m and looks along y: [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad].
+//! let map_from_rig = pose_from_vector(&[2.0, 0.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0]);
+//! let point_in_map = map_from_rig * Point3::from(reduced[0].cast::<f64>());
+//! assert!((point_in_map - Point3::new(1.99, 1.02, 0.01)).norm() < 1e-6);
+//! # Ok::<(), geometry::VoxelEdgeError>(())
+//! ```
 
 mod camera;
 mod cloud;

@@ -17,6 +17,31 @@
 //! | `shell` | the node (feature `ros`) |
 //!
 //! Without the features `io` and `ros`: no ROS, no files, no clock, no randomness but what a seed gives.
+//!
+//! ```
+//! use std::num::NonZeroUsize;
+//!
+//! use geometry::Stamp;
+//! use lidar_odometry::odometry::{LidarOdometry, LidarOdometryConfig, LidarScan};
+//! use nalgebra::{Isometry3, Point3};
+//!
+//! // Floor and walls of a room of 20 m, from a vehicle that goes 0.2 m between two scans.
+//! let grid = || (0..60).flat_map(|a| (0..60).map(move |b| (a as f32 / 3.0 - 10.0, b as f32 / 3.0 - 10.0)));
+//! let room: Vec<Point3<f32>> = grid()
+//!     .flat_map(|(a, b)| [Point3::new(a, b, -1.0), Point3::new(-10.0, a, b / 3.0), Point3::new(a, 10.0, b / 3.0)])
+//!     .collect();
+//! let mut odometry = LidarOdometry::new(LidarOdometryConfig::default(), NonZeroUsize::MIN)?;
+//! let mut x_m = 0.0;
+//! for scan in 0..10_u32 {
+//!     let lidar_from_room = Isometry3::translation(-0.2 * scan as f32, 0.0, 0.0);
+//!     let points_m: Vec<_> = room.iter().map(|point_m| lidar_from_room * point_m).collect();
+//!     let stamp = Stamp::from_secs_nanos(100, 100_000_000 * scan);
+//!     let pose = odometry.step(&LidarScan { stamp, points_m: &points_m, times_s: None }).unwrap();
+//!     x_m = pose.odom_from_lidar.translation.x;
+//! }
+//! assert!((x_m - 1.8).abs() < 0.05, "{x_m}");
+//! # Ok::<(), geometry::ParameterError>(())
+//! ```
 
 #[cfg(feature = "io")]
 pub mod capture;

@@ -21,6 +21,21 @@
 //!
 //! The core knows no ROS, no files, no clock, no randomness but what a seed gives. With the feature `ros` there is the node
 //! around it, `shell`.
+//!
+//! ```
+//! use nalgebra::{Isometry3, Point3, Vector3};
+//! use pose::solve::rigid_alignment;
+//!
+//! // Four points that were seen twice, and the motion of the camera in between.
+//! let seen_first_m = [[0.0, 0.0, 1.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0], [1.0, 1.0, 3.0]].map(Point3::from);
+//! let second_from_first = Isometry3::new(Vector3::new(0.1, 0.0, 0.0), Vector3::new(0.0, 0.2, 0.0));
+//! let seen_second_m = seen_first_m.map(|point_m| second_from_first * point_m);
+//!
+//! let alignment = rigid_alignment(&seen_first_m, &seen_second_m)?;
+//! let error = second_from_first.inverse() * alignment.target_from_source;
+//! assert!(error.translation.vector.norm() < 1e-9 && error.rotation.angle() < 1e-9);
+//! # Ok::<(), pose::solve::AlignmentError>(())
+//! ```
 
 pub mod bundle_adjustment;
 pub mod feature;

@@ -7,6 +7,15 @@
 //! The pages of all subcommands are made here: [`Page`] is one of sections with tables, [`Chart`]s and pictures.
 //!
 //! No ROS, no files, no clock: bytes and text go out, and the same record gives the same bytes.
+//!
+//! ```
+//! use report::{Page, PagePart, PageSection, page_html};
+//!
+//! let text = PagePart::Text { label: "Here".to_owned(), text: "no object is left, 2 < 3".to_owned() };
+//! let map = PageSection { id: "map".to_owned(), title: "The map".to_owned(), parts: vec![text] };
+//! let html = page_html(&Page { title: "A run".to_owned(), sections: vec![map], ..Page::default() });
+//! assert!(html.contains("<title>") && html.contains("2 &lt; 3"));
+//! ```
 
 mod chart;
 mod headline;

@@ -24,6 +24,22 @@
 //! | `middle` | the same in the middle of the turn |
 //!
 //! All are planar, x and y of the scan's frame. No ROS, no files, no clock.
+//!
+//! ```
+//! use scan_odometry::{ScanOdometry, ScanOdometryConfig};
+//! use simulator::{Sample, Scenario};
+//!
+//! // The scans of the simulated demo, whose rig is at rest.
+//! let mut odometry = ScanOdometry::new(ScanOdometryConfig::default())?;
+//! let samples = Scenario::demo().with_depth_size(32, 24).with_duration_s(3.0).samples().unwrap();
+//! for sample in samples {
+//!     if let Sample::Scan { scan, .. } = sample {
+//!         let pose = odometry.step(&scan);
+//!         assert!(pose.odom_from_lidar.translation.vector.norm() < 0.02);
+//!     }
+//! }
+//! # Ok::<(), geometry::ParameterError>(())
+//! ```
 
 mod config;
 mod local_line;

@@ -4,7 +4,7 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use node_shell::RosArguments;
 use robot::{END_WITH_PARENT, Failure, console};
 use rustix::process::Signal;
@@ -65,6 +65,27 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Laboratory(command) => command.run(&ros),
     };
     result.unwrap_or_else(|failure| fail(&failure))
+}
+
+/// Whether the program can read its arguments, the program's own name first; nothing is run. The tests check
+/// the commands of the documentation with it.
+///
+/// # Errors
+/// The message that [`run`] would print.
+pub fn check(arguments: impl IntoIterator<Item = OsString>) -> Result<(), String> {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    if arguments.get(1).is_some_and(|command| command == "node") {
+        let own = arguments.iter().skip(3).map(|argument| argument.to_string_lossy().into_owned());
+        RosArguments::parse(own).map_err(|error| error.to_string())?;
+    }
+    let (arguments, _) = split_ros_arguments(arguments).map_err(|failure| failure.to_string())?;
+    CommandLine::try_parse_from(arguments).map(|_| ()).map_err(|error| error.to_string())
+}
+
+/// The definition of the command line: its subcommands with their options.
+#[must_use]
+pub fn command() -> clap::Command {
+    CommandLine::command()
 }
 
 fn fail(failure: &Failure) -> ExitCode {

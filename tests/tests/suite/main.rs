@@ -16,6 +16,7 @@ mod sensors;
 
 mod codemap;
 mod config_files;
+mod documents;
 mod import;
 mod import_lidar;
 mod local_run;

@@ -18,6 +18,18 @@
 //! Rec-HV eq. 8 ([`geometry::pose_from_vector`]).
 //!
 //! No ROS, no files, no clock.
+//!
+//! ```
+//! use simulator::{Sample, Scenario};
+//!
+//! let scenario = Scenario::demo().with_seed(1).with_depth_size(64, 48).with_duration_s(1.0);
+//! let samples: Vec<Sample> = scenario.samples()?.collect();
+//! let scans = samples.iter().filter(|one| matches!(one, Sample::Scan { .. })).count();
+//! let images = samples.iter().filter(|one| matches!(one, Sample::Depth { .. })).count();
+//! // The scanner turns at 7 Hz, the camera takes 30 images a second.
+//! assert!((6..=7).contains(&scans) && (30..=31).contains(&images), "{scans} scans, {images} images");
+//! # Ok::<(), simulator::ScenarioError>(())
+//! ```
 
 mod bvh;
 mod colour_camera;
