@@ -1,0 +1,96 @@
+//! Times the integration of recorded depth images, for comparison with other programs:
+//! `integrate_frames FOLDER EDGE_M REPETITIONS [THREADS]`.
+//!
+//! The folder has `0000.depth.bin` (640 x 480 depths, 16 bits, millimetres, row by row) and `0000.pose.txt` (4 x 4, map from
+//! optical frame), and so on. Prints one line of JSON: milliseconds of each image, preparation included, and what came of it.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+use estimation::executor::{Executor, ScopedThreads, Serial};
+use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
+use volume::{DepthInput, DepthNoise, DepthRange, DepthView, PointRules, Surface, SurfaceConfig};
+
+fn pose(text: &str) -> Isometry3<f64> {
+    let m: Vec<f64> = text.split_whitespace().map(|number| number.parse().unwrap()).collect();
+    let rotation = Matrix3::new(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]);
+    let rotation = Rotation3::from_matrix_unchecked(rotation);
+    Isometry3::from_parts(
+        Translation3::new(m[3], m[7], m[11]),
+        UnitQuaternion::from_rotation_matrix(&rotation),
+    )
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let folder = Path::new(&arguments[0]);
+    let (edge_m, repetitions): (f64, usize) =
+        (arguments[1].parse().unwrap(), arguments[2].parse().unwrap());
+    let threads = arguments.get(3).and_then(|threads| threads.parse().ok());
+    let threads = threads.map(ScopedThreads::new);
+    let executor: &dyn Executor = match &threads {
+        Some(threads) if threads.threads().get() > 1 => threads,
+        _ => &Serial,
+    };
+    let camera = CameraModel {
+        width_px: 640,
+        height_px: 480,
+        fx_px: 525.0,
+        fy_px: 525.0,
+        cx_px: 319.5,
+        cy_px: 239.5,
+        distortion: Distortion::None,
+    };
+    let frames: Vec<(DepthImage, Isometry3<f64>)> = (0..)
+        .map_while(|index| {
+            let bytes = fs::read(folder.join(format!("{index:04}.depth.bin"))).ok()?;
+            let values = bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_le_bytes(*pair));
+            let pixels = DepthPixels::Millimetres(values.collect());
+            let stamp = Stamp::default().plus_seconds(0.1 * f64::from(index));
+            let text = fs::read_to_string(folder.join(format!("{index:04}.pose.txt"))).unwrap();
+            Some((
+                DepthImage::new(stamp, "camera".into(), (640, 480), pixels).unwrap(),
+                pose(&text),
+            ))
+        })
+        .collect();
+    let colours = vec![[128; 3]; 640 * 480];
+    let colour = std::env::var_os("COLOUR").map(|_| colours.as_slice());
+
+    let range = DepthRange { min_m: 0.1, max_m: 6.0 };
+    let mut view = DepthView::new(range, DepthNoise::default()).unwrap();
+    let config = SurfaceConfig {
+        edge_m,
+        reach_m: 6.0,
+        has_colour: colour.is_some(),
+        ..SurfaceConfig::default()
+    };
+    let mut surface = Surface::new(config).unwrap();
+    let (mut ms, mut prepared_ms, mut update) = (Vec::new(), Vec::new(), None);
+    // The first images make the blocks of the room, as one that is driven through does only once.
+    for (image, map_from_camera) in frames.iter().cycle().take(repetitions.max(1) + 2) {
+        let start = Instant::now();
+        let input = DepthInput { image, is_moving: None, colour, camera: &camera, map_from_camera };
+        view.fill(&input).unwrap();
+        prepared_ms.push(start.elapsed().as_secs_f64() * 1e3);
+        update = Some(surface.integrate(&view, executor));
+        ms.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    ms.drain(..2);
+    prepared_ms.sort_by(f64::total_cmp);
+    let start = Instant::now();
+    let points = surface.points(PointRules::default()).len();
+    let points_ms = start.elapsed().as_secs_f64() * 1e3;
+    let update = update.unwrap();
+    println!(
+        "{{\"ms\": {ms:.3?}, \"note\": \"{} blocks compared of {}, {:.1} MB; preparation {:.2} ms; {points} points in \
+         {points_ms:.1} ms\"}}",
+        update.compared_blocks,
+        surface.blocks(),
+        surface.memory_bytes() as f64 / 1e6,
+        prepared_ms[prepared_ms.len() / 2],
+    );
+}

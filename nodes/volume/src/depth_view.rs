@@ -1,0 +1,318 @@
+//! One depth image, prepared for projective updates: depths in metres, coarser images, and the least and greatest depth of
+//! any rectangle.
+
+mod levels;
+mod remap;
+mod tiles;
+
+use geometry::{
+    CameraModel, CameraModelError, DepthCameraError, DepthImage, DepthPixels, Stamp, UnusablePose,
+};
+use nalgebra::{Isometry3, Point3};
+
+use crate::noise::DepthNoise;
+use crate::projection::{Pinhole, Project, Spherical, SphericalModel, SphericalModelError};
+pub(crate) use levels::{LEVELS, Levels};
+use remap::Remap;
+pub(crate) use tiles::Tiles;
+
+/// Which depths are used.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct DepthRange {
+    /// Nearer depths count as not measured.
+    pub min_m: f32,
+    /// Farther depths are no surface; that it is free up to here they show all the same.
+    pub max_m: f32,
+}
+
+impl Default for DepthRange {
+    /// What depth cameras measure: see [`geometry::NEAREST_SEEN_M`] and [`geometry::FARTHEST_SEEN_M`], and some nearer.
+    fn default() -> Self {
+        Self { min_m: 0.3, max_m: geometry::FARTHEST_SEEN_M as f32 }
+    }
+}
+
+/// A depth image and what belongs to it.
+#[derive(Clone, Copy, Debug)]
+pub struct DepthInput<'a> {
+    /// The depths.
+    pub image: &'a DepthImage,
+    /// For each pixel, row by row, whether it shows what moves. Such a pixel adds no surface; that the space before it is
+    /// free it shows as any other.
+    pub is_moving: Option<&'a [bool]>,
+    /// The colour that each pixel shows, row by row: red, green, blue.
+    pub colour: Option<&'a [[u8; 3]]>,
+    /// The camera of the depth image.
+    pub camera: &'a CameraModel,
+    /// Takes a point of the camera's optical frame (x right, y down, z forward) to the map.
+    pub map_from_camera: &'a Isometry3<f64>,
+}
+
+/// A depth image cannot be used. The view is then empty.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The camera is none.
+    #[error(transparent)]
+    Camera(#[from] CameraModelError),
+    /// The panorama is none.
+    #[error(transparent)]
+    Panorama(#[from] SphericalModelError),
+    /// The image is of another size than the camera.
+    #[error(transparent)]
+    Size(#[from] DepthCameraError),
+    /// A mask or a colour image is of another size than the depth image.
+    #[error("{what} of {pixels} pixels does not fit a depth image of {expected}")]
+    Beside {
+        /// What it is.
+        what: &'static str,
+        /// How many pixels it has.
+        pixels: usize,
+        /// How many it must have.
+        expected: usize,
+    },
+    /// The pose is none.
+    #[error(transparent)]
+    Pose(#[from] UnusablePose),
+    /// The range of depths is none.
+    #[error("depths from {min_m} m to {max_m} m: they must be finite, not negative, and rise")]
+    Range {
+        /// The least.
+        min_m: f32,
+        /// The most.
+        max_m: f32,
+    },
+}
+
+/// How the image was made.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Kind {
+    Pinhole(Pinhole),
+    Spherical(Spherical),
+}
+
+/// One depth image, prepared. It is filled anew for each image and keeps its memory; several layers, at different
+/// edges, are updated from one.
+///
+/// In its images a positive number is the depth of what may be a surface, a negative one says that it is free so far and
+/// nothing else (what moves, and what is too far), and 0 that nothing is known.
+#[derive(Clone, Debug)]
+pub struct DepthView {
+    pub(crate) stamp: Stamp,
+    pub(crate) map_from_camera: Isometry3<f64>,
+    pub(crate) kind: Kind,
+    pub(crate) range: DepthRange,
+    pub(crate) noise: DepthNoise,
+    pub(crate) levels: Levels,
+    pub(crate) tiles: Tiles,
+    pub(crate) colour: Vec<[u8; 3]>,
+    remap: Option<Remap>,
+}
+
+impl DepthView {
+    /// An empty view, for depths of a sensor with this noise.
+    ///
+    /// # Errors
+    /// When the range is none.
+    pub fn new(range: DepthRange, noise: DepthNoise) -> Result<Self, ViewError> {
+        let DepthRange { min_m, max_m } = range;
+        let is_range = min_m >= 0.0 && max_m > min_m && max_m.is_finite();
+        if !is_range {
+            return Err(ViewError::Range { min_m, max_m });
+        }
+        Ok(Self {
+            stamp: Stamp::default(),
+            map_from_camera: Isometry3::identity(),
+            kind: Kind::Spherical(Spherical::of(&SphericalModel {
+                columns: 1,
+                rows: 1,
+                least_elevation_rad: -1.0,
+                most_elevation_rad: 1.0,
+            })),
+            range,
+            noise,
+            levels: Levels::default(),
+            tiles: Tiles::default(),
+            colour: Vec::new(),
+            remap: None,
+        })
+    }
+
+    /// Fills the view with a depth image.
+    ///
+    /// # Errors
+    /// When the parts do not fit together, or the camera or the pose is none.
+    pub fn fill(&mut self, input: &DepthInput<'_>) -> Result<(), ViewError> {
+        self.levels.clear();
+        let DepthInput { image, is_moving, colour, camera, map_from_camera } = *input;
+        camera.validate()?;
+        geometry::check_pose(map_from_camera)?;
+        let (width_px, height_px) = (image.width_px(), image.height_px());
+        if (width_px, height_px) != (camera.width_px, camera.height_px) {
+            return Err(ViewError::Size(DepthCameraError {
+                image_width_px: width_px,
+                image_height_px: height_px,
+                camera_width_px: camera.width_px,
+                camera_height_px: camera.height_px,
+            }));
+        }
+        let expected = width_px * height_px;
+        let fits = |what: &'static str, pixels: Option<usize>| match pixels {
+            Some(pixels) if pixels != expected => Err(ViewError::Beside { what, pixels, expected }),
+            _ => Ok(()),
+        };
+        fits("a mask", is_moving.map(<[bool]>::len))?;
+        fits("a colour image", colour.map(<[[u8; 3]]>::len))?;
+
+        self.stamp = image.stamp;
+        self.map_from_camera = *map_from_camera;
+        let pinhole = Pinhole::of(camera);
+        self.kind = Kind::Pinhole(pinhole);
+        let depths_m = self.levels.finest_mut(width_px, height_px);
+        load(image.pixels(), self.range, depths_m);
+        if let Some(is_moving) = is_moving {
+            for (depth_m, &is_moving) in depths_m.iter_mut().zip(is_moving) {
+                *depth_m = if is_moving { -depth_m.abs() } else { *depth_m };
+            }
+        }
+        self.colour.clear();
+        self.colour.extend_from_slice(colour.unwrap_or_default());
+        if !camera.distortion.is_none() {
+            let known = self.remap.take().filter(|known| known.is_of(camera));
+            let remap = known.unwrap_or_else(|| Remap::of(camera));
+            remap.apply(self.levels.finest_mut(width_px, height_px), 0.0);
+            if !self.colour.is_empty() {
+                remap.apply(&mut self.colour, [0; 3]);
+            }
+            self.remap = Some(remap);
+        }
+        self.complete();
+        Ok(())
+    }
+
+    /// Fills the view with the points of a cloud that has no image, as a 3D LiDAR's. The nearest point of each pixel
+    /// counts. Points are of the sensor's frame (x forward, y left, z up).
+    ///
+    /// # Errors
+    /// When the panorama or the pose is none, or the mask is not one of the points.
+    pub fn fill_from_points(
+        &mut self,
+        stamp: Stamp,
+        points_m: &[Point3<f32>],
+        is_moving: Option<&[bool]>,
+        model: &SphericalModel,
+        map_from_sensor: &Isometry3<f64>,
+    ) -> Result<(), ViewError> {
+        self.levels.clear();
+        model.validate()?;
+        geometry::check_pose(map_from_sensor)?;
+        let (pixels, expected) = (is_moving.map_or(points_m.len(), <[bool]>::len), points_m.len());
+        if pixels != expected {
+            return Err(ViewError::Beside { what: "a mask", pixels, expected });
+        }
+        self.stamp = stamp;
+        self.map_from_camera = *map_from_sensor;
+        let spherical = Spherical::of(model);
+        self.kind = Kind::Spherical(spherical);
+        self.colour.clear();
+        let range = self.range;
+        let depths_m = self.levels.finest_mut(model.columns, model.rows);
+        depths_m.fill(0.0);
+        for (index, point) in points_m.iter().enumerate() {
+            if !geometry::is_finite(point) {
+                continue;
+            }
+            let Some((pixel, range_m)) = spherical.pixel(point) else { continue };
+            let Some(kept_m) = depths_m.get_mut(pixel as usize) else { continue };
+            let depth_m = within(range_m, range);
+            let is_moving = is_moving.and_then(|mask| mask.get(index)).copied().unwrap_or(false);
+            let depth_m = if is_moving { -depth_m.abs() } else { depth_m };
+            if depth_m != 0.0 && (*kept_m == 0.0 || depth_m.abs() < kept_m.abs()) {
+                *kept_m = depth_m;
+            }
+        }
+        self.complete();
+        Ok(())
+    }
+
+    fn complete(&mut self) {
+        self.levels.complete(&self.noise);
+        let (width_px, height_px) = self.levels.size();
+        self.tiles.refill(self.levels.finest(), width_px, height_px);
+    }
+
+    /// Whether it holds no image.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.levels.finest().is_empty()
+    }
+
+    /// When the image was taken.
+    #[must_use]
+    pub fn stamp(&self) -> Stamp {
+        self.stamp
+    }
+
+    /// Where the camera was, as a transform from its frame to the map.
+    #[must_use]
+    pub fn map_from_camera(&self) -> &Isometry3<f64> {
+        &self.map_from_camera
+    }
+
+    /// The farthest that anything is known of, in metres.
+    pub(crate) fn farthest_m(&self) -> f32 {
+        self.tiles.farthest_m()
+    }
+
+    /// The memory taken, in bytes.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        self.levels.memory_bytes()
+            + self.tiles.memory_bytes()
+            + self.colour.capacity() * size_of::<[u8; 3]>()
+            + self.remap.as_ref().map_or(0, Remap::memory_bytes)
+    }
+}
+
+/// Puts depths into metres, 0 where nothing was measured.
+fn load(pixels: &DepthPixels, range: DepthRange, depths_m: &mut [f32]) {
+    match pixels {
+        DepthPixels::Millimetres(values) => {
+            for (depth_m, &depth_mm) in depths_m.iter_mut().zip(values) {
+                *depth_m = within(f32::from(depth_mm) / 1e3, range);
+            }
+        }
+        DepthPixels::Metres(values) => {
+            for (depth_m, &value_m) in depths_m.iter_mut().zip(values) {
+                *depth_m = within(if value_m.is_finite() { value_m } else { 0.0 }, range);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn within(depth_m: f32, range: DepthRange) -> f32 {
+    let is_measured = (depth_m > 0.0) & (depth_m >= range.min_m);
+    let depth_m = if depth_m > range.max_m { -range.max_m } else { depth_m };
+    if is_measured { depth_m } else { 0.0 }
+}
+
+/// Calls a function with the projection, whichever it is.
+macro_rules! with_projection {
+    ($kind:expr, $projection:ident => $call:expr) => {
+        match $kind {
+            crate::depth_view::Kind::Pinhole($projection) => $call,
+            crate::depth_view::Kind::Spherical($projection) => $call,
+        }
+    };
+}
+pub(crate) use with_projection;
+
+impl DepthView {
+    /// The length that a pixel spans at a depth of 1 m.
+    pub(crate) fn pixel_slope(&self) -> f32 {
+        with_projection!(self.kind, projection => projection.pixel_slope())
+    }
+}
+
+#[cfg(test)]
+mod tests;

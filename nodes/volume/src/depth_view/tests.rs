@@ -1,0 +1,152 @@
+use geometry::Distortion;
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::testing;
+
+fn empty() -> DepthView {
+    DepthView::new(DepthRange { min_m: 0.5, max_m: 5.0 }, DepthNoise::default()).unwrap()
+}
+
+#[test]
+fn depths_out_of_range_and_what_moves_show_free_space_alone() {
+    let camera = testing::camera(8, 1);
+    let values = vec![f32::NAN, 0.0, -1.0, f32::INFINITY, 0.4, 2.0, 6.0, 3.0];
+    let image = &testing::image(&camera, 0.0, values);
+    let is_moving = [true, true, true, true, true, false, true, true];
+    let pose = Isometry3::identity();
+    let mut view = empty();
+    let input = DepthInput {
+        image,
+        is_moving: Some(&is_moving),
+        colour: None,
+        camera: &camera,
+        map_from_camera: &pose,
+    };
+    view.fill(&input).unwrap();
+    assert_eq!(view.levels.finest(), [0.0, 0.0, 0.0, 0.0, 0.0, 2.0, -5.0, -3.0]);
+}
+
+#[test]
+fn parts_that_do_not_fit_are_refused_with_numbers() {
+    let camera = &testing::camera(8, 4);
+    let other = &testing::camera(4, 8);
+    let image = &testing::image(camera, 0.0, vec![1.0; 32]);
+    let map_from_camera = &Isometry3::identity();
+    let input = DepthInput { image, is_moving: None, colour: None, camera, map_from_camera };
+    let mut view = empty();
+    let mut refused = |input: &DepthInput<'_>| {
+        let error = view.fill(input).unwrap_err();
+        assert!(view.is_empty());
+        error
+    };
+    assert!(matches!(refused(&DepthInput { camera: other, ..input }), ViewError::Size(_)));
+    let error = refused(&DepthInput { is_moving: Some(&[true; 31]), ..input });
+    assert_eq!(error, ViewError::Beside { what: "a mask", pixels: 31, expected: 32 });
+    let error = refused(&DepthInput { colour: Some(&[[0; 3]; 33]), ..input });
+    assert_eq!(error, ViewError::Beside { what: "a colour image", pixels: 33, expected: 32 });
+    let nowhere = Isometry3::translation(f64::NAN, 0.0, 0.0);
+    let error = refused(&DepthInput { map_from_camera: &nowhere, ..input });
+    assert!(matches!(error, ViewError::Pose(_)));
+    let broken = CameraModel { fx_px: 0.0, ..*camera };
+    assert!(matches!(refused(&DepthInput { camera: &broken, ..input }), ViewError::Camera(_)));
+    for (min_m, max_m) in [(1.0, 1.0), (-1.0, 1.0), (f32::NAN, 1.0), (0.0, f32::INFINITY)] {
+        assert!(DepthView::new(DepthRange { min_m, max_m }, DepthNoise::default()).is_err());
+    }
+}
+
+#[test]
+fn a_lens_is_taken_out_of_the_image() {
+    let distortion = Distortion::PlumbBob([-0.2, 0.05, 0.001, -0.001, 0.0]);
+    let camera = CameraModel { distortion, ..testing::camera(64, 48) };
+    // A wall that slants: its depth is that of the ray, wherever the lens shows it.
+    let normal = Vector3::new(0.3, 0.2, 1.0);
+    let depth = |x: f64, y: f64| 2.0 / normal.dot(&Vector3::new(x, y, 1.0));
+    let pixels = (0..48).flat_map(|row| (0..64).map(move |column| (column, row)));
+    let depths_m = pixels.clone().map(|(column, row)| {
+        let ray = camera.ray(&nalgebra::Point2::new(f64::from(column), f64::from(row)));
+        ray.map_or(0.0, |ray| depth(ray.x, ray.y) as f32)
+    });
+    let view = testing::view_of(&camera, &Isometry3::identity(), 0.0, depths_m.collect(), None);
+    let mut shown = 0;
+    for ((column, row), &depth_m) in pixels.zip(view.levels.finest()) {
+        let x = (f64::from(column) - camera.cx_px) / camera.fx_px;
+        let y = (f64::from(row) - camera.cy_px) / camera.fy_px;
+        if depth_m != 0.0 {
+            shown += 1;
+            assert!((f64::from(depth_m) - depth(x, y)).abs() < 0.03, "column {column}, row {row}");
+        }
+    }
+    assert!(shown > 2500, "{shown} pixels");
+}
+
+#[test]
+fn means_are_of_one_surface_alone() {
+    let camera = testing::camera(16, 16);
+    let mut depths_m = vec![2.0; 256];
+    for (pixel, depth_m) in depths_m.iter_mut().enumerate() {
+        *depth_m += if pixel % 2 == 0 { 0.001 } else { -0.001 };
+        if pixel % 16 >= 9 {
+            *depth_m = 4.0;
+        }
+    }
+    let view = testing::view_of(&camera, &Isometry3::identity(), 0.0, depths_m, None);
+    let coarse = view.levels.depths_m(1);
+    assert!((coarse[0] - 2.0).abs() < 1e-6 && (coarse[7] - 4.0).abs() < 1e-6);
+    assert!(coarse.iter().all(|depth_m| !(2.5..3.5).contains(depth_m)));
+    assert_eq!((coarse.len(), view.levels.depths_m(3).len()), (65, 5));
+}
+
+#[test]
+fn a_cloud_is_seen_as_a_panorama_and_the_nearest_point_counts() {
+    let model = SphericalModel {
+        columns: 360,
+        rows: 10,
+        least_elevation_rad: -0.3,
+        most_elevation_rad: 0.3,
+    };
+    let points = [[3.0, 0.01, 0.01], [2.0, 0.007, 0.007], [f32::NAN, 0.0, 0.0], [0.0, 4.0, 0.01]];
+    let points = points.map(Point3::from);
+    let mut view = empty();
+    let pose = Isometry3::identity();
+    let moving = [false, false, true, true];
+    view.fill_from_points(Stamp::default(), &points, Some(&moving), &model, &pose).unwrap();
+    let mut seen: Vec<f32> = view.levels.finest().iter().copied().filter(|m| *m != 0.0).collect();
+    seen.sort_by(f32::total_cmp);
+    assert_eq!(seen.len(), 2);
+    assert!((seen[0] + 4.0).abs() < 1e-3 && (seen[1] - 2.0).abs() < 1e-3);
+    let error = view.fill_from_points(Stamp::default(), &points, Some(&[]), &model, &pose);
+    assert!(error.is_err() && view.is_empty());
+}
+
+proptest! {
+    /// The pyramid says of a rectangle what the tiles in it say.
+    #[test]
+    fn a_rectangle_has_the_extremes_of_its_tiles(
+        depths_m in prop::collection::vec(prop_oneof![Just(0.0_f32), 0.5..5.0_f32, -5.0..-0.5_f32], 37 * 29),
+        columns in (0..37_u32, 0..37_u32),
+        rows in (0..29_u32, 0..29_u32),
+    ) {
+        let mut tiles = Tiles::default();
+        tiles.refill(&depths_m, 37, 29);
+        let sorted = |(a, b): (u32, u32)| [a.min(b), a.max(b)];
+        let (columns, rows) = (sorted(columns), sorted(rows));
+        let span = tiles.span(columns, rows);
+        let (mut free_to_m, mut known_to_m) = (f32::MAX, 0.0_f32);
+        for tile_row in rows[0] / 4..=rows[1] / 4 {
+            for tile_column in columns[0] / 4..=columns[1] / 4 {
+                let lines = 4 * tile_row..29.min(4 * tile_row + 4);
+                let seen: Vec<f32> = lines
+                    .flat_map(|row| (4 * tile_column..37.min(4 * tile_column + 4)).map(move |column| row * 37 + column))
+                    .map(|pixel| depths_m[pixel as usize].abs())
+                    .collect();
+                let returns: Vec<f32> = seen.iter().copied().filter(|depth_m| *depth_m > 0.0).collect();
+                let least = returns.iter().copied().fold(f32::MAX, f32::min);
+                free_to_m = free_to_m.min(if 2 * returns.len() < seen.len() { 0.0 } else { least });
+                known_to_m = returns.iter().copied().fold(known_to_m, f32::max);
+            }
+        }
+        prop_assert_eq!((span.free_to_m, span.known_to_m), (free_to_m, known_to_m));
+    }
+}

@@ -1,0 +1,255 @@
+//! Which blocks an image says something about: from large cubes to blocks, each decided as a whole where it can be.
+
+use nalgebra::{Matrix3, Point3, Vector3};
+
+use crate::block::{BLOCK_EDGE, BlockKey};
+use crate::depth_view::{DepthView, LEVELS};
+use crate::projection::{CameraBox, Covered, Extent, Project};
+
+/// Roots along an axis of the box around the view, at most, and one more.
+const ROOTS_AN_AXIS: i64 = 4;
+/// Cubes have at most `2^20` blocks an axis.
+const MOST_LEVEL: u32 = 20;
+
+/// What an image says of a cube.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Verdict {
+    /// The image shows it nowhere, or nothing came back from where it shows it, or it is out of reach.
+    Unseen,
+    /// It is behind what the image shows.
+    Hidden,
+    /// All of it is free, by the margin asked for.
+    Free,
+    /// Its parts may differ.
+    Mixed,
+}
+
+/// How far around the depth of the image something is decided.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Margins {
+    /// What is nearer by less than this is not free for sure.
+    pub(crate) before_m: f32,
+    /// What is farther by less than this is not hidden.
+    pub(crate) behind_m: f32,
+    /// Farther from the camera nothing is decided: in the image's kind of depth.
+    pub(crate) reach_m: f32,
+}
+
+/// An image, and the transform to it, as cubes need them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Judge<'a, P> {
+    view: &'a DepthView,
+    projection: P,
+    camera_from_map: [[f32; 3]; 3],
+    camera_in_map_m: Point3<f64>,
+    /// Half the extent along the camera's axes of a cube of edge 1.
+    half: [f32; 3],
+    margins: Margins,
+    /// The edge of the voxels that are compared with coarser images; 0 where they are compared with the finest alone.
+    sampled_edge_m: f32,
+}
+
+impl<'a, P: Project> Judge<'a, P> {
+    pub(crate) fn new(
+        view: &'a DepthView,
+        projection: P,
+        margins: Margins,
+        sampled_edge_m: f32,
+    ) -> Self {
+        let rotation: Matrix3<f64> =
+            view.map_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
+        let row = |axis: usize| [0, 1, 2].map(|column| rotation[(axis, column)] as f32);
+        let camera_from_map = [row(0), row(1), row(2)];
+        let half =
+            camera_from_map.map(|row| 0.5 * row.iter().map(|share| share.abs()).sum::<f32>());
+        Self {
+            view,
+            projection,
+            camera_from_map,
+            camera_in_map_m: view.map_from_camera.translation.vector.into(),
+            half,
+            margins,
+            sampled_edge_m,
+        }
+    }
+
+    /// A point of the map in the camera's frame. The difference is taken in double precision, so that far from the map's
+    /// origin nothing is lost.
+    #[inline]
+    pub(crate) fn in_camera_m(&self, point_in_map: &Point3<f64>) -> [f32; 3] {
+        let from_camera: Vector3<f64> = point_in_map - self.camera_in_map_m;
+        let [x, y, z] = [from_camera.x as f32, from_camera.y as f32, from_camera.z as f32];
+        self.camera_from_map.map(|[a, b, c]| a * x + b * y + c * z)
+    }
+
+    /// What a step along each axis of the map is in the camera's frame.
+    pub(crate) fn steps_m(&self, edge_m: f64) -> [[f32; 3]; 3] {
+        let edge_m = edge_m as f32;
+        [0, 1, 2].map(|axis: usize| self.camera_from_map.map(|row| row[axis] * edge_m))
+    }
+
+    /// What the image says of a cube with this middle.
+    #[inline]
+    pub(crate) fn judge(&self, middle_in_map_m: &Point3<f64>, edge_m: f32) -> Verdict {
+        let middle_m = self.in_camera_m(middle_in_map_m);
+        let half_m = self.half.map(|half| half * edge_m);
+        let covered = match self.projection.extent(&CameraBox { middle_m, half_m }) {
+            Extent::Outside => return Verdict::Unseen,
+            Extent::Undecided => return Verdict::Mixed,
+            Extent::Within(covered) => covered,
+        };
+        let Margins { before_m, behind_m, reach_m } = self.margins;
+        let Covered { nearest_m, farthest_m, columns, rows, is_cut } = covered;
+        if nearest_m > reach_m {
+            return Verdict::Unseen;
+        }
+        let beside_px = self.beside_px(nearest_m);
+        let grown = |[first, last]: [u32; 2]| [first.saturating_sub(beside_px), last + beside_px];
+        let span = self.view.tiles.span(grown(columns), grown(rows));
+        if span.known_to_m == 0.0 {
+            Verdict::Unseen
+        } else if nearest_m > span.known_to_m + behind_m {
+            Verdict::Hidden
+        } else if !is_cut && farthest_m <= reach_m && farthest_m + before_m < span.free_to_m {
+            Verdict::Free
+        } else {
+            Verdict::Mixed
+        }
+    }
+
+    /// Whether some eighth of a cube is mixed, and whether some is free.
+    pub(crate) fn eighths(&self, middle_in_map_m: &Point3<f64>, edge_m: f64) -> (bool, bool) {
+        let (mut is_mixed, mut is_free) = (false, false);
+        for eighth in 0..8 {
+            let aside_m = Vector3::new(eighth & 1, eighth >> 1 & 1, eighth >> 2)
+                .map(|upper| (f64::from(upper) - 0.5) * 0.5 * edge_m);
+            let verdict = self.judge(&(middle_in_map_m + aside_m), 0.5 * edge_m as f32);
+            is_free |= verdict == Verdict::Free;
+            is_mixed |= verdict == Verdict::Mixed;
+            if is_mixed {
+                break;
+            }
+        }
+        (is_mixed, is_free)
+    }
+
+    /// How far beside a voxel's own pixel a pixel of its coarser image reaches.
+    fn beside_px(&self, nearest_m: f32) -> u32 {
+        if self.sampled_edge_m == 0.0 {
+            return 0;
+        }
+        (1 << level_of(self.sampled_edge_m, self.view.pixel_slope(), nearest_m)) - 1
+    }
+}
+
+/// The coarsest image whose pixels are no larger than a voxel's edge at a depth.
+#[inline]
+pub(crate) fn level_of(edge_m: f32, pixel_slope: f32, depth_m: f32) -> u32 {
+    let edge_px = edge_m / (pixel_slope * depth_m.max(1e-3));
+    (1..LEVELS as u32).take_while(|level| edge_px >= (1 << level) as f32).count() as u32
+}
+
+/// Looks for the blocks that an image says something about.
+pub(crate) struct Descent<'a, P> {
+    pub(crate) judge: &'a Judge<'a, P>,
+    pub(crate) block_edge_m: f64,
+    /// So many cubes are judged at most: it bounds the time.
+    pub(crate) most_judged: usize,
+}
+
+impl<P: Project> Descent<'_, P> {
+    /// Calls `visit` with each largest cube that is free (its least block, and how often it was doubled), and each block
+    /// that is mixed. In a fixed order, nearer ones first. Returns whether all of the view was looked at.
+    pub(crate) fn run(&self, mut visit: impl FnMut(BlockKey, u32, Verdict)) -> bool {
+        let Margins { reach_m, behind_m, .. } = self.judge.margins;
+        let farthest_m = self.judge.view.farthest_m();
+        if farthest_m <= 0.0 {
+            return true;
+        }
+        let Some((roots, level)) = self.roots(reach_m.min(farthest_m + behind_m)) else {
+            return true;
+        };
+        let mut judged = 0;
+        for root in roots {
+            if !self.visit_cube(root, level, &mut judged, &mut visit) {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn visit_cube(
+        &self,
+        least: BlockKey,
+        level: u32,
+        judged: &mut usize,
+        visit: &mut impl FnMut(BlockKey, u32, Verdict),
+    ) -> bool {
+        *judged += 1;
+        if *judged > self.most_judged {
+            return false;
+        }
+        let edge_m = self.block_edge_m * f64::from(1_u32 << level);
+        let middle_m = self.middle_m(least, level);
+        let verdict = self.judge.judge(&middle_m, edge_m as f32);
+        match verdict {
+            Verdict::Unseen | Verdict::Hidden => return true,
+            Verdict::Free => visit(least, level, verdict),
+            Verdict::Mixed if level == 0 => visit(least, level, verdict),
+            Verdict::Mixed => {
+                let half = 1_i32 << (level - 1);
+                // The eighth on the camera's side comes first, so that what is left out is far away.
+                let camera_m = self.judge.camera_in_map_m;
+                let nearest = [0, 1, 2].map(|axis: usize| camera_m[axis] > middle_m[axis]);
+                for eighth in 0..8 {
+                    let step = |axis: usize| {
+                        let is_upper = (eighth >> axis & 1 == 1) != nearest[axis];
+                        if is_upper { half } else { 0 }
+                    };
+                    let child = least.offset(step(0), step(1), step(2));
+                    if !self.visit_cube(child, level - 1, judged, visit) {
+                        return false;
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    fn middle_m(&self, least: BlockKey, level: u32) -> Point3<f64> {
+        let half = 0.5 * f64::from(1_u32 << level);
+        Point3::from(least.coordinates().map(|along| (f64::from(along) + half) * self.block_edge_m))
+    }
+
+    /// The cubes that hold all that the image shows, nearest first.
+    fn roots(&self, depth_m: f32) -> Option<(Vec<BlockKey>, u32)> {
+        let view = self.judge.view;
+        let hull = self.judge.projection.hull_m(depth_m);
+        let hull = hull.map(|corner| view.map_from_camera * Point3::from(corner).cast::<f64>());
+        let (mut least_m, mut most_m) = (hull[0], hull[0]);
+        for corner in &hull {
+            (least_m, most_m) = (least_m.inf(corner), most_m.sup(corner));
+        }
+        let key = |value_m: f64| (value_m / self.block_edge_m).floor() as i64;
+        let (least, most) = (least_m.coords.map(key), most_m.coords.map(key));
+        let longest = (most - least).max();
+        let level = (0..MOST_LEVEL).find(|level| longest >> level < ROOTS_AN_AXIS)?;
+        let along = |axis: usize| {
+            let (first, last) = (least[axis] >> level, most[axis] >> level);
+            (first..=last).filter_map(move |cube| i32::try_from(cube << level).ok())
+        };
+        let mut roots: Vec<BlockKey> = along(2)
+            .flat_map(|z| along(1).flat_map(move |y| along(0).map(move |x| BlockKey { x, y, z })))
+            .collect();
+        let distance_m2 = |root: &BlockKey| {
+            (self.middle_m(*root, level) - self.judge.camera_in_map_m).norm_squared()
+        };
+        roots.sort_by(|a, b| distance_m2(a).total_cmp(&distance_m2(b)).then(a.cmp(b)));
+        Some((roots, level))
+    }
+}
+
+/// The edge of a block.
+pub(crate) fn block_edge_m(voxel_edge_m: f64) -> f64 {
+    voxel_edge_m * BLOCK_EDGE as f64
+}

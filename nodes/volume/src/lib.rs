@@ -1,0 +1,52 @@
+//! What is known of space: which places are free, occupied or unknown and since when, and where the surface is.
+//! No ROS, no clock, no files.
+//!
+//! Space is cut into voxels, and these into blocks of 8 an axis, found by a hash of their keys. Images update it by
+//! **projection**: a voxel is projected into the depth image and compared with what is there, in place of a ray from each
+//! pixel. A pyramid of least and greatest depths decides whole cubes of blocks at once, so that work is spent
+//! near surfaces.
+//!
+//! | type | what |
+//! |---|---|
+//! | [`DepthView`] | one depth image or cloud, prepared: any number of layers, at different edges, are updated from it |
+//! | [`Surface`] | signed distances, weights, colours: the map |
+//!
+//! ```
+//! use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
+//! use volume::*;
+//!
+//! let (size, distortion) = ((64, 48), Distortion::None);
+//! let (width_px, height_px, fx_px, fy_px, cx_px, cy_px) = (64, 48, 52.5, 52.5, 31.5, 23.5);
+//! let camera = CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion };
+//! let wall = DepthPixels::Millimetres(vec![2000; 64 * 48]);
+//! let image = DepthImage::new(Stamp::default(), "camera".into(), size, wall)?;
+//!
+//! let mut view = DepthView::new(DepthRange::default(), DepthNoise::default())?;
+//! let mut surface = Surface::new(SurfaceConfig { edge_m: 0.05, ..SurfaceConfig::default() })?;
+//! let map_from_camera = nalgebra::Isometry3::identity();
+//! let (image, camera, map_from_camera) = (&image, &camera, &map_from_camera);
+//! view.fill(&DepthInput { image, is_moving: None, colour: None, camera, map_from_camera })?;
+//! surface.integrate(&view, &estimation::executor::Serial);
+//! assert!(surface.points(PointRules::default()).iter().all(|p| (p.position_m.z - 2.0).abs() < 0.001));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod block;
+mod depth_view;
+mod descent;
+mod evidence;
+mod layer;
+mod noise;
+mod projection;
+mod surface;
+#[cfg(test)]
+mod testing;
+mod ticks;
+
+pub use block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey, voxel_index};
+pub use depth_view::{DepthInput, DepthRange, DepthView, ViewError};
+pub use noise::DepthNoise;
+pub use projection::{SphericalModel, SphericalModelError};
+pub use surface::{
+    PointRules, Surface, SurfaceConfig, SurfaceConfigError, SurfacePoint, SurfaceUpdate,
+};

@@ -1,0 +1,123 @@
+//! The image of a pinhole camera without distortion.
+
+use geometry::CameraModel;
+
+use super::{
+    CameraBox, Covered, Extent, LANES, Project, Row, depths_between, nearest, pixels_between,
+};
+
+/// Nearer to the camera's plane nothing is projected. No depth camera measures so near.
+const NEAREST_M: f32 = 0.05;
+
+/// A pinhole camera in single precision. Depth is along the optical axis.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Pinhole {
+    width_px: u32,
+    height_px: u32,
+    fx_px: f32,
+    fy_px: f32,
+    cx_px: f32,
+    cy_px: f32,
+}
+
+impl Pinhole {
+    /// The camera without its distortion.
+    pub(crate) fn of(camera: &CameraModel) -> Self {
+        Self {
+            width_px: camera.width_px as u32,
+            height_px: camera.height_px as u32,
+            fx_px: camera.fx_px as f32,
+            fy_px: camera.fy_px as f32,
+            cx_px: camera.cx_px as f32,
+            cy_px: camera.cy_px as f32,
+        }
+    }
+}
+
+impl Project for Pinhole {
+    #[inline(always)]
+    fn row(&self, start_m: [f32; 3], step_m: [f32; 3]) -> Row {
+        let (right_px, bottom_px) = (self.width_px as f32 - 0.5, self.height_px as f32 - 0.5);
+        let none = self.width_px * self.height_px;
+        let mut row = Row { depth_m: [0.0; LANES], pixel: [0; LANES] };
+        for lane in 0..LANES {
+            let along = lane as f32;
+            let x_m = start_m[0] + along * step_m[0];
+            let y_m = start_m[1] + along * step_m[1];
+            let z_m = start_m[2] + along * step_m[2];
+            let inverse = 1.0 / z_m;
+            let column = x_m * inverse * self.fx_px + self.cx_px;
+            let line = y_m * inverse * self.fy_px + self.cy_px;
+            let is_inside = (z_m > NEAREST_M)
+                & (column >= -0.5)
+                & (column < right_px)
+                & (line >= -0.5)
+                & (line < bottom_px);
+            let pixel = nearest(line).wrapping_mul(self.width_px).wrapping_add(nearest(column));
+            row.depth_m[lane] = z_m;
+            row.pixel[lane] = if is_inside { pixel } else { none };
+        }
+        row
+    }
+
+    #[inline]
+    fn extent(&self, of: &CameraBox) -> Extent {
+        let CameraBox { middle_m: [x, y, z], half_m: [half_x, half_y, half_z] } = *of;
+        let [near_m, far_m] = [z - half_z, z + half_z];
+        if far_m <= NEAREST_M {
+            return Extent::Outside;
+        }
+        if near_m <= NEAREST_M {
+            return Extent::Undecided;
+        }
+        let (by_near, by_far) = (1.0 / near_m, 1.0 / far_m);
+        // Of the slopes of a box the least is at its near side where it is negative, and at its far side where not.
+        let slopes = |middle: f32, half: f32| {
+            let (least, most) = (middle - half, middle + half);
+            let least = least * if least < 0.0 { by_near } else { by_far };
+            let most = most * if most > 0.0 { by_near } else { by_far };
+            [least, most]
+        };
+        let [left, right] = slopes(x, half_x).map(|slope| slope * self.fx_px + self.cx_px);
+        let [top, bottom] = slopes(y, half_y).map(|slope| slope * self.fy_px + self.cy_px);
+        let Some((columns, is_cut_aside)) = pixels_between(left, right, self.width_px) else {
+            return Extent::Outside;
+        };
+        let Some((rows, is_cut_above)) = pixels_between(top, bottom, self.height_px) else {
+            return Extent::Outside;
+        };
+        let [nearest_m, farthest_m] = depths_between(near_m, far_m);
+        let is_cut = is_cut_aside || is_cut_above;
+        Extent::Within(Covered { nearest_m, farthest_m, columns, rows, is_cut })
+    }
+
+    fn pixel_slope(&self) -> f32 {
+        1.0 / self.fx_px.max(self.fy_px)
+    }
+
+    fn hull_m(&self, depth_m: f32) -> [[f32; 3]; 8] {
+        let left = (-0.5 - self.cx_px) / self.fx_px * depth_m;
+        let right = (self.width_px as f32 - 0.5 - self.cx_px) / self.fx_px * depth_m;
+        let top = (-0.5 - self.cy_px) / self.fy_px * depth_m;
+        let bottom = (self.height_px as f32 - 0.5 - self.cy_px) / self.fy_px * depth_m;
+        let far = [[left, top], [right, top], [left, bottom], [right, bottom]];
+        let mut hull_m = [[0.0; 3]; 8];
+        for (corner, [x, y]) in hull_m.iter_mut().zip(far) {
+            *corner = [x, y, depth_m];
+        }
+        hull_m
+    }
+
+    fn coarser(&self, level: u32) -> Self {
+        let share = 1.0 / (1_u32 << level) as f32;
+        Self {
+            width_px: self.width_px.div_ceil(1 << level),
+            height_px: self.height_px.div_ceil(1 << level),
+            fx_px: self.fx_px * share,
+            fy_px: self.fy_px * share,
+            // A pixel's middle has whole coordinates.
+            cx_px: (self.cx_px + 0.5) * share - 0.5,
+            cy_px: (self.cy_px + 0.5) * share - 0.5,
+        }
+    }
+}

@@ -1,0 +1,395 @@
+//! The surface: truncated signed distances, their weights and colours (Curless and Levoy, "A volumetric method for building
+//! complex models from range images", SIGGRAPH 1996, section 3).
+//!
+//! Distances are kept at the **corners** of voxels: the node of a voxel is its corner with the least coordinates. So the cell
+//! between eight nodes is a voxel, and the surface point of that cell lies in it (module `points`).
+
+mod block;
+mod points;
+mod update;
+
+use estimation::executor::{self, Executor};
+use geometry::{Stamp, VoxelEdgeError, VoxelGrid};
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+
+use crate::block::BlockKey;
+use crate::depth_view::{DepthView, with_projection};
+use crate::descent::{Descent, Judge, Margins, Verdict, block_edge_m};
+use crate::layer::Layer;
+use crate::projection::Project;
+use crate::ticks::Ticks;
+use block::SurfaceBlock;
+pub use points::{PointRules, SurfacePoint};
+use update::{Job, Work};
+
+/// The parameters of [`Surface`].
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SurfaceConfig {
+    /// The edge of the voxels, in metres.
+    pub edge_m: f64,
+    /// Distances beyond so many edges are cut: nearer than that before the surface nothing counts as free, and so far
+    /// behind it something is recorded.
+    pub truncation_in_edges: f64,
+    /// Farther from the camera than this nothing is recorded, in metres.
+    pub reach_m: f64,
+    /// Blocks of 8 voxels an axis that are kept at most.
+    pub max_blocks: usize,
+    /// Blocks that one image updates at most, the nearest: it bounds the time.
+    pub max_blocks_per_image: usize,
+    /// Whether colours are kept.
+    pub has_colour: bool,
+}
+
+impl Default for SurfaceConfig {
+    fn default() -> Self {
+        Self {
+            edge_m: 0.02,
+            // At 2 cm 8 cm, three standard deviations of the Kinect's noise at 4 m.
+            truncation_in_edges: 4.0,
+            reach_m: 5.0,
+            // 400 MB.
+            max_blocks: 200_000,
+            // A view of a room has 2,500 at 2 cm, and 12,000 at 1 cm.
+            max_blocks_per_image: 30_000,
+            has_colour: false,
+        }
+    }
+}
+
+/// A parameter has a value that means nothing.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum SurfaceConfigError {
+    /// The edge is none.
+    #[error(transparent)]
+    Edge(#[from] VoxelEdgeError),
+    /// The edge is of no use.
+    #[error(
+        "voxels of {edge_m} m: from {} m to {} m are possible",
+        SurfaceConfig::LEAST_EDGE_M,
+        SurfaceConfig::MOST_EDGE_M
+    )]
+    EdgeOutOfRange {
+        /// The edge.
+        edge_m: f64,
+    },
+    /// The truncation is none.
+    #[error("distances cut at {in_edges} edges: from 1 to 64 are possible")]
+    Truncation {
+        /// The parameter.
+        in_edges: f64,
+    },
+    /// The reach is none.
+    #[error("a reach of {reach_m} m: it must be a positive number")]
+    Reach {
+        /// The parameter.
+        reach_m: f64,
+    },
+    /// There is no room.
+    #[error("{name} is 0: a surface needs blocks")]
+    NoBlocks {
+        /// The parameter.
+        name: &'static str,
+    },
+}
+
+impl SurfaceConfig {
+    /// The finest voxels.
+    pub const LEAST_EDGE_M: f64 = 0.001;
+    /// The coarsest voxels.
+    pub const MOST_EDGE_M: f64 = 10.0;
+
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// When one means nothing.
+    pub fn validate(&self) -> Result<(), SurfaceConfigError> {
+        let Self { edge_m, truncation_in_edges: in_edges, reach_m, .. } = *self;
+        VoxelGrid::new(edge_m)?;
+        if !(Self::LEAST_EDGE_M..=Self::MOST_EDGE_M).contains(&edge_m) {
+            return Err(SurfaceConfigError::EdgeOutOfRange { edge_m });
+        }
+        if !(1.0..=64.0).contains(&in_edges) {
+            return Err(SurfaceConfigError::Truncation { in_edges });
+        }
+        if !(reach_m.is_finite() && reach_m > 0.0) {
+            return Err(SurfaceConfigError::Reach { reach_m });
+        }
+        for (name, blocks) in
+            [("max_blocks", self.max_blocks), ("max_blocks_per_image", self.max_blocks_per_image)]
+        {
+            if blocks == 0 {
+                return Err(SurfaceConfigError::NoBlocks { name });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What one image did to the surface.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct SurfaceUpdate {
+    /// Blocks that were compared with the image.
+    pub compared_blocks: usize,
+    /// Blocks that came to be.
+    pub new_blocks: usize,
+    /// Blocks that went, since no surface is left in them.
+    pub cleared_blocks: usize,
+    /// Blocks that would have come to be, had there been room.
+    pub refused_blocks: usize,
+    /// Whether the view has more blocks than one image may update; those left out are the farthest.
+    pub is_incomplete: bool,
+}
+
+/// What is known of surfaces. See the module.
+#[derive(Debug)]
+pub struct Surface {
+    config: SurfaceConfig,
+    grid: VoxelGrid,
+    /// Blocks are lent to the work on an image, and given back.
+    layer: Layer<Option<Box<SurfaceBlock>>>,
+    /// Blocks without content, kept for their memory.
+    #[expect(clippy::vec_box, reason = "they are lent by moving their boxes")]
+    spare: Vec<Box<SurfaceBlock>>,
+    work: Vec<Work>,
+    /// Blocks that the image shows to be free.
+    free: Vec<BlockKey>,
+    changed: Vec<BlockKey>,
+    removed: Vec<BlockKey>,
+    ticks: Ticks,
+}
+
+impl Surface {
+    /// Nothing known.
+    ///
+    /// # Errors
+    /// When a parameter means nothing.
+    pub fn new(config: SurfaceConfig) -> Result<Self, SurfaceConfigError> {
+        config.validate()?;
+        Ok(Self {
+            config,
+            grid: VoxelGrid::new(config.edge_m)?,
+            layer: Layer::default(),
+            spare: Vec::new(),
+            work: Vec::new(),
+            free: Vec::new(),
+            changed: Vec::new(),
+            removed: Vec::new(),
+            ticks: Ticks::default(),
+        })
+    }
+
+    /// Joins an image to the surface. The result is the same on however many threads. An empty view changes nothing.
+    pub fn integrate(&mut self, view: &DepthView, executor: &dyn Executor) -> SurfaceUpdate {
+        self.changed.clear();
+        self.removed.clear();
+        if view.is_empty() {
+            return SurfaceUpdate::default();
+        }
+        let now = self.ticks.at(view.stamp);
+        with_projection!(view.kind, projection => {
+            self.integrate_as(view, projection, now, executor)
+        })
+    }
+
+    fn integrate_as<P: Project + update::Kernel>(
+        &mut self,
+        view: &DepthView,
+        projection: P,
+        now: u32,
+        executor: &dyn Executor,
+    ) -> SurfaceUpdate {
+        let edge_m = self.config.edge_m;
+        let truncation_m = (self.config.truncation_in_edges * edge_m) as f32;
+        let margins = Margins {
+            before_m: truncation_m,
+            behind_m: truncation_m,
+            reach_m: self.config.reach_m as f32,
+        };
+        let judge = Judge::new(view, projection, margins, edge_m as f32);
+        let mut update =
+            SurfaceUpdate { is_incomplete: !self.find_work(&judge), ..SurfaceUpdate::default() };
+        update.compared_blocks = self.work.len();
+        let colour = self.config.has_colour && !view.colour.is_empty();
+        let job = Job::new(view, &judge, projection, edge_m, margins, colour);
+        let mut work = std::mem::take(&mut self.work);
+        let stretch = work.len().div_ceil(executor.threads().get()).max(1);
+        let mut stretches: Vec<&mut [Work]> = work.chunks_mut(stretch).collect();
+        executor::for_each(executor, &mut stretches, |stretch| P::run(&job, stretch));
+        for done in work.drain(..) {
+            self.take_back(done, now, &mut update);
+        }
+        self.work = work;
+        self.clear_free(&mut update);
+        update
+    }
+
+    /// Lends the blocks that the image says something about to `work`. Returns whether these are all.
+    fn find_work<P: Project>(&mut self, judge: &Judge<'_, P>) -> bool {
+        /// Cubes judged for each block that may be updated: those around it, and free ones.
+        const JUDGED_A_BLOCK: usize = 16;
+        let most = self.config.max_blocks_per_image;
+        let block_edge_m = block_edge_m(self.config.edge_m);
+        let descent =
+            Descent { judge, block_edge_m, most_judged: most.saturating_mul(JUDGED_A_BLOCK) };
+        let Self { layer, work, spare, free, .. } = self;
+        let mut is_complete = true;
+        free.clear();
+        let is_whole_view = descent.run(|least, level, verdict| {
+            if verdict == Verdict::Free {
+                layer.for_each_in_cube(least, level, |key, _| free.push(key));
+                return;
+            }
+            let middle_m = Point3::from(
+                least.coordinates().map(|along| (f64::from(along) + 0.5) * block_edge_m),
+            );
+            // Nodes that are free make no surface, but what a block has they take away.
+            let (is_mixed, is_free) = judge.eighths(&middle_m, block_edge_m);
+            let has_work = is_mixed || (is_free && layer.get(least).is_some());
+            if !has_work {
+                return;
+            }
+            if work.len() < most {
+                work.push(Work::new(least));
+            } else {
+                is_complete = false;
+            }
+        });
+        for item in work.iter_mut() {
+            let known = layer.get_mut(item.key);
+            item.is_new = known.is_none();
+            let lent = known.and_then(Option::take);
+            item.block = Some(lent.or_else(|| spare.pop()).unwrap_or_default());
+        }
+        is_complete && is_whole_view
+    }
+
+    fn take_back(&mut self, done: Work, now: u32, update: &mut SurfaceUpdate) {
+        let Some(mut block) = done.block else { return };
+        if done.is_hit {
+            block.evidence.hit();
+        }
+        if done.is_changed {
+            block.last_seen = now;
+        }
+        match (done.is_new, block.has_surface()) {
+            (true, true) if self.layer.len() < self.config.max_blocks => {
+                update.new_blocks += 1;
+                block.first_seen = now;
+                self.changed.push(done.key);
+                self.layer.insert(done.key, Some(block));
+            }
+            (true, has_surface) => {
+                update.refused_blocks += usize::from(has_surface);
+                self.keep_spare(block);
+            }
+            (false, has_surface) => {
+                if let Some(place) = self.layer.get_mut(done.key) {
+                    *place = Some(block);
+                }
+                if !has_surface {
+                    self.remove(done.key, update);
+                } else if done.is_changed {
+                    self.changed.push(done.key);
+                }
+            }
+        }
+    }
+
+    fn clear_free(&mut self, update: &mut SurfaceUpdate) {
+        let free = std::mem::take(&mut self.free);
+        for key in &free {
+            let block = self.layer.get_mut(*key).and_then(Option::as_mut);
+            if block.is_some_and(|block| !block.evidence.miss()) {
+                self.remove(*key, update);
+            }
+        }
+        self.free = free;
+    }
+
+    fn remove(&mut self, key: BlockKey, update: &mut SurfaceUpdate) {
+        if let Some(block) = self.layer.remove(key).flatten() {
+            update.cleared_blocks += 1;
+            self.removed.push(key);
+            self.keep_spare(block);
+        }
+    }
+
+    fn block(&self, key: BlockKey) -> Option<&SurfaceBlock> {
+        self.layer.get(key)?.as_deref()
+    }
+
+    fn keep_spare(&mut self, mut block: Box<SurfaceBlock>) {
+        block.clear();
+        self.spare.push(block);
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.layer = Layer::default();
+        self.changed.clear();
+        self.removed.clear();
+        self.ticks = Ticks::default();
+    }
+
+    /// The grid of the voxels.
+    #[must_use]
+    pub fn grid(&self) -> &VoxelGrid {
+        &self.grid
+    }
+
+    /// The parameters.
+    #[must_use]
+    pub fn config(&self) -> &SurfaceConfig {
+        &self.config
+    }
+
+    /// How many blocks there are.
+    #[must_use]
+    pub fn blocks(&self) -> usize {
+        self.layer.len()
+    }
+
+    /// All blocks, ascending.
+    #[must_use]
+    pub fn block_keys(&self) -> Vec<BlockKey> {
+        self.layer.sorted_keys()
+    }
+
+    /// The blocks in which the latest image changed something, in the order of the update. Points of a block depend on the
+    /// next block along each axis, too.
+    #[must_use]
+    pub fn changed(&self) -> &[BlockKey] {
+        &self.changed
+    }
+
+    /// The blocks that the latest image cleared.
+    #[must_use]
+    pub fn removed(&self) -> &[BlockKey] {
+        &self.removed
+    }
+
+    /// When a block was updated first and last.
+    #[must_use]
+    pub fn seen(&self, key: BlockKey) -> Option<(Stamp, Stamp)> {
+        let block = self.block(key)?;
+        Some((self.ticks.stamp(block.first_seen)?, self.ticks.stamp(block.last_seen)?))
+    }
+
+    /// The memory taken, in bytes.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let blocks = self.layer.unordered().filter_map(|(_, block)| block.as_ref());
+        let blocks = blocks.map(|block| block.memory_bytes()).sum::<usize>();
+        let spare = self.spare.iter().map(|block| block.memory_bytes()).sum::<usize>();
+        blocks
+            + spare
+            + self.layer.table_bytes()
+            + self.work.capacity() * size_of::<Work>()
+            + self.free.capacity() * size_of::<BlockKey>()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,63 @@
+//! The nodes of a block.
+
+use crate::block::BLOCK_VOXELS;
+use crate::evidence::Evidence;
+
+/// The distance that stands for the whole truncation.
+pub(super) const FULL: f32 = 32_767.0;
+/// From this share of the truncation on a distance says that there is no surface.
+const NO_SURFACE: i16 = 31_000;
+
+/// Nodes of a block, in flat arrays: x runs fastest, then y, then z. Four bytes a node, and three of colour.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct SurfaceBlock {
+    /// Shares of the truncation in 32767ths; positive before the surface.
+    pub(super) distance: [i16; BLOCK_VOXELS],
+    /// 0 where nothing is known.
+    pub(super) weight: [u16; BLOCK_VOXELS],
+    /// Red, green, blue; black and none are the same.
+    pub(super) colour: Option<Box<[[u8; 3]; BLOCK_VOXELS]>>,
+    /// For there being a surface in it.
+    pub(super) evidence: Evidence,
+    /// The tick of the first image that it was compared with.
+    pub(super) first_seen: u32,
+    /// The same of the last one.
+    pub(super) last_seen: u32,
+}
+
+impl Default for SurfaceBlock {
+    fn default() -> Self {
+        Self {
+            distance: [0; BLOCK_VOXELS],
+            weight: [0; BLOCK_VOXELS],
+            colour: None,
+            evidence: Evidence::default(),
+            first_seen: 0,
+            last_seen: 0,
+        }
+    }
+}
+
+impl SurfaceBlock {
+    /// Forgets everything, and keeps the memory of the colours.
+    pub(super) fn clear(&mut self) {
+        self.distance = [0; BLOCK_VOXELS];
+        self.weight = [0; BLOCK_VOXELS];
+        if let Some(colour) = &mut self.colour {
+            **colour = [[0; 3]; BLOCK_VOXELS];
+        }
+        self.evidence = Evidence::default();
+        (self.first_seen, self.last_seen) = (0, 0);
+    }
+
+    /// Whether some node is near a surface.
+    pub(super) fn has_surface(&self) -> bool {
+        let near = |(distance, weight): (&i16, &u16)| (*weight != 0) & (*distance < NO_SURFACE);
+        self.distance.iter().zip(&self.weight).fold(false, |any, node| any | near(node))
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        let colour = self.colour.as_ref().map_or(0, |colour| size_of_val(&**colour));
+        size_of::<Self>() + colour
+    }
+}

@@ -1,0 +1,126 @@
+//! What an image says of space, rule by rule.
+
+use super::*;
+
+const BALL: ([f64; 3], f64) = ([0.0, 0.0, 1.5], 0.2);
+
+fn with_ball() -> Scene {
+    Scene { balls: vec![(BALL.0.into(), BALL.1)], ..Scene::wall(3.0) }
+}
+
+fn front_of_ball() -> Point3<f32> {
+    Point3::new(0.0, 0.0, (BALL.0[2] - BALL.1) as f32)
+}
+
+fn middle_of_ball() -> Point3<f32> {
+    Point3::from(BALL.0).cast()
+}
+
+/// A surface that saw a scene so many times.
+fn after(scene: &Scene, images: usize) -> Surface {
+    let mut surface = surface(0.05);
+    see(&mut surface, scene, images);
+    surface
+}
+
+fn see(surface: &mut Surface, scene: &Scene, images: usize) {
+    let camera = testing::camera(160, 120);
+    for index in 0..images {
+        let pose = testing::pose([0.0; 3], [0.0; 3]);
+        surface.integrate(&testing::view_of_scene(scene, &camera, &pose, index as f64), &Serial);
+    }
+}
+
+#[test]
+fn what_has_gone_is_cleared_by_what_is_seen_behind_it() {
+    for images in [1, 5, 100] {
+        let mut surface = after(&with_ball(), images);
+        assert!(near(&surface, front_of_ball(), 0.1) > 5);
+        let until_gone = (1..30).find(|_| {
+            see(&mut surface, &Scene::wall(3.0), 1);
+            near(&surface, middle_of_ball(), 0.3) == 0
+        });
+        assert!(until_gone.is_some_and(|cleared| cleared <= 12), "{images} images: {until_gone:?}");
+        assert!(near(&surface, Point3::new(0.0, 0.0, 3.0), 0.3) > 20, "the wall is there");
+    }
+}
+
+#[test]
+fn where_nothing_comes_back_nothing_is_cleared() {
+    let camera = testing::camera(160, 120);
+    let mut surface = after(&with_ball(), 3);
+    let before = nodes(&surface);
+    for index in 0..50 {
+        let pose = Isometry3::identity();
+        let view = testing::view_of(&camera, &pose, f64::from(index), vec![0.0; 160 * 120], None);
+        assert_eq!(surface.integrate(&view, &Serial).compared_blocks, 0);
+    }
+    assert!(nodes(&surface) == before);
+}
+
+#[test]
+fn what_moves_adds_nothing_and_proves_the_space_before_it_free() {
+    let camera = testing::camera(160, 120);
+    let pose = Isometry3::identity();
+    let walker = Scene::wall(2.5).depths_m(&camera, &pose);
+    let is_moving = vec![true; walker.len()];
+    let mut surface = surface(0.05);
+    let view = testing::view_of(&camera, &pose, 0.0, walker, Some(&is_moving));
+    surface.integrate(&view, &Serial);
+    assert_eq!(surface.blocks(), 0, "no surface");
+    see(&mut surface, &with_ball(), 3);
+    let wall = near(&surface, Point3::new(0.0, 0.5, 3.0), 0.3);
+    assert!(near(&surface, front_of_ball(), 0.1) > 5);
+    for _ in 0..15 {
+        surface.integrate(&view, &Serial);
+    }
+    assert_eq!(near(&surface, middle_of_ball(), 0.3), 0, "the ball before it has gone");
+    assert_eq!(near(&surface, Point3::new(0.0, 0.5, 3.0), 0.3), wall, "what it hides stays");
+}
+
+/// A floor that is seen at 4 degrees: rays to its far part pass close over its near part.
+#[test]
+fn rays_that_graze_a_floor_do_not_clear_it() {
+    let camera = testing::camera(320, 240);
+    let floor = Scene {
+        planes: vec![(nalgebra::Vector3::y(), 0.0), (nalgebra::Vector3::z(), 6.0)],
+        balls: Vec::new(),
+    };
+    let mut surface = surface(0.05);
+    let from_above = testing::pose([0.0, -1.2, 0.0], [-0.5, 0.0, 0.0]);
+    for index in 0..5 {
+        let view = testing::view_of_scene(&floor, &camera, &from_above, f64::from(index));
+        surface.integrate(&view, &Serial);
+    }
+    let on_floor = |surface: &Surface| {
+        let is_floor = |point: &&SurfacePoint| {
+            point.position_m.y.abs() < 0.05
+                && point.position_m.x.abs() < 0.4
+                && point.position_m.z < 3.5
+        };
+        points(surface).iter().filter(is_floor).count()
+    };
+    let before = on_floor(&surface);
+    assert!(before > 300, "{before}");
+    let mut noise = testing::Noise::new(3);
+    for index in 0..60 {
+        let grazing = testing::pose([0.0, -0.2, -1.0], [0.0; 3]);
+        let mut depths_m = floor.depths_m(&camera, &grazing);
+        for depth_m in &mut depths_m {
+            *depth_m *= 1.0 + 0.003 * noise.normal() as f32;
+        }
+        let view = testing::view_of(&camera, &grazing, f64::from(index), depths_m, None);
+        surface.integrate(&view, &Serial);
+    }
+    let after = on_floor(&surface);
+    assert!(after * 100 >= before * 95, "{after} of {before}");
+}
+
+#[test]
+fn a_thing_that_is_missed_now_and_then_stays() {
+    let mut surface = after(&with_ball(), 5);
+    for index in 0..60 {
+        see(&mut surface, &if index % 3 == 0 { Scene::wall(3.0) } else { with_ball() }, 1);
+        assert!(near(&surface, front_of_ball(), 0.1) > 3, "image {index}");
+    }
+}

@@ -1,0 +1,252 @@
+//! How a block's nodes change with an image.
+//!
+//! - A node is compared with the pixel that it projects to, in the coarsest image whose pixels are no larger than a voxel. Its
+//!   signed distance is the depth there less its own: before the surface positive. (Along the optical axis; it is 0 where the
+//!   distance to the surface is, from however low an angle the surface is seen.)
+//! - Within the truncation it joins the weighted mean (Curless and Levoy, eq. 3 and 4). The weight falls with the variance of
+//!   the depth, to which an error of the pose adds.
+//! - Nearer than the truncation, it joins as the full truncation: what is before a surface is free, and what was there goes in
+//!   time. Farther behind than the truncation nothing is known, and nothing changes.
+//! - What moves and what is out of range is no surface: only that it is free before it counts, from the truncation on. The
+//!   nodes near it keep what they are.
+//! - Where nothing came back nothing changes.
+//!
+//! A block that is free as a whole is not compared: the evidence for it falls ([`crate::evidence`]), and when there is none
+//! left the block goes. It is free as a whole where all pixels that it may cover show that it is. Rays that graze a surface
+//! end on it, and then some of these pixels do not: so a low angle clears nothing.
+
+use multiversion::multiversion;
+use nalgebra::Point3;
+
+use super::block::{FULL, SurfaceBlock};
+use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey};
+use crate::depth_view::{DepthView, LEVELS};
+use crate::descent::{Judge, Margins, block_edge_m, level_of};
+use crate::noise::DepthNoise;
+use crate::projection::{LANES, Pinhole, Project, Row, Spherical};
+
+/// The weight of a depth without noise.
+const FULL_WEIGHT: f32 = 256.0;
+/// What the error of a pose comes to at the surface: depths better than this weigh no more.
+const POSE_SIGMA_M: f32 = 0.003;
+/// Weights end here, at 32 of the best depths, so that what changes is believed: 5 s at 7 Hz.
+const MOST_WEIGHT: f32 = 32.0 * FULL_WEIGHT;
+/// Colours follow with at least this share of what is new.
+const LEAST_COLOUR_SHARE: f32 = 1.0 / 16.0;
+
+/// A block that is compared with an image, node by node.
+#[derive(Clone, Debug)]
+pub(super) struct Work {
+    pub(super) key: BlockKey,
+    pub(super) block: Option<Box<SurfaceBlock>>,
+    pub(super) is_new: bool,
+    /// Whether a node changed.
+    pub(super) is_changed: bool,
+    /// Whether the image shows a surface in it.
+    pub(super) is_hit: bool,
+}
+
+impl Work {
+    /// To be compared.
+    pub(super) fn new(key: BlockKey) -> Self {
+        Self { key, block: None, is_new: false, is_changed: false, is_hit: false }
+    }
+}
+
+/// What all blocks of an image share.
+pub(super) struct Job<'a, P> {
+    view: &'a DepthView,
+    judge: &'a Judge<'a, P>,
+    projections: [P; LEVELS],
+    edge_m: f64,
+    steps_m: [[f32; 3]; 3],
+    truncation_m: f32,
+    reach_m: f32,
+    pixel_slope: f32,
+    has_colour: bool,
+}
+
+impl<'a, P: Project> Job<'a, P> {
+    pub(super) fn new(
+        view: &'a DepthView,
+        judge: &'a Judge<'a, P>,
+        projection: P,
+        edge_m: f64,
+        margins: Margins,
+        has_colour: bool,
+    ) -> Self {
+        Self {
+            view,
+            judge,
+            projections: [0, 1, 2, 3].map(|level| projection.coarser(level)),
+            edge_m,
+            steps_m: judge.steps_m(edge_m),
+            truncation_m: margins.behind_m,
+            reach_m: margins.reach_m,
+            pixel_slope: projection.pixel_slope(),
+            has_colour,
+        }
+    }
+}
+
+/// The loop over blocks, compiled for each kind of image and each set of instructions.
+pub(super) trait Kernel: Project {
+    fn run(job: &Job<'_, Self>, work: &mut [Work]);
+}
+
+impl Kernel for Pinhole {
+    fn run(job: &Job<'_, Self>, work: &mut [Work]) {
+        run_pinhole(job, work);
+    }
+}
+
+impl Kernel for Spherical {
+    fn run(job: &Job<'_, Self>, work: &mut [Work]) {
+        run_blocks(job, work);
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn run_pinhole(job: &Job<'_, Pinhole>, work: &mut [Work]) {
+    run_blocks(job, work);
+}
+
+#[inline(always)]
+fn run_blocks<P: Project>(job: &Job<'_, P>, work: &mut [Work]) {
+    for item in work {
+        let Some(block) = &mut item.block else { continue };
+        (item.is_changed, item.is_hit) = compare(job, item.key, block);
+    }
+}
+
+/// The weight of a depth, by its noise.
+#[inline(always)]
+pub(super) fn weight_of(depth_m: f32, noise: &DepthNoise) -> f32 {
+    const POSE_VARIANCE: f32 = POSE_SIGMA_M * POSE_SIGMA_M;
+    let sigma_m = noise.sigma_m(depth_m);
+    whole(FULL_WEIGHT * POSE_VARIANCE / (POSE_VARIANCE + sigma_m * sigma_m)).max(1.0)
+}
+
+/// Rounds to the nearest whole number; of a magnitude below 4 million.
+#[inline(always)]
+fn whole(value: f32) -> f32 {
+    const SHIFT: f32 = 12_582_912.0;
+    (value + SHIFT) - SHIFT
+}
+
+/// Whole numbers of a magnitude below 4 million to integers: the cast of a float saturates, and costs more than the rest.
+#[inline(always)]
+fn integer(whole: f32) -> i32 {
+    const SHIFT: f32 = 12_582_912.0;
+    (whole + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i32
+}
+
+#[inline(always)]
+fn compare<P: Project>(job: &Job<'_, P>, key: BlockKey, block: &mut SurfaceBlock) -> (bool, bool) {
+    let block_edge_m = block_edge_m(job.edge_m);
+    let origin_in_map = key.coordinates().map(|along| f64::from(along) * block_edge_m);
+    let origin_m = job.judge.in_camera_m(&Point3::from(origin_in_map));
+    let middle = Point3::from(origin_in_map.map(|along_m| along_m + 0.5 * block_edge_m));
+    let [x, y, z] = job.judge.in_camera_m(&middle);
+    let level = level_of(job.edge_m as f32, job.pixel_slope, (x * x + y * y + z * z).sqrt());
+    let (projection, depths_m) =
+        (&job.projections[level as usize], job.view.levels.depths_m(level));
+    let [step_x, step_y, step_z] = job.steps_m;
+    let rows = block.distance.as_chunks_mut::<LANES>().0.iter_mut();
+    let rows = rows.zip(block.weight.as_chunks_mut::<LANES>().0);
+    let (mut is_changed, mut is_hit) = (false, false);
+    for (index, (distance, weight)) in rows.enumerate() {
+        let along_y = (index % BLOCK_EDGE) as f32;
+        let along_z = (index / BLOCK_EDGE) as f32;
+        let start_m = [0, 1, 2]
+            .map(|axis: usize| origin_m[axis] + along_y * step_y[axis] + along_z * step_z[axis]);
+        let row = projection.row(start_m, step_x);
+        let seen_m = row.pixel.map(|pixel| depths_m.get(pixel as usize).copied().unwrap_or(0.0));
+        let joined = join(job, &row, &seen_m, distance, weight);
+        is_changed |= joined.is_any;
+        is_hit |= joined.is_near;
+        if job.has_colour && joined.is_near {
+            let colour = block.colour.get_or_insert_with(|| Box::new([[0; 3]; BLOCK_VOXELS]));
+            if let Some(colour) = colour.as_chunks_mut::<LANES>().0.get_mut(index) {
+                join_colour(job, start_m, &row, &seen_m, weight, colour);
+            }
+        }
+    }
+    (is_changed, is_hit)
+}
+
+struct Joined {
+    is_any: bool,
+    /// Whether a node is near the surface.
+    is_near: bool,
+}
+
+/// Joins a row of nodes with the depths that they project to.
+#[inline(always)]
+fn join<P>(
+    job: &Job<'_, P>,
+    row: &Row,
+    seen_m: &[f32; LANES],
+    distance: &mut [i16; LANES],
+    weight: &mut [u16; LANES],
+) -> Joined {
+    let truncation_m = job.truncation_m;
+    let by_truncation = 1.0 / truncation_m;
+    let mut joins = [false; LANES];
+    let mut shares = [0.0_f32; LANES];
+    let (mut is_any, mut is_near) = (false, false);
+    for lane in 0..LANES {
+        let depth_m = seen_m[lane];
+        let before_m = depth_m.abs() - row.depth_m[lane];
+        let is_near_here =
+            (depth_m > 0.0) & (before_m >= -truncation_m) & (before_m < truncation_m);
+        let is_free = (depth_m != 0.0) & (before_m >= truncation_m);
+        joins[lane] = (is_near_here | is_free) & (row.depth_m[lane] <= job.reach_m);
+        is_any |= joins[lane];
+        is_near |= is_near_here & joins[lane];
+        shares[lane] = if is_free { 1.0 } else { before_m * by_truncation };
+    }
+    if !is_any {
+        return Joined { is_any, is_near };
+    }
+    for lane in 0..LANES {
+        let weight_here = weight_of(seen_m[lane].abs(), &job.view.noise);
+        let known = f32::from(weight[lane]);
+        let sum = known + weight_here;
+        let mean = (f32::from(distance[lane]) * known + FULL * shares[lane] * weight_here) / sum;
+        let mean = integer(whole(mean)) as i16;
+        let sum = integer(sum.min(MOST_WEIGHT)) as u16;
+        distance[lane] = if joins[lane] { mean } else { distance[lane] };
+        weight[lane] = if joins[lane] { sum } else { weight[lane] };
+    }
+    Joined { is_any, is_near }
+}
+
+/// Joins the colours of the nodes near the surface. The weights are those after the distances were joined.
+#[inline(always)]
+fn join_colour<P: Project>(
+    job: &Job<'_, P>,
+    start_m: [f32; 3],
+    row: &Row,
+    seen_m: &[f32; LANES],
+    weight: &[u16; LANES],
+    colour: &mut [[u8; 3]; LANES],
+) {
+    let [finest, ..] = &job.projections;
+    let pixels = finest.row(start_m, job.steps_m[0]).pixel;
+    for lane in 0..LANES {
+        let before_m = seen_m[lane] - row.depth_m[lane];
+        let is_near = (seen_m[lane] > 0.0) & (before_m.abs() < job.truncation_m);
+        let Some(seen) = job.view.colour.get(pixels[lane] as usize).filter(|_| is_near) else {
+            continue;
+        };
+        let new = weight_of(seen_m[lane], &job.view.noise);
+        let is_first = colour[lane] == [0; 3];
+        let share = (new / f32::from(weight[lane]).max(1.0)).max(LEAST_COLOUR_SHARE);
+        let share = if is_first { 1.0 } else { share.min(1.0) };
+        for (kept, &seen) in colour[lane].iter_mut().zip(seen) {
+            let mean = f32::from(*kept) + (f32::from(seen) - f32::from(*kept)) * share;
+            *kept = integer(whole(mean)).clamp(0, 255) as u8;
+        }
+    }
+}

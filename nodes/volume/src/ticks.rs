@@ -1,0 +1,27 @@
+//! Moments in 32 bits.
+
+use geometry::Stamp;
+
+/// Finer than any camera tells its images apart.
+const TICK_S: f64 = 0.01;
+
+/// Counts ticks of 10 ms from the first moment on, beginning with 1: 497 days. Earlier moments are the first one, later ones
+/// the last one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct Ticks {
+    start: Option<Stamp>,
+}
+
+impl Ticks {
+    pub(crate) fn at(&mut self, stamp: Stamp) -> u32 {
+        let start = *self.start.get_or_insert(stamp);
+        // The cast saturates.
+        ((stamp.seconds_since(start) / TICK_S).round() as u32).saturating_add(1)
+    }
+
+    /// `None` for 0, which is no moment.
+    pub(crate) fn stamp(&self, tick: u32) -> Option<Stamp> {
+        let ticks = tick.checked_sub(1)?;
+        Some(self.start?.plus_seconds(f64::from(ticks) * TICK_S))
+    }
+}
