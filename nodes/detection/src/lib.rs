@@ -12,6 +12,18 @@
 //! | [`detector`] | all of them in turn, and the voxel grid of the cloud | 3.2.3 |
 //!
 //! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
+//!
+//! ```
+//! use detection::variability::VariabilityWindow;
+//!
+//! // Three scans of three beams; in the last one something stands before the wall that the middle beam saw.
+//! let mut window = VariabilityWindow::new(3);
+//! for ranges_m in [vec![3.0, 3.0, 3.0], vec![3.0, 3.0, 3.0], vec![3.0, 1.5, 3.0]] {
+//!     window.push(ranges_m);
+//! }
+//! let std_dev_m = window.statistics().unwrap().std_dev_m;
+//! assert!(std_dev_m[1] > 0.7 && std_dev_m[0] == 0.0 && std_dev_m[2] == 0.0);
+//! ```
 
 pub mod aperture;
 pub mod config;

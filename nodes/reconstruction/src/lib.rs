@@ -4,6 +4,22 @@
 //! lengths and by what is in view, however large the map has become. When the map that its poses were told in is
 //! corrected, it follows ([`StaticMap::follow_path`]). [`octomap`] knows the files of another map. This crate without
 //! its feature `ros` is the core: it knows no ROS, no clock and no file.
+//!
+//! ```
+//! use geometry::{Cloud, Stamp};
+//! use nalgebra::Point3;
+//! use reconstruction::{ReconstructionConfig, StaticMap};
+//!
+//! // Two points of one voxel and one of another.
+//! let cloud = Cloud {
+//!     stamp: Stamp::from_secs_nanos(1, 0),
+//!     frame_id: "map".to_owned(),
+//!     points_m: [[1.01, 0.01, 0.01], [1.02, 0.01, 0.01], [2.0, 0.0, 0.0]].map(Point3::from).to_vec(),
+//! };
+//! let mut map = StaticMap::new(ReconstructionConfig::default()).unwrap();
+//! map.add(&cloud).unwrap();
+//! assert_eq!((map.len(), map.frame_id()), (2, Some("map")));
+//! ```
 
 pub mod config;
 pub mod octomap;

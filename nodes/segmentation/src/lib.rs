@@ -21,6 +21,29 @@
 //! | [`stillmap`] | all of them in turn |
 //!
 //! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
+//!
+//! ```
+//! use geometry::{DynamicZone, ZoneSource};
+//! use nalgebra::Point3;
+//! use segmentation::angular::points_in_zone;
+//! use segmentation::depth_clustering::{depth_groups, nearest_group};
+//!
+//! // A zone of 20 degrees ahead: an object at 1.5 m before a wall at 3 m. The last point is beside the zone.
+//! let zone = DynamicZone {
+//!     azimuth_min_rad: -0.17,
+//!     azimuth_max_rad: 0.17,
+//!     peak_std_dev_m: 0.7,
+//!     source: ZoneSource::Measured,
+//!     returns: None,
+//! };
+//! let points_m = [[1.5, 0.0, 0.0], [1.52, 0.1, 0.2], [3.0, 0.1, 0.0], [3.0, 2.0, 0.0]].map(Point3::from);
+//! let in_zone = points_in_zone(&points_m, &zone);
+//! assert_eq!(in_zone, [0, 1, 2]);
+//!
+//! let groups = depth_groups(in_zone.iter().map(|&index| points_m[index].x), 0.08);
+//! let object = nearest_group(&groups).unwrap();
+//! assert!((object.centroid_x_m - 1.51).abs() < 1e-3);
+//! ```
 
 pub mod angular;
 pub mod config;

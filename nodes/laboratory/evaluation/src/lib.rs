@@ -2,6 +2,19 @@
 //! object a run removed and what that cost the static scene; [`trajectory`] compares an estimate with a reference.
 //!
 //! No ROS, no files, no clock: the same input gives the same figures.
+//!
+//! ```
+//! use evaluation::cloud_distance;
+//! use nalgebra::Point3;
+//!
+//! // The map lacks one point of the reference, and has another 1 cm off.
+//! let reference_m = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]].map(Point3::from);
+//! let map_m = [[0.0, 0.0, 0.0], [1.01, 0.0, 0.0]].map(Point3::from);
+//! let distance = cloud_distance(&reference_m, &map_m, 0.05)?;
+//! assert_eq!(distance.precision, 1.0);
+//! assert!((distance.accuracy_m - 0.005).abs() < 1e-6);
+//! # Ok::<(), evaluation::CloudDistanceError>(())
+//! ```
 
 mod cloud_distance;
 mod correlation;
