@@ -9,6 +9,7 @@
 //! | type | what |
 //! |---|---|
 //! | [`DepthView`] | one depth image or cloud, prepared: any number of layers, at different edges, are updated from it |
+//! | [`Occupancy`] | hits and passes: free, occupied or unknown, and since when; of a [`Cell`] each, in the plane as in space |
 //! | [`Surface`] | signed distances, weights, colours: the map |
 //!
 //! ```
@@ -32,11 +33,13 @@
 //! ```
 
 mod block;
+mod cell;
 mod depth_view;
 mod descent;
 mod evidence;
 mod layer;
 mod noise;
+mod occupancy;
 mod projection;
 mod surface;
 #[cfg(test)]
@@ -44,8 +47,10 @@ mod testing;
 mod ticks;
 
 pub use block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey, voxel_index};
+pub use cell::{Cell, CellState};
 pub use depth_view::{DepthInput, DepthRange, DepthView, ViewError};
 pub use noise::DepthNoise;
+pub use occupancy::{Occupancy, OccupancyConfig, OccupancyConfigError, OccupancyUpdate, Place};
 pub use projection::{SphericalModel, SphericalModelError};
 pub use surface::{
     PointRules, Surface, SurfaceConfig, SurfaceConfigError, SurfacePoint, SurfaceUpdate,

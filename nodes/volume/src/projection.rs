@@ -68,6 +68,9 @@ pub(crate) trait Project: Copy + Sync {
     /// The length that a pixel spans at a depth of 1 m.
     fn pixel_slope(&self) -> f32;
 
+    /// The point of the camera frame that a pixel shows at a depth.
+    fn point_m(&self, column: usize, row: usize, depth_m: f32) -> [f32; 3];
+
     /// Points of the camera frame whose hull holds all that the image shows up to a depth.
     fn hull_m(&self, depth_m: f32) -> [[f32; 3]; 8];
 

@@ -151,3 +151,26 @@ pub(crate) fn view_of_scene(
     let depths_m = scene.depths_m(camera, map_from_camera);
     view_of(camera, map_from_camera, stamp_s, depths_m, None)
 }
+
+/// What the pyramid says of a rectangle, pixel by pixel: up to where it is free, and up to where anything is known.
+pub(crate) fn plain_span(view: &DepthView, columns: [u32; 2], rows: [u32; 2]) -> (f32, f32) {
+    const TILE_PX: usize = 4;
+    let (width_px, height_px) = view.levels.size();
+    let tiles = |[first, last]: [u32; 2]| first as usize / TILE_PX..last as usize / TILE_PX + 1;
+    let (mut free_to_m, mut known_to_m) = (f32::MAX, 0.0_f32);
+    for tile_row in tiles(rows) {
+        for tile_column in tiles(columns) {
+            let lines = TILE_PX * tile_row..height_px.min(TILE_PX * (tile_row + 1));
+            let of_line = TILE_PX * tile_column..width_px.min(TILE_PX * (tile_column + 1));
+            let all = lines.len() * of_line.len();
+            let pixels =
+                lines.flat_map(|row| of_line.clone().map(move |column| row * width_px + column));
+            let depths_m = pixels.map(|pixel| view.levels.finest()[pixel].abs());
+            let returns: Vec<f32> = depths_m.filter(|depth_m| *depth_m > 0.0).collect();
+            let least_m = returns.iter().copied().fold(f32::MAX, f32::min);
+            free_to_m = free_to_m.min(if 2 * returns.len() < all { 0.0 } else { least_m });
+            known_to_m = returns.iter().copied().fold(known_to_m, f32::max);
+        }
+    }
+    (free_to_m, known_to_m)
+}

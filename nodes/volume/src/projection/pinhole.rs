@@ -95,6 +95,13 @@ impl Project for Pinhole {
         1.0 / self.fx_px.max(self.fy_px)
     }
 
+    #[inline]
+    fn point_m(&self, column: usize, row: usize, depth_m: f32) -> [f32; 3] {
+        let x = (column as f32 - self.cx_px) / self.fx_px;
+        let y = (row as f32 - self.cy_px) / self.fy_px;
+        [x * depth_m, y * depth_m, depth_m]
+    }
+
     fn hull_m(&self, depth_m: f32) -> [[f32; 3]; 8] {
         let left = (-0.5 - self.cx_px) / self.fx_px * depth_m;
         let right = (self.width_px as f32 - 0.5 - self.cx_px) / self.fx_px * depth_m;

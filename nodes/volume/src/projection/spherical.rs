@@ -146,6 +146,14 @@ impl Project for Spherical {
         1.0 / self.columns_per_rad.max(self.rows_per_rad)
     }
 
+    fn point_m(&self, column: usize, row: usize, depth_m: f32) -> [f32; 3] {
+        let azimuth = PI - (column as f32 + 0.5) / self.columns_per_rad;
+        let elevation = self.top_rad - (row as f32 + 0.5) / self.rows_per_rad;
+        let (up, aside) = elevation.sin_cos();
+        let (left, ahead) = azimuth.sin_cos();
+        [ahead * aside * depth_m, left * aside * depth_m, up * depth_m]
+    }
+
     fn hull_m(&self, depth_m: f32) -> [[f32; 3]; 8] {
         let mut hull_m = [[0.0; 3]; 8];
         for (corner, place) in hull_m.iter_mut().enumerate() {

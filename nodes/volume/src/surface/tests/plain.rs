@@ -41,29 +41,12 @@ impl<P: Project> PlainImage<'_, P> {
         let (width_px, height_px) = self.view.levels.size();
         let slope = self.projection.pixel_slope();
         let level = crate::descent::level_of(self.config.edge_m as f32, slope, covered.nearest_m);
-        let beside = (1_usize << level) - 1;
-        let tiles = |[first, last]: [u32; 2], size: usize| {
-            let last = (last as usize + beside).min(size - 1);
-            (first as usize).saturating_sub(beside) / 4..last / 4 + 1
+        let beside = (1_u32 << level) - 1;
+        let grown = |[first, last]: [u32; 2], size: usize| {
+            [first.saturating_sub(beside), (last + beside).min(size as u32 - 1)]
         };
-        let mut free_to_m = f32::MAX;
-        for tile_row in tiles(covered.rows, height_px) {
-            for tile_column in tiles(covered.columns, width_px) {
-                let (mut seen, mut all) = (0, 0);
-                let mut least = f32::MAX;
-                for row in 4 * tile_row..height_px.min(4 * tile_row + 4) {
-                    for column in 4 * tile_column..width_px.min(4 * tile_column + 4) {
-                        let depth_m = self.view.levels.finest()[row * width_px + column].abs();
-                        all += 1;
-                        if depth_m > 0.0 {
-                            seen += 1;
-                            least = least.min(depth_m);
-                        }
-                    }
-                }
-                free_to_m = free_to_m.min(if 2 * seen < all { 0.0 } else { least });
-            }
-        }
+        let (columns, rows) = (grown(covered.columns, width_px), grown(covered.rows, height_px));
+        let (free_to_m, _) = testing::plain_span(self.view, columns, rows);
         !covered.is_cut
             && covered.farthest_m <= self.config.reach_m as f32
             && covered.farthest_m + self.truncation_m() < free_to_m

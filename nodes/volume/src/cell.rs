@@ -1,0 +1,232 @@
+//! The evidence on one cell of space, in the plane as in space: how often something was there, how often it was free, and
+//! since when.
+//!
+//! In each cycle a cell is hit (something static ends there), passed (all of it is free for sure), or neither. A hit outweighs
+//! any number of passes of its cycle: the caller sees to it. What moves is neither.
+
+/// Cycles in which a cell was passed before it counts as free. One may be a depth that was wrong, two may come from one
+/// image used twice.
+const LEAST_PASSES: u8 = 3;
+/// A free cell is hit in fewer cycles than one in so many: what noise throws there, not what is there.
+const PASSES_PER_HIT_WHERE_FREE: u16 = 15;
+/// Hits below which nothing is occupied, as for [`LEAST_PASSES`].
+const LEAST_HITS: u8 = 3;
+/// What is occupied is hit at least once in so many cycles: the surface's own cells in all of them, those beside it as often
+/// as the noise of depth throws it over the border.
+const PASSES_PER_HIT_WHERE_OCCUPIED: u16 = 5;
+/// A single hit may be noise; two may be of a surface.
+const LEAST_HITS_OF_SURFACE: u8 = 2;
+/// Counts are halved when they come to this sum, so that a cell that changes is believed after some 10 s at 7 Hz. Passes alone
+/// end before it.
+const MOST_CYCLES: u8 = 64;
+
+/// The state of a cell.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum CellState {
+    /// Nothing is known, or not enough.
+    #[default]
+    Unknown,
+    /// It was seen free, cycle after cycle.
+    Free,
+    /// Something was there, cycle after cycle.
+    Occupied,
+}
+
+/// The evidence on a cell. Moments are ticks of the caller, from 1 on; 0 is none.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Cell {
+    free_since: u32,
+    first_hit: u32,
+    last_hit: u32,
+    hits: u8,
+    passes: u8,
+}
+
+impl Cell {
+    /// Something static ended in it in this cycle.
+    #[inline]
+    pub fn hit(&mut self, now: u32) {
+        if self.hits == 0 {
+            self.first_hit = now;
+        }
+        self.last_hit = now;
+        self.hits += 1;
+        self.fade();
+    }
+
+    /// All of it was free in this cycle.
+    #[inline]
+    pub fn pass(&mut self, now: u32) {
+        let was_free = self.state() == CellState::Free;
+        if self.hits == 0 {
+            self.passes = (self.passes + 1).min(MOST_CYCLES - 1);
+        } else {
+            self.passes += 1;
+            self.fade();
+        }
+        if !was_free && self.state() == CellState::Free {
+            self.free_since = now;
+        }
+    }
+
+    fn fade(&mut self) {
+        if self.hits + self.passes >= MOST_CYCLES {
+            self.hits /= 2;
+            self.passes /= 2;
+        }
+    }
+
+    /// It counts as free from now on, if it does not yet.
+    pub fn take_for_free(&mut self, now: u32) {
+        let is_free = self.state() == CellState::Free;
+        let free_since = if is_free { self.free_since } else { now };
+        *self = Self { free_since, passes: self.passes.max(LEAST_PASSES), ..Self::default() };
+    }
+
+    /// It counts as occupied from this moment on.
+    pub fn take_for_occupied(&mut self, since: u32, now: u32) {
+        *self = Self { first_hit: since, last_hit: now, hits: MOST_CYCLES / 2, ..Self::default() };
+    }
+
+    /// What it is.
+    #[must_use]
+    #[inline]
+    pub fn state(&self) -> CellState {
+        let (hits, passes) = (u16::from(self.hits), u16::from(self.passes));
+        if self.passes >= LEAST_PASSES && hits * PASSES_PER_HIT_WHERE_FREE <= passes {
+            CellState::Free
+        } else if self.hits >= LEAST_HITS && hits * PASSES_PER_HIT_WHERE_OCCUPIED >= passes {
+            CellState::Occupied
+        } else {
+            CellState::Unknown
+        }
+    }
+
+    /// Whether a surface is in it, or may be.
+    #[must_use]
+    pub fn may_be_surface(&self) -> bool {
+        let (hits, passes) = (u16::from(self.hits), u16::from(self.passes));
+        self.hits >= LEAST_HITS_OF_SURFACE && hits * PASSES_PER_HIT_WHERE_OCCUPIED >= passes
+    }
+
+    /// Cycles in which it was hit; fading.
+    #[must_use]
+    pub fn hits(&self) -> u8 {
+        self.hits
+    }
+
+    /// Cycles in which it was passed; fading.
+    #[must_use]
+    pub fn passes(&self) -> u8 {
+        self.passes
+    }
+
+    /// Since when it has been free.
+    #[must_use]
+    pub fn free_since(&self) -> u32 {
+        self.free_since
+    }
+
+    /// When it was hit first, of the hits that count still.
+    #[must_use]
+    pub fn first_hit(&self) -> u32 {
+        self.first_hit
+    }
+
+    /// When it was hit last.
+    #[must_use]
+    pub fn last_hit(&self) -> u32 {
+        self.last_hit
+    }
+
+    /// Whether no more passes can change it: then it may be one with its neighbours.
+    pub(crate) fn is_free_for_long(&self) -> bool {
+        self.hits == 0 && self.passes == MOST_CYCLES - 1
+    }
+
+    /// One cell in the place of two that are free for long: free since the later moment.
+    pub(crate) fn merged(self, other: Self) -> Self {
+        Self {
+            free_since: self.free_since.max(other.free_since),
+            passes: self.passes,
+            ..Self::default()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(steps: &[(bool, u32)]) -> Cell {
+        let mut cell = Cell::default();
+        let mut now = 0;
+        for &(is_hit, cycles) in steps {
+            for _ in 0..cycles {
+                now += 1;
+                if is_hit { cell.hit(now) } else { cell.pass(now) }
+            }
+        }
+        cell
+    }
+
+    #[test]
+    fn it_is_what_it_was_seen_to_be_three_times() {
+        for (steps, state) in [
+            (&[(false, 2)][..], CellState::Unknown),
+            (&[(false, 3)], CellState::Free),
+            (&[(true, 2)], CellState::Unknown),
+            (&[(true, 3)], CellState::Occupied),
+            (&[(false, 30), (true, 2)], CellState::Free),
+            (&[(false, 30), (true, 3)], CellState::Unknown),
+            (&[(true, 4), (false, 20)], CellState::Occupied),
+        ] {
+            assert_eq!(after(steps).state(), state, "{steps:?}");
+        }
+    }
+
+    #[test]
+    fn it_knows_since_when() {
+        let cell = after(&[(false, 20), (true, 1), (false, 5)]);
+        assert_eq!((cell.state(), cell.free_since(), cell.last_hit()), (CellState::Free, 3, 21));
+        let cell = after(&[(false, 5), (true, 100)]);
+        assert_eq!(
+            (cell.state(), cell.first_hit(), cell.last_hit()),
+            (CellState::Occupied, 6, 105)
+        );
+    }
+
+    #[test]
+    fn it_changes_its_state_in_time_however_long_it_had_it() {
+        for is_hit in [false, true] {
+            let (from, to) = if is_hit {
+                (CellState::Occupied, CellState::Free)
+            } else {
+                (CellState::Free, CellState::Occupied)
+            };
+            let mut cell = after(&[(is_hit, 10_000)]);
+            assert_eq!(cell.state(), from);
+            let cycles = (10_001..10_400).find(|now| {
+                if is_hit {
+                    cell.pass(*now)
+                } else {
+                    cell.hit(*now)
+                }
+                cell.state() == to
+            });
+            assert!(cycles.is_some_and(|now| now < 10_180), "{cycles:?}");
+        }
+    }
+
+    #[test]
+    fn it_may_be_told_what_it_is() {
+        let mut cell = after(&[(true, 40)]);
+        cell.take_for_free(50);
+        assert_eq!((cell.state(), cell.free_since()), (CellState::Free, 50));
+        cell.take_for_occupied(20, 60);
+        assert_eq!(
+            (cell.state(), cell.first_hit(), cell.last_hit()),
+            (CellState::Occupied, 20, 60)
+        );
+    }
+}

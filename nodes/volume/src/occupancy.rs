@@ -1,0 +1,300 @@
+//! What is known of each place: free, occupied or unknown, and since when.
+//!
+//! - **Hits.** A pixel that shows what does not move hits the voxel that its point is in. Of a fine image every second, third or
+//!   fourth pixel is looked at, so that a voxel at the end of the reach has two or more an axis.
+//! - **Passes.** A voxel is passed where all pixels that it may cover show something farther away, by an edge at least. A ray
+//!   through its middle alone would say too much: rays over a floor pass through the voxels that the floor is in (the
+//!   discretisation of Hornung et al., "OctoMap", 2013, section 5.1). So surfaces at a low angle are not cleared.
+//! - **No return.** Where most pixels of a tile show nothing, nothing is known: something dark may be there.
+//! - **What moves** hits nothing; what is before it is free.
+//!
+//! A block of which each voxel has been free for long is one cell: free space costs little memory. See [`crate::Cell`] for what
+//! is made of hits and passes.
+
+mod block;
+mod update;
+
+use geometry::{Stamp, VoxelEdgeError, VoxelGrid, VoxelKey};
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+
+use crate::block::{BlockKey, voxel_index};
+use crate::cell::{Cell, CellState};
+use crate::depth_view::{DepthView, with_projection};
+use crate::layer::Layer;
+use crate::ticks::Ticks;
+use block::OccupancyBlock;
+
+/// The parameters of [`Occupancy`].
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(default)]
+pub struct OccupancyConfig {
+    /// The edge of the voxels, in metres.
+    pub edge_m: f64,
+    /// Farther from the camera than this nothing is recorded, in metres.
+    pub reach_m: f64,
+    /// Blocks of 8 voxels an axis that are kept at most; those that were seen longest ago make room.
+    pub max_blocks: usize,
+    /// Blocks that one image updates at most, the nearest: it bounds the time.
+    pub max_blocks_per_image: usize,
+}
+
+impl Default for OccupancyConfig {
+    fn default() -> Self {
+        Self {
+            // Rec-HV 3.3.4.
+            edge_m: 0.08,
+            reach_m: 5.0,
+            // 160 MB if none is free as a whole.
+            max_blocks: 20_000,
+            // A view of 5 m has 300 at 8 cm, and 20,000 at 2 cm.
+            max_blocks_per_image: 30_000,
+        }
+    }
+}
+
+/// A parameter has a value that means nothing.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum OccupancyConfigError {
+    /// The edge is none.
+    #[error(transparent)]
+    Edge(#[from] VoxelEdgeError),
+    /// A length is out of its range.
+    #[error("{name} of {value_m} m: from {least_m} m to {most_m} m are possible")]
+    Length {
+        /// The parameter.
+        name: &'static str,
+        /// Its value.
+        value_m: f64,
+        /// The least that is possible.
+        least_m: f64,
+        /// The most that is possible.
+        most_m: f64,
+    },
+    /// There is no room.
+    #[error("{name} is 0: there must be blocks")]
+    NoBlocks {
+        /// The parameter.
+        name: &'static str,
+    },
+}
+
+impl OccupancyConfig {
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// When one means nothing.
+    pub fn validate(&self) -> Result<(), OccupancyConfigError> {
+        VoxelGrid::new(self.edge_m)?;
+        for (name, value_m, least_m, most_m) in
+            [("edge_m", self.edge_m, 0.001, 10.0), ("reach_m", self.reach_m, 0.1, 1000.0)]
+        {
+            if !(least_m..=most_m).contains(&value_m) {
+                return Err(OccupancyConfigError::Length { name, value_m, least_m, most_m });
+            }
+        }
+        for (name, blocks) in
+            [("max_blocks", self.max_blocks), ("max_blocks_per_image", self.max_blocks_per_image)]
+        {
+            if blocks == 0 {
+                return Err(OccupancyConfigError::NoBlocks { name });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What is known of a place.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Place {
+    /// Nothing, or not enough.
+    Unknown,
+    /// It was seen free, cycle after cycle: what is there now has come.
+    Free {
+        /// Since when.
+        since: Stamp,
+    },
+    /// Something is there.
+    Occupied {
+        /// When it was hit first.
+        since: Stamp,
+        /// When it was hit last.
+        last: Stamp,
+    },
+}
+
+/// What one image did.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct OccupancyUpdate {
+    /// Blocks of which something was seen.
+    pub seen_blocks: usize,
+    /// Blocks that were dropped, since they were seen longest ago.
+    pub dropped_blocks: usize,
+    /// Whether the view has more blocks than one image may update, or than there is room for.
+    pub is_incomplete: bool,
+}
+
+/// Evidence on space. See the module.
+#[derive(Debug)]
+pub struct Occupancy {
+    config: OccupancyConfig,
+    grid: VoxelGrid,
+    layer: Layer<OccupancyBlock>,
+    ticks: Ticks,
+    now: u32,
+    /// Counts images.
+    image: u32,
+}
+
+impl Occupancy {
+    /// Nothing known.
+    ///
+    /// # Errors
+    /// When a parameter means nothing.
+    pub fn new(config: OccupancyConfig) -> Result<Self, OccupancyConfigError> {
+        config.validate()?;
+        Ok(Self {
+            config,
+            grid: VoxelGrid::new(config.edge_m)?,
+            layer: Layer::default(),
+            ticks: Ticks::default(),
+            now: 0,
+            image: 0,
+        })
+    }
+
+    /// What is known of the place of a point of the map.
+    #[must_use]
+    pub fn place(&self, point_in_map: &Point3<f64>) -> Place {
+        self.voxel(point_in_map).map_or(Place::Unknown, |voxel| self.place_of(&self.cell(voxel)))
+    }
+
+    fn place_of(&self, cell: &Cell) -> Place {
+        let stamp = |tick| self.ticks.stamp(tick).unwrap_or_default();
+        match cell.state() {
+            CellState::Unknown => Place::Unknown,
+            CellState::Free => Place::Free { since: stamp(cell.free_since()) },
+            CellState::Occupied => {
+                Place::Occupied { since: stamp(cell.first_hit()), last: stamp(cell.last_hit()) }
+            }
+        }
+    }
+
+    /// The evidence on a voxel; that of nothing where nothing is known.
+    #[must_use]
+    pub fn cell(&self, voxel: VoxelKey) -> Cell {
+        let block = self.layer.get(BlockKey::of(voxel));
+        block.map_or_else(Cell::default, |block| block.cell(voxel_index(voxel)))
+    }
+
+    /// Whether one of the voxels no more than `steps` away along each axis is of a surface, or may be. Of a surface not all
+    /// voxels are hit in each cycle, so that a place beside one is free only for what is part of something larger.
+    #[must_use]
+    pub fn is_near_surface(&self, point_in_map: &Point3<f64>, steps: i32) -> bool {
+        self.voxel(point_in_map).is_some_and(|voxel| {
+            let beside = voxel.within(steps).filter(|beside| *beside != voxel);
+            beside.into_iter().any(|beside| self.cell(beside).may_be_surface())
+        })
+    }
+
+    /// Calls `visit` with each `step`-th pixel of each `step`-th row that shows a depth: its index, its point in the map, and
+    /// what was known of that place before the image is joined.
+    pub fn for_each_pixel(
+        &self,
+        view: &DepthView,
+        step: usize,
+        mut visit: impl FnMut(usize, &Point3<f64>, Place),
+    ) {
+        let mut last: Option<(BlockKey, Option<&OccupancyBlock>)> = None;
+        let map_from_camera = view.map_from_camera;
+        with_projection!(view.kind, projection => {
+            update::for_each_depth(view, &projection, step, |pixel, depth_m, point_m| {
+                let _ = depth_m;
+                let point = map_from_camera * point_m.cast::<f64>();
+                let Some(voxel) = self.voxel(&point) else { return };
+                let key = BlockKey::of(voxel);
+                let block = match last {
+                    Some((last_key, block)) if last_key == key => block,
+                    _ => self.layer.get(key),
+                };
+                last = Some((key, block));
+                let cell = block.map_or_else(Cell::default, |block| block.cell(voxel_index(voxel)));
+                visit(pixel, &point, self.place_of(&cell));
+            });
+        });
+    }
+
+    /// Takes a place for free: the camera would have seen what is there now.
+    pub fn take_for_free(&mut self, point_in_map: &Point3<f64>) {
+        let now = self.now;
+        self.change(point_in_map, |cell| cell.take_for_free(now));
+    }
+
+    /// Takes a place for occupied since a moment: what is there was followed, and has stopped for good.
+    pub fn take_for_occupied(&mut self, point_in_map: &Point3<f64>, since: Stamp) {
+        let (since, now) = (self.ticks.at(since), self.now);
+        self.change(point_in_map, |cell| cell.take_for_occupied(since, now));
+    }
+
+    /// Takes a place for one of which nothing is known.
+    pub fn forget(&mut self, point_in_map: &Point3<f64>) {
+        self.change(point_in_map, |cell| *cell = Cell::default());
+    }
+
+    fn change(&mut self, point_in_map: &Point3<f64>, change: impl FnOnce(&mut Cell)) {
+        let Some(voxel) = self.voxel(point_in_map) else { return };
+        let key = BlockKey::of(voxel);
+        if self.layer.get(key).is_none() {
+            if self.layer.len() >= self.config.max_blocks {
+                return;
+            }
+            self.layer.insert(key, OccupancyBlock::default());
+        }
+        if let Some(block) = self.layer.get_mut(key) {
+            change(block.cell_mut(voxel_index(voxel)));
+        }
+    }
+
+    /// The voxel of a point; `None` where its coordinates are no numbers.
+    fn voxel(&self, point_in_map: &Point3<f64>) -> Option<VoxelKey> {
+        let [x, y, z] = (point_in_map.coords / self.config.edge_m).into();
+        let is_finite = f64::is_finite(x) && f64::is_finite(y) && f64::is_finite(z);
+        // The casts saturate.
+        let cell = |value: f64| value.floor() as i32;
+        is_finite.then(|| VoxelKey { x: cell(x), y: cell(y), z: cell(z) })
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.layer = Layer::default();
+        self.ticks = Ticks::default();
+    }
+
+    /// The grid of the voxels.
+    #[must_use]
+    pub fn grid(&self) -> &VoxelGrid {
+        &self.grid
+    }
+
+    /// The parameters.
+    #[must_use]
+    pub fn config(&self) -> &OccupancyConfig {
+        &self.config
+    }
+
+    /// How many blocks there are.
+    #[must_use]
+    pub fn blocks(&self) -> usize {
+        self.layer.len()
+    }
+
+    /// The memory taken, in bytes.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let blocks = self.layer.unordered().map(|(_, block)| block.cells_bytes());
+        blocks.sum::<usize>() + self.layer.table_bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests;
