@@ -48,6 +48,7 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// # Errors
 /// When a parameter is out of its range, or a topic cannot be had.
 pub async fn serve(node: &Node, parameters: CompressionParameters) -> Result<(), NodeFailure> {
+    parameters.validate()?;
     let (mut depth_codec, mut metres_as) = parameters.depth_codec()?;
     let mut color_codec = parameters.color_codec()?;
     let lane = |is_wanted: bool, topic, part| {

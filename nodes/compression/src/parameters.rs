@@ -1,24 +1,23 @@
 //! What the node can be told.
 
+use geometry::parameter::Declaration;
 use msgs::convert::{
     CompressedImageError, DepthCodec, ImageCodec, InverseDepth, JpegQuality, JpegQualityError,
     MetresAs,
 };
 use node_shell::NodeFailure;
-use node_shell::parameters::{NodeParameters, Range};
-use serde::{Deserialize, Serialize};
+use node_shell::parameters::NodeParameters;
 
-/// Which images are compressed.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Images {
-    /// Those of depth.
-    #[default]
-    Depth,
-    /// Those of colours or greys.
-    Color,
-    /// All.
-    Both,
+geometry::choices! {
+    /// Which images are compressed.
+    pub enum Images {
+        /// Depth images.
+        Depth = "depth",
+        /// Colour or gray images.
+        Color = "color",
+        /// All.
+        Both = "both",
+    }
 }
 
 impl Images {
@@ -31,95 +30,72 @@ impl Images {
     }
 }
 
-/// How depth images are coded.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DepthFormat {
-    /// The smaller one for structured light, and read by every version of ROS.
-    #[default]
-    Png,
-    /// Four times as fast; ROS 2 reads it since Jazzy.
-    Rvl,
+geometry::choices! {
+    /// How depth images are coded.
+    pub enum DepthFormat {
+        /// The smaller one for structured light, and read by every version of ROS 2.
+        Png = "png",
+        /// Takes a fifth of the time; ROS 2 reads it since Jazzy.
+        Rvl = "rvl",
+    }
 }
 
-/// What becomes of depths in metres.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DepthMetres {
-    /// They are rounded, and `16UC1`.
-    #[default]
-    Millimetres,
-    /// They stay `32FC1`, as quantised inverse depth.
-    InverseDepth,
+geometry::choices! {
+    /// What depths in metres are stored as.
+    pub enum DepthMetres {
+        /// 16UC1: rounded to millimetres.
+        Millimetres = "millimetres",
+        /// 32FC1: quantised inverse depth.
+        InverseDepth = "inverse_depth",
+    }
 }
 
-/// How colour images are coded.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ColorFormat {
-    /// A twentieth of the bytes, and not quite the same.
-    #[default]
-    Jpeg,
-    /// Half of the bytes, and the same to the last bit.
-    Png,
+geometry::choices! {
+    /// How colour images are coded.
+    pub enum ColorFormat {
+        /// A twentieth of the bytes, with loss.
+        Jpeg = "jpeg",
+        /// Half of the bytes, without loss.
+        Png = "png",
+    }
 }
 
-/// The parameters of the node; the names of `image_transport` behind those of the suite's own.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default)]
-pub struct CompressionParameters {
-    /// Which images are compressed.
-    pub images: Images,
-    /// How depth images are.
-    pub depth_format: DepthFormat,
-    /// What becomes of depths in metres.
-    pub depth_metres: DepthMetres,
-    /// With `inverse_depth`: depths of this many metres and beyond are lost.
-    pub depth_max_m: f32,
-    /// With `inverse_depth`: how finely near depths are kept.
-    pub depth_quantization: f32,
-    /// How colour images are compressed.
-    pub color_format: ColorFormat,
-    /// How well JPEG keeps them, 1 .. 100.
-    pub jpeg_quality: u8,
-    /// Whether compressed images are sent again where they are lost. Subscribers that insist on that,
-    /// as those of `image_transport` do where nobody tells them otherwise, get nothing without it.
-    pub reliable: bool,
-}
+/// With these bounds all numbers of a message are finite.
+const LITTLE: f64 = 1e-3;
+const MUCH: f64 = 1e6;
 
-impl Default for CompressionParameters {
-    fn default() -> Self {
-        Self {
-            images: Images::default(),
-            depth_format: DepthFormat::default(),
-            depth_metres: DepthMetres::default(),
-            // Those of compressed_depth_image_transport.
-            depth_max_m: 10.0,
-            depth_quantization: 100.0,
-            color_format: ColorFormat::default(),
-            jpeg_quality: JpegQuality::default().get(),
-            reliable: false,
-        }
+geometry::parameters! {
+    /// The parameters of the node; the names of `image_transport` behind those of the suite's own. All but what its topics are
+    /// made by may change while it runs.
+    #[derive(Clone, PartialEq, Debug)]
+    pub struct CompressionParameters {
+        /// Which images are compressed.
+        images: Images = Images::Depth;
+        /// How depth images are compressed.
+        depth_format: DepthFormat = DepthFormat::Png, changeable;
+        /// What depths in metres (32FC1) are stored as.
+        depth_metres: DepthMetres = DepthMetres::Millimetres, changeable;
+        /// Depths of this many metres and beyond are lost.
+        // That of compressed_depth_image_transport.
+        depth_max_m: f64 = 10.0, between(LITTLE, MUCH), changeable, read_with("depth_metres", "inverse_depth");
+        /// How finely near depths are kept: more is finer.
+        // That of compressed_depth_image_transport.
+        depth_quantization: f64 = 100.0, between(LITTLE, MUCH), changeable, read_with("depth_metres", "inverse_depth");
+        /// How colour images are compressed.
+        color_format: ColorFormat = ColorFormat::Jpeg, changeable;
+        /// The quality of JPEG images: more is better, and larger.
+        jpeg_quality: u8 = JpegQuality::default().get(), whole(1, 100), changeable, read_with("color_format", "jpeg");
+        /// Whether lost images are sent again. Subscribers that ask for reliable delivery, as those of image_transport do by
+        /// default, get nothing from a best effort publisher.
+        reliable: bool = false;
     }
 }
 
 impl NodeParameters for CompressionParameters {
-    const FILE: &'static str = include_str!("../../../config/compression.yaml");
-    const RANGES: &'static [(&'static str, Range)] = &[("jpeg_quality", Range::whole(1, 100))];
-    /// All but what its topics are made by.
-    const CHANGEABLE: &'static [&'static str] = &[
-        "depth_format",
-        "depth_metres",
-        "depth_max_m",
-        "depth_quantization",
-        "color_format",
-        "jpeg_quality",
-    ];
+    const DECLARATIONS: &'static [Declaration] = Self::DECLARATIONS;
 
     fn validate(&self) -> Result<(), NodeFailure> {
-        self.depth_codec()?;
-        self.color_codec()?;
-        Ok(())
+        Ok(Self::validate(self)?)
     }
 }
 
@@ -132,8 +108,8 @@ impl CompressionParameters {
         let metres = match self.depth_metres {
             DepthMetres::Millimetres => MetresAs::Millimetres,
             DepthMetres::InverseDepth => MetresAs::InverseDepth(InverseDepth::new(
-                self.depth_max_m,
-                self.depth_quantization,
+                self.depth_max_m as f32,
+                self.depth_quantization as f32,
             )?),
         };
         Ok((codec, metres))

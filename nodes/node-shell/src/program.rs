@@ -5,13 +5,10 @@ mod start;
 use std::io::Write;
 use std::process::ExitCode;
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-
 use crate::node::Node;
 use crate::process::failure::NodeFailure;
 use crate::settings::arguments::RosArguments;
-use crate::settings::parameters;
+use crate::settings::parameters::{self, NodeParameters};
 use crate::wire::error::ShellError;
 
 /// Threads of a node's runtime: one to receive while the other one computes.
@@ -40,7 +37,7 @@ impl Program {
         body: impl AsyncFnOnce(&Node, P) -> Result<(), NodeFailure>,
     ) -> ExitCode
     where
-        P: Serialize + DeserializeOwned + Default,
+        P: NodeParameters,
     {
         match self.try_run(arguments, body) {
             Ok(()) => ExitCode::SUCCESS,
@@ -58,7 +55,7 @@ impl Program {
         body: impl AsyncFnOnce(&Node, P) -> Result<(), NodeFailure>,
     ) -> Result<(), NodeFailure>
     where
-        P: Serialize + DeserializeOwned + Default,
+        P: NodeParameters,
     {
         let arguments = RosArguments::parse(arguments).map_err(ShellError::from)?;
         match arguments.own.first().map(String::as_str) {
@@ -94,7 +91,7 @@ impl Program {
 
     fn help<P>(&self) -> Result<String, parameters::ParameterError>
     where
-        P: Serialize + DeserializeOwned + Default,
+        P: NodeParameters,
     {
         let mut help = format!(
             "{about}\n\nUsage: {name} [--ros-args [-r FROM:=TO] [-p NAME:=VALUE] [--params-file FILE]\n\
@@ -107,10 +104,8 @@ impl Program {
         for topic in self.topics.lines().map(str::trim).filter(|line| !line.is_empty()) {
             help.push_str(&format!("  {topic}\n"));
         }
-        help.push_str("\nParameters:\n");
-        for (name, default) in parameters::describe::<P>()? {
-            help.push_str(&format!("  {name} (default {default})\n"));
-        }
+        help.push_str("\nParameters, for -p and parameter files:\n");
+        help.push_str(&parameters::help::<P>()?);
         Ok(help)
     }
 }

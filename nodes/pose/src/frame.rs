@@ -8,7 +8,7 @@ mod rolling_shutter;
 
 use geometry::Stamp;
 
-pub use config::{FrameConfig, FrameConfigError};
+pub use config::FrameConfig;
 pub use depth::{MeasuredDepth, depth_noise_m};
 pub use extraction::FrameExtractor;
 pub use left_out::{LeftOut, MovingThing};

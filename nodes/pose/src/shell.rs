@@ -12,7 +12,6 @@ mod output;
 mod pairing;
 mod parameters;
 mod progress;
-mod ranges;
 mod saving;
 mod smoothing;
 mod stage;

@@ -18,7 +18,7 @@ pub(crate) mod testing;
 mod tests;
 mod tracker;
 
-pub use config::{FollowConfig, TrackerConfig, TrackerConfigError};
+pub use config::{FollowConfig, TrackerConfig};
 pub use readout::Readout;
 pub use result::{CameraPose, Fate, Room, Tracked, TrackingState, Trouble};
 pub use tracker::{Hints, Tracker};

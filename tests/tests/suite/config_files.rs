@@ -9,7 +9,7 @@ use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use msgs::rcl_interfaces::{ListParametersResponse, ListParametersResult, ParameterType};
 use node_shell::MessageTooLarge;
-use node_shell::parameters::{self, Assignment, NodeParameters, Range};
+use node_shell::parameters::{self, Assignment, NodeParameters};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
@@ -111,47 +111,44 @@ fn descriptors_say_what_holds<P: NodeParameters>() {
     let accepts = |name: &str, value: &str| {
         let assignment = Assignment { name: name.to_owned(), value: value.to_owned() };
         parameters::load::<P>("/n", &[] as &[PathBuf], &[assignment])
-            .is_ok_and(|loaded| loaded.validate().is_ok())
+            .is_ok_and(|loaded| NodeParameters::validate(&loaded).is_ok())
     };
     let accepts_whole = |name: &str, number: i64| accepts(name, &number.to_string());
     let accepts_real = |name: &str, number: f64| accepts(name, &format!("{number:e}"));
-    let described = node_shell::descriptors::<P>().unwrap();
-    for name in P::CHANGEABLE.iter().chain(P::RANGES.iter().map(|(name, _)| name)) {
-        assert!(described.iter().any(|one| one.name == *name), "there is no {name}");
-    }
-    for one in &described {
+    for one in &node_shell::descriptors::<P>().unwrap() {
         let name = one.name.as_str();
         assert!(!one.description.is_empty(), "{name} has no description");
-        let is_set = P::RANGES.iter().find(|(of, _)| *of == name);
-        match (one.r#type, is_set) {
-            (ParameterType::PARAMETER_INTEGER, Some((_, Range::Whole { least, most }))) => {
+        // What other parameters bound as well may refuse the ends.
+        let is_bound = BOUND_BY_OTHERS.contains(&name);
+        match (one.r#type, one.integer_range.first(), one.floating_point_range.first()) {
+            (ParameterType::PARAMETER_INTEGER, Some(range), None) => {
+                let (least, most) = (range.from_value, range.to_value);
                 assert!(!accepts_whole(name, least - 1), "{name} may be below {least}");
-                let is_bound = BOUND_BY_OTHERS.contains(&name);
-                assert!(is_bound || accepts_whole(name, *least), "{name} may not be {least}");
+                assert!(is_bound || accepts_whole(name, least), "{name} may not be {least}");
                 if let Some(more) = most.checked_add(1) {
                     assert!(!accepts_whole(name, more), "{name} may be above {most}");
-                    assert!(is_bound || accepts_whole(name, *most), "{name} may not be {most}");
+                    assert!(is_bound || accepts_whole(name, most), "{name} may not be {most}");
                 }
             }
-            (ParameterType::PARAMETER_DOUBLE, Some((_, Range::Real { least, most }))) => {
+            (ParameterType::PARAMETER_DOUBLE, None, Some(range)) => {
+                let (least, most) = (range.from_value, range.to_value);
                 for outside in [least.next_down(), most.next_up(), f64::MIN, f64::MAX] {
-                    let is_outside = !(*least..=*most).contains(&outside);
+                    let is_outside = !(least..=most).contains(&outside);
                     let is_refused = !outside.is_finite() || !accepts_real(name, outside);
                     assert!(!is_outside || is_refused, "{name} may be {outside}");
                 }
-                // What other parameters bound as well may refuse the ends.
-                if !BOUND_BY_OTHERS.contains(&name) {
-                    assert!(accepts_real(name, *least), "{name} may not be {least}");
-                    assert!(accepts_real(name, *most), "{name} may not be {most}");
+                if !is_bound {
+                    assert!(accepts_real(name, least), "{name} may not be {least}");
+                    assert!(accepts_real(name, most), "{name} may not be {most}");
                 }
             }
-            (ParameterType::PARAMETER_INTEGER | ParameterType::PARAMETER_DOUBLE, None) => {
+            (ParameterType::PARAMETER_DOUBLE, None, None) => {
                 for number in ["-1000000000", "0", "1000000000"] {
                     assert!(accepts(name, number), "{name} has no range, and may not be {number}");
                 }
             }
-            (_, None) => {}
-            (kind, Some((_, range))) => panic!("{name} of the type {kind} has {range:?}"),
+            (_, None, None) => {}
+            (kind, ..) => panic!("{name} of the type {kind} has a range"),
         }
     }
 }

@@ -1,119 +1,189 @@
-//! The tables of `config/README.md` say what the nodes say of their parameters to others: made from the same
-//! descriptors, with the structs' defaults. `STILLMAP_WRITE_TABLES=1 cargo test -p stillmap-tests parameter_table`
-//! writes them anew.
+//! What people read of the nodes' parameters is made of their declarations: the files in `config/`, the tables of
+//! `config/README.md`, and that of `nodes/README.md` with those that may change. `STILLMAP_WRITE_TABLES=1 cargo test -p
+//! stillmap-tests parameter_table` writes all of them anew.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use compression::CompressionParameters;
 use detection::shell::DetectionParameters;
+use geometry::parameter::{Declaration, Kind, all_parameters};
 use lidar_odometry::shell::LidarOdometryParameters;
-use msgs::rcl_interfaces::{ParameterDescriptor, ParameterType};
-use node_shell::parameters::NodeParameters;
+use node_shell::parameters::{self, DeclaredParameter, NodeParameters};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
-use serde_json::Value;
+
+use crate::program::succeed;
 
 const WRITE: &str = "STILLMAP_WRITE_TABLES";
-const PAGE: &str = "../config/README.md";
-/// What stands above the tables is written by hand.
-const BEGIN: &str = "<!-- tables -->\n";
+/// Above the lines of the parameters that may change.
+const CHANGEABLE: &str = "| node | parameters |\n|---|---|\n";
 
-/// The value of a parameter, of groups by `group.name`.
-fn value<'a>(values: &'a Value, name: &str) -> &'a Value {
-    name.split('.').fold(values, |group, part| &group[part])
+/// What is written of a node's parameters.
+struct Pages {
+    node: &'static str,
+    declarations: &'static [Declaration],
+    declared: Vec<DeclaredParameter>,
+    file: String,
 }
 
-fn type_name(kind: u8) -> &'static str {
-    match kind {
-        ParameterType::PARAMETER_BOOL => "bool",
-        ParameterType::PARAMETER_INTEGER => "int",
-        ParameterType::PARAMETER_DOUBLE => "double",
-        ParameterType::PARAMETER_STRING => "string",
-        ParameterType::PARAMETER_DOUBLE_ARRAY => "double[]",
-        ParameterType::PARAMETER_INTEGER_ARRAY => "int[]",
-        ParameterType::PARAMETER_STRING_ARRAY => "string[]",
-        ParameterType::PARAMETER_BOOL_ARRAY => "bool[]",
-        other => panic!("there is no type {other}"),
-    }
-}
-
-fn accepted(one: &ParameterDescriptor) -> String {
-    let of_real = one.floating_point_range.first().map(|r| real_range(r.from_value, r.to_value));
-    let of_whole = one.integer_range.first().map(|r| whole_range(r.from_value, r.to_value));
-    let parts = [of_real.or(of_whole), Some(one.additional_constraints.clone())];
-    parts.into_iter().flatten().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
-}
-
-/// Ends that are left out are told by the numbers next to them.
-fn real_range(least: f64, most: f64) -> String {
-    let from = if least > 0.0 && least.next_down() == 0.0 {
-        "above 0".to_owned()
-    } else {
-        format!("{least} or more")
-    };
-    match most {
-        f64::MAX => from,
-        _ if most.next_up().fract() == 0.0 && most.fract() != 0.0 => {
-            format!("{from}, below {}", most.next_up())
+fn pages() -> [Pages; 6] {
+    fn of<P: NodeParameters>(node: &'static str) -> Pages {
+        Pages {
+            node,
+            declarations: P::DECLARATIONS,
+            declared: parameters::declared::<P>().unwrap(),
+            file: parameters::parameter_file::<P>(node).unwrap(),
         }
-        _ => format!("{from}, to {most}"),
     }
+    [
+        of::<DetectionParameters>("detection"),
+        of::<SegmentationParameters>("segmentation"),
+        of::<ReconstructionParameters>("reconstruction"),
+        of::<PoseParameters>("pose"),
+        of::<LidarOdometryParameters>("lidar_odometry"),
+        of::<CompressionParameters>("compression"),
+    ]
 }
 
-fn whole_range(least: i64, most: i64) -> String {
-    match most {
-        i64::MAX => format!("{least} or more"),
-        _ => format!("{least} to {most}"),
-    }
+/// What a parameter may be, in its unit.
+fn accepted(declaration: &Declaration) -> String {
+    let unit = declaration.unit().map(|unit| format!("in {unit}"));
+    let form = match declaration.kind {
+        Kind::Choice(choices) => {
+            let texts: Vec<_> = choices.iter().map(|choice| format!("`{}`", choice.text)).collect();
+            Some(texts.join(", "))
+        }
+        Kind::Reals(length) => Some(format!("{length} numbers")),
+        _ => parameters::accepted_numbers(declaration),
+    };
+    form.into_iter().chain(unit).collect::<Vec<_>>().join(", ")
 }
 
 fn cell(text: &str) -> String {
-    text.replace('|', "\\|").replace('\n', " ")
+    text.replace('|', "\\|")
 }
 
-fn table<P: NodeParameters>(node: &str) -> String {
-    let defaults = serde_json::to_value(P::default()).unwrap();
+fn table(pages: &Pages) -> String {
     let mut table = format!(
-        "\n## {node}\n\n| parameter | type | default | accepted | set at run time | meaning |\n|---|---|---|---|---|---|\n"
+        "\n## {}\n\n| parameter | type | default | accepted | set at run time | meaning |\n|---|---|---|---|---|---|\n",
+        pages.node
     );
-    for one in node_shell::descriptors::<P>().unwrap() {
+    for DeclaredParameter { name, declaration, default } in &pages.declared {
         writeln!(
             table,
-            "| `{}` | {} | `{}` | {} | {} | {} |",
-            one.name,
-            type_name(one.r#type),
-            value(&defaults, &one.name),
-            cell(&accepted(&one)),
-            if one.read_only { "no" } else { "yes" },
-            cell(&one.description)
+            "| `{name}` | {} | `{default}` | {} | {} | {} |",
+            parameters::type_name(declaration.kind),
+            cell(&accepted(declaration)),
+            if declaration.is_changeable { "yes" } else { "no" },
+            cell(&parameters::meaning(declaration))
         )
         .unwrap();
     }
     table
 }
 
-#[test]
-fn the_tables_of_parameters_are_current() {
-    let tables = [
-        table::<DetectionParameters>("detection"),
-        table::<SegmentationParameters>("segmentation"),
-        table::<ReconstructionParameters>("reconstruction"),
-        table::<PoseParameters>("pose"),
-        table::<LidarOdometryParameters>("lidar_odometry"),
-        table::<CompressionParameters>("compression"),
-    ]
-    .concat();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
-    let page = std::fs::read_to_string(&path).unwrap();
-    let (above, written) = page.split_once(BEGIN).unwrap();
+fn changeable(pages: &Pages) -> String {
+    let all = pages.declared.iter().filter(|one| one.declaration.is_changeable);
+    let names: Vec<_> = all.map(|one| format!("`{}`", one.name)).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!("| {} | {} |\n", pages.node, names.join(", "))
+}
+
+/// Holds a page to what its written part is to be; writes it where that was asked for.
+fn hold(path: &str, current: impl Fn(&str) -> Option<String>) {
+    let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
+    let written = std::fs::read_to_string(&path).unwrap_or_default();
+    let current = current(&written).unwrap_or_else(|| panic!("{}: no table", path.display()));
     if std::env::var_os(WRITE).is_some() {
-        std::fs::write(&path, format!("{above}{BEGIN}{tables}")).unwrap();
+        std::fs::write(&path, current).unwrap();
         return;
     }
+    let line = written.lines().zip(current.lines()).position(|(is, should)| is != should);
     assert!(
-        written == tables,
-        "config/README.md is not current: {WRITE}=1 cargo test -p stillmap-tests parameter_table"
+        written == current,
+        "{} is not current from line {:?} on: {WRITE}=1 cargo test -p stillmap-tests parameter_table",
+        path.display(),
+        line.map(|line| line + 1)
     );
+}
+
+#[test]
+fn the_parameter_files_are_current() {
+    for pages in declared_pages() {
+        hold(&format!("config/{}.yaml", pages.node), |_| Some(pages.file.clone()));
+    }
+}
+
+#[test]
+fn the_tables_of_parameters_are_current() {
+    for pages in declared_pages() {
+        let table = table(&pages);
+        let heading = format!("\n## {}\n", pages.node);
+        hold("config/README.md", |page| {
+            let begin = page.find(&heading)?;
+            let after = begin + heading.len();
+            let end = page[after..].find("\n## ").map_or(page.len(), |end| after + end);
+            Some(format!("{}{table}{}", &page[..begin], &page[end..]))
+        });
+    }
+}
+
+#[test]
+fn the_table_of_parameters_that_may_change_is_current() {
+    for pages in declared_pages() {
+        let line = changeable(&pages);
+        let begin = format!("| {} | `", pages.node);
+        hold("nodes/README.md", |page| {
+            let (above, below) = page.split_once(CHANGEABLE)?;
+            let (lines, below) = below.split_once("\n\n")?;
+            let with = |old: &str| match old.starts_with(&begin) {
+                true => line.clone(),
+                false => format!("{old}\n"),
+            };
+            let lines: String = lines.lines().map(with).collect();
+            Some(format!("{above}{CHANGEABLE}{lines}\n{below}"))
+        });
+    }
+}
+
+/// Those of nodes whose parameters are declared.
+fn declared_pages() -> impl Iterator<Item = Pages> {
+    pages().into_iter().filter(|pages| !pages.declarations.is_empty())
+}
+
+/// What is declared of one parameter by the name and the value of another is there.
+#[test]
+fn a_parameter_is_read_with_one_that_there_is() {
+    for pages in pages() {
+        let all = all_parameters(pages.declarations);
+        for one in &all {
+            assert!(!one.declaration.doc.is_empty(), "{}: {} has no meaning", pages.node, one.name);
+            let Some(setting) = one.declaration.read_with else { continue };
+            let of = |name: &str| all.iter().find(|other| other.name == name);
+            let other = of(setting.name).unwrap_or_else(|| panic!("there is no {}", setting.name));
+            let texts: Vec<&str> = match other.declaration.kind {
+                Kind::Choice(choices) => choices.iter().map(|choice| choice.text).collect(),
+                Kind::Truth => vec!["true", "false"],
+                _ => Vec::new(),
+            };
+            assert!(texts.contains(&setting.value), "{}: {setting:?}", one.name);
+        }
+    }
+}
+
+#[test]
+fn the_help_of_each_node_says_what_its_parameters_mean() {
+    for pages in declared_pages() {
+        let help = succeed(["node", &pages.node.replace('_', "-"), "--help"]);
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for DeclaredParameter { name, declaration, .. } in &pages.declared {
+            assert!(help.contains(&format!(" {name} (")), "{}: no {name}", pages.node);
+            let doc = declaration.doc.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(help.contains(&doc), "{}: {name}: {doc}", pages.node);
+        }
+    }
 }

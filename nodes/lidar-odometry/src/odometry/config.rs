@@ -62,10 +62,10 @@ impl Default for LidarOdometryConfig {
     }
 }
 
-/// No map is larger: 1.5 GB.
-const MOST_VOXELS: usize = 10_000_000;
-
 impl LidarOdometryConfig {
+    /// No map is larger: 1.5 GB.
+    pub(crate) const MOST_VOXELS: usize = 10_000_000;
+
     /// Checks every parameter.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl LidarOdometryConfig {
             "max_map_voxels",
             "in 1000 .. 10000000",
             most as f64,
-            (1000..=MOST_VOXELS).contains(&most),
+            (1000..=Self::MOST_VOXELS).contains(&most),
         )
     }
 }

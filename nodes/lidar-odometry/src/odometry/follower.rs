@@ -4,7 +4,6 @@ use std::num::NonZeroUsize;
 
 use geometry::{LidarCloud, Stamp};
 use nalgebra::{Matrix6, Point3};
-use serde::{Deserialize, Serialize};
 
 use super::{
     Guess, LidarOdometry, LidarOdometryConfig, LidarPose, LidarScan, MotionHint, Outcome, Quality,
@@ -13,15 +12,15 @@ use super::{
 use crate::registration::{ParameterError, PreparationConfig, RegistrationConfig};
 use crate::selection::{PointChoice, PointChoiceError};
 
-/// What a scan is laid onto.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Way {
-    /// A map of the last scans.
-    #[default]
-    LocalMap,
-    /// The scan before, as in the road thesis.
-    ScanToScan,
+geometry::choices! {
+    /// What a scan is registered to.
+    #[derive(Default)]
+    pub enum Way {
+        /// A map of the last scans.
+        LocalMap = "local_map" as default,
+        /// The previous scan, as in the road thesis.
+        ScanToScan = "scan_to_scan",
+    }
 }
 
 /// How the sensor is followed.

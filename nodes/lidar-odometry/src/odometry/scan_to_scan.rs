@@ -4,21 +4,21 @@
 use std::num::NonZeroUsize;
 
 use nalgebra::{Isometry3, Point3};
-use serde::{Deserialize, Serialize};
 
 use crate::registration::{
     PreparationConfig, PreparedCloud, Registration, RegistrationConfig, RegistrationError, register,
 };
 
-/// Where a registration begins.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Guess {
-    /// As if the vehicle stood.
-    Standing,
-    /// As if it moved on as it did (the thesis' matrix of estimation, section 4.2.1.1: 58 % of the time saved).
-    #[default]
-    PreviousMotion,
+geometry::choices! {
+    /// Where a registration begins.
+    #[derive(Default)]
+    pub enum Guess {
+        /// With no motion.
+        Standing = "standing",
+        /// With the motion between the previous two scans (the thesis' matrix of estimation, section 4.2.1.1: 58 % of the
+        /// time saved).
+        PreviousMotion = "previous_motion" as default,
+    }
 }
 
 /// The odometry from scan to scan.

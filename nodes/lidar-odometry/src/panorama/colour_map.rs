@@ -2,22 +2,19 @@
 
 use std::f32::consts::TAU;
 
-use serde::{Deserialize, Serialize};
-
 /// Red, green and blue.
 pub type Rgb = [u8; 3];
 
-/// How values of 0 .. 1 become colours.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ColourMap {
-    /// From dark violet over blue and green to light yellow, in steps that look alike: even in lightness and in hue of
-    /// OKLab (Ottosson 2020).
-    Even,
-    /// OpenCV's `COLORMAP_PINK`: the root of the mean of gray and "hot".
-    Pink,
-    /// OpenCV's `COLORMAP_HSV`: once round the hues, from red to red.
-    Hsv,
+geometry::choices! {
+    /// How values of 0 .. 1 become colours.
+    pub enum ColourMap {
+        /// From dark violet over blue and green to light yellow, even in lightness and in hue of OKLab (Ottosson 2020).
+        Even = "even",
+        /// OpenCV's COLORMAP_PINK: the root of the mean of gray and "hot".
+        Pink = "pink",
+        /// OpenCV's COLORMAP_HSV: once round the hues, from red to red.
+        Hsv = "hsv",
+    }
 }
 
 impl ColourMap {

@@ -140,6 +140,9 @@ pub(crate) fn check_positive(values: &[(&'static str, f64)]) -> Result<(), Param
 }
 
 impl PreparationConfig {
+    /// No plane is fitted to more.
+    pub(crate) const MOST_NEIGHBOURS: usize = super::kd_tree::MOST_NEIGHBOURS;
+
     /// Checks every parameter.
     ///
     /// # Errors
@@ -148,7 +151,7 @@ impl PreparationConfig {
         let edge = self.voxel_edge_m;
         check("voxel_edge_m", "0 or more metres", edge, edge.is_finite() && edge >= 0.0)?;
         let neighbours = self.neighbours;
-        let holds = (4..=super::kd_tree::MOST_NEIGHBOURS).contains(&neighbours);
+        let holds = (4..=Self::MOST_NEIGHBOURS).contains(&neighbours);
         check("neighbours", "in 4 .. 32", neighbours as f64, holds)
     }
 }

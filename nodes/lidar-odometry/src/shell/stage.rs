@@ -8,6 +8,7 @@ use geometry::{LidarCloud, Revolution, Stamp};
 use msgs::convert::{self, LidarCloudReading, PointTimes, TimeUnit};
 use msgs::velodyne_msgs::VelodyneScan;
 use nalgebra::{Isometry3, Point3};
+use node_shell::parameters::NodeParameters;
 use node_shell::{Counters, Node, NodeFailure, StageReporter, StepTimer, Throttle};
 
 use super::PROGRAM;
@@ -63,8 +64,7 @@ impl Stage {
     /// # Errors
     /// When a parameter is out of its range, a topic cannot be had, or nobody can listen on the scanner's port.
     pub fn new(node: &Node, parameters: &LidarOdometryParameters) -> Result<Self, NodeFailure> {
-        use node_shell::parameters::NodeParameters;
-        parameters.validate()?;
+        NodeParameters::validate(parameters)?;
         let counters = node.counters();
         let inputs = Inputs::subscribe(node, parameters)?;
         let waits = format!("initialising: waits for scans of {}", inputs.source());

@@ -365,11 +365,11 @@ fn parameters_that_mean_nothing_are_named() {
         ("drawing_px", |p| p.drawing_px = 1_000_000),
         ("road_radius_m", |p| p.road_radius_m = 0.0),
     ];
-    assert!(LidarOdometryParameters::default().validate().is_ok());
+    assert!(NodeParameters::validate(&LidarOdometryParameters::default()).is_ok());
     for (name, spoil) in cases {
         let mut parameters = LidarOdometryParameters::default();
         spoil(&mut parameters);
-        let error = parameters.validate().unwrap_err().to_string();
+        let error = NodeParameters::validate(&parameters).unwrap_err().to_string();
         assert!(error.contains(name), "{name}: {error}");
     }
 }

@@ -9,12 +9,14 @@
 //! A section that names the node must have what the node knows. One for several nodes, as `/**`, has what the others know,
 //! too: what this one does not know of it is passed over, and told of in the log.
 
+mod declared;
 mod error;
 mod file;
 mod node_parameters;
 mod overlay;
 #[cfg(test)]
 mod tests;
+mod text;
 mod tree;
 
 use std::path::Path;
@@ -25,27 +27,26 @@ use serde_json::Value;
 
 use crate::settings::arguments::ParameterSource;
 use crate::settings::names::NodeIdentity;
+pub use declared::{DeclaredParameter, declared};
 pub use error::{ParameterError, ValueOrigin};
 pub use node_parameters::{NoParameters, NodeParameters, Range};
 pub(crate) use overlay::Overlay;
+pub(crate) use text::help;
+pub use text::{accepted_numbers, meaning, parameter_file, type_name};
 
 /// The parameter by which ROS 2 switches a node to simulated time.
 pub(crate) const USE_SIM_TIME: &str = "use_sim_time";
 /// The parameter by which a managed node waits to be brought up by others, by the name that Nav2 has for it.
 pub(crate) const AUTOSTART: &str = "autostart";
 
-/// The parameters that every node has.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Switches {
-    /// Whether the node is to go by the time of `/clock`.
-    pub(crate) use_sim_time: bool,
-    /// Whether a managed node is active from its start.
-    pub(crate) autostart: bool,
-}
-
-impl Default for Switches {
-    fn default() -> Self {
-        Self { use_sim_time: false, autostart: true }
+geometry::parameters! {
+    /// The parameters that every node has.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub(crate) struct Switches {
+        /// Whether the node goes by the time of /clock.
+        use_sim_time: bool = false;
+        /// Whether the node is active from its start; else others bring it up by its lifecycle.
+        autostart: bool = true;
     }
 }
 

@@ -4,10 +4,10 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use geometry::{CameraModel, DepthImage};
+use geometry::{CameraModel, DepthImage, ParameterError};
 
 use super::depth::depth_at;
-use super::{Frame, FrameConfig, FrameConfigError, MeasuredDepth};
+use super::{Frame, FrameConfig, MeasuredDepth};
 use crate::feature::lines::{
     LineDetector, LineFeature, LineSegment, SegmentInSpace, segment_in_space,
 };
@@ -30,11 +30,10 @@ impl FrameExtractor {
     ///
     /// # Errors
     /// When a parameter has a value that means nothing.
-    pub fn new(config: FrameConfig) -> Result<Self, FrameConfigError> {
+    pub fn new(config: FrameConfig) -> Result<Self, ParameterError> {
         config.validate()?;
-        let points =
-            PointExtractor::new(config.points.clone()).map_err(FrameConfigError::Points)?;
-        let lines = LineDetector::new(config.lines).map_err(FrameConfigError::Lines)?;
+        let points = PointExtractor::new(config.points.clone())?;
+        let lines = LineDetector::new(config.lines)?;
         Ok(Self { config, points, lines })
     }
 

@@ -8,6 +8,7 @@ use geometry::Stamp;
 use msgs::convert;
 use msgs::sensor_msgs::Image;
 use msgs::std_msgs::Header;
+use node_shell::parameters::NodeParameters;
 use node_shell::{Counters, Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, Throttle};
 
 use super::PROGRAM;
@@ -55,7 +56,7 @@ impl Stage {
     /// # Errors
     /// When a parameter is out of its range, or a topic cannot be had.
     pub fn new(node: &Node, parameters: &PoseParameters) -> Result<Self, NodeFailure> {
-        parameters.validate()?;
+        NodeParameters::validate(parameters)?;
         let counters = node.counters();
         let progress = ProgressTeller::new(counters.clone());
         let map_file = MapFile::new("map_file", &parameters.map_file)?;

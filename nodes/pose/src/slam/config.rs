@@ -4,7 +4,7 @@ use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
 
 use crate::mapping::MappingConfig;
-use crate::tracking::{TrackerConfig, TrackerConfigError};
+use crate::tracking::TrackerConfig;
 
 /// Parameters of [`Slam`](super::Slam).
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -59,7 +59,7 @@ impl Default for LocaliserConfig {
 pub enum SlamConfigError {
     /// One of the odometry's.
     #[error(transparent)]
-    Tracker(#[from] TrackerConfigError),
+    Tracker(#[from] ParameterError),
     /// One of the map's.
     #[error("mapping: {0}")]
     Mapping(ParameterError),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use geometry::{CameraModel, Stamp};
+use geometry::{CameraModel, ParameterError, Stamp};
 use nalgebra::{Isometry3, Matrix6};
 
 use super::fates::fates;
@@ -11,7 +11,7 @@ use super::readout::{Readout, SeenMoving};
 use super::relocalisation::relocalised;
 use super::result::CameraPose;
 use super::sighting::{ENDS, Sighting};
-use super::{Room, Tracked, TrackerConfig, TrackerConfigError, TrackingState, Trouble};
+use super::{Room, Tracked, TrackerConfig, TrackingState, Trouble};
 use crate::frame::{Frame, LeftOut, MovingThing};
 use crate::local_map::{
     Associations, LandmarkNumbers, Lean, LocalMap, LocalMapConfig, Verdicts, View,
@@ -49,7 +49,7 @@ impl Tracker {
     ///
     /// # Errors
     /// When a parameter has a value that means nothing.
-    pub fn new(config: TrackerConfig) -> Result<Self, TrackerConfigError> {
+    pub fn new(config: TrackerConfig) -> Result<Self, ParameterError> {
         config.validate()?;
         let pyramid = config.frame.points.pyramid();
         Ok(Self {

@@ -1,74 +1,71 @@
 //! What of the node is chosen by a word.
 
-use serde::{Deserialize, Serialize};
-
-/// Where the scans come from.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LidarInput {
-    /// Clouds of any driver.
-    #[default]
-    Points,
-    /// Packets, by `velodyne_driver`.
-    VelodynePackets,
-    /// Packets, from the scanner itself.
-    Udp,
+geometry::choices! {
+    /// Where the scans come from.
+    pub enum LidarInput {
+        /// Clouds of any driver.
+        Points = "points",
+        /// Packets of velodyne_driver.
+        VelodynePackets = "velodyne_packets",
+        /// Packets from the scanner itself.
+        Udp = "udp",
+    }
 }
 
-/// In which unit a cloud's points tell their times.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum TimeUnitChoice {
-    /// In the one that makes a revolution of them.
-    #[default]
-    Auto,
-    /// Seconds.
-    S,
-    /// Milliseconds.
-    Ms,
-    /// Microseconds.
-    Us,
-    /// Nanoseconds.
-    Ns,
+geometry::choices! {
+    /// The unit of the times of a cloud's points.
+    pub enum TimeUnitChoice {
+        /// The one with which the times of a cloud span a revolution.
+        Auto = "auto",
+        /// Seconds.
+        S = "s",
+        /// Milliseconds.
+        Ms = "ms",
+        /// Microseconds.
+        Us = "us",
+        /// Nanoseconds.
+        Ns = "ns",
+    }
 }
 
-/// What sends the packets.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the models' own names")]
-pub enum ModelChoice {
-    /// What the packets say.
-    #[default]
-    Auto,
-    Hdl32e,
-    Vlp16,
-    PuckHiRes,
-    Vlp32c,
-    Hdl64e,
+geometry::choices! {
+    /// The scanner that sends the packets.
+    pub enum ModelChoice {
+        /// The one that the packets name.
+        Auto = "auto",
+        /// Velodyne HDL-32E.
+        Hdl32e = "hdl32e",
+        /// Velodyne VLP-16.
+        Vlp16 = "vlp16",
+        /// Velodyne Puck Hi-Res.
+        PuckHiRes = "puck_hi_res",
+        /// Velodyne VLP-32C.
+        Vlp32c = "vlp32c",
+        /// Velodyne HDL-64E.
+        Hdl64e = "hdl64e",
+    }
 }
 
-/// Which of two echoes is taken.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum EchoChoice {
-    /// The strongest.
-    #[default]
-    Strongest,
-    /// The last.
-    Last,
+geometry::choices! {
+    /// Which of two returns of a beam is used.
+    pub enum EchoChoice {
+        /// The strongest one.
+        Strongest = "strongest",
+        /// The last one.
+        Last = "last",
+    }
 }
 
-/// Which points take part.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FilterChoice {
-    /// All.
-    #[default]
-    None,
-    /// Those of some rays.
-    Rays,
-    /// Those that are not as bright as the road: the road thesis' own.
-    RoadIntensity,
-    /// Those that do not lie on the ground.
-    Ground,
+geometry::choices! {
+    /// Which points take part.
+    pub enum FilterChoice {
+        /// All points.
+        None = "none",
+        /// Those of some rays.
+        Rays = "rays",
+        /// Those that are not as bright as the road: the filter of the road thesis.
+        RoadIntensity = "road_intensity",
+        /// Those that do not lie on the ground.
+        Ground = "ground",
+    }
 }

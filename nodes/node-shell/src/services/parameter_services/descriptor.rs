@@ -1,13 +1,16 @@
 //! What each parameter of a node is: its type, its range, what it means, whether it may change.
 
 use std::collections::BTreeMap;
+use std::ops::Bound;
 
+use geometry::parameter::{Kind, Range};
 use msgs::rcl_interfaces::{FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType};
 use serde_json::Value;
 
 use super::value;
 use crate::settings::parameters::{
-    AUTOSTART, NodeParameters, Overlay, ParameterError, Range, USE_SIM_TIME, ValueOrigin,
+    self, DeclaredParameter, NodeParameters, Overlay, ParameterError, Range as FileRange,
+    ValueOrigin,
 };
 
 /// The key below a node's name, with its parameters.
@@ -19,9 +22,80 @@ const NO_VARIANT: &str = "\u{1}";
 /// The descriptors of all parameters by their names.
 pub(super) fn descriptors<P: NodeParameters>()
 -> Result<BTreeMap<String, ParameterDescriptor>, ParameterError> {
+    let declared = parameters::declared::<P>()?;
+    let mut descriptors: BTreeMap<_, _> =
+        declared.iter().map(|one| (one.name.clone(), descriptor(one))).collect();
+    if P::DECLARATIONS.is_empty() {
+        descriptors.append(&mut by_file::<P>()?);
+    }
+    Ok(descriptors)
+}
+
+fn descriptor(one: &DeclaredParameter) -> ParameterDescriptor {
+    let declaration = &one.declaration;
+    let mut descriptor = ParameterDescriptor {
+        name: one.name.clone(),
+        r#type: match declaration.kind {
+            Kind::Truth => ParameterType::PARAMETER_BOOL,
+            Kind::Whole => ParameterType::PARAMETER_INTEGER,
+            Kind::Real => ParameterType::PARAMETER_DOUBLE,
+            Kind::Text | Kind::Choice(_) => ParameterType::PARAMETER_STRING,
+            Kind::Reals(_) => ParameterType::PARAMETER_DOUBLE_ARRAY,
+            Kind::Group { .. } => ParameterType::PARAMETER_NOT_SET,
+        },
+        description: parameters::meaning(declaration),
+        read_only: !declaration.is_changeable,
+        ..ParameterDescriptor::default()
+    };
+    let range = declaration.range;
+    match declaration.kind {
+        Kind::Whole => {
+            let from_value = match range.from {
+                Bound::Included(least) => least as i64,
+                Bound::Excluded(bound) => bound as i64 + 1,
+                Bound::Unbounded => i64::MIN,
+            };
+            let to_value = match range.to {
+                Bound::Included(most) => most as i64,
+                Bound::Excluded(bound) => bound as i64 - 1,
+                Bound::Unbounded => i64::MAX,
+            };
+            descriptor.integer_range = vec![IntegerRange { from_value, to_value, step: 0 }];
+        }
+        Kind::Real if range != Range::FINITE => {
+            let from_value = match range.from {
+                Bound::Included(least) => least,
+                Bound::Excluded(bound) => bound.next_up(),
+                Bound::Unbounded => f64::MIN,
+            };
+            let to_value = match range.to {
+                Bound::Included(most) => most,
+                Bound::Excluded(bound) => bound.next_down(),
+                Bound::Unbounded => f64::MAX,
+            };
+            descriptor.floating_point_range =
+                vec![FloatingPointRange { from_value, to_value, step: 0.0 }];
+        }
+        Kind::Reals(length) => {
+            descriptor.additional_constraints = format!("an array of length {length}");
+        }
+        Kind::Choice(choices) => {
+            let texts: Vec<_> = choices.iter().map(|choice| format!("`{}`", choice.text)).collect();
+            descriptor.additional_constraints = match texts.as_slice() {
+                [one, other] => format!("{one} or {other}"),
+                texts => format!("one of {}", texts.join(", ")),
+            };
+        }
+        _ => {}
+    }
+    descriptor
+}
+
+/// Those of a node whose parameters are not declared: by the comments of its parameter file.
+fn by_file<P: NodeParameters>() -> Result<BTreeMap<String, ParameterDescriptor>, ParameterError> {
     let overlay = Overlay::<P>::new()?;
     let comments = comments(P::FILE);
-    let mut descriptors: BTreeMap<_, _> = overlay
+    Ok(overlay
         .leaves()
         .into_iter()
         .map(|(name, default)| {
@@ -39,42 +113,24 @@ pub(super) fn descriptors<P: NodeParameters>()
             };
             (name, descriptor)
         })
-        .collect();
-    let mut switch = |name: &str, description: &str| {
-        let descriptor = ParameterDescriptor {
-            name: name.to_owned(),
-            r#type: ParameterType::PARAMETER_BOOL,
-            description: description.to_owned(),
-            read_only: true,
-            ..ParameterDescriptor::default()
-        };
-        descriptors.insert(name.to_owned(), descriptor);
-    };
-    switch(USE_SIM_TIME, "Whether the node goes by the time of /clock.");
-    if P::IS_MANAGED {
-        switch(
-            AUTOSTART,
-            "Whether the node is active from its start; else others bring it up by its lifecycle.",
-        );
-    }
-    Ok(descriptors)
+        .collect())
 }
 
-fn real(range: Range) -> Option<FloatingPointRange> {
+fn real(range: FileRange) -> Option<FloatingPointRange> {
     match range {
-        Range::Real { least, most } => {
+        FileRange::Real { least, most } => {
             Some(FloatingPointRange { from_value: least, to_value: most, step: 0.0 })
         }
-        Range::Whole { .. } => None,
+        FileRange::Whole { .. } => None,
     }
 }
 
-fn whole(range: Range) -> Option<IntegerRange> {
+fn whole(range: FileRange) -> Option<IntegerRange> {
     match range {
-        Range::Whole { least, most } => {
+        FileRange::Whole { least, most } => {
             Some(IntegerRange { from_value: least, to_value: most, step: 0 })
         }
-        Range::Real { .. } => None,
+        FileRange::Real { .. } => None,
     }
 }
 

@@ -1,56 +1,62 @@
 use msgs::rcl_interfaces::{ListParametersRequest, ParameterType, ParameterValue};
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::*;
 use crate::process::failure::NodeFailure;
-use crate::settings::parameters::{Range, Switches};
+use crate::settings::parameters::Switches;
 
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Input {
-    Depth,
-    Points,
+geometry::choices! {
+    /// Where clouds come from.
+    enum Input {
+        /// From depth images.
+        Depth = "depth",
+        /// From a driver.
+        Points = "points",
+    }
 }
 
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-struct Voxel {
-    edge_m: f64,
-    most: u32,
+geometry::parameters! {
+    /// Voxels.
+    #[derive(Clone, PartialEq, Debug)]
+    struct Voxel {
+        /// Its edge.
+        edge_m: f64 = 0.08;
+        /// How many there may be.
+        most: u32 = 7, at_least(1.0), changeable;
+    }
 }
 
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-struct Parameters {
-    input: Input,
-    least_s: f64,
-    most_s: f64,
-    mount: [f64; 3],
-    voxel: Voxel,
+geometry::parameters! {
+    /// Those of a node.
+    #[derive(Clone, PartialEq, Debug)]
+    struct Parameters {
+        /// Where clouds come from.
+        input: Input = Input::Depth, changeable;
+        /// Shorter is noise, in s.
+        least_s: f64 = 1.0, positive, changeable;
+        /// Longer is noise, in s.
+        most_s: f64 = 2.0, changeable;
+        /// Where it is.
+        mount: [f64; 3] = [0.0, 0.5, 1.0];
+        /// Voxels.
+        voxel: Voxel;
+    }
+    check = Self::check_order;
 }
 
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            input: Input::Depth,
-            least_s: 1.0,
-            most_s: 2.0,
-            mount: [0.0, 0.5, 1.0],
-            voxel: Voxel { edge_m: 0.08, most: 7 },
-        }
+impl Parameters {
+    fn check_order(&self) -> Result<(), geometry::ParameterError> {
+        let (least_s, most_s) = (self.least_s, self.most_s);
+        let accepted = ("at most most_s", most_s);
+        geometry::parameter::check("least_s", accepted, least_s, least_s <= most_s)
     }
 }
 
 impl NodeParameters for Parameters {
-    const FILE: &'static str = "# Shorter is noise, in s.\nleast_s: 1.0\n";
-    const RANGES: &'static [(&'static str, Range)] =
-        &[("least_s", Range::POSITIVE), ("voxel.most", Range::at_least(1))];
-    const CHANGEABLE: &'static [&'static str] = &["least_s", "most_s", "input", "voxel.most"];
+    const DECLARATIONS: &'static [geometry::parameter::Declaration] = Self::DECLARATIONS;
 
     fn validate(&self) -> Result<(), NodeFailure> {
-        if self.least_s <= self.most_s {
-            return Ok(());
-        }
-        Err(format!("least_s {} is above most_s {}", self.least_s, self.most_s).into())
+        Ok(Self::validate(self)?)
     }
 }
 
@@ -73,7 +79,7 @@ fn names(names: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn what_a_parameter_is_comes_from_struct_and_file() {
+fn what_a_parameter_is_comes_from_its_declaration() {
     let described = store().describe(&names(&["least_s", "voxel.most", "input", "mount", "other"]));
     let [least, most, input, mount, other] = described.as_slice() else { panic!() };
     assert_eq!(least.r#type, ParameterType::PARAMETER_DOUBLE);
@@ -82,7 +88,10 @@ fn what_a_parameter_is_comes_from_struct_and_file() {
     assert_eq!(least.floating_point_range[0].from_value, f64::from_bits(1));
     assert_eq!(least.floating_point_range[0].to_value, f64::MAX);
     assert_eq!(most.r#type, ParameterType::PARAMETER_INTEGER);
-    assert_eq!((most.integer_range[0].from_value, most.integer_range[0].to_value), (1, i64::MAX));
+    assert_eq!(
+        (most.integer_range[0].from_value, most.integer_range[0].to_value),
+        (1, u32::MAX.into())
+    );
     assert_eq!(input.additional_constraints, "`depth` or `points`");
     assert!(mount.read_only && mount.additional_constraints.contains("length 3"), "{mount:?}");
     let unset = ParameterType::PARAMETER_NOT_SET;
@@ -144,11 +153,12 @@ fn what_is_refused_changes_nothing_and_says_why() {
     for (wanted, part) in [
         (vec![("voxel.edge_m", json!(0.1))], "cannot change while the node runs"),
         (vec![("use_sim_time", json!(false))], "cannot change while the node runs"),
-        (vec![("least_s", json!(2.5))], "least_s 2.5 is above most_s 2"),
+        (vec![("least_s", json!(2.5))], "least_s must be at most most_s (2), not 2.5"),
         (vec![("least_s", json!("x"))], "a number"),
         (vec![("least_s", Value::Null)], "taken away"),
         (vec![("input", json!("cloud"))], "`depth` or `points`"),
         (vec![("voxel.most", json!(-1))], "invalid value"),
+        (vec![("voxel.most", json!(0))], "parameter voxel.most must be 1 to 4294967295, not 0"),
         (vec![("leastt_s", json!(1.0))], "did you mean `least_s`"),
         (vec![("most_s", json!(9.0)), ("least_s", json!("x"))], "a number"),
         (vec![("most_s", json!(9.0)), ("mount", json!([1.0, 2.0, 3.0]))], "cannot change"),

@@ -1,22 +1,22 @@
 //! What a node says of its parameters, so that others can read and set them while it runs.
 
+use geometry::parameter::Declaration;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::process::failure::NodeFailure;
 
-/// The parameters of a node, as those outside see them.
-///
-/// Names, types and values come from the struct. What each of them means comes from the comments of the node's parameter
-/// file, which are what its users read.
+/// The parameters of a node, as [`geometry::parameters!`] declares them.
 pub trait NodeParameters:
     Serialize + DeserializeOwned + Default + Clone + Send + Sync + 'static
 {
-    /// The text of a parameter file with every parameter; the comment above one says what it means.
-    const FILE: &'static str;
-    /// What [`NodeParameters::validate`] accepts of a number, where it does not accept all of its type.
+    /// What is declared of each.
+    const DECLARATIONS: &'static [Declaration] = &[];
+    /// Without declarations: the text of a parameter file; the comment above a parameter says what it means.
+    const FILE: &'static str = "";
+    /// Without declarations: what [`NodeParameters::validate`] accepts of a number.
     const RANGES: &'static [(&'static str, Range)] = &[];
-    /// Those that may change while the node runs. The others stay what they were at its start.
+    /// Without declarations: those that may change while the node runs.
     const CHANGEABLE: &'static [&'static str] = &[];
 
     /// Whether the node is managed: see [`Lifecycle`](crate::Lifecycle).
@@ -86,7 +86,6 @@ impl Range {
 pub struct NoParameters {}
 
 impl NodeParameters for NoParameters {
-    const FILE: &'static str = "";
     const IS_MANAGED: bool = false;
 
     fn validate(&self) -> Result<(), NodeFailure> {

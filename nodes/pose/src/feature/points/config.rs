@@ -1,30 +1,41 @@
 //! The parameters of point extraction, their defaults, and where these come from.
 
-use geometry::{ParameterError, parameter};
-use serde::{Deserialize, Serialize};
+use geometry::ParameterError;
+use geometry::parameter::{self, Declaration, Kind, Parameter};
 
-/// The parameters of [`crate::feature::points::PointExtractor`]. Every default stands in [`PointConfig::default`] and
-/// nowhere else.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default)]
-pub struct PointConfig {
-    /// No more corners than this are extracted from an image, and as many wherever it has them.
-    pub max_corners: usize,
-    /// How many scales corners are looked for in, the image's own included.
-    pub levels: usize,
-    /// How much smaller each level is than the one before.
-    pub scale_factor: f64,
-    /// How much brighter or darker, in gray levels, the nine ring pixels of a corner must be than its centre.
-    pub threshold: u8,
-    /// The same for the cells of the image in which no corner reaches [`threshold`](Self::threshold).
-    pub low_threshold: u8,
-    /// The side of such a cell, in pixels of the level.
-    pub cell_px: usize,
-    /// This share of a level's corners is chosen so that they cover it evenly, which holds a pose in all directions; the
-    /// others are the strongest, which are found again most often.
-    pub even_share: f64,
-    /// How many threads work on an image. It changes no result.
-    pub threads: usize,
+geometry::parameters! {
+    /// The parameters of [`crate::feature::points::PointExtractor`].
+    #[derive(Clone, PartialEq, Debug)]
+    pub struct PointConfig {
+        /// The most corners that are extracted from an image.
+        // Mur-Artal et al. 2015, section IV.A: 1000 corners for images of 512 x 384 to 752 x 480 pixels, 8 levels of 1.2. More
+        // than the bound are of no use to an odometry, and matching takes the square of their time.
+        max_corners: usize = 1000, whole(1, 100_000);
+        /// The levels of the image pyramid, the image itself included.
+        // With a factor of 1.2 the sixteenth level is 15 times smaller.
+        levels: usize = 8, whole(1, 16);
+        /// How much smaller each level of the pyramid is than the one before.
+        // Nearer to 1 two levels show the same; bilinear interpolation leaves out no pixel up to a factor of 2.
+        scale_factor: f64 = 1.2, between(1.01, 2.0);
+        /// How much brighter or darker, in gray levels, nine pixels of the ring around a corner must be than its centre.
+        // The two thresholds that ORB-SLAM2 (Mur-Artal and Tardos 2017) is configured with for TUM RGB-D: 20 as in ORB, 7
+        // where nothing is found.
+        threshold: u8 = 20, at_least(1.0);
+        /// The same threshold in cells of the image where no corner reaches the first one; at most the first one.
+        low_threshold: u8 = 7, at_least(1.0);
+        /// The side of such a cell, in pixels of the level.
+        // A patch that a corner is described by is 31 pixels wide: about one corner a patch. Below the range a cell has hardly
+        // a corner; above, the image is one cell.
+        cell_px: usize = 32, whole(8, 1024);
+        /// This share of a level's corners is chosen so that they cover it evenly, which constrains a pose in all directions;
+        /// the others are the strongest, which are found again most often.
+        // Neither is best alone: ORB-SLAM spreads all, ORB none.
+        even_share: f64 = 0.5, share;
+        /// Threads that work on an image. Their number changes no result.
+        // More threads than an image has bands of cells would stand idle.
+        threads: usize = 1, whole(1, 64);
+    }
+    check = Self::check_thresholds;
 }
 
 /// The levels that corners are found on.
@@ -42,39 +53,14 @@ impl Default for Pyramid {
     }
 }
 
-impl Default for PointConfig {
-    fn default() -> Self {
-        Self {
-            // Mur-Artal et al. 2015, section IV.A: 1000 corners for images of 512 x 384 to 752 x 480 pixels, 8 levels
-            // of 1.2.
-            max_corners: 1000,
-            levels: 8,
-            scale_factor: 1.2,
-            // The two thresholds that ORB-SLAM2 (Mur-Artal and Tardos 2017) is configured with for TUM RGB-D: 20 as
-            // in ORB, 7 where nothing is found.
-            threshold: 20,
-            low_threshold: 7,
-            // A patch that a corner is described by is 31 pixels wide: about one corner a patch.
-            cell_px: 32,
-            // Neither is best alone: ORB-SLAM spreads all, ORB none.
-            even_share: 0.5,
-            threads: 1,
-        }
+/// It has no parameters of its own: they are those of [`PointConfig`].
+impl Parameter for Pyramid {
+    const KIND: Kind = Kind::Group { members: &[], is_flat: true };
+
+    fn check(&self, _: &'static Declaration) -> Result<(), ParameterError> {
+        Ok(())
     }
 }
-
-/// More corners than this are of no use to an odometry, and matching takes the square of their time.
-const MOST_CORNERS: usize = 100_000;
-/// With a factor of 1.2 the sixteenth level is 15 times smaller.
-const MOST_LEVELS: usize = 16;
-/// Bilinear interpolation leaves out no pixel up to a factor of 2.
-const LARGEST_SCALE_FACTOR: f64 = 2.0;
-/// Nearer to 1 two levels show the same.
-const SMALLEST_SCALE_FACTOR: f64 = 1.01;
-/// A cell's side: below, a cell holds hardly a corner; above, the image is one cell.
-const CELLS_PX: std::ops::RangeInclusive<usize> = 8..=1024;
-/// More threads than an image has bands of cells would stand idle.
-const MOST_THREADS: usize = 64;
 
 impl PointConfig {
     /// The levels that corners are found on.
@@ -83,53 +69,9 @@ impl PointConfig {
         Pyramid { levels: self.levels, scale_factor: self.scale_factor }
     }
 
-    /// Checks every parameter.
-    ///
-    /// # Errors
-    /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        let corners = self.max_corners;
-        parameter::check(
-            "max_corners",
-            "in 1 .. 100000",
-            corners as f64,
-            (1..=MOST_CORNERS).contains(&corners),
-        )?;
-        let levels = self.levels;
-        parameter::check(
-            "levels",
-            "in 1 .. 16",
-            levels as f64,
-            (1..=MOST_LEVELS).contains(&levels),
-        )?;
-        let factor = self.scale_factor;
-        let factors = SMALLEST_SCALE_FACTOR..=LARGEST_SCALE_FACTOR;
-        parameter::check("scale_factor", "in [1.01, 2]", factor, factors.contains(&factor))?;
-        parameter::check(
-            "threshold",
-            "at least 1",
-            f64::from(self.threshold),
-            self.threshold >= 1,
-        )?;
-        let low = self.low_threshold;
-        let lows = 1..=self.threshold;
-        parameter::check(
-            "low_threshold",
-            "in 1 .. threshold",
-            f64::from(low),
-            lows.contains(&low),
-        )?;
-        let cell = self.cell_px;
-        parameter::check("cell_px", "in 8 .. 1024", cell as f64, CELLS_PX.contains(&cell))?;
-        let share = self.even_share;
-        parameter::check("even_share", "in [0, 1]", share, (0.0..=1.0).contains(&share))?;
-        let threads = self.threads;
-        parameter::check(
-            "threads",
-            "in 1 .. 64",
-            threads as f64,
-            (1..=MOST_THREADS).contains(&threads),
-        )
+    fn check_thresholds(&self) -> Result<(), ParameterError> {
+        let (low, threshold) = (f64::from(self.low_threshold), f64::from(self.threshold));
+        parameter::check("low_threshold", ("at most threshold", threshold), low, low <= threshold)
     }
 }
 

@@ -7,49 +7,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::feature::lines::LineDescriptor;
 
-/// Parameters of the matching of line segments.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LineMatchConfig {
-    /// The descriptors of one line differ by at most so many bits of 256.
-    pub max_distance_bits: u32,
-    /// The best candidate differs by at most this share of what the second best does.
-    pub max_ratio: f64,
-    /// The segments of one line differ by at most so much in direction. Half a turn compares all with all.
-    pub max_turn_rad: f64,
-}
-
-impl Default for LineMatchConfig {
-    fn default() -> Self {
-        Self {
-            // Two descriptors that have nothing to do with each other differ by 128 of 256 bits, give or take: a half
-            // of that is far from chance.
-            max_distance_bits: 64,
-            // Lowe (2004), section 7.1.
-            max_ratio: 0.8,
-            // One bin of 10 degrees to each side (PL-SLAM).
-            max_turn_rad: PI / 18.0,
-        }
-    }
-}
-
-impl LineMatchConfig {
-    /// Checks every parameter.
-    ///
-    /// # Errors
-    /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        let bits = self.max_distance_bits;
-        parameter::check(
-            "max_distance_bits",
-            "in 0 .. 256",
-            f64::from(bits),
-            bits <= LineDescriptor::BITS,
-        )?;
-        let ratio = self.max_ratio;
-        parameter::check("max_ratio", "in (0, 1]", ratio, ratio > 0.0 && ratio <= 1.0)?;
-        let turn = self.max_turn_rad;
-        parameter::check("max_turn_rad", "in [0, pi] radians", turn, (0.0..=PI).contains(&turn))
+geometry::parameters! {
+    /// Parameters of the matching of line segments.
+    #[derive(Clone, Copy, PartialEq, Debug)]
+    pub struct LineMatchConfig {
+        /// Descriptors of one line differ by at most this many bits.
+        // Two descriptors that have nothing to do with each other differ by 128 of 256 bits, give or take: a half of that is far
+        // from chance.
+        max_distance_bits: u32 = 64, whole(0, LineDescriptor::BITS as i64);
+        /// The nearest descriptor is nearer than this share of the distance of the second nearest.
+        // Lowe (2004), section 7.1.
+        max_ratio: f64 = 0.8, above_to(0.0, 1.0);
+        /// Segments of one line differ by at most this in direction. pi compares all with all.
+        // One bin of 10 degrees to each side (PL-SLAM).
+        max_turn_rad: f64 = PI / 18.0, between(0.0, PI);
     }
 }
 
