@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::noise::DepthNoise;
 use crate::projection::{Pinhole, Project, Spherical, SphericalModel, SphericalModelError};
-pub(crate) use levels::{LEVELS, Levels};
+pub(crate) use levels::{LEVELS, Levels, WEIGHT_BITS};
 use remap::Remap;
 pub(crate) use tiles::Tiles;
 

@@ -24,6 +24,7 @@ use crate::depth_view::{DepthView, with_projection};
 use crate::layer::Layer;
 use crate::ticks::Ticks;
 use block::OccupancyBlock;
+use update::ToVoxels;
 
 /// The parameters of [`Occupancy`].
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -206,12 +207,10 @@ impl Occupancy {
         mut visit: impl FnMut(usize, &Point3<f64>, Place),
     ) {
         let mut last: Option<(BlockKey, Option<&OccupancyBlock>)> = None;
-        let map_from_camera = view.map_from_camera;
+        let to_voxels = ToVoxels::of(view, self.config.edge_m);
         with_projection!(view.kind, projection => {
-            update::for_each_depth(view, &projection, step, |pixel, depth_m, point_m| {
-                let _ = depth_m;
-                let point = map_from_camera * point_m.cast::<f64>();
-                let Some(voxel) = self.voxel(&point) else { return };
+            update::for_each_depth(view, &projection, step, |pixel, _, point_m| {
+                let (voxel, point) = (to_voxels.voxel(&point_m), to_voxels.in_map_m(&point_m));
                 let key = BlockKey::of(voxel);
                 let block = match last {
                     Some((last_key, block)) if last_key == key => block,

@@ -282,7 +282,11 @@ impl Surface {
             }
             (true, has_surface) => {
                 update.refused_blocks += usize::from(has_surface);
-                self.keep_spare(block);
+                if done.is_changed {
+                    self.keep_spare(block);
+                } else {
+                    self.spare.push(block);
+                }
             }
             (false, has_surface) => {
                 if let Some(place) = self.layer.get_mut(done.key) {

@@ -2,8 +2,13 @@
 //!
 //! A voxel that spans several pixels is compared with their mean: a single one of them has the whole noise, and the others
 //! would be wasted (the anti-aliased sampling of supereight2 and wavemap).
+//!
+//! In the lowest eight bits of each depth stands its weight, so that one look finds both; that changes the depth by less than
+//! a twenty-thousandth.
 
-use crate::noise::DepthNoise;
+use multiversion::multiversion;
+
+use crate::noise::{DepthNoise, weight_of};
 
 /// Images, the finest among them: pixels of 1, 2, 4 and 8.
 pub(crate) const LEVELS: usize = 4;
@@ -15,6 +20,8 @@ const SAME_SURFACE_SIGMAS: f32 = 6.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Levels {
     images: [Level; LEVELS],
+    /// How much the depth changes from pixel to pixel, of one of the images.
+    slopes_m: Vec<f32>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -66,7 +73,7 @@ impl Levels {
         self.images.get(level as usize).map_or(&[], |image| &image.depths_m)
     }
 
-    /// Makes the coarser images.
+    /// Makes the coarser images, and gives all depths their weights.
     pub(crate) fn complete(&mut self, noise: &DepthNoise) {
         let [finest, coarser @ ..] = &mut self.images;
         let mut finer: &Level = finest;
@@ -75,15 +82,60 @@ impl Levels {
             halve(finer, finest, level, noise, image);
             finer = image;
         }
+        for image in &mut self.images {
+            let (width_px, height_px) = (image.width_px, image.height_px);
+            self.slopes_m.resize(width_px * height_px, 0.0);
+            find_slopes(&image.depths_m, width_px, height_px, &mut self.slopes_m);
+            pack_weights(&mut image.depths_m, &self.slopes_m, noise);
+        }
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.images.iter().map(|image| image.depths_m.capacity() * size_of::<f32>()).sum()
+        let images = self.images.iter().map(|image| &image.depths_m).chain([&self.slopes_m]);
+        images.map(|depths_m| depths_m.capacity() * size_of::<f32>()).sum()
     }
 }
 
+/// The larger of the differences to the next column and the next row; where these show nothing static, that is large, too.
+#[multiversion(targets("x86_64+avx2"))]
+fn find_slopes(depths_m: &[f32], width_px: usize, height_px: usize, slopes_m: &mut [f32]) {
+    let rows = slopes_m.chunks_exact_mut(width_px.max(1)).take(height_px);
+    for (row_px, slopes_m) in rows.enumerate() {
+        let first = row_px * width_px;
+        let beside =
+            if row_px + 1 < height_px { first + width_px } else { first.saturating_sub(width_px) };
+        let line = |first: usize| depths_m.get(first..first + width_px).unwrap_or_default();
+        let (here_m, beside_m) = (line(first), line(beside));
+        if let (Some(next_m), Some(slopes_m)) = (here_m.get(1..), slopes_m.get_mut(..width_px - 1))
+        {
+            for (((slope_m, here_m), next_m), beside_m) in
+                slopes_m.iter_mut().zip(here_m).zip(next_m).zip(beside_m)
+            {
+                *slope_m = (here_m - next_m).abs().max((here_m - beside_m).abs());
+            }
+        }
+        // The last column has the slope of the one before it.
+        if let [.., before_m, last_m] = slopes_m {
+            *last_m = *before_m;
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn pack_weights(depths_m: &mut [f32], slopes_m: &[f32], noise: &DepthNoise) {
+    for (depth_m, slope_m) in depths_m.iter_mut().zip(slopes_m) {
+        let weight = weight_of(depth_m.abs(), *slope_m, noise);
+        let packed = f32::from_bits(depth_m.to_bits() & !WEIGHT_BITS | weight);
+        *depth_m = if *depth_m == 0.0 { 0.0 } else { packed };
+    }
+}
+
+/// The bits of a depth that are its weight.
+pub(crate) const WEIGHT_BITS: u32 = 0xff;
+
 /// Where four pixels show one surface, their mean; otherwise the pixel of the finest image that is nearest to the middle of
 /// the square: depths of different surfaces have no mean.
+#[multiversion(targets("x86_64+avx2"))]
 fn halve(finer: &Level, finest: &Level, level: u32, noise: &DepthNoise, coarser: &mut Level) {
     let to_middle = (1_usize << (level - 1)) - 1;
     let rows = coarser.depths_m.chunks_exact_mut(coarser.width_px.max(1));

@@ -25,7 +25,10 @@ fn depths_out_of_range_and_what_moves_show_free_space_alone() {
         map_from_camera: &pose,
     };
     view.fill(&input).unwrap();
-    assert_eq!(view.levels.finest(), [0.0, 0.0, 0.0, 0.0, 0.0, 2.0, -5.0, -3.0]);
+    let expected = [0.0, 0.0, 0.0, 0.0, 0.0, 2.0, -5.0, -3.0];
+    for (depth_m, expected_m) in view.levels.finest().iter().zip(expected) {
+        assert!((depth_m - expected_m).abs() <= 5e-5 * f32::abs(expected_m), "{depth_m}");
+    }
 }
 
 #[test]
@@ -93,7 +96,7 @@ fn means_are_of_one_surface_alone() {
     }
     let view = testing::view_of(&camera, &Isometry3::identity(), 0.0, depths_m, None);
     let coarse = view.levels.depths_m(1);
-    assert!((coarse[0] - 2.0).abs() < 1e-6 && (coarse[7] - 4.0).abs() < 1e-6);
+    assert!((coarse[0] - 2.0).abs() < 2e-4 && (coarse[7] - 4.0).abs() < 2e-4);
     assert!(coarse.iter().all(|depth_m| !(2.5..3.5).contains(depth_m)));
     assert_eq!((coarse.len(), view.levels.depths_m(3).len()), (65, 5));
 }

@@ -210,8 +210,8 @@ fn plain(known: &Occupancy, view: &DepthView, voxel: VoxelKey) -> (bool, bool) {
     };
     let mut is_hit = false;
     update::for_each_depth(view, &projection, known.pixel_step(view), |_, depth_m, point_m| {
-        let point = view.map_from_camera * point_m.cast::<f64>();
-        is_hit |= depth_m > 0.0 && depth_m <= 4.0 && known.voxel(&point) == Some(voxel);
+        let point_voxel = update::ToVoxels::of(view, edge_m).voxel(&point_m);
+        is_hit |= depth_m > 0.0 && depth_m <= 4.0 && point_voxel == voxel;
     });
     (is_hit, is_passed)
 }

@@ -4,7 +4,7 @@
 //!   signed distance is the depth there less its own: before the surface positive. (Along the optical axis; it is 0 where the
 //!   distance to the surface is, from however low an angle the surface is seen.)
 //! - Within the truncation it joins the weighted mean (Curless and Levoy, eq. 3 and 4). The weight falls with the variance of
-//!   the depth, to which an error of the pose adds.
+//!   the depth, to which an error of the pose adds, and at a low angle what the depth changes within a pixel.
 //! - Nearer than the truncation, it joins as the full truncation: what is before a surface is free, and what was there goes in
 //!   time. Farther behind than the truncation nothing is known, and nothing changes.
 //! - What moves and what is out of range is no surface: only that it is free before it counts, from the truncation on. The
@@ -20,15 +20,11 @@ use nalgebra::Point3;
 
 use super::block::{FULL, SurfaceBlock};
 use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey};
-use crate::depth_view::{DepthView, LEVELS};
+use crate::depth_view::{DepthView, LEVELS, WEIGHT_BITS};
 use crate::descent::{Judge, Margins, block_edge_m, level_of};
-use crate::noise::DepthNoise;
+use crate::noise::FULL_WEIGHT;
 use crate::projection::{LANES, Pinhole, Project, Row, Spherical};
 
-/// The weight of a depth without noise.
-const FULL_WEIGHT: f32 = 256.0;
-/// What the error of a pose comes to at the surface: depths better than this weigh no more.
-const POSE_SIGMA_M: f32 = 0.003;
 /// Weights end here, at 32 of the best depths, so that what changes is believed: 5 s at 7 Hz.
 const MOST_WEIGHT: f32 = 32.0 * FULL_WEIGHT;
 /// Colours follow with at least this share of what is new.
@@ -119,12 +115,10 @@ fn run_blocks<P: Project>(job: &Job<'_, P>, work: &mut [Work]) {
     }
 }
 
-/// The weight of a depth, by its noise.
+/// The weight that stands in the lowest bits of a depth.
 #[inline(always)]
-pub(super) fn weight_of(depth_m: f32, noise: &DepthNoise) -> f32 {
-    const POSE_VARIANCE: f32 = POSE_SIGMA_M * POSE_SIGMA_M;
-    let sigma_m = noise.sigma_m(depth_m);
-    whole(FULL_WEIGHT * POSE_VARIANCE / (POSE_VARIANCE + sigma_m * sigma_m)).max(1.0)
+pub(super) fn weight_in(depth_m: f32) -> f32 {
+    (depth_m.to_bits() & WEIGHT_BITS) as i32 as f32
 }
 
 /// Rounds to the nearest whole number; of a magnitude below 4 million.
@@ -210,8 +204,9 @@ fn join<P>(
         return Joined { is_any, is_near };
     }
     for lane in 0..LANES {
-        let weight_here = weight_of(seen_m[lane].abs(), &job.view.noise);
+        let weight_here = weight_in(seen_m[lane]);
         let known = f32::from(weight[lane]);
+        // Where nothing joins there may be no weight at all, and the mean is not used.
         let sum = known + weight_here;
         let mean = (f32::from(distance[lane]) * known + FULL * shares[lane] * weight_here) / sum;
         let mean = integer(whole(mean)) as i16;
@@ -240,7 +235,7 @@ fn join_colour<P: Project>(
         let Some(seen) = job.view.colour.get(pixels[lane] as usize).filter(|_| is_near) else {
             continue;
         };
-        let new = weight_of(seen_m[lane], &job.view.noise);
+        let new = weight_in(seen_m[lane]);
         let is_first = colour[lane] == [0; 3];
         let share = (new / f32::from(weight[lane]).max(1.0)).max(LEAST_COLOUR_SHARE);
         let share = if is_first { 1.0 } else { share.min(1.0) };

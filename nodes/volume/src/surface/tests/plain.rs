@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::projection::{CameraBox, Extent};
 use crate::surface::block::FULL;
-use crate::surface::update::weight_of;
+use crate::surface::update::weight_in;
 
 type Plain = BTreeMap<BlockKey, SurfaceBlock>;
 
@@ -95,7 +95,7 @@ impl<P: Project> PlainImage<'_, P> {
                 before_m * (1.0 / truncation_m)
             };
             is_hit |= share < 1.0;
-            join(&mut block, index, share, weight_of(depth_m.abs(), &self.view.noise));
+            join(&mut block, index, share, weight_in(depth_m));
         }
         if is_hit {
             block.evidence.hit();
@@ -123,7 +123,7 @@ fn join(block: &mut SurfaceBlock, index: usize, share: f32, weight: f32) {
     let mean =
         (f32::from(block.distance[index]) * known + FULL * share * weight) / (known + weight);
     block.distance[index] = mean.round_ties_even() as i16;
-    block.weight[index] = (known + weight).min(8192.0).round_ties_even() as u16;
+    block.weight[index] = (known + weight).min(8160.0).round_ties_even() as u16;
 }
 
 proptest! {

@@ -83,7 +83,7 @@ fn what_moves_adds_nothing_and_proves_the_space_before_it_free() {
 fn rays_that_graze_a_floor_do_not_clear_it() {
     let camera = testing::camera(320, 240);
     let floor = Scene {
-        planes: vec![(nalgebra::Vector3::y(), 0.0), (nalgebra::Vector3::z(), 6.0)],
+        planes: vec![(nalgebra::Vector3::y(), 0.02), (nalgebra::Vector3::z(), 6.0)],
         balls: Vec::new(),
     };
     let mut surface = surface(0.05);
@@ -94,7 +94,7 @@ fn rays_that_graze_a_floor_do_not_clear_it() {
     }
     let on_floor = |surface: &Surface| {
         let is_floor = |point: &&SurfacePoint| {
-            point.position_m.y.abs() < 0.05
+            (point.position_m.y - 0.02).abs() < 0.02
                 && point.position_m.x.abs() < 0.4
                 && point.position_m.z < 3.5
         };
@@ -113,7 +113,7 @@ fn rays_that_graze_a_floor_do_not_clear_it() {
         surface.integrate(&view, &Serial);
     }
     let after = on_floor(&surface);
-    assert!(after * 100 >= before * 95, "{after} of {before}");
+    assert!(after * 100 >= before * 99, "{after} of {before}");
 }
 
 #[test]
