@@ -8,6 +8,7 @@ mod tiles;
 use geometry::{
     CameraModel, CameraModelError, DepthCameraError, DepthImage, DepthPixels, Stamp, UnusablePose,
 };
+use multiversion::multiversion;
 use nalgebra::{Isometry3, Point3};
 
 use crate::noise::DepthNoise;
@@ -274,6 +275,7 @@ impl DepthView {
 }
 
 /// Puts depths into metres, 0 where nothing was measured.
+#[multiversion(targets("x86_64+avx2"))]
 fn load(pixels: &DepthPixels, range: DepthRange, depths_m: &mut [f32]) {
     match pixels {
         DepthPixels::Millimetres(values) => {

@@ -27,6 +27,16 @@ impl Evidence {
         self.0 = self.0.saturating_sub(MISS);
         self.0 >= 0
     }
+
+    /// The log-odds in steps of 0.05, to be written.
+    pub(crate) fn steps(self) -> i8 {
+        self.0
+    }
+
+    /// As it was written.
+    pub(crate) fn of_steps(steps: i8) -> Self {
+        Self(steps.min(MOST))
+    }
 }
 
 #[cfg(test)]

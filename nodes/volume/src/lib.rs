@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`DepthView`] | one depth image or cloud, prepared: any number of layers, at different edges, are updated from it |
 //! | [`Occupancy`] | hits and passes: free, occupied or unknown, and since when; of a [`Cell`] each, in the plane as in space |
-//! | [`Surface`] | signed distances, weights, colours: the map |
+//! | [`Surface`] | signed distances, weights, colours: the map; points, changes for listeners, blocks as bytes, corrections |
 //!
 //! ```
 //! use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
@@ -53,5 +53,6 @@ pub use noise::DepthNoise;
 pub use occupancy::{Occupancy, OccupancyConfig, OccupancyConfigError, OccupancyUpdate, Place};
 pub use projection::{SphericalModel, SphericalModelError};
 pub use surface::{
-    PointRules, Surface, SurfaceConfig, SurfaceConfigError, SurfacePoint, SurfaceUpdate,
+    BlockFormatError, ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, PointRules, Surface,
+    SurfaceChanges, SurfaceConfig, SurfaceConfigError, SurfacePoint, SurfaceUpdate,
 };

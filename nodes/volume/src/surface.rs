@@ -5,6 +5,9 @@
 //! between eight nodes is a voxel, and the surface point of that cell lies in it (module `points`).
 
 mod block;
+mod bytes;
+mod changes;
+mod correction;
 mod points;
 mod update;
 
@@ -20,6 +23,8 @@ use crate::layer::Layer;
 use crate::projection::Project;
 use crate::ticks::Ticks;
 use block::SurfaceBlock;
+pub use bytes::BlockFormatError;
+pub use changes::{ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, SurfaceChanges};
 pub use points::{PointRules, SurfacePoint};
 use update::{Job, Work};
 

@@ -4,6 +4,8 @@
 //! is the union of a few overlapping squares and nothing beside it is counted (the sparse table of range minimum queries:
 //! Bender and Farach-Colton, "The LCA problem revisited", 2000, section 3).
 
+use multiversion::multiversion;
+
 /// Pixels along a tile's edge, in an image of a usual size.
 const TILE_PX: usize = 4;
 /// More tiles than this there are not: in a larger image they have more pixels.
@@ -28,6 +30,61 @@ pub(crate) struct Tiles {
     least_m: Vec<Vec<f32>>,
     /// Of each level: the greatest depth; 0 where there are no returns.
     most_m: Vec<Vec<f32>>,
+    of_columns: OfColumns,
+}
+
+/// The extremes of each column of pixels within a row of tiles.
+#[derive(Clone, Debug, Default)]
+struct OfColumns {
+    least_m: Vec<f32>,
+    most_m: Vec<f32>,
+    /// How many pixels have a return.
+    returns: Vec<f32>,
+}
+
+impl OfColumns {
+    fn resize(&mut self, width_px: usize) {
+        for values in [&mut self.least_m, &mut self.most_m, &mut self.returns] {
+            values.resize(width_px, 0.0);
+        }
+    }
+
+    fn clear(&mut self) {
+        self.least_m.fill(f32::MAX);
+        self.most_m.fill(0.0);
+        self.returns.fill(0.0);
+    }
+
+    fn join(&mut self, line_m: &[f32]) {
+        join_line(line_m, &mut self.least_m, &mut self.most_m, &mut self.returns);
+    }
+
+    /// A few pixels without a return among others are noise; where there are as many, something may be there that gives none.
+    fn reduce(&self, tile_px: usize, lines: usize, least_m: &mut [f32], most_m: &mut [f32]) {
+        let columns = self.least_m.chunks(tile_px).zip(self.most_m.chunks(tile_px));
+        let columns = columns.zip(self.returns.chunks(tile_px));
+        for ((((least_of, most_of), returns), least_m), most_m) in
+            columns.zip(least_m.iter_mut()).zip(most_m.iter_mut())
+        {
+            let pixels = (returns.len() * lines) as f32;
+            let least = least_of.iter().copied().fold(f32::MAX, f32::min);
+            *least_m = if 2.0 * returns.iter().sum::<f32>() < pixels { 0.0 } else { least };
+            *most_m = most_of.iter().copied().fold(0.0, f32::max);
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn join_line(line_m: &[f32], least_m: &mut [f32], most_m: &mut [f32], returns: &mut [f32]) {
+    let kept = least_m.iter_mut().zip(most_m).zip(returns);
+    for (depth_m, ((least_m, most_m), returns)) in line_m.iter().zip(kept) {
+        let depth_m = depth_m.abs();
+        let is_seen = depth_m > 0.0;
+        let least = if is_seen { depth_m } else { f32::MAX };
+        *returns += if is_seen { 1.0 } else { 0.0 };
+        *least_m = if least < *least_m { least } else { *least_m };
+        *most_m = if depth_m > *most_m { depth_m } else { *most_m };
+    }
 }
 
 impl Tiles {
@@ -49,8 +106,8 @@ impl Tiles {
         self.fill_tiles(depths_m, width_px, height_px);
         for level in 1..levels {
             let reach = 1 << (level - 1);
-            grow(&mut self.least_m, level, self.columns, reach, f32::min);
-            grow(&mut self.most_m, level, self.columns, reach, f32::max);
+            grow(&mut self.least_m, level, self.columns, reach, |a, b| if a < b { a } else { b });
+            grow(&mut self.most_m, level, self.columns, reach, |a, b| if a > b { a } else { b });
         }
     }
 
@@ -59,37 +116,18 @@ impl Tiles {
         else {
             return;
         };
-        let mut counts = vec![0_u32; self.columns];
-        for row in 0..self.rows {
-            let tiles = row * self.columns..(row + 1) * self.columns;
-            let least_m = &mut least_m[tiles.clone()];
-            let most_m = &mut most_m[tiles];
-            least_m.fill(f32::MAX);
-            most_m.fill(0.0);
-            counts.fill(0);
-            let lines = row * self.tile_px..height_px.min((row + 1) * self.tile_px);
+        let tile_px = self.tile_px;
+        self.of_columns.resize(width_px);
+        let tiles =
+            least_m.chunks_exact_mut(self.columns).zip(most_m.chunks_exact_mut(self.columns));
+        for (row, (least_m, most_m)) in tiles.enumerate() {
+            let lines = row * tile_px..height_px.min((row + 1) * tile_px);
+            self.of_columns.clear();
             for line in lines.clone() {
-                let line_m = &depths_m[line * width_px..(line + 1) * width_px];
-                let pieces = line_m.chunks(self.tile_px);
-                let kept = least_m.iter_mut().zip(most_m.iter_mut()).zip(&mut counts);
-                for (piece, ((least_m, most_m), count)) in pieces.zip(kept) {
-                    for depth_m in piece {
-                        let depth_m = depth_m.abs();
-                        let is_seen = depth_m > 0.0;
-                        *count += u32::from(is_seen);
-                        *least_m = least_m.min(if is_seen { depth_m } else { f32::MAX });
-                        *most_m = most_m.max(depth_m);
-                    }
-                }
+                let line_m = depths_m.get(line * width_px..(line + 1) * width_px);
+                self.of_columns.join(line_m.unwrap_or_default());
             }
-            // A few pixels without a return among others are noise; where there are as many, something may be there that
-            // gives none.
-            for (column, (least_m, count)) in least_m.iter_mut().zip(&counts).enumerate() {
-                let width = self.tile_px.min(width_px - column * self.tile_px);
-                if 2 * (*count as usize) < width * lines.len() {
-                    *least_m = 0.0;
-                }
-            }
+            self.of_columns.reduce(tile_px, lines.len(), least_m, most_m);
         }
     }
 
@@ -132,7 +170,8 @@ impl Tiles {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let images = self.least_m.iter().chain(&self.most_m);
+        let OfColumns { least_m, most_m, returns } = &self.of_columns;
+        let images = self.least_m.iter().chain(&self.most_m).chain([least_m, most_m, returns]);
         images.map(|image| image.capacity() * size_of::<f32>()).sum()
     }
 }
@@ -144,20 +183,21 @@ fn grow(
     level: usize,
     columns: usize,
     reach: usize,
-    choose: fn(f32, f32) -> f32,
+    choose: impl Fn(f32, f32) -> f32 + Copy,
 ) {
     let (finer, coarser) = levels.split_at_mut(level);
     let (Some(finer), Some(coarser)) = (finer.last(), coarser.first_mut()) else { return };
     let rows = finer.len() / columns.max(1);
-    for row in 0..rows {
-        let upper = &finer[row * columns..(row + 1) * columns];
-        let lower_row = (row + reach).min(rows - 1);
-        let lower = &finer[lower_row * columns..(lower_row + 1) * columns];
-        let made = &mut coarser[row * columns..(row + 1) * columns];
-        for (column, made) in made.iter_mut().enumerate() {
-            let right = (column + reach).min(columns - 1);
-            *made =
-                choose(choose(upper[column], upper[right]), choose(lower[column], lower[right]));
+    let line = |row: usize| finer.get(row * columns..(row + 1) * columns).unwrap_or_default();
+    for (row, made) in coarser.chunks_exact_mut(columns.max(1)).enumerate() {
+        let (upper, lower) = (line(row), line((row + reach).min(rows - 1)));
+        let here = upper.iter().zip(lower);
+        let right = here.clone().skip(reach);
+        // Beyond the last column there is only the last one itself.
+        let right =
+            right.chain(std::iter::repeat_n((&upper[columns - 1], &lower[columns - 1]), reach));
+        for ((made, here), right) in made.iter_mut().zip(here).zip(right) {
+            *made = choose(choose(*here.0, *right.0), choose(*here.1, *right.1));
         }
     }
 }

@@ -1,0 +1,161 @@
+//! The surface after a correction of the map: each block moves with the moment at which it was seen first.
+//!
+//! A block that stays is kept to the bit. Of one that moves, the nodes of where it comes to are interpolated between its own;
+//! those that come from several blocks are one, by their weights.
+
+use geometry::Stamp;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::block::SurfaceBlock;
+use super::{Surface, SurfaceConfigError};
+use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey, voxel_index};
+
+/// Corners of a cell that are known must make up so much of an interpolated node.
+const LEAST_KNOWN_SHARE: f64 = 0.5;
+/// Weights that are summed end here, as those of images.
+const MOST_WEIGHT: f64 = 32.0 * 255.0;
+
+/// An interpolated node.
+struct Node {
+    distance: f64,
+    weight: f64,
+    colour: [u8; 3],
+}
+
+impl Surface {
+    /// The surface as it is after a correction. `now_from_before` takes a point that was seen at a moment to where it is now;
+    /// see [`geometry::PathCorrection::at`].
+    ///
+    /// # Errors
+    /// Never, as long as this surface's own parameters mean something.
+    pub fn corrected(
+        &self,
+        now_from_before: impl Fn(Stamp) -> Isometry3<f64>,
+    ) -> Result<Self, SurfaceConfigError> {
+        let mut corrected = Self::new(self.config)?;
+        corrected.ticks = self.ticks;
+        for key in self.block_keys() {
+            let Some(block) = self.block(key) else { continue };
+            let seen = self.ticks.stamp(block.first_seen).unwrap_or_default();
+            let motion = now_from_before(seen);
+            if motion == Isometry3::identity() {
+                corrected.join_block(key, block);
+            } else if geometry::check_pose(&motion).is_ok() {
+                self.move_block(key, block, &motion, &mut corrected);
+            }
+        }
+        Ok(corrected)
+    }
+
+    fn join_block(&mut self, key: BlockKey, block: &SurfaceBlock) {
+        if self.layer.get(key).is_none() {
+            if self.layer.len() < self.config.max_blocks {
+                self.layer.insert(key, Some(Box::new(block.clone())));
+            }
+            return;
+        }
+        for index in 0..BLOCK_VOXELS {
+            let colour = block.colour.as_ref().map_or([0; 3], |colour| colour[index]);
+            let (distance, weight) =
+                (f64::from(block.distance[index]), f64::from(block.weight[index]));
+            self.join_node(key, index, &Node { distance, weight, colour }, block);
+        }
+    }
+
+    fn move_block(
+        &self,
+        key: BlockKey,
+        block: &SurfaceBlock,
+        motion: &Isometry3<f64>,
+        corrected: &mut Self,
+    ) {
+        let edge_m = self.config.edge_m;
+        let first =
+            Vector3::from(key.coordinates()).map(|along| f64::from(along) * BLOCK_EDGE as f64);
+        // The box around where the block's cells come to, in nodes.
+        let half = 0.5 * BLOCK_EDGE as f64;
+        let middle = motion * Point3::from((first + Vector3::repeat(half)) * edge_m) / edge_m;
+        let reach = motion.rotation.to_rotation_matrix().matrix().abs() * Vector3::repeat(half);
+        let least = (middle.coords - reach).map(|along| along.floor() as i32);
+        let most = (middle.coords + reach).map(|along| along.ceil() as i32);
+        for z in least.z..=most.z {
+            for y in least.y..=most.y {
+                for x in least.x..=most.x {
+                    let place = Point3::new(f64::from(x), f64::from(y), f64::from(z)) * edge_m;
+                    let before = motion.inverse_transform_point(&place).coords / edge_m - first;
+                    let Some(node) = self.interpolate(key, &before) else { continue };
+                    let voxel = geometry::VoxelKey { x, y, z };
+                    corrected.join_node(BlockKey::of(voxel), voxel_index(voxel), &node, block);
+                }
+            }
+        }
+    }
+
+    /// What is at a place within a block, in edges from its first node; `None` beside the block, and where too little is known.
+    fn interpolate(&self, key: BlockKey, place: &Vector3<f64>) -> Option<Node> {
+        let cell = place.map(|along| along.floor());
+        if cell.min() < 0.0 || cell.max() >= BLOCK_EDGE as f64 {
+            return None;
+        }
+        let within = place - cell;
+        let (mut shares, mut nearest) = (0.0, 0.0);
+        let mut node = Node { distance: 0.0, weight: 0.0, colour: [0; 3] };
+        for corner in 0..8_usize {
+            let step = |axis: usize| corner >> axis & 1;
+            let share: f64 = (0..3)
+                .map(|axis| if step(axis) == 1 { within[axis] } else { 1.0 - within[axis] })
+                .product();
+            let along = |axis: usize| cell[axis] as i32 + step(axis) as i32;
+            let first = key.coordinates().map(|along| along.saturating_mul(BLOCK_EDGE as i32));
+            let voxel = geometry::VoxelKey {
+                x: first[0].saturating_add(along(0)),
+                y: first[1].saturating_add(along(1)),
+                z: first[2].saturating_add(along(2)),
+            };
+            let Some(block) = self.block(BlockKey::of(voxel)) else { continue };
+            let index = voxel_index(voxel);
+            let weight = f64::from(block.weight[index]);
+            if weight > 0.0 {
+                shares += share;
+                node.distance += share * f64::from(block.distance[index]);
+                node.weight += share * weight;
+                if share > nearest {
+                    nearest = share;
+                    node.colour = block.colour.as_ref().map_or([0; 3], |colour| colour[index]);
+                }
+            }
+        }
+        (shares >= LEAST_KNOWN_SHARE).then(|| Node {
+            distance: node.distance / shares,
+            weight: node.weight / shares,
+            ..node
+        })
+    }
+
+    fn join_node(&mut self, key: BlockKey, index: usize, node: &Node, of: &SurfaceBlock) {
+        let weight = node.weight.round();
+        if weight < 1.0 {
+            return;
+        }
+        if self.layer.get(key).is_none() {
+            if self.layer.len() >= self.config.max_blocks {
+                return;
+            }
+            let (first_seen, last_seen) = (of.first_seen, of.last_seen);
+            let block = SurfaceBlock { first_seen, last_seen, ..SurfaceBlock::default() };
+            self.layer.insert(key, Some(Box::new(block)));
+        }
+        let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut) else { return };
+        block.evidence = block.evidence.max(of.evidence);
+        block.last_seen = block.last_seen.max(of.last_seen);
+        let known = f64::from(block.weight[index]);
+        let mean =
+            (f64::from(block.distance[index]) * known + node.distance * weight) / (known + weight);
+        block.distance[index] = mean.round() as i16;
+        block.weight[index] = (known + weight).min(MOST_WEIGHT) as u16;
+        if node.colour != [0; 3] && weight > known {
+            let colour = block.colour.get_or_insert_with(|| Box::new([[0; 3]; BLOCK_VOXELS]));
+            colour[index] = node.colour;
+        }
+    }
+}

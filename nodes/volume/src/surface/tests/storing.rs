@@ -1,0 +1,138 @@
+//! Blocks as bytes, corrections, and what listeners are told.
+
+use std::collections::BTreeMap;
+
+use geometry::{Stamp, VoxelKey};
+
+use super::*;
+use crate::surface::{BlockFormatError, ChangeFollower};
+
+fn seen() -> Surface {
+    let camera = testing::camera(160, 120);
+    let mut surface = surface(0.05);
+    for step in 0..3 {
+        let pose = testing::pose([0.03 * f64::from(step), 0.0, 0.0], [0.0, 0.1, 0.0]);
+        let view = testing::view_of_scene(&Scene::room(), &camera, &pose, f64::from(step));
+        surface.integrate(&view, &Serial);
+    }
+    surface
+}
+
+#[test]
+fn a_surface_comes_back_from_its_bytes_to_the_bit() {
+    let mut before = seen();
+    let mut after = surface(0.05);
+    let view =
+        testing::view_of(&testing::camera(8, 6), &Isometry3::identity(), 0.0, vec![0.0; 48], None);
+    after.integrate(&view, &Serial);
+    for key in before.block_keys() {
+        let bytes = before.block_bytes(key).unwrap();
+        assert_eq!(after.put_block(&bytes), Ok(key));
+    }
+    assert!(contents(&before) == contents(&after));
+    let oldest = before.oldest_blocks(10);
+    assert_eq!(oldest.len(), 10);
+    let last = |key: &BlockKey| before.seen(*key).unwrap().1;
+    assert!(oldest.windows(2).all(|pair| last(&pair[0]) <= last(&pair[1])));
+    assert!(before.remove_block(oldest[0]) && !before.remove_block(oldest[0]));
+    assert_eq!(before.block_bytes(oldest[0]), None);
+}
+
+#[test]
+fn bytes_that_are_no_block_are_refused() {
+    let before = seen();
+    let bytes = before.block_bytes(before.block_keys()[0]).unwrap();
+    let mut surface = surface(0.05);
+    let mut refused = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut bytes = bytes.clone();
+        change(&mut bytes);
+        surface.put_block(&bytes).unwrap_err()
+    };
+    assert_eq!(refused(&|bytes| bytes[0] = 0), BlockFormatError::NotThisFormat);
+    assert_eq!(refused(&|bytes| bytes[4] = 9), BlockFormatError::OtherVersion { version: 9 });
+    assert_eq!(refused(&|bytes| bytes.truncate(100)), BlockFormatError::Length);
+    assert_eq!(refused(&|bytes| bytes.push(0)), BlockFormatError::Length);
+    assert!(matches!(refused(&|bytes| bytes[8] ^= 1), BlockFormatError::OtherVoxels { .. }));
+    assert_eq!(refused(&|bytes| bytes.clear()), BlockFormatError::NotThisFormat);
+    let mut full = Surface::new(SurfaceConfig { max_blocks: 1, ..config(0.05) }).unwrap();
+    full.put_block(&bytes).unwrap();
+    let another = before.block_bytes(before.block_keys()[1]).unwrap();
+    assert_eq!(full.put_block(&another), Err(BlockFormatError::Full { max_blocks: 1 }));
+}
+
+#[test]
+fn a_correction_moves_the_surface_and_keeps_what_stays() {
+    let before = seen();
+    let stays = before.corrected(|_| Isometry3::identity()).unwrap();
+    assert!(contents(&before) == contents(&stays));
+    let motion = testing::pose([0.23, -0.11, 0.07], [0.02, -0.05, 0.1]);
+    let moved = before.corrected(|_| motion).unwrap();
+    let (old, new) = (points(&before), points(&moved));
+    let ratio = new.len() as f64 / old.len() as f64;
+    assert!((0.9..1.1).contains(&ratio), "{} points, then {}", old.len(), new.len());
+    let scene = Scene::room();
+    let off_m = |point: &SurfacePoint| {
+        scene.nearest(&(motion.inverse() * point.position_m.cast::<f64>())).0
+    };
+    let mut errors_m: Vec<f64> = new.iter().map(off_m).collect();
+    errors_m.sort_by(f64::total_cmp);
+    assert!(errors_m[errors_m.len() / 2] < 0.003, "{}", errors_m[errors_m.len() / 2]);
+    assert!(errors_m[errors_m.len() * 95 / 100] < 0.02, "{}", errors_m[errors_m.len() * 95 / 100]);
+    // Only what was seen from the second image on.
+    let later = before
+        .corrected(|stamp| if stamp > Stamp::default() { motion } else { Isometry3::identity() });
+    let kept = later.unwrap();
+    let first = contents(&before).into_iter().filter(|(_, block)| block.first_seen == 1).count();
+    assert!(first > 0 && kept.blocks() >= first);
+}
+
+/// Applies what a listener is told.
+fn tell(
+    listener: &mut BTreeMap<VoxelKey, Point3<f32>>,
+    follower: &mut ChangeFollower,
+    surface: &Surface,
+    most_points: usize,
+) -> usize {
+    let changes = follower.take(surface, PointRules::default(), most_points);
+    for point in &changes.updated {
+        listener.insert(point.voxel, point.position_m);
+    }
+    for voxel in &changes.removed {
+        assert!(listener.remove(voxel).is_some(), "it was told of {voxel:?}");
+    }
+    changes.updated.len() + changes.removed.len()
+}
+
+#[test]
+fn a_listener_that_was_told_of_all_changes_has_the_surface() {
+    let camera = testing::camera(160, 120);
+    let ball = |x| Scene { balls: vec![(Point3::new(x, 0.0, 1.5), 0.2)], ..Scene::wall(3.0) };
+    let mut surface = surface(0.05);
+    let (mut follower, mut listener) = (ChangeFollower::default(), BTreeMap::new());
+    for step in 0..40 {
+        let scene = if step < 15 { ball(0.0) } else { ball(0.4) };
+        let mut depths_m = scene.depths_m(&camera, &Isometry3::identity());
+        let mut noise = testing::Noise::new(step);
+        depths_m.iter_mut().for_each(|depth_m| *depth_m += 0.01 * noise.normal() as f32);
+        let view = testing::view_of(&camera, &Isometry3::identity(), step as f64, depths_m, None);
+        surface.integrate(&view, &Serial);
+        follower.follow(&surface);
+        let told = tell(&mut listener, &mut follower, &surface, 200);
+        assert!(told <= 200 + 512);
+    }
+    while follower.waiting() > 0 {
+        tell(&mut listener, &mut follower, &surface, 200);
+    }
+    let points = points(&surface);
+    assert_eq!(listener.len(), points.len());
+    for point in points {
+        let known = listener[&point.voxel];
+        assert!((known - point.position_m).norm() <= 0.05 / 16.0, "{point:?}: {known:?}");
+    }
+    surface.clear();
+    follower.follow_all(&surface);
+    while follower.waiting() > 0 {
+        tell(&mut listener, &mut follower, &surface, 1000);
+    }
+    assert!(listener.is_empty() && follower.memory_bytes() > 0);
+}
