@@ -31,7 +31,7 @@ pub enum BagError {
     NotABag {
         /// The file.
         path: PathBuf,
-        /// What it looks like, with the mend in its text.
+        /// What it looks like, with the fix in its text.
         found: ForeignFile,
     },
     /// The bag is stored as a SQLite database.

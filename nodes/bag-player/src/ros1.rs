@@ -42,7 +42,7 @@ pub enum Ros1Error {
     /// The bag was not closed, or was cut.
     #[error(
         "{} was not closed when it was recorded, or was cut: its index at byte {index_at} is not there; \
-         `rosbag reindex` mends that",
+         `rosbag reindex` fixes that",
         path.display()
     )]
     NoIndex {

@@ -27,7 +27,7 @@ pub struct DemoArgs {
 pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     std::fs::create_dir_all(&args.out).map_err(|error| {
         Failure::new(format!("cannot make {}: {error}", args.out.display()))
-            .mend("give a folder that can be written with --out")
+            .fix("give a folder that can be written with --out")
     })?;
     let bag = args.out.join("demo.mcap");
     simulate::write_bag(&Scenario::demo().with_seed(args.seed), &bag)?;

@@ -61,7 +61,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let inputs = Inputs::choose(&args.topics, &info)?;
     let ViewTopics::Depth { image, camera_info } = inputs.view else {
         return Err(Failure::new("clouds cannot be calibrated by, only depth images")
-            .mend("record the depth image and its camera_info too, or name them with --depth and --camera-info"));
+            .fix("record the depth image and its camera_info too, or name them with --depth and --camera-info"));
     };
     let node = load_parameters(&args.parameter_files)?;
     let config = CalibrationConfig::default();
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     };
     let PoseSource::Topic(pose) = inputs.pose else {
         return Err(Failure::new("the calibration takes its poses from a topic".to_owned())
-            .mend("give a --pose topic, or leave it out"));
+            .fix("give a --pose topic, or leave it out"));
     };
     let topics = Topics { scan: inputs.scan, image, camera_info, pose };
     let Read { cycles, camera, losses } = reader::read(&bag, &info, &topics, &choosing)?;
@@ -90,7 +90,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     };
     let optics = DepthOptics { camera: &camera, rays: &rays };
     let found = calibrate(&cycles.cycles, optics, &mounts, &config).map_err(|error| {
-        Failure::new(error.to_string()).mend(
+        Failure::new(error.to_string()).fix(
             "is rig_from_camera right, and rig_from_lidar within some 10 cm and 5 degrees (--params-file)? A scanner \
              that looks backwards needs a yaw of pi; furniture as high as the scanner helps",
         )
@@ -130,7 +130,7 @@ fn read_camera(path: &Path) -> Result<CameraModel, Failure> {
 
 fn no_camera(topics: &Topics) -> Failure {
     Failure::new(format!("no calibration of the camera could be read from {}", topics.camera_info))
-        .mend("give one with --camera-file")
+        .fix("give one with --camera-file")
 }
 
 /// All images must be of the camera.
@@ -143,7 +143,7 @@ fn check_sizes(cycles: &ReadCycles, camera: &CameraModel) -> Result<(), Failure>
                 image.width_px(),
                 image.height_px()
             ))
-            .mend("the calibration must be the one of the depth image"));
+            .fix("the calibration must be the one of the depth image"));
         }
     }
     Ok(())

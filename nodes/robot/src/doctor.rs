@@ -1,5 +1,5 @@
 //! `stillmap doctor`: what is wrong with this machine and the live graph, or with a bag; each finding with
-//! its numbers, and with the command or the setting that mends it.
+//! its numbers, and with the command or the setting that fixes it.
 
 mod bag;
 mod checks;
@@ -41,10 +41,10 @@ const LOGGER: &str = "doctor";
   stillmap doctor --ros-args -r __ns:=/robot -r scan:=/laser/scan
   stillmap doctor room.mcap                             a bag
 
-Each finding is a line: ok, warn or error, what it is with the numbers that show it, what comes of it, and behind
-an arrow what mends it.
-Exit codes: 0 all is well, 1 there is at least one error or the doctor could not look, 2 a command line that
-cannot be read, 3 there are warnings and no error.")]
+Each finding is a line: ok, warn or error, what was found with its numbers, the consequence, and after an arrow the
+fix.
+Exit codes: 0 nothing was found, 1 at least one error or the checks could not run, 2 a command line that cannot be
+read, 3 warnings and no error.")]
 pub struct DoctorArgs {
     /// An MCAP file or a rosbag2 folder; without one, this machine and the live graph
     bag: Option<PathBuf>,
@@ -87,7 +87,7 @@ pub(crate) fn run(args: &DoctorArgs, ros: &RosArguments) -> Result<Outcome, Fail
         None if args.topics.is_empty() => examine_graph(args, ros)?,
         None => {
             return Err(Failure::new("topics of a bag are named, but no bag")
-                .mend("on the live graph, remap them: --ros-args -r scan:=/laser/scan"));
+                .fix("on the live graph, remap them: --ros-args -r scan:=/laser/scan"));
         }
     };
     report.tally = Tally::of(&report.findings);

@@ -10,18 +10,18 @@ const EXIT_WITH_LOSSES: u8 = 3;
 #[derive(Debug)]
 pub struct Failure {
     what: String,
-    mend: Option<String>,
+    fix: Option<String>,
 }
 
 impl Failure {
     /// A failure that says what was wrong.
     pub fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), mend: None }
+        Self { what: what.into(), fix: None }
     }
 
     /// Adds what to do about it.
-    pub fn mend(self, mend: impl Into<String>) -> Self {
-        Self { mend: Some(mend.into()), ..self }
+    pub fn fix(self, fix: impl Into<String>) -> Self {
+        Self { fix: Some(fix.into()), ..self }
     }
 
     /// Says in which part of the job it happened.
@@ -33,8 +33,8 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{}", self.what)?;
-        match &self.mend {
-            Some(mend) => write!(formatter, "\n  {mend}"),
+        match &self.fix {
+            Some(fix) => write!(formatter, "\n  {fix}"),
             None => Ok(()),
         }
     }

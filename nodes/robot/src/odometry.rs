@@ -115,7 +115,7 @@ struct OdometrySummary {
 
 pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     if args.of == Whose::Lidar && args.slam {
-        return Err(Failure::new("--slam is of a camera").mend("leave it out for a LiDAR"));
+        return Err(Failure::new("--slam is of a camera").fix("leave it out for a LiDAR"));
     }
     if args.of == Whose::Lidar {
         let how = (&args.lidar, args.loop_closing);
@@ -123,7 +123,7 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     }
     if !args.lidar.is_empty() || args.loop_closing {
         return Err(Failure::new("--lidar, --calibration and --loop-closing are of a LiDAR")
-            .mend("give --of lidar to follow it"));
+            .fix("give --of lidar to follow it"));
     }
     let mut parameters: PoseParameters =
         parameters::load(&format!("/{}", visual::NODE), &args.files, &[] as &[Assignment])
@@ -179,7 +179,7 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     tell(&summary, &args.output, args.json)?;
     if summary.poses == 0 {
         return Err(Failure::new("no image has a pose".to_owned())
-            .mend("the causes are above; `stillmap info` lists what the bag holds"));
+            .fix("the causes are above; `stillmap info` lists what the bag holds"));
     }
     Ok(if has_losses { Outcome::WithLosses } else { Outcome::Complete })
 }

@@ -87,7 +87,7 @@ pub(crate) fn run(args: &RunArgs, scoring: Option<Scoring>) -> Result<Outcome, F
     if args.topics.wants_lidar() {
         if transport == TransportName::Dds {
             return Err(Failure::new("a road map is made with --transport local only")
-                .mend("over DDS start `stillmap up --pose lidar`, and play the recording"));
+                .fix("over DDS start `stillmap up --pose lidar`, and play the recording"));
         }
         if has_scanner(&args.bag)? {
             console::note(
@@ -144,7 +144,7 @@ pub fn run_bag(
     let inputs = Inputs::choose(topics, &info)?.needed_by(parameters.detection_node());
     if !(how.rate.is_finite() && how.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is no speed", how.rate))
-            .mend("1 plays as recorded, 0.5 half as fast"));
+            .fix("1 plays as recorded, 0.5 half as fast"));
     }
     let folder = OutputFolder::create(out)?;
     let parameters_file = folder.write_parameters(&parameters.to_yaml()?)?;

@@ -88,7 +88,7 @@ fn rig(name: &str) -> Result<ParameterSource, Failure> {
     }
     let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
     Err(Failure::new(format!("--rig {name} is no preset and no file"))
-        .mend(format!("presets are: {}", presets.join(", "))))
+        .fix(format!("presets are: {}", presets.join(", "))))
 }
 
 /// All nodes of the suite, with their parameters.

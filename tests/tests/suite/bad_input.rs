@@ -1,4 +1,4 @@
-//! What a user may give that is no good: each gets a message that names the thing and the mend, and an
+//! What a user may give that is no good: each gets a message that names the thing and the fix, and an
 //! exit code other than 0.
 
 use std::path::Path;

@@ -98,7 +98,7 @@ fn json(output: &Output) -> Value {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn planted_faults_are_found_with_their_mends() {
+async fn planted_faults_are_found_with_their_fixes() {
     let place = Place::new();
     let (drivers, nodes) = (place.node("drivers"), place.node("nodes"));
     let output = {
@@ -188,7 +188,7 @@ fn an_environment_that_is_not_understood_is_the_one_finding() {
     let findings = report["findings"].as_array().unwrap();
     assert_eq!(findings.len(), 1);
     assert!(findings[0]["what"].as_str().unwrap().contains("ROS_DOMAIN_ID=300"));
-    assert!(findings[0]["mend"].as_str().unwrap().contains("from 0 to 232"));
+    assert!(findings[0]["fix"].as_str().unwrap().contains("from 0 to 232"));
 }
 
 #[test]

@@ -164,7 +164,7 @@ fn play(args: &TransportArgs) -> Result<(f64, Vec<ScenarioReport>), Failure> {
         return Err(Failure::new(
             "a scenario has a process for each end; composed has one for both",
         )
-        .mend("leave --mode away, or give all-networks or localhost"));
+        .fix("leave --mode away, or give all-networks or localhost"));
     }
     let cases: Vec<Case> = matrix(&args.mode, args.reliability, payloads, rates);
     let mut reports = Vec::new();

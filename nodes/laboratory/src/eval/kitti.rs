@@ -103,11 +103,11 @@ pub(crate) fn run(args: &KittiArgs) -> Result<Outcome, Failure> {
 fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
     if !args.recording.exists() {
         return Err(
-            Failure::new(format!("{} is not there", args.recording.display())).mend(HOW_TO_GET)
+            Failure::new(format!("{} is not there", args.recording.display())).fix(HOW_TO_GET)
         );
     }
     let source = LidarSource::open(&args.recording, &args.lidar)
-        .map_err(|failure| failure.mend(HOW_TO_GET))?;
+        .map_err(|failure| failure.fix(HOW_TO_GET))?;
     let mut follows: Vec<Follow> = args
         .variants
         .iter()
@@ -141,7 +141,7 @@ fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
     })?;
     progress.finish();
     if truth.is_empty() {
-        return Err(Failure::new("the recording has no true poses".to_owned()).mend(format!(
+        return Err(Failure::new("the recording has no true poses".to_owned()).fix(format!(
             "KITTI's are ../../poses/NN.txt beside the sequence, with its calib.txt; {HOW_TO_GET}"
         )));
     }

@@ -96,7 +96,7 @@ fn read_reference(path: &Path) -> Result<Vec<Point3<f32>>, Failure> {
 fn empty_scene_of_bag(path: &Path) -> Result<Vec<Point3<f32>>, Failure> {
     let in_bag = |error: BagError| Failure::new(error.to_string());
     let lacks = || {
-        Failure::new(format!("{} has no cloud on {TRUE_EMPTY_SCENE}", path.display())).mend(
+        Failure::new(format!("{} has no cloud on {TRUE_EMPTY_SCENE}", path.display())).fix(
             "only a bag of `stillmap simulate` has the empty scene; for others give a .ply or .pcd file of it",
         )
     };
@@ -119,7 +119,7 @@ fn read(path: &Path) -> Result<Vec<Point3<f32>>, Failure> {
         "pcd" => pcd::decode,
         _ => {
             return Err(Failure::new(format!("{} is no cloud that is known", path.display()))
-                .mend("its name must end in .ply or .pcd"));
+                .fix("its name must end in .ply or .pcd"));
         }
     };
     let bytes = std::fs::read(path)

@@ -118,13 +118,13 @@ pub(crate) fn run(args: &TrajectoryArgs) -> Result<Outcome, Failure> {
 fn refused(error: &TrajectoryScoreError) -> Failure {
     let failure = Failure::new(error.to_string());
     match error {
-        TrajectoryScoreError::TooFewPairs { .. } => failure.mend(
+        TrajectoryScoreError::TooFewPairs { .. } => failure.fix(
             "give --max-difference where stamps are farther apart, --offset where one clock is ahead of the other",
         ),
         TrajectoryScoreError::TimesDiffer { .. } => {
-            failure.mend("give the stamps of a KITTI file's frames with --times")
+            failure.fix("give the stamps of a KITTI file's frames with --times")
         }
-        TrajectoryScoreError::Alignment(_) => failure.mend("give --align se3, or none"),
+        TrajectoryScoreError::Alignment(_) => failure.fix("give --align se3, or none"),
         _ => failure,
     }
 }
@@ -154,5 +154,5 @@ fn write(folder: &Path, name: &str, text: &str) -> Result<(), Failure> {
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
     Failure::new(format!("cannot write {}: {error}", path.display()))
-        .mend("give a folder that can be written with --out")
+        .fix("give a folder that can be written with --out")
 }

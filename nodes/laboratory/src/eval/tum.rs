@@ -170,7 +170,7 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
     }
     if all.is_empty() {
         let first = failures.into_iter().next();
-        return Err(first.unwrap_or_else(|| Failure::new("no sequence").mend(HOW_TO_GET)));
+        return Err(first.unwrap_or_else(|| Failure::new("no sequence").fix(HOW_TO_GET)));
     }
     failures.iter().for_each(console::complain);
     Ok(if failures.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
@@ -186,7 +186,7 @@ fn found(folders: &[PathBuf]) -> (Vec<PathBuf>, Vec<Failure>) {
         } else if inner.is_empty() {
             let missing = if folder.exists() { "is no sequence" } else { "is not there" };
             let failure = Failure::new(format!("{} {missing}", folder.display()));
-            failures.push(failure.mend(how_to_get(folder)));
+            failures.push(failure.fix(how_to_get(folder)));
         } else {
             found.extend(inner);
         }

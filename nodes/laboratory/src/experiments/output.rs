@@ -36,7 +36,7 @@ impl Folder {
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
     Failure::new(format!("cannot write {}: {error}", path.display()))
-        .mend("give a folder that can be written with --out")
+        .fix("give a folder that can be written with --out")
 }
 
 /// The content of `experiments.json`.

@@ -156,7 +156,7 @@ impl ChoiceArgs {
         match refused.iter().find(|(_, is_given)| *is_given) {
             Some((option, _)) => {
                 Err(Failure::new(format!("{option} does not go with a scenario of one's own"))
-                    .mend(format!("{} itself says what moves, and how", file.display())))
+                    .fix(format!("{} itself says what moves, and how", file.display())))
             }
             None => Ok(Some(file)),
         }
@@ -174,7 +174,7 @@ impl ChoiceArgs {
         let mesh = |name: &str| mesh_file::read(&folder.join(name));
         let scenario = Scenario::from_yaml_with_meshes(&text, mesh).map_err(|error| {
             within(error.to_string())
-                .mend("nodes/laboratory/simulator/scenes/example.yaml explains the keys")
+                .fix("nodes/laboratory/simulator/scenes/example.yaml explains the keys")
         })?;
         Ok(match self.seed {
             Some(seed) => scenario.with_seed(seed),
@@ -185,7 +185,7 @@ impl ChoiceArgs {
     fn of_the_suite(&self) -> Result<Scenario, Failure> {
         if self.object.is_some() || self.path.is_some() || self.pause.is_some() {
             return Err(Failure::new("--object, --path and --pause are for scenes of A to H")
-                .mend("give one with --scene"));
+                .fix("give one with --scene"));
         }
         let seed = self.seed();
         Ok(match self.name() {
@@ -214,7 +214,7 @@ impl ChoiceArgs {
             matches!(object, ObjectName::Three | ObjectName::Door | ObjectName::Chair);
         if goes_its_own_way && self.path.is_some() {
             return Err(Failure::new("three, door and chair have ways of their own")
-                .mend("leave --path out; --platform moves the sensors"));
+                .fix("leave --path out; --platform moves the sensors"));
         }
         Ok(match object {
             ObjectName::Person => crossing(CrossingObject::Person),

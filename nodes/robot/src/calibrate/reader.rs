@@ -98,7 +98,7 @@ pub(crate) fn read(
             turns.turns.len(),
             topics.scan
         ))
-        .mend(format!("does {} go on while the scanner turns, on the same clock?", topics.pose)));
+        .fix(format!("does {} go on while the scanner turns, on the same clock?", topics.pose)));
     }
 
     // Then what was chosen.
@@ -118,7 +118,7 @@ pub(crate) fn read(
     if unusable > 0 {
         findings.push(
             Failure::new(format!("{unusable} scans, images or poses could not be used"))
-                .mend("`stillmap doctor BAG` says what is wrong with them"),
+                .fix("`stillmap doctor BAG` says what is wrong with them"),
         );
     }
     let camera = gathering.camera;
@@ -129,7 +129,7 @@ pub(crate) fn read(
             chosen.scans.len(),
             choosing.max_image_offset_s
         ))
-        .mend("are the clocks of both sensors the same? `stillmap doctor BAG` compares them"));
+        .fix("are the clocks of both sensors the same? `stillmap doctor BAG` compares them"));
     }
     let losses = losses.iter().map(|loss| Failure::new(loss.to_string())).collect();
     Ok(Read { cycles: ReadCycles { cycles, findings }, camera, losses })
@@ -234,11 +234,11 @@ fn findings(chosen: &Chosen, choosing: &Choosing) -> Vec<Failure> {
         chosen.most_motion_m
     );
     vec![match choosing.beam_order {
-        BeamOrder::Unknown => Failure::new(moved).mend(
+        BeamOrder::Unknown => Failure::new(moved).fix(
             "stand still, turn more slowly, or tell detection's beam_order in a file for --params-file",
         ),
         BeamOrder::FirstToLast | BeamOrder::LastToFirst => {
-            Failure::new(moved).mend("stand still, or turn more slowly")
+            Failure::new(moved).fix("stand still, or turn more slowly")
         }
     }]
 }

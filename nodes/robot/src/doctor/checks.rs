@@ -1,14 +1,14 @@
-//! The checks of the doctor, by name: what each looks at, and what comes of it when something is wrong. The table of
-//! the checks in the crate's README is made of this.
+//! The checks of the doctor, and the catalogue that describes them: `checks.md`, a table that `stillmap doctor
+//! --checks` prints and that the page of the crate `stillmap` shows.
 
-mod entries;
+use serde::Serialize;
 
-use serde::{Serialize, Serializer};
-
-use entries::Entry;
+/// A row for each check: its name, what it applies to, what it checks, severity, consequence and fix.
+const CATALOGUE: &str = include_str!("checks.md");
 
 /// A check.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum Check {
     Environment,
     Transport,
@@ -46,59 +46,41 @@ pub(crate) enum Check {
 }
 
 impl Check {
-    /// All of them, in the order of the table.
-    const ALL: [Self; 33] = [
-        Self::Environment,
-        Self::Transport,
-        Self::Ports,
-        Self::Interfaces,
-        Self::ReceiveBuffer,
-        Self::SendBuffer,
-        Self::Fragments,
-        Self::Dropped,
-        Self::Graph,
-        Self::Types,
-        Self::Qos,
-        Self::Names,
-        Self::Nodes,
-        Self::Publishers,
-        Self::Diagnostics,
-        Self::Damage,
-        Self::Inputs,
-        Self::Messages,
-        Self::Versions,
-        Self::Sizes,
-        Self::Stamps,
-        Self::Clocks,
-        Self::Gaps,
-        Self::Offsets,
-        Self::Poses,
-        Self::Frames,
-        Self::Transforms,
-        Self::Units,
-        Self::PointTimes,
-        Self::Returns,
-        Self::Calibration,
-        Self::Motion,
-        Self::Extrinsics,
-    ];
+    /// The consequence of what it finds.
+    pub(crate) fn consequence(self) -> &'static str {
+        self.cells().and_then(|mut cells| cells.nth(4)).unwrap_or_default()
+    }
+
+    /// The cells of its row.
+    fn cells(self) -> Option<impl Iterator<Item = &'static str>> {
+        let name = serde_json::to_value(self).ok()?;
+        let begin = format!("| `{}` |", name.as_str()?);
+        let row = CATALOGUE.lines().find(|line| line.starts_with(&begin))?;
+        Some(row.trim_matches('|').split('|').map(str::trim))
+    }
 }
 
 /// All checks as a table in Markdown.
-pub(crate) fn table() -> String {
-    let mut table =
-        "| check | looks at | finds | severity | what comes of it | mend |\n|---|---|---|---|---|---|\n".to_owned();
-    for Entry { name, place, severity, looks_at, consequence, mend } in
-        Check::ALL.into_iter().map(Check::entry)
-    {
-        table +=
-            &format!("| `{name}` | {place} | {looks_at} | {severity} | {consequence} | {mend} |\n");
-    }
-    table
+pub(crate) fn table() -> &'static str {
+    CATALOGUE
 }
 
-impl Serialize for Check {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.entry().name)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The last one of [`Check`].
+    const LAST: Check = Check::Extrinsics;
+
+    #[test]
+    fn each_check_has_a_row_and_each_row_is_a_check() {
+        let rows = CATALOGUE.lines().skip(2);
+        assert_eq!(rows.clone().count(), LAST as usize + 1);
+        for row in rows {
+            assert_eq!(row.split(" | ").count(), 6, "{row}");
+        }
+        for check in [Check::Environment, Check::ReceiveBuffer, Check::PointTimes, LAST] {
+            assert!(!check.consequence().is_empty(), "{check:?}");
+        }
     }
 }

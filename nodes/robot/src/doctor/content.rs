@@ -66,8 +66,8 @@ pub(super) struct Subject<'a> {
 
 impl Subject<'_> {
     /// An error where the suite reads the topic, or else a warning.
-    fn grave(&self, check: Check, what: impl Into<String>, mend: impl Into<String>) -> Finding {
-        Finding::grave_if(self.is_read, check, what, mend)
+    fn grave(&self, check: Check, what: impl Into<String>, fix: impl Into<String>) -> Finding {
+        Finding::grave_if(self.is_read, check, what, fix)
     }
 }
 

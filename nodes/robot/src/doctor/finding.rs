@@ -1,4 +1,4 @@
-//! What the doctor finds: how grave it is, what it is, with the numbers that show it, and what mends it.
+//! What the doctor finds: how grave it is, what it is, with the numbers that show it, and what fixes it.
 
 use std::fmt;
 
@@ -53,27 +53,27 @@ pub(crate) struct Finding {
     /// What comes of it; only what is as it should be has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) consequence: Option<&'static str>,
-    /// The command or the setting that mends it; only what is as it should be has none.
+    /// The command or the setting that fixes it; only what is as it should be has none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) mend: Option<String>,
+    pub(crate) fix: Option<String>,
 }
 
 impl Finding {
     pub(crate) fn ok(check: Check, what: impl Into<String>) -> Self {
-        Self { severity: Severity::Ok, check, what: what.into(), consequence: None, mend: None }
+        Self { severity: Severity::Ok, check, what: what.into(), consequence: None, fix: None }
     }
 
-    pub(crate) fn warn(check: Check, what: impl Into<String>, mend: impl Into<String>) -> Self {
-        Self::new(Severity::Warn, check, what.into(), mend.into())
+    pub(crate) fn warn(check: Check, what: impl Into<String>, fix: impl Into<String>) -> Self {
+        Self::new(Severity::Warn, check, what.into(), fix.into())
     }
 
-    pub(crate) fn error(check: Check, what: impl Into<String>, mend: impl Into<String>) -> Self {
-        Self::new(Severity::Error, check, what.into(), mend.into())
+    pub(crate) fn error(check: Check, what: impl Into<String>, fix: impl Into<String>) -> Self {
+        Self::new(Severity::Error, check, what.into(), fix.into())
     }
 
-    fn new(severity: Severity, check: Check, what: String, mend: String) -> Self {
-        let consequence = Some(check.entry().consequence);
-        Self { severity, check, what, consequence, mend: Some(mend) }
+    fn new(severity: Severity, check: Check, what: String, fix: String) -> Self {
+        let consequence = Some(check.consequence());
+        Self { severity, check, what, consequence, fix: Some(fix) }
     }
 
     /// An error when `grave`, or else a warning.
@@ -81,9 +81,9 @@ impl Finding {
         grave: bool,
         check: Check,
         what: impl Into<String>,
-        mend: impl Into<String>,
+        fix: impl Into<String>,
     ) -> Self {
-        if grave { Self::error(check, what, mend) } else { Self::warn(check, what, mend) }
+        if grave { Self::error(check, what, fix) } else { Self::warn(check, what, fix) }
     }
 
     /// The finding as a line; in colour for a terminal.
@@ -99,8 +99,8 @@ impl Finding {
         if let Some(consequence) = self.consequence {
             line += &format!("; {consequence}");
         }
-        if let Some(mend) = &self.mend {
-            line += &format!("  ->  {mend}");
+        if let Some(fix) = &self.fix {
+            line += &format!("  ->  {fix}");
         }
         line
     }
@@ -166,10 +166,10 @@ mod tests {
 
     #[test]
     fn a_program_reads_the_same() {
-        let json = serde_json::to_value(Finding::error(Check::Motion, "what", "mend")).unwrap();
+        let json = serde_json::to_value(Finding::error(Check::Motion, "what", "fix")).unwrap();
         let expected = serde_json::json!({
             "severity": "error", "check": "motion", "what": "what",
-            "consequence": "the map is torn there", "mend": "mend"
+            "consequence": "the map is torn there", "fix": "fix"
         });
         assert_eq!(json, expected);
     }

@@ -72,7 +72,7 @@ impl GraphView {
             findings.extend(large::across_machines(self, machine));
         }
         if let Some(dropped) = &self.dropped {
-            findings.extend(machine::dropped_meanwhile(dropped, self.heard_s, &buffer.mend()));
+            findings.extend(machine::dropped_meanwhile(dropped, self.heard_s, &buffer.fix()));
         }
         findings.extend(reports::repeated(&self.reports));
         findings

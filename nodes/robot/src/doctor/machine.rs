@@ -52,7 +52,7 @@ impl From<GrantedBuffer> for ReceiveBuffer {
 
 impl ReceiveBuffer {
     /// What makes it larger.
-    pub(crate) fn mend(&self) -> String {
+    pub(crate) fn fix(&self) -> String {
         if self.granted_bytes < self.asked_bytes {
             format!(
                 "{RAISE_RECEIVE_BUFFER}, then start the nodes anew; to keep it: {KEEP_RECEIVE_BUFFER}"

@@ -38,7 +38,7 @@ pub struct CloudsArgs {
 
 pub(crate) fn import(args: &CloudsArgs) -> Result<Outcome, Failure> {
     if !(args.rate.is_finite() && args.rate > 0.0) {
-        return Err(Failure::new(format!("--rate {} is no rate", args.rate)).mend("10 is usual"));
+        return Err(Failure::new(format!("--rate {} is no rate", args.rate)).fix("10 is usual"));
     }
     let mut bag = SensorBag::create(&args.output)?;
     let progress = Progress::new("importing", args.files.len() as u64);
@@ -61,7 +61,7 @@ fn points(path: &Path) -> Result<Vec<nalgebra::Point3<f32>>, Failure> {
     let points_m =
         if bytes.starts_with(b"ply") { ply::decode(&bytes) } else { pcd::decode(&bytes) };
     points_m.map_err(|error| {
-        Failure::new(error.to_string()).within(path.display()).mend("give PLY or PCD files")
+        Failure::new(error.to_string()).within(path.display()).fix("give PLY or PCD files")
     })
 }
 

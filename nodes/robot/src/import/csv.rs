@@ -37,7 +37,7 @@ pub(crate) fn import(args: &CsvArgs) -> Result<Outcome, Failure> {
             .map_err(|error| Failure::new(error.to_string()).within(args.coordinates.display()))?;
     if revolutions.is_empty() {
         return Err(Failure::new(format!("{} has no revolution", args.coordinates.display()))
-            .mend("a line is a revolution: its time in milliseconds, and x y z of each shot"));
+            .fix("a line is a revolution: its time in milliseconds, and x y z of each shot"));
     }
     let mut bag = SensorBag::create(&args.output)?;
     for revolution in &revolutions {

@@ -48,7 +48,7 @@ pub struct DepthArgs {
 pub(crate) fn import(args: &DepthArgs) -> Result<Outcome, Failure> {
     if !(args.rate.is_finite() && args.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is no rate", args.rate))
-            .mend("give the pictures per second of the recording, for example --rate 30"));
+            .fix("give the pictures per second of the recording, for example --rate 30"));
     }
     let unit = DepthUnit::new(args.units_per_metre)?;
     let pictures = numbered_pictures(&args.folder)?;
@@ -57,7 +57,7 @@ pub(crate) fn import(args: &DepthArgs) -> Result<Outcome, Failure> {
         && masks.len() != pictures.len()
     {
         return Err(Failure::new(format!("{} pictures but {} masks", pictures.len(), masks.len()))
-            .mend("there must be one mask for each picture, numbered alike"));
+            .fix("there must be one mask for each picture, numbered alike"));
     }
 
     let mut bag = SensorBag::create(&args.output)?;

@@ -19,7 +19,7 @@ impl DepthUnit {
             Ok(Self { per_metre })
         } else {
             Err(Failure::new(format!("{per_metre} depth units in a metre make no sense"))
-                .mend("most depth cameras store millimetres: 1000 units; the TUM sets 5000"))
+                .fix("most depth cameras store millimetres: 1000 units; the TUM sets 5000"))
         }
     }
 }
@@ -34,7 +34,7 @@ pub(crate) fn read_depth(
     let picture = open(path)?;
     let image::DynamicImage::ImageLuma16(picture) = picture else {
         return Err(Failure::new(format!("{} is no 16-bit greyscale picture", path.display()))
-            .mend("depth pictures hold one 16-bit number a pixel, 0 where nothing was measured"));
+            .fix("depth pictures hold one 16-bit number a pixel, 0 where nothing was measured"));
     };
     let (width_px, height_px) = (picture.width() as usize, picture.height() as usize);
     let pixels = millimetres(picture.into_raw(), unit);
@@ -70,7 +70,7 @@ pub(crate) fn numbered_pictures(folder: &Path) -> Result<Vec<PathBuf>, Failure> 
     pictures.sort_by(|(a, path_a), (b, path_b)| a.total_cmp(b).then_with(|| path_a.cmp(path_b)));
     if pictures.is_empty() {
         return Err(Failure::new(format!("{} holds no numbered PNG files", folder.display()))
-            .mend("give the folder that holds 0001.png, 0002.png, ..."));
+            .fix("give the folder that holds 0001.png, 0002.png, ..."));
     }
     Ok(pictures.into_iter().map(|(_, path)| path).collect())
 }

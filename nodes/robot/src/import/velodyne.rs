@@ -119,7 +119,7 @@ pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
     let frames = frames_in(&file);
     let in_capture = |error: String| Failure::new(error).within(args.capture.display());
     let mut capture = CaptureReader::new(file).map_err(|error| {
-        in_capture(error.to_string()).mend("give a capture of tcpdump, Wireshark or VeloView")
+        in_capture(error.to_string()).fix("give a capture of tcpdump, Wireshark or VeloView")
     })?;
     let mut other_port = None;
     let mut broken = None;
@@ -174,14 +174,14 @@ fn nothing_imported(
     let failure = |what: String| Failure::new(what).within(args.capture.display());
     match (counts.data.first_refusal, broken, other_port) {
         (Some(refusal), ..) => failure(format!("no data packet could be decoded: {refusal}"))
-            .mend("see --model, --calibration and --data-port"),
+            .fix("see --model, --calibration and --data-port"),
         (None, Some(broken), _) => failure(broken),
         (None, None, Some(port)) => {
             failure(format!("no data packet on UDP port {}", args.data_port))
-                .mend(format!("there are datagrams to port {port}: --data-port {port}?"))
+                .fix(format!("there are datagrams to port {port}: --data-port {port}?"))
         }
         (None, None, None) => failure(format!("no data packet on UDP port {}", args.data_port))
-            .mend("is it a capture of a Velodyne?"),
+            .fix("is it a capture of a Velodyne?"),
     }
 }
 
@@ -200,7 +200,7 @@ fn read_calibration(path: &Path) -> Result<Calibration, Failure> {
     Calibration::from_yaml(&text).map_err(|error| {
         Failure::new(error.to_string())
             .within(path.display())
-            .mend("ROS' gen_calibration.py makes such a file of the scanner's db.xml")
+            .fix("ROS' gen_calibration.py makes such a file of the scanner's db.xml")
     })
 }
 

@@ -27,7 +27,7 @@ impl DriveMap {
         folder: &Path,
     ) -> Result<Self, Failure> {
         let map = RoadMap::new(config, Box::new(TileFolder::create(folder)?)).map_err(|error| {
-            Failure::new(error.to_string()).mend("see --road-voxel and --road-memory")
+            Failure::new(error.to_string()).fix("see --road-voxel and --road-memory")
         })?;
         Ok(Self { map, base_from_lidar, first: None, last: None })
     }
@@ -78,6 +78,6 @@ impl DriveMap {
         let map_from_lidar = map_from_base * self.base_from_lidar;
         self.map
             .add(&points_m, cloud.intensities.as_deref(), &map_from_lidar)
-            .map_err(|error| Failure::new(error.to_string()).mend("is the disk full?"))
+            .map_err(|error| Failure::new(error.to_string()).fix("is the disk full?"))
     }
 }

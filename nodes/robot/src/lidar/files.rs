@@ -171,7 +171,7 @@ pub(crate) fn write_las(
 ) -> Result<(), Failure> {
     let failed = |error: las::Error| {
         Failure::new(format!("cannot write {}: {error}", path.display()))
-            .mend("give a folder that can be written with --out")
+            .fix("give a folder that can be written with --out")
     };
     let mut builder = Builder::from((1, 4));
     // Coordinates, intensities and colours; no times.
@@ -217,7 +217,7 @@ fn part_of(path: &Path) -> PathBuf {
 
 pub(super) fn cannot_write(path: &Path, error: &io::Error) -> Failure {
     Failure::new(format!("cannot write {}: {error}", path.display()))
-        .mend("give a folder that can be written with --out")
+        .fix("give a folder that can be written with --out")
 }
 
 /// Tiles in a folder, a file each. The folder is the map's alone, and goes with it.

@@ -73,7 +73,7 @@ pub fn run(
     }
     if summary.poses == 0 {
         return Err(Failure::new(format!("no scan of {} has a pose", source.name()))
-            .mend("the causes are above; `stillmap info` lists what a bag holds"));
+            .fix("the causes are above; `stillmap info` lists what a bag holds"));
     }
     Ok(if losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }

@@ -110,7 +110,7 @@ pub fn run(
     }
     if summary.odometry.poses == 0 {
         return Err(Failure::new(format!("no scan of {} has a pose", source.name()))
-            .mend("`stillmap info` lists what a bag holds"));
+            .fix("`stillmap info` lists what a bag holds"));
     }
     Ok(if summary.losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }

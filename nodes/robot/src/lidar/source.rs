@@ -83,7 +83,7 @@ impl LidarSource {
             return Ok(Self::Sequence(Box::new(Sequence::open(path, None, None)?)));
         }
         let bag = Bag::open(path).map_err(|error| {
-            Failure::new(error.to_string()).mend(
+            Failure::new(error.to_string()).fix(
                 "a LiDAR is read from a bag (MCAP or rosbag2), a capture (pcap, pcapng), or a folder of KITTI's scans",
             )
         })?;

@@ -231,7 +231,7 @@ impl Run {
         for node in &mut self.nodes {
             if let Some(status) = node.ended()? {
                 return Err(Failure::new(format!("the node {} ended: {status}", node.name()))
-                    .mend("its own message, if it could leave one, stands above; what was mapped until then is written"));
+                    .fix("its own message, if it could leave one, stands above; what was mapped until then is written"));
             }
         }
         Ok(())
@@ -275,7 +275,7 @@ impl Run {
         if map.as_ref().map(|(stamp, _)| *stamp) != last_cloud && trouble.is_none() {
             trouble = Some(
                 Failure::new("the last map did not arrive: the one that is written is older")
-                    .mend(format!("a large map needs room on its way: `{RAISE_RECEIVE_BUFFER}`")),
+                    .fix(format!("a large map needs room on its way: `{RAISE_RECEIVE_BUFFER}`")),
             );
         }
         let name = RunName {

@@ -34,7 +34,7 @@ impl fmt::Display for LostOnTheWay {
     }
 }
 
-/// What the user should know of a run, each with the mend; nothing where all is well.
+/// What the user should know of a run, each with the fix; nothing where all is well.
 pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> Vec<Failure> {
     let mut findings = Vec::new();
     for loss in &course.losses {
@@ -47,7 +47,7 @@ pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> 
                 "messages were lost on the way between the processes: {}",
                 lost.join(", ")
             ))
-            .mend(format!(
+            .fix(format!(
                 "play slower (--rate 0.5), or give sockets more room: `{RAISE_RECEIVE_BUFFER}`"
             )),
         );
@@ -59,7 +59,7 @@ pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> 
     if dropped > cycles as u64 {
         findings.push(
             Failure::new(format!("{dropped} scans became no cycle, and {cycles} did"))
-                .mend("the drops in summary.json and report.html say what they lacked"),
+                .fix("the drops in summary.json and report.html say what they lacked"),
         );
     }
     if course.blind_scans > 0 {
@@ -68,7 +68,7 @@ pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> 
                 "{} of {cycles} scans on {} had no return to find motion by",
                 course.blind_scans, inputs.scan
             ))
-            .mend("what moved meanwhile is in the map; look at the scanner's range_min and range_max, and at its mounting"),
+            .fix("what moved meanwhile is in the map; look at the scanner's range_min and range_max, and at its mounting"),
         );
     }
     let empty = record.cycles.iter().filter(|cycle| cycle.points_in == 0).count();
@@ -79,7 +79,7 @@ pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> 
         };
         findings.push(
             Failure::new(format!("{empty} of {cycles} clouds on {topic} had no point"))
-                .mend("a cloud of NaN or a depth image of zeros maps nothing: look at the camera"),
+                .fix("a cloud of NaN or a depth image of zeros maps nothing: look at the camera"),
         );
     }
     findings
@@ -96,7 +96,7 @@ pub(crate) fn defeat(record: &RunRecord) -> Option<Failure> {
         let failure = Failure::new("no scan became a cycle, so there is no map");
         return Some(match reasons.is_empty() {
             true => failure,
-            false => failure.mend(reasons.join("\n  ")),
+            false => failure.fix(reasons.join("\n  ")),
         });
     }
     record.static_map.is_empty().then(|| Failure::new("the map has no point"))

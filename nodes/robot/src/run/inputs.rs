@@ -206,7 +206,7 @@ impl Chooser<'_> {
             return Err(Failure::new(
                 "--pose visual takes depth images, and the bag has clouds alone".to_owned(),
             )
-            .mend("record the depth images, or give a --pose topic"));
+            .fix("record the depth images, or give a --pose topic"));
         };
         let topics = VisualTopics::choose(&args.visual, image, camera_info, self.info)?;
         Ok(PoseSource::Visual(topics))
@@ -227,16 +227,16 @@ impl Chooser<'_> {
                     "topic {named} carries {}, not {wanted}",
                     topic.type_name
                 ))
-                .mend(self.candidates(wanted, option))),
+                .fix(self.candidates(wanted, option))),
                 None => Err(Failure::new(format!("the bag has no topic {named}"))
-                    .mend(self.candidates(wanted, option))),
+                    .fix(self.candidates(wanted, option))),
             };
         }
         let candidates = self.of_type(wanted);
         let usual = |name: &&&str| usual_names.iter().any(|usual| name.contains(usual));
         match candidates.as_slice() {
             [] => Err(Failure::new(format!("the bag has no topic of type {wanted}"))
-                .mend(format!("{option} needs one; `stillmap info` lists what the bag holds"))),
+                .fix(format!("{option} needs one; `stillmap info` lists what the bag holds"))),
             [only] => Ok((*only).to_owned()),
             several => {
                 let usual: Vec<&&str> = several.iter().filter(usual).collect();
@@ -246,7 +246,7 @@ impl Chooser<'_> {
                         "the bag has {} topics of type {wanted}",
                         several.len()
                     ))
-                    .mend(self.candidates(wanted, option))),
+                    .fix(self.candidates(wanted, option))),
                 }
             }
         }

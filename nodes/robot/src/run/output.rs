@@ -80,5 +80,5 @@ impl OutputFolder {
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
     Failure::new(format!("cannot write {}: {error}", path.display()))
-        .mend("give a folder that can be written with --out")
+        .fix("give a folder that can be written with --out")
 }

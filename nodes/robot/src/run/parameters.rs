@@ -187,7 +187,7 @@ fn check_addressees(file: &Path) -> Result<(), Failure> {
         }
     }
     Err(Failure::new(format!("the parameter file {} is for none of the nodes", file.display()))
-        .mend("its sections must be named detection, segmentation, reconstruction or pose (or /**/detection, ...)"))
+        .fix("its sections must be named detection, segmentation, reconstruction or pose (or /**/detection, ...)"))
 }
 
 /// The section of a node. JSON is YAML.

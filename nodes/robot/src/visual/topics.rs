@@ -69,7 +69,7 @@ impl VisualTopics {
         let is_there = of_type(info, CameraInfo::TYPE_NAME).any(|topic| topic == camera_info);
         if !is_there {
             return Err(Failure::new(format!("the bag has no camera_info on {camera_info}"))
-                .mend("--image-info names the topic of the colour camera's calibration"));
+                .fix("--image-info names the topic of the colour camera's calibration"));
         }
         let first = |type_name: &'static str| of_type(info, type_name).next().map(str::to_owned);
         Ok(Self {
@@ -102,10 +102,10 @@ pub fn depth_topic(named: Option<&str>, info: &BagInfo) -> Result<String, Failur
     match (found.next(), found.next()) {
         (Some(only), None) => Ok(only.to_owned()),
         (None, _) => Err(Failure::new("the bag has no depth images".to_owned())
-            .mend("--depth names their topic; `stillmap info` lists what the bag holds")),
+            .fix("--depth names their topic; `stillmap info` lists what the bag holds")),
         (Some(one), Some(other)) => {
             Err(Failure::new("the bag has several topics of depth images".to_owned())
-                .mend(format!("choose with --depth: {one}, {other}, ...")))
+                .fix(format!("choose with --depth: {one}, {other}, ...")))
         }
     }
 }
@@ -131,7 +131,7 @@ fn color_image(
                 Err(Failure::new(format!("topic {named} carries {}, no image", topic.type_name)))
             }
             None => Err(Failure::new(format!("the bag has no topic {named}"))
-                .mend("`stillmap info` lists what the bag holds")),
+                .fix("`stillmap info` lists what the bag holds")),
         };
     }
     let is_color = |topic: &&str| *topic != depth && !topic.contains("depth");
@@ -143,7 +143,7 @@ fn color_image(
     };
     let usual: Vec<&(&str, bool)> = candidates.iter().filter(usual).collect();
     match (candidates.as_slice(), usual.as_slice()) {
-        ([], _) => Err(Failure::new("the bag has no colour images".to_owned()).mend(
+        ([], _) => Err(Failure::new("the bag has no colour images".to_owned()).fix(
             "visual odometry takes sensor_msgs/Image or CompressedImage beside the depth images",
         )),
         ([(topic, is_compressed)], _) => Ok(((*topic).to_owned(), *is_compressed)),
@@ -151,7 +151,7 @@ fn color_image(
         (several, []) => {
             let names: Vec<&str> = several.iter().map(|(topic, _)| *topic).collect();
             Err(Failure::new(format!("the bag has {} topics of images", several.len()))
-                .mend(format!("choose with --image: {}", names.join(", "))))
+                .fix(format!("choose with --image: {}", names.join(", "))))
         }
     }
 }

@@ -87,7 +87,7 @@ pub(super) struct Fault {
     plant: fn(&mut Recording),
     check: &'static str,
     severity: &'static str,
-    /// What the finding and its mend say, besides the topic.
+    /// What the finding and its fix say, besides the topic.
     says: &'static [&'static str],
     /// Other checks that it must fail too, being what it is.
     also: &'static [&'static str],
@@ -121,7 +121,7 @@ fn each_fault_that_is_planted_in_a_bag_is_found() {
         let (report, code) = examine(&bag);
         let found = faults(&report);
         let is_it = |finding: &&&Value| {
-            let line = format!("{} {}", finding["what"], finding["mend"]);
+            let line = format!("{} {}", finding["what"], finding["fix"]);
             finding["check"] == fault.check
                 && finding["severity"] == fault.severity
                 && fault.says.iter().all(|part| line.contains(part))
@@ -135,7 +135,7 @@ fn each_fault_that_is_planted_in_a_bag_is_found() {
             .collect();
         let has_error = found.iter().any(|finding| finding["severity"] == "error");
         let complete = found.iter().all(|finding| {
-            ["what", "consequence", "mend"]
+            ["what", "consequence", "fix"]
                 .iter()
                 .all(|key| finding[key].as_str().is_some_and(|text| !text.is_empty()))
         });

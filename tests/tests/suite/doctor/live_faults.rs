@@ -271,7 +271,7 @@ async fn is_found(fault: &Fault) -> Result<(), String> {
     let Some((report, place, code)) = examine(fault.peers).await else { return Ok(()) };
     let findings = report["findings"].as_array().unwrap();
     let is_it = |finding: &Value| {
-        let line = format!("{} {}", finding["what"], finding["mend"]);
+        let line = format!("{} {}", finding["what"], finding["fix"]);
         finding["check"] == fault.check
             && finding["severity"] == fault.severity
             && fault.says.iter().all(|part| line.contains(part))

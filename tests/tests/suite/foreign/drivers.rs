@@ -85,7 +85,7 @@ fn is_the_depth_image(image: &Image) -> bool {
 
 async fn a_driver_is_heard(make: Make, reliability: &str) {
     let seconds = std::env::var(SECONDS).map_or(USUAL_SECONDS, |text| text.parse().unwrap());
-    let place = Place::new().await;
+    let place = Place::alone().await;
     let arguments = [place.namespace(), &seconds.to_string(), reliability];
     let Some(mut driver) = Peer::start(make, "drive", &place, &arguments).await else { return };
     let node = place.node("ours");

@@ -1,4 +1,4 @@
-//! Foreign publishers that do not fit: the node names the topic, what is wrong, and the mend, in its log
+//! Foreign publishers that do not fit: the node names the topic, what is wrong, and the fix, in its log
 //! and on `/diagnostics`.
 
 use std::io::{BufRead, BufReader};

@@ -310,5 +310,6 @@ async fn a_node_ends_in_time_while_it_is_asked() {
     asked.values(&["method"]).await;
     let ending = std::time::Instant::now();
     asked.end().await;
-    assert!(ending.elapsed() < Duration::from_secs(1), "{:?}", ending.elapsed());
+    // What ros2 launch gives a node.
+    assert!(ending.elapsed() < Duration::from_secs(5), "{:?}", ending.elapsed());
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use msgs::RosMessage;
 use node_shell::{Node, Publisher, RosArguments, Subscription, Transport};
-use tokio::sync::{Mutex, MutexGuard};
+use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::time::timeout;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
@@ -21,25 +21,37 @@ pub(super) const GREETINGS: usize = 5;
 /// How long one of them may take.
 pub(super) const LONGEST_GREETING: Duration = Duration::from_secs(1);
 
+/// So many tests are in their places at once: they wait for messages most of the time.
+const AT_ONCE: u32 = 3;
+
 /// A domain and a namespace.
 pub(super) struct Place {
     domain_id: u16,
     namespace: String,
-    /// One at a time: the tests load the machine and measure times.
-    _alone: MutexGuard<'static, ()>,
+    /// Few at a time: the tests load the machine.
+    _permit: SemaphorePermit<'static>,
 }
 
 impl Place {
     pub(super) async fn new() -> Self {
-        static ALONE: Mutex<()> = Mutex::const_new(());
+        Self::with(1).await
+    }
+
+    /// With no other test in its place meanwhile: for what is lost on a busy machine.
+    pub(super) async fn alone() -> Self {
+        Self::with(AT_ONCE).await
+    }
+
+    async fn with(permits: u32) -> Self {
+        static PERMITS: Semaphore = Semaphore::const_new(AT_ONCE as usize);
         static COUNT: AtomicU16 = AtomicU16::new(0);
-        let alone = ALONE.lock().await;
+        let permit = PERMITS.acquire_many(permits).await.unwrap();
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let process = std::process::id();
         // Above 100 the ports are those that the kernel gives to anybody.
         let domain_id = 1 + (process.wrapping_mul(13) + u32::from(count)) % 100;
         let namespace = format!("/foreign_{process}_{count}");
-        Self { domain_id: domain_id as u16, namespace, _alone: alone }
+        Self { domain_id: domain_id as u16, namespace, _permit: permit }
     }
 
     pub(super) fn domain_id(&self) -> u16 {

@@ -51,7 +51,7 @@ impl End {
                     self.process.name(),
                     longest.as_secs_f64()
                 ))
-                .mend("its peer was not found; see whether a firewall keeps UDP away from this machine"));
+                .fix("its peer was not found; see whether a firewall keeps UDP away from this machine"));
             }
             std::thread::sleep(LOOK_AGAIN);
         }

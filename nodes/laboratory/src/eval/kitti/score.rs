@@ -54,7 +54,7 @@ pub(super) fn given(path: &Path, scans: &[Stamp]) -> Result<Candidate, Failure> 
         }
         _ => {
             return Err(within(format!("{} poses, but {} scans", trajectory.len(), scans.len()))
-                .mend("a file without stamps needs a pose for each scan"));
+                .fix("a file without stamps needs a pose for each scan"));
         }
     };
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();

@@ -84,7 +84,7 @@ impl StageTimes {
             let start = Instant::now();
             self.map
                 .add(&cloud.points_m, cloud.intensities.as_deref(), pose)
-                .map_err(|error| Failure::new(error.to_string()).mend("is the disk full?"))?;
+                .map_err(|error| Failure::new(error.to_string()).fix("is the disk full?"))?;
             self.mapped.since(start);
             let start = Instant::now();
             let way = DrawnWay { map_from_vehicle: way, truth: None, surroundings_m: &[] };

@@ -53,7 +53,7 @@ pub(super) fn read(path: &Path, topic: Option<&str>, option: &str) -> Result<Rea
             None => "no pose".to_owned(),
         };
         let failure = Failure::new(format!("{}: {what} on {}", path.display(), wanted.topic));
-        return Err(failure.mend(format!("stillmap info {} lists its topics", path.display())));
+        return Err(failure.fix(format!("stillmap info {} lists its topics", path.display())));
     }
     let losses = unreadable + messages.losses().len();
     Ok(Read { format: "bag", trajectory: Trajectory::stamped(poses), losses })
@@ -83,12 +83,12 @@ fn only_topic(topics: &[TopicInfo], path: &Path, option: &str) -> Result<Wanted,
     match (with_poses.next(), with_poses.next()) {
         (Some(only), None) => Ok(Wanted { topic: only.topic.clone(), frames: None }),
         (None, _) => Err(Failure::new(format!("{} has no topic with poses", path.display()))
-            .mend(format!("for a transform give {option} /tf:PARENT:CHILD"))),
+            .fix(format!("for a transform give {option} /tf:PARENT:CHILD"))),
         (Some(one), Some(other)) => {
             let all = [one, other].into_iter().chain(with_poses);
             let names: Vec<&str> = all.map(|topic| topic.topic.as_str()).collect();
             Err(Failure::new(format!("{} has several topics with poses", path.display()))
-                .mend(format!("choose with {option}: {}", names.join(", "))))
+                .fix(format!("choose with {option}: {}", names.join(", "))))
         }
     }
 }
@@ -103,7 +103,7 @@ fn type_of(
     let found =
         topics.iter().find(|topic| bare(&topic.topic) == bare(&wanted.topic)).ok_or_else(|| {
             Failure::new(format!("{} has no topic {}", path.display(), wanted.topic))
-                .mend(format!("stillmap info {} lists its topics", path.display()))
+                .fix(format!("stillmap info {} lists its topics", path.display()))
         })?;
     let known = POSE_TYPES.into_iter().chain([TFMessage::TYPE_NAME]);
     let Some(type_name) = known.into_iter().find(|name| *name == found.type_name) else {
@@ -113,20 +113,20 @@ fn type_of(
             wanted.topic,
             found.type_name
         ))
-        .mend(format!(
+        .fix(format!(
             "a trajectory is of {} or {}",
             POSE_TYPES.join(", "),
             TFMessage::TYPE_NAME
         )));
     };
     if (type_name == TFMessage::TYPE_NAME) != wanted.frames.is_some() {
-        let mend = if wanted.frames.is_some() {
+        let fix = if wanted.frames.is_some() {
             format!("give {option} {}", wanted.topic)
         } else {
             format!("give {option} {}:PARENT:CHILD", wanted.topic)
         };
         let carries = format!("{} carries {type_name}", wanted.topic);
-        return Err(Failure::new(format!("{}: {carries}", path.display())).mend(mend));
+        return Err(Failure::new(format!("{}: {carries}", path.display())).fix(fix));
     }
     Ok(type_name)
 }

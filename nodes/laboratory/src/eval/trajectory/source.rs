@@ -40,7 +40,7 @@ impl Source<'_> {
         }
         if self.topic.is_some() {
             return Err(Failure::new(format!("{} is no bag and has no topics", path.display()))
-                .mend(format!("leave {option} out")));
+                .fix(format!("leave {option} out")));
         }
         let parsed = parse_trajectory(&read(path)?)
             .map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;

@@ -95,7 +95,7 @@ impl Sequence {
             let max_gap_s = pairing.max_gap_s;
             return Err(Failure::new("no colour image has a depth image".to_owned())
                 .within(path.display())
-                .mend(format!("they must be within {max_gap_s} s: --max-pair-gap")));
+                .fix(format!("they must be within {max_gap_s} s: --max-pair-gap")));
         }
         Ok(sequence)
     }

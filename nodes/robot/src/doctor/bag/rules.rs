@@ -57,8 +57,8 @@ pub(super) fn choice(facts: &BagFacts) -> Finding {
         }
         Err(failure) => {
             let text = failure.to_string();
-            let (what, mend) = text.split_once('\n').unwrap_or((&text, "record it, too"));
-            Finding::error(CHECK, format!("`stillmap run` cannot start: {what}"), mend.trim())
+            let (what, fix) = text.split_once('\n').unwrap_or((&text, "record it, too"));
+            Finding::error(CHECK, format!("`stillmap run` cannot start: {what}"), fix.trim())
         }
     }
 }
@@ -75,7 +75,7 @@ pub(super) fn topic(name: &str, facts: &TopicFacts) -> Vec<Finding> {
                 "{name}: {} of {} messages cannot be used; the first: {reason}",
                 facts.unusable, facts.messages
             ),
-            "mend the driver as the reason says and record again, or choose another topic (--scan, \
+            "fix the driver as the reason says and record again, or choose another topic (--scan, \
              --depth, --points, --pose)",
         ));
     }
@@ -162,7 +162,7 @@ fn offsets(scans: &[Stamp], view: &[Stamp], most_s: f64) -> Option<Finding> {
     if share >= SOUND_SHARE {
         return Some(Finding::ok(CHECK, what));
     }
-    let mend = if middle_s.abs() > most_s {
+    let fix = if middle_s.abs() > most_s {
         "set the clocks of scanner and camera alike (chrony or PTP between their hosts) and record \
          again; where the offset is known to be harmless, a --params-file with \
          `max_cloud_offset_s` under detection: ros__parameters:"
@@ -170,7 +170,7 @@ fn offsets(scans: &[Stamp], view: &[Stamp], most_s: f64) -> Option<Finding> {
         "record both at their full rates (ros2 bag record --max-cache-size 500000000), or allow more by \
          a --params-file with `max_cloud_offset_s` under detection: ros__parameters:"
     };
-    Some(Finding::grave_if(near == 0, CHECK, what, mend))
+    Some(Finding::grave_if(near == 0, CHECK, what, fix))
 }
 
 /// For how many images the rig's pose is known.
@@ -193,9 +193,9 @@ fn coverage(view: &[Stamp], poses: &[Stamp], most_gap_s: f64) -> Option<Finding>
         first.seconds_since(view[0]),
         last.seconds_since(view[0])
     );
-    let mend = "start the odometry before the recording and stop it after; where the poses belong to \
+    let fix = "start the odometry before the recording and stop it after; where the poses belong to \
                 another time, set the clocks of both hosts alike (chrony)";
-    Some(Finding::grave_if(covered == 0, CHECK, what, mend))
+    Some(Finding::grave_if(covered == 0, CHECK, what, fix))
 }
 
 fn is_bracketed(poses: &[Stamp], stamp: Stamp, most_gap_s: f64) -> bool {
@@ -236,7 +236,7 @@ pub(super) fn sizes(facts: &BagFacts, buffer: &ReceiveBuffer) -> Vec<Finding> {
                 kb(bytes),
                 kb(safe)
             ),
-            format!("{}; or play depth images with --compress-depth {name}", buffer.mend()),
+            format!("{}; or play depth images with --compress-depth {name}", buffer.fix()),
         )
     };
     large.into_iter().rev().map(one).collect()

@@ -40,7 +40,7 @@ impl ImuFacts {
         }
         let acceleration = self.acceleration.median().filter(|_| !self.lacks_acceleration);
         if let Some(median) = acceleration.filter(|median| !GRAVITY_M_PER_S2.contains(median)) {
-            let mend = if GRAVITY_G.contains(&median) {
+            let fix = if GRAVITY_G.contains(&median) {
                 "Imu has m/s2 (REP-103, REP-145): multiply by 9.80665 in the driver"
             } else {
                 "Imu has m/s2 with gravity in it (REP-145): see which unit the driver publishes, and whether it takes \
@@ -51,7 +51,7 @@ impl ImuFacts {
                 format!(
                     "{topic}: the median of linear_acceleration is {median:.3} m/s2, and gravity alone is 9.8"
                 ),
-                mend,
+                fix,
             ));
         }
         let turn_rate = self.turn_rate.median().filter(|_| !self.lacks_turn_rate);

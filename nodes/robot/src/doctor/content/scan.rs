@@ -127,11 +127,11 @@ impl ScanFacts {
             "{topic}: {within} of {beams} beams of {scans} scans have a range within the stated limits; {returned} \
              have any"
         );
-        let mend = if *returned > *within {
+        let fix = if *returned > *within {
             "set range_min and range_max in the driver to what the scanner measures, in metres"
         } else {
             "uncover the scanner; see that it turns, and that its type and baud rate are set right in the driver"
         };
-        Some(Finding::grave_if(*within == 0 && subject.is_read, Check::Returns, what, mend))
+        Some(Finding::grave_if(*within == 0 && subject.is_read, Check::Returns, what, fix))
     }
 }

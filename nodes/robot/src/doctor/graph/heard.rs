@@ -100,7 +100,7 @@ impl Heard {
                     "{topic}: {} of {count} messages cannot be used; the first: {reason}",
                     self.unusable
                 ),
-                "mend the driver as the reason says",
+                "fix the driver as the reason says",
             ));
         }
         let mut sorted = self.stamps.clone();

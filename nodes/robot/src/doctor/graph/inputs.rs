@@ -117,7 +117,7 @@ fn nobody_publishes(view: &GraphView, input: &SuiteTopic) -> Finding {
     }
     let mut elsewhere = view.published(type_name);
     elsewhere.retain(|other| !view.suite.contains(other));
-    let mend = match elsewhere.as_slice() {
+    let fix = match elsewhere.as_slice() {
         [] => format!("start the driver of {name}; nobody here publishes a {type_name}"),
         [only] => {
             format!("{only} has that type: start the suite with --ros-args -r {name}:={only}")
@@ -128,7 +128,7 @@ fn nobody_publishes(view: &GraphView, input: &SuiteTopic) -> Finding {
             several[0]
         ),
     };
-    Finding::grave_if(!waiting.is_empty(), CHECK, what, mend)
+    Finding::grave_if(!waiting.is_empty(), CHECK, what, fix)
 }
 
 /// Whether the suite reads a topic where it is there, and works without: only a SLAM tells its way.

@@ -83,7 +83,7 @@ fn silent(view: &GraphView, topic: &str, buffer: &ReceiveBuffer) -> Finding {
         format!(
             "see with `stillmap doctor --measure --seconds 10` whether it is slow; if it is larger than \
              {safe}: {}",
-            buffer.mend()
+            buffer.fix()
         ),
     )
 }
@@ -102,9 +102,9 @@ fn finding(view: &GraphView, topic: &str, size: &Size, buffer: &ReceiveBuffer) -
             one.topic.strip_prefix(topic).filter(|rest| rest.starts_with("/compressed"))?;
             Some(one.topic.as_str())
         });
-    let mut mend = buffer.mend();
+    let mut fix = buffer.fix();
     if let Some(compressed) = compressed {
-        mend += &format!("; or subscribe to {compressed}");
+        fix += &format!("; or subscribe to {compressed}");
     }
     let is_read = view.at(Role::Subscription, topic).next().is_some();
     Finding::grave_if(
@@ -116,7 +116,7 @@ fn finding(view: &GraphView, topic: &str, size: &Size, buffer: &ReceiveBuffer) -
             kb(safe),
             if is_read { "somebody subscribes" } else { "nobody subscribes yet" }
         ),
-        mend,
+        fix,
     )
 }
 

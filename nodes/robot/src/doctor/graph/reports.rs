@@ -5,7 +5,7 @@ use msgs::diagnostic_msgs::DiagnosticStatus;
 use super::{Check, Finding};
 
 const CHECK: Check = Check::Diagnostics;
-/// What the keys begin with that say what is wrong, and what mends it.
+/// What the keys begin with that say what is wrong, and what fixes it.
 const TELLING_KEYS: [&str; 2] = ["trouble ", "loss"];
 
 /// The reports that are no OK, with what they tell of it.
@@ -34,12 +34,12 @@ fn one(report: &DiagnosticStatus) -> Option<Finding> {
             None => value.value.clone(),
         })
         .collect();
-    let mend =
+    let fix =
         if told.is_empty() { format!("read the log of {}", report.name) } else { told.join("; ") };
     let is_error = report.level != DiagnosticStatus::WARN;
     let stale = if report.level == DiagnosticStatus::STALE { " (stale)" } else { "" };
     let what = format!("{} reports{stale}: {}", report.name, report.message);
-    Some(Finding::grave_if(is_error, CHECK, what, mend))
+    Some(Finding::grave_if(is_error, CHECK, what, fix))
 }
 
 #[cfg(test)]

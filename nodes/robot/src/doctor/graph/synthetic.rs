@@ -89,5 +89,5 @@ pub(super) fn tells(finding: &Finding, severity: Severity, parts: &[&str]) {
     for part in parts {
         assert!(line.contains(part), "'{part}' is not in: {line}");
     }
-    assert!(severity == Severity::Ok || finding.mend.is_some());
+    assert!(severity == Severity::Ok || finding.fix.is_some());
 }

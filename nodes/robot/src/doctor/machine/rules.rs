@@ -113,11 +113,11 @@ pub(super) fn receive_buffer(buffer: &ReceiveBuffer, limits: &KernelLimits) -> V
             kb(safe),
             lost.join(", ")
         );
-        let mut mend = buffer.mend();
+        let mut fix = buffer.fix();
         if safe < DEPTH_IMAGE_BYTES {
-            mend += "; meanwhile compressed depth still arrives: -p input:=compressed_depth";
+            fix += "; meanwhile compressed depth still arrives: -p input:=compressed_depth";
         }
-        Finding::grave_if(safe < DEPTH_IMAGE_BYTES, CHECK, what, mend)
+        Finding::grave_if(safe < DEPTH_IMAGE_BYTES, CHECK, what, fix)
     }];
     // Whoever may administrate the network gets more than the limit; others do not.
     if let Some(limit) = limits.rmem_max_bytes
@@ -181,7 +181,7 @@ pub(crate) fn fragments(limits: &KernelLimits, sources: &[String]) -> Option<Fin
 }
 
 /// What the kernel dropped while the doctor listened, whoever it was for.
-pub(crate) fn dropped_meanwhile(dropped: &KernelDrops, seconds: f64, mend: &str) -> Vec<Finding> {
+pub(crate) fn dropped_meanwhile(dropped: &KernelDrops, seconds: f64, fix: &str) -> Vec<Finding> {
     const CHECK: Check = Check::Dropped;
     let mut findings = Vec::new();
     if dropped.receive_buffer_full > 0 {
@@ -192,7 +192,7 @@ pub(crate) fn dropped_meanwhile(dropped: &KernelDrops, seconds: f64, mend: &str)
                  because their receive buffers were full",
                 dropped.receive_buffer_full
             ),
-            mend,
+            fix,
         ));
     }
     if dropped.send_buffer_full > 0 {

@@ -12,7 +12,7 @@ pub(super) fn camera_from_velodyne(path: &Path) -> Result<Isometry3<f64>, Failur
     let line = text.lines().find_map(|line| line.strip_prefix("Tr:"));
     let line = line.ok_or_else(|| {
         Failure::new(format!("{} has no line 'Tr:'", path.display()))
-            .mend("give the calibration of the sequence that has it: --calib FILE")
+            .fix("give the calibration of the sequence that has it: --calib FILE")
     })?;
     transform(line).ok_or_else(|| {
         Failure::new(format!("{}: the line 'Tr:' is no transform of 12 numbers", path.display()))

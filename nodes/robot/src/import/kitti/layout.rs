@@ -34,7 +34,7 @@ pub(super) fn scans(folder: &Path) -> Result<Vec<Scan>, Failure> {
         }
     }
     Err(Failure::new(format!("{} holds no numbered .bin files", folder.display()))
-        .mend("give the folder of a sequence: it holds velodyne/000000.bin, 000001.bin, ..."))
+        .fix("give the folder of a sequence: it holds velodyne/000000.bin, 000001.bin, ..."))
 }
 
 /// What KITTI's odometry benchmark and what KITTI-360 call their times.

@@ -44,7 +44,7 @@ impl Calibration {
                 },
             }),
             None => Err(Failure::new(format!("the name '{name}' does not tell which camera it was"))
-                .mend("give --intrinsics fx,fy,cx,cy, or keep the folder's name as published (freiburg1, 2 or 3 in it)")),
+                .fix("give --intrinsics fx,fy,cx,cy, or keep the folder's name as published (freiburg1, 2 or 3 in it)")),
         }
     }
 
@@ -60,7 +60,7 @@ impl Calibration {
 pub fn read_list(path: &Path) -> Result<Vec<(Stamp, String)>, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| {
         Failure::new(format!("cannot read {}: {error}", path.display()))
-            .mend("a TUM sequence holds depth.txt, rgb.txt and groundtruth.txt")
+            .fix("a TUM sequence holds depth.txt, rgb.txt and groundtruth.txt")
     })?;
     let mut list = Vec::new();
     for (index, line) in text.lines().enumerate() {

@@ -54,14 +54,14 @@ impl BagSource {
                 named.to_owned()
             }
             (Some(named), ..) => {
-                return Err(Failure::new(format!("topic {named} has no scans of a LiDAR")).mend(
+                return Err(Failure::new(format!("topic {named} has no scans of a LiDAR")).fix(
                     "--lidar names a topic of sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan",
                 ));
             }
             (None, [only], _) => only.clone(),
             (None, [], [only]) => only.clone(),
             (None, [], []) => {
-                return Err(Failure::new("the bag has no scans of a LiDAR").mend(
+                return Err(Failure::new("the bag has no scans of a LiDAR").fix(
                     "it takes sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan; `stillmap info` lists what there is",
                 ));
             }
@@ -73,7 +73,7 @@ impl BagSource {
                         let names: Vec<&str> =
                             several.iter().chain(others).map(String::as_str).collect();
                         return Err(Failure::new("the bag has several topics of scans")
-                            .mend(format!("choose with --lidar: {}", names.join(", "))));
+                            .fix(format!("choose with --lidar: {}", names.join(", "))));
                     }
                 }
             }

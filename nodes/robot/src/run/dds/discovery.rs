@@ -26,7 +26,7 @@ impl Run {
                     LONGEST_DISCOVERY.as_secs(),
                     missing.join(", ")
                 ))
-                .mend("multicast on the loopback interface may be off or filtered; `--transport local` needs none"));
+                .fix("multicast on the loopback interface may be off or filtered; `--transport local` needs none"));
             }
             self.hear_for(LOOK_AGAIN).await;
         }

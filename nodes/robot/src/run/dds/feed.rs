@@ -125,7 +125,7 @@ impl Compression {
         format!(
             "depth images of {} kB are larger than the {} kB that the kernel lets a socket receive at once, and \
              the node for the pose takes them, and colour images, as they are: some may be lost; \
-             `{RAISE_RECEIVE_BUFFER}` mends it",
+             `{RAISE_RECEIVE_BUFFER}` fixes it",
             self.raw_bytes / 1000,
             self.largest_safe / 1000
         )

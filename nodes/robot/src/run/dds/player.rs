@@ -60,7 +60,7 @@ impl Sent {
         let output = player.output()?;
         let summary: PlayedTopics = serde_json::from_str(&output).map_err(|_| {
             Failure::new("the player ended without playing the bag")
-                .mend("its own message stands above")
+                .fix("its own message stands above")
         })?;
         let messages =
             summary.topics.into_iter().map(|topic| (topic.topic, topic.published)).collect();

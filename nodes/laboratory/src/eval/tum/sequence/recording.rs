@@ -49,7 +49,7 @@ impl Recording {
         if topics.is_compressed {
             return Err(Failure::new(format!("{} carries compressed images", topics.image))
                 .within(path.display())
-                .mend("stillmap odometry follows them, and stillmap eval trajectory scores that"));
+                .fix("stillmap odometry follows them, and stillmap eval trajectory scores that"));
         }
         let is_simulated = info.topics.iter().any(|topic| topic.topic == TRUTH);
         let truth = true_poses_of_bag(path, truth.or(is_simulated.then_some(TRUTH)), "--truth")?;

@@ -24,7 +24,7 @@ fn tells(finding: &Finding, severity: Severity, parts: &[&str]) {
     for part in parts {
         assert!(line.contains(part), "'{part}' is not in: {line}");
     }
-    assert!(severity == Severity::Ok || finding.mend.is_some());
+    assert!(severity == Severity::Ok || finding.fix.is_some());
 }
 
 const SCAN: &str = "sensor_msgs/msg/LaserScan";

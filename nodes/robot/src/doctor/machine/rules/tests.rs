@@ -46,7 +46,7 @@ fn tells(finding: &Finding, severity: Severity, parts: &[&str]) {
     for part in parts {
         assert!(line.contains(part), "'{part}' is not in: {line}");
     }
-    assert!(severity == Severity::Ok || finding.mend.is_some());
+    assert!(severity == Severity::Ok || finding.fix.is_some());
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn a_buffer_that_costs_clouds_alone_is_a_warning() {
 }
 
 #[test]
-fn a_buffer_that_nobody_asked_to_be_larger_is_mended_by_asking() {
+fn a_buffer_that_nobody_asked_to_be_larger_is_fixed_by_asking() {
     let finding = &receive_buffer(&buffer(128 << 10, 128 << 10), &KernelLimits::default())[0];
     tells(finding, Severity::Error, &["128 KiB:", "unset STILLMAP_RECEIVE_BUFFER_KIB"]);
     assert!(!finding.line(false).contains("sysctl"));
@@ -145,12 +145,12 @@ fn fragments_matter_where_large_datagrams_come_from_elsewhere() {
     let finding = fragments(&limits, &sources).unwrap();
     let parts = ["10.0.0.5", "ipfrag_high_thresh=4194304", "ipfrag_time=30", "sysctl -w net.ipv4"];
     tells(&finding, Severity::Warn, &parts);
-    let mended = KernelLimits {
+    let fixed = KernelLimits {
         ipfrag_time_s: Some(3),
         ipfrag_high_thresh_bytes: Some(128 << 20),
         ..limits
     };
-    assert_eq!(fragments(&mended, &sources), None);
+    assert_eq!(fragments(&fixed, &sources), None);
 }
 
 #[test]
