@@ -14,8 +14,10 @@ const MOST_LEVEL: u32 = 20;
 /// What an image says of a cube.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Verdict {
-    /// The image shows it nowhere, or nothing came back from where it shows it, or it is out of reach.
+    /// The image shows it nowhere, or it is out of reach.
     Unseen,
+    /// Nothing comes back from any pixel that it may cover; a part of it may be beside the image.
+    Blank,
     /// It is behind what the image shows.
     Hidden,
     /// All of it is free, by the margin asked for.
@@ -88,12 +90,18 @@ impl<'a, P: Project> Judge<'a, P> {
         [0, 1, 2].map(|axis: usize| self.camera_from_map.map(|row| row[axis] * edge_m))
     }
 
+    /// What a cube with this middle covers of the image.
+    #[inline]
+    pub(crate) fn extent(&self, middle_in_map_m: &Point3<f64>, edge_m: f32) -> Extent {
+        let middle_m = self.in_camera_m(middle_in_map_m);
+        let half_m = self.half.map(|half| half * edge_m);
+        self.projection.extent(&CameraBox { middle_m, half_m })
+    }
+
     /// What the image says of a cube with this middle.
     #[inline]
     pub(crate) fn judge(&self, middle_in_map_m: &Point3<f64>, edge_m: f32) -> Verdict {
-        let middle_m = self.in_camera_m(middle_in_map_m);
-        let half_m = self.half.map(|half| half * edge_m);
-        let covered = match self.projection.extent(&CameraBox { middle_m, half_m }) {
+        let covered = match self.extent(middle_in_map_m, edge_m) {
             Extent::Outside => return Verdict::Unseen,
             Extent::Undecided => return Verdict::Mixed,
             Extent::Within(covered) => covered,
@@ -107,7 +115,7 @@ impl<'a, P: Project> Judge<'a, P> {
         let grown = |[first, last]: [u32; 2]| [first.saturating_sub(beside_px), last + beside_px];
         let span = self.view.tiles.span(grown(columns), grown(rows));
         if span.known_to_m == 0.0 {
-            Verdict::Unseen
+            Verdict::Blank
         } else if nearest_m > span.known_to_m + behind_m {
             Verdict::Hidden
         } else if !is_cut && farthest_m <= reach_m && farthest_m + before_m < span.free_to_m {
@@ -158,7 +166,7 @@ pub(crate) struct Descent<'a, P> {
 }
 
 impl<P: Project> Descent<'_, P> {
-    /// Calls `visit` with each largest cube that is free (its least block, and how often it was doubled), and each block
+    /// Calls `visit` with each largest cube that is free or blank (its least block, and how often it was doubled), and each block
     /// that is mixed. In a fixed order, nearer ones first. Returns whether all of the view was looked at.
     pub(crate) fn run(&self, mut visit: impl FnMut(BlockKey, u32, Verdict)) -> bool {
         let Margins { reach_m, behind_m, .. } = self.judge.margins;
@@ -194,7 +202,7 @@ impl<P: Project> Descent<'_, P> {
         let verdict = self.judge.judge(&middle_m, edge_m as f32);
         match verdict {
             Verdict::Unseen | Verdict::Hidden => return true,
-            Verdict::Free => visit(least, level, verdict),
+            Verdict::Free | Verdict::Blank => visit(least, level, verdict),
             Verdict::Mixed if level == 0 => visit(least, level, verdict),
             Verdict::Mixed => {
                 let half = 1_i32 << (level - 1);

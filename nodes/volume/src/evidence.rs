@@ -4,6 +4,7 @@
 /// the probabilities.
 const HIT: i8 = 17;
 const MISS: i8 = 8;
+const BLANK: i8 = 4;
 const MOST: i8 = 70;
 
 /// Log-odds by the sensor model of OctoMap (Hornung et al., "OctoMap: an efficient probabilistic 3D mapping framework based
@@ -13,6 +14,9 @@ const MOST: i8 = 70;
 ///
 /// After `n` images that show it in a row it is gone after `floor(0.85 n / 0.4) + 1` that show its place free: 3, 5, 7, 9 for
 /// `n` = 1 .. 4, and 9 for all `n` above. What is seen in one of three images, and its place free in the others, stays.
+///
+/// An image in which nothing comes back from its direction takes half of that, `-l(0.45) = 0.2`: a surface that is dark, slants
+/// or is far away may be seen now and then. One that is seen in one of five images stays; one that was seen in five needs 18.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub(crate) struct Evidence(i8);
 
@@ -25,6 +29,12 @@ impl Evidence {
     /// An image shows that its place is free. Returns whether it is still there.
     pub(crate) fn miss(&mut self) -> bool {
         self.0 = self.0.saturating_sub(MISS);
+        self.0 >= 0
+    }
+
+    /// Nothing comes back from its direction, where it was seen before. Returns whether it is still there.
+    pub(crate) fn blank(&mut self) -> bool {
+        self.0 = self.0.saturating_sub(BLANK);
         self.0 >= 0
     }
 
@@ -45,7 +55,7 @@ mod tests {
 
     #[test]
     fn the_steps_are_those_of_the_probabilities() {
-        for (steps, probability) in [(HIT, 0.7), (-MISS, 0.4), (MOST, 0.97_f64)] {
+        for (steps, probability) in [(HIT, 0.7), (-MISS, 0.4), (-BLANK, 0.45), (MOST, 0.97_f64)] {
             let log_odds = (probability / (1.0 - probability)).ln();
             assert!((f64::from(steps) / 20.0 - log_odds).abs() <= 0.025, "{steps} steps");
         }

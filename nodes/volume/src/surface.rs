@@ -8,6 +8,7 @@ mod block;
 mod bytes;
 mod changes;
 mod correction;
+mod no_return;
 mod points;
 mod update;
 
@@ -20,11 +21,12 @@ use crate::block::BlockKey;
 use crate::depth_view::{DepthView, with_projection};
 use crate::descent::{Descent, Judge, Margins, Verdict, block_edge_m};
 use crate::layer::Layer;
-use crate::projection::Project;
+use crate::projection::{Extent, Project};
 use crate::ticks::Ticks;
 use block::SurfaceBlock;
 pub use bytes::BlockFormatError;
 pub use changes::{ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, SurfaceChanges};
+use no_return::SeenBefore;
 pub use points::{PointRules, SurfacePoint};
 use update::{Job, Work};
 
@@ -160,6 +162,9 @@ pub struct Surface {
     work: Vec<Work>,
     /// Blocks that the image shows to be free.
     free: Vec<BlockKey>,
+    /// Blocks from whose directions nothing comes back.
+    blank: Vec<BlockKey>,
+    seen_before: SeenBefore,
     changed: Vec<BlockKey>,
     removed: Vec<BlockKey>,
     ticks: Ticks,
@@ -179,6 +184,8 @@ impl Surface {
             spare: Vec::new(),
             work: Vec::new(),
             free: Vec::new(),
+            blank: Vec::new(),
+            seen_before: SeenBefore::default(),
             changed: Vec::new(),
             removed: Vec::new(),
             ticks: Ticks::default(),
@@ -222,11 +229,14 @@ impl Surface {
         let stretch = work.len().div_ceil(executor.threads().get()).max(1);
         let mut stretches: Vec<&mut [Work]> = work.chunks_mut(stretch).collect();
         executor::for_each(executor, &mut stretches, |stretch| P::run(&job, stretch));
+        let hit_from_m = view.map_from_camera.translation.vector.cast::<f32>().into();
         for done in work.drain(..) {
-            self.take_back(done, now, &mut update);
+            self.take_back(done, now, &hit_from_m, &mut update);
         }
         self.work = work;
         self.clear_free(&mut update);
+        self.clear_blank(view, &judge, &mut update);
+        self.seen_before.take_in(view);
         update
     }
 
@@ -238,17 +248,20 @@ impl Surface {
         let block_edge_m = block_edge_m(self.config.edge_m);
         let descent =
             Descent { judge, block_edge_m, most_judged: most.saturating_mul(JUDGED_A_BLOCK) };
-        let Self { layer, work, spare, free, .. } = self;
+        let Self { layer, work, spare, free, blank, .. } = self;
         let mut is_complete = true;
         free.clear();
+        blank.clear();
         let is_whole_view = descent.run(|least, level, verdict| {
             if verdict == Verdict::Free {
                 layer.for_each_in_cube(least, level, |key, _| free.push(key));
                 return;
             }
-            let middle_m = Point3::from(
-                least.coordinates().map(|along| (f64::from(along) + 0.5) * block_edge_m),
-            );
+            if verdict == Verdict::Blank {
+                layer.for_each_in_cube(least, level, |key, _| blank.push(key));
+                return;
+            }
+            let middle_m = middle_m(least, block_edge_m);
             // Nodes that are free make no surface, but what a block has they take away.
             let (is_mixed, is_free) = judge.eighths(&middle_m, block_edge_m);
             let has_work = is_mixed || (is_free && layer.get(least).is_some());
@@ -270,10 +283,17 @@ impl Surface {
         is_complete && is_whole_view
     }
 
-    fn take_back(&mut self, done: Work, now: u32, update: &mut SurfaceUpdate) {
+    fn take_back(
+        &mut self,
+        done: Work,
+        now: u32,
+        hit_from_m: &[f32; 3],
+        update: &mut SurfaceUpdate,
+    ) {
         let Some(mut block) = done.block else { return };
         if done.is_hit {
             block.evidence.hit();
+            (block.last_hit, block.hit_from_m) = (now, *hit_from_m);
         }
         if done.is_changed {
             block.last_seen = now;
@@ -317,6 +337,28 @@ impl Surface {
         self.free = free;
     }
 
+    fn clear_blank<P: Project>(
+        &mut self,
+        view: &DepthView,
+        judge: &Judge<'_, P>,
+        update: &mut SurfaceUpdate,
+    ) {
+        let block_edge_m = block_edge_m(self.config.edge_m);
+        let blank = std::mem::take(&mut self.blank);
+        for key in &blank {
+            let Some(block) = self.layer.get_mut(*key).and_then(Option::as_mut) else { continue };
+            let middle_m = middle_m(*key, block_edge_m);
+            let Extent::Within(covered) = judge.extent(&middle_m, block_edge_m as f32) else {
+                continue;
+            };
+            let has_gone = self.seen_before.says_gone(view, &covered, &middle_m, block);
+            if has_gone && !block.evidence.blank() {
+                self.remove(*key, update);
+            }
+        }
+        self.blank = blank;
+    }
+
     fn remove(&mut self, key: BlockKey, update: &mut SurfaceUpdate) {
         if let Some(block) = self.layer.remove(key).flatten() {
             update.cleared_blocks += 1;
@@ -340,6 +382,7 @@ impl Surface {
         self.changed.clear();
         self.removed.clear();
         self.ticks = Ticks::default();
+        self.seen_before = SeenBefore::default();
     }
 
     /// The grid of the voxels.
@@ -396,8 +439,12 @@ impl Surface {
             + spare
             + self.layer.table_bytes()
             + self.work.capacity() * size_of::<Work>()
-            + self.free.capacity() * size_of::<BlockKey>()
+            + (self.free.capacity() + self.blank.capacity()) * size_of::<BlockKey>()
     }
+}
+
+fn middle_m(key: BlockKey, block_edge_m: f64) -> Point3<f64> {
+    key.coordinates().map(|along| (f64::from(along) + 0.5) * block_edge_m).into()
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use geometry::Stamp;
 
 /// Finer than any camera tells its images apart.
-const TICK_S: f64 = 0.01;
+pub(crate) const TICK_S: f64 = 0.01;
 
 /// Counts ticks of 10 ms from the first moment on, beginning with 1: 497 days. Earlier moments are the first one, later ones
 /// the last one.

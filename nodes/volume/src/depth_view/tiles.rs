@@ -4,6 +4,8 @@
 //! is the union of a few overlapping squares and nothing beside it is counted (the sparse table of range minimum queries:
 //! Bender and Farach-Colton, "The LCA problem revisited", 2000, section 3).
 
+use std::ops::Range;
+
 use multiversion::multiversion;
 
 /// Pixels along a tile's edge, in an image of a usual size.
@@ -30,7 +32,7 @@ pub(crate) struct Tiles {
     least_m: Vec<Vec<f32>>,
     /// Of each level: the greatest depth; 0 where there are no returns.
     most_m: Vec<Vec<f32>>,
-    of_columns: OfColumns,
+    scratch: OfColumns,
 }
 
 /// The extremes of each column of pixels within a row of tiles.
@@ -117,17 +119,17 @@ impl Tiles {
             return;
         };
         let tile_px = self.tile_px;
-        self.of_columns.resize(width_px);
+        self.scratch.resize(width_px);
         let tiles =
             least_m.chunks_exact_mut(self.columns).zip(most_m.chunks_exact_mut(self.columns));
         for (row, (least_m, most_m)) in tiles.enumerate() {
             let lines = row * tile_px..height_px.min((row + 1) * tile_px);
-            self.of_columns.clear();
+            self.scratch.clear();
             for line in lines.clone() {
                 let line_m = depths_m.get(line * width_px..(line + 1) * width_px);
-                self.of_columns.join(line_m.unwrap_or_default());
+                self.scratch.join(line_m.unwrap_or_default());
             }
-            self.of_columns.reduce(tile_px, lines.len(), least_m, most_m);
+            self.scratch.reduce(tile_px, lines.len(), least_m, most_m);
         }
     }
 
@@ -164,13 +166,44 @@ impl Tiles {
         span
     }
 
+    pub(crate) fn tile_px(&self) -> usize {
+        self.tile_px
+    }
+
+    /// Tiles in a row.
+    pub(crate) fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// The least depth of each tile, row by row; 0 where it is mostly without returns.
+    pub(crate) fn least_m(&self) -> &[f32] {
+        self.least_m.first().map_or(&[], Vec::as_slice)
+    }
+
+    /// The greatest depth of each tile, row by row; 0 where there are no returns.
+    pub(crate) fn most_m(&self) -> &[f32] {
+        self.most_m.first().map_or(&[], Vec::as_slice)
+    }
+
+    /// The columns of the tiles that hold these columns of pixels, first and last.
+    pub(crate) fn of_columns(&self, [first, last]: [u32; 2]) -> Range<usize> {
+        let end = last as usize / self.tile_px + 1;
+        first as usize / self.tile_px..end.min(self.columns)
+    }
+
+    /// The same of rows.
+    pub(crate) fn of_rows(&self, [first, last]: [u32; 2]) -> Range<usize> {
+        let end = last as usize / self.tile_px + 1;
+        first as usize / self.tile_px..end.min(self.rows)
+    }
+
     /// The greatest depth of all; 0 where there are no returns.
     pub(crate) fn farthest_m(&self) -> f32 {
         self.most_m.first().map_or(0.0, |most_m| most_m.iter().copied().fold(0.0, f32::max))
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let OfColumns { least_m, most_m, returns } = &self.of_columns;
+        let OfColumns { least_m, most_m, returns } = &self.scratch;
         let images = self.least_m.iter().chain(&self.most_m).chain([least_m, most_m, returns]);
         images.map(|image| image.capacity() * size_of::<f32>()).sum()
     }

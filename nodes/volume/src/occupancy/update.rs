@@ -146,6 +146,9 @@ impl Occupancy {
         };
         let (image, now) = (self.image, self.now);
         let is_whole_view = descent.run(|least, level, verdict| {
+            if verdict == Verdict::Blank {
+                return;
+            }
             if verdict == Verdict::Mixed {
                 update.seen_blocks += 1;
                 if update.seen_blocks <= most {
@@ -208,7 +211,7 @@ impl Occupancy {
             let middle = Vector3::from(least).map(|along| along as f64 + 0.5 * half as f64);
             let middle_m = Point3::from(block_m + middle * edge_m);
             match judge.judge(&middle_m, (half as f64 * edge_m) as f32) {
-                Verdict::Unseen | Verdict::Hidden => {}
+                Verdict::Unseen | Verdict::Blank | Verdict::Hidden => {}
                 Verdict::Mixed => self.find_free(key, judge, least, half, free),
                 Verdict::Free => {
                     for index in 0..half * half * half {

@@ -21,8 +21,12 @@ pub(super) struct SurfaceBlock {
     pub(super) evidence: Evidence,
     /// The tick of the first image that it was compared with.
     pub(super) first_seen: u32,
-    /// The same of the last one.
+    /// The tick of the last image that changed it.
     pub(super) last_seen: u32,
+    /// The tick of the last image that showed a surface in it.
+    pub(super) last_hit: u32,
+    /// Where the camera was then, in the map.
+    pub(super) hit_from_m: [f32; 3],
 }
 
 impl Default for SurfaceBlock {
@@ -34,6 +38,8 @@ impl Default for SurfaceBlock {
             evidence: Evidence::default(),
             first_seen: 0,
             last_seen: 0,
+            last_hit: 0,
+            hit_from_m: [0.0; 3],
         }
     }
 }
@@ -47,7 +53,8 @@ impl SurfaceBlock {
             **colour = [[0; 3]; BLOCK_VOXELS];
         }
         self.evidence = Evidence::default();
-        (self.first_seen, self.last_seen) = (0, 0);
+        (self.first_seen, self.last_seen, self.last_hit) = (0, 0, 0);
+        self.hit_from_m = [0.0; 3];
     }
 
     /// Whether some node is near a surface.

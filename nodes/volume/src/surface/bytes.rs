@@ -10,7 +10,8 @@
 //! | 1 | the evidence, signed: log-odds in steps of 0.05 |
 //! | 8, 8 | the edge in m, and the truncation in edges, 64-bit floats |
 //! | 3 x 4 | the block's key |
-//! | 8, 8 | when it was seen first and last, in ns |
+//! | 8, 8, 8 | when it was seen first, changed last and hit last, in ns |
+//! | 3 x 4 | where the camera was then, in m, 32-bit floats |
 //! | 64 | a bit for each node that is known, x first, then y, then z |
 //! | | of each of these: the distance in 32767ths of the truncation (2, signed), the weight (2), red, green and blue (3) |
 
@@ -85,6 +86,8 @@ impl Surface {
         bytes.extend(key.coordinates().into_iter().flat_map(i32::to_le_bytes));
         bytes.extend(stamp(block.first_seen));
         bytes.extend(stamp(block.last_seen));
+        bytes.extend(stamp(block.last_hit));
+        bytes.extend(block.hit_from_m.into_iter().flat_map(f32::to_le_bytes));
         for first in (0..BLOCK_VOXELS).step_by(8) {
             bytes.push((0..8).fold(0, |bits, bit| bits | u8::from(known(&(first + bit))) << bit));
         }
@@ -124,6 +127,11 @@ impl Surface {
             evidence: Evidence::of_steps(evidence as i8),
             first_seen: self.ticks.at(stamp()?),
             last_seen: self.ticks.at(stamp()?),
+            last_hit: self.ticks.at(stamp()?),
+            hit_from_m: {
+                let mut along = || reader.next().map(f32::from_le_bytes);
+                [along()?, along()?, along()?]
+            },
             colour: (has_colour == 1).then(|| Box::new([[0; 3]; BLOCK_VOXELS])),
             ..SurfaceBlock::default()
         });

@@ -9,6 +9,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::block::SurfaceBlock;
 use super::{Surface, SurfaceConfigError};
 use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey, voxel_index};
+use crate::evidence::Evidence;
 
 /// Corners of a cell that are known must make up so much of an interpolated node.
 const LEAST_KNOWN_SHARE: f64 = 0.5;
@@ -20,6 +21,23 @@ struct Node {
     distance: f64,
     weight: f64,
     colour: [u8; 3],
+}
+
+/// When and from where a block was seen.
+struct Seen {
+    evidence: Evidence,
+    first_seen: u32,
+    last_seen: u32,
+    last_hit: u32,
+    hit_from_m: [f32; 3],
+}
+
+impl Seen {
+    fn of(block: &SurfaceBlock, motion: &Isometry3<f64>) -> Self {
+        let hit_from_m = motion * Point3::from(block.hit_from_m).cast::<f64>();
+        let SurfaceBlock { evidence, first_seen, last_seen, last_hit, .. } = *block;
+        Self { evidence, first_seen, last_seen, last_hit, hit_from_m: hit_from_m.cast().into() }
+    }
 }
 
 impl Surface {
@@ -54,11 +72,12 @@ impl Surface {
             }
             return;
         }
+        let seen = Seen::of(block, &Isometry3::identity());
         for index in 0..BLOCK_VOXELS {
             let colour = block.colour.as_ref().map_or([0; 3], |colour| colour[index]);
             let (distance, weight) =
                 (f64::from(block.distance[index]), f64::from(block.weight[index]));
-            self.join_node(key, index, &Node { distance, weight, colour }, block);
+            self.join_node(key, index, &Node { distance, weight, colour }, &seen);
         }
     }
 
@@ -69,6 +88,7 @@ impl Surface {
         motion: &Isometry3<f64>,
         corrected: &mut Self,
     ) {
+        let seen = Seen::of(block, motion);
         let edge_m = self.config.edge_m;
         let first =
             Vector3::from(key.coordinates()).map(|along| f64::from(along) * BLOCK_EDGE as f64);
@@ -85,7 +105,7 @@ impl Surface {
                     let before = motion.inverse_transform_point(&place).coords / edge_m - first;
                     let Some(node) = self.interpolate(key, &before) else { continue };
                     let voxel = geometry::VoxelKey { x, y, z };
-                    corrected.join_node(BlockKey::of(voxel), voxel_index(voxel), &node, block);
+                    corrected.join_node(BlockKey::of(voxel), voxel_index(voxel), &node, &seen);
                 }
             }
         }
@@ -132,7 +152,7 @@ impl Surface {
         })
     }
 
-    fn join_node(&mut self, key: BlockKey, index: usize, node: &Node, of: &SurfaceBlock) {
+    fn join_node(&mut self, key: BlockKey, index: usize, node: &Node, seen: &Seen) {
         let weight = node.weight.round();
         if weight < 1.0 {
             return;
@@ -141,13 +161,19 @@ impl Surface {
             if self.layer.len() >= self.config.max_blocks {
                 return;
             }
-            let (first_seen, last_seen) = (of.first_seen, of.last_seen);
-            let block = SurfaceBlock { first_seen, last_seen, ..SurfaceBlock::default() };
+            let Seen { first_seen, last_seen, last_hit, hit_from_m, .. } = *seen;
+            let block = SurfaceBlock {
+                first_seen,
+                last_seen,
+                last_hit,
+                hit_from_m,
+                ..SurfaceBlock::default()
+            };
             self.layer.insert(key, Some(Box::new(block)));
         }
         let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut) else { return };
-        block.evidence = block.evidence.max(of.evidence);
-        block.last_seen = block.last_seen.max(of.last_seen);
+        block.evidence = block.evidence.max(seen.evidence);
+        block.last_seen = block.last_seen.max(seen.last_seen);
         let known = f64::from(block.weight[index]);
         let mean =
             (f64::from(block.distance[index]) * known + node.distance * weight) / (known + weight);

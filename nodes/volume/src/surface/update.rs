@@ -9,7 +9,7 @@
 //!   time. Farther behind than the truncation nothing is known, and nothing changes.
 //! - What moves and what is out of range is no surface: only that it is free before it counts, from the truncation on. The
 //!   nodes near it keep what they are.
-//! - Where nothing came back nothing changes.
+//! - Where nothing came back no node changes; see [`super::no_return`].
 //!
 //! A block that is free as a whole is not compared: the evidence for it falls ([`crate::evidence`]), and when there is none
 //! left the block goes. It is free as a whole where all pixels that it may cover show that it is. Rays that graze a surface

@@ -124,3 +124,55 @@ fn a_thing_that_is_missed_now_and_then_stays() {
         assert!(near(&surface, front_of_ball(), 0.1) > 3, "image {index}");
     }
 }
+
+/// A ball before nothing: it goes when nothing comes back from there any more.
+#[test]
+fn what_was_before_nothing_goes_when_nothing_comes_back() {
+    let camera = testing::camera(160, 120);
+    // A wall beside it, so that the camera is not blind.
+    let seen = |has_ball: bool, far: bool| {
+        let scene = Scene { planes: with_ball().planes, balls: vec![(BALL.0.into(), BALL.1)] };
+        let mut depths_m = scene.depths_m(&camera, &Isometry3::identity());
+        for (pixel, depth_m) in depths_m.iter_mut().enumerate() {
+            let is_ball = *depth_m < 2.9;
+            let is_shown = if is_ball { has_ball } else { far || pixel % 160 < 20 };
+            *depth_m = if is_shown { *depth_m } else { 0.0 };
+        }
+        depths_m
+    };
+    let until_gone = |surface: &mut Surface, from_m: [f64; 3]| {
+        (0..40).find(|index| {
+            let pose = testing::pose(from_m, [0.0; 3]);
+            let stamp_s = 1.0 + 0.1 * f64::from(*index);
+            let view = testing::view_of(&camera, &pose, stamp_s, seen(false, false), None);
+            surface.integrate(&view, &Serial);
+            near(surface, front_of_ball(), 0.1) == 0
+        })
+    };
+    let after = |has_wall: bool, lasted_s: f64| {
+        let mut surface = surface(0.05);
+        let pose = Isometry3::identity();
+        if has_wall {
+            let view = testing::view_of(
+                &camera,
+                &pose,
+                0.0,
+                Scene::wall(3.0).depths_m(&camera, &pose),
+                None,
+            );
+            surface.integrate(&view, &Serial);
+        }
+        for index in 0..6 {
+            let stamp_s = lasted_s * f64::from(index) / 5.0;
+            let view = testing::view_of(&camera, &pose, stamp_s, seen(true, false), None);
+            surface.integrate(&view, &Serial);
+        }
+        assert!(near(&surface, front_of_ball(), 0.1) > 5);
+        surface
+    };
+    let gone = until_gone(&mut after(true, 0.5), [0.0; 3]);
+    assert!(gone.is_some_and(|images| (10..20).contains(&images)), "{gone:?}");
+    assert_eq!(until_gone(&mut after(false, 0.5), [0.0; 3]), None, "nothing ever came from there");
+    assert_eq!(until_gone(&mut after(true, 11.0), [0.0; 3]), None, "it was there for long");
+    assert_eq!(until_gone(&mut after(true, 0.5), [0.0, 0.0, -0.3]), None, "it is farther away");
+}
