@@ -10,6 +10,7 @@
 //! | [`normal_equations`] | `J' W J` and `J' W e` of six unknowns, packed |
 //! | [`symmetric`] | symmetric 3 x 3 matrices, packed |
 //! | [`observability`] | which directions the measurements tell of, and the solution within these |
+//! | [`assignment`] | which track is given which observation, at the least cost |
 //! | [`chi_square`] | how large a squared error may be |
 //! | [`quantile`] | medians and quantiles |
 //! | [`random`] | random numbers that a seed decides, the same on every machine |
@@ -29,6 +30,7 @@
 //! assert!((perturbation_between(&camera_from_map, &off) - error).norm() < 1e-12);
 //! ```
 
+pub mod assignment;
 pub mod chi_square;
 pub mod covariance;
 pub mod executor;

@@ -7,7 +7,6 @@
 //! drift at the edges of the view, while [`Track::position_m`] is the centre of the surface that is visible in
 //! the cycle, each pixel counting the same, or where the filter expects it while nothing is.
 
-mod assignment;
 mod clusters;
 mod followed;
 mod kalman;
@@ -15,12 +14,12 @@ mod observation;
 #[cfg(test)]
 mod tests;
 
+use estimation::assignment::assign;
 use geometry::{Stamp, Track};
 use nalgebra::{Point3, Vector3};
 
 pub use self::observation::CycleCloud;
 
-use self::assignment::assign;
 use self::clusters::clusters;
 use self::followed::{Followed, GATE};
 use self::observation::{Observation, is_hidden};

@@ -1,4 +1,4 @@
-//! Which track sees which observation, so that the sum of the costs is least (Kuhn, "The Hungarian Method
+//! Which track is given which observation, so that the sum of the costs is least (Kuhn, "The Hungarian Method
 //! for the Assignment Problem", 1955; here by shortest augmenting paths, Jonker and Volgenant, 1987).
 
 /// For each row the column it is given, or `None`. A row stays without a column where that costs less:
@@ -6,7 +6,7 @@
 ///
 /// `cost` is asked for every pair; a cost that is not a number counts as too much. Equal sums are decided by
 /// the order of rows and columns alone. Takes time by rows squared times columns and rows.
-pub(super) fn assign(
+pub fn assign(
     rows: usize,
     columns: usize,
     without: f64,
