@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use geometry::{Scan, Stamp, pose_from_vector};
 use nalgebra::{Isometry3, Point2, Vector2};
 
-use super::motion::{Motion, PlatformMotion};
-use super::turn::{Turn, TurnInput};
+use super::deskewed_scan::{DeskewInput, DeskewedScan};
+use super::platform_motion::{Motion, PlatformMotion};
 use crate::aperture::Aperture;
 use crate::config::StillmapConfig;
 
@@ -44,9 +44,9 @@ impl Wall {
     }
 
     fn hit_m(&self, origin: &Point2<f64>, direction: &Vector2<f64>) -> Option<f64> {
-        let (way, start) = (self.1 - self.0, self.0 - origin);
-        let area = direction.perp(&way);
-        let (along_m, share) = (start.perp(&way) / area, start.perp(direction) / area);
+        let (length, start) = (self.1 - self.0, self.0 - origin);
+        let area = direction.perp(&length);
+        let (along_m, share) = (start.perp(&length) / area, start.perp(direction) / area);
         (along_m > 0.0 && (0.0..=1.0).contains(&share)).then_some(along_m)
     }
 }
@@ -92,7 +92,7 @@ pub(crate) struct Scanner {
 impl Scanner {
     pub(crate) const A1: Self = Self { noise_m: 0.02, dropouts: 0.02, spread_rad: PI / 180.0 };
 
-    /// One turn of 360 beams without a time increment, all at one moment.
+    /// One scan of 360 beams without a time increment, all at one moment.
     pub(crate) fn scan(
         &self,
         walls: &[Wall],
@@ -122,7 +122,7 @@ pub(crate) fn stamp_of(cycle: u32) -> Stamp {
     Stamp::from_nanos(1_000).plus_seconds(f64::from(cycle) * PERIOD_S)
 }
 
-/// A turn of no beams from -pi on, in steps of one degree.
+/// A scan of no beams from -pi on, in steps of one degree.
 pub(crate) fn empty_scan() -> Scan {
     Scan {
         frame_id: "laser".to_owned(),
@@ -134,30 +134,34 @@ pub(crate) fn empty_scan() -> Scan {
     }
 }
 
-/// Where a platform stands still.
-pub(crate) struct StillPlatform {
+/// A platform that does not move.
+pub(crate) struct StaticPlatform {
     pub(crate) map_from_rig: Isometry3<f64>,
 }
 
-impl Default for StillPlatform {
+impl Default for StaticPlatform {
     fn default() -> Self {
         Self { map_from_rig: pose_from_vector(&[0.3, -0.2, 0.4, 0.1, 0.0, 0.0]) }
     }
 }
 
-/// The turn of one scan on a platform that does not move.
-pub(crate) fn still_turn(platform: &StillPlatform, ranges_m: &[f32]) -> Turn {
+/// A deskewed scan from a platform that does not move.
+pub(crate) fn static_scan(platform: &StaticPlatform, ranges_m: &[f32]) -> DeskewedScan {
     let config = StillmapConfig::default();
     let motion =
         PlatformMotion::new(&config).advance(Stamp::default(), &platform.map_from_rig, "map");
-    turn_of(&platform.map_from_rig, ranges_m, &motion)
+    deskewed(&platform.map_from_rig, ranges_m, &motion)
 }
 
-pub(crate) fn turn_of(map_from_rig: &Isometry3<f64>, ranges_m: &[f32], motion: &Motion) -> Turn {
+pub(crate) fn deskewed(
+    map_from_rig: &Isometry3<f64>,
+    ranges_m: &[f32],
+    motion: &Motion,
+) -> DeskewedScan {
     let scan = Scan { ranges_m: ranges_m.to_vec(), ..empty_scan() };
     let rig_from_lidar = Isometry3::identity();
     let beams = Aperture::new(&scan, &rig_from_lidar, TAU).unwrap().crop(&scan);
-    let input = TurnInput {
+    let input = DeskewInput {
         scan: &scan,
         beams: &beams,
         rig_from_lidar: &rig_from_lidar,
@@ -165,5 +169,5 @@ pub(crate) fn turn_of(map_from_rig: &Isometry3<f64>, ranges_m: &[f32], motion: &
         pose_stamp: scan.stamp,
         motion,
     };
-    Turn::new(&input, &StillmapConfig::default())
+    DeskewedScan::new(&input, &StillmapConfig::default())
 }

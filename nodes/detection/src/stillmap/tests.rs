@@ -4,5 +4,5 @@ mod any_input;
 mod corrected_map;
 mod moving_platform;
 mod objects;
-mod still_platform;
+mod static_platform;
 mod world;

@@ -146,6 +146,43 @@ fn who_walks_away_before_a_driving_platform_is_found() {
     assert!(10 * found >= 9 * cycles, "found in {found} of {cycles} cycles");
 }
 
+/// Regression: one whom the platform followed at his own pace was found after 41 cycles, since half of the platform's
+/// motion was taken off his own.
+#[test]
+fn who_walks_ahead_of_a_platform_that_follows_is_found() {
+    let corridor = || {
+        let mut walls = cuboid([10.0, 0.0], [26.0, 2.4]);
+        walls.extend(cuboid([5.0, 1.0], [0.8, 0.35]));
+        walls
+    };
+    let (mut found, mut cycles) = (0, 0);
+    for seed in 1..6 {
+        let mut world = World::new(seed);
+        let mut pose_dice = Dice::new(seed + 1000);
+        for cycle in 0..40_u32 {
+            let gone_m = 0.55 * f64::from(cycle) * PERIOD_S;
+            let mut measured = [gone_m, 0.0, 0.0, 0.0, 0.0, 0.0];
+            let pose = pose_from_vector(&measured);
+            measured[0] += 0.01 * pose_dice.normal();
+            measured[1] += 0.01 * pose_dice.normal();
+            measured[3] += 0.3_f64.to_radians() * pose_dice.normal();
+            let person_m = [1.5 + gone_m, 0.1];
+            let mut walls = corridor();
+            walls.extend(cuboid(person_m, [0.3, 0.4]));
+            let zones = world.step(&walls, &pose, &pose_from_vector(&measured)).cycle.zones;
+            let (azimuth_rad, _) = seen_from(&pose, person_m);
+            if cycle >= 12 {
+                cycles += 1;
+                found += u32::from(zones.iter().any(|zone| {
+                    (zone.azimuth_min_rad..=zone.azimuth_max_rad).contains(&azimuth_rad)
+                }));
+            }
+        }
+    }
+    println!("found in {found} of {cycles} cycles");
+    assert!(10 * found >= 9 * cycles, "found in {found} of {cycles} cycles");
+}
+
 /// Regression: what came into empty space was taken for clutter by its own returns after one cycle.
 #[test]
 fn what_comes_into_empty_space_has_a_zone_until_it_has_stood_too_long() {

@@ -1,4 +1,4 @@
-//! Where the map's plane was seen free, and where background was seen.
+//! Where the map's plane was observed free, and where background was observed.
 
 mod cell;
 mod grid;
@@ -6,7 +6,7 @@ mod grid;
 use nalgebra::Point2;
 
 use super::clearance::clear_distances_m;
-use super::turn::{Return, Turn, TurnBeam};
+use super::deskewed_scan::{DeskewedBeam, DeskewedScan, Return};
 use crate::config::StillmapConfig;
 use grid::RollingGrid;
 
@@ -17,7 +17,7 @@ const SAMPLES_PER_CELL: f64 = 0.7;
 /// side, which could stand between them otherwise. Beams of 1 degree are that far apart at 8.6 m.
 const WIDEST_WEDGE_M: f64 = 0.15;
 /// Above this rate a place is background, or may be: one end near it in five looks at it.
-const MOST_STATIC_RATE: f64 = 0.2;
+const MAX_BACKGROUND_RATE: f64 = 0.2;
 /// Above this rate it is background as likely as not.
 const BACKGROUND_RATE: f64 = 0.5;
 /// Half of an observation of each kind is what is believed before any (Krichevsky and Trofimov).
@@ -27,34 +27,34 @@ const MOST_CELLS_BETWEEN: f64 = 64.0;
 
 /// What a return is, by the evidence.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) enum Verdict {
-    /// It stands where free space was seen.
-    Moving {
+pub(super) enum ReturnClass {
+    /// It is in observed free space.
+    InFreeSpace {
         /// How probable a return of the background is here.
-        static_rate: f64,
+        background_rate: f64,
     },
-    /// Neither was it seen free for sure, nor was background seen near by.
-    Unseen,
+    /// Neither was its place seen free for sure, nor was background seen near by.
+    Unknown,
     /// The evidence does not say.
-    Unsure,
-    /// It stands where background was seen.
+    Ambiguous,
+    /// It is where background was seen.
     Background,
 }
 
-/// What a beam met, as far as it is decided.
+/// What a return is taken for when the evidence is updated.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Met {
-    /// What stays where it is.
+pub(super) enum ReturnLabel {
+    /// What is static.
     Background,
-    /// What may move or not: it teaches nothing.
+    /// What may move or not: it does not update the evidence.
     Undecided,
     /// A moving object.
-    Object,
+    Moving,
 }
 
 /// The evidence of free space around the platform.
 #[derive(Clone, Debug)]
-pub(super) struct FreeSpace {
+pub(super) struct EvidenceGrid {
     grid: RollingGrid,
     reach_m: f64,
     min_passes: f32,
@@ -62,7 +62,7 @@ pub(super) struct FreeSpace {
     stopped_ms: u32,
 }
 
-impl FreeSpace {
+impl EvidenceGrid {
     /// No evidence yet.
     pub(super) fn new(config: &StillmapConfig) -> Self {
         Self {
@@ -91,29 +91,34 @@ impl FreeSpace {
     /// near as the return's error reaches: the rate of static returns there, estimated from all that was
     /// counted (a thin thing ends now in this cell and now in that one), must be small. The passes need no margin of
     /// their own: they were counted with one.
-    pub(super) fn judge(&self, met: &Return, now_ms: u32) -> Verdict {
-        if f64::from(met.range_m) > self.reach_m {
-            return Verdict::Unsure;
+    pub(super) fn classify(&self, hit: &Return, now_ms: u32) -> ReturnClass {
+        if f64::from(hit.range_m) > self.reach_m {
+            return ReturnClass::Ambiguous;
         }
-        let center = self.grid.key_of(&met.in_map_m);
+        let center = self.grid.key_of(&hit.in_map_m);
         let passes = self.grid.cell(center).map_or(0.0, |cell| cell.passes(now_ms, self.memory_ms));
-        let radius_m = met.error_m + 0.5 * self.grid.edge_m();
-        let ends: f32 = self.ends_around(&met.in_map_m, radius_m, now_ms).sum();
+        let radius_m = hit.error_m + 0.5 * self.grid.edge_m();
+        let ends: f32 = self.ends_around(&hit.in_map_m, radius_m, now_ms).sum();
         let (passed, ended) = (f64::from(passes), f64::from(ends));
-        let static_rate = (ended + PRIOR) / (passed + ended + 2.0 * PRIOR);
-        if passes >= self.min_passes && static_rate <= MOST_STATIC_RATE {
-            Verdict::Moving { static_rate }
+        let background_rate = (ended + PRIOR) / (passed + ended + 2.0 * PRIOR);
+        if passes >= self.min_passes && background_rate <= MAX_BACKGROUND_RATE {
+            ReturnClass::InFreeSpace { background_rate }
         } else if ended < PRIOR {
-            Verdict::Unseen
-        } else if static_rate > BACKGROUND_RATE {
-            Verdict::Background
+            ReturnClass::Unknown
+        } else if background_rate > BACKGROUND_RATE {
+            ReturnClass::Background
         } else {
-            Verdict::Unsure
+            ReturnClass::Ambiguous
         }
     }
 
     /// Whether background was seen within `radius_m` of a place: an end at least as it counts for one.
-    pub(super) fn has_ends_near(&self, place_m: &Point2<f64>, radius_m: f64, now_ms: u32) -> bool {
+    pub(super) fn has_background_near(
+        &self,
+        place_m: &Point2<f64>,
+        radius_m: f64,
+        now_ms: u32,
+    ) -> bool {
         self.ends_around(place_m, radius_m, now_ms).any(|ends| f64::from(ends) >= PRIOR)
     }
 
@@ -133,44 +138,44 @@ impl FreeSpace {
             .map(move |cell| cell.ends(now_ms, self.memory_ms))
     }
 
-    /// Takes in a turn; `met` says of each beam what it met.
-    pub(super) fn take_in(&mut self, turn: &Turn, met: &[Met], now_ms: u32) {
-        self.take_ends(turn, met, now_ms);
-        self.take_passes(turn, now_ms);
+    /// Takes in a scan; `hit` says of each beam what it hit.
+    pub(super) fn integrate(&mut self, scan: &DeskewedScan, labels: &[ReturnLabel], now_ms: u32) {
+        self.take_ends(scan, labels, now_ms);
+        self.take_passes(scan, now_ms);
     }
 
-    fn take_ends(&mut self, turn: &Turn, what: &[Met], now_ms: u32) {
+    fn take_ends(&mut self, scan: &DeskewedScan, labels: &[ReturnLabel], now_ms: u32) {
         let (memory_ms, stopped_ms) = (self.memory_ms, self.stopped_ms);
-        for (index, beam) in turn.beams.iter().enumerate() {
-            let Some(met) = &beam.met else { continue };
-            let key = self.grid.key_of(&met.in_map_m);
+        for (index, beam) in scan.beams.iter().enumerate() {
+            let Some(hit) = &beam.hit else { continue };
+            let key = self.grid.key_of(&hit.in_map_m);
             if let Some(cell) = self.grid.cell_mut(key) {
-                match what[index] {
-                    Met::Object => cell.claim(now_ms, memory_ms, stopped_ms),
-                    Met::Background => cell.end(now_ms, memory_ms),
-                    Met::Undecided => {}
+                match labels[index] {
+                    ReturnLabel::Moving => cell.claim(now_ms, memory_ms, stopped_ms),
+                    ReturnLabel::Background => cell.end(now_ms, memory_ms),
+                    ReturnLabel::Undecided => {}
                 }
             }
-            // Background goes on between two beams that met one surface: a later scan, from elsewhere, will
+            // Background goes on between two beams that hit one surface: a later scan, from elsewhere, will
             // end between them.
-            if let Some(next) = turn.next(index)
-                && let Some(next_met) = &turn.beams[next].met
-                && what[index] == Met::Background
-                && what[next] == Met::Background
-                && turn.is_one_surface(met, next_met)
+            if let Some(next) = scan.next(index)
+                && let Some(next_hit) = &scan.beams[next].hit
+                && labels[index] == ReturnLabel::Background
+                && labels[next] == ReturnLabel::Background
+                && scan.is_one_surface(hit, next_hit)
             {
-                self.end_between(&met.in_map_m, &next_met.in_map_m, now_ms);
+                self.end_between(&hit.in_map_m, &next_hit.in_map_m, now_ms);
             }
         }
     }
 
     fn end_between(&mut self, from_m: &Point2<f64>, to_m: &Point2<f64>, now_ms: u32) {
-        let way_m = to_m - from_m;
-        let samples = (way_m.norm() / (SAMPLES_PER_CELL * self.grid.edge_m()))
+        let offset_m = to_m - from_m;
+        let samples = (offset_m.norm() / (SAMPLES_PER_CELL * self.grid.edge_m()))
             .min(MOST_CELLS_BETWEEN)
             .floor();
         for sample in 1..=samples as u32 {
-            let point_m = from_m + way_m * (f64::from(sample) / (samples + 1.0));
+            let point_m = from_m + offset_m * (f64::from(sample) / (samples + 1.0));
             let key = self.grid.key_of(&point_m);
             let memory_ms = self.memory_ms;
             if let Some(cell) = self.grid.cell_mut(key) {
@@ -180,19 +185,19 @@ impl FreeSpace {
     }
 
     /// The space between each beam and the next, as far as both show it free.
-    fn take_passes(&mut self, turn: &Turn, now_ms: u32) {
+    fn take_passes(&mut self, scan: &DeskewedScan, now_ms: u32) {
         // A cell is free where its middle is, and half of its diagonal around it.
         let margin_m = std::f64::consts::FRAC_1_SQRT_2 * self.grid.edge_m();
-        let clear_m = clear_distances_m(turn, margin_m, self.reach_m);
-        for (index, beam) in turn.beams.iter().enumerate() {
-            if let Some(next) = turn.next(index) {
+        let clear_m = clear_distances_m(scan, margin_m, self.reach_m);
+        for (index, beam) in scan.beams.iter().enumerate() {
+            if let Some(next) = scan.next(index) {
                 let far_m = clear_m[index].min(clear_m[next]);
-                self.pass_between(beam, &turn.beams[next], far_m, now_ms);
+                self.pass_between(beam, &scan.beams[next], far_m, now_ms);
             }
         }
     }
 
-    fn pass_between(&mut self, right: &TurnBeam, left: &TurnBeam, far_m: f64, now_ms: u32) {
+    fn pass_between(&mut self, right: &DeskewedBeam, left: &DeskewedBeam, far_m: f64, now_ms: u32) {
         let sample_m = SAMPLES_PER_CELL * self.grid.edge_m();
         let memory_ms = self.memory_ms;
         let spread = (left.direction - right.direction).norm();
@@ -200,10 +205,10 @@ impl FreeSpace {
         for ring in 0..(far_m / sample_m) as u32 {
             let along_m = f64::from(ring) * sample_m;
             let from_m = right.origin_m + right.direction * along_m;
-            let way_m = (left.origin_m + left.direction * along_m) - from_m;
+            let offset_m = (left.origin_m + left.direction * along_m) - from_m;
             let samples = (spread * along_m / sample_m).ceil().max(1.0);
             for sample in 0..samples as u32 {
-                let point_m = from_m + way_m * (f64::from(sample) / samples);
+                let point_m = from_m + offset_m * (f64::from(sample) / samples);
                 let key = self.grid.key_of(&point_m);
                 if let Some(cell) = self.grid.cell_mut(key) {
                     cell.pass(now_ms, memory_ms);

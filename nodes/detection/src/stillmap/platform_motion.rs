@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::config::StillmapConfig;
 
-/// Poses farther apart in time say nothing of the velocity between them.
+/// Poses farther apart in time do not tell the velocity between them.
 const LONGEST_TWIST_S: f64 = 1.0;
 /// A step that any pose source may make, whatever the time: its noise, and a small correction.
 const JUMP_SLACK_M: f64 = 0.3;
@@ -17,7 +17,7 @@ const JUMP_SLACK_RAD: f64 = 0.3;
 const LOOK_BACK_S: f64 = 1.5;
 /// Places of that time at most: more than any scanner gives.
 const MOST_PLACES: usize = 256;
-/// A platform that has not gone farther stands: its poses waver by so much.
+/// A platform that has not gone farther is static: its poses waver by so much.
 const STANDS_M: f64 = 0.05;
 /// The same of the rotation: five standard deviations of half a degree.
 const STANDS_RAD: f64 = 0.045;
@@ -34,13 +34,13 @@ pub(super) struct Twist {
 }
 
 impl Twist {
-    const STILL: Self = Self {
+    const ZERO: Self = Self {
         linear_m_per_s: Vector3::new(0.0, 0.0, 0.0),
         angular_rad_per_s: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    pub(super) fn is_still(&self) -> bool {
-        *self == Self::STILL
+    pub(super) fn is_zero(&self) -> bool {
+        *self == Self::ZERO
     }
 
     /// Where the rig is `after_s` later, in its present frame.
@@ -61,7 +61,7 @@ pub(super) struct Motion {
     pub(super) twist: Twist,
     /// How much the velocity differs from the one before: what a constant twist may be wrong by.
     pub(super) twist_change: Twist,
-    /// Whether the platform has gone some way of late, or turned.
+    /// Whether the platform has moved or turned in the last while.
     pub(super) moves: bool,
     /// Standard deviation of the position.
     pub(super) pose_noise_m: f64,
@@ -115,7 +115,7 @@ impl PlatformMotion {
     /// Takes in the pose of the next cycle.
     ///
     /// The noise of the poses cannot be larger than their steps: a pose that does not change is exact
-    /// from cycle to cycle, so that a still platform pays nothing for the noise of a moving one.
+    /// from cycle to cycle, so that a static platform pays nothing for the noise of a moving one.
     pub(super) fn advance(
         &mut self,
         stamp: Stamp,
@@ -124,8 +124,8 @@ impl PlatformMotion {
     ) -> Motion {
         let mut motion = Motion {
             jumped: false,
-            twist: Twist::STILL,
-            twist_change: Twist::STILL,
+            twist: Twist::ZERO,
+            twist_change: Twist::ZERO,
             moves: false,
             pose_noise_m: 0.0,
             pose_noise_rad: 0.0,
@@ -176,8 +176,9 @@ impl PlatformMotion {
         }
         self.places.push_back((stamp, *map_from_rig));
         motion.moves = self.places.iter().any(|(_, place)| {
-            let way = place.inv_mul(map_from_rig);
-            way.translation.vector.norm() > STANDS_M || way.rotation.angle() > STANDS_RAD
+            let displacement = place.inv_mul(map_from_rig);
+            displacement.translation.vector.norm() > STANDS_M
+                || displacement.rotation.angle() > STANDS_RAD
         });
         self.previous = Some(Previous {
             stamp,
@@ -200,13 +201,13 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_that_does_not_change_is_still_and_exact() {
+    fn a_pose_that_does_not_change_is_static_and_exact() {
         let mut motion = PlatformMotion::new(&StillmapConfig::default());
         let pose = pose_from_vector(&[1.1, -2.7, 0.3, 0.777, 0.01, -0.02]);
         for cycle in 0..4 {
-            let told = motion.advance(at(cycle), &pose, "map");
-            assert!(!told.jumped && told.twist.is_still());
-            assert_eq!((told.pose_noise_m, told.pose_noise_rad), (0.0, 0.0));
+            let reported = motion.advance(at(cycle), &pose, "map");
+            assert!(!reported.jumped && reported.twist.is_zero());
+            assert_eq!((reported.pose_noise_m, reported.pose_noise_rad), (0.0, 0.0));
         }
     }
 
@@ -215,28 +216,28 @@ mod tests {
         let mut motion = PlatformMotion::new(&StillmapConfig::default());
         let poses = [0.0, 0.05].map(|yaw| pose_from_vector(&[yaw, 0.0, 0.0, yaw, 0.0, 0.0]));
         motion.advance(at(0), &poses[0], "map");
-        let told = motion.advance(at(1), &poses[1], "map");
-        assert!((told.twist.angular_rad_per_s.z - 0.5).abs() < 1e-9);
-        assert!((told.twist.linear_m_per_s.x - 0.5).abs() < 1e-9);
-        let forward = poses[0] * told.twist.after(0.1);
+        let reported = motion.advance(at(1), &poses[1], "map");
+        assert!((reported.twist.angular_rad_per_s.z - 0.5).abs() < 1e-9);
+        assert!((reported.twist.linear_m_per_s.x - 0.5).abs() < 1e-9);
+        let forward = poses[0] * reported.twist.after(0.1);
         assert!((forward.translation.vector - poses[1].translation.vector).norm() < 1e-9);
-        assert_eq!(told.pose_noise_m, 0.01);
+        assert_eq!(reported.pose_noise_m, 0.01);
     }
 
     #[test]
-    fn jumps_of_place_heading_frame_and_time_are_told() {
-        let still = pose_from_vector(&[0.0; 6]);
+    fn jumps_of_place_heading_frame_and_time_are_reported() {
+        let same = pose_from_vector(&[0.0; 6]);
         let aside = pose_from_vector(&[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
         let turned = pose_from_vector(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
         for (stamp, pose, frame) in [
             (at(1), aside, "map"),
             (at(1), turned, "map"),
-            (at(1), still, "odom"),
-            (Stamp::from_nanos(-1), still, "map"),
-            (at(10_000), still, "map"),
+            (at(1), same, "odom"),
+            (Stamp::from_nanos(-1), same, "map"),
+            (at(10_000), same, "map"),
         ] {
             let mut motion = PlatformMotion::new(&StillmapConfig::default());
-            assert!(!motion.advance(at(0), &still, "map").jumped);
+            assert!(!motion.advance(at(0), &same, "map").jumped);
             assert!(motion.advance(stamp, &pose, frame).jumped);
         }
     }

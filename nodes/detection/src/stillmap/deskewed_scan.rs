@@ -1,24 +1,24 @@
-//! One turn of the scanner, laid out in the map's horizontal plane.
+//! One scan in the map's horizontal plane, each beam moved to the moment of the pose.
 
 use geometry::{BeamOrder, Scan, Stamp};
 use nalgebra::{Isometry3, Point2, Point3, Vector2};
 
-use super::motion::Motion;
+use super::platform_motion::Motion;
 use crate::aperture::Beam;
 use crate::config::StillmapConfig;
 
-/// Bounds stand at so many standard deviations: one beam in eighty is beyond, and no conclusion hangs on one.
+/// Bounds are at so many standard deviations: one beam in eighty is beyond, and no conclusion depends on one.
 pub(super) const SIGMAS: f64 = 2.5;
-/// Beams of a turn are neighbours when they are at most so many mean steps apart.
+/// Beams of a scan are neighbours when they are at most so many mean steps apart.
 const NEIGHBOUR_STEPS: f64 = 1.5;
 /// A beam is taken to be measured at most so long before or after the pose; else the stamps are wrong.
 const LONGEST_SKEW_S: f64 = 1.0;
-/// A surface seen more grazingly than this is not told from a step in depth: tan(80 degrees).
+/// A surface seen more grazingly than this is not distinguished from a step in depth: tan(80 degrees).
 const GRAZING_TAN: f64 = 5.67;
 /// The standard deviation of a bearing that is uniform within one step.
 const UNIFORM_STEP: f64 = 0.288_675;
 
-/// What a beam met.
+/// What a beam hit.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Return {
     /// As measured.
@@ -38,36 +38,36 @@ impl Return {
     }
 }
 
-/// One beam of the turn.
+/// One beam of the scan.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct TurnBeam {
-    /// Its direction in the rig frame, ascending within the turn.
+pub(super) struct DeskewedBeam {
+    /// Its direction in the rig frame, ascending within the scan.
     pub(super) azimuth_rad: f64,
     /// Where it starts in the map's plane.
     pub(super) origin_m: Point2<f64>,
     /// Its direction in the map's plane, of length 1 for a level scanner.
     pub(super) direction: Vector2<f64>,
-    /// What it met; `None` where the scan has no return: that says nothing.
-    pub(super) met: Option<Return>,
+    /// What it hit; `None` where the scan has no return: that says nothing.
+    pub(super) hit: Option<Return>,
     /// How far its direction may be off, but for the noise of the range.
     pub(super) bearing_error_rad: f64,
     /// How far its origin may be off.
     pub(super) origin_error_m: f64,
 }
 
-/// All beams of one turn, by their azimuths in the rig frame.
+/// All beams of one scan, by their azimuths in the rig frame.
 #[derive(Clone, PartialEq, Debug)]
-pub(super) struct Turn {
+pub(super) struct DeskewedScan {
     pub(super) map_from_rig: Isometry3<f64>,
-    pub(super) beams: Vec<TurnBeam>,
+    pub(super) beams: Vec<DeskewedBeam>,
     /// The mean angle from a beam to the next.
     pub(super) step_rad: f64,
     /// Whether the last beam is a neighbour of the first.
     pub(super) is_closed: bool,
 }
 
-/// What a turn is made of.
-pub(super) struct TurnInput<'a> {
+/// What a deskewed scan is made of.
+pub(super) struct DeskewInput<'a> {
     pub(super) scan: &'a Scan,
     /// All beams of the scan, by azimuth.
     pub(super) beams: &'a [Beam],
@@ -78,17 +78,17 @@ pub(super) struct TurnInput<'a> {
     pub(super) motion: &'a Motion,
 }
 
-impl Turn {
-    /// Lays out a scan. Each beam is moved by the platform's twist from where it was measured into the rig
-    /// frame of the cycle's pose, where the scan states a time increment; on a still platform nothing is.
-    pub(super) fn new(input: &TurnInput<'_>, config: &StillmapConfig) -> Self {
-        let TurnInput { scan, beams, rig_from_lidar, map_from_rig, motion, .. } = *input;
+impl DeskewedScan {
+    /// Deskews a scan. Each beam is moved by the platform's twist from where it was measured into the rig
+    /// frame of the cycle's pose, where the scan states a time increment; on a static platform nothing is.
+    pub(super) fn new(input: &DeskewInput<'_>, config: &StillmapConfig) -> Self {
+        let DeskewInput { scan, beams, rig_from_lidar, map_from_rig, motion, .. } = *input;
         let step_rad = f64::from(scan.angle_increment_rad).abs();
         let clock = BeamClock::new(input, config.beam_order);
-        let laid_out = |beam: &Beam| {
+        let deskewed = |beam: &Beam| {
             let (sin, cos) = scan.azimuth_rad(beam.index).sin_cos();
             let time = clock.of(beam.index);
-            let rig_from_beam = if motion.twist.is_still() || time.after_pose_s == 0.0 {
+            let rig_from_beam = if motion.twist.is_zero() || time.after_pose_s == 0.0 {
                 *rig_from_lidar
             } else {
                 motion.twist.after(time.after_pose_s) * rig_from_lidar
@@ -102,7 +102,7 @@ impl Turn {
                 + drift(motion.twist.angular_rad_per_s.norm(), change.angular_rad_per_s.norm());
             let origin_error_m = SIGMAS * motion.pose_noise_m
                 + drift(motion.twist.linear_m_per_s.norm(), change.linear_m_per_s.norm());
-            let met = beam.range_m.map(|range_m| {
+            let hit = beam.range_m.map(|range_m| {
                 let far_m = f64::from(range_m);
                 let in_rig_m = rig_from_beam * Point3::new(far_m * cos, far_m * sin, 0.0);
                 let noise_m = config.range_noise_m.hypot(config.range_noise_ratio * far_m);
@@ -116,29 +116,29 @@ impl Turn {
                         + origin_error_m,
                 }
             });
-            TurnBeam {
+            DeskewedBeam {
                 azimuth_rad: beam.azimuth_rad,
                 origin_m: Point2::from(map_from_beam.translation.vector.xy()),
                 direction: direction.xy(),
-                met,
+                hit,
                 bearing_error_rad,
                 origin_error_m,
             }
         };
-        let mut turn = Self {
+        let mut all = Self {
             map_from_rig: *map_from_rig,
-            beams: beams.iter().map(laid_out).collect(),
+            beams: beams.iter().map(deskewed).collect(),
             step_rad,
             is_closed: false,
         };
-        if let (Some(first), Some(last)) = (turn.beams.first(), turn.beams.last()) {
+        if let (Some(first), Some(last)) = (all.beams.first(), all.beams.last()) {
             let seam_rad = first.azimuth_rad + std::f64::consts::TAU - last.azimuth_rad;
-            turn.is_closed = turn.beams.len() > 2 && seam_rad <= NEIGHBOUR_STEPS * step_rad;
+            all.is_closed = all.beams.len() > 2 && seam_rad <= NEIGHBOUR_STEPS * step_rad;
         }
-        turn
+        all
     }
 
-    /// The beam `offset` places to the left (to the right when negative), round the seam of a full turn.
+    /// The beam `offset` places to the left (to the right when negative), across the seam of a full turn of the scanner.
     pub(super) fn neighbour(&self, beam: usize, offset: isize) -> Option<usize> {
         let beams = self.beams.len() as isize;
         let place = beam as isize + offset;
@@ -167,7 +167,7 @@ impl Turn {
     }
 }
 
-/// When the beams of a turn were measured, after the moment of the pose.
+/// When the beams of a scan were measured, after the moment of the pose.
 struct BeamClock {
     first_after_pose_s: f64,
     increment_s: f64,
@@ -181,7 +181,7 @@ struct BeamTime {
 }
 
 impl BeamClock {
-    fn new(input: &TurnInput<'_>, order: BeamOrder) -> Self {
+    fn new(input: &DeskewInput<'_>, order: BeamOrder) -> Self {
         let scan = input.scan;
         let increment_s = f64::from(scan.time_increment_s);
         let first_after_pose_s = scan.stamp.seconds_since(input.pose_stamp);

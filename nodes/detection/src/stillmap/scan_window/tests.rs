@@ -2,14 +2,14 @@ use geometry::pose_from_vector;
 use nalgebra::Isometry3;
 use proptest::prelude::*;
 
-use super::super::motion::PlatformMotion;
-use super::super::testing::{Dice, Scanner, StillPlatform, room, stamp_of, still_turn, turn_of};
+use super::super::platform_motion::PlatformMotion;
+use super::super::testing::{Dice, Scanner, StaticPlatform, deskewed, room, stamp_of, static_scan};
 use super::*;
 use crate::config::StillmapConfig;
 use crate::variability::VariabilityWindow;
 
 /// Turns of a scanner without noise from these poses.
-fn turns(poses: &[[f64; 6]]) -> Vec<Turn> {
+fn scans(poses: &[[f64; 6]]) -> Vec<DeskewedScan> {
     let scanner = Scanner { noise_m: 0.0, dropouts: 0.0, spread_rad: 0.0 };
     let mut follower = PlatformMotion::new(&StillmapConfig::default());
     let mut dice = Dice::new(1);
@@ -19,7 +19,7 @@ fn turns(poses: &[[f64; 6]]) -> Vec<Turn> {
         .map(|(vector, cycle)| {
             let pose: Isometry3<f64> = pose_from_vector(vector);
             let motion = follower.advance(stamp_of(cycle), &pose, "map");
-            turn_of(&pose, &scanner.scan(&room(), &pose, cycle, &mut dice).ranges_m, &motion)
+            deskewed(&pose, &scanner.scan(&room(), &pose, cycle, &mut dice).ranges_m, &motion)
         })
         .collect()
 }
@@ -32,10 +32,10 @@ proptest! {
         window_scans in 2usize..5,
     ) {
         let mut thesis = VariabilityWindow::new(window_scans);
-        let mut warped = WarpWindow::new(window_scans);
+        let mut warped = ScanWindow::new(window_scans);
         for scan in &scans {
             thesis.push(scan.clone());
-            warped.push(still_turn(&StillPlatform::default(), scan));
+            warped.push(static_scan(&StaticPlatform::default(), scan));
         }
         let expected = thesis.statistics().map(|statistics| statistics.std_dev_m);
         let got = warped.std_dev_m().map(|beams| beams.into_iter().map(Option::unwrap).collect());
@@ -46,13 +46,13 @@ proptest! {
 #[test]
 fn a_gap_is_unknown_and_the_other_beams_are_as_they_were() {
     let mut thesis = VariabilityWindow::new(3);
-    let mut warped = WarpWindow::new(3);
+    let mut warped = ScanWindow::new(3);
     let mut dice = Dice::new(7);
     for gap in [5, 6, 7] {
         let mut ranges_m: Vec<f32> = (0..360).map(|_| 3.0 + dice.uniform() as f32).collect();
         thesis.push(ranges_m.clone());
         ranges_m[gap] = f32::INFINITY;
-        warped.push(still_turn(&StillPlatform::default(), &ranges_m));
+        warped.push(static_scan(&StaticPlatform::default(), &ranges_m));
     }
     let expected = thesis.statistics().unwrap().std_dev_m;
     let got = warped.std_dev_m().unwrap();
@@ -67,13 +67,15 @@ fn a_gap_is_unknown_and_the_other_beams_are_as_they_were() {
 #[test]
 fn on_a_moving_platform_the_still_room_hardly_deviates_where_it_was_seen() {
     let poses = [0.0, 1.0, 2.0].map(|step| [0.07 * step, 0.02 * step, 0.0, 0.07 * step, 0.0, 0.0]);
-    let turns = turns(&poses);
+    let scans = scans(&poses);
     let mut plain = VariabilityWindow::new(3);
-    let mut warped = WarpWindow::new(3);
-    for turn in &turns {
-        let range_m = |beam: &super::super::turn::TurnBeam| beam.met.map_or(0.0, |met| met.range_m);
-        plain.push(turn.beams.iter().map(range_m).collect());
-        warped.push(turn.clone());
+    let mut warped = ScanWindow::new(3);
+    for scan in &scans {
+        let range_m = |beam: &super::super::deskewed_scan::DeskewedBeam| {
+            beam.hit.map_or(0.0, |hit| hit.range_m)
+        };
+        plain.push(scan.beams.iter().map(range_m).collect());
+        warped.push(scan.clone());
     }
     let plain_m = plain.statistics().unwrap().std_dev_m;
     let warped_m = warped.std_dev_m().unwrap();
@@ -90,10 +92,10 @@ fn on_a_moving_platform_the_still_room_hardly_deviates_where_it_was_seen() {
 #[test]
 fn what_was_hidden_is_unknown() {
     // A step aside past a box uncovers wall that the earlier scan could not see.
-    let turns = turns(&[[0.0; 6], [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]]);
-    let warped = warp(&turns[0], &turns[1]);
+    let scans = scans(&[[0.0; 6], [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]]);
+    let warped = warp(&scans[0], &scans[1]);
     let hidden: Vec<usize> = (0..360)
-        .filter(|&beam| turns[1].beams[beam].met.is_some() && warped[beam].is_none())
+        .filter(|&beam| scans[1].beams[beam].hit.is_some() && warped[beam].is_none())
         .collect();
     assert!((10..180).contains(&hidden.len()), "{hidden:?}");
     for (beam, range_m) in warped.iter().enumerate() {

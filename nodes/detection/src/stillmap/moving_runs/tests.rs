@@ -1,26 +1,26 @@
-use super::super::testing::{StillPlatform, still_turn};
+use super::super::testing::{StaticPlatform, static_scan};
 use super::*;
 
 const SMALLEST_M: f64 = 0.08;
 
 /// The runs, from the first beam to behind the last, of a scan of a wall at 6 m with these returns before it,
-/// whose verdicts are given.
-fn runs(before: &[(Range<usize>, f32, Option<Verdict>)]) -> Vec<(usize, usize)> {
+/// whose classes are given.
+fn runs(before: &[(Range<usize>, f32, Option<ReturnClass>)]) -> Vec<(usize, usize)> {
     let mut ranges_m = vec![6.0_f32; 360];
-    let mut verdicts = vec![Some(Verdict::Background); 360];
-    for (beams, range_m, verdict) in before {
+    let mut classes = vec![Some(ReturnClass::Background); 360];
+    for (beams, range_m, class) in before {
         ranges_m[beams.clone()].fill(*range_m);
-        verdicts[beams.clone()].fill(*verdict);
+        classes[beams.clone()].fill(*class);
     }
-    let turn = still_turn(&StillPlatform::default(), &ranges_m);
-    moving_runs(&turn, &verdicts, 100..260, SMALLEST_M)
+    let scan = static_scan(&StaticPlatform::default(), &ranges_m);
+    moving_runs(&scan, &classes, 100..260, SMALLEST_M)
         .into_iter()
         .map(|run| (run.beams.start, run.beams.end))
         .collect()
 }
 
-fn moving(static_rate: f64) -> Option<Verdict> {
-    Some(Verdict::Moving { static_rate })
+fn moving(background_rate: f64) -> Option<ReturnClass> {
+    Some(ReturnClass::InFreeSpace { background_rate })
 }
 
 #[test]
@@ -55,10 +55,10 @@ fn gaps_are_bridged_where_the_range_goes_on() {
 #[test]
 fn a_run_is_widened_over_its_own_surface_only() {
     let sure = moving(0.01);
-    let unsure = Some(Verdict::Unsure);
+    let unsure = Some(ReturnClass::Ambiguous);
     let same_surface = [(180..186, 2.0, sure), (186..189, 2.05, unsure)];
     assert_eq!(runs(&same_surface), [(180, 189)]);
-    // A beam without a return may have met it, up to 15 cm on.
+    // A beam without a return may have hit it, up to 15 cm on.
     assert_eq!(runs(&[(180..186, 2.0, sure), (186..188, f32::INFINITY, None)]), [(180, 188)]);
     assert_eq!(runs(&[(180..186, 2.0, sure), (186..196, f32::INFINITY, None)]), [(180, 190)]);
     let other_surface = [(180..186, 2.0, sure), (186..189, 2.5, unsure)];
@@ -69,7 +69,7 @@ fn a_run_is_widened_over_its_own_surface_only() {
 fn a_lone_beam_between_two_surfaces_is_none() {
     let sure = moving(0.001);
     // An edge at 2 m, one mixed beam at 4 m, then the wall at 6 m.
-    let mixed = [(170..180, 2.0, Some(Verdict::Background)), (180..181, 4.0, sure)];
+    let mixed = [(170..180, 2.0, Some(ReturnClass::Background)), (180..181, 4.0, sure)];
     assert_eq!(runs(&mixed), vec![]);
     // The same beam before the wall on both sides.
     assert_eq!(runs(&[(180..181, 4.0, sure)]), [(180, 181)]);

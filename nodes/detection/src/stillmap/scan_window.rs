@@ -5,56 +5,56 @@ use std::collections::VecDeque;
 
 use nalgebra::{Point2, Vector2};
 
-use super::turn::{Return, Turn};
+use super::deskewed_scan::{DeskewedScan, Return};
 
-/// The turns of the window.
+/// The scans of the window.
 #[derive(Clone, Debug)]
-pub(super) struct WarpWindow {
+pub(super) struct ScanWindow {
     window_scans: usize,
-    turns: VecDeque<Turn>,
+    scans: VecDeque<DeskewedScan>,
 }
 
-impl WarpWindow {
-    /// An empty window for `window_scans` turns: the thesis' n.
+impl ScanWindow {
+    /// An empty window for `window_scans` scans: the thesis' n.
     pub(super) fn new(window_scans: usize) -> Self {
-        Self { window_scans: window_scans.max(1), turns: VecDeque::new() }
+        Self { window_scans: window_scans.max(1), scans: VecDeque::new() }
     }
 
     pub(super) fn clear(&mut self) {
-        self.turns.clear();
+        self.scans.clear();
     }
 
     pub(super) fn len(&self) -> usize {
-        self.turns.len()
+        self.scans.len()
     }
 
-    /// The turn before the newest.
-    pub(super) fn previous(&self) -> Option<&Turn> {
-        self.turns.len().checked_sub(2).and_then(|place| self.turns.get(place))
+    /// The scan before the newest.
+    pub(super) fn previous(&self) -> Option<&DeskewedScan> {
+        self.scans.len().checked_sub(2).and_then(|place| self.scans.get(place))
     }
 
-    /// Takes in the next turn; the oldest leaves a full window.
-    pub(super) fn push(&mut self, turn: Turn) {
-        if self.turns.len() == self.window_scans {
-            self.turns.pop_front();
+    /// Takes in the next scan; the oldest leaves a full window.
+    pub(super) fn push(&mut self, scan: DeskewedScan) {
+        if self.scans.len() == self.window_scans {
+            self.scans.pop_front();
         }
-        self.turns.push_back(turn);
+        self.scans.push_back(scan);
     }
 
-    /// The population deviation of each beam of the newest turn over the window (eq. 3), or `None` until the
-    /// window is full. A beam without a return has none, and neither has one that fewer than two turns know
+    /// The population deviation of each beam of the newest scan over the window (eq. 3), or `None` until the
+    /// window is full. A beam without a return has none, and neither has one that fewer than two scans know
     /// a range for: what nothing could have seen has not moved.
     ///
     /// With the same pose throughout and a return for every beam this is eq. 3 to the bit.
     pub(super) fn std_dev_m(&self) -> Option<Vec<Option<f32>>> {
-        if self.turns.len() < self.window_scans {
+        if self.scans.len() < self.window_scans {
             return None;
         }
-        let present = self.turns.back()?;
+        let present = self.scans.back()?;
         let warped: Vec<Vec<Option<f32>>> =
-            self.turns.iter().map(|turn| warp(turn, present)).collect();
+            self.scans.iter().map(|scan| warp(scan, present)).collect();
         let deviation = |beam: usize| {
-            present.beams[beam].met?;
+            present.beams[beam].hit?;
             let ranges = || warped.iter().filter_map(|ranges| ranges[beam]).map(f64::from);
             let known = ranges().count();
             if known < 2.min(self.window_scans) {
@@ -71,33 +71,33 @@ impl WarpWindow {
 
 /// What the beams of `present` would have measured of what `earlier` measured; unknown where it measured
 /// nothing, and where the present return was hidden from it.
-pub(super) fn warp(earlier: &Turn, present: &Turn) -> Vec<Option<f32>> {
+pub(super) fn warp(earlier: &DeskewedScan, present: &DeskewedScan) -> Vec<Option<f32>> {
     if earlier.map_from_rig == present.map_from_rig && earlier.beams.len() == present.beams.len() {
         // The same place: the same beams, so that nothing is computed and no bit changes.
-        return earlier.beams.iter().map(|beam| beam.met.map(|met| met.range_m)).collect();
+        return earlier.beams.iter().map(|beam| beam.hit.map(|hit| hit.range_m)).collect();
     }
     let mut ranges_m: Vec<Option<f32>> = vec![None; present.beams.len()];
     let (Some(seen_now), Some(seen_then)) = (Bearings::of(present), Bearings::of(earlier)) else {
         return ranges_m;
     };
     for (index, beam) in earlier.beams.iter().enumerate() {
-        let Some(met) = &beam.met else { continue };
+        let Some(hit) = &beam.hit else { continue };
         // Each return stands for the half step to each side, and for the surface up to the next return.
-        let Some(place) = seen_now.place(&met.in_map_m) else { continue };
-        nearer(&mut ranges_m, place.round() as isize, seen_now.distance_m(&met.in_map_m));
-        let Some(next_met) = earlier.next(index).and_then(|next| earlier.beams[next].met.as_ref())
+        let Some(place) = seen_now.place(&hit.in_map_m) else { continue };
+        nearer(&mut ranges_m, place.round() as isize, seen_now.distance_m(&hit.in_map_m));
+        let Some(next_hit) = earlier.next(index).and_then(|next| earlier.beams[next].hit.as_ref())
         else {
             continue;
         };
-        if let Some(next_place) = seen_now.place(&next_met.in_map_m)
-            && earlier.is_one_surface(met, next_met)
+        if let Some(next_place) = seen_now.place(&next_hit.in_map_m)
+            && earlier.is_one_surface(hit, next_hit)
         {
-            seen_now.cover(&mut ranges_m, (place, met), (next_place, next_met));
+            seen_now.cover(&mut ranges_m, (place, hit), (next_place, next_hit));
         }
     }
     for (range_m, beam) in ranges_m.iter_mut().zip(&present.beams) {
-        if let Some(met) = &beam.met
-            && !seen_then.could_see(earlier, met)
+        if let Some(hit) = &beam.hit
+            && !seen_then.could_see(earlier, hit)
         {
             *range_m = None;
         }
@@ -105,15 +105,15 @@ pub(super) fn warp(earlier: &Turn, present: &Turn) -> Vec<Option<f32>> {
     ranges_m
 }
 
-/// Whether `met` was not there in the turn before: a beam of it saw past the place, or had no return
-/// although nothing is known to have stood in its way.
-pub(super) fn has_arrived(earlier: &Turn, met: &Return) -> bool {
+/// Whether `hit` was not there in the scan before: a beam of it saw past the place, or had no return
+/// although nothing is known to have been in between.
+pub(super) fn is_newly_occupied(earlier: &DeskewedScan, hit: &Return) -> bool {
     let Some(bearings) = Bearings::of(earlier) else { return false };
-    let Some(place) = bearings.place(&met.in_map_m) else { return false };
+    let Some(place) = bearings.place(&hit.in_map_m) else { return false };
     earlier.beams.get(place.round() as usize).is_some_and(|beam| {
-        beam.met.as_ref().is_none_or(|seen| {
+        beam.hit.as_ref().is_none_or(|seen| {
             f64::from(seen.range_m)
-                > bearings.distance_m(&met.in_map_m) + met.error_m + seen.error_m
+                > bearings.distance_m(&hit.in_map_m) + hit.error_m + seen.error_m
         })
     })
 }
@@ -126,7 +126,7 @@ fn nearer(ranges_m: &mut [Option<f32>], place: isize, distance_m: f64) {
     }
 }
 
-/// The bearings of a turn's beams in the map's plane.
+/// The bearings of a scan's beams in the map's plane.
 struct Bearings {
     origin_m: Point2<f64>,
     first: Vector2<f64>,
@@ -135,19 +135,19 @@ struct Bearings {
 }
 
 impl Bearings {
-    fn of(turn: &Turn) -> Option<Self> {
-        // The middle of the turn, in front of the rig, stands for it: within a turn the origin hardly moves.
-        let middle = turn.beams.get(turn.beams.len() / 2)?;
-        let beams = turn.beams.len();
-        let back_rad = turn.beams.first()?.azimuth_rad - middle.azimuth_rad;
+    fn of(scan: &DeskewedScan) -> Option<Self> {
+        // The middle of the scan, in front of the rig, stands for it: within a scan the origin hardly moves.
+        let middle = scan.beams.get(scan.beams.len() / 2)?;
+        let beams = scan.beams.len();
+        let back_rad = scan.beams.first()?.azimuth_rad - middle.azimuth_rad;
         let first = nalgebra::Rotation2::new(back_rad) * middle.direction;
-        Some(Self { origin_m: middle.origin_m, first, step_rad: turn.step_rad, beams })
+        Some(Self { origin_m: middle.origin_m, first, step_rad: scan.step_rad, beams })
     }
 
     /// At which place among the beams a point is seen; fractions lie between two beams.
     fn place(&self, point_m: &Point2<f64>) -> Option<f64> {
-        let way_m = point_m - self.origin_m;
-        let mut along_rad = self.first.perp(&way_m).atan2(self.first.dot(&way_m));
+        let offset_m = point_m - self.origin_m;
+        let mut along_rad = self.first.perp(&offset_m).atan2(self.first.dot(&offset_m));
         if along_rad < -0.5 * self.step_rad {
             along_rad += std::f64::consts::TAU;
         }
@@ -163,14 +163,14 @@ impl Bearings {
     fn cover(
         &self,
         ranges_m: &mut [Option<f32>],
-        (from, from_met): (f64, &Return),
-        (to, to_met): (f64, &Return),
+        (from, from_hit): (f64, &Return),
+        (to, to_hit): (f64, &Return),
     ) {
-        // A longer way round is the seam of the turn, or a surface seen from behind.
+        // A larger angle is the seam of the scan, or a surface seen from behind.
         if to <= from || to - from > 0.5 * self.beams as f64 {
             return;
         }
-        let (a_m, b_m) = (from_met.in_map_m - self.origin_m, to_met.in_map_m - self.origin_m);
+        let (a_m, b_m) = (from_hit.in_map_m - self.origin_m, to_hit.in_map_m - self.origin_m);
         for place in from.ceil() as isize..=to.floor() as isize {
             let direction = nalgebra::Rotation2::new(place as f64 * self.step_rad) * self.first;
             // Where the ray crosses the line from a to b.
@@ -181,13 +181,13 @@ impl Bearings {
         }
     }
 
-    /// Whether a beam of `turn` ended at `met` or went past it.
-    fn could_see(&self, turn: &Turn, met: &Return) -> bool {
-        let Some(place) = self.place(&met.in_map_m) else { return false };
-        let seen = turn.beams.get(place.round() as usize).and_then(|beam| beam.met.as_ref());
+    /// Whether a beam of `scan` ended at `hit` or went past it.
+    fn could_see(&self, scan: &DeskewedScan, hit: &Return) -> bool {
+        let Some(place) = self.place(&hit.in_map_m) else { return false };
+        let seen = scan.beams.get(place.round() as usize).and_then(|beam| beam.hit.as_ref());
         seen.is_some_and(|seen| {
-            let error_m = met.error_m + seen.error_m;
-            self.distance_m(&met.in_map_m) <= f64::from(seen.range_m) + error_m
+            let error_m = hit.error_m + seen.error_m;
+            self.distance_m(&hit.in_map_m) <= f64::from(seen.range_m) + error_m
         })
     }
 }
