@@ -89,7 +89,7 @@ impl EvidenceGrid {
     ///
     /// Its own cell must have been free for sure in several cycles, and no background may have been seen as
     /// near as the return's error reaches: the rate of static returns there, estimated from all that was
-    /// counted (a thin thing ends now in this cell and now in that one), must be small. The passes need no margin of
+    /// counted (a thin surface is hit now in this cell and now in that one), must be small. The passes need no margin of
     /// their own: they were counted with one.
     pub(super) fn classify(&self, hit: &Return, now_ms: u32) -> ReturnClass {
         if f64::from(hit.range_m) > self.reach_m {

@@ -39,15 +39,15 @@ fn beams_are_moved_to_the_moment_of_the_pose_by_the_order_of_measuring() {
         hit.in_rig_m.y.atan2(hit.in_rig_m.x) - turn.beams[beam].azimuth_rad
     };
     let unmoved = turn_in_motion(BeamOrder::FirstToLast, 0.0);
-    let still = static_scan(&StaticPlatform::default(), &[2.0; 360]);
-    assert_eq!(unmoved.beams[180].hit.unwrap().in_rig_m, still.beams[180].hit.unwrap().in_rig_m);
+    let expected = static_scan(&StaticPlatform::default(), &[2.0; 360]);
+    assert_eq!(unmoved.beams[180].hit.unwrap().in_rig_m, expected.beams[180].hit.unwrap().in_rig_m);
     // The middle is measured half a turn later, by then the rig has turned by 0.025 rad and gone 2.5 cm.
     for order in [BeamOrder::Unknown, BeamOrder::FirstToLast, BeamOrder::LastToFirst] {
         let turn = turn_in_motion(order, increment_s);
         assert!((bearing_rad(&turn, 180) - 0.025).abs() < 2e-3, "{order:?}");
         assert!((turn.beams[180].hit.unwrap().in_rig_m.x - 2.025).abs() < 2e-3);
     }
-    // Straight to the right the way forward turns the bearing too: by 2.5 cm in 2 m.
+    // Straight to the right the motion forward turns the bearing too: by 2.5 cm in 2 m.
     let early = |order| bearing_rad(&turn_in_motion(order, increment_s), 90);
     assert!((early(BeamOrder::FirstToLast) - early(BeamOrder::LastToFirst) + 0.0375).abs() < 2e-3);
     // Not knowing the order costs certainty at the turn's ends, and nothing in its middle.
@@ -62,7 +62,7 @@ fn beams_are_moved_to_the_moment_of_the_pose_by_the_order_of_measuring() {
 }
 
 #[test]
-fn a_still_platform_moves_no_beam_by_a_bit() {
+fn a_static_platform_moves_no_beam_by_a_bit() {
     let platform = StaticPlatform::default();
     let plain = static_scan(&platform, &[2.0; 360]);
     let mut follower = PlatformMotion::new(&StillmapConfig::default());

@@ -25,9 +25,9 @@ fn scans(poses: &[[f64; 6]]) -> Vec<DeskewedScan> {
 }
 
 proptest! {
-    /// On a still platform without gaps: eq. 3 to the bit.
+    /// On a static platform without gaps: eq. 3 to the bit.
     #[test]
-    fn on_a_still_platform_it_is_the_thesis_formula_to_the_bit(
+    fn on_a_static_platform_it_is_the_thesis_formula_to_the_bit(
         scans in prop::collection::vec(prop::collection::vec(0.2f32..8.0, 90), 1..7),
         window_scans in 2usize..5,
     ) {
@@ -65,7 +65,7 @@ fn a_gap_is_unknown_and_the_other_beams_are_as_they_were() {
 }
 
 #[test]
-fn on_a_moving_platform_the_still_room_hardly_deviates_where_it_was_seen() {
+fn on_a_moving_platform_the_static_room_hardly_deviates_where_it_was_seen() {
     let poses = [0.0, 1.0, 2.0].map(|step| [0.07 * step, 0.02 * step, 0.0, 0.07 * step, 0.0, 0.0]);
     let scans = scans(&poses);
     let mut plain = VariabilityWindow::new(3);

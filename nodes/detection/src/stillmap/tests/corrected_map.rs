@@ -7,10 +7,10 @@ use super::super::testing::{PERIOD_S, room, stamp_of};
 use super::world::World;
 
 const CYCLES: u32 = 90;
-/// From this cycle on poses are told in the corrected map.
+/// From this cycle on poses are reported in the corrected map.
 const CORRECTED: u32 = 45;
 
-/// What is told of the way at a cycle: a vertex each second, in the map before or after the correction.
+/// The reported trajectory at a cycle: a vertex each second, in the map before or after the correction.
 fn path(
     pose_at: impl Fn(u32) -> Isometry3<f64>,
     cycle: u32,
@@ -42,9 +42,12 @@ fn false_cycles(correction: &Isometry3<f64>, speed_m_per_s: f64, has_path: bool)
         if has_path && (cycle.is_multiple_of(7) || cycle == CORRECTED) {
             world.detector.follow_path(path(pose_at, cycle, correction));
         }
-        let told = correction * pose_at(cycle);
-        let detected = world.step(&room(), &pose_at(cycle), &told);
-        assert_eq!(detected.cycle.map_from_rig, told, "the cycle has the pose that was told");
+        let reported = correction * pose_at(cycle);
+        let detected = world.step(&room(), &pose_at(cycle), &reported);
+        assert_eq!(
+            detected.cycle.map_from_rig, reported,
+            "the cycle has the pose that was reported"
+        );
         detected.cycle.zones.len()
     };
     let zones: Vec<usize> = (0..CYCLES).map(step).collect();
@@ -80,6 +83,6 @@ fn a_correction_is_not_read_as_motion() {
 
 #[test]
 fn paths_that_say_nothing_new_change_nothing() {
-    let still = Isometry3::identity();
-    assert_eq!(false_cycles(&still, 0.2, true), false_cycles(&still, 0.2, false));
+    let identity = Isometry3::identity();
+    assert_eq!(false_cycles(&identity, 0.2, true), false_cycles(&identity, 0.2, false));
 }

@@ -20,12 +20,12 @@ fn false_zones_in(
     for cycle in 0..300_u32 {
         let time_s = f64::from(cycle) * PERIOD_S;
         let vector = pose_at(time_s);
-        let mut told = vector;
-        told[0] += noise.0 * pose_dice.normal();
-        told[1] += noise.0 * pose_dice.normal();
-        told[3] += noise.1 * pose_dice.normal();
+        let mut measured = vector;
+        measured[0] += noise.0 * pose_dice.normal();
+        measured[1] += noise.0 * pose_dice.normal();
+        measured[3] += noise.1 * pose_dice.normal();
         let detected =
-            world.step(&walls_at(time_s), &pose_from_vector(&vector), &pose_from_vector(&told));
+            world.step(&walls_at(time_s), &pose_from_vector(&vector), &pose_from_vector(&measured));
         cycles += 1;
         if !detected.cycle.zones.is_empty() {
             false_cycles += 1;
@@ -48,9 +48,9 @@ fn an_empty_room_has_no_zone_on_a_moving_platform() {
     for noise in [(0.0, 0.0), (0.01, 0.5_f64.to_radians())] {
         let (mut cycles, mut false_cycles) = (0, 0);
         for seed in 1..6 {
-            let told = false_zones(seed, noise, to_and_fro);
-            cycles += told.0;
-            false_cycles += told.1;
+            let counted = false_zones(seed, noise, to_and_fro);
+            cycles += counted.0;
+            false_cycles += counted.1;
         }
         println!("pose noise {noise:?}: {false_cycles} of {cycles} cycles have a zone");
         assert!(100 * false_cycles < cycles, "{false_cycles} of {cycles}");
@@ -76,9 +76,9 @@ fn what_is_met_now_and_then_is_background() {
     let (mut cycles, mut false_cycles) = (0, 0);
     for seed in 1..4 {
         let noise = (0.01, 0.5_f64.to_radians());
-        let told = false_zones_in(&nodding_clutter, seed, noise, to_and_fro);
-        cycles += told.0;
-        false_cycles += told.1;
+        let counted = false_zones_in(&nodding_clutter, seed, noise, to_and_fro);
+        cycles += counted.0;
+        false_cycles += counted.1;
     }
     println!("{false_cycles} of {cycles} cycles have a zone");
     assert!(20 * false_cycles < cycles, "{false_cycles} of {cycles}");
@@ -123,15 +123,15 @@ fn who_walks_away_before_a_driving_platform_is_found() {
         for cycle in 0..25_u32 {
             let time_s = f64::from(cycle) * PERIOD_S;
             let vector = [0.4 * time_s - 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-            let mut told = vector;
-            told[0] += 0.004 * pose_dice.normal();
-            told[1] += 0.004 * pose_dice.normal();
-            told[3] += 0.002 * pose_dice.normal();
+            let mut measured = vector;
+            measured[0] += 0.004 * pose_dice.normal();
+            measured[1] += 0.004 * pose_dice.normal();
+            measured[3] += 0.002 * pose_dice.normal();
             let person_m = [1.0 + time_s, 0.3];
             let mut walls = room();
             walls.extend(cuboid(person_m, [0.3, 0.4]));
             let pose = pose_from_vector(&vector);
-            let zones = world.step(&walls, &pose, &pose_from_vector(&told)).cycle.zones;
+            let zones = world.step(&walls, &pose, &pose_from_vector(&measured)).cycle.zones;
             let (azimuth_rad, _) = seen_from(&pose, person_m);
             // Seen from the first cycle on: it takes some steps to tell.
             if cycle >= 8 {

@@ -49,7 +49,7 @@ fn an_object_that_crosses_is_in_a_zone_in_every_cycle() {
                 let cycles = (2.0 * reach_m / (speed * PERIOD_S)) as u32;
                 for cycle in 0..cycles {
                     let y = -reach_m + f64::from(cycle) * speed * PERIOD_S;
-                    let zones = world.still(&with_objects(&[[depth_m, y]]));
+                    let zones = world.step_static(&with_objects(&[[depth_m, y]]));
                     assert!(
                         zones.len() == 1 && covers(&zones[0], [depth_m, y]),
                         "{speed} m/s at {depth_m} m, y {y}, seed {seed}: {zones:?}"
@@ -73,7 +73,7 @@ fn an_object_that_comes_and_goes_in_depth_is_in_a_zone_in_every_cycle() {
             // A bow: from 2 m out to 4 m and back, from right to left.
             let x = 2.0 + 2.0 * (gone_m / 8.0 * std::f64::consts::PI).sin();
             let y = -1.2 + 0.3 * gone_m;
-            let zones = world.still(&with_objects(&[[x, y]]));
+            let zones = world.step_static(&with_objects(&[[x, y]]));
             assert!(
                 zones.len() == 1 && covers(&zones[0], [x, y]),
                 "at {x} {y}, seed {seed}: {zones:?}"
@@ -92,7 +92,7 @@ fn several_objects_have_a_zone_each_and_crossing_ones_are_never_lost() {
             // Two go towards each other at two depths, the third stands before them and sways.
             let sway_m = 0.1 * (f64::from(cycle) * 0.7).sin();
             let centers = [[2.0, -1.2 + gone_m * 0.6], [3.6, 1.8 - gone_m], [1.4, 0.9 + sway_m]];
-            let zones = world.still(&with_objects(&centers));
+            let zones = world.step_static(&with_objects(&centers));
             let bearings = centers.map(extent);
             for (index, center) in centers.iter().enumerate() {
                 let is_apart = bearings.iter().enumerate().all(|(other, bearing)| {
@@ -121,21 +121,21 @@ fn an_object_that_stops_stays_until_it_is_background() {
     world.look(&room(), 20);
     let stands_at = [2.5, 0.2];
     for cycle in 0..8 {
-        world.still(&with_objects(&[[2.5, -1.4 + 0.2 * f64::from(cycle)]]));
+        world.step_static(&with_objects(&[[2.5, -1.4 + 0.2 * f64::from(cycle)]]));
     }
     let cycles_of = |seconds: f64| (seconds / PERIOD_S) as u32;
     for cycle in 0..cycles_of(10.0) {
-        let zones = world.still(&with_objects(&[stands_at]));
+        let zones = world.step_static(&with_objects(&[stands_at]));
         assert!(zones.len() == 1 && covers(&zones[0], stands_at), "cycle {cycle}: {zones:?}");
     }
     for _ in 0..cycles_of(6.0) {
-        world.still(&with_objects(&[stands_at]));
+        world.step_static(&with_objects(&[stands_at]));
     }
     world.look(&with_objects(&[stands_at]), 50);
     // It goes on: its old place is not a zone, and it is one as soon as it stands where free space was.
     for cycle in 0..6 {
         let center = [2.5, 0.8 + 0.2 * f64::from(cycle)];
-        let zones = world.still(&with_objects(&[center]));
+        let zones = world.step_static(&with_objects(&[center]));
         assert!(zones.len() == 1 && covers(&zones[0], center), "cycle {cycle}: {zones:?}");
     }
 }
@@ -147,9 +147,9 @@ fn what_was_there_from_the_start_is_background_and_its_place_is_no_zone_when_it_
         world.look(&with_objects(&[[2.5, 0.0]]), 60);
         world.look(&room(), 100);
         // Its place is free space by and by.
-        let zones = (0..300).map(|_| world.still(&room())).last();
+        let zones = (0..300).map(|_| world.step_static(&room())).last();
         assert_eq!(zones, Some(vec![]));
-        let zones = world.still(&with_objects(&[[2.5, 0.0]]));
+        let zones = world.step_static(&with_objects(&[[2.5, 0.0]]));
         assert!(zones.len() == 1 && covers(&zones[0], [2.5, 0.0]), "{zones:?}");
     }
 }
@@ -159,19 +159,19 @@ fn a_blind_scanner_holds_the_zone_and_free_sight_ends_it() {
     let mut world = World::new(1);
     world.look(&room(), 20);
     let there = with_objects(&[[2.5, 0.0]]);
-    assert_eq!(world.still(&there).len(), 1);
+    assert_eq!(world.step_static(&there).len(), 1);
     let seeing = world.scanner;
     for cycles in 1..=7 {
         world.scanner.dropouts = 1.0;
-        let zones = world.still(&there);
+        let zones = world.step_static(&there);
         assert_eq!(zones.len(), 1);
         assert_eq!(zones[0].source, ZoneSource::Held { cycles });
         assert!(covers(&zones[0], [2.5, 0.0]));
     }
-    assert_eq!(world.still(&there), []);
+    assert_eq!(world.step_static(&there), []);
     world.scanner = seeing;
-    assert_eq!(world.still(&there)[0].source, ZoneSource::Measured);
-    assert_eq!(world.still(&room()), []);
+    assert_eq!(world.step_static(&there)[0].source, ZoneSource::Measured);
+    assert_eq!(world.step_static(&room()), []);
 }
 
 /// Something black stands behind the path, of which no ray comes back: no free space is seen before it.

@@ -27,33 +27,33 @@ impl World {
         }
     }
 
-    /// One cycle from the true pose `map_from_rig`, of which the pose source says `told`.
+    /// One cycle from the true pose `map_from_rig`, measured as `measured`.
     pub(super) fn step(
         &mut self,
         walls: &[Wall],
         map_from_rig: &Isometry3<f64>,
-        told: &Isometry3<f64>,
+        measured: &Isometry3<f64>,
     ) -> Detected {
         let scan = self.scanner.scan(walls, map_from_rig, self.cycle, &mut self.dice);
-        self.step_with(&scan, told)
+        self.step_with(&scan, measured)
     }
 
-    /// One cycle of a scan from where the pose source says `told`.
-    pub(super) fn step_with(&mut self, scan: &Scan, told: &Isometry3<f64>) -> Detected {
+    /// One cycle of a scan from the measured pose.
+    pub(super) fn step_with(&mut self, scan: &Scan, measured: &Isometry3<f64>) -> Detected {
         let stamp = stamp_of(self.cycle);
         let cloud = Cloud { stamp, frame_id: "rig".to_owned(), points_m: vec![] };
         self.cycle += 1;
         let input = CycleInput {
             scan,
             view: View::PointsInRig(&cloud),
-            map_from_rig: told,
+            map_from_rig: measured,
             map_frame_id: "map",
         };
         self.detector.step(&input, |_| ()).unwrap()
     }
 
     /// One cycle at the origin.
-    pub(super) fn still(&mut self, walls: &[Wall]) -> Vec<DynamicZone> {
+    pub(super) fn step_static(&mut self, walls: &[Wall]) -> Vec<DynamicZone> {
         let pose = Isometry3::identity();
         self.step(walls, &pose, &pose).cycle.zones
     }
@@ -61,7 +61,7 @@ impl World {
     /// Cycles at the origin that fill the evidence.
     pub(super) fn look(&mut self, walls: &[Wall], cycles: u32) {
         for _ in 0..cycles {
-            assert_eq!(self.still(walls), [], "in the empty scene, cycle {}", self.cycle);
+            assert_eq!(self.step_static(walls), [], "in the empty scene, cycle {}", self.cycle);
         }
     }
 }

@@ -23,7 +23,7 @@ fn nothing_known(scan: &DeskewedScan) -> Vec<Option<ReturnClass>> {
     scan.beams.iter().map(|beam| beam.hit.map(|_| ReturnClass::Unknown)).collect()
 }
 
-/// The room with one more thing of the size of a person in it.
+/// The room with one more box of the size of a person in it.
 fn with_person(place_m: [f64; 2]) -> Vec<Wall> {
     let mut walls = room();
     walls.extend(cuboid(place_m, [0.3, 0.4]));

@@ -60,7 +60,7 @@ fn from_a_platform_that_moves_a_zone_is_held_no_longer_than_it_was_measured() {
     }
 }
 
-/// Regression: what was found to be background kept its zone as long as it was seen.
+/// Regression: what was found to be background had its zone as long as it was seen.
 #[test]
 fn from_a_platform_that_moves_a_zone_is_over_where_background_is_hit_at_its_place() {
     let held = |platform_moves, seen| held_cycles(4, platform_moves, seen);

@@ -71,8 +71,8 @@ fn what_sways_does_not_travel() {
     assert_eq!(evidence, [MotionEvidence::Insufficient; 40]);
 }
 
-/// Regression: of a ramp that a nodding scanner hit, another part in each look, the way from the first to the second was
-/// taken for a journey.
+/// Regression: of a ramp that a nodding scanner hit, another part in each look, the leap from the first to the second was
+/// taken for motion.
 #[test]
 fn what_leaps_once_does_not_travel() {
     let leap = |time_s: f64| [if time_s < 1.5 { 2.0 } else { 2.5 }, 0.4];
