@@ -12,11 +12,11 @@
 //! is made of hits and passes.
 
 mod block;
+mod config;
 mod update;
 
-use geometry::{Stamp, VoxelEdgeError, VoxelGrid, VoxelKey};
+use geometry::{Stamp, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
-use serde::{Deserialize, Serialize};
 
 use crate::block::{BlockKey, voxel_index};
 use crate::cell::{Cell, CellState};
@@ -24,86 +24,8 @@ use crate::depth_view::{DepthView, with_projection};
 use crate::layer::Layer;
 use crate::ticks::Ticks;
 use block::OccupancyBlock;
+pub use config::{OccupancyConfig, OccupancyConfigError};
 use update::ToVoxels;
-
-/// The parameters of [`Occupancy`].
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default)]
-pub struct OccupancyConfig {
-    /// The edge of the voxels, in metres.
-    pub edge_m: f64,
-    /// Farther from the camera than this nothing is recorded, in metres.
-    pub reach_m: f64,
-    /// Blocks of 8 voxels an axis that are kept at most; those that were seen longest ago make room.
-    pub max_blocks: usize,
-    /// Blocks that one image updates at most, the nearest: it bounds the time.
-    pub max_blocks_per_image: usize,
-}
-
-impl Default for OccupancyConfig {
-    fn default() -> Self {
-        Self {
-            // Rec-HV 3.3.4.
-            edge_m: 0.08,
-            reach_m: 5.0,
-            // 160 MB if none is free as a whole.
-            max_blocks: 20_000,
-            // A view of 5 m has 300 at 8 cm, and 20,000 at 2 cm.
-            max_blocks_per_image: 30_000,
-        }
-    }
-}
-
-/// A parameter has a value that means nothing.
-#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
-pub enum OccupancyConfigError {
-    /// The edge is none.
-    #[error(transparent)]
-    Edge(#[from] VoxelEdgeError),
-    /// A length is out of its range.
-    #[error("{name} of {value_m} m: from {least_m} m to {most_m} m are possible")]
-    Length {
-        /// The parameter.
-        name: &'static str,
-        /// Its value.
-        value_m: f64,
-        /// The least that is possible.
-        least_m: f64,
-        /// The most that is possible.
-        most_m: f64,
-    },
-    /// There is no room.
-    #[error("{name} is 0: there must be blocks")]
-    NoBlocks {
-        /// The parameter.
-        name: &'static str,
-    },
-}
-
-impl OccupancyConfig {
-    /// Checks every parameter.
-    ///
-    /// # Errors
-    /// When one means nothing.
-    pub fn validate(&self) -> Result<(), OccupancyConfigError> {
-        VoxelGrid::new(self.edge_m)?;
-        for (name, value_m, least_m, most_m) in
-            [("edge_m", self.edge_m, 0.001, 10.0), ("reach_m", self.reach_m, 0.1, 1000.0)]
-        {
-            if !(least_m..=most_m).contains(&value_m) {
-                return Err(OccupancyConfigError::Length { name, value_m, least_m, most_m });
-            }
-        }
-        for (name, blocks) in
-            [("max_blocks", self.max_blocks), ("max_blocks_per_image", self.max_blocks_per_image)]
-        {
-            if blocks == 0 {
-                return Err(OccupancyConfigError::NoBlocks { name });
-            }
-        }
-        Ok(())
-    }
-}
 
 /// What is known of a place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
