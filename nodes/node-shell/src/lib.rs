@@ -81,6 +81,7 @@ pub use process::throttle::{Throttle, WARNING_PERIOD};
 pub use process::whole_file::{folder_of, write_whole_file};
 pub use program::Program;
 pub use services::lifecycle::{Lifecycle, Reset};
+pub use services::odometry_output::{OdometryFrames, OdometryOutput, PublishedPose};
 pub use services::parameter_services::{LiveParameters, descriptors};
 pub use services::stage_report::StageReporter;
 pub use services::steps::StepTimer;

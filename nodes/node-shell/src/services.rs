@@ -1,8 +1,9 @@
 //! What each node offers beside its own topics: lifecycle, parameters,
-//! diagnostics, its log, reports of its cycles; and tf.
+//! diagnostics, its log, reports of its cycles; tf, and what an odometry publishes.
 
 pub(crate) mod diagnostics;
 pub(crate) mod lifecycle;
+pub(crate) mod odometry_output;
 pub(crate) mod own_tasks;
 pub(crate) mod parameter_services;
 pub(crate) mod rosout;
