@@ -6,13 +6,14 @@ mod tests;
 
 use std::collections::BTreeSet;
 
+use estimation::perturbation::composite::perturbed;
 use geometry::{DepthImage, ParameterError};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Vector6};
 
 use crate::config::CalibrationConfig;
 use crate::constraint::{Constraint, constraints_of};
 use crate::fit::{Fit, Observation, fit};
-use crate::observability::{Coordinate, SHARE_OF_ONE};
+use crate::observability::{Coordinate, SHARE_OF_ONE, share};
 use crate::optics::DepthOptics;
 use crate::returns::LidarReturn;
 use crate::steady::{InCycle, Key, steady};
@@ -61,13 +62,7 @@ impl RigMounts {
     /// With the scanner's pose corrected; see the crate's page for the six numbers.
     #[must_use]
     pub fn corrected(&self, correction: &Vector6<f64>) -> Self {
-        let shift: Vector3<f64> = correction.fixed_rows::<3>(0).into_owned();
-        let turn: Vector3<f64> = correction.fixed_rows::<3>(3).into_owned();
-        let rig_from_lidar = Isometry3::from_parts(
-            Translation3::from(self.rig_from_lidar.translation.vector + shift),
-            UnitQuaternion::from_scaled_axis(turn) * self.rig_from_lidar.rotation,
-        );
-        Self { rig_from_lidar, ..*self }
+        Self { rig_from_lidar: perturbed(&self.rig_from_lidar, correction), ..*self }
     }
 }
 
@@ -145,9 +140,9 @@ pub fn calibrate(
         if iteration + 1 >= DECIDED_FROM {
             kept = Some(constraints.iter().map(InCycle::key).collect());
         }
-        let share = |coordinate| fit.observability.share(coordinate);
+        let share_of = |coordinate| share(&fit.observability, coordinate);
         let needed = if iteration < MIXED_UNTIL { 0.5 } else { SHARE_OF_ONE };
-        let knows = Coordinate::ALL.map(|coordinate| share(coordinate) > needed);
+        let knows = Coordinate::ALL.map(|coordinate| share_of(coordinate) > needed);
         if iteration >= DECIDED_FROM {
             let before = known.unwrap_or(knows);
             let is_mixed = iteration >= MIXED_UNTIL;

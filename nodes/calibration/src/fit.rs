@@ -6,18 +6,16 @@ mod tests;
 
 use std::collections::BTreeMap;
 
+use estimation::Observability;
+use estimation::covariance::scaled;
+use estimation::observability::restricted;
+use estimation::tukey::TukeyWeights;
 use nalgebra::{Matrix6, Vector6};
 
 use crate::config::CalibrationConfig;
 use crate::constraint::Linearised;
-use crate::observability::Observability;
+use crate::observability::{Coordinate, observability};
 
-/// Tukey's constant: 95 % efficiency where the errors are normal (Huber 1981; Zhang 1997, table 1).
-const TUKEY: f64 = 4.685;
-/// The median of the absolute value of a normal number, inverted.
-const STD_DEVS_A_MEDIAN: f64 = 1.4826;
-/// The errors are no smaller than this share of what is expected of the sensors.
-const MIN_SCALE: f64 = 0.05;
 /// Rounds of reweighting.
 const MAX_ROUNDS: usize = 30;
 /// They end when no coordinate moves by more than this share of what is asked for.
@@ -46,7 +44,7 @@ pub struct Fit {
     /// Its covariance along the estimated directions; nothing along the others.
     pub covariance: Matrix6<f64>,
     /// Which directions were estimated.
-    pub observability: Observability,
+    pub observability: Observability<6>,
     /// The variance of the errors over the expected one, errors that groups share included.
     pub variance_factor: f64,
     /// The weight of each observation: 0 for outliers, 1 for what fits perfectly.
@@ -99,7 +97,7 @@ impl Problem<'_> {
         let mut total = start;
         let mut round = 0;
         loop {
-            let weighing = Weighing::of(&self.errors(&total))?;
+            let weighing = TukeyWeights::of(self.errors(&total), 0.0)?;
             let fit = self.solve(&weighing, excess)?;
             let step = (fit.total - total).component_div(&self.config.wanted_std_devs());
             total = fit.total;
@@ -122,7 +120,7 @@ impl Problem<'_> {
             .collect()
     }
 
-    fn solve(&self, weighing: &Weighing, excess: f64) -> Option<Fit> {
+    fn solve(&self, weighing: &TukeyWeights, excess: f64) -> Option<Fit> {
         let (mut normal, mut noise) = (Matrix6::zeros(), Matrix6::zeros());
         let mut right = Vector6::zeros();
         for (one, weight) in self.observations.iter().zip(&weighing.weights) {
@@ -139,22 +137,19 @@ impl Problem<'_> {
                 one.normal_std_dev_rad.powi(2) + self.config.normal_noise_rad.powi(2);
             noise += information * normal_variance * (one.linearised.way_matrix() - outer);
         }
-        let estimated_coordinates = 6.0;
-        let variance_factor = excess * weighing.variance_factor(estimated_coordinates);
-        let units = Matrix6::from_diagonal(&self.config.wanted_std_devs());
-        let told = units * (normal - noise) * units / variance_factor;
-        if !told.iter().all(|element| element.is_finite()) {
+        let variance_factor = excess * weighing.variance_factor(Coordinate::ALL.len());
+        let units = self.config.wanted_std_devs();
+        let without_noise = (normal - noise) / variance_factor;
+        if !without_noise.iter().all(|element| element.is_finite()) {
             return None;
         }
-        let observability = Observability::of(&told, self.given_up);
-        let projector = observability.projector();
-        let held = Matrix6::identity() - projector;
-        // Block by block: the estimated directions as they are, the others a unit matrix.
-        let reduced = projector * (units * normal * units) * projector + held;
-        let inverse = projector * reduced.try_inverse()? * projector;
+        let observability = observability(&without_noise, &units, self.given_up);
+        let (estimated, held) = (observability.projector(), observability.weak_projector());
+        let reduced = restricted(&scaled(&normal, &units), &held, 1.0);
+        let inverse = scaled(&(estimated * reduced.try_inverse()? * estimated), &units);
         Some(Fit {
-            total: -(units * inverse * (units * right)),
-            covariance: variance_factor * (units * inverse * units),
+            total: -(inverse * right),
+            covariance: variance_factor * inverse,
             observability,
             variance_factor,
             weights: weighing.weights.clone(),
@@ -163,7 +158,7 @@ impl Problem<'_> {
 
     /// By how much the sums of groups scatter more than those of independent errors would; at least 1.
     fn excess_of_groups(&self, fit: &Fit) -> f64 {
-        let Some(weighing) = Weighing::of(&self.errors(&fit.total)) else { return 1.0 };
+        let Some(weighing) = TukeyWeights::of(self.errors(&fit.total), 0.0) else { return 1.0 };
         let mut groups: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         let (mut squares, mut count) = (0.0, 0.0);
         for (one, (weight, error)) in
@@ -186,54 +181,5 @@ impl Problem<'_> {
         let freedom = (groups.len() - estimated) as f64;
         let excess = of_groups / freedom / (squares / count);
         excess.max(1.0)
-    }
-}
-
-/// The weights of a round.
-struct Weighing {
-    /// Errors in expected standard deviations.
-    errors: Vec<f64>,
-    /// Tukey's weights; 0 for outliers.
-    weights: Vec<f64>,
-    /// The errors' standard deviation over the expected one, by their median.
-    scale: f64,
-}
-
-impl Weighing {
-    fn of(errors: &[f64]) -> Option<Self> {
-        let mut sizes: Vec<f64> = errors.iter().map(|error| error.abs()).collect();
-        sizes.sort_unstable_by(f64::total_cmp);
-        let median = *sizes.get(sizes.len() / 2)?;
-        let scale = (STD_DEVS_A_MEDIAN * median).max(MIN_SCALE);
-        let weights = errors
-            .iter()
-            .map(|error| {
-                let share = error / (TUKEY * scale);
-                if share.abs() < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
-            })
-            .collect();
-        Some(Self { errors: errors.to_vec(), weights, scale })
-    }
-
-    /// The factor of `(J' W J)^-1` that makes it the covariance of the estimate (Huber 1981, section 7.6), in
-    /// expected variances; over the observations that are no outliers.
-    fn variance_factor(&self, parameters: f64) -> f64 {
-        let (mut count, mut weights, mut pulls, mut slopes) = (0.0, 0.0, 0.0, 0.0);
-        for (error, weight) in self.errors.iter().zip(&self.weights) {
-            if *weight > 0.0 {
-                let share = (error / (TUKEY * self.scale)).powi(2);
-                count += 1.0;
-                weights += weight;
-                pulls += (weight * error).powi(2);
-                slopes += (1.0 - share) * (1.0 - 5.0 * share);
-            }
-        }
-        let freedom: f64 = f64::max(count - parameters, 1.0);
-        let slope = slopes / count;
-        // Where nearly all lie far out, the slope vanishes: nothing is known then.
-        if slope <= 0.0 {
-            return f64::INFINITY;
-        }
-        (pulls / freedom) * (weights / count) / (slope * slope)
     }
 }

@@ -2,14 +2,13 @@
 
 use std::fmt;
 
-use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use estimation::Observability;
+use estimation::observability::to_one_unit;
+use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
 /// A coordinate counts as estimated when this share of it is, and as held when the rest of 1 is.
 pub(crate) const SHARE_OF_ONE: f64 = 0.95;
-
-/// The information of a direction that is told just as well as is asked for.
-pub const NEEDED: f64 = 1.0;
 
 /// A coordinate of a correction.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
@@ -59,114 +58,69 @@ impl fmt::Display for Coordinate {
     }
 }
 
-/// A direction of corrections, one of six that are told independently of each other.
+/// A direction of corrections as a report has it, one of six that are known independently of each other.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Direction {
     /// How much of each coordinate is in it, in units of the standard deviation that is asked for; the squares
     /// add up to 1.
     pub weights: [f64; 6],
     /// The eigenvalue of the information: 1 where the bag tells the direction just as well as is asked for, 4
-    /// where it tells it twice as well; at or below 0 where it tells nothing.
+    /// where it tells it twice as well, 0 where it tells nothing.
     pub information: f64,
     /// Whether it was estimated. The others keep what they were.
     pub estimated: bool,
 }
 
-/// The six directions, best known first.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Observability {
-    /// The directions.
-    pub directions: [Direction; 6],
-}
-
-impl Observability {
-    /// The eigenvectors of an information matrix whose coordinates are in units of what is asked for. What has at
-    /// least [`NEEDED`] can be estimated, but for the coordinates that are `given_up`.
-    ///
-    /// A coordinate of which hardly anything can be estimated is held as a whole: noise alone would mix a little
-    /// of it into what is known, and it would drift.
-    #[must_use]
-    pub fn of(information: &Matrix6<f64>, given_up: [bool; 6]) -> Self {
-        let first = Self::mixed(information);
-        let held = Coordinate::ALL.map(|coordinate| {
-            given_up[coordinate as usize] || first.share(coordinate) <= 1.0 - SHARE_OF_ONE
-        });
-        let unmixed = Matrix6::from_fn(|row, column| {
-            if row != column && (held[row] || held[column]) {
-                0.0
-            } else {
-                information[(row, column)]
-            }
-        });
-        let mut observability = Self::mixed(&unmixed);
-        for direction in &mut observability.directions {
-            let of_held: f64 = direction
-                .weights
-                .iter()
-                .zip(held)
-                .filter(|(_, held)| *held)
-                .map(|(weight, _)| weight * weight)
-                .sum();
-            direction.estimated &= of_held < 1.0 - SHARE_OF_ONE;
-        }
-        observability
-    }
-
-    fn mixed(information: &Matrix6<f64>) -> Self {
-        let eigen = SymmetricEigen::new(*information);
-        let mut directions: [Direction; 6] = std::array::from_fn(|index| {
-            let weights = eigen.eigenvectors.column(index);
-            let information = eigen.eigenvalues[index];
-            Direction {
-                weights: std::array::from_fn(|coordinate| rounded(weights[coordinate])),
-                information,
-                estimated: information >= NEEDED,
-            }
-        });
-        directions.sort_by(|a, b| b.information.total_cmp(&a.information));
-        Self { directions }
-    }
-
-    /// How many directions are estimated.
-    #[must_use]
-    pub fn estimated(&self) -> usize {
-        self.directions.iter().filter(|direction| direction.estimated).count()
-    }
-
-    /// Takes a correction (in units of what is asked for) to its part that is estimated.
-    #[must_use]
-    pub fn projector(&self) -> Matrix6<f64> {
-        self.directions
-            .iter()
-            .filter(|direction| direction.estimated)
-            .map(|direction| {
-                let weights = Vector6::from(direction.weights);
-                weights * weights.transpose()
-            })
-            .sum()
-    }
-
-    /// The share of a coordinate that is estimated: 1 when it is known by itself, 0 when nothing is known of it,
-    /// between the two when it is known only together with others.
-    #[must_use]
-    pub fn share(&self, coordinate: Coordinate) -> f64 {
-        self.directions
-            .iter()
-            .filter(|direction| direction.estimated)
-            .map(|direction| direction.weights[coordinate as usize].powi(2))
-            .sum()
+impl From<estimation::Direction<6>> for Direction {
+    fn from(direction: estimation::Direction<6>) -> Self {
+        let estimation::Direction { in_units, information, estimated } = direction;
+        Self { weights: in_units.into(), information, estimated }
     }
 }
 
-/// Without what the eigenvectors' own rounding leaves, and without a negative zero.
-fn rounded(weight: f64) -> f64 {
-    const NEGLIGIBLE: f64 = 1e-12;
-    if weight.abs() < NEGLIGIBLE { 0.0 } else { weight }
+/// What `information` tells of a correction, with `wanted_std_devs` for units: directions that are known to these can be
+/// estimated, but for the coordinates that are `given_up`.
+///
+/// A coordinate of which hardly anything can be estimated is held as a whole: noise alone would mix a little
+/// of it into what is known, and it would drift.
+#[must_use]
+pub fn observability(
+    information: &Matrix6<f64>,
+    wanted_std_devs: &Vector6<f64>,
+    given_up: [bool; 6],
+) -> Observability<6> {
+    let first = Observability::of(information, wanted_std_devs, to_one_unit);
+    let held = Coordinate::ALL.map(|coordinate| {
+        given_up[coordinate as usize] || share(&first, coordinate) <= 1.0 - SHARE_OF_ONE
+    });
+    let unmixed = Matrix6::from_fn(|row, column| {
+        if row != column && (held[row] || held[column]) { 0.0 } else { information[(row, column)] }
+    });
+    Observability::of(&unmixed, wanted_std_devs, |direction, information| {
+        let weights = direction.iter().zip(held);
+        let of_held: f64 =
+            weights.filter(|(_, held)| *held).map(|(weight, _)| weight * weight).sum();
+        to_one_unit(direction, information) && of_held < 1.0 - SHARE_OF_ONE
+    })
+}
+
+/// The share of a coordinate that is estimated: 1 when it is known by itself, 0 when nothing is known of it,
+/// between the two when it is known only together with others.
+#[must_use]
+pub fn share(observability: &Observability<6>, coordinate: Coordinate) -> f64 {
+    observability
+        .directions
+        .iter()
+        .filter(|direction| direction.estimated)
+        .map(|direction| direction.in_units[coordinate as usize].powi(2))
+        .sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const ONES: Vector6<f64> = Vector6::new(1.0, 1.0, 1.0, 1.0, 1.0, 1.0);
 
     #[test]
     fn what_is_told_is_told_apart_from_what_is_not() {
@@ -176,22 +130,22 @@ mod tests {
         for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             information[(row, column)] = 20.0;
         }
-        let observability = Observability::of(&information, [false; 6]);
-        assert_eq!(observability.estimated(), 4);
-        let share = |coordinate| (observability.share(coordinate) * 100.0).round() as i32;
-        assert_eq!(Coordinate::ALL.map(share), [50, 50, 0, 100, 100, 100]);
+        let found = observability(&information, &ONES, [false; 6]);
+        assert_eq!(found.estimated(), 4);
+        let percent = |coordinate| (share(&found, coordinate) * 100.0).round() as i32;
+        assert_eq!(Coordinate::ALL.map(percent), [50, 50, 0, 100, 100, 100]);
         // What is held is held exactly, noise or not.
         let mut noisy = information;
         for other in [3, 4, 5] {
             (noisy[(2, other)], noisy[(other, 2)]) = (2.0, 2.0);
         }
-        let held = Observability::of(&noisy, [false; 6]);
-        assert_eq!((held.estimated(), held.share(Coordinate::Z)), (4, 0.0));
+        let held = observability(&noisy, &ONES, [false; 6]);
+        assert_eq!((held.estimated(), share(&held, Coordinate::Z)), (4, 0.0));
         // What was given up is held, known or not.
         let without_yaw =
-            Observability::of(&information, [false, false, false, false, false, true]);
-        assert_eq!((without_yaw.estimated(), without_yaw.share(Coordinate::Yaw)), (3, 0.0));
-        let correction = observability.projector() * Vector6::new(1.0, 0.0, 3.0, 0.0, 0.0, 2.0);
+            observability(&information, &ONES, [false, false, false, false, false, true]);
+        assert_eq!((without_yaw.estimated(), share(&without_yaw, Coordinate::Yaw)), (3, 0.0));
+        let correction = found.projector() * Vector6::new(1.0, 0.0, 3.0, 0.0, 0.0, 2.0);
         let expected = Vector6::new(0.5, 0.5, 0.0, 0.0, 0.0, 2.0);
         assert!((correction - expected).norm() < 1e-9, "{correction}");
     }

@@ -1,11 +1,12 @@
 //! What several tests share: cycles of a simulated room, planes as a depth image shows them, and noise.
 
+pub(crate) use estimation::Random;
+use estimation::perturbation::composite::perturbation_between;
 use geometry::{
     CameraModel, DepthImage, DepthPixels, Distortion, PoseBuffer, RayTable, Scan, Stamp,
     pose_from_vector,
 };
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point2, Vector3, Vector6};
-pub(crate) use simulator::SeededNormal as Normal;
 use simulator::{Path, Sample, Scenario};
 
 use crate::{Calibration, Cycle, DepthOptics, RigMounts, calibrate, returns_of};
@@ -121,11 +122,7 @@ impl Recording {
 
     /// The true correction of the usual mounts.
     pub(crate) fn true_correction(&self, mounts: &RigMounts) -> Vector6<f64> {
-        let shift =
-            self.rig_from_lidar.translation.vector - mounts.rig_from_lidar.translation.vector;
-        let turn = self.rig_from_lidar.rotation * mounts.rig_from_lidar.rotation.inverse();
-        let turn = turn.scaled_axis();
-        Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+        perturbation_between(&mounts.rig_from_lidar, &self.rig_from_lidar)
     }
 }
 

@@ -9,10 +9,11 @@ mod sensors;
 mod true_tracks;
 
 use std::collections::BTreeMap;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
+use estimation::ScopedThreads;
 use simulator::{Sample, Scenario};
 
 use choice::ChoiceArgs;
@@ -109,8 +110,7 @@ pub fn write_bag(scenario: &Scenario, path: &Path) -> Result<(), Failure> {
     // The bar counts simulated milliseconds: the number of samples is not known beforehand.
     let progress = Progress::new("simulating", (scenario.duration_s * 1e3) as u64);
     let mut tracks = TrueTracks::default();
-    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    for sample in samples.on_threads(threads) {
+    for sample in samples.with_executor(Arc::new(ScopedThreads::of_machine())) {
         progress.set((sample.stamp().seconds_since(scenario.start) * 1e3) as u64);
         write_sample(&mut bag, &mut tracks, &sample)?;
     }

@@ -9,8 +9,10 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 use std::time::Instant;
 
+use estimation::{Executor, ScopedThreads};
 use geometry::Stamp;
 use lidar_odometry::odometry::{Guess, LidarOdometry, LidarOdometryConfig, LidarScan, ScanToScan};
 use lidar_odometry::registration::{PreparationConfig, RegistrationConfig};
@@ -26,6 +28,7 @@ fn main() {
         |name: &str| options.iter().find_map(|option| option.strip_prefix(name)?.strip_prefix('='));
     let threads = option("threads").map_or(1, |value| value.parse().unwrap());
     let threads = NonZeroUsize::new(threads).expect("at least one thread");
+    let executor: Arc<dyn Executor> = Arc::new(ScopedThreads::new(threads));
     let mut config = LidarOdometryConfig::default();
     if let Some(edge_m) = option("voxel_edge_m") {
         config.preparation.voxel_edge_m = edge_m.parse().unwrap();
@@ -33,12 +36,12 @@ fn main() {
     if let Some(edge_m) = option("map_voxel_edge_m") {
         config.map_voxel_edge_m = edge_m.parse().unwrap();
     }
-    let mut onto_map = LidarOdometry::new(config, threads).unwrap();
+    let mut onto_map = LidarOdometry::new(config, Arc::clone(&executor)).unwrap();
     let mut onto_scan = ScanToScan::new(
         PreparationConfig::default(),
         RegistrationConfig::default(),
         Guess::PreviousMotion,
-        threads,
+        executor,
     );
     let mut times_ms = Vec::new();
     for (number, path) in paths.iter().enumerate() {

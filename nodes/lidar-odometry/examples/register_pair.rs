@@ -13,6 +13,7 @@
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
+use estimation::ScopedThreads;
 use lidar_odometry::registration::{
     CoarseConfig, Method, PreparationConfig, PreparedCloud, RegistrationConfig, register,
 };
@@ -40,14 +41,14 @@ fn main() {
             _ => panic!("there is no option {name}"),
         }
     }
-    let threads = NonZeroUsize::new(threads).expect("at least one thread");
+    let executor = ScopedThreads::new(NonZeroUsize::new(threads).expect("at least one thread"));
     let [target, source] = [0, 1].map(|which| points(&paths[which]));
     for _ in 0..repeats {
         let start = Instant::now();
         let [target, source] = [&target, &source]
-            .map(|points| PreparedCloud::new(points, &preparation, threads).unwrap());
+            .map(|points| PreparedCloud::new(points, &preparation, &executor).unwrap());
         let prepared = start.elapsed();
-        let found = register(&source, &target, &Isometry3::identity(), &config, threads).unwrap();
+        let found = register(&source, &target, &Isometry3::identity(), &config, &executor).unwrap();
         let whole = start.elapsed();
         let pose = found.target_from_source.to_homogeneous();
         let rows: Vec<f64> =
@@ -65,7 +66,7 @@ fn main() {
             found.correspondences,
             found.residual_rms_m,
             found.observability.estimated(),
-            found.observability.directions[5].told_share,
+            found.observability.directions[5].information,
         );
     }
 }

@@ -15,16 +15,19 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 use std::time::Instant;
 
+use estimation::{Executor, ScopedThreads, Serial};
 use geometry::{LidarCloud, Stamp};
 use lidar_odometry::loop_closing::{
-    BackgroundSearch, InlineSearch, LoopCloser, LoopClosingConfig, LoopOutcome, LoopSearch, Place,
+    InlineSearch, LoopCloser, LoopClosingConfig, LoopOutcome, LoopSearch, Place,
 };
 use lidar_odometry::odometry::{
     Follower, FollowerConfig, Guess, LidarPose, MotionHint, Way, deskewed_cloud,
 };
 use lidar_odometry::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
+use lidar_odometry::shell::BackgroundSearch;
 use nalgebra::{Isometry3, Point3};
 use simulator::{
     Body, Figure, Material, MovingObject, Path, Sample, Scenario, VelodyneModel, VelodyneTurn,
@@ -48,6 +51,7 @@ fn main() {
         Some(other) => panic!("there is no model {other}"),
     };
     let threads = NonZeroUsize::new(number("threads", 2.0) as usize).expect("at least one thread");
+    let executor: Arc<dyn Executor> = Arc::new(ScopedThreads::new(threads));
     let seed = number("seed", 1.0) as u64;
     let mut scenario = match option("road") {
         Some("long") => Scenario::long_road(model, seed),
@@ -59,10 +63,10 @@ fn main() {
     let mut runs: Vec<Run> = option("ways")
         .unwrap_or("map")
         .split(',')
-        .map(|name| Run::new(name, model, threads, option("loops")))
+        .map(|name| Run::new(name, model, &executor, option("loops")))
         .collect();
     let turns: Box<dyn Iterator<Item = Sample>> =
-        Box::new(scenario.samples().unwrap().on_threads(threads));
+        Box::new(scenario.samples().unwrap().with_executor(Arc::clone(&executor)));
     let clouds = turns.filter_map(|sample| match sample {
         Sample::Velodyne(turn) => Some(cloud_of(&turn)),
         _ => None,
@@ -115,7 +119,12 @@ struct Run {
 }
 
 impl Run {
-    fn new(name: &str, model: VelodyneModel, threads: NonZeroUsize, loops: Option<&str>) -> Self {
+    fn new(
+        name: &str,
+        model: VelodyneModel,
+        executor: &Arc<dyn Executor>,
+        loops: Option<&str>,
+    ) -> Self {
         // The thesis leaves 14 of 32 rays.
         let lowest_left_out = match model {
             VelodyneModel::Hdl64e => 36,
@@ -139,13 +148,13 @@ impl Run {
         let config = FollowerConfig { way, guess, points, ..FollowerConfig::default() };
         Self {
             name: name.to_owned(),
-            follower: Follower::new(config, threads).unwrap(),
+            follower: Follower::new(config, Arc::clone(executor)).unwrap(),
             truth: Vec::new(),
             estimate: Vec::new(),
             times_ms: Vec::new(),
             failures: 0,
             stamps: Vec::new(),
-            loops: loops.map(|how| search(how, threads)),
+            loops: loops.map(|how| search(how, executor)),
         }
     }
 
@@ -250,12 +259,12 @@ impl Run {
     }
 }
 
-fn search(how: &str, threads: NonZeroUsize) -> Box<dyn LoopSearch> {
+fn search(how: &str, executor: &Arc<dyn Executor>) -> Box<dyn LoopSearch> {
     let config = LoopClosingConfig::default();
     match how {
-        "inline" => Box::new(InlineSearch::new(config, threads).unwrap()),
+        "inline" => Box::new(InlineSearch::new(config, Arc::clone(executor)).unwrap()),
         "background" => {
-            let closer = LoopCloser::new(config, NonZeroUsize::MIN).unwrap();
+            let closer = LoopCloser::new(config, Arc::new(Serial)).unwrap();
             Box::new(BackgroundSearch::new(closer).unwrap())
         }
         other => panic!("loops are closed inline or in the background, not {other}"),

@@ -52,7 +52,6 @@ pub mod loop_closing;
 pub mod odometry;
 pub mod packets;
 pub mod panorama;
-mod parallel;
 pub mod recorded;
 pub mod registration;
 pub mod revolution;

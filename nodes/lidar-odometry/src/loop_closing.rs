@@ -16,7 +16,6 @@
 //!
 //! The odometry itself goes on undisturbed, as REP 105 asks: what changes is where its frame is in the map.
 
-mod background;
 mod candidate;
 mod config;
 mod correction;
@@ -29,12 +28,12 @@ mod tests;
 mod verification;
 
 use std::collections::VecDeque;
-use std::num::NonZeroUsize;
+use std::sync::Arc;
 
+use estimation::Executor;
 use geometry::{Stamp, VoxelGrid};
 use nalgebra::{Isometry3, Point3};
 
-pub use self::background::BackgroundSearch;
 pub use self::config::LoopClosingConfig;
 use self::correction::LoopEdge;
 pub use self::known::{KeyframePose, KnownLoops};
@@ -49,7 +48,7 @@ use crate::registration::ParameterError;
 #[derive(Clone, Debug)]
 pub struct LoopCloser {
     config: LoopClosingConfig,
-    threads: NonZeroUsize,
+    executor: Arc<dyn Executor>,
     /// The places, in the order of the drive.
     keyframes: VecDeque<Keyframe>,
     /// How many have been forgotten: the number of the first of those that are left.
@@ -82,11 +81,14 @@ impl LoopCloser {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: LoopClosingConfig, threads: NonZeroUsize) -> Result<Self, ParameterError> {
+    pub fn new(
+        config: LoopClosingConfig,
+        executor: Arc<dyn Executor>,
+    ) -> Result<Self, ParameterError> {
         config.validate()?;
         Ok(Self {
             config,
-            threads,
+            executor,
             keyframes: VecDeque::new(),
             forgotten: 0,
             loops: Vec::new(),
@@ -95,6 +97,12 @@ impl LoopCloser {
             map_from_odom: Isometry3::identity(),
             closed_at_m: None,
         })
+    }
+
+    /// The parameters.
+    #[must_use]
+    pub fn config(&self) -> &LoopClosingConfig {
+        &self.config
     }
 
     /// Forgets everything: the next scan is the first one.

@@ -23,12 +23,12 @@ mod scan_to_scan;
 mod tests;
 mod threshold;
 mod track;
-mod velocity;
 
-use std::num::NonZeroUsize;
+use std::sync::Arc;
 
+use estimation::{Executor, Twist};
 use geometry::Stamp;
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Point3;
 
 pub use self::config::LidarOdometryConfig;
 pub use self::deskew::deskewed_cloud;
@@ -38,7 +38,6 @@ pub use self::pose::{LidarPose, Outcome, Quality, Refusal};
 pub use self::scan_to_scan::{Guess, ScanToScan};
 
 use self::track::{LONGEST_PREDICTION_S, Moment, Track};
-use self::velocity::Velocity;
 use crate::registration::{ParameterError, VoxelSurface, align};
 
 /// Scans that are nearer together are one and the same, stamped twice: no sensor turns a thousand times a second.
@@ -61,7 +60,7 @@ pub struct LidarScan<'a> {
 #[derive(Clone, Debug)]
 pub struct LidarOdometry {
     config: LidarOdometryConfig,
-    threads: NonZeroUsize,
+    executor: Arc<dyn Executor>,
     map: VoxelSurface,
     track: Option<Track>,
 }
@@ -71,9 +70,12 @@ impl LidarOdometry {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: LidarOdometryConfig, threads: NonZeroUsize) -> Result<Self, ParameterError> {
+    pub fn new(
+        config: LidarOdometryConfig,
+        executor: Arc<dyn Executor>,
+    ) -> Result<Self, ParameterError> {
         config.validate()?;
-        Ok(Self { config, threads, map: VoxelSurface::new(config.map_voxel_edge_m), track: None })
+        Ok(Self { config, executor, map: VoxelSurface::new(config.map_voxel_edge_m), track: None })
     }
 
     /// Forgets everything: the next scan is the first one.
@@ -139,18 +141,17 @@ impl LidarOdometry {
         let predicted = track.odom_from_lidar * hinted.unwrap_or(track.expected_motion(passed_s));
         let by_hint = hinted
             .filter(|_| passed_s <= LONGEST_PREDICTION_S)
-            .map(|motion| Velocity::between(&Isometry3::identity(), &motion, passed_s));
+            .and_then(|motion| Twist::between(&motion, passed_s));
         let cloud = self.prepared(scan, moment, by_hint.or(track.velocity))?;
         // C, D: correspondences with the map reach as far as predictions have been off (eq. 6), and are doubted sooner.
         let rules = self.rules(&track.threshold);
         // E: the pose.
-        let found = match align(&cloud, &self.map, &predicted, &rules, self.threads) {
+        let found = match align(&cloud, &self.map, &predicted, &rules, &*self.executor) {
             Ok(found) => found,
             Err(error) => return Ok(self.hold(track, scan, &cloud, (moment, &predicted), error)),
         };
         let odom_from_lidar = found.target_from_source;
-        track.velocity =
-            Some(Velocity::between(&track.odom_from_lidar, &odom_from_lidar, passed_s));
+        track.velocity = Twist::between(&track.odom_from_lidar.inv_mul(&odom_from_lidar), passed_s);
         track.threshold.take_in(&predicted, &odom_from_lidar);
         track.arrive(moment, odom_from_lidar);
         self.take_in(&cloud, track);

@@ -10,8 +10,9 @@
 //! | `factor` | how a distance is measured: all in which the methods differ |
 //! | `correspondences`, `normal_equations` | what corresponds, and its sums |
 //! | `alignment` | the steps |
-//! | `observability` | which directions are told |
-//! | `motion` | the six numbers of a correction |
+//!
+//! A pose is corrected along the axes of the target, about the source's origin ([`estimation::perturbation::composite`]);
+//! directions that the clouds do not tell of keep the guess ([`estimation::observability`]).
 //!
 //! Points are single precision in the frame of their sensor; everything that is summed is double. The number of threads
 //! changes no bit: chunks have a fixed size, and their sums are added in their order.
@@ -22,28 +23,30 @@ mod correspondences;
 mod error;
 mod factor;
 mod kd_tree;
-mod motion;
 mod normal;
 mod normal_equations;
-mod observability;
 mod prepared_cloud;
 mod surface;
-mod symmetric;
 #[cfg(test)]
 mod tests;
 mod voxel_surface;
 
-use std::num::NonZeroUsize;
-
+use estimation::Executor;
+pub use estimation::RobustKernel;
+pub(crate) use estimation::perturbation::is_finite as is_finite_pose;
 use nalgebra::Isometry3;
 
 pub use self::alignment::Registration;
-pub use self::config::{CoarseConfig, Method, PreparationConfig, RegistrationConfig, RobustKernel};
+pub use self::config::{CoarseConfig, Method, PreparationConfig, RegistrationConfig};
 pub use self::error::RegistrationError;
-pub(crate) use self::motion::is_finite as is_finite_pose;
-pub use self::motion::{perturbation_between, perturbed};
-pub use self::observability::{Direction, Observability};
 pub use self::prepared_cloud::PreparedCloud;
+
+/// One of the six directions of a pose: shifts count in metres, turns in the metres that they move the points by.
+pub type Direction = estimation::Direction<6>;
+/// What the correspondences tell of, direction by direction. The information along a direction is a share: as if so many of
+/// the correspondences looked straight along it. In place of the bare eigenvalue this makes it a matter of the scene, not of
+/// how many points it is seen with.
+pub type Observability = estimation::Observability<6>;
 
 pub(crate) use self::alignment::align;
 pub(crate) use self::config::check_positive;
@@ -64,14 +67,14 @@ pub fn register(
     target: &PreparedCloud,
     guess: &Isometry3<f64>,
     config: &RegistrationConfig,
-    threads: NonZeroUsize,
+    executor: &dyn Executor,
 ) -> Result<Registration, RegistrationError> {
     if config.method == Method::VoxelisedGeneralised {
         config.validate()?;
         let target = voxelised(target, config.target_voxel_edge_m);
-        return align(source, &target, guess, config, threads);
+        return align(source, &target, guess, config, executor);
     }
-    align(source, target, guess, config, threads)
+    align(source, target, guess, config, executor)
 }
 
 /// A cloud as the means of its voxels.

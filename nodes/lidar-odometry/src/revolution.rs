@@ -10,11 +10,9 @@
 mod assembly;
 mod builder;
 mod deskew;
-mod twist;
 
 pub use assembly::{AssemblyConfigError, AssemblyCounts, PacketClock, RevolutionAssembly};
 pub use builder::{
     BuiltRevolution, KeptEcho, RevolutionBuilder, RevolutionConfig, RevolutionConfigError,
 };
 pub use deskew::deskewed;
-pub use twist::BodyTwist;

@@ -1,5 +1,6 @@
 //! The node `lidar_odometry`: clouds or packets of a turning LiDAR in, the vehicle's pose out.
 
+mod background_search;
 mod hints;
 mod inputs;
 mod loops;
@@ -15,6 +16,7 @@ use std::process::ExitCode;
 
 use node_shell::{Node, NodeFailure, Program};
 
+pub use background_search::BackgroundSearch;
 pub use parameters::{
     EchoChoice, FilterChoice, LidarInput, LidarOdometryParameters, ModelChoice, TimeUnitChoice,
 };

@@ -1,43 +1,14 @@
 //! What the tests of this crate share: chance that a seed decides, and scenes.
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use std::num::NonZeroUsize;
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
-pub(crate) struct Random {
-    state: u64,
-}
+pub(crate) use estimation::Random;
+use estimation::ScopedThreads;
+use nalgebra::{Isometry3, Point3, Vector3};
 
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self { state: seed }
-    }
-
-    /// Evenly between two numbers.
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.state;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^= mixed >> 31;
-        low + (high - low) * (mixed >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// About 0, with a standard deviation of 1: the sum of twelve even ones.
-    pub(crate) fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.between(-0.5, 0.5)).sum()
-    }
-
-    /// A direction, every one alike.
-    pub(crate) fn direction(&mut self) -> Vector3<f64> {
-        Vector3::new(self.normal(), self.normal(), self.normal()).normalize()
-    }
-
-    /// A motion of just this length and this angle.
-    pub(crate) fn motion(&mut self, shift_m: f64, turn_rad: f64) -> Isometry3<f64> {
-        let shift = shift_m * self.direction();
-        let turn = turn_rad * self.direction();
-        Isometry3::from_parts(Translation3::from(shift), UnitQuaternion::from_scaled_axis(turn))
-    }
+/// An executor with so many threads.
+pub(crate) fn threads(count: usize) -> ScopedThreads {
+    ScopedThreads::new(NonZeroUsize::new(count).unwrap())
 }
 
 /// A rectangle of a scene: a corner and two sides.

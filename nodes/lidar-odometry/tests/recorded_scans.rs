@@ -2,9 +2,10 @@
 // A test may stop where it stands, and says what it measured.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use estimation::Serial;
 use geometry::Stamp;
 use lidar_odometry::odometry::{LidarOdometry, LidarOdometryConfig, LidarScan, Outcome};
 use lidar_odometry::registration::{
@@ -30,13 +31,12 @@ fn points(path: &Path) -> Vec<Point3<f32>> {
 }
 
 fn prepared(points_m: &[Point3<f32>]) -> PreparedCloud {
-    PreparedCloud::new(points_m, &PreparationConfig::default(), NonZeroUsize::MIN).unwrap()
+    PreparedCloud::new(points_m, &PreparationConfig::default(), &Serial).unwrap()
 }
 
 fn laid(source: &[Point3<f32>], target: &[Point3<f32>], guess: &Isometry3<f64>) -> Isometry3<f64> {
     let config = RegistrationConfig::default();
-    let found =
-        register(&prepared(source), &prepared(target), guess, &config, NonZeroUsize::MIN).unwrap();
+    let found = register(&prepared(source), &prepared(target), guess, &config, &Serial).unwrap();
     assert!(found.converged && found.observability.estimated() == 6 && found.overlap > 0.9);
     found.target_from_source
 }
@@ -80,7 +80,7 @@ fn twelve_scans_end_where_the_last_lies_to_the_first() {
         .map(|number| points(&folder.join(format!("velodyne/{number:010}.bin"))))
         .collect();
     let mut odometry =
-        LidarOdometry::new(LidarOdometryConfig::default(), NonZeroUsize::MIN).unwrap();
+        LidarOdometry::new(LidarOdometryConfig::default(), Arc::new(Serial)).unwrap();
     let mut end = Isometry3::identity();
     for (number, points_m) in scans.iter().enumerate() {
         let stamp = Stamp::default().plus_seconds(0.1 * number as f64);

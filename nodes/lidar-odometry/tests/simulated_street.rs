@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 
+use estimation::{ScopedThreads, Serial};
 use geometry::pose_vector;
 use lidar_odometry::registration::{
     PreparationConfig, PreparedCloud, RegistrationConfig, register,
@@ -19,11 +21,14 @@ const PAIRS: [(f64, f64, f64); 5] =
 fn scan(model: VelodyneModel, room_from_sensor: &Isometry3<f64>, seed: u64) -> PreparedCloud {
     let mut scenario = Scenario::road(model, seed).with_duration_s(0.11);
     scenario.rig.path = Path::still(pose_vector(room_from_sensor));
-    let threads = NonZeroUsize::new(2).unwrap();
-    let turn = scenario.samples().unwrap().on_threads(threads).find_map(|sample| match sample {
-        Sample::Velodyne(turn) => Some(turn),
-        _ => None,
-    });
+    let executor = ScopedThreads::new(NonZeroUsize::new(2).unwrap());
+    let turn =
+        scenario.samples().unwrap().with_executor(Arc::new(executor)).find_map(
+            |sample| match sample {
+                Sample::Velodyne(turn) => Some(turn),
+                _ => None,
+            },
+        );
     let points_m: Vec<Point3<f32>> = turn
         .unwrap()
         .points
@@ -31,7 +36,7 @@ fn scan(model: VelodyneModel, room_from_sensor: &Isometry3<f64>, seed: u64) -> P
         .filter(|point| point.is_measured())
         .map(|point| Point3::from(point.position_m))
         .collect();
-    PreparedCloud::new(&points_m, &PreparationConfig::default(), threads).unwrap()
+    PreparedCloud::new(&points_m, &PreparationConfig::default(), &executor).unwrap()
 }
 
 /// The medians over the pairs, in metres and degrees.
@@ -43,8 +48,7 @@ fn medians(model: VelodyneModel) -> (f64, f64) {
         let motion = Isometry3::new(Vector3::new(1.0, 0.05, 0.02).normalize() * shift_m, turn);
         let (target, source) = (scan(model, &from, 1), scan(model, &(from * motion), 2));
         let config = RegistrationConfig::default();
-        let found =
-            register(&source, &target, &Isometry3::identity(), &config, NonZeroUsize::MIN).unwrap();
+        let found = register(&source, &target, &Isometry3::identity(), &config, &Serial).unwrap();
         let between = motion.inv_mul(&found.target_from_source);
         let error = (between.translation.vector.norm(), between.rotation.angle().to_degrees());
         println!(

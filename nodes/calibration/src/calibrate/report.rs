@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use estimation::Observability;
 use geometry::pose_vector;
-use nalgebra::{Isometry3, Matrix6, Vector6};
+use nalgebra::{Isometry3, Matrix6};
 use serde::Serialize;
 
 use super::{Problem, RigMounts};
 use crate::constraint::Kind;
 use crate::fit::Fit;
-use crate::observability::{Coordinate, Direction, Observability, SHARE_OF_ONE};
+use crate::observability::{Coordinate, Direction, SHARE_OF_ONE, share};
 use crate::steady::{InCycle, Key};
 
 /// A surface is upright when its normal is level within this: 10 degrees.
@@ -107,7 +108,7 @@ impl Problem<'_> {
                 // No negative zero.
                 correction: fit.total[index] + 0.0,
                 std_dev: covariance[(index, index)].max(0.0).sqrt(),
-                estimated_share: fit.observability.share(coordinate),
+                estimated_share: share(&fit.observability, coordinate),
             }
         });
         let used: Vec<&InCycle> = constraints
@@ -126,7 +127,7 @@ impl Problem<'_> {
             covariance: std::array::from_fn(|row| {
                 std::array::from_fn(|column| covariance[(row, column)])
             }),
-            directions: fit.observability.directions,
+            directions: fit.observability.directions.map(Direction::from),
             not_observable: not_observable(&fit.observability, &used, &mounts),
             cycles: cycles.len(),
             plane_returns: of_kind(Kind::Plane),
@@ -149,8 +150,8 @@ impl Problem<'_> {
         let observations = self.observations(constraints, &here);
         let mut covariance = fit.covariance;
         for direction in fit.observability.directions.iter().filter(|one| !one.estimated) {
-            let weights = Vector6::from(direction.weights);
-            let deviation = wanted.component_mul(&weights) * prior.component_mul(&weights).norm();
+            let weights = &direction.in_units;
+            let deviation = wanted.component_mul(weights) * prior.component_mul(weights).norm();
             covariance += deviation * deviation.transpose();
             // A scanner that is tilted by what is not known sees a wall a little farther away, whichever way it is
             // tilted: so both ways, and the distances as they are, not linearised.
@@ -190,14 +191,14 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 
 /// What is not told, in words: a sentence for each reason.
 fn not_observable(
-    observability: &Observability,
+    observability: &Observability<6>,
     used: &[&InCycle],
     mounts: &RigMounts,
 ) -> Vec<String> {
-    let share = |coordinate: Coordinate| observability.share(coordinate);
+    let share_of = |coordinate: Coordinate| share(observability, coordinate);
     let held: Vec<Coordinate> = Coordinate::ALL
         .into_iter()
-        .filter(|coordinate| share(*coordinate) <= 1.0 - SHARE_OF_ONE)
+        .filter(|coordinate| share_of(*coordinate) <= 1.0 - SHARE_OF_ONE)
         .collect();
     let upright =
         used.iter().all(|one| one.constraint.linearised(mounts).normal.z.abs() < UPRIGHT_RAD.sin());
@@ -223,11 +224,12 @@ fn not_observable(
     }
     for direction in observability.directions.iter().filter(|direction| !direction.estimated) {
         let mixed: Vec<(f64, Coordinate)> = direction
-            .weights
-            .into_iter()
+            .in_units
+            .iter()
+            .copied()
             .zip(Coordinate::ALL)
             .filter(|(_, coordinate)| {
-                let share = share(*coordinate);
+                let share = share_of(*coordinate);
                 share > 1.0 - SHARE_OF_ONE && share < SHARE_OF_ONE
             })
             .filter(|(weight, _)| weight.powi(2) > 1.0 - SHARE_OF_ONE)

@@ -1,8 +1,8 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
-use crate::observability::Coordinate;
-use crate::testing::Normal;
+use crate::observability::{Coordinate, share};
+use crate::testing::Random;
 
 /// No coordinate is given up.
 const NONE: [bool; 6] = [false; 6];
@@ -27,7 +27,7 @@ fn room(
     correction: &Vector6<f64>,
     faces_sideways: bool,
     has_floor: bool,
-    noise: &mut Normal,
+    noise: &mut Random,
 ) -> Vec<Observation> {
     (0..600)
         .map(|index| {
@@ -40,9 +40,9 @@ fn room(
                 _ => Vector3::x(),
             };
             // The fitted normal is off by a degree and a half at random.
-            let tilt = Vector3::new(noise.draw(), noise.draw(), noise.draw()) * 0.025;
+            let tilt = Vector3::new(noise.normal(), noise.normal(), noise.normal()) * 0.025;
             let fitted = Rotation3::new(tilt) * normal;
-            let error_m = 0.02 * noise.draw();
+            let error_m = 0.02 * noise.normal();
             let mut one = observation(lever_m, fitted, correction, error_m, beam);
             // The distance is that from the true plane: the patch lies where it lies.
             one.linearised.distance_m =
@@ -68,11 +68,11 @@ fn what_the_walls_tell_is_found_and_the_rest_is_held() {
         for coordinate in &held {
             truth[*coordinate as usize] = 0.0;
         }
-        let observations = room(&truth, faces_sideways, has_floor, &mut Normal::new(1));
+        let observations = room(&truth, faces_sideways, has_floor, &mut Random::new(1));
         let fit = fitted(&observations);
         for coordinate in Coordinate::ALL {
             let index = coordinate as usize;
-            let share = fit.observability.share(coordinate);
+            let share = share(&fit.observability, coordinate);
             if held.contains(&coordinate) {
                 assert!(share < 1e-12 && fit.total[index].abs() < 1e-12, "{coordinate}: {share}");
             } else {
@@ -88,15 +88,15 @@ fn what_the_walls_tell_is_found_and_the_rest_is_held() {
 #[test]
 fn a_floor_tells_the_height() {
     let truth = Vector6::new(0.02, 0.01, -0.015, 0.0, 0.0, 0.01);
-    let fit = fitted(&room(&truth, true, true, &mut Normal::new(2)));
+    let fit = fitted(&room(&truth, true, true, &mut Random::new(2)));
     assert!(fit.observability.estimated() > 3);
-    assert!(fit.observability.share(Coordinate::X) > 0.95);
+    assert!(share(&fit.observability, Coordinate::X) > 0.95);
 }
 
 /// Random normals alone would seem to tell the height to a centimetre.
 #[test]
 fn normals_that_scatter_tell_nothing_of_their_own() {
-    let observations = room(&Vector6::zeros(), false, false, &mut Normal::new(3));
+    let observations = room(&Vector6::zeros(), false, false, &mut Random::new(3));
     // Asked for 4.5 cm and 4.5 degrees.
     let usual = CalibrationConfig {
         max_std_dev_m: 0.045,
@@ -115,7 +115,7 @@ fn normals_that_scatter_tell_nothing_of_their_own() {
 #[test]
 fn outliers_have_no_weight() {
     let truth = Vector6::new(0.05, 0.02, 0.0, 0.0, 0.0, 0.02);
-    let mut observations = room(&truth, true, false, &mut Normal::new(4));
+    let mut observations = room(&truth, true, false, &mut Random::new(4));
     for (index, one) in observations.iter_mut().enumerate() {
         if index % 4 == 0 {
             one.linearised.distance_m += 0.25;
@@ -137,7 +137,7 @@ fn the_covariance_is_that_of_the_errors() {
     let draws = 60;
     let mut sum = 0.0;
     for draw in 0..draws {
-        let fit = fitted(&room(&truth, true, false, &mut Normal::new(100 + draw)));
+        let fit = fitted(&room(&truth, true, false, &mut Random::new(100 + draw)));
         let chosen = [0, 1, 5];
         let covariance =
             nalgebra::Matrix3::from_fn(|row, column| fit.covariance[(chosen[row], chosen[column])]);
@@ -152,10 +152,10 @@ fn the_covariance_is_that_of_the_errors() {
 /// Errors that all returns of a beam share do not average out, and the covariance says so.
 #[test]
 fn errors_that_beams_share_make_the_estimate_less_sure() {
-    let mut noise = Normal::new(9);
+    let mut noise = Random::new(9);
     let mut observations = room(&Vector6::zeros(), true, false, &mut noise);
     let alone = fitted(&observations);
-    let of_beam_m: Vec<f64> = (0..60).map(|_| 0.02 * noise.draw()).collect();
+    let of_beam_m: Vec<f64> = (0..60).map(|_| 0.02 * noise.normal()).collect();
     for one in &mut observations {
         one.linearised.distance_m += of_beam_m[one.group];
     }
@@ -169,7 +169,7 @@ fn errors_that_beams_share_make_the_estimate_less_sure() {
 fn nothing_comes_of_nothing() {
     let config = CalibrationConfig::default();
     assert!(fit(&[], &Vector6::zeros(), NONE, &config).is_none());
-    let few = room(&Vector6::zeros(), true, false, &mut Normal::new(5));
+    let few = room(&Vector6::zeros(), true, false, &mut Random::new(5));
     let strict = CalibrationConfig { max_std_dev_m: 1e-6, max_std_dev_rad: 1e-6, ..config };
     assert!(fit(&few[..3], &Vector6::zeros(), NONE, &strict).is_none());
 }
@@ -178,8 +178,8 @@ fn nothing_comes_of_nothing() {
 #[test]
 fn a_correction_that_is_applied_is_part_of_the_total() {
     let truth = Vector6::new(0.03, 0.02, 0.0, 0.0, 0.0, 0.01);
-    let at_start = fitted(&room(&truth, true, false, &mut Normal::new(6)));
-    let observations = room(&Vector6::zeros(), true, false, &mut Normal::new(6));
+    let at_start = fitted(&room(&truth, true, false, &mut Random::new(6)));
+    let observations = room(&Vector6::zeros(), true, false, &mut Random::new(6));
     let applied = fit(&observations, &truth, NONE, &CalibrationConfig::default()).unwrap();
     assert!((applied.total - at_start.total).norm() < 2e-3, "{} {}", applied.total, at_start.total);
 }

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 
 use super::*;
 use crate::CalibrationConfig;
-use crate::testing::{Eye, Normal, depth_of_plane_m, small_camera};
+use crate::testing::{Eye, Random, depth_of_plane_m, small_camera};
 
 /// A lens as strong as that of Rec-HV Annex 2.
 const PLUMB_BOB: Distortion =
@@ -56,13 +56,13 @@ fn the_claimed_deviations_are_those_of_noise() {
     let (normal, offset_m) = wall();
     let depth_m = depth_of_plane_m(&normal, offset_m, 0.1, 0.05);
     let point = Point3::new(0.1 * depth_m, 0.05 * depth_m, depth_m);
-    let mut noise = Normal::new(3);
+    let mut noise = Random::new(3);
     let (mut claimed, mut found, mut tilt_claimed, mut tilt_found) = (0.0, 0.0, 0.0, 0.0);
     let mut planes = 0.0;
     for _ in 0..40 {
         let image = eye.image(|x, y| {
             let depth_m = depth_of_plane_m(&normal, offset_m, x, y);
-            Some(depth_m + config.depth_std_dev_m(depth_m) * noise.draw())
+            Some(depth_m + config.depth_std_dev_m(depth_m) * noise.normal())
         });
         let Some(surface) = plane_at(&point, &image, eye.optics(), &config) else { continue };
         planes += 1.0;
@@ -83,9 +83,9 @@ fn what_is_no_plane_is_left_out() {
     let eye = Eye::new(small_camera(Distortion::None));
     let point = Point3::new(0.0, 0.0, 3.0);
     let at = |image: &DepthImage| plane_at(&point, image, eye.optics(), &config);
-    let mut noise = Normal::new(5);
+    let mut noise = Random::new(5);
     let mut noisy =
-        |depth_m: f64| Some(depth_m + 0.5 * config.depth_std_dev_m(depth_m) * noise.draw());
+        |depth_m: f64| Some(depth_m + 0.5 * config.depth_std_dev_m(depth_m) * noise.normal());
     assert!(at(&eye.image(|_, _| noisy(3.0))).is_some());
     // A step of 10 cm in the middle, beside it, and lying.
     assert!(at(&eye.image(|x, _| noisy(if x < 0.0 { 3.0 } else { 3.1 }))).is_none());

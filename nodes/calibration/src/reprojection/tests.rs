@@ -2,7 +2,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::*;
 use crate::camera_file::camera_from_yaml;
-use crate::testing::Normal;
+use crate::testing::Random;
 
 /// Rec-HV eq. 11 and 12.
 const PUBLISHED_PX: f64 = 0.114397;
@@ -33,7 +33,7 @@ fn the_published_shifts_are_those_of_gradians() {
 
 /// Twenty views of a board of 8 x 6 corners 25 mm apart, as the camera of Annex 2 shows them.
 fn boards(camera: &CameraModel, corner_noise_px: f64) -> Vec<BoardView> {
-    let mut noise = Normal::new(7);
+    let mut noise = Random::new(7);
     (0..20)
         .map(|view| {
             let turn = Vector3::new(0.1, 0.05, 0.02) * (f64::from(view % 5) - 2.0);
@@ -46,7 +46,7 @@ fn boards(camera: &CameraModel, corner_noise_px: f64) -> Vec<BoardView> {
                     let (column, row) = (f64::from(corner % 8), f64::from(corner / 8));
                     let on_board_m = Point3::new(0.025 * column, 0.025 * row, 0.0);
                     let seen_px = camera.project(&(camera_from_board * on_board_m)).unwrap();
-                    let (aside_px, below_px) = (noise.draw(), noise.draw());
+                    let (aside_px, below_px) = (noise.normal(), noise.normal());
                     let found_px =
                         seen_px + nalgebra::Vector2::new(aside_px, below_px) * corner_noise_px;
                     (on_board_m, found_px)

@@ -3,10 +3,11 @@
 
 #![expect(clippy::print_stdout, reason = "it says what it found")]
 
-use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
+use estimation::ScopedThreads;
 use simulator::{ColourCamera, OdometryRun, Sample, Scenario, SceneName};
 
 /// Of each scenario so many pictures.
@@ -45,9 +46,8 @@ fn take(folder: &Path, name: &str, scenario: &Scenario) -> std::io::Result<()> {
     let mut scenario = scenario.clone();
     scenario.rig.depth_camera.rate_hz = PICTURES as f64 / scenario.duration_s;
     scenario.rig.depth_camera.first_image_s = scenario.duration_s / PICTURES as f64 / 2.0;
-    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let samples = match scenario.samples() {
-        Ok(samples) => samples.on_threads(threads),
+        Ok(samples) => samples.with_executor(Arc::new(ScopedThreads::of_machine())),
         Err(error) => return Err(std::io::Error::other(error)),
     };
     let (begin, mut images) = (Instant::now(), 0_u32);

@@ -8,8 +8,8 @@
 mod encoding;
 mod view;
 
-use std::num::NonZeroUsize;
-
+use estimation::Executor;
+use estimation::executor::for_each;
 use geometry::{CameraModel, Stamp};
 use nalgebra::Isometry3;
 
@@ -17,7 +17,6 @@ use crate::ColourCamera;
 use crate::lighting::Lighting;
 use crate::noise::{FrameNoise, Stream};
 use crate::solid::Solid;
-use crate::spread::spread;
 
 use encoding::SrgbTable;
 use view::{View, Visible};
@@ -68,7 +67,7 @@ impl ColourSensor {
         moments: &[Moment],
         lighting: &Lighting,
         noise_of: (u64, u64),
-        threads: NonZeroUsize,
+        executor: &dyn Executor,
     ) -> Vec<u8> {
         let (seed, frame) = noise_of;
         let noise = FrameNoise::new(seed, Stream::ColourPixel, frame);
@@ -79,8 +78,9 @@ impl ColourSensor {
         let row_bytes = CHANNELS * self.camera.width_px;
         let mut rgb = vec![0; row_bytes * self.camera.height_px];
         let bands = rgb.chunks_mut((row_bytes * BAND_ROWS).max(1)).enumerate();
-        spread(threads, bands, |(band, bytes)| {
-            let first_row = band * BAND_ROWS;
+        let mut bands: Vec<(usize, &mut [u8])> = bands.collect();
+        for_each(executor, &mut bands, |(band, bytes)| {
+            let first_row = *band * BAND_ROWS;
             let light = self.band(&views, first_row, bytes.len() / row_bytes.max(1));
             let first = first_row * row_bytes;
             for (index, (byte, light)) in bytes.iter_mut().zip(light).enumerate() {

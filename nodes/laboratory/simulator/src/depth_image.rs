@@ -4,9 +4,10 @@
 //! nearest surface stays. What never moves is drawn once where the rig stands still. Panes of glass come last:
 //! they weaken what lies behind them. The canvas is then measured: shadow of the projector, loss of signal, disparity with noise, rounding.
 
-use std::num::NonZeroUsize;
 use std::ops::Range;
 
+use estimation::Executor;
+use estimation::executor::for_each;
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Point3};
 
@@ -14,7 +15,6 @@ use crate::DepthCamera;
 use crate::noise::FrameNoise;
 use crate::projection::Projection;
 use crate::solid::{STATIC_ID, Solid};
-use crate::spread::spread;
 
 /// So many rows are drawn by one thread at a time.
 const BAND_ROWS: usize = 16;
@@ -60,22 +60,23 @@ impl Canvas {
         room_from_camera: &Isometry3<f64>,
         solids: impl Iterator<Item = &'a Solid>,
         min_signal: f64,
-        threads: NonZeroUsize,
+        executor: &dyn Executor,
     ) {
         let mut shown: Vec<Projection<'_>> =
             solids.filter_map(|solid| Projection::of(solid, room_from_camera, camera)).collect();
         // Stable: among equals the order stays.
         shown.sort_by_key(|projection| projection.solid.is_pane());
         let pixels = (BAND_ROWS * camera.width_px).max(1);
-        let bands = self
+        let mut bands: Vec<(usize, Band<'_>)> = self
             .depth_m
             .chunks_mut(pixels)
             .zip(self.strength.chunks_mut(pixels))
             .zip(self.id.chunks_mut(pixels))
             .map(|((depth_m, strength), id)| Band { depth_m, strength, id })
-            .enumerate();
-        spread(threads, bands, |(index, mut band)| {
-            let first = index * BAND_ROWS;
+            .enumerate()
+            .collect();
+        for_each(executor, &mut bands, |(index, band)| {
+            let first = *index * BAND_ROWS;
             let rows = first..(first + BAND_ROWS).min(camera.height_px);
             for projection in &shown {
                 band.draw(projection, &rows, min_signal);

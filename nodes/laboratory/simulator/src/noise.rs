@@ -5,6 +5,8 @@
 //! from the finaliser of SplitMix64 (Steele, Lea and Flood 2014, with Stafford's constants), one
 //! multiplication chain a pixel: a cipher a pixel would cost more than casting the ray.
 
+use estimation::random::{GOLDEN_GAMMA, mixed};
+
 /// What the noise is for: the streams of one seed are independent of each other.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Stream {
@@ -50,18 +52,17 @@ pub(crate) struct FrameNoise {
     key: u64,
 }
 
-/// 2^64 divided by the golden ratio, made odd: the step between counters (Steele et al. 2014).
-const GOLDEN_GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
-
 impl FrameNoise {
     pub(crate) fn new(seed: u64, stream: Stream, frame: u64) -> Self {
-        let stream_key = mix(seed ^ mix((stream as u64).wrapping_mul(GOLDEN_GAMMA)));
-        Self { key: mix(stream_key.wrapping_add(frame.wrapping_mul(GOLDEN_GAMMA))) }
+        let stream_key = mixed(seed ^ mixed((stream as u64).wrapping_mul(GOLDEN_GAMMA)));
+        Self { key: mixed(stream_key.wrapping_add(frame.wrapping_mul(GOLDEN_GAMMA))) }
     }
 
     /// 64 bits for the reading `index` of this frame.
     pub(crate) fn draw(&self, index: usize) -> Draw {
-        Draw(mix(self.key.wrapping_add((index as u64).wrapping_add(1).wrapping_mul(GOLDEN_GAMMA))))
+        Draw(mixed(
+            self.key.wrapping_add((index as u64).wrapping_add(1).wrapping_mul(GOLDEN_GAMMA)),
+        ))
     }
 }
 
@@ -86,12 +87,6 @@ impl Draw {
     pub(crate) fn uniform(self) -> f32 {
         (self.0 >> 48) as f32 / 65_536.0
     }
-}
-
-fn mix(bits: u64) -> u64 {
-    let bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    bits ^ (bits >> 31)
 }
 
 #[cfg(test)]

@@ -3,8 +3,9 @@
 mod images;
 
 use std::collections::VecDeque;
-use std::num::NonZeroUsize;
+use std::sync::Arc;
 
+use estimation::{Executor, Serial};
 use geometry::{CameraModel, DepthImage, LabelImage, Scan, Stamp, StampedPose};
 use nalgebra::{Isometry3, Vector3};
 
@@ -108,7 +109,7 @@ pub struct Samples {
     next_velodyne: u64,
     imu: Option<ImuReader>,
     wheels: Option<WheelReader>,
-    threads: NonZeroUsize,
+    executor: Arc<dyn Executor>,
     /// What never moves and is no pane, drawn once, where the rig stands still.
     still_background: Option<Canvas>,
     next_pose: u64,
@@ -133,7 +134,7 @@ impl Samples {
             next_velodyne: 0,
             imu: rig.imu.as_ref().map(|config| ImuReader::new(config, scenario.seed)),
             wheels: rig.wheels.as_ref().map(|config| WheelReader::new(config, scenario.seed)),
-            threads: NonZeroUsize::MIN,
+            executor: Arc::new(Serial),
             still_background: None,
             next_pose: 0,
             next_image: 0,
@@ -148,10 +149,10 @@ impl Samples {
         Ok(samples)
     }
 
-    /// Drawing images with so many threads; the samples are the same with any number.
+    /// Drawing images by this executor; the samples are the same with any number of threads.
     #[must_use]
-    pub fn on_threads(self, threads: NonZeroUsize) -> Self {
-        Self { threads, ..self }
+    pub fn with_executor(self, executor: Arc<dyn Executor>) -> Self {
+        Self { executor, ..self }
     }
 
     fn pose(&self, frame: u64, time_s: f64) -> StampedPose {
@@ -204,7 +205,7 @@ impl Samples {
             path: &rig.path,
             scene: &self.scenario.scene,
             still: self.still.as_ref()?,
-            threads: self.threads,
+            executor: &*self.executor,
         };
         let turned = config.turn(&view, turn);
         let truth = self.true_pose(turned.stamp, config.turn_start_s(turn));

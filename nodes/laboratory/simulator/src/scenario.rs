@@ -1,7 +1,6 @@
 //! Everything that a simulation depends on.
 
-use std::num::NonZeroUsize;
-
+use estimation::Serial;
 use geometry::{Cloud, Stamp, pose_from_vector};
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
@@ -191,7 +190,7 @@ impl Scenario {
                 &room_from_camera,
                 solids.iter(),
                 config.min_signal,
-                NonZeroUsize::MIN,
+                &Serial,
             );
             points_m.extend(
                 sensor

@@ -2,15 +2,14 @@
 
 mod model;
 
-use std::num::NonZeroUsize;
-
+use estimation::Executor;
+use estimation::executor::for_each;
 use geometry::{Stamp, pose_from_vector};
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::noise::{FrameNoise, Stream};
 use crate::solid::STATIC_ID;
-use crate::spread::spread;
 use crate::still::StillSolids;
 use crate::{Path, Ray, Scene};
 
@@ -117,7 +116,7 @@ pub(crate) struct VelodyneView<'a> {
     pub(crate) path: &'a Path,
     pub(crate) scene: &'a Scene,
     pub(crate) still: &'a StillSolids,
-    pub(crate) threads: NonZeroUsize,
+    pub(crate) executor: &'a dyn Executor,
 }
 
 impl Velodyne {
@@ -139,9 +138,10 @@ impl Velodyne {
         // Column by column, as it turns.
         let mut shots = vec![nothing; columns * rings];
         let chunks = shots.chunks_mut((CHUNK_COLUMNS * rings).max(1)).enumerate();
-        spread(view.threads, chunks, |(chunk, shots)| {
+        let mut chunks: Vec<(usize, &mut [Shot])> = chunks.collect();
+        for_each(view.executor, &mut chunks, |(chunk, shots)| {
             for (index, column) in shots.chunks_mut(rings.max(1)).enumerate() {
-                self.fire(view, turn, chunk * CHUNK_COLUMNS + index, &lasers, column);
+                self.fire(view, turn, *chunk * CHUNK_COLUMNS + index, &lasers, column);
             }
         });
         let by_rows = (0..rings)

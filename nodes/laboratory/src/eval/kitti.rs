@@ -9,9 +9,11 @@ mod variant;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
+use estimation::{Executor, ScopedThreads};
 use geometry::{LidarCloud, Stamp};
 use msgs::convert::lidar_cloud_from_message;
 use nalgebra::Isometry3;
@@ -108,10 +110,11 @@ fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
     }
     let source = LidarSource::open(&args.recording, &args.lidar)
         .map_err(|failure| failure.fix(HOW_TO_GET))?;
+    let executor: Arc<dyn Executor> = Arc::new(ScopedThreads::new(args.threads));
     let mut follows: Vec<Follow> = args
         .variants
         .iter()
-        .filter_map(|variant| Follow::new(*variant, args.threads).transpose())
+        .filter_map(|variant| Follow::new(*variant, &executor).transpose())
         .collect::<Result<_, _>>()?;
     let mut truth: Vec<(Stamp, Isometry3<f64>)> = Vec::new();
     let mut scans: Vec<Stamp> = Vec::new();

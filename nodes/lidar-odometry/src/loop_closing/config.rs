@@ -118,7 +118,7 @@ impl Default for LoopClosingConfig {
 
 impl LoopClosingConfig {
     /// Whether a vehicle has gone far enough since the last keyframe, where there is one, for another.
-    pub(super) fn is_far_enough(
+    pub(crate) fn is_far_enough(
         &self,
         last: Option<&Isometry3<f64>>,
         odom_from_vehicle: &Isometry3<f64>,

@@ -1,8 +1,8 @@
 //! Who looks for loops: the answers are there at once, or when they come.
 
-use std::num::NonZeroUsize;
 use std::sync::Arc;
 
+use estimation::Executor;
 use geometry::Stamp;
 use nalgebra::{Isometry3, Point3};
 
@@ -63,8 +63,11 @@ impl InlineSearch {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: LoopClosingConfig, threads: NonZeroUsize) -> Result<Self, ParameterError> {
-        let closer = LoopCloser::new(config, threads)?;
+    pub fn new(
+        config: LoopClosingConfig,
+        executor: Arc<dyn Executor>,
+    ) -> Result<Self, ParameterError> {
+        let closer = LoopCloser::new(config, executor)?;
         Ok(Self { closer, known: Arc::default(), answers: Vec::new() })
     }
 }

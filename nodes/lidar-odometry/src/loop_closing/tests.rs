@@ -1,5 +1,6 @@
 //! Drives whose truth is known, with an odometry that drifts.
 
+#[cfg(feature = "ros")]
 mod searching;
 
 use std::sync::LazyLock;
@@ -7,16 +8,12 @@ use std::sync::LazyLock;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::*;
-use crate::testing::{Random, Rectangle, apart, seen};
+use crate::testing::{Random, Rectangle, apart, seen, threads};
 
 const POINTS: usize = 5000;
 /// What is farther away is not seen.
 const SIGHT_M: f64 = 45.0;
 const STEP_M: f64 = 2.0;
-
-fn threads(count: usize) -> NonZeroUsize {
-    NonZeroUsize::new(count).unwrap()
-}
 
 /// Ground, house fronts with recesses and cars along a straight piece of road; with houses that are all alike where
 /// `period_m` is given.
@@ -129,7 +126,7 @@ impl Drive {
     }
 
     fn driven(&self, config: LoopClosingConfig, count: usize) -> (LoopCloser, Vec<LoopOutcome>) {
-        let mut closer = LoopCloser::new(config, threads(count)).unwrap();
+        let mut closer = LoopCloser::new(config, Arc::new(threads(count))).unwrap();
         let outcomes = self
             .odometry
             .iter()
@@ -212,7 +209,7 @@ fn a_street_whose_houses_are_all_alike_is_no_loop() {
     assert_eq!(closer.known().map_from_odom, Isometry3::identity());
     // It is the drift that tells: whoever believes that the odometry may be anywhere is led astray, or in doubt, by looks alone.
     let blind = LoopClosingConfig { drift_m_per_km: 1000.0, ..LoopClosingConfig::default() };
-    let mut closer = LoopCloser::new(blind, threads(2)).unwrap();
+    let mut closer = LoopCloser::new(blind, Arc::new(threads(2))).unwrap();
     let mut outcomes = drive
         .odometry
         .iter()
@@ -262,7 +259,7 @@ fn what_is_forgotten_is_no_loop_and_the_memory_is_bounded() {
 
 #[test]
 fn bad_scans_and_poses_harm_nothing() {
-    let mut closer = LoopCloser::new(LoopClosingConfig::default(), threads(1)).unwrap();
+    let mut closer = LoopCloser::new(LoopClosingConfig::default(), Arc::new(threads(1))).unwrap();
     let nowhere = Isometry3::translation(f64::NAN, 0.0, 0.0);
     let stamp = Stamp::default();
     assert_eq!(closer.take(stamp, &nowhere, &[]), LoopOutcome::TooNear);

@@ -2,6 +2,7 @@
 //!
 //! The road fits everywhere, and so says nothing: houses, cars and posts are counted alone.
 
+use estimation::covariance::{propagated, rotation_of_both};
 use nalgebra::{Isometry3, Matrix6, Point3};
 
 use super::candidate::Candidate;
@@ -32,7 +33,7 @@ impl LoopCloser {
     ) -> Result<LoopEdge, NotALoop> {
         let nothing = NotALoop::DoesNotFit { places: candidates.len(), share: 0.0 };
         let now = self.keyframes.back().ok_or(nothing)?;
-        let source = PreparedCloud::new(&now.points_m, &self.config.preparation, self.threads)
+        let source = PreparedCloud::new(&now.points_m, &self.config.preparation, &*self.executor)
             .map_err(|_| nothing)?;
         let mut fits: Vec<Fit> = Vec::new();
         for candidate in candidates {
@@ -77,10 +78,11 @@ impl LoopCloser {
     /// `None` where the scan does not lie on the place.
     fn fit(&self, source: &PreparedCloud, candidate: &Candidate) -> Option<Fit> {
         let target_m = self.place_m(candidate.keyframe)?;
-        let target = PreparedCloud::new(&target_m, &self.config.preparation, self.threads).ok()?;
+        let target =
+            PreparedCloud::new(&target_m, &self.config.preparation, &*self.executor).ok()?;
         let guess = &candidate.place_from_vehicle;
         let found =
-            register(source, &target, guess, &self.config.registration, self.threads).ok()?;
+            register(source, &target, guess, &self.config.registration, &*self.executor).ok()?;
         // Where a direction is not told the guess stands, and it is no measurement.
         if !found.converged || found.observability.weak().next().is_some() {
             return None;
@@ -97,7 +99,7 @@ impl LoopCloser {
         let last = self.keyframes.len().checked_sub(1)?;
         let prepared = |keyframe| {
             let points_m = self.place_m(keyframe)?;
-            PreparedCloud::new(&points_m, &self.config.preparation, self.threads).ok()
+            PreparedCloud::new(&points_m, &self.config.preparation, &*self.executor).ok()
         };
         let (source, target) = (prepared(last)?, prepared(fit.candidate.keyframe)?);
         let mut rules = self.config.registration;
@@ -106,7 +108,7 @@ impl LoopCloser {
         rules.kernel = RobustKernel::GemanMcClure;
         rules.kernel_width_m = self.config.fit_distance_m;
         let guess = &fit.found.target_from_source;
-        let refined = register(&source, &target, guess, &rules, self.threads).ok()?;
+        let refined = register(&source, &target, guess, &rules, &*self.executor).ok()?;
         let moved_m = guess.inv_mul(&refined.target_from_source).translation.vector.norm();
         (refined.converged && moved_m < self.config.fit_distance_m).then_some(refined)
     }
@@ -152,13 +154,10 @@ impl LoopCloser {
         place_from_vehicle: &Isometry3<f64>,
     ) -> Matrix6<f64> {
         let turn = place_from_vehicle.rotation.inverse().to_rotation_matrix().into_inner();
-        let mut turned = Matrix6::zeros();
-        turned.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
-        turned.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
+        let more = propagated(&rotation_of_both(&turn), covariance);
         let (shift, turn) =
             (self.config.loop_deviation_m, self.config.loop_deviation_deg.to_radians());
         let least = pose_graph::information(shift, turn);
-        let more = turned * covariance * turned.transpose();
         let whole = least.try_inverse().map(|least| least + more);
         whole.and_then(|whole| whole.try_inverse()).unwrap_or(least)
     }

@@ -1,9 +1,8 @@
 //! The points of a scan as if all had been measured at once.
 
+use estimation::Twist;
 use geometry::LidarCloud;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
-
-use super::velocity::Velocity;
 
 /// The scan is cut into so many stretches of time, whose points are moved alike: at 30 m/s and ten turns a second the
 /// sensor moves by 3 mm within one.
@@ -39,13 +38,13 @@ pub(super) fn deskewed(
     points_m: &[Point3<f32>],
     times_s: &[f32],
     span: &Span,
-    velocity: &Velocity,
+    velocity: &Twist,
 ) -> Vec<Point3<f32>> {
     let length_s = (span.last_s - span.first_s).max(f64::MIN_POSITIVE);
     let motions: Vec<(Matrix3<f32>, Vector3<f32>)> = (0..STRETCHES)
         .map(|stretch| {
             let share = (stretch as f64 + 0.5) / STRETCHES as f64 - 0.5;
-            single(&velocity.motion(share * length_s))
+            single(&velocity.displacement(share * length_s))
         })
         .collect();
     let to_stretch = STRETCHES as f64 / length_s;
@@ -71,9 +70,9 @@ pub fn deskewed_cloud(
     passed_s: f64,
 ) -> Vec<Point3<f32>> {
     let times_s = cloud.times_s.as_deref().filter(|_| passed_s > 0.0);
-    let timed = times_s.and_then(|times_s| Some((times_s, Span::of(times_s)?)));
-    let Some((times_s, span)) = timed else { return cloud.points_m.clone() };
-    let velocity = Velocity::between(&Isometry3::identity(), last_from_now, passed_s);
+    let velocity = Twist::between(last_from_now, passed_s);
+    let timed = times_s.and_then(|times_s| Some((times_s, Span::of(times_s)?, velocity?)));
+    let Some((times_s, span, velocity)) = timed else { return cloud.points_m.clone() };
     deskewed(&cloud.points_m, times_s, &span, &velocity)
 }
 
@@ -89,7 +88,7 @@ mod tests {
     #[test]
     fn points_that_a_moving_sensor_saw_come_to_where_they_are() {
         let mut random = Random::new(2);
-        let velocity = Velocity::between(&Isometry3::identity(), &random.motion(1.5, 0.08), 0.1);
+        let velocity = Twist::between(&random.motion(1.5, 0.08), 0.1).unwrap();
         let places: Vec<Point3<f64>> =
             (0..500).map(|_| Point3::from(30.0 * random.direction())).collect();
         let times_s: Vec<f32> = (0..500).map(|_| random.between(0.02, 0.12) as f32).collect();
@@ -97,7 +96,7 @@ mod tests {
             .iter()
             .zip(&times_s)
             .map(|(place, time_s)| {
-                (velocity.motion(f64::from(*time_s) - 0.07).inverse() * place).cast()
+                (velocity.displacement(f64::from(*time_s) - 0.07).inverse() * place).cast()
             })
             .collect();
         let span = Span { first_s: 0.02, last_s: 0.12 };
@@ -114,8 +113,7 @@ mod tests {
         assert_eq!(Span::of(&[f32::NAN]), None);
         let span = Span::of(&[0.5, f32::NAN, 0.0, f32::INFINITY]).unwrap();
         assert_eq!(span, Span { first_s: 0.0, last_s: 0.5 });
-        let velocity =
-            Velocity::between(&Isometry3::identity(), &Isometry3::translation(1.0, 0.0, 0.0), 1.0);
+        let velocity = Twist::between(&Isometry3::translation(1.0, 0.0, 0.0), 1.0).unwrap();
         let points = deskewed(&[Point3::origin(); 3], &[0.0, f32::NAN, 0.5], &span, &velocity);
         assert!(points[1].x.is_nan() && points[0].x < -0.24 && points[2].x > 0.24);
     }

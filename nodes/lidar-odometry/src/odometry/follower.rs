@@ -1,7 +1,8 @@
 //! Both ways of following the sensor behind one call, with the choice of points: what the node and the comparisons use.
 
-use std::num::NonZeroUsize;
+use std::sync::Arc;
 
+use estimation::Executor;
 use geometry::{LidarCloud, Stamp};
 use nalgebra::{Matrix6, Point3};
 
@@ -69,18 +70,21 @@ impl Follower {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: FollowerConfig, threads: NonZeroUsize) -> Result<Self, ParameterError> {
+    pub fn new(
+        config: FollowerConfig,
+        executor: Arc<dyn Executor>,
+    ) -> Result<Self, ParameterError> {
         config.points.validate()?;
         config.preparation.validate()?;
         config.registration.validate()?;
         let odometry = match config.way {
             Way::LocalMap => {
-                Odometry::Map(Box::new(LidarOdometry::new(config.local_map, threads)?))
+                Odometry::Map(Box::new(LidarOdometry::new(config.local_map, executor)?))
             }
             Way::ScanToScan => {
                 config.local_map.validate()?;
                 let FollowerConfig { preparation, registration, guess, .. } = config;
-                let odometry = ScanToScan::new(preparation, registration, guess, threads);
+                let odometry = ScanToScan::new(preparation, registration, guess, executor);
                 Odometry::Scan(Box::new(odometry), None)
             }
         };

@@ -13,7 +13,7 @@ pub struct LidarPose {
     /// Takes points of the sensor to the frame of the first scan.
     pub odom_from_lidar: Isometry3<f64>,
     /// Of the pose against the map, of a shift (m) and a turn (rad) along the axes of the odometry's frame
-    /// ([`crate::registration::perturbed`]). The map's own drift is not in it.
+    /// ([`estimation::perturbation::composite`]). The map's own drift is not in it.
     pub covariance: Matrix6<f64>,
     /// How well the scan fits.
     pub quality: Quality,

@@ -1,8 +1,9 @@
 //! The thesis' own odometry: each scan onto the one before, and the motions one after another (Road LiDAR, section 3.1.2,
 //! eq. 3.1). It drifts with every scan; it is here to be compared with.
 
-use std::num::NonZeroUsize;
+use std::sync::Arc;
 
+use estimation::Executor;
 use nalgebra::{Isometry3, Point3};
 
 use crate::registration::{
@@ -27,7 +28,7 @@ pub struct ScanToScan {
     preparation: PreparationConfig,
     registration: RegistrationConfig,
     guess: Guess,
-    threads: NonZeroUsize,
+    executor: Arc<dyn Executor>,
     previous: Option<PreparedCloud>,
     motion: Isometry3<f64>,
     odom_from_lidar: Isometry3<f64>,
@@ -40,10 +41,10 @@ impl ScanToScan {
         preparation: PreparationConfig,
         registration: RegistrationConfig,
         guess: Guess,
-        threads: NonZeroUsize,
+        executor: Arc<dyn Executor>,
     ) -> Self {
         let (motion, odom_from_lidar) = (Isometry3::identity(), Isometry3::identity());
-        Self { preparation, registration, guess, threads, previous: None, motion, odom_from_lidar }
+        Self { preparation, registration, guess, executor, previous: None, motion, odom_from_lidar }
     }
 
     /// Forgets everything: the next scan is the first one.
@@ -75,14 +76,14 @@ impl ScanToScan {
         &mut self,
         points_m: &[Point3<f32>],
     ) -> Result<(Isometry3<f64>, Option<Registration>), RegistrationError> {
-        let cloud = PreparedCloud::new(points_m, &self.preparation, self.threads)?;
+        let cloud = PreparedCloud::new(points_m, &self.preparation, &*self.executor)?;
         let mut registration = None;
         if let Some(previous) = &self.previous {
             let guess = match self.guess {
                 Guess::Standing => Isometry3::identity(),
                 Guess::PreviousMotion => self.motion,
             };
-            let found = register(&cloud, previous, &guess, &self.registration, self.threads)?;
+            let found = register(&cloud, previous, &guess, &self.registration, &*self.executor)?;
             self.motion = found.target_from_source;
             self.odom_from_lidar *= self.motion;
             self.odom_from_lidar.rotation.renormalize_fast();

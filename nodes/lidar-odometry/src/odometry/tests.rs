@@ -5,15 +5,11 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::*;
 use crate::registration::{PreparationConfig, RegistrationConfig, RegistrationError};
-use crate::testing::{Random, Rectangle, apart, seen, street};
+use crate::testing::{Random, Rectangle, apart, seen, street, threads};
 
 const PERIOD_S: f64 = 0.1;
 /// A scan is seen from so many places, one after another.
 const PLACES: usize = 20;
-
-fn threads(count: usize) -> NonZeroUsize {
-    NonZeroUsize::new(count).unwrap()
-}
 
 /// Along the street and gently from side to side, from -25 m on: 8 m/s from the first moment.
 fn truth(time_s: f64) -> Isometry3<f64> {
@@ -56,7 +52,7 @@ impl Drive {
     }
 
     fn followed(&self, config: LidarOdometryConfig, count: usize) -> Vec<LidarPose> {
-        let mut odometry = LidarOdometry::new(config, threads(count)).unwrap();
+        let mut odometry = LidarOdometry::new(config, Arc::new(threads(count))).unwrap();
         (0..self.stamps.len()).map(|number| odometry.step(&self.scan(number)).unwrap()).collect()
     }
 }
@@ -95,7 +91,7 @@ fn the_number_of_threads_changes_no_bit() {
 fn what_does_not_fit_is_held_and_then_the_map_begins_anew() {
     let drive = Drive::new(&street(&mut Random::new(3)), 8, 12_000);
     let config = LidarOdometryConfig { max_held_scans: 2, ..Default::default() };
-    let mut odometry = LidarOdometry::new(config, threads(1)).unwrap();
+    let mut odometry = LidarOdometry::new(config, Arc::new(threads(1))).unwrap();
     for number in 0..4 {
         odometry.step(&drive.scan(number)).unwrap();
     }
@@ -124,7 +120,8 @@ fn what_does_not_fit_is_held_and_then_the_map_begins_anew() {
 #[test]
 fn scans_of_no_use_are_refused_and_change_nothing() {
     let drive = Drive::new(&street(&mut Random::new(3)), 3, 12_000);
-    let mut odometry = LidarOdometry::new(LidarOdometryConfig::default(), threads(1)).unwrap();
+    let mut odometry =
+        LidarOdometry::new(LidarOdometryConfig::default(), Arc::new(threads(1))).unwrap();
     odometry.step(&drive.scan(0)).unwrap();
     odometry.step(&drive.scan(1)).unwrap();
     let before = odometry.clone();
@@ -146,7 +143,8 @@ fn scans_of_no_use_are_refused_and_change_nothing() {
 #[test]
 fn a_pause_is_bridged_where_the_vehicle_stood_still() {
     let drive = Drive::new(&street(&mut Random::new(3)), 4, 12_000);
-    let mut odometry = LidarOdometry::new(LidarOdometryConfig::default(), threads(1)).unwrap();
+    let mut odometry =
+        LidarOdometry::new(LidarOdometryConfig::default(), Arc::new(threads(1))).unwrap();
     for number in 0..4 {
         odometry.step(&drive.scan(number)).unwrap();
     }
@@ -174,7 +172,7 @@ fn the_thesis_way_follows_from_scan_to_scan() {
     for guess in [Guess::Standing, Guess::PreviousMotion] {
         let (preparation, registration) =
             (PreparationConfig::default(), RegistrationConfig::default());
-        let mut odometry = ScanToScan::new(preparation, registration, guess, threads(1));
+        let mut odometry = ScanToScan::new(preparation, registration, guess, Arc::new(threads(1)));
         for scan in 0..8 {
             let at = truth(PERIOD_S * f64::from(scan));
             let points_m = seen(&scene, &at, 16_000, 0.02, &mut random);
@@ -191,8 +189,8 @@ fn the_thesis_way_follows_from_scan_to_scan() {
 fn what_wheels_tell_is_where_the_scan_is_expected_and_what_deskews_it() {
     let drive = Drive::new(&street(&mut Random::new(1)), 12, 16_000);
     let (mut odometry, mut blind) = (
-        LidarOdometry::new(LidarOdometryConfig::default(), threads(1)).unwrap(),
-        LidarOdometry::new(LidarOdometryConfig::default(), threads(1)).unwrap(),
+        LidarOdometry::new(LidarOdometryConfig::default(), Arc::new(threads(1))).unwrap(),
+        LidarOdometry::new(LidarOdometryConfig::default(), Arc::new(threads(1))).unwrap(),
     );
     let at = |stamp: Stamp| truth(stamp.seconds_since(Stamp::default()));
     for number in 0..10 {

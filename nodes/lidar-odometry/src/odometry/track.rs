@@ -1,12 +1,12 @@
 //! What is known after a scan; the first scans, and those that do not fit.
 
+use estimation::Twist;
 use geometry::Stamp;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 
 use super::deskew::{Span, deskewed};
 use super::pose::{LidarPose, Outcome, Quality, Refusal};
 use super::threshold::AdaptiveThreshold;
-use super::velocity::Velocity;
 use super::{LidarOdometry, LidarScan};
 use crate::registration::{
     PreparedCloud, Registration, RegistrationConfig, RegistrationError, register,
@@ -43,7 +43,7 @@ pub(super) struct Track {
     pub(super) stamp: Stamp,
     pub(super) odom_from_lidar: Isometry3<f64>,
     /// Unknown after the first scan of a map.
-    pub(super) velocity: Option<Velocity>,
+    pub(super) velocity: Option<Twist>,
     pub(super) threshold: AdaptiveThreshold,
     /// The map's first scan, until the second one tells how the vehicle moved in it.
     first: Option<FirstScan>,
@@ -76,7 +76,7 @@ impl Track {
     /// How far the vehicle goes in so many seconds, if it goes on as it did, for a while.
     pub(super) fn expected_motion(&self, passed_s: f64) -> Isometry3<f64> {
         let passed_s = passed_s.min(LONGEST_PREDICTION_S);
-        self.velocity.map_or_else(Isometry3::identity, |velocity| velocity.motion(passed_s))
+        self.velocity.map_or_else(Isometry3::identity, |velocity| velocity.displacement(passed_s))
     }
 
     /// The next pose.
@@ -138,8 +138,7 @@ impl LidarOdometry {
         let cloud = self.prepared(scan, moment, None)?;
         let Some(first) = track.first.take() else { return Ok(()) };
         let first_moment = Moment::of(&first.scan())?;
-        let standing = Isometry3::identity();
-        let mut motion = standing;
+        let mut motion = Isometry3::identity();
         for _ in 0..2 {
             // Once as if the vehicle stood, once as it then seems to move.
             let target = self.prepared(&first.scan(), &first_moment, track.velocity)?;
@@ -148,12 +147,12 @@ impl LidarOdometry {
                 None => cloud.clone(),
             };
             let Ok(found) =
-                register(&source, &target, &motion, &self.config.registration, self.threads)
+                register(&source, &target, &motion, &self.config.registration, &*self.executor)
             else {
                 return Ok(());
             };
             motion = found.target_from_source;
-            track.velocity = Some(Velocity::between(&standing, &motion, passed_s));
+            track.velocity = Twist::between(&motion, passed_s);
             if moment.span.is_none() {
                 return Ok(());
             }
@@ -204,7 +203,7 @@ impl LidarOdometry {
         &self,
         scan: &LidarScan<'_>,
         moment: &Moment,
-        velocity: Option<Velocity>,
+        velocity: Option<Twist>,
     ) -> Result<PreparedCloud, Refusal> {
         let config = &self.config;
         let squares_m2 = (config.min_range_m.powi(2) as f32)..=(config.max_range_m.powi(2) as f32);
@@ -218,7 +217,7 @@ impl LidarOdometry {
             }
             _ => scan.points_m.iter().copied().filter(within).collect(),
         };
-        PreparedCloud::new(&points_m, &config.preparation, self.threads)
+        PreparedCloud::new(&points_m, &config.preparation, &*self.executor)
             .map_err(|_| Refusal::NoPoints { points: scan.points_m.len() })
     }
 

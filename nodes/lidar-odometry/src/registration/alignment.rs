@@ -1,15 +1,16 @@
 //! Gauss-Newton's steps over correspondences that are found anew before each, within the directions that are told.
 
-use std::num::NonZeroUsize;
-
+use estimation::covariance::{scaled, symmetrized};
+use estimation::observability::restricted;
+use estimation::perturbation::composite::perturbed;
+use estimation::perturbation::{is_finite, parts};
+use estimation::{Executor, Observability};
 use nalgebra::{Isometry3, Matrix6, Vector6};
 
 use super::config::RegistrationConfig;
 use super::correspondences::{Correspondences, Rules, Scatter};
 use super::error::RegistrationError;
-use super::motion::{is_finite, parts, perturbed};
-use super::normal_equations::NormalEquations;
-use super::observability::Observability;
+use super::normal_equations::Sums;
 use super::prepared_cloud::PreparedCloud;
 use super::surface::Surface;
 
@@ -21,11 +22,11 @@ const UNKNOWNS: usize = 6;
 pub struct Registration {
     /// Takes points of the source to the target.
     pub target_from_source: Isometry3<f64>,
-    /// Of a perturbation of the pose ([`super::perturbed`]), in m^2, m rad and rad^2: by how much the pulls of neighbourhoods
+    /// Of a perturbation of the pose ([`estimation::perturbation::composite`]), in m^2, m rad and rad^2: by how much the pulls of neighbourhoods
     /// differ. Directions that were held have the reach of the correspondences for their standard deviation.
     pub covariance: Matrix6<f64>,
     /// What the correspondences tell of, direction by direction.
-    pub observability: Observability,
+    pub observability: Observability<6>,
     /// Whether the steps became small before they were too many.
     pub converged: bool,
     /// Steps that were taken.
@@ -50,7 +51,7 @@ struct Stage {
 /// The end of a stage.
 struct Descent {
     pose: Isometry3<f64>,
-    last: NormalEquations,
+    last: Sums,
     converged: bool,
     iterations: usize,
 }
@@ -61,7 +62,7 @@ pub(crate) fn align<S: Surface>(
     target: &S,
     guess: &Isometry3<f64>,
     config: &RegistrationConfig,
-    threads: NonZeroUsize,
+    executor: &dyn Executor,
 ) -> Result<Registration, RegistrationError> {
     config.validate()?;
     if !is_finite(guess) {
@@ -73,8 +74,8 @@ pub(crate) fn align<S: Surface>(
         kernel: config.kernel,
         kernel_width_m: config.kernel_width_m,
     };
-    let (pose, spent) = coarsely(source, target, guess, config, rules, threads)?;
-    let mut fine = Correspondences::new(source, target, 1, rules, threads);
+    let (pose, spent) = coarsely(source, target, guess, config, rules, executor)?;
+    let mut fine = Correspondences::new(source, target, 1, rules, executor);
     let stage = Stage {
         settled_m: config.settled_m,
         settled_rad: config.settled_rad,
@@ -105,7 +106,7 @@ fn coarsely<S: Surface>(
     guess: &Isometry3<f64>,
     config: &RegistrationConfig,
     rules: Rules,
-    threads: NonZeroUsize,
+    executor: &dyn Executor,
 ) -> Result<(Isometry3<f64>, usize), RegistrationError> {
     let coarse = config.coarse;
     let needed = (config.min_correspondences / coarse.every.max(1)).max(UNKNOWNS);
@@ -113,7 +114,7 @@ fn coarsely<S: Surface>(
         return Ok((*guess, 0));
     }
     let rules = Rules { max_correspondence_m: coarse.max_correspondence_m, ..rules };
-    let mut correspondences = Correspondences::new(source, target, coarse.every, rules, threads);
+    let mut correspondences = Correspondences::new(source, target, coarse.every, rules, executor);
     let stage = Stage {
         settled_m: coarse.settled_m,
         settled_rad: coarse.settled_rad,
@@ -154,7 +155,7 @@ fn enough<S: Surface>(
     correspondences: &mut Correspondences<'_, S>,
     pose: &Isometry3<f64>,
     stage: &Stage,
-) -> Result<NormalEquations, RegistrationError> {
+) -> Result<Sums, RegistrationError> {
     let sums = correspondences.found_at(pose);
     if sums.count < stage.needed {
         return Err(RegistrationError::NoOverlap {
@@ -171,35 +172,34 @@ fn observability<S: Surface>(
     correspondences: &mut Correspondences<'_, S>,
     pose: &Isometry3<f64>,
     config: &RegistrationConfig,
-) -> Result<Observability, RegistrationError> {
+) -> Result<Observability<6>, RegistrationError> {
     let agreement = correspondences.agreement_at(pose);
-    if !agreement.information().iter().all(|value| value.is_finite()) {
+    let information = agreement.information() / agreement.count.max(1) as f64;
+    if !information.iter().all(|value| value.is_finite()) {
         return Err(RegistrationError::Unsolvable);
     }
-    Ok(Observability::of(&agreement, config.min_told_share))
+    Ok(Observability::of(&information, &agreement.units(), |_, share| {
+        share > config.min_told_share
+    }))
 }
 
-/// Gauss-Newton's step within the directions that are told. `None` when the numbers are not finite.
-fn step(sums: &NormalEquations, observability: &Observability) -> Option<Vector6<f64>> {
-    let (information, held) = told(sums, observability);
-    let scale = observability.in_metres().map(f64::recip);
-    let pull = sums.pull().component_mul(&scale);
+/// Gauss-Newton's step along the directions that are estimated. `None` when the numbers are not finite.
+fn step(sums: &Sums, observability: &Observability<6>) -> Option<Vector6<f64>> {
+    let units = &observability.units;
+    let held = observability.weak_projector();
+    let pull = sums.pull().component_mul(units);
     let pull = pull - held * pull;
-    Some(information.cholesky()?.solve(&pull).component_mul(&scale))
+    let information = estimated_information(sums, &held, units);
+    Some(information.cholesky()?.solve(&pull).component_mul(units))
         .filter(|step| step.iter().all(|value| value.is_finite()))
 }
 
-/// The information on a perturbation in metres, with no tie between what is told and what is held; and what takes a
-/// perturbation to its held part. Along what is held the information is as large as along the rest: no step leads there.
-fn told(sums: &NormalEquations, observability: &Observability) -> (Matrix6<f64>, Matrix6<f64>) {
-    let scale = observability.in_metres().map(f64::recip);
-    let information = sums.information();
-    let scaled =
-        Matrix6::from_fn(|row, column| information[(row, column)] * scale[row] * scale[column]);
-    let held = observability.weak_projector();
-    let told = Matrix6::identity() - held;
-    let size = scaled.diagonal().max().max(f64::MIN_POSITIVE);
-    (told * scaled * told + size * held, held)
+/// The information in units with no tie between what is estimated and what is held. Along what is held it is as large as along
+/// the rest: no step leads there.
+fn estimated_information(sums: &Sums, held: &Matrix6<f64>, units: &Vector6<f64>) -> Matrix6<f64> {
+    let information = scaled(&sums.information(), units);
+    let size = information.diagonal().max().max(f64::MIN_POSITIVE);
+    restricted(&information, held, size)
 }
 
 /// Fewer neighbourhoods tell nothing of how they differ.
@@ -209,30 +209,25 @@ const LEAST_NEIGHBOURHOODS: usize = 4 * UNKNOWNS;
 /// ones do not: the "sandwich" `H^-1 (sum p p^T) H^-1` (Liang and Zeger 1986, eq. 9; Huber 1967). Where neighbourhoods are few,
 /// that of independent errors, `s^2 H^-1`, as far as neighbours can be alike.
 fn covariance(
-    sums: &NormalEquations,
+    sums: &Sums,
     scatter: &Scatter,
-    observability: &Observability,
+    observability: &Observability<6>,
     reach_m: f64,
 ) -> Result<Matrix6<f64>, RegistrationError> {
-    let (information, held) = told(sums, observability);
+    let units = &observability.units;
+    let (estimated, held) = (observability.projector(), observability.weak_projector());
+    let information = estimated_information(sums, &held, units);
     let inverse = information.cholesky().ok_or(RegistrationError::Unsolvable)?.inverse();
-    let told = Matrix6::identity() - held;
-    let scale = observability.in_metres().map(f64::recip);
-    let scaled_by = |matrix: &Matrix6<f64>| {
-        Matrix6::from_fn(|row, column| matrix[(row, column)] * scale[row] * scale[column])
-    };
-    let of_told = if scatter.count >= LEAST_NEIGHBOURHOODS {
+    let of_estimated = if scatter.count >= LEAST_NEIGHBOURHOODS {
         // As many numbers were fitted to them.
         let count = scatter.count as f64;
         let correction = count / (count - UNKNOWNS as f64);
-        correction * inverse * scaled_by(&scatter.squares) * inverse
+        correction * inverse * scaled(&scatter.squares, units) * inverse
     } else {
         let points = sums.count.saturating_sub(UNKNOWNS).max(1) as f64;
         let alike = sums.count as f64 / scatter.count.max(1) as f64;
         alike * sums.squares_m2 / points * inverse
     };
-    let scaled = told * of_told * told + reach_m * reach_m * held;
-    let covariance = scaled_by(&scaled);
-    // Rounding leaves the halves a little apart.
-    Ok(0.5 * (covariance + covariance.transpose()))
+    let in_units = estimated * of_estimated * estimated + reach_m * reach_m * held;
+    Ok(symmetrized(&scaled(&in_units, units)))
 }

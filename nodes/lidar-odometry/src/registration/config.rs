@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use estimation::RobustKernel;
 use geometry::ParameterError;
 use geometry::parameter::{check, positive};
 use serde::{Deserialize, Serialize};
@@ -18,18 +19,6 @@ pub enum Method {
     Generalised,
     /// The same to the mean of the points of a voxel (Koide et al. 2021, "Voxelized GICP").
     VoxelisedGeneralised,
-}
-
-/// How much a correspondence counts that does not fit.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RobustKernel {
-    /// All count alike.
-    None,
-    /// The weight falls with the error beyond the kernel's width (Huber 1964).
-    Huber,
-    /// The weight falls with the fourth power of the error beyond it (Geman and McClure 1985; the form of KISS-ICP, eq. 7).
-    GemanMcClure,
 }
 
 /// How a cloud is made ready.

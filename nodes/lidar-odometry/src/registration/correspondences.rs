@@ -1,15 +1,14 @@
 //! Which element of the target corresponds to each point of the source, and what they come to at a pose.
 
-use std::num::NonZeroUsize;
-
+use estimation::executor::for_each;
+use estimation::{Executor, RobustKernel};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3};
 
-use super::config::{Method, RobustKernel};
+use super::config::Method;
 use super::factor::{agreement, weight_matrix};
-use super::normal_equations::NormalEquations;
+use super::normal_equations::Sums;
 use super::prepared_cloud::PreparedCloud;
 use super::surface::Surface;
-use crate::parallel::for_each;
 
 /// Points that one thread takes at a time. The sums of each chunk are added in the order of the chunks.
 const CHUNK_POINTS: usize = 512;
@@ -34,7 +33,7 @@ pub(super) struct Correspondences<'a, S> {
     source: &'a PreparedCloud,
     target: &'a S,
     rules: Rules,
-    threads: NonZeroUsize,
+    executor: &'a dyn Executor,
     /// One of so many points takes part.
     every: usize,
     chunks: Vec<Chunk>,
@@ -44,7 +43,7 @@ struct Chunk {
     first: usize,
     /// The element of every point of the chunk that takes part.
     elements: Vec<u32>,
-    sums: NormalEquations,
+    sums: Sums,
     scatter: Scatter,
 }
 
@@ -63,7 +62,7 @@ impl<'a, S: Surface> Correspondences<'a, S> {
         target: &'a S,
         every: usize,
         rules: Rules,
-        threads: NonZeroUsize,
+        executor: &'a dyn Executor,
     ) -> Self {
         let every = every.max(1);
         let points = source.len().div_ceil(every);
@@ -72,11 +71,11 @@ impl<'a, S: Surface> Correspondences<'a, S> {
             .map(|first| Chunk {
                 first: first * every,
                 elements: vec![NONE; CHUNK_POINTS.min(points - first)],
-                sums: NormalEquations::default(),
+                sums: Sums::default(),
                 scatter: Scatter::default(),
             })
             .collect();
-        Self { source, target, rules, threads, every, chunks }
+        Self { source, target, rules, executor, every, chunks }
     }
 
     /// How many points take part.
@@ -90,12 +89,12 @@ impl<'a, S: Surface> Correspondences<'a, S> {
     }
 
     /// Finds the correspondences at a pose, and their normal equations.
-    pub(super) fn found_at(&mut self, target_from_source: &Isometry3<f64>) -> NormalEquations {
+    pub(super) fn found_at(&mut self, target_from_source: &Isometry3<f64>) -> Sums {
         let Self { source, target, rules, every, .. } = *self;
         let placed = Placed::new(source, target_from_source);
         let width_square = rules.kernel_width_m * rules.kernel_width_m;
         self.sum(|chunk| {
-            let mut sums = NormalEquations::default();
+            let mut sums = Sums::default();
             for (element, number) in chunk.elements.iter_mut().zip((chunk.first..).step_by(every)) {
                 let Point { lever_m, place_m, normal } = placed.point(number);
                 let before = Some(*element).filter(|element| *element != NONE);
@@ -114,11 +113,11 @@ impl<'a, S: Surface> Correspondences<'a, S> {
     }
 
     /// What the surfaces of the correspondences found last agree upon.
-    pub(super) fn agreement_at(&mut self, target_from_source: &Isometry3<f64>) -> NormalEquations {
+    pub(super) fn agreement_at(&mut self, target_from_source: &Isometry3<f64>) -> Sums {
         let Self { source, target, every, .. } = *self;
         let placed = Placed::new(source, target_from_source);
         self.sum(|chunk| {
-            let mut sums = NormalEquations::default();
+            let mut sums = Sums::default();
             for (element, number) in chunk.elements.iter().zip((chunk.first..).step_by(every)) {
                 if *element == NONE {
                     continue;
@@ -136,11 +135,11 @@ impl<'a, S: Surface> Correspondences<'a, S> {
         let Self { source, target, rules, every, .. } = *self;
         let placed = Placed::new(source, target_from_source);
         let width_square = rules.kernel_width_m * rules.kernel_width_m;
-        for_each(self.threads, &mut self.chunks, |chunk| {
+        for_each(self.executor, &mut self.chunks, |chunk| {
             let mut scatter = Scatter::default();
             let mut numbers = (chunk.first..).step_by(every);
             for elements in chunk.elements.chunks(NEIGHBOURHOOD_POINTS) {
-                let mut sums = NormalEquations::default();
+                let mut sums = Sums::default();
                 for (element, number) in elements.iter().zip(&mut numbers) {
                     if *element == NONE {
                         continue;
@@ -169,9 +168,9 @@ impl<'a, S: Surface> Correspondences<'a, S> {
         all
     }
 
-    fn sum(&mut self, of_chunk: impl Fn(&mut Chunk) -> NormalEquations + Sync) -> NormalEquations {
-        for_each(self.threads, &mut self.chunks, |chunk| chunk.sums = of_chunk(chunk));
-        let mut all = NormalEquations::default();
+    fn sum(&mut self, of_chunk: impl Fn(&mut Chunk) -> Sums + Sync) -> Sums {
+        for_each(self.executor, &mut self.chunks, |chunk| chunk.sums = of_chunk(chunk));
+        let mut all = Sums::default();
         for chunk in &self.chunks {
             all.add_all(&chunk.sums);
         }

@@ -1,9 +1,9 @@
 //! How the distance between two corresponding places is measured: the idea in which the methods differ.
 
+use estimation::Symmetric3;
 use nalgebra::Vector3;
 
-use super::config::{Method, RobustKernel};
-use super::symmetric::Symmetric3;
+use super::config::Method;
 
 /// The variance of a plane along its normal, in units of that within it (Segal et al. 2009, section III.B: "epsilon").
 const THICKNESS: f64 = 1e-3;
@@ -49,24 +49,6 @@ pub(super) fn agreement(target_normals: &Symmetric3, source_normal: &Vector3<f64
     }
 }
 
-impl RobustKernel {
-    /// What a squared error costs, and the derivative of that, which is its weight.
-    #[inline]
-    pub(super) fn loss_and_weight(self, square: f64, width_square: f64) -> (f64, f64) {
-        match self {
-            Self::Huber if square > width_square => {
-                let product = (square * width_square).sqrt();
-                (2.0 * product - width_square, product / square)
-            }
-            Self::GemanMcClure => {
-                let share = width_square / (width_square + square);
-                (square * share, share * share)
-            }
-            Self::Huber | Self::None => (square, 1.0),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::Matrix3;
@@ -100,19 +82,5 @@ mod tests {
             sum.plus(1e-4, &agreement(&Symmetric3::outer(&noisy()), &noisy()))
         });
         assert!(sum.zz > 0.95 && sum.xx.abs() < 5e-4 && sum.yy.abs() < 5e-4, "{sum:?}");
-    }
-
-    #[test]
-    fn the_weight_of_a_kernel_is_the_slope_of_its_loss() {
-        const SMALL: f64 = 1e-6;
-        for kernel in [RobustKernel::None, RobustKernel::Huber, RobustKernel::GemanMcClure] {
-            for square in [0.1, 1.0, 5.9, 6.1, 40.0, 1e4] {
-                let loss = |square: f64| kernel.loss_and_weight(square, 6.0).0;
-                let slope = (loss(square * (1.0 + SMALL)) - loss(square * (1.0 - SMALL)))
-                    / (2.0 * SMALL * square);
-                let weight = kernel.loss_and_weight(square, 6.0).1;
-                assert!((weight - slope).abs() < 1e-6, "{kernel:?} {square}: {weight} {slope}");
-            }
-        }
     }
 }

@@ -2,15 +2,14 @@
 
 mod smallest;
 
-use std::num::NonZeroUsize;
 use std::ops::Range;
 
+use estimation::executor::for_each;
+use estimation::{Executor, Symmetric3};
 use nalgebra::Vector3;
 
 use self::smallest::plane_normal;
 use super::kd_tree::{KdTree, Neighbours};
-use super::symmetric::Symmetric3;
-use crate::parallel::for_each;
 
 /// Points that one thread takes at a time.
 const CHUNK_POINTS: usize = 1024;
@@ -21,12 +20,12 @@ const LEAST_NEIGHBOURS: usize = 4;
 pub(super) fn normals(
     tree: &KdTree,
     neighbours: usize,
-    threads: NonZeroUsize,
+    executor: &dyn Executor,
 ) -> Vec<Vector3<f32>> {
     let mut normals = vec![Vector3::zeros(); tree.len()];
     let mut chunks: Vec<(usize, &mut [Vector3<f32>])> =
         normals.chunks_mut(CHUNK_POINTS).enumerate().collect();
-    for_each(threads, &mut chunks, |(chunk, normals)| {
+    for_each(executor, &mut chunks, |(chunk, normals)| {
         let first = *chunk * CHUNK_POINTS;
         fill(tree, neighbours, first..first + normals.len(), normals);
     });

@@ -1,7 +1,6 @@
 //! A cloud that is ready for registration: thinned out, in the order of a tree, with normals.
 
-use std::num::NonZeroUsize;
-
+use estimation::{Executor, Symmetric3};
 use geometry::{VoxelGrid, is_finite};
 use nalgebra::{Point3, Vector3};
 
@@ -10,7 +9,6 @@ use super::error::RegistrationError;
 use super::kd_tree::KdTree;
 use super::normal::normals;
 use super::surface::{Surface, SurfaceElement};
-use super::symmetric::Symmetric3;
 
 /// Points of one sensor frame, ready to be laid onto others or to be laid upon.
 #[derive(Clone, Debug)]
@@ -29,7 +27,7 @@ impl PreparedCloud {
     pub fn new(
         points_m: &[Point3<f32>],
         config: &PreparationConfig,
-        threads: NonZeroUsize,
+        executor: &dyn Executor,
     ) -> Result<Self, RegistrationError> {
         config.validate()?;
         let finite = points_m.iter().filter(|point| is_finite(point)).count();
@@ -41,8 +39,8 @@ impl PreparedCloud {
             // An edge of 0 keeps them all.
             Err(_) => points_m.iter().copied().filter(is_finite).collect(),
         };
-        let tree = KdTree::new(&thinned, threads);
-        let normals = normals(&tree, config.neighbours, threads);
+        let tree = KdTree::new(&thinned, executor);
+        let normals = normals(&tree, config.neighbours, executor);
         Ok(Self { tree, normals, not_finite: points_m.len() - finite })
     }
 

@@ -1,8 +1,7 @@
 //! What a cloud is laid onto.
 
+use estimation::Symmetric3;
 use nalgebra::Vector3;
-
-use super::symmetric::Symmetric3;
 
 /// A piece of a surface: a place on it, and which way it faces.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]

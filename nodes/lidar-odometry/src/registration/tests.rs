@@ -1,22 +1,17 @@
 //! Registration of scenes whose motion is known.
 
-use std::num::NonZeroUsize;
-
+use estimation::perturbation::composite::perturbation_between;
 use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::testing::{Random, Rectangle, apart, seen, street};
+use crate::testing::{Random, Rectangle, apart, seen, street, threads};
 
 const METHODS: [Method; 4] =
     [Method::PointToPoint, Method::PointToPlane, Method::Generalised, Method::VoxelisedGeneralised];
 
-fn threads(count: usize) -> NonZeroUsize {
-    NonZeroUsize::new(count).unwrap()
-}
-
 fn prepared(points_m: &[Point3<f32>]) -> PreparedCloud {
-    PreparedCloud::new(points_m, &PreparationConfig::default(), threads(1)).unwrap()
+    PreparedCloud::new(points_m, &PreparationConfig::default(), &threads(1)).unwrap()
 }
 
 /// Two views of a street, the second from a pose in the frame of the first.
@@ -29,7 +24,7 @@ fn views(motion: &Isometry3<f64>, points: usize, seed: u64) -> [PreparedCloud; 2
 
 fn registered(source: &PreparedCloud, target: &PreparedCloud, method: Method) -> Registration {
     let config = RegistrationConfig { method, ..Default::default() };
-    register(source, target, &Isometry3::identity(), &config, threads(1)).unwrap()
+    register(source, target, &Isometry3::identity(), &config, &threads(1)).unwrap()
 }
 
 #[test]
@@ -77,7 +72,7 @@ fn starts_from_two_metres_and_five_degrees_off_end_where_the_truth_is() {
         let shift_m = random.between(0.0, 2.0);
         let turn_rad = random.between(0.0, 5.0_f64.to_radians());
         let guess = motion * drive(&mut random, shift_m, turn_rad);
-        let Ok(registration) = register(&source, &target, &guess, &config, threads(1)) else {
+        let Ok(registration) = register(&source, &target, &guess, &config, &threads(1)) else {
             continue;
         };
         let (metres, radians) = apart(&registration.target_from_source, &motion);
@@ -95,7 +90,7 @@ fn the_number_of_threads_changes_no_bit() {
     for method in METHODS {
         let config = RegistrationConfig { method, ..Default::default() };
         let on = |count| {
-            register(&source, &target, &Isometry3::identity(), &config, threads(count)).unwrap()
+            register(&source, &target, &Isometry3::identity(), &config, &threads(count)).unwrap()
         };
         let expected = on(1);
         for count in [2, 3, 16] {
@@ -113,7 +108,7 @@ fn one_plane_tells_of_three_directions_and_the_others_keep_the_guess() {
     for method in METHODS {
         let guess = Isometry3::new(Vector3::new(0.1, -0.1, 0.0), Vector3::new(0.01, 0.0, 0.02));
         let config = RegistrationConfig { method, ..Default::default() };
-        let registration = register(&source, &target, &guess, &config, threads(1)).unwrap();
+        let registration = register(&source, &target, &guess, &config, &threads(1)).unwrap();
         assert_eq!(
             registration.observability.estimated(),
             3,
@@ -145,12 +140,12 @@ fn a_tunnel_tells_all_but_the_way_along_it() {
         .map(|pose| prepared(&seen(&tunnel, &pose, 30_000, 0.02, &mut random)));
     let guess = Isometry3::translation(0.8, 0.0, 0.0);
     let registration =
-        register(&source, &target, &guess, &RegistrationConfig::default(), threads(1)).unwrap();
+        register(&source, &target, &guess, &RegistrationConfig::default(), &threads(1)).unwrap();
     let weak: Vec<Direction> = registration.observability.weak().copied().collect();
     assert_eq!(weak.len(), 1, "{:?}", registration.observability);
     assert!(
         weak[0].shift().unwrap().x.abs() > 0.99
-            && weak[0].axis().is_none_or(|_| weak[0].in_metres[0].abs() > 0.99)
+            && weak[0].axis().is_none_or(|_| weak[0].in_units[0].abs() > 0.99)
     );
     let shift = registration.target_from_source.translation.vector;
     assert!((shift - Vector3::new(0.8, 0.1, 0.0)).norm() < 0.01, "{shift}");
@@ -160,7 +155,7 @@ fn a_tunnel_tells_all_but_the_way_along_it() {
 fn what_cannot_be_laid_is_refused_with_its_numbers() {
     let preparation = PreparationConfig::default();
     let empty =
-        |points: &[Point3<f32>]| PreparedCloud::new(points, &preparation, threads(1)).unwrap_err();
+        |points: &[Point3<f32>]| PreparedCloud::new(points, &preparation, &threads(1)).unwrap_err();
     assert_eq!(empty(&[]), RegistrationError::Empty { points: 0 });
     assert_eq!(
         empty(&[Point3::new(f32::NAN, 0.0, 1.0); 7]),
@@ -169,7 +164,7 @@ fn what_cannot_be_laid_is_refused_with_its_numbers() {
     let [target, source] = views(&Isometry3::identity(), 5000, 3);
     let config = RegistrationConfig::default();
     let from = |guess: Isometry3<f64>, config: &RegistrationConfig| {
-        register(&source, &target, &guess, config, threads(1)).unwrap_err()
+        register(&source, &target, &guess, config, &threads(1)).unwrap_err()
     };
     let far = from(Isometry3::translation(900.0, 0.0, 0.0), &config);
     assert!(matches!(far, RegistrationError::NoOverlap { found: 0, .. }), "{far}");
@@ -178,7 +173,7 @@ fn what_cannot_be_laid_is_refused_with_its_numbers() {
     let spoilt = RegistrationConfig { max_iterations: 0, ..config };
     assert!(from(Isometry3::identity(), &spoilt).to_string().contains("max_iterations"));
     let few = prepared(&[Point3::new(1.0, 2.0, 3.0); 9]);
-    let error = register(&few, &target, &Isometry3::identity(), &config, threads(1)).unwrap_err();
+    let error = register(&few, &target, &Isometry3::identity(), &config, &threads(1)).unwrap_err();
     assert!(matches!(error, RegistrationError::NoOverlap { .. }), "{error}");
 }
 
@@ -231,11 +226,11 @@ proptest! {
     ) {
         let points: Vec<Point3<f32>> = points.into_iter().map(Point3::from).collect();
         let preparation = PreparationConfig { voxel_edge_m: edge, ..Default::default() };
-        if let Ok(cloud) = PreparedCloud::new(&points, &preparation, threads(2)) {
+        if let Ok(cloud) = PreparedCloud::new(&points, &preparation, &threads(2)) {
             for method in METHODS {
                 let config = RegistrationConfig { method, ..Default::default() };
-                if let Ok(found) = register(&cloud, &cloud, &Isometry3::identity(), &config, threads(1)) {
-                    prop_assert!(motion::is_finite(&found.target_from_source));
+                if let Ok(found) = register(&cloud, &cloud, &Isometry3::identity(), &config, &threads(1)) {
+                    prop_assert!(crate::registration::is_finite_pose(&found.target_from_source));
                 }
             }
         }

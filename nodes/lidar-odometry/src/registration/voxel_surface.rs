@@ -4,11 +4,11 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
+use estimation::Symmetric3;
 use geometry::VoxelKey;
 use nalgebra::Vector3;
 
 use super::surface::{Surface, SurfaceElement};
-use super::symmetric::Symmetric3;
 
 /// The neighbours of a voxel that share a face with it.
 const FACES: [[i32; 3]; 6] = [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];

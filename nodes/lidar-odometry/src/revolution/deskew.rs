@@ -1,10 +1,9 @@
 //! The motion of the vehicle during a revolution, taken out of it.
 
+use estimation::Twist;
 use nalgebra::{Isometry3, Point3};
 
 use geometry::{LidarReturn, Revolution, is_finite};
-
-use super::twist::BodyTwist;
 
 /// The revolution as it would have been measured from where the scanner was `reference_s` after the revolution's stamp,
 /// if its velocity was constant: every point is moved by the motion between its own time and that one. The times of
@@ -13,7 +12,7 @@ use super::twist::BodyTwist;
 /// A column's motion is exact; within the 50 us of a column the velocity is taken as constant in the moment's frame,
 /// which leaves less than a rounding of the coordinates.
 #[must_use]
-pub fn deskewed(revolution: &Revolution, twist: &BodyTwist, reference_s: f64) -> Revolution {
+pub fn deskewed(revolution: &Revolution, twist: &Twist, reference_s: f64) -> Revolution {
     let motions: Vec<Option<ColumnMotion>> = (0..revolution.columns())
         .map(|column| {
             let first = (0..revolution.rows()).find_map(|row| revolution.at(row, column));
@@ -34,11 +33,11 @@ struct ColumnMotion {
 }
 
 impl ColumnMotion {
-    fn new(twist: &BodyTwist, time_s: f64, reference_s: f64) -> Self {
+    fn new(twist: &Twist, time_s: f64, reference_s: f64) -> Self {
         Self { time_s, reference_from_column: twist.displacement(time_s - reference_s) }
     }
 
-    fn apply(&self, found: &LidarReturn, twist: &BodyTwist) -> Point3<f32> {
+    fn apply(&self, found: &LidarReturn, twist: &Twist) -> Point3<f32> {
         let after_s = f64::from(found.time_s) - self.time_s;
         let point_m = found.position_m.cast::<f64>();
         let velocity_m_per_s =

@@ -1,8 +1,8 @@
 //! Loops: where the odometry's frame is in the map.
 
-use std::num::NonZeroUsize;
 use std::sync::Arc;
 
+use estimation::Serial;
 use geometry::Stamp;
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
@@ -11,10 +11,10 @@ use msgs::std_msgs::Header;
 use nalgebra::{Isometry3, Point3};
 use node_shell::{Counters, Node, NodeFailure, Publisher, Qos, TransformBroadcaster};
 
+use super::BackgroundSearch;
 use super::parameters::LidarOdometryParameters;
 use crate::loop_closing::{
-    BackgroundSearch, InlineSearch, KnownLoops, LoopCloser, LoopClosingConfig, LoopOutcome,
-    LoopSearch, Place,
+    InlineSearch, KnownLoops, LoopCloser, LoopClosingConfig, LoopOutcome, LoopSearch, Place,
 };
 
 /// The condition in the diagnostics.
@@ -46,10 +46,10 @@ impl Loops {
         let config = LoopClosingConfig::default();
         let search: Search = if parameters.loop_closing_in_background {
             // One thread: the others are for the scans. Their number changes no loop.
-            let closer = LoopCloser::new(config, NonZeroUsize::MIN)?;
+            let closer = LoopCloser::new(config, Arc::new(Serial))?;
             Box::new(BackgroundSearch::new(closer)?)
         } else {
-            Box::new(InlineSearch::new(config, parameters.thread_count())?)
+            Box::new(InlineSearch::new(config, parameters.executor())?)
         };
         Self::with(node, parameters, search).map(Some)
     }

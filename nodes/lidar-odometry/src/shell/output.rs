@@ -1,36 +1,19 @@
 //! What is told of a pose.
 
-use std::collections::VecDeque;
-
-use geometry::{Stamp, StampedPose, pose_from_vector};
+use estimation::covariance::{propagated, rotation_of_both};
+use geometry::{Stamp, pose_from_vector};
 use msgs::convert;
-use msgs::geometry_msgs::{PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance, Vector3};
-use msgs::nav_msgs::{Odometry, Path};
 use msgs::std_msgs::Header;
-use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3 as Vector};
-use node_shell::{Node, NodeFailure, Publisher, Qos, TransformBroadcaster};
+use nalgebra::{Isometry3, Matrix6};
+use node_shell::{Node, NodeFailure, OdometryFrames, OdometryOutput, PublishedPose};
 
 use super::parameters::LidarOdometryParameters;
 use crate::odometry::LidarPose;
 
-/// Poses that a subscriber may be behind without losing one.
-const POSES_KEPT: usize = 100;
-/// A path is sent no more often: it grows with each pose.
-const PATH_PERIOD_S: f64 = 1.0;
-/// The variance of a velocity that nothing is known of, in m^2/s^2 and rad^2/s^2: nobody is as fast as its root.
-const UNKNOWN_VARIANCE: f64 = 1e4;
-
-/// The publishers of poses.
+/// What is published of poses.
 pub(super) struct Output {
-    poses: Publisher<PoseStamped>,
-    odometry: Publisher<Odometry>,
-    transforms: Option<TransformBroadcaster>,
-    paths: Publisher<Path>,
+    published: OdometryOutput,
     frames: Frames,
-    path: VecDeque<PoseStamped>,
-    path_poses: usize,
-    path_sent: Option<Stamp>,
-    last: Option<(Stamp, Isometry3<f64>)>,
 }
 
 /// How the scanner in its own odometry is the vehicle in the frame that poses lead to.
@@ -48,19 +31,15 @@ impl Output {
         node: &Node,
         parameters: &LidarOdometryParameters,
     ) -> Result<Self, NodeFailure> {
-        let qos = Qos::reliable(POSES_KEPT);
-        let transforms =
-            parameters.publish_tf.then(|| TransformBroadcaster::new(node)).transpose()?;
+        let frames = OdometryFrames {
+            odom_frame_id: parameters.odom_frame_id.clone(),
+            base_frame_id: parameters.base_frame_id.clone(),
+            map_frame_id: parameters.map_frame_id.clone(),
+        };
+        let (publish_tf, path_poses) = (parameters.publish_tf, parameters.path_poses);
         Ok(Self {
-            poses: node.publisher("pose", &qos)?,
-            odometry: node.publisher("odom", &qos)?,
-            transforms,
-            paths: node.publisher("path", &Qos::reliable(1))?,
+            published: OdometryOutput::new(node, frames, publish_tf, path_poses)?,
             frames: Frames::new(parameters),
-            path: VecDeque::new(),
-            path_poses: parameters.path_poses,
-            path_sent: None,
-            last: None,
         })
     }
 
@@ -70,93 +49,27 @@ impl Output {
 
     /// How many poses the path has, and how many it may have.
     pub(super) fn path_fill(&self) -> (usize, usize) {
-        (self.path.len(), self.path_poses)
+        self.published.path_fill()
     }
 
     /// Everything begins anew.
     pub(super) fn forget(&mut self) {
-        self.last = None;
-        self.path.clear();
-        self.path_sent = None;
+        self.published.reset();
     }
 
     /// Publishes a pose of the scanner; gives that of the vehicle.
     pub(super) fn publish(&mut self, pose: &LidarPose) -> Isometry3<f64> {
         let odom_from_base = self.frames.odom_from_base(&pose.odom_from_lidar);
-        let header = self.frames.header(pose.stamp);
-        let message = convert::message_from_pose(&StampedPose {
-            stamp: pose.stamp,
-            frame_id: self.frames.odom_frame_id.clone(),
-            map_from_rig: odom_from_base,
-        });
-        self.path.push_back(message.clone());
-        while self.path.len() > self.path_poses {
-            self.path.pop_front();
-        }
-        if let Some(transforms) = &self.transforms {
-            let Frames { odom_frame_id, base_frame_id, .. } = &self.frames;
-            transforms.send(pose.stamp, odom_frame_id, base_frame_id, &odom_from_base);
-        }
-        self.odometry.publish_or_warn(self.odometry(pose, &odom_from_base, header.clone()));
-        self.poses.publish_or_warn(message);
-        self.publish_path(pose.stamp, header);
-        self.last = Some((pose.stamp, odom_from_base));
-        odom_from_base
-    }
-
-    fn publish_path(&mut self, stamp: Stamp, header: Header) {
-        let since_s = |sent: Stamp| stamp.seconds_since(sent);
-        let is_due =
-            self.path_sent.is_none_or(|sent| !(0.0..PATH_PERIOD_S).contains(&since_s(sent)));
-        if is_due && self.paths.subscriber_count() > 0 {
-            self.path_sent = Some(stamp);
-            self.paths.publish_or_warn(Path { header, poses: self.path.iter().cloned().collect() });
-        }
-    }
-
-    fn odometry(
-        &self,
-        pose: &LidarPose,
-        odom_from_base: &Isometry3<f64>,
-        header: Header,
-    ) -> Odometry {
         let covariance = self.frames.pose_covariance(pose);
-        Odometry {
-            header,
-            child_frame_id: self.frames.base_frame_id.clone(),
-            pose: PoseWithCovariance {
-                pose: convert::pose_from_isometry(odom_from_base),
-                covariance: convert::covariance_by_rows(&covariance),
-            },
-            twist: self.twist(pose.stamp, odom_from_base, &covariance),
-        }
-    }
-
-    /// The mean velocity since the last pose, along the vehicle's axes; nothing is known of it at the first one.
-    fn twist(
-        &self,
-        stamp: Stamp,
-        odom_from_base: &Isometry3<f64>,
-        covariance: &Matrix6<f64>,
-    ) -> TwistWithCovariance {
-        let elapsed = self.last.map(|(before, last)| (stamp.seconds_since(before), last));
-        let Some((elapsed_s, last)) = elapsed.filter(|(elapsed_s, _)| *elapsed_s > 0.0) else {
-            return TwistWithCovariance {
-                twist: Twist::default(),
-                covariance: convert::covariance_by_rows(&(UNKNOWN_VARIANCE * Matrix6::identity())),
-            };
-        };
-        let motion = last.inverse() * odom_from_base;
-        let shift = motion.translation.vector / elapsed_s;
-        let turn = motion.rotation.scaled_axis() / elapsed_s;
-        // Both poses were measured against the same map: what they are off by on their own.
-        let along = blocks(&odom_from_base.rotation.inverse().to_rotation_matrix().into_inner());
-        let covariance = 2.0 * along * covariance * along.transpose() / elapsed_s.powi(2);
-        let vector = |v: Vector<f64>| Vector3 { x: v.x, y: v.y, z: v.z };
-        TwistWithCovariance {
-            twist: Twist { linear: vector(shift), angular: vector(turn) },
-            covariance: convert::covariance_by_rows(&covariance),
-        }
+        let base_from_odom = odom_from_base.rotation.inverse().to_rotation_matrix().into_inner();
+        self.published.publish(&PublishedPose {
+            stamp: pose.stamp,
+            odom_from_base: &odom_from_base,
+            covariance: &covariance,
+            covariance_in_base: &propagated(&rotation_of_both(&base_from_odom), &covariance),
+            map_from_odom: None,
+        });
+        odom_from_base
     }
 }
 
@@ -185,27 +98,19 @@ impl Frames {
         let turn = self.odom_from_first.rotation.to_rotation_matrix().into_inner();
         let base =
             pose.odom_from_lidar.rotation * self.base_from_lidar.inverse().translation.vector;
-        let mut slopes = blocks(&turn);
+        let mut slopes = rotation_of_both(&turn);
         slopes.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-turn * base.cross_matrix()));
-        slopes * pose.covariance * slopes.transpose()
+        propagated(&slopes, &pose.covariance)
     }
-}
-
-/// A turn of both halves of a perturbation.
-fn blocks(turn: &Matrix3<f64>) -> Matrix6<f64> {
-    let mut both = Matrix6::zeros();
-    both.fixed_view_mut::<3, 3>(0, 0).copy_from(turn);
-    both.fixed_view_mut::<3, 3>(3, 3).copy_from(turn);
-    both
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector6;
+    use estimation::perturbation::composite::{perturbation_between, perturbed};
+    use nalgebra::{Vector3 as Vector, Vector6};
 
     use super::*;
     use crate::odometry::{Outcome, Quality};
-    use crate::registration::{perturbation_between, perturbed};
 
     fn pose(odom_from_lidar: Isometry3<f64>, covariance: Matrix6<f64>) -> LidarPose {
         let quality = Quality {

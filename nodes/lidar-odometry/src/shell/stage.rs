@@ -74,7 +74,7 @@ impl Stage {
             unit: parameters.unit(),
             assembly: RevolutionAssembly::new(parameters.decoder()?, parameters.revolution())?,
             hints: Hints::new(parameters),
-            follower: Follower::new(parameters.follower(), parameters.thread_count())?,
+            follower: Follower::new(parameters.follower(), parameters.executor())?,
             output: Output::new(node, parameters)?,
             loops: Loops::new(node, parameters)?,
             pictures: Pictures::new(node, parameters)?,

@@ -1,10 +1,12 @@
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+
+use estimation::{ScopedThreads, Serial};
 use geometry::pose_from_vector;
 use nalgebra::{Point3, Vector3};
 
 use super::*;
 use crate::{Body, DepthCamera, Lamp, Material, Paint, Sample, Scenario, Shape, Texture};
-
-const ONE: NonZeroUsize = NonZeroUsize::MIN;
 
 /// A camera of 160 x 120 pixels without noise.
 fn config() -> ColourCamera {
@@ -34,7 +36,7 @@ fn taken_from(
     let room_from_camera =
         pose_from_vector(&rig) * pose_from_vector(&DepthCamera::kinect_v1().rig_from_camera);
     let moment = Moment { room_from_camera, moving: Vec::new() };
-    ColourSensor::new(config, camera()).take(statics, &[moment], lighting, (1, 0), ONE)
+    ColourSensor::new(config, camera()).take(statics, &[moment], lighting, (1, 0), &Serial)
 }
 
 fn facing_wall(paint: Paint) -> Body {
@@ -239,7 +241,7 @@ fn motion_blurs_an_edge_over_as_far_as_it_moves() {
         })
         .collect();
     let light = Lighting::of_lamps(1.0, Vec::new());
-    let rgb = ColourSensor::new(&config, camera()).take(&wall, &moments, &light, (1, 0), ONE);
+    let rgb = ColourSensor::new(&config, camera()).take(&wall, &moments, &light, (1, 0), &Serial);
     let row = &rgb[3 * 160 * 60..3 * 160 * 61];
     let between = row.chunks(3).filter(|pixel| (3..252).contains(&pixel[0])).count();
     assert!((9..=11).contains(&between), "{between} pixels");
@@ -251,8 +253,8 @@ fn the_number_of_threads_changes_nothing_and_the_same_seed_repeats() {
     scenario.rig.colour_camera = Some(ColourCamera::default().with_motion_blur(0.02, 2));
     scenario.rig.path = crate::Platform::Sway.path(3.0, 1);
     let samples = |scenario: &Scenario, threads: usize| -> Vec<Sample> {
-        let threads = NonZeroUsize::new(threads).unwrap();
-        scenario.samples().unwrap().on_threads(threads).collect()
+        let executor = Arc::new(ScopedThreads::new(NonZeroUsize::new(threads).unwrap()));
+        scenario.samples().unwrap().with_executor(executor).collect()
     };
     let one = samples(&scenario, 1);
     assert_eq!(one, samples(&scenario, 3));

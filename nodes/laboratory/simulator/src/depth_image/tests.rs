@@ -1,3 +1,5 @@
+use estimation::Serial;
+
 use super::*;
 use crate::noise::Stream;
 use crate::solid::nearest_sighting;
@@ -20,7 +22,7 @@ fn canvas(config: &DepthCamera, bodies: &[Body]) -> Canvas {
     let mut canvas = Canvas::new(&config.camera);
     let solids = scene.static_solids();
     let min_signal = config.min_signal;
-    canvas.draw(&config.camera, &room_from_camera, solids.iter(), min_signal, NonZeroUsize::MIN);
+    canvas.draw(&config.camera, &room_from_camera, solids.iter(), min_signal, &Serial);
     canvas
 }
 
@@ -109,13 +111,7 @@ fn the_canvas_equals_casting_every_ray_by_itself() {
         solids.extend(scenario.scene.moving_solids(time_s));
         let mut canvas = Canvas::new(&config.camera);
         let min_signal = config.min_signal;
-        canvas.draw(
-            &config.camera,
-            &room_from_camera,
-            solids.iter(),
-            min_signal,
-            NonZeroUsize::MIN,
-        );
+        canvas.draw(&config.camera, &room_from_camera, solids.iter(), min_signal, &Serial);
         let mut labelled = 0;
         for index in 0..80 * 60 {
             let (column, row) = ((index % 80) as f64, (index / 80) as f64);

@@ -20,7 +20,7 @@ impl Samples {
         let config = &self.scenario.rig.depth_camera;
         let mut canvas = Canvas::new(&config.camera);
         let solids = self.statics.iter().filter(|solid| !solid.is_pane());
-        canvas.draw(&config.camera, room_from_camera, solids, config.min_signal, self.threads);
+        canvas.draw(&config.camera, room_from_camera, solids, config.min_signal, &*self.executor);
         canvas
     }
 
@@ -50,7 +50,7 @@ impl Samples {
         let moving = self.scenario.scene.moving_solids(time_s);
         let static_panes = self.statics.iter().filter(|solid| solid.is_pane());
         let solids = moving.iter().chain(static_panes);
-        canvas.draw(&camera, &room_from_camera, solids, config.min_signal, self.threads);
+        canvas.draw(&camera, &room_from_camera, solids, config.min_signal, &*self.executor);
         let noise = FrameNoise::new(self.scenario.seed, Stream::DepthPixel, frame);
         let reading = self.sensor.read(&canvas, &noise);
         let truth = self.object_poses(stamp, time_s, &canvas, &reading);
@@ -139,7 +139,7 @@ impl Samples {
             &moments,
             &self.scenario.scene.lighting.at(time_s),
             (self.scenario.seed, frame),
-            self.threads,
+            &*self.executor,
         );
         let image = ColourImage {
             stamp,

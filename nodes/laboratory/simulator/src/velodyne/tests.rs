@@ -1,3 +1,7 @@
+use std::num::NonZeroUsize;
+
+use estimation::ScopedThreads;
+
 use super::*;
 use crate::{Body, Figure, Material, MovingObject, Waypoint};
 
@@ -21,7 +25,7 @@ fn turn(velodyne: &Velodyne, scene: &Scene, path: &Path, threads: usize) -> Velo
         path,
         scene,
         still: &still,
-        threads: NonZeroUsize::new(threads).unwrap(),
+        executor: &ScopedThreads::new(NonZeroUsize::new(threads).unwrap()),
     };
     velodyne.turn(&view, 1)
 }

@@ -1,9 +1,10 @@
 //! The ways that are compared.
 
-use std::num::NonZeroUsize;
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::ValueEnum;
+use estimation::Executor;
 use geometry::{LidarCloud, Stamp};
 use lidar_odometry::loop_closing::{LoopCloser, LoopClosingConfig};
 use lidar_odometry::odometry::{
@@ -121,23 +122,34 @@ pub(super) struct Follow {
     poses: Vec<(Stamp, Isometry3<f64>)>,
     troubles: usize,
     times_ms: Vec<f64>,
-    threads: NonZeroUsize,
+    executor: Arc<dyn Executor>,
     loops: Option<LoopCloser>,
 }
 
 impl Follow {
-    pub(super) fn new(variant: Variant, threads: NonZeroUsize) -> Result<Option<Self>, Failure> {
+    pub(super) fn new(
+        variant: Variant,
+        executor: &Arc<dyn Executor>,
+    ) -> Result<Option<Self>, Failure> {
         if variant == Variant::None {
             return Ok(None);
         }
-        let follower = Follower::new(variant.config(THESIS_RAYS), threads)
+        let follower = Follower::new(variant.config(THESIS_RAYS), Arc::clone(executor))
             .map_err(|error| Failure::new(error.to_string()))?;
         let loops = (variant == Variant::OursLoops)
-            .then(|| LoopCloser::new(LoopClosingConfig::default(), threads))
+            .then(|| LoopCloser::new(LoopClosingConfig::default(), Arc::clone(executor)))
             .transpose()
             .map_err(|error| Failure::new(error.to_string()))?;
         let (poses, times_ms) = (Vec::new(), Vec::new());
-        Ok(Some(Self { variant, follower, poses, troubles: 0, times_ms, threads, loops }))
+        Ok(Some(Self {
+            variant,
+            follower,
+            poses,
+            troubles: 0,
+            times_ms,
+            executor: Arc::clone(executor),
+            loops,
+        }))
     }
 
     pub(super) fn step(&mut self, cloud: &LidarCloud) {
@@ -179,7 +191,7 @@ impl Follow {
             return;
         };
         let config = self.variant.config(highest.saturating_add(1));
-        if let Ok(follower) = Follower::new(config, self.threads) {
+        if let Ok(follower) = Follower::new(config, Arc::clone(&self.executor)) {
             self.follower = follower;
         }
     }

@@ -5,6 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::*;
+use crate::shell::BackgroundSearch;
 
 fn place(drive: &Drive, number: usize) -> Place {
     Place {
@@ -15,7 +16,7 @@ fn place(drive: &Drive, number: usize) -> Place {
 }
 
 fn closer() -> LoopCloser {
-    LoopCloser::new(LoopClosingConfig::default(), threads(1)).unwrap()
+    LoopCloser::new(LoopClosingConfig::default(), Arc::new(threads(1))).unwrap()
 }
 
 /// One that looks for nothing while the mutex is held.
@@ -38,7 +39,7 @@ fn wait_for(search: &BackgroundSearch) {
 fn a_thread_of_its_own_finds_the_same_loops() {
     let (drive, expected, outcomes) = &*ROUND_A_BLOCK;
     let mut background = BackgroundSearch::new(closer()).unwrap();
-    let mut inline = InlineSearch::new(LoopClosingConfig::default(), threads(2)).unwrap();
+    let mut inline = InlineSearch::new(LoopClosingConfig::default(), Arc::new(threads(2))).unwrap();
     // The inline one is heard of at once, and does what the closer itself does.
     for (number, outcome) in outcomes.iter().enumerate().take(3) {
         assert!(inline.take(place(drive, number)));

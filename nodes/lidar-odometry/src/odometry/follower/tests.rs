@@ -20,7 +20,7 @@ fn cloud(number: usize) -> LidarCloud {
 }
 
 fn follower(config: FollowerConfig) -> Follower {
-    Follower::new(config, NonZeroUsize::MIN).unwrap()
+    Follower::new(config, std::sync::Arc::new(estimation::Serial)).unwrap()
 }
 
 #[test]

@@ -1,53 +1,81 @@
 //! How the tree is made.
 
-use std::num::NonZeroUsize;
-
+use estimation::Executor;
+use estimation::executor::for_each;
 use nalgebra::Point3;
 
 use super::{KdTree, LEAF_POINTS, Split, middle};
 
-/// Halves are given to another thread only while they hold at least so many points.
+/// A half is worth a thread of its own when it holds so many points.
 const LEAST_SHARED: usize = 2048;
 
 impl KdTree {
     /// The tree of points whose coordinates are finite. The same points in the same order make the same tree, whatever
     /// the number of threads.
-    pub(crate) fn new(points_m: &[Point3<f32>], threads: NonZeroUsize) -> Self {
+    pub(crate) fn new(points_m: &[Point3<f32>], executor: &dyn Executor) -> Self {
         let mut points_m: Vec<[f32; 3]> =
             points_m.iter().map(|point| point.coords.into()).collect();
         let depth = points_m.len().div_ceil(LEAF_POINTS).next_power_of_two().trailing_zeros();
-        let splits = subtree(&mut points_m, depth, threads.get());
+        // The upper levels, until there is a part for each thread.
+        let mut parts = vec![Part { points_m: &mut points_m, splits: Vec::new() }];
+        let (mut splits, mut below) = (Vec::new(), depth);
+        while below > 0 && parts.len() < executor.threads().get() && is_worth_sharing(&parts) {
+            for_each(executor, &mut parts, |part| part.splits = vec![split(part.points_m)]);
+            splits.extend(parts.iter().flat_map(|part| &part.splits));
+            parts = parts.into_iter().flat_map(Part::halves).collect();
+            below -= 1;
+        }
+        for_each(executor, &mut parts, |part| part.splits = subtree(part.points_m, below));
+        // Level by level, those of each part after those of the part before.
+        for level in 0..below {
+            let nodes = (1 << level) - 1..(2 << level) - 1;
+            splits.extend(parts.iter().flat_map(|part| &part.splits[nodes.clone()]));
+        }
         let along = |axis: usize| points_m.iter().map(|point| point[axis]).collect();
         Self { splits, depth, x_m: along(0), y_m: along(1), z_m: along(2) }
     }
 }
 
-/// Puts the points in the order of the leaves. The splits of the subtree, level by level.
-fn subtree(points_m: &mut [[f32; 3]], depth: u32, threads: usize) -> Vec<Split> {
-    if depth == 0 {
-        return Vec::new();
+/// Points of one node of the tree, and the splits that were found for it.
+struct Part<'a> {
+    points_m: &'a mut [[f32; 3]],
+    splits: Vec<Split>,
+}
+
+impl Part<'_> {
+    /// The points of both children.
+    fn halves(self) -> [Self; 2] {
+        let (left, right) = self.points_m.split_at_mut(middle(0, self.points_m.len()));
+        [left, right].map(|points_m| Self { points_m, splits: Vec::new() })
     }
+}
+
+fn is_worth_sharing(parts: &[Part<'_>]) -> bool {
+    parts.iter().all(|part| part.points_m.len() >= 2 * LEAST_SHARED)
+}
+
+/// Puts points to either side of their median along the axis along which they extend most.
+fn split(points_m: &mut [[f32; 3]]) -> Split {
     let axis = widest_axis(points_m);
     let middle = middle(0, points_m.len());
     let (_, at, _) = points_m.select_nth_unstable_by(middle, |a, b| a[axis].total_cmp(&b[axis]));
-    let split = Split { axis, at_m: at[axis] };
-    let (left, right) = points_m.split_at_mut(middle);
-    let (left, right) = if threads > 1 && left.len() >= LEAST_SHARED {
-        std::thread::scope(|scope| {
-            let other = scope.spawn(|| subtree(right, depth - 1, threads / 2));
-            let own = subtree(left, depth - 1, threads - threads / 2);
-            (own, other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-        })
-    } else {
-        (subtree(left, depth - 1, 1), subtree(right, depth - 1, 1))
-    };
+    Split { axis, at_m: at[axis] }
+}
+
+/// Puts the points in the order of the leaves. The splits of the subtree, level by level.
+fn subtree(points_m: &mut [[f32; 3]], depth: u32) -> Vec<Split> {
+    if depth == 0 {
+        return Vec::new();
+    }
+    let first = split(points_m);
+    let (left, right) = points_m.split_at_mut(middle(0, points_m.len()));
+    let (left, right) = (subtree(left, depth - 1), subtree(right, depth - 1));
     let mut splits = Vec::with_capacity(2 * left.len() + 1);
-    splits.push(split);
+    splits.push(first);
     for level in 0..depth - 1 {
-        // Above a level there are so many nodes as it has, but for one.
-        let nodes = 1 << level;
-        splits.extend_from_slice(&left[nodes - 1..2 * nodes - 1]);
-        splits.extend_from_slice(&right[nodes - 1..2 * nodes - 1]);
+        let nodes = (1 << level) - 1..(2 << level) - 1;
+        splits.extend_from_slice(&left[nodes.clone()]);
+        splits.extend_from_slice(&right[nodes]);
     }
     splits
 }

@@ -1,12 +1,10 @@
-use std::num::NonZeroUsize;
-
 use nalgebra::Point3;
 use proptest::prelude::*;
 
 use super::{KdTree, Neighbours};
 
 fn tree(points_m: &[Point3<f32>], threads: usize) -> KdTree {
-    KdTree::new(points_m, NonZeroUsize::new(threads).unwrap())
+    KdTree::new(points_m, &crate::testing::threads(threads))
 }
 
 fn square_m2(tree: &KdTree, number: u32, place_m: [f32; 3]) -> f32 {

@@ -1,8 +1,7 @@
 //! The direction in which points scatter least.
 
+use estimation::Symmetric3;
 use nalgebra::Vector3;
-
-use crate::registration::symmetric::Symmetric3;
 
 /// Newton's steps, at most: six are enough for what passes for a plane.
 const MOST_STEPS: usize = 12;

@@ -1,11 +1,8 @@
+use estimation::Serial;
 use nalgebra::{Point3, SymmetricEigen};
 
 use super::*;
 use crate::testing::Random;
-
-fn one() -> NonZeroUsize {
-    NonZeroUsize::MIN
-}
 
 /// A wavy sheet.
 fn sheet() -> Vec<Point3<f32>> {
@@ -20,10 +17,10 @@ fn sheet() -> Vec<Point3<f32>> {
 
 #[test]
 fn they_are_those_of_a_plain_search_and_of_eigenvectors() {
-    let tree = KdTree::new(&sheet(), one());
+    let tree = KdTree::new(&sheet(), &Serial);
     let places: Vec<Vector3<f64>> =
         (0..tree.len()).map(|number| Vector3::from(tree.point_m(number)).cast()).collect();
-    let normals = normals(&tree, 10, one());
+    let normals = normals(&tree, 10, &Serial);
     for number in (0..tree.len()).step_by(37) {
         let mut others = places.clone();
         others.sort_by(|a, b| (a - places[number]).norm().total_cmp(&(b - places[number]).norm()));
@@ -42,16 +39,16 @@ fn they_are_those_of_a_plain_search_and_of_eigenvectors() {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let tree = KdTree::new(&sheet(), one());
-    let expected = normals(&tree, 10, one());
+    let tree = KdTree::new(&sheet(), &Serial);
+    let expected = normals(&tree, 10, &Serial);
     for threads in [2, 3, 16] {
-        assert_eq!(normals(&tree, 10, NonZeroUsize::new(threads).unwrap()), expected);
+        assert_eq!(normals(&tree, 10, &crate::testing::threads(threads)), expected);
     }
 }
 
 #[test]
 fn too_few_points_and_one_ray_have_none() {
-    let of = |points: &[Point3<f32>]| normals(&KdTree::new(points, one()), 10, one());
+    let of = |points: &[Point3<f32>]| normals(&KdTree::new(points, &Serial), 10, &Serial);
     assert!(of(&[]).is_empty());
     assert_eq!(of(&[Point3::origin(); 3]), vec![Vector3::zeros(); 3]);
     let ray: Vec<Point3<f32>> = (0..50).map(|at| Point3::new(0.2 * at as f32, 7.0, -1.7)).collect();

@@ -13,15 +13,15 @@ const WALLS: [([f64; 3], f64); 6] = [
     ([0.0, 0.0, -1.0], 1.7),
 ];
 
-fn fast_car_in_a_bend() -> BodyTwist {
-    BodyTwist {
+fn fast_car_in_a_bend() -> Twist {
+    Twist {
         linear_m_per_s: Vector3::new(25.0, 0.3, -0.2),
         angular_rad_per_s: Vector3::new(0.1, -0.15, 0.9),
     }
 }
 
 /// A sweep of an HDL-64E in that room, from a scanner that moves; a tenth of the shots returns nothing.
-fn swept(twist: &BodyTwist) -> Revolution {
+fn swept(twist: &Twist) -> Revolution {
     let elevations_rad: Vec<f32> = (0..64).map(|row| 0.03 - 0.007 * row as f32).collect();
     let columns = 500;
     let turn_s = 0.1;
@@ -103,13 +103,12 @@ fn columns_at_once_are_points_one_by_one() {
 
 #[test]
 fn a_scanner_that_stands_changes_nothing() {
-    let sweep = swept(&BodyTwist::default());
-    assert_eq!(deskewed(&sweep, &BodyTwist::default(), 0.05), sweep);
+    let sweep = swept(&Twist::default());
+    assert_eq!(deskewed(&sweep, &Twist::default(), 0.05), sweep);
 }
 
 #[test]
 fn a_velocity_that_is_no_number_leaves_no_points() {
-    let twist =
-        BodyTwist { linear_m_per_s: Vector3::new(f64::NAN, 0.0, 0.0), ..BodyTwist::default() };
-    assert_eq!(deskewed(&swept(&BodyTwist::default()), &twist, 0.0).measured().count(), 0);
+    let twist = Twist { linear_m_per_s: Vector3::new(f64::NAN, 0.0, 0.0), ..Twist::default() };
+    assert_eq!(deskewed(&swept(&Twist::default()), &twist, 0.0).measured().count(), 0);
 }

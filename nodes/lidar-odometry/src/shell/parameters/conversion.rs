@@ -2,7 +2,9 @@
 
 use std::net::IpAddr;
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 
+use estimation::{Executor, ScopedThreads};
 use geometry::pose_from_vector;
 use msgs::convert::TimeUnit;
 use nalgebra::Isometry3;
@@ -133,8 +135,9 @@ impl LidarOdometryParameters {
         [intensity, range]
     }
 
-    pub(in crate::shell) fn thread_count(&self) -> NonZeroUsize {
-        NonZeroUsize::new(self.threads.into()).unwrap_or(NonZeroUsize::MIN)
+    pub(in crate::shell) fn executor(&self) -> Arc<dyn Executor> {
+        let threads = NonZeroUsize::new(self.threads.into()).unwrap_or(NonZeroUsize::MIN);
+        Arc::new(ScopedThreads::new(threads))
     }
 
     pub(in crate::shell) fn base_from_lidar(&self) -> Isometry3<f64> {

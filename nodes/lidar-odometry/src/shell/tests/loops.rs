@@ -1,14 +1,14 @@
 //! The node, back where it was.
 
 use std::f64::consts::TAU;
-use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex};
 
 use msgs::tf2_msgs::TFMessage;
 
 use super::super::loops::Loops;
 use super::*;
-use crate::loop_closing::{BackgroundSearch, LoopCloser, LoopClosingConfig};
+use crate::loop_closing::{LoopCloser, LoopClosingConfig};
+use crate::shell::BackgroundSearch;
 
 /// Along the street and back again, so many metres each way.
 const FAR_M: f64 = 30.0;
@@ -64,7 +64,8 @@ fn scans_are_answered_while_a_loop_is_looked_for() {
     let mut scene = Scene::new(&parameters);
     let hold = Arc::new(Mutex::new(()));
     let of_thread = Arc::clone(&hold);
-    let closer = LoopCloser::new(LoopClosingConfig::default(), NonZeroUsize::MIN).unwrap();
+    let closer =
+        LoopCloser::new(LoopClosingConfig::default(), Arc::new(estimation::Serial)).unwrap();
     let pause = move || drop(of_thread.lock().unwrap());
     let search = Box::new(BackgroundSearch::with_pause(closer, pause).unwrap());
     let loops = Loops::with(&scene.peer, &parameters, search).unwrap();

@@ -7,7 +7,9 @@ use std::thread::{self, JoinHandle};
 
 use nalgebra::Isometry3;
 
-use super::{KnownLoops, LoopAnswer, LoopCloser, LoopClosingConfig, LoopSearch, Place};
+use crate::loop_closing::{
+    KnownLoops, LoopAnswer, LoopCloser, LoopClosingConfig, LoopSearch, Place,
+};
 
 /// No more places wait while one is looked for: forty metres of way, and some 30 MB of a sensor of 64 rays.
 const MOST_WAITING: usize = 20;
@@ -63,7 +65,7 @@ impl BackgroundSearch {
     ) -> std::io::Result<Self> {
         let (requests, asked) = channel();
         let (tell, answers) = channel();
-        let (config, known) = (closer.config, Arc::new(closer.known()));
+        let (config, known) = (*closer.config(), Arc::new(closer.known()));
         let last = known.keyframes.last().map(|last| last.odom_from_vehicle);
         let shared = Arc::new(Shared::default());
         let of_thread = Arc::clone(&shared);
