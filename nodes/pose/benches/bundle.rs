@@ -5,6 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use estimation::Random;
 use geometry::{CameraModel, Distortion};
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 use pose::bundle_adjustment::{Bundle, BundleConfig, BundlePose, Sighting, adjust};
@@ -27,18 +28,16 @@ const POINTS: usize = 2000;
 const LINES: usize = 200;
 
 /// Numbers that look like chance, always the same.
-struct Draw(u64);
+struct Draw(Random);
 
 impl Draw {
     fn uniform(&mut self, from: f64, to: f64) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        from + (to - from) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        self.0.between(from, to)
     }
 
     /// Mean 0 and deviation 1.
     fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform(-0.5, 0.5)).sum()
+        self.0.normal()
     }
 
     fn off(&mut self, std_dev: f64) -> Vector3<f64> {
@@ -60,7 +59,7 @@ impl Draw {
 
 /// A wall that keyframes go along; everything but the first two of them is off by centimetres.
 fn bundle() -> Bundle {
-    let mut draw = Draw(1);
+    let mut draw = Draw(Random::new(1));
     let points: Vec<Point3<f64>> = (0..POINTS).map(|_| draw.place()).collect();
     let lines: Vec<[Point3<f64>; 2]> = (0..LINES)
         .map(|_| {

@@ -4,8 +4,11 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use std::hint::black_box;
+use std::num::NonZeroUsize;
+use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use estimation::ScopedThreads;
 use geometry::{CameraModel, Distortion};
 use pose::{
     feature::points::{PointConfig, PointExtractor},
@@ -77,8 +80,9 @@ fn steps(criterion: &mut Criterion) {
     for (name, levels, threads) in
         [("1 level", 1, 1), ("8 levels", 8, 1), ("8 levels, 2 threads", 8, 2)]
     {
-        let config = PointConfig { levels, threads, ..PointConfig::default() };
-        let mut extractor = PointExtractor::new(config).unwrap();
+        let config = PointConfig { levels, ..PointConfig::default() };
+        let threads = ScopedThreads::new(NonZeroUsize::new(threads).unwrap());
+        let mut extractor = PointExtractor::new(config).unwrap().with_executor(Arc::new(threads));
         criterion.bench_function(&format!("extract 1000 corners, {name}"), |bencher| {
             bencher.iter(|| extractor.extract(black_box(&image)));
         });

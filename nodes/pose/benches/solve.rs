@@ -5,6 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use estimation::Random;
 use geometry::{CameraModel, Distortion};
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 use pose::solve::p3p::p3p;
@@ -27,18 +28,16 @@ const NOISE_PX: f64 = 1.0;
 const NOISE_AT_1_M: f64 = 0.003;
 
 /// Numbers that look like chance, always the same.
-struct Draw(u64);
+struct Draw(Random);
 
 impl Draw {
     fn uniform(&mut self, from: f64, to: f64) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        from + (to - from) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        self.0.between(from, to)
     }
 
     /// Mean 0 and deviation 1.
     fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform(-0.5, 0.5)).sum()
+        self.0.normal()
     }
 
     fn pixel(&mut self) -> Point2<f64> {
@@ -60,7 +59,7 @@ impl Draw {
 
 /// Points, of which the first share is seen anywhere. The map's frame is the camera's.
 fn points(count: usize, outliers: f64, with_depth: bool) -> Vec<PointObservation> {
-    let mut draw = Draw(3);
+    let mut draw = Draw(Random::new(3));
     let wrong = (outliers * count as f64) as usize;
     (0..count)
         .map(|index| {
@@ -85,7 +84,7 @@ fn points(count: usize, outliers: f64, with_depth: bool) -> Vec<PointObservation
 }
 
 fn lines(count: usize, with_depth: bool) -> Vec<LineObservation> {
-    let mut draw = Draw(4);
+    let mut draw = Draw(Random::new(4));
     (0..count)
         .map(|_| {
             let (start, end) = (draw.place(), draw.place());

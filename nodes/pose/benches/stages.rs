@@ -11,9 +11,12 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
+use estimation::ScopedThreads;
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use pose::feature::lines::LineDetector;
 use pose::feature::points::PointExtractor;
@@ -61,7 +64,7 @@ fn main() {
         pairs.len()
     );
     for threads in [1, 2] {
-        let mut times = times_of(&pairs, &camera, threads == 2);
+        let mut times = times_of(&pairs, &camera, threads);
         println!("{threads} thread(s)");
         for stage in STAGES {
             let Some(times) = times.get_mut(stage) else { continue };
@@ -77,13 +80,15 @@ fn main() {
 fn times_of(
     pairs: &[Pair],
     camera: &CameraModel,
-    in_parallel: bool,
+    threads: usize,
 ) -> BTreeMap<&'static str, Vec<f64>> {
-    let frame = FrameConfig { in_parallel, ..FrameConfig::default() };
+    let frame = FrameConfig::default();
     let mut points = PointExtractor::new(frame.points.clone()).unwrap();
     let mut lines = LineDetector::new(frame.lines).unwrap();
     let most_lines = frame.max_lines;
-    let mut extractor = FrameExtractor::new(frame.clone()).unwrap();
+    let mut extractor = FrameExtractor::new(frame.clone())
+        .unwrap()
+        .with_executor(Arc::new(ScopedThreads::new(NonZeroUsize::new(threads).unwrap())));
     let mut tracker = Tracker::new(TrackerConfig { frame, ..TrackerConfig::default() }).unwrap();
     let rectification = Rectification::new(camera).unwrap();
     let target = *rectification.target();
@@ -120,7 +125,7 @@ fn times_of(
             note(step[1].0, step[0].1, step[1].1);
         }
         note("all of it", marks[0].1, marks[marks.len() - 1].1);
-        if !in_parallel {
+        if threads == 1 {
             let start = Instant::now();
             points.extract(&gray);
             note("points alone", start, Instant::now());

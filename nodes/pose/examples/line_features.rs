@@ -10,8 +10,10 @@
 #[path = "shared/measuring.rs"]
 mod measuring;
 
+use std::sync::Arc;
 use std::{fs, time::Instant};
 
+use estimation::ScopedThreads;
 use pose::{
     feature::lines::{LineConfig, LineDetector},
     image::GrayImage,
@@ -29,8 +31,10 @@ fn main() {
         fs::read_dir(frames).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
     let images: Vec<GrayImage> = paths.iter().map(|path| read(path)).collect();
-    let config = LineConfig { max_threads: threads.parse().unwrap(), ..LineConfig::default() };
-    let mut detector = LineDetector::new(config).unwrap();
+    let config = LineConfig::default();
+    let mut detector = LineDetector::new(config)
+        .unwrap()
+        .with_executor(Arc::new(ScopedThreads::new(threads.parse().unwrap())));
     // The first image only warms up.
     let (mut count, mut length_px) = (0, 0.0);
     detector.detect(&images[0]);

@@ -12,8 +12,10 @@
 #[path = "shared/measuring.rs"]
 mod measuring;
 
+use std::sync::Arc;
 use std::{fs, path::Path, time::Instant};
 
+use estimation::ScopedThreads;
 use pose::{
     feature::points::{Corner, PointConfig, PointExtractor},
     image::GrayImage,
@@ -34,12 +36,10 @@ fn main() {
         fs::read_dir(frames).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
     let images: Vec<GrayImage> = paths.iter().map(|path| read(path)).collect();
-    let config = PointConfig {
-        threads: threads.parse().unwrap(),
-        even_share: even_share.parse().unwrap(),
-        ..PointConfig::default()
-    };
-    let mut extractor = PointExtractor::new(config).unwrap();
+    let config = PointConfig { even_share: even_share.parse().unwrap(), ..PointConfig::default() };
+    let mut extractor = PointExtractor::new(config)
+        .unwrap()
+        .with_executor(Arc::new(ScopedThreads::new(threads.parse().unwrap())));
     let mut extraction_ms = Vec::new();
     let mut corners = Vec::new();
     // The first image only warms up.

@@ -31,11 +31,11 @@ use geometry::{CameraModel, CameraModelError, ParameterError};
 use nalgebra::{Isometry3, Point3};
 
 pub use config::{BundleConfig, MotionConfig, MotionStdDev, WindowConfig};
+use estimation::perturbation::is_finite;
 pub use motion::Motion;
 pub use window::{Applied, StaleWindow, Window};
 pub(crate) use window::{line_observation, point_observation};
 
-use crate::solve::perturbation::is_finite;
 use crate::solve::{LineObservation, PluckerLine, PointObservation, PoseError, Verdict};
 use descent::Search;
 

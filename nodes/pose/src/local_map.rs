@@ -20,6 +20,7 @@ use geometry::CameraModel;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 
 pub use config::LocalMapConfig;
+use estimation::perturbation::parts;
 pub use line::{LineEnd, LineLandmark};
 pub use numbers::LandmarkNumbers;
 pub(crate) use place::image_slopes;
@@ -29,7 +30,6 @@ use crate::feature::lines::LineFeature;
 use crate::feature::points::Corner;
 use crate::frame::{Frame, Twist};
 use crate::solve::Verdict;
-use crate::solve::perturbation::parts;
 use arrivals::Arrivals;
 use line::SeenLine;
 use point::SeenPoint;

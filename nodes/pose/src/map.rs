@@ -45,6 +45,7 @@ use serde::{Deserialize, Serialize};
 pub use arena::{Arena, Id};
 pub use consistency::Inconsistency;
 pub use culling::CulledKeyframe;
+use estimation::perturbation::is_finite;
 pub use fusion::Fused;
 pub use insertion::{NewKeyframe, NewLine};
 pub use keyframe::{ByOdometry, Keyframe, LoopEdge, Shared};
@@ -54,7 +55,6 @@ pub(crate) use parts::is_pose;
 pub use parts::{KeyframePart, LinePart, MapParts, PartsError, PointPart};
 
 use crate::solve::PluckerLine;
-use crate::solve::perturbation::is_finite;
 
 /// The number of a keyframe.
 pub type KeyframeId = Id<Keyframe>;

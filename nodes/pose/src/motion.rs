@@ -1,6 +1,6 @@
 //! Where the camera will be: by its own motion so far, by a gyroscope, by wheels.
 //!
-//! Every prediction comes with a covariance, of the perturbation of [`crate::solve::perturbation`]; none is made where nothing is
+//! Every prediction comes with a covariance, of the perturbation of [`estimation::perturbation::left`]; none is made where nothing is
 //! known, and the reason is said ([`NoPrediction`]).
 
 mod config;
@@ -79,7 +79,7 @@ fn finite(
     camera_from_map: Isometry3<f64>,
     covariance: Matrix6<f64>,
 ) -> Result<PoseGuess, NoPrediction> {
-    let finite = crate::solve::perturbation::is_finite(&camera_from_map)
+    let finite = estimation::perturbation::is_finite(&camera_from_map)
         && covariance.iter().all(|value| value.is_finite());
     let guess = PoseGuess { camera_from_map, covariance: Some(covariance) };
     if finite { Ok(guess) } else { Err(NoPrediction::NotFinite) }

@@ -1,5 +1,6 @@
 //! The node `pose`: colour and depth images in, the rig's pose out.
 
+mod background_mapping;
 mod cameras;
 mod drawing;
 mod follower;
@@ -23,6 +24,7 @@ use std::process::ExitCode;
 use msgs::std_srvs::Trigger;
 use node_shell::{Node, NodeFailure, Program};
 
+pub use background_mapping::BackgroundMapping;
 pub use parameters::{DepthSource, ImageInput, PoseParameters};
 use saving::Saving;
 pub use stage::Stage;

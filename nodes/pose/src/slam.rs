@@ -8,7 +8,7 @@
 //! | `foreseen` | how often frames show what they should |
 //! | `tie` | how much of what a frame says of that is believed |
 //! | `travelled` | how far odometry has gone |
-//! | `inline`, `background` | the map, in the caller's thread or in one of its own |
+//! | `inline` | the map, in the caller's thread; the node has one that works in a thread of its own |
 //! | `waypoints` | where the camera came along, as the map has it by now |
 //! | `trajectory` | where the camera was, as the map has it in the end |
 //! | `config` | the parameters |
@@ -20,7 +20,6 @@
 //! camera to be found, are requests; the answers come with the next snapshot. Inline they are there at once, and the same
 //! frames give the same poses, bit for bit; in the background they come when they come.
 
-mod background;
 mod config;
 mod followed;
 mod foreseen;
@@ -34,10 +33,11 @@ mod trajectory;
 mod travelled;
 mod waypoints;
 
-pub use background::BackgroundMapping;
 pub use config::{LocaliserConfig, SlamConfig, SlamConfigError};
 pub use foreseen::Foreseen;
 pub use inline::InlineMapping;
+#[cfg(feature = "ros")]
+pub(crate) use inline::answered;
 pub use localiser::{Localised, MapState};
 pub use session::{Slam, SlamFrame};
 pub use trajectory::{Trajectory, TrajectoryPose};

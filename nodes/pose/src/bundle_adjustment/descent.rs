@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use estimation::perturbation::left::perturbed;
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Point3};
 use pose_graph::blocks::BlockSystem;
@@ -9,7 +10,6 @@ use pose_graph::blocks::BlockSystem;
 use super::problem::{Cameras, Gates, Kind, State, Uses};
 use super::{Bundle, BundleConfig, Motion};
 use crate::solve::RobustKernel;
-use crate::solve::perturbation::perturbed;
 use crate::solve::term::{LineTerm, PointTerm};
 
 /// The damping begins here (Madsen, Nielsen and Tingleff 2004, section 3.2) ...

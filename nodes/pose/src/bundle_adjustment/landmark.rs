@@ -7,11 +7,11 @@
 //! To correct a line moves it as a whole, and a rigid motion of what is seen is a motion of the camera the other way round.
 //! So what an error changes with the line follows from what it changes with the pose.
 
+use estimation::perturbation::left::adjoint;
 use nalgebra::{
     Isometry3, Matrix6x4, Point3, SMatrix, SVector, Translation3, Vector3, Vector4, Vector6,
 };
 
-use crate::solve::perturbation::adjoint;
 use crate::solve::term::{LineTerm, Placed, PointTerm, Term};
 use crate::solve::{OrthonormalLine, PluckerLine};
 
@@ -152,7 +152,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::solve::testing::{Draw, KINECT_NOISE, NO_DEPTH, View, kinect};
+    use crate::solve::testing::{KINECT_NOISE, NO_DEPTH, Random, View, kinect};
 
     /// Against differences.
     fn check<const N: usize, L: Landmark<N>>(
@@ -197,7 +197,7 @@ mod tests {
         fn derivatives_are_those_of_the_errors(seed in any::<u64>(), with_depth in any::<bool>()) {
             let noise = if with_depth { KINECT_NOISE } else { NO_DEPTH };
             let view = View::room(5, 5, noise, seed).noisy(3.0, seed);
-            let guess = view.guess(&Draw::new(seed).perturbation(0.1, 0.05));
+            let guess = view.guess(&Random::new(seed).perturbation(0.1, 0.05));
             for point in &view.points {
                 check(&point.point_in_map_m, &PointTerm::new(point).unwrap(), &guess)?;
             }

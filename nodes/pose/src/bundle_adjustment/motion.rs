@@ -3,12 +3,13 @@
 //! A keyframe is one frame of dozens; odometry has seen all of them. Where keyframes share few landmarks, as in a bare
 //! corridor, what it says of the way between them is worth more than what they show themselves.
 
+use estimation::perturbation::is_finite;
+use estimation::perturbation::left::{adjoint, perturbation_between};
 use nalgebra::{Isometry3, Matrix6, Vector6};
 use pose_graph::blocks::BlockSystem;
 
 use super::MotionStdDev;
 use crate::solve::RobustKernel;
-use crate::solve::perturbation::{adjoint, is_finite, perturbation_between};
 
 /// A motion between two poses.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -87,10 +88,10 @@ impl Motion {
 
 #[cfg(test)]
 mod tests {
+    use estimation::perturbation::left::perturbed;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::solve::perturbation::perturbed;
     use crate::solve::testing::any_pose;
 
     proptest! {

@@ -1,12 +1,12 @@
 //! What everything comes to, and its normal equations.
 
+use estimation::chi_square::quantile;
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Matrix6, Point3, SMatrix, SVector, Vector6};
 use pose_graph::blocks::BlockSystem;
 
 use super::Sighting;
 use super::landmark::{Chart, Landmark, by_landmark};
-use crate::solve::chi_square::quantile;
 use crate::solve::term::{MAX_ROWS, PIXEL_ROWS, Placed, Term};
 use crate::solve::{RobustKernel, Verdict};
 

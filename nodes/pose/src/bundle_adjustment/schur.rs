@@ -83,7 +83,7 @@ mod tests {
     use super::super::landmark::PointChart;
     use super::super::problem::Normal;
     use super::*;
-    use crate::solve::testing::Draw;
+    use crate::solve::testing::Random;
 
     const POSES: usize = 4;
 
@@ -92,7 +92,7 @@ mod tests {
         fn what_is_eliminated_and_found_again_is_the_dense_solution(
             seed in any::<u64>(), landmarks in 1..12_usize, damping in 0.0..1.0_f64,
         ) {
-            let mut draw = Draw::new(seed);
+            let mut random = Random::new(seed);
             let size = 6 * POSES + 3 * landmarks;
             let (mut dense, mut right) = (DMatrix::<f64>::zeros(size, size), DVector::<f64>::zeros(size));
             let pairs = (0..POSES).flat_map(|one| (0..one).map(move |other| (other, one)));
@@ -110,11 +110,11 @@ mod tests {
                 let at = 6 * POSES + 3 * landmark;
                 let (mut own, mut pull) = (nalgebra::Matrix3::zeros(), Vector3::zeros());
                 for pose in 0..POSES {
-                    if draw.uniform(0.0, 1.0) < 0.3 { continue; }
+                    if random.between(0.0, 1.0) < 0.3 { continue; }
                     // Three errors that depend on both.
-                    let by_pose = SMatrix::<f64, 3, 6>::from_fn(|_, _| draw.normal());
-                    let by_landmark = SMatrix::<f64, 3, 3>::from_fn(|_, _| draw.normal());
-                    let error = Vector3::from_fn(|_, _| draw.normal());
+                    let by_pose = SMatrix::<f64, 3, 6>::from_fn(|_, _| random.normal());
+                    let by_landmark = SMatrix::<f64, 3, 3>::from_fn(|_, _| random.normal());
+                    let error = Vector3::from_fn(|_, _| random.normal());
                     let mut whole = DMatrix::zeros(3, size);
                     whole.view_mut((0, 6 * pose), (3, 6)).copy_from(&by_pose);
                     whole.view_mut((0, at), (3, 3)).copy_from(&by_landmark);

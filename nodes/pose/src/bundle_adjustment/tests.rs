@@ -4,13 +4,13 @@ mod motions;
 
 use std::cell::Cell;
 
+use estimation::perturbation::left::{perturbation_between, perturbed};
 use nalgebra::{Isometry3, Vector3};
 
 use super::*;
 use crate::map::testing::{World, around};
 use crate::map::{KeyframeId, Map};
-use crate::solve::perturbation::{perturbation_between, perturbed};
-use crate::solve::testing::Draw;
+use crate::solve::testing::{Random, any_pixel};
 
 /// The depths of these worlds are off by chance, each by itself.
 fn window_config() -> WindowConfig {
@@ -36,13 +36,13 @@ impl Scene {
     /// A bundle whose poses (but for the first two) and landmarks are off.
     fn spoilt(&self, seed: u64) -> Bundle {
         let mut bundle = Window::full(&self.map, &window_config()).bundle;
-        let mut draw = Draw::new(seed);
+        let mut random = Random::new(seed);
         bundle.poses[1].is_fixed = true;
         for pose in bundle.poses.iter_mut().skip(2) {
-            let off = draw.perturbation(0.03, 0.01);
+            let off = random.perturbation(0.03, 0.01);
             pose.camera_from_map = perturbed(&pose.camera_from_map, &off);
         }
-        let mut off = || 0.03 * Vector3::new(draw.normal(), draw.normal(), draw.normal());
+        let mut off = || 0.03 * Vector3::new(random.normal(), random.normal(), random.normal());
         bundle.points_m.iter_mut().for_each(|point| *point += off());
         bundle.lines_m.iter_mut().flatten().for_each(|end| *end += off());
         bundle
@@ -126,11 +126,11 @@ fn with_noise_all_is_found_as_well_as_it_is_seen() {
 fn what_does_not_fit_is_found_out() {
     let scene = Scene::new(1.0, 7);
     let mut bundle = scene.spoilt(8);
-    let mut draw = Draw::new(9);
+    let mut random = Random::new(9);
     let mut is_wrong = vec![false; bundle.point_sightings.len()];
     for (index, sighting) in bundle.point_sightings.iter_mut().enumerate() {
-        if draw.uniform(0.0, 1.0) < 0.1 {
-            sighting.seen.pixel_px = draw.pixel();
+        if random.between(0.0, 1.0) < 0.1 {
+            sighting.seen.pixel_px = any_pixel(&mut random);
             is_wrong[index] = true;
         }
     }
@@ -243,7 +243,7 @@ fn nonsense_is_named() {
 fn a_window_of_the_map_is_adjusted_and_taken_back() {
     let scene = Scene::new(1.0, 11);
     let mut map = scene.map.clone();
-    let mut draw = Draw::new(12);
+    let mut random = Random::new(12);
     let newest = scene.keyframes[11];
     let config = WindowConfig { max_keyframes: 4, ..window_config() };
     let window = Window::local(&map, newest, &config).unwrap();
@@ -253,7 +253,7 @@ fn a_window_of_the_map_is_adjusted_and_taken_back() {
     assert!(free.len() == 4 && free.contains(&newest));
     for id in &free {
         let pose = map.keyframes().get(*id).unwrap().camera_from_map();
-        let pose = perturbed(pose, &draw.perturbation(0.02, 0.005));
+        let pose = perturbed(pose, &random.perturbation(0.02, 0.005));
         map.set_pose(*id, &pose).unwrap();
     }
     let window = Window::local(&map, newest, &config).unwrap();

@@ -23,7 +23,6 @@ mod segment_test;
 mod spread;
 #[cfg(test)]
 mod tests;
-mod work;
 
 pub use config::{PointConfig, Pyramid};
 pub use corner::{Corner, DESCRIPTOR_BITS, Descriptor};

@@ -33,8 +33,6 @@ geometry::parameters! {
         /// Where depths around a corner differ by more standard deviations there is an edge, and the corner has no depth.
         // As for the two sides of a segment.
         edge_std_devs: f64 = 8.0, positive;
-        /// Whether corners and line segments are extracted by two threads at once. It changes no result.
-        in_parallel: bool = true;
     }
     check = Self::check_features;
 }

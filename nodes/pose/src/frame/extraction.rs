@@ -1,9 +1,9 @@
 //! Corners and segments of a pair of images.
 
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
+use std::sync::Arc;
 
+use estimation::executor::{join, map};
+use estimation::{Executor, Serial};
 use geometry::{CameraModel, DepthImage, ParameterError};
 
 use super::depth::depth_at;
@@ -14,13 +14,14 @@ use crate::feature::lines::{
 use crate::feature::points::{Corner, PointExtractor};
 use crate::image::GrayImage;
 
-/// Segments that a thread describes and locates at once: few enough that both threads end together.
+/// Segments that a thread describes and locates at once: few enough that all threads end together.
 const SEGMENTS_AT_ONCE: usize = 8;
 
 /// Finds the features of pairs of images, one after another; it keeps the memory that it works on, and nothing else.
 #[derive(Clone, Debug)]
 pub struct FrameExtractor {
     config: FrameConfig,
+    executor: Arc<dyn Executor>,
     points: PointExtractor,
     lines: LineDetector,
 }
@@ -34,7 +35,18 @@ impl FrameExtractor {
         config.validate()?;
         let points = PointExtractor::new(config.points.clone())?;
         let lines = LineDetector::new(config.lines)?;
-        Ok(Self { config, points, lines })
+        Ok(Self { config, executor: Arc::new(Serial), points, lines })
+    }
+
+    /// Has this executor do the work; the features do not depend on its threads. Corners and segments are looked for at the
+    /// same time; where only one of the two is wanted, it gets all threads.
+    #[must_use]
+    pub fn with_executor(self, executor: Arc<dyn Executor>) -> Self {
+        let Self { config, points, lines, .. } = self;
+        let both = config.use_points && config.use_lines;
+        let each: Arc<dyn Executor> = if both { Arc::new(Serial) } else { Arc::clone(&executor) };
+        let points = points.with_executor(Arc::clone(&each));
+        Self { config, executor, points, lines: lines.with_executor(each) }
     }
 
     /// The parameters.
@@ -46,15 +58,13 @@ impl FrameExtractor {
     /// The features of a rectified gray image and the depth image that belongs to it, pixel by pixel. Its stamp is that of
     /// the depth image.
     pub fn extract(&mut self, gray: &GrayImage, depth: &DepthImage, camera: &CameraModel) -> Frame {
-        let Self { config, points, lines } = self;
+        let Self { config, executor, points, lines: detector } = self;
         let pair = Pair { gray, depth, camera, config };
-        let (corners, lines) = if config.in_parallel && config.use_points && config.use_lines {
-            pair.by_two_threads(points, lines)
-        } else {
-            (pair.corners(points), pair.lines(lines))
-        };
-        let (corners, corner_depths) = corners;
-        let (lines, lines_in_space) = lines.into_iter().unzip();
+        let ((corners, corner_depths), segments) =
+            join(&**executor, || pair.corners(points), || pair.segments(detector));
+        let runs = segments.chunks(SEGMENTS_AT_ONCE).collect();
+        let described = map(&**executor, runs, |run| pair.described(detector, run));
+        let (lines, lines_in_space) = described.into_iter().flatten().unzip();
         Frame { stamp: depth.stamp, corners, corner_depths, lines, lines_in_space }
     }
 }
@@ -83,16 +93,11 @@ impl Pair<'_> {
         (corners, depths)
     }
 
-    fn lines(&self, detector: &mut LineDetector) -> Vec<Line> {
+    /// The most meaningful segments.
+    fn segments(&self, detector: &mut LineDetector) -> Vec<LineSegment> {
         if !self.config.use_lines {
             return Vec::new();
         }
-        let segments = self.segments(detector);
-        self.described(detector, &segments)
-    }
-
-    /// The most meaningful segments.
-    fn segments(&self, detector: &mut LineDetector) -> Vec<LineSegment> {
         let mut segments = detector.detect(self.gray);
         segments.truncate(self.config.max_lines);
         segments
@@ -108,53 +113,6 @@ impl Pair<'_> {
         };
         detector.describe(segments).into_iter().map(in_space).collect()
     }
-
-    /// Corners are found on a thread of their own. It is the first to end, and then describes segments with the other.
-    fn by_two_threads(
-        &self,
-        extractor: &mut PointExtractor,
-        detector: &mut LineDetector,
-    ) -> (Corners, Vec<Line>) {
-        let found = OnceLock::<Segments<'_>>::new();
-        thread::scope(|scope| {
-            let other = scope.spawn(|| (self.corners(extractor), found.wait().share(self)));
-            let segments = self.segments(detector);
-            let found = found.get_or_init(|| Segments::new(detector, segments));
-            let mut lines = found.share(self);
-            // It does not panic.
-            let (corners, more) = other.join().unwrap_or_default();
-            lines.extend(more);
-            lines.sort_unstable_by_key(|(first, _)| *first);
-            (corners, lines.into_iter().flat_map(|(_, lines)| lines).collect())
-        })
-    }
-}
-
-/// Segments that threads share out among themselves.
-struct Segments<'a> {
-    detector: &'a LineDetector,
-    segments: Vec<LineSegment>,
-    /// The first one that nobody has taken yet.
-    next: AtomicUsize,
-}
-
-impl<'a> Segments<'a> {
-    fn new(detector: &'a LineDetector, segments: Vec<LineSegment>) -> Self {
-        Self { detector, segments, next: AtomicUsize::new(0) }
-    }
-
-    /// A thread's share: runs of segments, each with the index of its first one.
-    fn share(&self, pair: &Pair<'_>) -> Vec<(usize, Vec<Line>)> {
-        let mut share = Vec::new();
-        loop {
-            let first = self.next.fetch_add(SEGMENTS_AT_ONCE, Ordering::Relaxed);
-            let Some(rest) = self.segments.get(first..).filter(|rest| !rest.is_empty()) else {
-                return share;
-            };
-            let run = &rest[..rest.len().min(SEGMENTS_AT_ONCE)];
-            share.push((first, pair.described(self.detector, run)));
-        }
-    }
 }
 
 #[cfg(test)]
@@ -163,7 +121,7 @@ mod tests {
 
     use super::*;
     use crate::feature::points::PointConfig;
-    use crate::testing::Random;
+    use crate::testing::{Random, threads};
 
     const SIDE_PX: usize = 320;
     const RECTANGLES: usize = 150;
@@ -198,28 +156,28 @@ mod tests {
         (gray, depth.unwrap(), camera)
     }
 
-    fn extracted(config: FrameConfig) -> Frame {
+    fn extracted(config: FrameConfig, count: usize) -> Frame {
         let (gray, depth, camera) = images();
-        FrameExtractor::new(config).unwrap().extract(&gray, &depth, &camera)
+        let extractor = FrameExtractor::new(config).unwrap();
+        extractor.with_executor(Arc::new(threads(count))).extract(&gray, &depth, &camera)
     }
 
     #[test]
     fn two_threads_find_what_one_does() {
-        // The corners are found before the segments are, so that both threads describe these.
         let points = PointConfig { max_corners: 50, levels: 1, ..PointConfig::default() };
         let config = FrameConfig { points, max_lines: 1000, ..FrameConfig::default() };
-        let one = extracted(FrameConfig { in_parallel: false, ..config.clone() });
+        let one = extracted(config.clone(), 1);
         let least = 10 * SEGMENTS_AT_ONCE;
         assert!(one.measured_lines() > least, "{} segments", one.measured_lines());
         for _ in 0..20 {
-            assert!(extracted(config.clone()) == one);
+            assert!(extracted(config.clone(), 2) == one);
         }
     }
 
     #[test]
     fn an_image_without_segments_has_corners_all_the_same() {
         let none = FrameConfig { max_lines: 0, ..FrameConfig::default() };
-        let frame = extracted(none);
+        let frame = extracted(none, 2);
         assert!(frame.lines.is_empty() && frame.measured_corners() > 100);
     }
 }

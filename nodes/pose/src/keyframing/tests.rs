@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::*;
 use crate::map::testing::{PLACE_M, World, around, blank_map};
 use crate::map::{FoundTimes, Map, MapConfig, MapPoint, NewKeyframe, PointId};
-use crate::solve::testing::{Draw, kinect};
+use crate::solve::testing::{Random, kinect};
 
 fn insert(map: &mut Map, world: &World, pose: &nalgebra::Isometry3<f64>, seed: u64) -> KeyframeId {
-    let shown = world.frame(pose, &mut Draw::new(seed));
+    let shown = world.frame(pose, &mut Random::new(seed));
     let new = NewKeyframe {
         camera: kinect(),
         camera_from_map: *pose,
@@ -98,7 +98,7 @@ fn landmarks_that_two_keyframes_made_of_one_thing_become_one() {
     let (mut map, ids) = world.map(&poses[..3], 6);
     let (points, lines) = (map.points().len(), map.lines().len());
     // The fourth has its own of everything, but for some corners by which it is a neighbour.
-    let shown = world.frame(&poses[3], &mut Draw::new(7));
+    let shown = world.frame(&poses[3], &mut Random::new(7));
     let third = map.keyframes().get(ids[2]).unwrap();
     let known: Vec<(usize, PointId)> = shown
         .frame

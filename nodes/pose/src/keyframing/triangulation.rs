@@ -1,5 +1,6 @@
 //! Features that are too far for their depth become points when two keyframes see them.
 
+use estimation::chi_square::quantile;
 use nalgebra::{Isometry3, Matrix2, Point2, Point3, Vector2, Vector3};
 
 use super::KeyframingConfig;
@@ -7,7 +8,6 @@ use crate::feature::points::Corner;
 use crate::map::{Keyframe, KeyframeId, Map};
 use crate::matching::points::match_all;
 use crate::solve::PluckerLine;
-use crate::solve::chi_square::quantile;
 
 /// So many of the right corners are to pass.
 const INLIER_PROBABILITY: f64 = 0.95;

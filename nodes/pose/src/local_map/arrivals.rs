@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Matrix6};
 
-use crate::solve::perturbation::adjoint;
+use estimation::perturbation::left::adjoint;
 
 /// The frames that brought landmarks in.
 #[derive(Clone, Debug, Default)]

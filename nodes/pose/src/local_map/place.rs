@@ -202,7 +202,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::solve::testing::{Draw, kinect};
+    use crate::solve::testing::{Random, kinect};
 
     const PIXEL_STD_DEV: f64 = 1.0;
     const INVERSE_DEPTH_STD_DEV: f64 = 0.01;
@@ -211,11 +211,11 @@ mod tests {
     fn seen(
         camera_from_map: &Isometry3<f64>,
         point_m: &Point3<f64>,
-        draw: &mut Draw,
+        random: &mut Random,
     ) -> (Point2<f64>, MeasuredDepth) {
         let in_camera_m = camera_from_map * point_m;
-        let noise_px = PIXEL_STD_DEV * Vector2::new(draw.normal(), draw.normal());
-        let inverse = in_camera_m.z.recip() + INVERSE_DEPTH_STD_DEV * draw.normal();
+        let noise_px = PIXEL_STD_DEV * Vector2::new(random.normal(), random.normal());
+        let inverse = in_camera_m.z.recip() + INVERSE_DEPTH_STD_DEV * random.normal();
         let depth_m = inverse.recip();
         let std_dev_m = INVERSE_DEPTH_STD_DEV * depth_m * depth_m;
         (kinect().project(&in_camera_m).unwrap() + noise_px, MeasuredDepth { depth_m, std_dev_m })
@@ -227,9 +227,9 @@ mod tests {
         let point_m = Point3::new(0.3, -0.2, 4.0);
         let mut sum = 0.0;
         for seed in 0..RUNS {
-            let mut draw = Draw::new(seed);
+            let mut random = Random::new(seed);
             let first = Isometry3::identity();
-            let (pixel, depth) = seen(&first, &point_m, &mut draw);
+            let (pixel, depth) = seen(&first, &point_m, &mut random);
             let mut place =
                 Place::seen(&kinect(), first.inverse(), &pixel, PIXEL_STD_DEV, depth.into())
                     .unwrap();
@@ -238,7 +238,7 @@ mod tests {
                     Translation3::new(-0.1 * f64::from(step), 0.02, 0.05 * f64::from(step)),
                     UnitQuaternion::from_euler_angles(0.02, 0.01 * f64::from(step), 0.05),
                 );
-                let (pixel, depth) = seen(&camera_from_map, &point_m, &mut draw);
+                let (pixel, depth) = seen(&camera_from_map, &point_m, &mut random);
                 let rotation = camera_from_map.rotation.to_rotation_matrix().into_inner();
                 for row in 0..2 {
                     let in_camera_m = camera_from_map * place.in_map_m();

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
+use estimation::perturbation::left::{perturbation_between, perturbed};
 use nalgebra::{Isometry3, Vector6};
 
 use super::*;
 use crate::bundle_adjustment::{BundleConfig, Window, WindowConfig, adjust};
 use crate::map::testing::{World, around};
 use crate::map::{KeyframeId, LineId, Map, MapConfig, NewKeyframe, PointId};
-use crate::solve::perturbation::{perturbation_between, perturbed};
-use crate::solve::testing::{Draw, kinect};
+use crate::solve::testing::{Random, kinect};
 
 /// What is not seen for so many keyframes is mapped anew.
 const MEMORY: usize = 3;
@@ -29,7 +29,7 @@ impl Trip {
         let world = World::wall(1000, 150, 24.0, 1.0, seed);
         let there = around(24, 0.5);
         let truth: Vec<_> = there.iter().chain(there.iter().rev()).copied().collect();
-        let (mut map, mut draw) = (Map::new(MapConfig::default()), Draw::new(seed));
+        let (mut map, mut random) = (Map::new(MapConfig::default()), Random::new(seed));
         let mut points: Vec<Option<(PointId, usize)>> = vec![None; world.points.len()];
         let mut lines: Vec<Option<(LineId, usize)>> = vec![None; world.lines.len()];
         let (mut pose, mut ids) = (truth[0], Vec::new());
@@ -38,7 +38,7 @@ impl Trip {
                 let step = true_pose * truth[at - 1].inverse();
                 pose = perturbed(&step, &Vector6::from(DRIFT)) * pose;
             }
-            let shown = world.frame(true_pose, &mut draw);
+            let shown = world.frame(true_pose, &mut random);
             let remembered = |last: usize| at - last <= MEMORY;
             let known = shown.points.iter().enumerate().filter_map(|(corner, index)| {
                 points[*index].filter(|(_, last)| remembered(*last)).map(|(id, _)| (corner, id))
@@ -167,10 +167,10 @@ fn a_lost_camera_is_found_by_a_keyframe_near_by() {
     let trip = Trip::new(6);
     let (map, _) = trip.world.map(&trip.truth[..24], 1);
     let ids: Vec<KeyframeId> = map.keyframes().ids().collect();
-    let mut draw = Draw::new(2);
+    let mut random = Random::new(2);
     for at in [2, 11, 20] {
-        let pose = perturbed(&trip.truth[at], &draw.perturbation(0.1, 0.05));
-        let shown = trip.world.frame(&pose, &mut draw);
+        let pose = perturbed(&trip.truth[at], &random.perturbation(0.1, 0.05));
+        let shown = trip.world.frame(&pose, &mut random);
         let config = LoopConfig::default();
         let found = locate(&map, ids[at], &shown.frame, &kinect(), &config).unwrap();
         let (off_m, off_rad) = off(&found.pose.camera_from_map, &pose);

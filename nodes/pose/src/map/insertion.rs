@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use estimation::perturbation::is_finite;
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Point3};
 
@@ -12,7 +13,6 @@ use super::{
 };
 use crate::frame::Frame;
 use crate::solve::PluckerLine;
-use crate::solve::perturbation::is_finite;
 
 /// A frame that is to be kept.
 #[derive(Clone, Debug)]

@@ -2,6 +2,7 @@
 
 mod corridors;
 
+use estimation::perturbation::left::{perturbation_between, perturbed};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
@@ -11,22 +12,22 @@ use crate::loop_closing::{Known, locate_near};
 use crate::map::testing::World;
 use crate::map::{ByOdometry, FoundTimes};
 use crate::solve::PoseGuess;
-use crate::solve::perturbation::{perturbation_between, perturbed};
-use crate::solve::testing::{Draw, kinect};
+use crate::solve::testing::{Random, kinect};
 
 /// A room whose wall is 3 to 5 m off all around.
 fn round_room(points: usize, lines: usize, seed: u64) -> World {
-    let mut draw = Draw::new(seed);
-    let place = |draw: &mut Draw| {
-        let (angle, radius) = (draw.uniform(0.0, std::f64::consts::TAU), draw.uniform(3.0, 5.0));
-        Point3::new(radius * angle.sin(), draw.uniform(-1.5, 1.5), radius * angle.cos())
+    let mut random = Random::new(seed);
+    let place = |random: &mut Random| {
+        let (angle, radius) =
+            (random.between(0.0, std::f64::consts::TAU), random.between(3.0, 5.0));
+        Point3::new(radius * angle.sin(), random.between(-1.5, 1.5), radius * angle.cos())
     };
-    let bits = |draw: &mut Draw| [(); 4].map(|()| draw.bits());
-    let points = (0..points).map(|_| (place(&mut draw), Descriptor(bits(&mut draw)))).collect();
+    let bits = |random: &mut Random| [(); 4].map(|()| random.bits());
+    let points = (0..points).map(|_| (place(&mut random), Descriptor(bits(&mut random)))).collect();
     let lines = (0..lines).map(|_| {
-        let start = place(&mut draw);
-        let along = Vector3::new(draw.normal(), draw.normal(), draw.normal()).normalize();
-        ([start, start + 0.6 * along], LineDescriptor(bits(&mut draw)))
+        let start = place(&mut random);
+        let along = Vector3::new(random.normal(), random.normal(), random.normal()).normalize();
+        ([start, start + 0.6 * along], LineDescriptor(bits(&mut random)))
     });
     let lines = lines.collect();
     World { points, lines, noise: 1.0 }
@@ -72,7 +73,7 @@ fn walk<'a>(
     noise: StepNoise,
     seed: u64,
 ) -> Trip {
-    let mut draw = Draw::new(seed + 1);
+    let mut random = Random::new(seed + 1);
     let mut config = MappingConfig::default();
     config.loops.keyframing.window.max_keyframes = 8;
     // This world's depths are off by chance, each by itself.
@@ -89,8 +90,8 @@ fn walk<'a>(
         ByOdometry { leg: 0, camera_from_odom: truth[0], way_m: 0.0, turned_rad: 0.0 };
     let mut since_keyframe = 0;
     for (at, truth) in truth.iter().enumerate() {
-        let shown = world(at).frame(truth, &mut draw);
-        let off = draw.perturbation(noise.shift_m, noise.turn_rad);
+        let shown = world(at).frame(truth, &mut random);
+        let off = random.perturbation(noise.shift_m, noise.turn_rad);
         let step = perturbed(&(truth * truth_before.inverse()), &off);
         pose = step * pose;
         by_odometry.camera_from_odom = step * by_odometry.camera_from_odom;
@@ -190,7 +191,7 @@ fn a_camera_that_turns_about_is_followed_by_the_map_that_it_makes() {
     // A lost camera is found again.
     let world = round_room(700, 80, 1);
     let truth = looking(1.0);
-    let shown = world.frame(&truth, &mut Draw::new(77));
+    let shown = world.frame(&truth, &mut Random::new(77));
     let corners: Vec<Descriptor> = shown.frame.corners.iter().map(|c| c.descriptor).collect();
     let at = trip.mapper.lost_at(&corners)[0];
     let loops = &trip.mapper.config().loops;

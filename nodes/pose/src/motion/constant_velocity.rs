@@ -1,11 +1,11 @@
 //! The camera goes on as it did.
 
+use estimation::perturbation::left::adjoint;
 use geometry::Stamp;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3};
 
 use super::{KnownPose, MotionConfig, NoPrediction, by_std_devs, finite, interval_s};
 use crate::solve::PoseGuess;
-use crate::solve::perturbation::adjoint;
 
 /// Turns below this are straight ahead: their series has no more digits.
 const STRAIGHT_RAD: f64 = 1e-6;

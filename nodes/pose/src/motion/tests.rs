@@ -1,10 +1,10 @@
+use estimation::perturbation::left::{perturbation_between, perturbed};
 use nalgebra::{Translation3, UnitQuaternion};
 use proptest::prelude::*;
 
 use super::constant_velocity::part_of_motion;
 use super::*;
-use crate::solve::perturbation::{perturbation_between, perturbed};
-use crate::solve::testing::{Draw, any_pose};
+use crate::solve::testing::{Random, any_pose};
 
 fn stamp(seconds: f64) -> Stamp {
     Stamp::from_secs_nanos(1_700_000_000, 0).plus_seconds(seconds)
@@ -51,21 +51,21 @@ fn the_covariance_of_a_prediction_is_of_the_size_of_its_errors() {
     const DRAWS: u32 = 400;
     for (passed_s, ahead_s) in [(0.033, 0.033), (0.033, 0.2), (0.2, 0.05)] {
         let mut sum = 0.0;
-        let mut draw = Draw::new(11);
+        let mut random = Random::new(11);
         for _ in 0..DRAWS {
             // A velocity that changes evenly, by an acceleration that is drawn.
             let acceleration =
-                draw.perturbation(config.acceleration_m_per_s2, config.acceleration_rad_per_s2);
+                random.perturbation(config.acceleration_m_per_s2, config.acceleration_rad_per_s2);
             let velocity = Vector6::new(0.3, -0.1, 0.2, 0.1, 0.3, -0.2);
             let at = |seconds: f64| {
                 let way = velocity * seconds + acceleration * (0.5 * seconds * seconds);
                 perturbed(&Isometry3::identity(), &way)
             };
-            let measured = |seconds: f64, draw: &mut Draw| {
-                known(seconds, perturbed(&at(seconds), &draw.perturbation(0.003, 0.001)))
+            let measured = |seconds: f64, random: &mut Random| {
+                known(seconds, perturbed(&at(seconds), &random.perturbation(0.003, 0.001)))
             };
-            let before = measured(-passed_s, &mut draw);
-            let last = measured(0.0, &mut draw);
+            let before = measured(-passed_s, &mut random);
+            let last = measured(0.0, &mut random);
             let found = constant_velocity(Some(&before), &last, stamp(ahead_s), &config).unwrap();
             let error = perturbation_between(&at(ahead_s), &found.camera_from_map);
             sum += error.dot(&found.covariance.unwrap().cholesky().unwrap().solve(&error));

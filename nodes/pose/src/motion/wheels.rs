@@ -1,11 +1,11 @@
 //! How far the platform has gone, by its wheels.
 
+use estimation::perturbation::left::adjoint;
 use geometry::Stamp;
 use nalgebra::{Isometry3, Matrix6, Vector3};
 
 use super::{KnownPose, MotionConfig, NoPrediction, by_std_devs, finite, interval_s};
 use crate::solve::PoseGuess;
-use crate::solve::perturbation::adjoint;
 
 /// What wheel odometry says of two moments.
 #[derive(Clone, Copy, PartialEq, Debug)]

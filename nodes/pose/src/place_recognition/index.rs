@@ -120,19 +120,19 @@ pub(super) fn distance(one: &Bits, other: &Bits) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solve::testing::Draw;
+    use crate::solve::testing::Random;
 
     #[test]
     fn what_shares_a_word_but_for_one_bit_is_met_once_and_nothing_else() {
-        let mut draw = Draw::new(1);
+        let mut random = Random::new(1);
         let mut index = Index::new();
         // A base, and others that differ from it in up to 80 bits.
-        let base: Bits = std::array::from_fn(|_| draw.bits());
+        let base: Bits = std::array::from_fn(|_| random.bits());
         let mut all = Vec::new();
         for _ in 0..300 {
             let mut bits = base;
-            for _ in 0..draw.uniform(0.0, 80.0) as usize {
-                let bit = draw.bits() % 256;
+            for _ in 0..random.between(0.0, 80.0) as usize {
+                let bit = random.bits() % 256;
                 bits[(bit / 64) as usize] ^= 1 << (bit % 64);
             }
             index.insert(&bits);

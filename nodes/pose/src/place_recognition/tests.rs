@@ -8,7 +8,7 @@ use super::*;
 use crate::feature::points::{Corner, Descriptor};
 use crate::frame::Frame;
 use crate::map::testing::{World, around, blank_frame, blank_map};
-use crate::solve::testing::Draw;
+use crate::solve::testing::Random;
 
 /// A frame whose corners look like this.
 fn frame_of(looks: impl IntoIterator<Item = Descriptor>) -> Arc<Frame> {
@@ -24,10 +24,10 @@ fn frame_of(looks: impl IntoIterator<Item = Descriptor>) -> Arc<Frame> {
 }
 
 /// A descriptor with each bit changed by this chance.
-fn seen_again(descriptor: &Descriptor, share: f64, draw: &mut Draw) -> Descriptor {
+fn seen_again(descriptor: &Descriptor, share: f64, random: &mut Random) -> Descriptor {
     let mut again = *descriptor;
     for bit in 0..256 {
-        if draw.uniform(0.0, 1.0) < share {
+        if random.between(0.0, 1.0) < share {
             again.0[bit / 64] ^= 1 << (bit % 64);
         }
     }
@@ -36,10 +36,10 @@ fn seen_again(descriptor: &Descriptor, share: f64, draw: &mut Draw) -> Descripto
 
 #[test]
 fn a_place_is_known_again_among_many() {
-    let mut draw = Draw::new(1);
+    let mut random = Random::new(1);
     let (_, ids) = blank_map(200);
     let places: Vec<Vec<Descriptor>> = (0..200)
-        .map(|_| (0..200).map(|_| Descriptor(std::array::from_fn(|_| draw.bits()))).collect())
+        .map(|_| (0..200).map(|_| Descriptor(std::array::from_fn(|_| random.bits()))).collect())
         .collect();
     let mut database = PlaceDatabase::new(PlaceConfig::default());
     for (id, place) in ids.iter().zip(&places) {
@@ -52,8 +52,8 @@ fn a_place_is_known_again_among_many() {
             .iter()
             .enumerate()
             .map(|(index, descriptor)| match index % 3 {
-                0 => seen_again(descriptor, 0.125, &mut draw),
-                _ => Descriptor(std::array::from_fn(|_| draw.bits())),
+                0 => seen_again(descriptor, 0.125, &mut random),
+                _ => Descriptor(std::array::from_fn(|_| random.bits())),
             })
             .collect();
         let scores = database.query(&frame);
@@ -64,21 +64,21 @@ fn a_place_is_known_again_among_many() {
     assert_eq!((known, strangers), (20, 0));
     // A place that was never seen has no votes.
     let nowhere: Vec<Descriptor> =
-        (0..200).map(|_| Descriptor(std::array::from_fn(|_| draw.bits()))).collect();
+        (0..200).map(|_| Descriptor(std::array::from_fn(|_| random.bits()))).collect();
     assert!(database.query(&nowhere).iter().all(|score| score.votes < 3));
 }
 
 #[test]
 fn what_is_everywhere_says_nothing() {
-    let mut draw = Draw::new(2);
+    let mut random = Random::new(2);
     let (_, ids) = blank_map(20);
     let common: Vec<Descriptor> =
-        (0..50).map(|_| Descriptor(std::array::from_fn(|_| draw.bits()))).collect();
+        (0..50).map(|_| Descriptor(std::array::from_fn(|_| random.bits()))).collect();
     let mut database = PlaceDatabase::new(PlaceConfig::default());
     let mut own = Vec::new();
     for id in &ids {
         let rare: [Descriptor; 5] =
-            std::array::from_fn(|_| Descriptor(std::array::from_fn(|_| draw.bits())));
+            std::array::from_fn(|_| Descriptor(std::array::from_fn(|_| random.bits())));
         own.push(rare);
         database.insert(*id, &frame_of(common.iter().copied().chain(rare)));
     }
@@ -106,10 +106,10 @@ fn what_is_everywhere_says_nothing() {
 
 #[test]
 fn a_database_that_was_built_anew_answers_as_one_that_never_held_what_is_gone() {
-    let mut draw = Draw::new(3);
+    let mut random = Random::new(3);
     let (_, ids) = blank_map(12);
     let frames: Vec<Arc<Frame>> = (0..12)
-        .map(|_| frame_of((0..30).map(|_| Descriptor(std::array::from_fn(|_| draw.bits())))))
+        .map(|_| frame_of((0..30).map(|_| Descriptor(std::array::from_fn(|_| random.bits())))))
         .collect();
     let mut database = PlaceDatabase::new(PlaceConfig::default());
     let mut fresh = PlaceDatabase::new(PlaceConfig::default());
@@ -130,7 +130,7 @@ fn a_database_that_was_built_anew_answers_as_one_that_never_held_what_is_gone() 
         let looks: Vec<Descriptor> = frame
             .corners
             .iter()
-            .map(|corner| seen_again(&corner.descriptor, 0.1, &mut draw))
+            .map(|corner| seen_again(&corner.descriptor, 0.1, &mut random))
             .collect();
         assert_eq!(database.query(&looks), fresh.query(&looks));
     }

@@ -11,7 +11,7 @@ use crate::frame::MeasuredDepth;
 use crate::map::testing::{Fuzz, World, around, blank, blank_frame};
 use crate::map::{ByOdometry, MapConfig, MapError, NewKeyframe};
 use crate::mapping::{Mapper, MappingConfig};
-use crate::solve::testing::{Draw, kinect};
+use crate::solve::testing::{Random, kinect};
 
 fn saved(map: &Map) -> SavedMap {
     let world_from_map = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::new(0.1, 0.2, 0.3));
@@ -222,14 +222,14 @@ fn a_map_that_came_back_is_gone_on_with_alike() {
     let again = SavedMap::decode(&saved(&map).encode().unwrap()).unwrap().map;
     let config = MappingConfig::default();
     let mut mappers = [map, again].map(|map| Mapper::resume(config, map).unwrap());
-    let mut draw = Draw::new(9);
-    let looks = world.frame(&poses[3], &mut draw).frame;
+    let mut random = Random::new(9);
+    let looks = world.frame(&poses[3], &mut random).frame;
     let found = mappers.each_ref().map(|mapper| mapper.find(&looks, &kinect()).unwrap().1.pose);
     assert_eq!(found[0].camera_from_map, found[1].camera_from_map);
     let off = found[0].camera_from_map * poses[3].inverse();
     assert!((off * Point3::origin()).coords.norm() < 0.02, "{off}");
     for pose in &poses[6..] {
-        let frame = world.frame(pose, &mut draw).frame;
+        let frame = world.frame(pose, &mut random).frame;
         let steps = mappers.each_mut().map(|mapper| {
             let new = NewKeyframe {
                 camera: kinect(),

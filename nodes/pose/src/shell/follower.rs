@@ -6,13 +6,12 @@ use geometry::{CameraModel, Stamp};
 use nalgebra::Isometry3;
 use node_shell::NodeFailure;
 
+use super::BackgroundMapping;
 use super::parameters::PoseParameters;
 use crate::frame::Frame;
 use crate::map::Map;
 use crate::mapping::Mapper;
-use crate::slam::{
-    BackgroundMapping, InlineMapping, MapState, Mapping, Slam, SlamConfig, SlamFrame,
-};
+use crate::slam::{InlineMapping, MapState, Mapping, Slam, SlamConfig, SlamFrame};
 use crate::tracking::{Hints, Tracked, Tracker};
 
 /// What follows the camera.

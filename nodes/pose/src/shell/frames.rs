@@ -1,8 +1,6 @@
 //! The frames of what is told: how the camera in its map is the rig in the frame of the odometry.
 
-use geometry::Stamp;
-use msgs::convert;
-use msgs::std_msgs::Header;
+use estimation::covariance::propagated;
 use nalgebra::{Isometry3, Matrix6};
 
 use super::parameters::PoseParameters;
@@ -17,7 +15,6 @@ pub(super) struct Frames {
     has_map: bool,
     /// Where the frame of the odometry is in that of the map, as far as it is known.
     pub(super) map_from_odom: Isometry3<f64>,
-    pub(super) base_frame_id: String,
     camera_from_rig: Isometry3<f64>,
     /// The tracker's map is the camera's frame at the first image.
     pub(super) odom_from_map: Isometry3<f64>,
@@ -34,7 +31,6 @@ impl Frames {
             map_frame_id: parameters.map_frame_id.clone(),
             has_map: parameters.slam,
             map_from_odom: Isometry3::identity(),
-            base_frame_id: parameters.base_frame_id.clone(),
             camera_from_rig: rig_from_camera.inverse(),
             odom_from_map,
             world_from_map: odom_from_map,
@@ -60,10 +56,6 @@ impl Frames {
     /// Where the tracker's frame is in it.
     pub(super) fn pose_frame_from_tracker(&self) -> Isometry3<f64> {
         self.map_from_odom * self.odom_from_map
-    }
-
-    pub(super) fn header(&self, stamp: Stamp) -> Header {
-        Header { stamp: convert::time_from_stamp(stamp), frame_id: self.odom_frame_id.clone() }
     }
 
     pub(super) fn odom_from_rig(&self, pose: &CameraPose) -> Isometry3<f64> {
@@ -110,16 +102,17 @@ impl Frames {
         slopes.fixed_view_mut::<3, 3>(0, 0).copy_from(&-rotation);
         slopes.fixed_view_mut::<3, 3>(0, 3).copy_from(&lever);
         slopes.fixed_view_mut::<3, 3>(3, 3).copy_from(&-rotation);
-        slopes * covariance * slopes.transpose()
+        propagated(&slopes, covariance)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use estimation::perturbation::left::perturbed;
+    use geometry::Stamp;
     use nalgebra::{Vector3 as Vector, Vector6};
 
     use super::*;
-    use crate::solve::perturbation::perturbed;
 
     #[test]
     fn the_covariance_of_the_rig_is_what_its_poses_scatter_by() {

@@ -1,7 +1,10 @@
 //! The parameters of the node.
 
 use std::f64::consts::FRAC_PI_2;
+use std::num::NonZeroUsize;
+use std::sync::Arc;
 
+use estimation::{Executor, ScopedThreads};
 use geometry::parameter::Declaration;
 use geometry::pose_from_vector;
 use nalgebra::Isometry3;
@@ -65,6 +68,9 @@ geometry::parameters! {
         /// The path has this many poses, the latest.
         // Five minutes and a half.
         path_poses: usize = 10_000, at_least(1.0);
+        /// Threads that extract features. Their number changes no result.
+        // One for corners, one for line segments; more than the bound would be idle.
+        threads: usize = 2, whole(1, 64);
         /// Whether features on tracked objects are left out.
         leave_out_tracks: bool = true;
         /// Features up to this distance around a tracked object are left out, too.
@@ -142,6 +148,11 @@ impl PoseParameters {
     /// Whether a saved map is there from the start.
     pub(super) fn begins_with_map(&self) -> bool {
         self.load_map_on_start || self.localisation_only
+    }
+
+    /// What extracts features.
+    pub(super) fn executor(&self) -> Arc<dyn Executor> {
+        Arc::new(ScopedThreads::new(NonZeroUsize::new(self.threads).unwrap_or(NonZeroUsize::MIN)))
     }
 
     pub(super) fn rig_from_camera(&self) -> Isometry3<f64> {

@@ -44,8 +44,9 @@ impl Smoothing {
 
 #[cfg(test)]
 mod tests {
+    use estimation::perturbation::left::perturbation_between;
+
     use super::*;
-    use crate::solve::perturbation::perturbation_between;
 
     #[test]
     fn the_mean_of_poses_lies_between_them() {

@@ -70,7 +70,8 @@ impl Stage {
             pairing: Pairing::new(parameters.max_pair_gap_s, parameters.max_waiting_images),
             cameras: Cameras::new(parameters),
             knowledge: Knowledge::new(parameters),
-            extractor: FrameExtractor::new(parameters.tracker.frame.clone())?,
+            extractor: FrameExtractor::new(parameters.tracker.frame.clone())?
+                .with_executor(parameters.executor()),
             follower,
             output,
             map_path: map_path.transpose()?,

@@ -60,7 +60,7 @@ impl Mapping for InlineMapping {
 }
 
 /// Does what is asked.
-pub(super) fn answered(
+pub(crate) fn answered(
     mapper: &mut Mapper,
     request: Request,
     is_aborted: &dyn Fn() -> bool,

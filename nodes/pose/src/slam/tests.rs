@@ -2,9 +2,6 @@
 
 mod long;
 
-use std::thread;
-use std::time::{Duration, Instant};
-
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
@@ -81,17 +78,19 @@ fn the_same_frames_give_the_same_poses_bit_for_bit() {
     assert_eq!(run(), run());
 }
 
+#[cfg(feature = "ros")]
 #[test]
 fn a_map_in_the_background_is_answered_and_whole() {
     let (room, mut camera) = (room(), Camera::new(looking_about, Spoil::default(), 3));
     let mapper = Mapper::new(config().mapping).unwrap();
-    let mut slam = Slam::new(&config(), BackgroundMapping::new(mapper).unwrap()).unwrap();
+    let mut slam =
+        Slam::new(&config(), crate::shell::BackgroundMapping::new(mapper).unwrap()).unwrap();
     for index in 0..100 {
         // A camera waits for the next image meanwhile; a test need not, but for work that never ends.
-        let until = Instant::now() + Duration::from_secs(60);
+        let until = std::time::Instant::now() + std::time::Duration::from_secs(60);
         while index % 10 == 9 && !slam.mapping().is_idle() {
-            assert!(Instant::now() < until, "mapping does not end");
-            thread::yield_now();
+            assert!(std::time::Instant::now() < until, "mapping does not end");
+            std::thread::yield_now();
         }
         let frame = follow(&mut slam, &mut camera, &room, index..index + 1).remove(0);
         let pose = frame.camera_from_map().unwrap();

@@ -4,11 +4,12 @@
 //! frames is filtered (Kalman): it wanders off with the way that the camera goes, and each frame that the map places draws it
 //! back by what both are unsure by.
 
+use estimation::perturbation::left::{adjoint, perturbation_between, perturbed};
+use estimation::perturbation::parts;
 use nalgebra::{Isometry3, Matrix6};
 
 use super::LocaliserConfig;
 use crate::solve::PoseEstimate;
-use crate::solve::perturbation::{adjoint, parts, perturbation_between, perturbed};
 
 /// What the tie is off by.
 #[derive(Clone, Copy, Debug, Default)]

@@ -16,6 +16,20 @@ geometry::choices! {
     }
 }
 
+impl RobustKernel {
+    /// What a squared error costs, and the derivative of that, which is its weight. `doubt` is the squared error at which
+    /// the kernel begins to doubt.
+    #[inline]
+    pub(crate) fn loss_and_weight(self, chi2: f64, doubt: f64) -> (f64, f64) {
+        let kernel = match self {
+            Self::Huber => estimation::RobustKernel::Huber,
+            Self::Cauchy => estimation::RobustKernel::Cauchy,
+            Self::None => estimation::RobustKernel::None,
+        };
+        kernel.loss_and_weight(chi2, doubt)
+    }
+}
+
 geometry::choices! {
     /// What the standard deviations of the observations mean.
     pub enum NoiseScale {

@@ -2,10 +2,10 @@
 //!
 //! Two lines that are not parallel fix a pose: their directions the turn, and how far they are the shift.
 
+use estimation::Random;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::RansacConfig;
-use super::random::Random;
 
 /// Directions that differ by a smaller sine are parallel: what a segment's direction is off by would decide.
 const LEAST_SINE: f64 = 0.2;
@@ -111,32 +111,32 @@ fn aligned(first: &Axes, second: &Axes) -> Option<Isometry3<f64>> {
 
 #[cfg(test)]
 mod tests {
+    use estimation::perturbation::left::perturbation_between;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::solve::perturbation::perturbation_between;
-    use crate::solve::testing::{Draw, any_pose};
+    use crate::solve::testing::{Random, any_pose};
 
     const NOISE_M: f64 = 0.003;
 
-    fn place(draw: &mut Draw) -> Point3<f64> {
-        Point3::from(Vector3::from_fn(|_, _| draw.uniform(-2.0, 2.0)))
+    fn place(random: &mut Random) -> Point3<f64> {
+        Point3::from(Vector3::from_fn(|_, _| random.between(-2.0, 2.0)))
     }
 
     /// Lines seen from a pose, the first ones of which are held to be others; other places of them are seen than those that
     /// the map has.
     fn pairs(camera_from_map: &Isometry3<f64>, right: usize, wrong: usize) -> Vec<LinePair> {
-        let mut draw = Draw::new(5);
-        let seen = |draw: &mut Draw, place_m: Point3<f64>| {
-            let noise = Vector3::from_fn(|_, _| NOISE_M * draw.normal());
+        let mut random = Random::new(5);
+        let seen = |random: &mut Random, place_m: Point3<f64>| {
+            let noise = Vector3::from_fn(|_, _| NOISE_M * random.normal());
             camera_from_map * place_m + noise
         };
         let pair = |index: usize| {
-            let (start, end) = (place(&mut draw), place(&mut draw));
-            let other = if index < wrong { place(&mut draw) } else { start };
+            let (start, end) = (place(&mut random), place(&mut random));
+            let other = if index < wrong { place(&mut random) } else { start };
             let along = end - other;
             let in_camera_m =
-                [seen(&mut draw, other + 0.2 * along), seen(&mut draw, other + 0.9 * along)];
+                [seen(&mut random, other + 0.2 * along), seen(&mut random, other + 0.9 * along)];
             LinePair { in_map_m: [start, end], in_camera_m, std_dev_m: 3.0 * NOISE_M }
         };
         (0..right + wrong).map(pair).collect()

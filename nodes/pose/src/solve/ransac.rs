@@ -8,13 +8,13 @@
 #[cfg(test)]
 mod tests;
 
+use estimation::Random;
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3};
 
 use super::config::{FirstRound, RansacConfig, RefineConfig, RobustKernel};
 use super::observation::{PointObservation, Verdict};
 use super::p3p::p3p;
-use super::random::Random;
 use super::refine::{Plan, PoseError, PoseEstimate, PoseGuess, Problem, Uses, check_camera};
 use super::rigid_alignment::rigid_alignment;
 

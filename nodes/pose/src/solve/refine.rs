@@ -5,19 +5,21 @@
 //! section III-C). Along directions that the observations do not tell, no step is taken (Zhang, Kaess and Singh 2016).
 
 mod descent;
-mod kernel;
 mod noise;
 mod problem;
 #[cfg(test)]
 mod tests;
 
+use estimation::covariance::{of_std_devs, propagated, scaled};
+use estimation::observability::to_one_unit;
+use estimation::perturbation::is_finite;
+use estimation::perturbation::left::{adjoint, perturbation_between, perturbed};
 use geometry::{CameraModel, CameraModelError, ParameterError};
 use nalgebra::{Isometry3, Matrix6};
 
+use super::Observability;
 use super::config::{FirstRound, NoiseScale, RefineConfig, RobustKernel};
-use super::observability::{Observability, scaled};
 use super::observation::{LineObservation, PointObservation, Verdict};
-use super::perturbation::{adjoint, is_finite, perturbation_between, perturbed};
 
 pub(super) use descent::Plan;
 pub(super) use problem::{Problem, Uses};
@@ -30,7 +32,7 @@ const FARTHEST_GUESS_M: f64 = 1e9;
 pub struct PoseGuess {
     /// The pose.
     pub camera_from_map: Isometry3<f64>,
-    /// The covariance of its perturbation (see [`crate::solve::perturbation`]), when somebody knows.
+    /// The covariance of its perturbation (see [`estimation::perturbation::left`]), when somebody knows.
     pub covariance: Option<Matrix6<f64>>,
 }
 
@@ -39,7 +41,7 @@ pub struct PoseGuess {
 pub struct PoseEstimate {
     /// The pose.
     pub camera_from_map: Isometry3<f64>,
-    /// The covariance of its perturbation (see [`crate::solve::perturbation`]). Along the directions that were not estimated
+    /// The covariance of its perturbation (see [`estimation::perturbation::left`]). Along the directions that were not estimated
     /// it is that of the guess.
     pub covariance: Matrix6<f64>,
     /// What became of each point.
@@ -232,7 +234,7 @@ impl Problem<'_> {
     /// What the inliers tell. That they are chosen by their errors is counted in.
     fn observability(&self, pose: &Isometry3<f64>, uses: &Uses, noise: f64) -> Observability {
         let information = self.information_of_inliers(pose, uses) / noise;
-        Observability::of(&information, &self.config.limits())
+        Observability::of(&information, &self.config.limits(), to_one_unit)
     }
 
     /// A pose with its way from the guess taken back along the weak directions.
@@ -261,19 +263,19 @@ impl Problem<'_> {
             .iter()
             .filter(|direction| direction.estimated)
             .map(|direction| {
-                let std_devs = direction.limit * direction.std_dev_in_limits;
+                let in_limits = direction.in_units.component_mul(&limits);
+                let std_devs = in_limits * direction.std_dev_in_units();
                 std_devs * std_devs.transpose()
             })
             .sum();
         if observability.estimated() == 6 {
             return told;
         }
-        let of_guess = guess.covariance.unwrap_or_else(|| {
-            Matrix6::from_diagonal(&self.config.unknown_std_devs().map(|value| value * value))
-        });
+        let of_guess =
+            guess.covariance.unwrap_or_else(|| of_std_devs(&self.config.unknown_std_devs()));
         let carried = adjoint(&(pose * guess.camera_from_map.inverse()));
         let unit = limits.map(f64::recip);
-        let of_guess = scaled(&(carried * of_guess * carried.transpose()), &unit);
+        let of_guess = scaled(&propagated(&carried, &of_guess), &unit);
         let weak = observability.weak_projector();
         told + scaled(&(weak * of_guess * weak), &limits)
     }

@@ -128,13 +128,13 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::solve::testing::{Draw, any_pose};
+    use crate::solve::testing::{Random, any_pose};
 
     fn scattered(count: usize, flat: bool, seed: u64) -> Vec<Point3<f64>> {
-        let mut draw = Draw::new(seed);
+        let mut random = Random::new(seed);
         let deep = if flat { 0.0 } else { 1.0 };
         (0..count)
-            .map(|_| Point3::new(draw.normal(), 0.5 * draw.normal(), deep * draw.normal()))
+            .map(|_| Point3::new(random.normal(), 0.5 * random.normal(), deep * random.normal()))
             .collect()
     }
 
@@ -178,10 +178,10 @@ mod tests {
     fn no_motion_near_by_is_better() {
         let pose = Isometry3::new(Vector3::new(1.0, -2.0, 0.5), Vector3::new(0.4, 1.0, -0.3));
         let source = scattered(30, false, 1);
-        let mut draw = Draw::new(2);
+        let mut random = Random::new(2);
         let target: Vec<_> = source
             .iter()
-            .map(|point| pose * point + 0.1 * Vector3::from_fn(|_, _| draw.normal()))
+            .map(|point| pose * point + 0.1 * Vector3::from_fn(|_, _| random.normal()))
             .collect();
         let found = rigid_alignment(&source, &target).unwrap();
         let cost = |pose: &Isometry3<f64>| -> f64 {
@@ -190,9 +190,9 @@ mod tests {
         let best = cost(&found.target_from_source);
         assert!((best / 30.0 - found.rms_m.powi(2)).abs() < 1e-9);
         for _ in 0..50 {
-            let near = crate::solve::perturbation::perturbed(
+            let near = estimation::perturbation::left::perturbed(
                 &found.target_from_source,
-                &draw.perturbation(0.01, 0.01),
+                &random.perturbation(0.01, 0.01),
             );
             assert!(cost(&near) > best);
         }

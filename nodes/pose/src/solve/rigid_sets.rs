@@ -11,13 +11,13 @@
 #[cfg(test)]
 mod tests;
 
+use estimation::chi_square::quantile;
+use estimation::perturbation::left::{adjoint, perturbation_between};
 use geometry::CameraModel;
 use nalgebra::Matrix6;
 
-use super::chi_square::quantile;
 use super::config::{FirstRound, RefineConfig, RigidSetsConfig};
 use super::observation::{LineObservation, PointObservation, Verdict};
-use super::perturbation::{adjoint, perturbation_between};
 use super::ransac::{PnpError, Search};
 use super::refine::{PoseError, PoseEstimate, PoseGuess, Problem, Uses, check_camera};
 

@@ -1,13 +1,13 @@
 //! What several tests share: a camera, rooms of points and lines, and noise.
 
+pub(crate) use estimation::Random;
+use estimation::perturbation::left::{perturbation_between, perturbed};
 use geometry::{CameraModel, Distortion};
 use nalgebra::{
     Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3, Vector6,
 };
 use proptest::prelude::*;
 
-use super::perturbation::{perturbation_between, perturbed};
-use super::random::Random;
 use super::{LineObservation, PointObservation};
 
 /// The camera of the thesis' platform without its distortion.
@@ -32,35 +32,9 @@ pub(crate) fn any_pose() -> impl Strategy<Value = Isometry3<f64>> {
     })
 }
 
-/// Numbers of mean 0 and deviation 1 (Box and Muller), and others, by a seed.
-pub(crate) struct Draw(Random);
-
-impl Draw {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(Random::new(seed))
-    }
-
-    pub(crate) fn uniform(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * (self.0.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub(crate) fn bits(&mut self) -> u64 {
-        self.0.next()
-    }
-
-    pub(crate) fn normal(&mut self) -> f64 {
-        let (first, second) = (self.uniform(f64::EPSILON, 1.0), self.uniform(0.0, 1.0));
-        (-2.0 * first.ln()).sqrt() * (std::f64::consts::TAU * second).cos()
-    }
-
-    /// A perturbation with these standard deviations.
-    pub(crate) fn perturbation(&mut self, std_dev_m: f64, std_dev_rad: f64) -> Vector6<f64> {
-        Vector6::from_fn(|row, _| self.normal() * if row < 3 { std_dev_m } else { std_dev_rad })
-    }
-
-    pub(crate) fn pixel(&mut self) -> Point2<f64> {
-        Point2::new(self.uniform(0.0, 639.0), self.uniform(0.0, 479.0))
-    }
+/// A pixel of the camera, every one alike.
+pub(crate) fn any_pixel(random: &mut Random) -> Point2<f64> {
+    Point2::new(random.between(0.0, 639.0), random.between(0.0, 479.0))
 }
 
 /// A pose in a room, and what the camera sees of it.
@@ -83,22 +57,22 @@ pub(crate) const NO_DEPTH: Noise = Noise { pixel_px: 1.0, depth_at_1_m: None };
 
 impl View {
     pub(crate) fn empty(seed: u64) -> Self {
-        let mut draw = Draw::new(seed);
-        let camera_from_map = perturbed(&Isometry3::identity(), &draw.perturbation(1.0, 0.7));
+        let mut random = Random::new(seed);
+        let camera_from_map = perturbed(&Isometry3::identity(), &random.perturbation(1.0, 0.7));
         Self { camera_from_map, points: Vec::new(), lines: Vec::new() }
     }
 
     /// A room without noise: points and lines all over the image, 1 to 5 m away.
     pub(crate) fn room(points: usize, lines: usize, noise: Noise, seed: u64) -> Self {
         let mut view = Self::empty(seed);
-        let mut draw = Draw::new(seed ^ 0x5eed);
+        let mut random = Random::new(seed ^ 0x5eed);
         for _ in 0..points {
-            let (pixel, depth_m) = (draw.pixel(), draw.uniform(1.0, 5.0));
+            let (pixel, depth_m) = (any_pixel(&mut random), random.between(1.0, 5.0));
             view.see_point(ray_point(&pixel, depth_m), noise);
         }
         for _ in 0..lines {
-            let start = ray_point(&draw.pixel(), draw.uniform(1.0, 5.0));
-            let end = ray_point(&draw.pixel(), draw.uniform(1.0, 5.0));
+            let start = ray_point(&any_pixel(&mut random), random.between(1.0, 5.0));
+            let end = ray_point(&any_pixel(&mut random), random.between(1.0, 5.0));
             view.see_line(start, end, noise);
         }
         view
@@ -134,24 +108,24 @@ impl View {
 
     /// The same with noise of the stated size, times a factor.
     pub(crate) fn noisy(&self, times: f64, seed: u64) -> Self {
-        let mut draw = Draw::new(seed.wrapping_mul(0x9e37_79b9) ^ 0x0123_4567);
+        let mut random = Random::new(seed.wrapping_mul(0x9e37_79b9) ^ 0x0123_4567);
         let mut noisy = self.clone();
         for point in &mut noisy.points {
-            let [column, row] = [draw.normal(), draw.normal()];
+            let [column, row] = [random.normal(), random.normal()];
             point.pixel_px.x += times * point.pixel_std_dev_px * column;
             point.pixel_px.y += times * point.pixel_std_dev_px * row;
-            let off_m = times * point.depth_std_dev_m * draw.normal();
+            let off_m = times * point.depth_std_dev_m * random.normal();
             point.depth_m = point.depth_m.map(|depth_m| depth_m + off_m);
         }
         for line in &mut noisy.lines {
             // Across the segment: along it, the depth would change too.
             let along = (line.end_px - line.start_px).normalize();
             for pixel in [&mut line.start_px, &mut line.end_px] {
-                let off_px = times * line.pixel_std_dev_px * draw.normal();
+                let off_px = times * line.pixel_std_dev_px * random.normal();
                 *pixel += off_px * nalgebra::Vector2::new(-along.y, along.x);
             }
             for depth in [&mut line.start_depth_m, &mut line.end_depth_m] {
-                let off_m = times * line.depth_std_dev_m * draw.normal();
+                let off_m = times * line.depth_std_dev_m * random.normal();
                 *depth = depth.map(|depth_m| depth_m + off_m);
             }
         }
@@ -160,15 +134,15 @@ impl View {
 
     /// The first share of the points and of the lines is seen anywhere instead.
     pub(crate) fn with_outliers(mut self, share: f64, seed: u64) -> Self {
-        let mut draw = Draw::new(seed ^ 0x0bad);
+        let mut random = Random::new(seed ^ 0x0bad);
         let points = (share * self.points.len() as f64).round() as usize;
         for point in self.points.iter_mut().take(points) {
-            point.pixel_px = draw.pixel();
-            point.depth_m = point.depth_m.map(|_| draw.uniform(1.0, 5.0));
+            point.pixel_px = any_pixel(&mut random);
+            point.depth_m = point.depth_m.map(|_| random.between(1.0, 5.0));
         }
         let lines = (share * self.lines.len() as f64).round() as usize;
         for line in self.lines.iter_mut().take(lines) {
-            (line.start_px, line.end_px) = (draw.pixel(), draw.pixel());
+            (line.start_px, line.end_px) = (any_pixel(&mut random), any_pixel(&mut random));
         }
         self
     }

@@ -129,7 +129,7 @@ pub struct CameraPose {
     pub stamp: Stamp,
     /// The pose.
     pub camera_from_map: Isometry3<f64>,
-    /// Covariance of its perturbation (see [`crate::solve::perturbation`]) as a place in the map: with what the map has
+    /// Covariance of its perturbation (see [`estimation::perturbation::left`]) as a place in the map: with what the map has
     /// drifted by since it began.
     pub covariance: Matrix6<f64>,
     /// What of it is this frame's own: another frame's is independent of it.

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3}
 use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment, SegmentInSpace};
 use crate::feature::points::{Corner, Descriptor};
 use crate::frame::{Frame, MeasuredDepth, depth_noise_m};
-use crate::solve::testing::{Draw, kinect};
+use crate::solve::testing::{Random, kinect};
 
 /// Standard deviation of the inverse of a depth.
 const INVERSE_DEPTH_STD_DEV: f64 = 1.5e-3;
@@ -49,28 +49,29 @@ impl Thing {
         lines: usize,
         seed: u64,
     ) -> Self {
-        let mut draw = Draw::new(seed);
-        let place = |draw: &mut Draw| {
+        let mut random = Random::new(seed);
+        let place = |random: &mut Random| {
             // On the surface: one axis is at its end.
-            let mut at = [0; 3].map(|_| draw.uniform(-1.0, 1.0));
-            let axis = draw.uniform(0.0, 3.0) as usize;
-            at[axis.min(2)] = if draw.uniform(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
+            let mut at = [0; 3].map(|_| random.between(-1.0, 1.0));
+            let axis = random.between(0.0, 3.0) as usize;
+            at[axis.min(2)] = if random.between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
             Point3::new(
                 middle_m[0] + at[0] * half_m[0],
                 middle_m[1] + at[1] * half_m[1],
                 middle_m[2] + at[2] * half_m[2],
             )
         };
-        let bits = |draw: &mut Draw| [(); 4].map(|()| draw.bits());
+        let bits = |random: &mut Random| [(); 4].map(|()| random.bits());
         let points = (0..points).map(|_| Landmark {
-            place_m: place(&mut draw),
-            descriptor: Descriptor(bits(&mut draw)),
+            place_m: place(&mut random),
+            descriptor: Descriptor(bits(&mut random)),
         });
         let points = points.collect();
         let lines = (0..lines).map(|_| {
-            let start = place(&mut draw);
-            let along = Vector3::new(draw.normal(), draw.normal(), draw.normal()).normalize() * 0.6;
-            (start, start + along, LineDescriptor(bits(&mut draw)))
+            let start = place(&mut random);
+            let along =
+                Vector3::new(random.normal(), random.normal(), random.normal()).normalize() * 0.6;
+            (start, start + along, LineDescriptor(bits(&mut random)))
         });
         let lines = lines.collect();
         Self { points, lines }
@@ -87,12 +88,12 @@ pub(crate) struct Camera<P: Fn(f64) -> Isometry3<f64>> {
     pub(crate) model: CameraModel,
     pub(crate) map_from_camera: P,
     pub(crate) spoil: Spoil,
-    draw: Draw,
+    random: Random,
 }
 
 impl<P: Fn(f64) -> Isometry3<f64>> Camera<P> {
     pub(crate) fn new(map_from_camera: P, spoil: Spoil, seed: u64) -> Self {
-        Self { model: kinect(), map_from_camera, spoil, draw: Draw::new(seed) }
+        Self { model: kinect(), map_from_camera, spoil, random: Random::new(seed) }
     }
 
     /// What the camera sees of things, each with its own motion.
@@ -106,12 +107,12 @@ impl<P: Fn(f64) -> Isometry3<f64>> Camera<P> {
         };
         for (thing, map_from_thing) in things {
             for point in &thing.points {
-                if self.draw.uniform(0.0, 1.0) < self.spoil.seen_share {
+                if self.random.between(0.0, 1.0) < self.spoil.seen_share {
                     self.see_point(time_s, &(map_from_thing * point.place_m), point, &mut frame);
                 }
             }
             for (start, end, descriptor) in &thing.lines {
-                if self.draw.uniform(0.0, 1.0) < self.spoil.seen_share {
+                if self.random.between(0.0, 1.0) < self.spoil.seen_share {
                     let ends = [map_from_thing * start, map_from_thing * end];
                     self.see_line(time_s, ends, *descriptor, &mut frame);
                 }
@@ -147,8 +148,8 @@ impl<P: Fn(f64) -> Isometry3<f64>> Camera<P> {
         let level = level.clamp(0.0, LEVELS - 1.0);
         let std_dev_px = self.spoil.pixel_px * SCALE_FACTOR.powf(level);
         let noisy = Point2::new(
-            pixel.x + std_dev_px * self.draw.normal(),
-            pixel.y + std_dev_px * self.draw.normal(),
+            pixel.x + std_dev_px * self.random.normal(),
+            pixel.y + std_dev_px * self.random.normal(),
         );
         frame.corners.push(Corner {
             pixel: noisy.cast(),
@@ -159,7 +160,7 @@ impl<P: Fn(f64) -> Isometry3<f64>> Camera<P> {
         });
         let std_dev_m = depth_noise_m(in_camera_m.z, INVERSE_DEPTH_STD_DEV);
         let is_measured = self.spoil.has_depth && in_camera_m.z < 8.0;
-        let depth_m = in_camera_m.z + self.spoil.depth_share * std_dev_m * self.draw.normal();
+        let depth_m = in_camera_m.z + self.spoil.depth_share * std_dev_m * self.random.normal();
         frame.corner_depths.push(is_measured.then_some(MeasuredDepth { depth_m, std_dev_m }));
     }
 
@@ -174,11 +175,11 @@ impl<P: Fn(f64) -> Isometry3<f64>> Camera<P> {
         let [Some(start), Some(end)] = seen else { return };
         let mut noisy = |(pixel, in_camera_m): (Point2<f64>, Point3<f64>)| {
             let pixel = Point2::new(
-                pixel.x + self.spoil.pixel_px * self.draw.normal(),
-                pixel.y + self.spoil.pixel_px * self.draw.normal(),
+                pixel.x + self.spoil.pixel_px * self.random.normal(),
+                pixel.y + self.spoil.pixel_px * self.random.normal(),
             );
             let std_dev_m = depth_noise_m(in_camera_m.z, INVERSE_DEPTH_STD_DEV);
-            let depth_m = in_camera_m.z + self.spoil.depth_share * std_dev_m * self.draw.normal();
+            let depth_m = in_camera_m.z + self.spoil.depth_share * std_dev_m * self.random.normal();
             let ray = self.model.ray(&pixel).unwrap().push(1.0);
             ([pixel.x as f32, pixel.y as f32], Point3::from(ray * depth_m), std_dev_m)
         };

@@ -1,9 +1,11 @@
 //! A sequence followed once.
 
+use std::sync::Arc;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use estimation::ScopedThreads;
 use evaluation::trajectory::{
     Alignment, AssociationConfig, Trajectory, TrajectoryScoreConfig, score_trajectory,
 };
@@ -12,7 +14,8 @@ use nalgebra::Isometry3;
 use pose::frame::{Frame, FrameExtractor};
 use pose::image::{Rectification, gray_from_raw};
 use pose::mapping::Mapper;
-use pose::slam::{BackgroundMapping, InlineMapping, Mapping, Slam, SlamConfig};
+use pose::shell::BackgroundMapping;
+use pose::slam::{InlineMapping, Mapping, Slam, SlamConfig};
 use pose::tracking::{Hints, Tracker, TrackerConfig};
 use report::DurationStatistics;
 use serde::Serialize;
@@ -91,7 +94,8 @@ pub(super) fn follow(
     tracker.sets.ransac.seed = run;
     let failed = |error: &dyn std::fmt::Display| Failure::new(error.to_string());
     let mut follower = Follower::new(mode, tracker.clone())?;
-    let mut extractor = FrameExtractor::new(tracker.frame).map_err(|error| failed(&error))?;
+    let extractor = FrameExtractor::new(tracker.frame).map_err(|error| failed(&error))?;
+    let mut extractor = extractor.with_executor(Arc::new(ScopedThreads::of_machine()));
     let mut rectification: Option<(CameraModel, Rectification)> = None;
     let (mut times_s, mut loops) = (Vec::with_capacity(sequence.pairs()), 0);
     let mut begun: Option<(Instant, Stamp)> = None;

@@ -8,12 +8,12 @@ use crate::map::{ByOdometry, MapConfig, NewKeyframe};
 
 /// Odometry from each pose to the next, as exact as it says.
 fn motions(truth: &[Isometry3<f64>], seed: u64) -> Vec<Motion> {
-    let mut draw = Draw::new(seed);
+    let mut random = Random::new(seed);
     let pairs = truth.windows(2).enumerate();
     let motions = pairs.map(|(from, pair)| Motion {
         from,
         to: from + 1,
-        to_from_from: perturbed(&(pair[1] * pair[0].inverse()), &draw.perturbation(0.002, 0.001)),
+        to_from_from: perturbed(&(pair[1] * pair[0].inverse()), &random.perturbation(0.002, 0.001)),
         std_dev: MotionStdDev { shift_m: 0.002, turn_rad: 0.001 },
     });
     motions.collect()

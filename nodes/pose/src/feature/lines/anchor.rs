@@ -1,7 +1,9 @@
 //! Where edges are drawn from.
 
 use std::ops::Range;
-use std::thread;
+
+use estimation::Executor;
+use estimation::executor::map;
 
 use super::gradient::{Gradient, GradientField, LEAST_SIDE_PX};
 
@@ -11,13 +13,12 @@ const STRENGTH_SHIFT: u32 = 3;
 /// The pixels whose gradient is a maximum across the edge (Edge Drawing, step 3): the strongest first, and row by
 /// row those that are equally strong.
 ///
-/// Rows and columns are searched at each `interval`. The rows are shared among `threads` threads; what comes out does
-/// not depend on them.
+/// Rows and columns are searched at each `interval`.
 pub(super) fn anchors(
     field: &GradientField,
     least_magnitude: u16,
     interval: usize,
-    threads: usize,
+    executor: &dyn Executor,
 ) -> Vec<usize> {
     if field.width_px < LEAST_SIDE_PX || field.height_px < LEAST_SIDE_PX {
         return Vec::new();
@@ -25,20 +26,10 @@ pub(super) fn anchors(
     let search =
         Search { field, least_magnitude: least_magnitude.max(1), interval: interval.max(1) };
     let rows = 1..field.height_px - 1;
-    let stripe_rows = rows.len().div_ceil(threads.max(1));
-    let mut stripes =
-        rows.clone().step_by(stripe_rows).map(|first| first..(first + stripe_rows).min(rows.end));
-    let found = thread::scope(|scope| {
-        let first = stripes.next();
-        let others: Vec<_> =
-            stripes.map(|stripe| scope.spawn(move || search.stripe(stripe))).collect();
-        let mut found = first.map(|stripe| search.stripe(stripe)).unwrap_or_default();
-        for other in others {
-            // A stripe does not panic.
-            found.extend(other.join().unwrap_or_default());
-        }
-        found
-    });
+    let stripe_rows = rows.len().div_ceil(executor.threads().get());
+    let stripes = rows.clone().step_by(stripe_rows);
+    let stripes = stripes.map(|first| first..(first + stripe_rows).min(rows.end)).collect();
+    let found = map(executor, stripes, |stripe| search.stripe(stripe)).concat();
     strongest_first(&found)
 }
 

@@ -43,8 +43,5 @@ geometry::parameters! {
         /// Parts of one line differ by at most this in direction.
         // 6 degrees: what the direction of a seed is uncertain by, when its points deviate by 0.25 pixels.
         max_turn_rad: f64 = 0.1, between(0.0, 0.5);
-        /// Threads that work on an image. Their number changes no result.
-        // More threads than this are a slip of the pen.
-        max_threads: usize = 1, whole(1, 256);
     }
 }

@@ -1,8 +1,10 @@
 //! All steps in turn.
 
 use std::ops::Range;
-use std::thread;
+use std::sync::Arc;
 
+use estimation::executor::map;
+use estimation::{Executor, Serial};
 use geometry::ParameterError;
 
 use super::anchor::anchors;
@@ -20,6 +22,7 @@ use crate::image::GrayImage;
 #[derive(Clone, Debug)]
 pub struct LineDetector {
     config: LineConfig,
+    executor: Arc<dyn Executor>,
     field: GradientField,
     edges: EdgeChains,
 }
@@ -46,7 +49,18 @@ impl LineDetector {
     /// When a parameter has a value that means nothing.
     pub fn new(config: LineConfig) -> Result<Self, ParameterError> {
         config.validate()?;
-        Ok(Self { config, field: GradientField::default(), edges: EdgeChains::default() })
+        Ok(Self {
+            config,
+            executor: Arc::new(Serial),
+            field: GradientField::default(),
+            edges: EdgeChains::default(),
+        })
+    }
+
+    /// Has this executor do the work; what is found does not depend on its threads.
+    #[must_use]
+    pub fn with_executor(self, executor: Arc<dyn Executor>) -> Self {
+        Self { executor, ..self }
     }
 
     /// The line segments of an image, the most meaningful first.
@@ -60,17 +74,18 @@ impl LineDetector {
         image: &GrayImage,
         mut done: impl FnMut(LineStep),
     ) -> Vec<LineSegment> {
-        let Self { config, field, edges } = self;
+        let Self { config, executor, field, edges } = self;
+        let executor: &dyn Executor = &**executor;
         let units = |levels: f64| (levels * UNITS_PER_LEVEL).round() as u16;
-        field.compute(image, config.max_threads);
+        field.compute(image, executor);
         done(LineStep::Gradient);
         let anchor_gradient = units(config.anchor_gradient);
-        let anchors = anchors(field, anchor_gradient, config.scan_interval_px, config.max_threads);
+        let anchors = anchors(field, anchor_gradient, config.scan_interval_px, executor);
         done(LineStep::Anchors);
         edges.draw(field, &anchors, units(config.edge_gradient), config.seed_px);
         done(LineStep::Routing);
         let false_alarms = FalseAlarms::new(field);
-        let parts = straight_parts(field, edges, &false_alarms, config);
+        let parts = straight_parts(field, edges, &false_alarms, config, executor);
         done(LineStep::Growing);
         let size_px = (image.width_px(), image.height_px());
         let mut lines = merge(parts, &false_alarms, size_px, config);
@@ -98,12 +113,13 @@ fn segment(line: &RatedEdge) -> LineSegment {
     }
 }
 
-/// The straight parts of all edges, in the order of these. The edges are shared among the threads.
+/// The straight parts of all edges, in the order of these.
 fn straight_parts(
     field: &GradientField,
     edges: &EdgeChains,
     false_alarms: &FalseAlarms<'_>,
     config: &LineConfig,
+    executor: &dyn Executor,
 ) -> Vec<RatedEdge> {
     let parts_of = |chains: &[Range<usize>]| {
         let (mut points, mut found) = (Vec::new(), Vec::new());
@@ -116,24 +132,13 @@ fn straight_parts(
         let rate = |edge| RatedEdge { edge, log_expected: false_alarms.log_expected(&edge) };
         found.into_iter().map(rate).collect::<Vec<_>>()
     };
-    thread::scope(|scope| {
-        let mut shares = shares(edges, config.max_threads).into_iter();
-        let first = shares.next();
-        let others: Vec<_> = shares.map(|share| scope.spawn(move || parts_of(share))).collect();
-        let mut parts = first.map(parts_of).unwrap_or_default();
-        for other in others {
-            // It does not panic.
-            parts.extend(other.join().unwrap_or_default());
-        }
-        parts
-    })
+    map(executor, shares(edges, executor.threads().get()), parts_of).concat()
 }
 
 /// The chains in runs of about as many pixels each.
 fn shares(edges: &EdgeChains, count: usize) -> Vec<&[Range<usize>]> {
     let pixels = edges.pixels.len();
-    let bound = |share: usize| {
-        edges.chains.partition_point(|chain| chain.start < pixels * share / count.max(1))
-    };
-    (0..count.max(1)).map(|share| &edges.chains[bound(share)..bound(share + 1)]).collect()
+    let bound =
+        |share: usize| edges.chains.partition_point(|chain| chain.start < pixels * share / count);
+    (0..count).map(|share| &edges.chains[bound(share)..bound(share + 1)]).collect()
 }

@@ -1,6 +1,7 @@
 //! The gradient of a smoothed image.
 
-use std::thread;
+use estimation::Executor;
+use estimation::executor::for_each;
 
 use crate::image::GrayImage;
 
@@ -54,9 +55,7 @@ pub(super) struct GradientField {
 impl GradientField {
     /// Smooths an image by the 5 x 5 binomial kernel (1 4 6 4 1, whose standard deviation is exactly 1 pixel), and
     /// differentiates it by the Sobel operator. Only the smoothed pixel is rounded, to 1/32 of a gray level.
-    ///
-    /// The rows are shared among `threads` threads; what comes out does not depend on them.
-    pub(super) fn compute(&mut self, image: &GrayImage, threads: usize) {
+    pub(super) fn compute(&mut self, image: &GrayImage, executor: &dyn Executor) {
         let (width_px, height_px) = (image.width_px(), image.height_px());
         (self.width_px, self.height_px) = (width_px, height_px);
         self.gradients.clear();
@@ -64,16 +63,11 @@ impl GradientField {
         if width_px < LEAST_SIDE_PX || height_px < LEAST_SIDE_PX {
             return;
         }
-        let stripe_rows = height_px.div_ceil(threads.max(1));
-        let mut stripes = self.gradients.chunks_mut(stripe_rows * width_px).enumerate();
-        let first = stripes.next();
-        thread::scope(|scope| {
-            for (stripe, rows) in stripes {
-                scope.spawn(move || fill_rows(image, stripe * stripe_rows, rows));
-            }
-            if let Some((_, rows)) = first {
-                fill_rows(image, 0, rows);
-            }
+        let stripe_rows = height_px.div_ceil(executor.threads().get());
+        let stripes = self.gradients.chunks_mut(stripe_rows * width_px).enumerate();
+        let mut stripes: Vec<(usize, &mut [Gradient])> = stripes.collect();
+        for_each(executor, &mut stripes, |(stripe, rows)| {
+            fill_rows(image, *stripe * stripe_rows, rows);
         });
     }
 }

@@ -31,9 +31,6 @@ geometry::parameters! {
         /// the others are the strongest, which are found again most often.
         // Neither is best alone: ORB-SLAM spreads all, ORB none.
         even_share: f64 = 0.5, share;
-        /// Threads that work on an image. Their number changes no result.
-        // More threads than an image has bands of cells would stand idle.
-        threads: usize = 1, whole(1, 64);
     }
     check = Self::check_thresholds;
 }
@@ -83,7 +80,7 @@ mod tests {
     fn the_defaults_are_valid_and_each_bad_parameter_is_named() {
         type Spoil = fn(&mut PointConfig);
         assert_eq!(PointConfig::default().validate(), Ok(()));
-        let cases: [(&str, Spoil); 10] = [
+        let cases: [(&str, Spoil); 9] = [
             ("max_corners", |c| c.max_corners = 0),
             ("levels", |c| c.levels = 17),
             ("scale_factor", |c| c.scale_factor = f64::NAN),
@@ -93,7 +90,6 @@ mod tests {
             ("low_threshold", |c| c.low_threshold = 0),
             ("cell_px", |c| c.cell_px = 0),
             ("even_share", |c| c.even_share = 1.1),
-            ("threads", |c| c.threads = 0),
         ];
         for (name, spoil) in cases {
             let mut config = PointConfig::default();

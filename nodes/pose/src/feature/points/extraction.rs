@@ -1,7 +1,9 @@
 //! From an image to its corners.
 
-use std::sync::OnceLock;
+use std::sync::Arc;
 
+use estimation::executor::{map, map_with};
+use estimation::{Executor, Serial};
 use geometry::ParameterError;
 use nalgebra::Point2;
 
@@ -13,7 +15,6 @@ use super::{
     levels::Pyramid,
     orientation::direction,
     spread::{allot, choose},
-    work::share,
 };
 use crate::image::{Blur, GrayImage, blur_rows};
 
@@ -24,8 +25,10 @@ const DESCRIBED_AT_ONCE: usize = 32;
 #[derive(Clone, Debug)]
 pub struct PointExtractor {
     config: PointConfig,
+    executor: Arc<dyn Executor>,
     pyramid: Pyramid,
     blurred: Vec<GrayImage>,
+    /// One a thread.
     scratches: Vec<Scratch>,
 }
 
@@ -50,8 +53,20 @@ impl PointExtractor {
     /// When a parameter means nothing; see [`PointConfig::validate`].
     pub fn new(config: PointConfig) -> Result<Self, ParameterError> {
         config.validate()?;
-        let scratches = vec![Scratch::default(); config.threads];
-        Ok(Self { config, pyramid: Pyramid::default(), blurred: Vec::new(), scratches })
+        Ok(Self {
+            config,
+            executor: Arc::new(Serial),
+            pyramid: Pyramid::default(),
+            blurred: Vec::new(),
+            scratches: vec![Scratch::default()],
+        })
+    }
+
+    /// Has this executor do the work; what is found does not depend on its threads.
+    #[must_use]
+    pub fn with_executor(self, executor: Arc<dyn Executor>) -> Self {
+        let scratches = vec![Scratch::default(); executor.threads().get()];
+        Self { executor, scratches, ..self }
     }
 
     /// The parameters.
@@ -65,12 +80,10 @@ impl PointExtractor {
         if !self.fit(image) {
             return Vec::new();
         }
-        let places = self.pyramid.places();
-        let candidates = self.detect(image, &places);
+        self.pyramid.fill(image);
+        let candidates = self.detect(image);
         let chosen = self.choose(candidates);
-        let corners = self.describe(image, &places, &chosen);
-        self.pyramid.take_back(places);
-        corners
+        self.describe(image, &chosen)
     }
 
     /// Makes the memory fit images of this size. False where no corner has room.
@@ -84,8 +97,8 @@ impl PointExtractor {
         Pyramid::has_room(size_px) && self.blurred.len() == self.pyramid.sizes_px().len()
     }
 
-    /// Makes the pyramid, finds the corners of each of its levels, and blurs them.
-    fn detect(&mut self, image: &GrayImage, places: &[OnceLock<GrayImage>]) -> Vec<Vec<Candidate>> {
+    /// Finds the corners of each level of the pyramid, and blurs the levels.
+    fn detect(&mut self, image: &GrayImage) -> Vec<Vec<Candidate>> {
         let PointConfig { threshold, low_threshold, cell_px, .. } = self.config;
         let search = Search { threshold, low_threshold, cell_px };
         let mut bands = Vec::new();
@@ -99,21 +112,13 @@ impl PointExtractor {
             }));
         }
         let levels: Vec<usize> = bands.iter().map(|band| band.level).collect();
-        let pyramid = &mut self.pyramid;
-        let found = share(
-            &mut self.scratches,
-            bands,
-            || pyramid.fill(image, places),
-            |scratch, band| {
-                let level = match band.level.checked_sub(1).and_then(|level| places.get(level)) {
-                    Some(place) => place.wait(),
-                    None => image,
-                };
-                let rows = band.first_row..band.first_row + cell_px;
-                blur_rows(level, band.first_row, band.blurred, &mut scratch.blur);
-                detect(level, rows, &search, &mut scratch.detection)
-            },
-        );
+        let pyramid = &self.pyramid;
+        let found = map_with(&*self.executor, &mut self.scratches, bands, |scratch, band| {
+            let level = pyramid.level(image, band.level).unwrap_or(image);
+            let rows = band.first_row..band.first_row + cell_px;
+            blur_rows(level, band.first_row, band.blurred, &mut scratch.blur);
+            detect(level, rows, &search, &mut scratch.detection)
+        });
         let mut candidates = vec![Vec::new(); self.blurred.len()];
         for (level, found) in levels.into_iter().zip(found) {
             candidates[level].extend(found);
@@ -136,38 +141,22 @@ impl PointExtractor {
     }
 
     /// The directions and descriptors of the chosen corners.
-    fn describe(
-        &mut self,
-        image: &GrayImage,
-        places: &[OnceLock<GrayImage>],
-        chosen: &[(usize, Candidate)],
-    ) -> Vec<Corner> {
-        let (blurred, pyramid) = (&self.blurred, &self.pyramid);
-        let described = share(
-            &mut self.scratches,
-            chosen.chunks(DESCRIBED_AT_ONCE).collect(),
-            || (),
-            |_, chosen| {
-                let corner = |&(level, candidate): &(usize, Candidate)| {
-                    let (column, row) = (usize::from(candidate.column), usize::from(candidate.row));
-                    let sharp = match level.checked_sub(1) {
-                        Some(smaller) => places.get(smaller)?.get()?,
-                        None => image,
-                    };
-                    let direction = direction(sharp, column, row)?;
-                    let descriptor = describe(blurred.get(level)?, column, row, direction)?;
-                    let [x, y] = candidate.refined();
-                    Some(Corner {
-                        pixel: pyramid.in_image(level, Point2::new(x, y))?,
-                        level: level as u8,
-                        angle_rad: direction.y.atan2(direction.x),
-                        response: f32::from(candidate.strength),
-                        descriptor,
-                    })
-                };
-                chosen.iter().filter_map(corner).collect::<Vec<_>>()
-            },
-        );
-        described.into_iter().flatten().collect()
+    fn describe(&self, image: &GrayImage, chosen: &[(usize, Candidate)]) -> Vec<Corner> {
+        let corner = |&(level, candidate): &(usize, Candidate)| {
+            let (column, row) = (usize::from(candidate.column), usize::from(candidate.row));
+            let direction = direction(self.pyramid.level(image, level)?, column, row)?;
+            let descriptor = describe(self.blurred.get(level)?, column, row, direction)?;
+            let [x, y] = candidate.refined();
+            Some(Corner {
+                pixel: self.pyramid.in_image(level, Point2::new(x, y))?,
+                level: level as u8,
+                angle_rad: direction.y.atan2(direction.x),
+                response: f32::from(candidate.strength),
+                descriptor,
+            })
+        };
+        let described =
+            |chosen: &[(usize, Candidate)]| chosen.iter().filter_map(corner).collect::<Vec<_>>();
+        map(&*self.executor, chosen.chunks(DESCRIBED_AT_ONCE).collect(), described).concat()
     }
 }

@@ -1,7 +1,5 @@
 //! The image at several scales.
 
-use std::sync::OnceLock;
-
 use nalgebra::Point2;
 
 use crate::image::{GrayImage, Resampler};
@@ -72,27 +70,20 @@ impl Pyramid {
         ))
     }
 
-    /// Empty places for the levels below the first, to be filled by [`fill`](Self::fill) while others wait for them.
-    pub(super) fn places(&self) -> Vec<OnceLock<GrayImage>> {
-        self.smaller.iter().map(|_| OnceLock::new()).collect()
-    }
-
-    /// Makes the levels of an image, each from the one before, and puts them into their places.
-    pub(super) fn fill(&mut self, image: &GrayImage, places: &[OnceLock<GrayImage>]) {
+    /// Makes the levels of an image, each from the one before.
+    pub(super) fn fill(&mut self, image: &GrayImage) {
         let mut larger = image;
-        for (level, place) in self.smaller.iter_mut().zip(places) {
-            let mut smaller = std::mem::take(&mut level.image);
-            level.resampler.resample(larger, &mut smaller);
-            larger = place.get_or_init(|| smaller);
+        for Level { resampler, image: smaller, .. } in &mut self.smaller {
+            resampler.resample(larger, smaller);
+            larger = smaller;
         }
     }
 
-    /// Takes the levels back, so that the next image needs no new memory.
-    pub(super) fn take_back(&mut self, places: Vec<OnceLock<GrayImage>>) {
-        for (level, place) in self.smaller.iter_mut().zip(places) {
-            if let Some(image) = place.into_inner() {
-                level.image = image;
-            }
+    /// A level of the image that the pyramid was filled with.
+    pub(super) fn level<'a>(&'a self, image: &'a GrayImage, level: usize) -> Option<&'a GrayImage> {
+        match level.checked_sub(1) {
+            Some(smaller) => self.smaller.get(smaller).map(|level| &level.image),
+            None => Some(image),
         }
     }
 }

@@ -1,11 +1,12 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point2};
 
 use super::*;
 use crate::{
     image::GrayImage,
-    testing::{Random, dead_leaves, mapped, similarity, view},
+    testing::{Random, dead_leaves, mapped, similarity, threads, view},
 };
 
 mod kernels;
@@ -142,8 +143,10 @@ fn the_corners_of_squares_are_where_they_were_drawn() {
 fn the_number_of_threads_changes_nothing() {
     let image = view(&picture(), &similarity(0.2, 2.0, VIEW_PX, PICTURE_PX), VIEW_PX);
     let expected = corners(&image, config());
-    for threads in [2, 3, 7] {
-        assert_eq!(corners(&image, PointConfig { threads, ..config() }), expected);
+    for count in [2, 3, 7] {
+        let extractor = PointExtractor::new(config()).unwrap();
+        let found = extractor.with_executor(Arc::new(threads(count))).extract(&image);
+        assert_eq!(found, expected);
     }
     // Nor do the images before.
     let mut extractor = PointExtractor::new(config()).unwrap();

@@ -1,11 +1,11 @@
 //! What must hold of each part by itself.
 
+use estimation::perturbation::is_finite;
 use nalgebra::Isometry3;
 
 use super::{KeyframePart, PartsError, PointPart};
 use crate::frame::Frame;
 use crate::map::PointLook;
-use crate::solve::perturbation::is_finite;
 
 /// How far from 1 the length of a rotation's quaternion may be: what rounding adds up to over years of corrections, and less
 /// than any tracker sees.

@@ -4,12 +4,12 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::{PLACE_M, blank, blank_frame, blank_map};
 use crate::map::{Arena, ByOdometry, Id, Map, NewKeyframe};
-use crate::solve::testing::Draw;
+use crate::solve::testing::Random;
 
 /// A map under random steps, each of which may be refused.
 pub(crate) struct Fuzz {
     pub(crate) map: Map,
-    draw: Draw,
+    random: Random,
     refused: usize,
     /// How often each kind of step was done.
     pub(crate) done: [usize; 8],
@@ -19,24 +19,24 @@ impl Fuzz {
     /// Begins with so many keyframes that see nothing.
     pub(crate) fn new(keyframes: usize, seed: u64) -> Self {
         let (map, _) = blank_map(keyframes);
-        Self { map, draw: Draw::new(seed), refused: 0, done: [0; 8] }
+        Self { map, random: Random::new(seed), refused: 0, done: [0; 8] }
     }
 
     fn pick<T>(&mut self, arena: &Arena<T>) -> Option<Id<T>> {
-        let at = self.draw.uniform(0.0, arena.len() as f64) as usize;
+        let at = self.random.between(0.0, arena.len() as f64) as usize;
         arena.ids().nth(at)
     }
 
     /// One more step.
     pub(crate) fn step(&mut self) {
-        let kind = self.draw.uniform(0.0, 20.0) as usize;
+        let kind = self.random.between(0.0, 20.0) as usize;
         let map = self.map.clone();
         let (Some(one), Some(two)) = (self.pick(&map.keyframes), self.pick(&map.keyframes)) else {
             return self.insert();
         };
         let (point, other) = (self.pick(&map.points), self.pick(&map.points));
         let (line, other_line) = (self.pick(&map.lines), self.pick(&map.lines));
-        let feature = self.draw.uniform(0.0, 11.0) as usize;
+        let feature = self.random.between(0.0, 11.0) as usize;
         let (step, result) = match kind {
             0 | 1 => {
                 self.insert();
@@ -85,7 +85,7 @@ impl Fuzz {
         let frame = blank_frame(10, 5);
         let points = [self.pick(&self.map.points.clone()), self.pick(&self.map.points.clone())];
         let points: Vec<_> = points.into_iter().flatten().enumerate().collect();
-        let way_m = self.draw.uniform(-1.0, 1.0);
+        let way_m = self.random.between(-1.0, 1.0);
         let by_odometry = (way_m > 0.0).then(|| ByOdometry {
             leg: 3,
             camera_from_odom: Isometry3::translation(way_m, 0.0, 0.0),

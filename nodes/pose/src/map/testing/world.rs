@@ -9,7 +9,7 @@ use crate::feature::lines::{LineDescriptor, LineFeature, LineSegment, SegmentInS
 use crate::feature::points::{Corner, Descriptor};
 use crate::frame::{Frame, MeasuredDepth, depth_noise_m};
 use crate::map::{KeyframeId, LineId, Map, MapConfig, NewKeyframe, PointId};
-use crate::solve::testing::{Draw, kinect};
+use crate::solve::testing::{Random, kinect};
 
 /// Standard deviation of the inverse of a depth.
 const INVERSE_DEPTH_STD_DEV: f64 = 1.5e-3;
@@ -34,25 +34,26 @@ pub(crate) struct Shown {
 impl World {
     /// A wall of things 2 to 5 m before the origin, `width_m` wide.
     pub(crate) fn wall(points: usize, lines: usize, width_m: f64, noise: f64, seed: u64) -> Self {
-        let mut draw = Draw::new(seed);
-        let bits = |draw: &mut Draw| [(); 4].map(|()| draw.bits());
-        let place = |draw: &mut Draw| {
+        let mut random = Random::new(seed);
+        let bits = |random: &mut Random| [(); 4].map(|()| random.bits());
+        let place = |random: &mut Random| {
             let half_m = 0.5 * width_m;
-            let x = draw.uniform(-half_m, half_m);
-            Point3::new(x, draw.uniform(-1.5, 1.5), draw.uniform(2.0, 5.0))
+            let x = random.between(-half_m, half_m);
+            Point3::new(x, random.between(-1.5, 1.5), random.between(2.0, 5.0))
         };
-        let points = (0..points).map(|_| (place(&mut draw), Descriptor(bits(&mut draw)))).collect();
+        let points =
+            (0..points).map(|_| (place(&mut random), Descriptor(bits(&mut random)))).collect();
         let lines = (0..lines).map(|_| {
-            let start = place(&mut draw);
-            let along = Vector3::new(draw.normal(), draw.normal(), draw.normal()).normalize();
-            ([start, start + 0.6 * along], LineDescriptor(bits(&mut draw)))
+            let start = place(&mut random);
+            let along = Vector3::new(random.normal(), random.normal(), random.normal()).normalize();
+            ([start, start + 0.6 * along], LineDescriptor(bits(&mut random)))
         });
         let lines = lines.collect();
         Self { points, lines, noise }
     }
 
     /// What a camera sees, with noise.
-    pub(crate) fn frame(&self, camera_from_map: &Isometry3<f64>, draw: &mut Draw) -> Shown {
+    pub(crate) fn frame(&self, camera_from_map: &Isometry3<f64>, random: &mut Random) -> Shown {
         let (camera, noise) = (kinect(), self.noise);
         let mut frame = Frame {
             stamp: Stamp::from_nanos(0),
@@ -62,19 +63,19 @@ impl World {
             lines_in_space: Vec::new(),
         };
         let (mut points, mut lines) = (Vec::new(), Vec::new());
-        let image = |place: &Point3<f64>, draw: &mut Draw, std_dev_px: f64| {
+        let image = |place: &Point3<f64>, random: &mut Random, std_dev_px: f64| {
             let in_camera = camera_from_map * place;
             let pixel = camera.project(&in_camera).filter(|pixel| camera.contains(pixel))?;
-            let off = nalgebra::Vector2::new(draw.normal(), draw.normal());
+            let off = nalgebra::Vector2::new(random.normal(), random.normal());
             let std_dev_m = depth_noise_m(in_camera.z, INVERSE_DEPTH_STD_DEV);
-            let depth_m = in_camera.z + noise * std_dev_m * draw.normal();
+            let depth_m = in_camera.z + noise * std_dev_m * random.normal();
             Some((pixel + noise * std_dev_px * off, MeasuredDepth { depth_m, std_dev_m }))
         };
         for (index, (place, descriptor)) in self.points.iter().enumerate() {
-            let Some((pixel, depth)) = image(place, draw, 1.0) else { continue };
+            let Some((pixel, depth)) = image(place, random, 1.0) else { continue };
             let mut descriptor = *descriptor;
             for _ in 0..FLIPPED_BITS {
-                let bit = draw.bits() % 256;
+                let bit = random.bits() % 256;
                 descriptor.0[(bit / 64) as usize] ^= 1 << (bit % 64);
             }
             frame.corners.push(Corner {
@@ -88,7 +89,7 @@ impl World {
             points.push(index);
         }
         for (index, (ends, descriptor)) in self.lines.iter().enumerate() {
-            let seen = ends.map(|end| image(&end, draw, 0.7));
+            let seen = ends.map(|end| image(&end, random, 0.7));
             let [Some((start_px, start)), Some((end_px, end))] = seen else { continue };
             // A line that is seen along itself is a dot, which no detector takes for a segment.
             if (end_px - start_px).norm() < SHORTEST_PX {
@@ -119,12 +120,12 @@ impl World {
     /// A map whose keyframes are where `poses` has them and see what they see; points and lines are where they are.
     pub(crate) fn map(&self, poses: &[Isometry3<f64>], seed: u64) -> (Map, Vec<KeyframeId>) {
         let mut map = Map::new(MapConfig::default());
-        let mut draw = Draw::new(seed);
+        let mut random = Random::new(seed);
         let mut points: Vec<Option<PointId>> = vec![None; self.points.len()];
         let mut lines: Vec<Option<LineId>> = vec![None; self.lines.len()];
         let mut keyframes = Vec::new();
         for pose in poses {
-            let shown = self.frame(pose, &mut draw);
+            let shown = self.frame(pose, &mut random);
             let known = shown.points.iter().enumerate();
             let known: Vec<_> =
                 known.filter_map(|(at, index)| Some((at, points[*index]?))).collect();

@@ -17,16 +17,17 @@ fn at(place: Vector3<f64>, heading_rad: f64) -> Isometry3<f64> {
 }
 
 /// Things on both walls along a way, so many a metre.
-fn walls(way: &[Isometry3<f64>], per_m: f64, draw: &mut Draw) -> World {
+fn walls(way: &[Isometry3<f64>], per_m: f64, random: &mut Random) -> World {
     let points = way.iter().flat_map(|camera_from_map| {
         let things = (per_m * STEP_M) as usize;
-        let place = |draw: &mut Draw| {
-            let side = if draw.uniform(-1.0, 1.0) < 0.0 { -HALF_WIDTH_M } else { HALF_WIDTH_M };
+        let place = |random: &mut Random| {
+            let side = if random.between(-1.0, 1.0) < 0.0 { -HALF_WIDTH_M } else { HALF_WIDTH_M };
             // As far ahead as a camera sees that looks along.
-            let ahead = draw.uniform(2.0, 2.0 + 3.0 * STEP_M);
-            camera_from_map.inverse() * Point3::new(side, draw.uniform(-1.2, 1.2), ahead)
+            let ahead = random.between(2.0, 2.0 + 3.0 * STEP_M);
+            camera_from_map.inverse() * Point3::new(side, random.between(-1.2, 1.2), ahead)
         };
-        let things = (0..things).map(|_| (place(draw), Descriptor([(); 4].map(|()| draw.bits()))));
+        let things =
+            (0..things).map(|_| (place(random), Descriptor([(); 4].map(|()| random.bits()))));
         things.collect::<Vec<_>>()
     });
     World { points: points.collect(), lines: Vec::new(), noise: 1.0 }
@@ -76,7 +77,7 @@ fn about_a_block() -> Vec<Isometry3<f64>> {
 fn block(seed: u64) -> Trip {
     let way = about_a_block();
     let first_round = &way[..way.len() - 30 - 9];
-    let world = walls(first_round, 60.0, &mut Draw::new(1000 + seed));
+    let world = walls(first_round, 60.0, &mut Random::new(1000 + seed));
     let shown = near(&world, &way);
     walk(&way, &|frame| &shown[frame], ODOMETRY, seed)
 }
@@ -103,14 +104,14 @@ fn floors(seed: u64) -> Trip {
     // Backwards, looking the same way as on the ground.
     let above: Vec<_> =
         along.iter().rev().map(|z| at(Vector3::new(0.0, -HEIGHT_M, *z), 0.0)).collect();
-    let mut draw = Draw::new(2000 + seed);
-    let twin = walls(&ground, 60.0, &mut draw);
+    let mut random = Random::new(2000 + seed);
+    let twin = walls(&ground, 60.0, &mut random);
     let lifted = World {
         points: twin.points.iter().map(|(p, d)| (p - Vector3::y() * HEIGHT_M, *d)).collect(),
         lines: Vec::new(),
         noise: 1.0,
     };
-    let stairs = walls(&up, 200.0, &mut draw);
+    let stairs = walls(&up, 200.0, &mut random);
     let with_stairs = |floor: &World| World {
         points: floor.points.iter().chain(&stairs.points).copied().collect(),
         lines: Vec::new(),

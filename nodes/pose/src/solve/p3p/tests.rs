@@ -1,7 +1,7 @@
+use estimation::perturbation::left::perturbation_between;
 use proptest::prelude::*;
 
 use super::*;
-use crate::solve::perturbation::perturbation_between;
 use crate::solve::testing::{NO_DEPTH, View, kinect};
 
 fn three(view: &View) -> ([Point3<f64>; 3], [Vector3<f64>; 3]) {

@@ -1,11 +1,13 @@
 //! Levenberg-Marquardt within the directions that are told.
 
+use estimation::Observability;
+use estimation::covariance::scaled;
+use estimation::observability::{all_estimated, restricted, to_one_unit};
+use estimation::perturbation::left::perturbed;
 use nalgebra::{Isometry3, Matrix6, Vector6};
 
 use super::problem::{Linearised, Problem, Uses};
 use crate::solve::config::RobustKernel;
-use crate::solve::observability::{Observability, all_told, scaled};
-use crate::solve::perturbation::perturbed;
 
 /// The damping begins at this share of the largest diagonal element (Madsen, Nielsen and Tingleff 2004, section 3.2).
 const FIRST_DAMPING: f64 = 1e-6;
@@ -78,17 +80,19 @@ struct Local {
 
 impl Local {
     fn new(at: Linearised, noise: f64, limits: &Vector6<f64>, held: Option<&Matrix6<f64>>) -> Self {
-        let whole = at.information.matrix() / noise;
+        let whole = at.information.information() / noise;
         let information = scaled(&whole, limits);
         let pull = at.information.pull().component_mul(limits) / noise;
         let weak = match held {
             Some(held) => *held,
-            None if all_told(&information) => return Self { cost: at.cost, information, pull },
-            None => Observability::of(&whole, limits).weak_projector(),
+            None if all_estimated(&information) => {
+                return Self { cost: at.cost, information, pull };
+            }
+            None => Observability::of(&whole, limits, to_one_unit).weak_projector(),
         };
         // Along what is held the information is 1 and the pull 0: no step.
-        let told = Matrix6::identity() - weak;
-        Self { cost: at.cost, information: told * information * told + weak, pull: told * pull }
+        let pull = (Matrix6::identity() - weak) * pull;
+        Self { cost: at.cost, information: restricted(&information, &weak, 1.0), pull }
     }
 
     /// `None` when the numbers are not finite.

@@ -1,9 +1,10 @@
 //! How large errors may be, and what they are in fact.
 
+use estimation::chi_square::{probability, quantile};
+use estimation::quantile::upper_median;
 use nalgebra::Isometry3;
 
 use super::problem::{Problem, Uses};
-use crate::solve::chi_square::{probability, quantile};
 use crate::solve::config::NoiseScale;
 use crate::solve::term::MAX_ROWS;
 
@@ -84,11 +85,7 @@ impl Problem<'_> {
             let inliers = squares.iter().filter(|(chi2, rows)| *chi2 < factor * gates.limit(*rows));
             shares.clear();
             shares.extend(inliers.map(|(chi2, rows)| chi2 / gates.medians[*rows]));
-            let middle = shares.len() / 2;
-            if shares.is_empty() {
-                break;
-            }
-            let (_, &mut median, _) = shares.select_nth_unstable_by(middle, f64::total_cmp);
+            let Some(median) = upper_median(&mut shares) else { break };
             factor = median.max(LEAST_FACTOR);
         }
         if factor.is_finite() { factor } else { 1.0 }

@@ -1,11 +1,11 @@
 //! The observations, and what they come to at a pose.
 
+use estimation::NormalEquations;
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Matrix6, Vector6};
 
 use super::noise::Gates;
 use crate::solve::config::{RefineConfig, RobustKernel};
-use crate::solve::information::Information;
 use crate::solve::observation::{LineObservation, PointObservation, Verdict};
 use crate::solve::term::{Errors, LineTerm, MAX_ROWS, PIXEL_ROWS, Placed, PointTerm, Term};
 
@@ -42,7 +42,7 @@ impl Uses {
 
 /// The problem at a pose: its cost, and what it is in a small neighbourhood.
 pub(super) struct Linearised {
-    pub(super) information: Information,
+    pub(super) information: NormalEquations,
     pub(super) cost: f64,
 }
 
@@ -136,7 +136,7 @@ impl<'a> Problem<'a> {
         noise: f64,
     ) -> Linearised {
         let placed = Placed::new(pose);
-        let mut sums = Linearised { information: Information::default(), cost: 0.0 };
+        let mut sums = Linearised { information: NormalEquations::default(), cost: 0.0 };
         self.add_each(&self.points, &uses.points, &placed, (kernel, noise), &mut sums);
         self.add_each(&self.lines, &uses.lines, &placed, (kernel, noise), &mut sums);
         sums
@@ -188,10 +188,10 @@ impl<'a> Problem<'a> {
         covariance: &Matrix6<f64>,
     ) -> Matrix6<f64> {
         let placed = Placed::new(pose);
-        let mut information = Information::default();
+        let mut information = NormalEquations::default();
         self.inform_each(&self.points, &uses.points, (&placed, covariance), &mut information);
         self.inform_each(&self.lines, &uses.lines, (&placed, covariance), &mut information);
-        information.matrix()
+        information.information()
     }
 
     fn inform_each<T: Term>(
@@ -199,7 +199,7 @@ impl<'a> Problem<'a> {
         terms: &[Option<T>],
         verdicts: &[Verdict],
         (placed, covariance): (&Placed, &Matrix6<f64>),
-        information: &mut Information,
+        information: &mut NormalEquations,
     ) {
         for (term, most) in used(terms, verdicts) {
             let rows = term.rows().min(most);

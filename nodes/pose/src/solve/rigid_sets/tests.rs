@@ -1,10 +1,10 @@
+use estimation::perturbation::left::perturbed;
 use geometry::Stamp;
 use nalgebra::{Isometry3, Point2, Vector3, Vector6};
 
 use super::*;
 use crate::motion::{KnownPose, MotionConfig, constant_velocity};
-use crate::solve::perturbation::perturbed;
-use crate::solve::testing::{Draw, KINECT_NOISE, View, kinect, ray_point};
+use crate::solve::testing::{KINECT_NOISE, Random, View, any_pixel, kinect, ray_point};
 
 const FRAME_S: f64 = 1.0 / 30.0;
 /// A person's pace (Rec-HV, Figure 2).
@@ -20,7 +20,7 @@ struct Scene {
 }
 
 fn scene(features: usize, share: f64, walk: Vector3<f64>, seed: u64) -> Scene {
-    let mut draw = Draw::new(seed);
+    let mut random = Random::new(seed);
     // The camera itself goes forward and turns a little.
     let step = Vector6::new(0.0, 0.0, -0.3 * FRAME_S, 0.0, 0.2 * FRAME_S, 0.0);
     let mut view = View::empty(seed);
@@ -30,11 +30,11 @@ fn scene(features: usize, share: f64, walk: Vector3<f64>, seed: u64) -> Scene {
     let person = (share * features as f64) as usize;
     let lines_on_person = 6;
     for _ in 0..person {
-        let pixel = Point2::new(draw.uniform(220.0, 420.0), draw.uniform(30.0, 470.0));
-        view.see_point(ray_point(&pixel, draw.uniform(1.8, 2.2)), KINECT_NOISE);
+        let pixel = Point2::new(random.between(220.0, 420.0), random.between(30.0, 470.0));
+        view.see_point(ray_point(&pixel, random.between(1.8, 2.2)), KINECT_NOISE);
     }
     for _ in 0..lines_on_person {
-        let pixel = Point2::new(draw.uniform(220.0, 420.0), draw.uniform(60.0, 240.0));
+        let pixel = Point2::new(random.between(220.0, 420.0), random.between(60.0, 240.0));
         let shoulder = ray_point(&pixel, 2.0);
         view.see_line(shoulder, shoulder + Vector3::new(0.15, 0.5, 0.1), KINECT_NOISE);
     }
@@ -46,26 +46,26 @@ fn scene(features: usize, share: f64, walk: Vector3<f64>, seed: u64) -> Scene {
         line.end_in_map_m += was;
     }
     for _ in person..features {
-        let mut pixel = draw.pixel();
+        let mut pixel = any_pixel(&mut random);
         if (200.0..440.0).contains(&pixel.x) {
             pixel.x = if pixel.x < 320.0 { pixel.x - 200.0 } else { pixel.x + 190.0 };
         }
-        view.see_point(ray_point(&pixel, draw.uniform(2.5, 5.0)), KINECT_NOISE);
+        view.see_point(ray_point(&pixel, random.between(2.5, 5.0)), KINECT_NOISE);
     }
     for _ in 0..15 {
         let start =
-            ray_point(&Point2::new(draw.uniform(10.0, 180.0), draw.uniform(10.0, 470.0)), 3.0);
+            ray_point(&Point2::new(random.between(10.0, 180.0), random.between(10.0, 470.0)), 3.0);
         let end =
-            ray_point(&Point2::new(draw.uniform(460.0, 630.0), draw.uniform(10.0, 470.0)), 4.0);
+            ray_point(&Point2::new(random.between(460.0, 630.0), random.between(10.0, 470.0)), 4.0);
         view.see_line(start, end, KINECT_NOISE);
     }
-    let known = |seconds: f64, pose: Isometry3<f64>, draw: &mut Draw| KnownPose {
+    let known = |seconds: f64, pose: Isometry3<f64>, random: &mut Random| KnownPose {
         stamp: Stamp::default().plus_seconds(seconds),
-        camera_from_map: perturbed(&pose, &draw.perturbation(0.001, 0.0005)),
+        camera_from_map: perturbed(&pose, &random.perturbation(0.001, 0.0005)),
         covariance: Matrix6::from_diagonal(&Vector6::new(1e-6, 1e-6, 1e-6, 2.5e-7, 2.5e-7, 2.5e-7)),
     };
-    let before = known(0.0, before, &mut draw);
-    let last = known(FRAME_S, last, &mut draw);
+    let before = known(0.0, before, &mut random);
+    let last = known(FRAME_S, last, &mut random);
     let at = Stamp::default().plus_seconds(2.0 * FRAME_S);
     let prediction = constant_velocity(Some(&before), &last, at, &MotionConfig::default()).unwrap();
     Scene { view: view.noisy(1.0, seed), person, lines_on_person, prediction }

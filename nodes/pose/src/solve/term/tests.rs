@@ -1,12 +1,12 @@
 //! The derivatives against differences, and the quick errors against those that come with derivatives.
 
+use estimation::perturbation::left::perturbed;
 use nalgebra::{Matrix2, Point2, Vector2, Vector6};
 use proptest::prelude::*;
 
 use super::*;
 use crate::solve::PointObservation;
-use crate::solve::perturbation::perturbed;
-use crate::solve::testing::{Draw, KINECT_NOISE, NO_DEPTH, View, kinect};
+use crate::solve::testing::{KINECT_NOISE, NO_DEPTH, Random, View, kinect};
 
 fn check_derivatives(term: &impl Term, pose: &Isometry3<f64>) -> Result<(), TestCaseError> {
     const SMALL: f64 = 1e-6;
@@ -42,11 +42,11 @@ proptest! {
     fn derivatives_are_those_of_the_errors(seed in any::<u64>(), with_depth in any::<bool>()) {
         let noise = if with_depth { KINECT_NOISE } else { NO_DEPTH };
         let view = View::room(5, 5, noise, seed).noisy(3.0, seed);
-        let guess = view.guess(&Draw::new(seed).perturbation(0.1, 0.05));
-        let mut draw = Draw::new(seed);
+        let guess = view.guess(&Random::new(seed).perturbation(0.1, 0.05));
+        let mut random = Random::new(seed);
         for point in &view.points {
             check_derivatives(&PointTerm::new(point).unwrap(), &guess)?;
-            let spread_px = Vector2::new(draw.uniform(-9.0, 9.0), draw.uniform(-9.0, 9.0));
+            let spread_px = Vector2::new(random.between(-9.0, 9.0), random.between(-9.0, 9.0));
             let unsure = PointObservation { spread_px, ..*point };
             check_derivatives(&PointTerm::new(&unsure).unwrap(), &guess)?;
         }
@@ -60,9 +60,9 @@ proptest! {
     #[test]
     fn a_spread_weighs_errors_by_the_covariance_that_it_makes(seed in any::<u64>()) {
         let view = View::room(5, 0, NO_DEPTH, seed).noisy(3.0, seed);
-        let mut draw = Draw::new(seed);
+        let mut random = Random::new(seed);
         for point in &view.points {
-            let spread_px = Vector2::new(draw.uniform(-9.0, 9.0), draw.uniform(-9.0, 9.0));
+            let spread_px = Vector2::new(random.between(-9.0, 9.0), random.between(-9.0, 9.0));
             let unsure = PointObservation { spread_px, ..*point };
             let pose = Placed::new(&view.camera_from_map);
             let errors = PointTerm::new(&unsure).unwrap().errors(&kinect(), &pose).unwrap();

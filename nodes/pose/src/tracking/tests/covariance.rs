@@ -1,9 +1,9 @@
 //! What the tracker says of its own errors.
 
+use estimation::perturbation::left::perturbation_between;
 use nalgebra::Vector6;
 
 use super::*;
-use crate::solve::perturbation::perturbation_between;
 
 /// Runs that differ in their noise.
 const RUNS: u64 = 200;

@@ -1,11 +1,11 @@
 //! Lines of known place under depth images of known surfaces.
 
+use estimation::Random;
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Point2, Point3, Vector3};
 
 use super::{DepthSensor, NoLineInSpace, SegmentDepthConfig, SegmentInSpace, segment_in_space};
 use crate::feature::lines::LineSegment;
-use crate::feature::lines::testing::Normal;
 
 /// What the Kinect's depth deviates by, in 1/m.
 const NOISE: f64 = 1.5e-3;
@@ -24,11 +24,11 @@ fn camera() -> CameraModel {
 
 /// A depth image: the depth along the axis as `depth_m` gives it for a pixel's ray, with noise of its inverse.
 fn depth_image(noise: f64, depth_m: impl Fn(Point2<f64>) -> Option<f64>) -> DepthImage {
-    let (camera, mut normal) = (camera(), Normal::new(4));
+    let (camera, mut random) = (camera(), Random::new(4));
     let mut depths_m = Vec::new();
     for row in 0..camera.height_px {
         for column in 0..camera.width_px {
-            let off = noise * normal.draw();
+            let off = noise * random.normal();
             let pixel = Point2::new(column as f64, row as f64);
             let depth_m = depth_m(pixel).map(|depth_m| 1.0 / (1.0 / depth_m + off));
             depths_m.push(depth_m.map_or(f32::NAN, |depth_m| depth_m as f32));
@@ -96,8 +96,8 @@ fn the_stated_deviation_is_that_of_the_ends() {
     let rounds = 40;
     for round in 0..rounds {
         // Noise as a Kinect has it: alike over a window of 5 x 5 pixels.
-        let mut normal = Normal::new(round);
-        let windows: Vec<f64> = (0..64 * 48).map(|_| NOISE * normal.draw()).collect();
+        let mut random = Random::new(round);
+        let windows: Vec<f64> = (0..64 * 48).map(|_| NOISE * random.normal()).collect();
         let depth = depth_image(0.0, |pixel| {
             let window = (pixel.y as usize / 5) * 64 + pixel.x as usize / 5;
             surface()(pixel).map(|depth_m| 1.0 / (1.0 / depth_m + windows[window]))

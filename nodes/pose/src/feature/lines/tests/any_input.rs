@@ -23,13 +23,14 @@ proptest! {
             let level = prop_oneof![Just(0_u8), Just(255), any::<u8>()];
             (Just(width), Just(height), proptest::collection::vec(level, width * height))
         }),
-        max_threads in 1..5_usize,
+        count in 1..5_usize,
         scan_interval_px in 1..4_usize,
         max_false_alarms in 0.1..1e9,
     ) {
         let config =
-            LineConfig { max_threads, scan_interval_px, max_false_alarms, ..LineConfig::default() };
-        let mut detector = LineDetector::new(config).unwrap();
+            LineConfig { scan_interval_px, max_false_alarms, ..LineConfig::default() };
+        let executor = std::sync::Arc::new(crate::testing::threads(count));
+        let mut detector = LineDetector::new(config).unwrap().with_executor(executor);
         let image = GrayImage::new(width_px, height_px, pixels).unwrap();
         let segments = detector.detect(&image);
         for segment in &segments {
@@ -49,7 +50,7 @@ proptest! {
 fn each_bad_parameter_is_named() {
     type Spoil = fn(&mut LineConfig);
     assert_eq!(LineConfig::default().validate(), Ok(()));
-    let cases: [(&str, Spoil); 11] = [
+    let cases: [(&str, Spoil); 10] = [
         ("anchor_gradient", |c| c.anchor_gradient = 0.0),
         ("edge_gradient", |c| c.edge_gradient = 2000.0),
         ("scan_interval_px", |c| c.scan_interval_px = 0),
@@ -60,7 +61,6 @@ fn each_bad_parameter_is_named() {
         ("max_false_alarms", |c| c.max_false_alarms = 0.0),
         ("max_gap_px", |c| c.max_gap_px = -1.0),
         ("max_turn_rad", |c| c.max_turn_rad = 2.0),
-        ("max_threads", |c| c.max_threads = 0),
     ];
     for (name, spoil) in cases {
         let mut config = LineConfig::default();

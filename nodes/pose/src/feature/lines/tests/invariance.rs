@@ -1,5 +1,8 @@
 //! What must not matter.
 
+use std::sync::Arc;
+
+use crate::testing::threads;
 use nalgebra::Point2;
 
 use crate::feature::lines::testing::{are_alike, busy_picture, detect, off_line_px, share_found};
@@ -53,14 +56,14 @@ fn the_negative_has_the_same_segments_the_other_way_round() {
 #[test]
 fn the_number_of_threads_does_not_matter() {
     let image = busy_picture(240, 180, 7).image();
-    let with = |max_threads| {
-        let config = LineConfig { max_threads, ..LineConfig::default() };
-        LineDetector::new(config).unwrap().detect(&image)
+    let with = |count| {
+        let detector = LineDetector::new(LineConfig::default()).unwrap();
+        detector.with_executor(Arc::new(threads(count))).detect(&image)
     };
     let one = with(1);
     assert!(one.len() > 40, "{}", one.len());
-    for threads in [2, 3, 7, 200] {
-        assert_eq!(with(threads), one, "{threads}");
+    for count in [2, 3, 7, 200] {
+        assert_eq!(with(count), one, "{count}");
     }
 }
 

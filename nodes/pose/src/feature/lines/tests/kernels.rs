@@ -44,7 +44,7 @@ fn plain_gradients(image: &GrayImage) -> Vec<Gradient> {
 
 fn field_of(image: &GrayImage, threads: usize) -> GradientField {
     let mut field = GradientField::default();
-    field.compute(image, threads);
+    field.compute(image, &crate::testing::threads(threads));
     field
 }
 
@@ -121,7 +121,7 @@ fn anchors_are_the_maxima_across_edges_the_strongest_first() {
         plain.sort_by_key(|&pixel| (u16::MAX - magnitude(pixel)) / 8);
         assert!(plain.len() > 300, "{}", plain.len());
         for threads in [1, 2, 5, 100] {
-            assert_eq!(anchors(&field, least, interval, threads), plain);
+            assert_eq!(anchors(&field, least, interval, &crate::testing::threads(threads)), plain);
         }
     }
 }
@@ -129,7 +129,7 @@ fn anchors_are_the_maxima_across_edges_the_strongest_first() {
 #[test]
 fn chains_are_paths_along_edges_with_the_bright_side_on_the_left() {
     let field = field_of(&busy_picture(120, 90, 2).image(), 1);
-    let found = anchors(&field, 300, 1, 1);
+    let found = anchors(&field, 300, 1, &estimation::Serial);
     let mut edges = EdgeChains::default();
     edges.draw(&field, &found, 200, 5);
     assert!(edges.chains.len() > 20, "{}", edges.chains.len());

@@ -1,10 +1,10 @@
 //! How close to the truth, and whether the covariance says so.
 
+use estimation::perturbation::left::perturbation_between;
 use nalgebra::Vector6;
 use proptest::prelude::*;
 
-use crate::solve::perturbation::perturbation_between;
-use crate::solve::testing::{Draw, KINECT_NOISE, NO_DEPTH, Noise, View, kinect};
+use crate::solve::testing::{KINECT_NOISE, NO_DEPTH, Noise, Random, View, kinect};
 use crate::solve::{NoiseScale, PoseEstimate, PoseGuess, RefineConfig, RobustKernel, refine_pose};
 
 fn refined(view: &View, off: &Vector6<f64>, config: &RefineConfig) -> PoseEstimate {
@@ -22,7 +22,7 @@ proptest! {
         prop_assume!(points + lines >= 12);
         let noise = if with_depth { KINECT_NOISE } else { NO_DEPTH };
         let view = View::room(points, lines, noise, seed);
-        let off = Draw::new(seed).perturbation(0.05, 0.02);
+        let off = Random::new(seed).perturbation(0.05, 0.02);
         let found = refined(&view, &off, &RefineConfig { kernel: RobustKernel::Cauchy, ..RefineConfig::default() });
         prop_assume!(found.observability.estimated() == 6);
         let (off_m, off_rad) = view.error(&found.camera_from_map);
@@ -41,7 +41,7 @@ proptest! {
             line.end_in_map_m += shift;
         }
         moved.camera_from_map *= nalgebra::Translation3::from(-shift);
-        let off = Draw::new(seed).perturbation(0.05, 0.02);
+        let off = Random::new(seed).perturbation(0.05, 0.02);
         let [here, there] = [&near, &moved].map(|view| refined(view, &off, &RefineConfig::default()));
         let error = |view: &View, found: &PoseEstimate| {
             perturbation_between(&view.camera_from_map, &found.camera_from_map)
@@ -66,7 +66,7 @@ fn mean_nees(
         let view = View::room(points, lines, noise, 7 + seed % 50)
             .noisy(times, seed)
             .with_outliers(outliers, seed);
-        let off = Draw::new(seed).perturbation(0.02, 0.01);
+        let off = Random::new(seed).perturbation(0.02, 0.01);
         let found = refined(&view, &off, config);
         assert_eq!(found.observability.estimated(), 6, "{:?}", found.observability);
         let error = perturbation_between(&view.camera_from_map, &found.camera_from_map);
@@ -151,7 +151,7 @@ fn outliers_do_not_carry_the_pose_away() {
                     .noisy(1.0, seed)
                     .with_outliers(share, seed);
                 // As far off as a prediction between frames.
-                let off = Draw::new(seed).perturbation(0.02, 0.01);
+                let off = Random::new(seed).perturbation(0.02, 0.01);
                 let found =
                     refined(&view, &off, &RefineConfig { kernel, ..RefineConfig::default() });
                 let (off_m, off_rad) = view.error(&found.camera_from_map);

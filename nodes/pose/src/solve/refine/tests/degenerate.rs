@@ -1,9 +1,11 @@
 //! What is not seen is not guessed.
 
+use estimation::perturbation::left::perturbation_between;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 
-use crate::solve::perturbation::perturbation_between;
-use crate::solve::testing::{Draw, KINECT_NOISE, NO_DEPTH, Noise, View, kinect, ray_point};
+use crate::solve::testing::{
+    KINECT_NOISE, NO_DEPTH, Noise, Random, View, any_pixel, kinect, ray_point,
+};
 use crate::solve::{PoseEstimate, PoseGuess, RefineConfig, refine_pose};
 
 fn refined(view: &View, guess: &Isometry3<f64>) -> PoseEstimate {
@@ -16,7 +18,7 @@ fn check_held(guess: &Isometry3<f64>, found: &PoseEstimate) {
     let limits = RefineConfig::default().limits();
     let way = perturbation_between(guess, &found.camera_from_map).component_div(&limits);
     for direction in found.observability.weak() {
-        let along = way.dot(&direction.in_limits);
+        let along = way.dot(&direction.in_units);
         // To first order: the limits are of a centimetre.
         assert!(along.abs() < 0.05 * way.norm().max(0.1), "{along} of {way}");
     }
@@ -25,9 +27,9 @@ fn check_held(guess: &Isometry3<f64>, found: &PoseEstimate) {
 /// Horizontal edges that go on beyond the image, as a shelf has them.
 fn parallel_lines(noise: Noise, seed: u64) -> View {
     let mut view = View::empty(seed);
-    let mut draw = Draw::new(seed);
+    let mut random = Random::new(seed);
     for _ in 0..20 {
-        let (y, z) = (draw.uniform(-0.6, 0.6), draw.uniform(1.5, 4.0));
+        let (y, z) = (random.between(-0.6, 0.6), random.between(1.5, 4.0));
         view.see_line(Point3::new(-0.5 * z, y, z), Point3::new(0.5 * z, y, z), noise);
     }
     view
@@ -38,12 +40,12 @@ fn parallel_lines_do_not_tell_the_way_along_them() {
     for noise in [NO_DEPTH, KINECT_NOISE] {
         for seed in 0..20 {
             let view = parallel_lines(noise, seed).noisy(1.0, seed);
-            let guess = view.guess(&Draw::new(seed).perturbation(0.01, 0.005));
+            let guess = view.guess(&Random::new(seed).perturbation(0.01, 0.005));
             let found = refined(&view, &guess);
             let weak: Vec<_> = found.observability.weak().collect();
             assert_eq!(weak.len(), 1, "{:?}", found.observability);
             assert!(weak[0].shift().unwrap().x.abs() > 0.999, "{weak:?}");
-            assert!(weak[0].std_dev_in_limits > 1e3);
+            assert!(weak[0].std_dev_in_units() > 1e3);
             check_held(&guess, &found);
             // Across the lines the pose is right, and along them as wrong as the guess.
             let error = perturbation_between(&view.camera_from_map, &found.camera_from_map);
@@ -71,25 +73,26 @@ fn a_plane_of_points_tells_all_but_a_plane_without_texture_says_what_it_hides() 
     // A poster on a wall: all six, with depths and without, also when the camera looks at it straight.
     for noise in [KINECT_NOISE, NO_DEPTH] {
         let mut view = View::empty(5);
-        let mut draw = Draw::new(5);
+        let mut random = Random::new(5);
         for _ in 0..300 {
-            view.see_point(ray_point(&draw.pixel(), 2.0), noise);
+            view.see_point(ray_point(&any_pixel(&mut random), 2.0), noise);
         }
         let noisy = view.noisy(1.0, 5);
-        let found = refined(&noisy, &noisy.guess(&Draw::new(6).perturbation(0.02, 0.01)));
+        let found = refined(&noisy, &noisy.guess(&Random::new(6).perturbation(0.02, 0.01)));
         assert_eq!(found.observability.estimated(), 6, "{:?}", found.observability);
         let (off_m, off_rad) = view.error(&found.camera_from_map);
         assert!(off_m < 0.02 && off_rad < 0.01, "{off_m} {off_rad}");
     }
     // One far corner of a picture: where it is tells of the turns, not of shifts.
     let mut view = View::empty(8);
-    let mut draw = Draw::new(8);
+    let mut random = Random::new(8);
     for _ in 0..60 {
-        let pixel = nalgebra::Point2::new(draw.uniform(400.0, 430.0), draw.uniform(200.0, 230.0));
+        let pixel =
+            nalgebra::Point2::new(random.between(400.0, 430.0), random.between(200.0, 230.0));
         view.see_point(ray_point(&pixel, 20.0), NO_DEPTH);
     }
     let noisy = view.noisy(1.0, 8);
-    let guess = noisy.guess(&Draw::new(9).perturbation(0.01, 0.005));
+    let guess = noisy.guess(&Random::new(9).perturbation(0.01, 0.005));
     let found = refined(&noisy, &guess);
     assert!(found.observability.estimated() <= 3, "{:?}", found.observability);
     check_held(&guess, &found);
@@ -118,7 +121,7 @@ fn few_features_tell_what_they_tell() {
         };
         for seed in 0..10 {
             let view = View::room(points, lines, noise, 100 + seed);
-            let guess = view.guess(&Draw::new(seed).perturbation(0.001, 0.0005));
+            let guess = view.guess(&Random::new(seed).perturbation(0.001, 0.0005));
             let guess = PoseGuess { camera_from_map: guess, covariance: None };
             let found = refine_pose(&kinect(), &guess, &view.points, &view.lines, &config).unwrap();
             let case = format!("{points} points, {lines} lines, {noise:?}, seed {seed}");
@@ -149,9 +152,9 @@ fn the_directions_are_those_of_the_camera_frame() {
     // A wall without texture but for vertical edges, before a turned camera: the way up is hidden, wherever up is.
     let mut view = View::empty(4);
     let up = Vector3::new(0.3, 1.0, 0.1).normalize();
-    let mut draw = Draw::new(4);
+    let mut random = Random::new(4);
     for _ in 0..20 {
-        let middle = ray_point(&draw.pixel(), draw.uniform(1.5, 4.0));
+        let middle = ray_point(&any_pixel(&mut random), random.between(1.5, 4.0));
         view.see_line(middle - 0.3 * up, middle + 0.3 * up, KINECT_NOISE);
     }
     let found = refined(&view, &view.camera_from_map.clone());
@@ -163,13 +166,13 @@ fn the_directions_are_those_of_the_camera_frame() {
 fn what_outliers_have_moved_before_they_were_known_is_taken_back() {
     for seed in 0..10 {
         let mut view = parallel_lines(KINECT_NOISE, seed).noisy(1.0, seed);
-        let mut draw = Draw::new(seed);
+        let mut random = Random::new(seed);
         for _ in 0..6 {
-            view.see_point(ray_point(&draw.pixel(), draw.uniform(2.0, 4.0)), NO_DEPTH);
+            view.see_point(ray_point(&any_pixel(&mut random), random.between(2.0, 4.0)), NO_DEPTH);
         }
         // All the points there are lie elsewhere, each in its own way: they pull along the lines at first.
-        view.points.iter_mut().for_each(|point| point.pixel_px.x += draw.uniform(8.0, 60.0));
-        let guess = view.guess(&draw.perturbation(0.005, 0.002));
+        view.points.iter_mut().for_each(|point| point.pixel_px.x += random.between(8.0, 60.0));
+        let guess = view.guess(&random.perturbation(0.005, 0.002));
         let found = refined(&view, &guess);
         if found.observability.estimated() < 6 {
             check_held(&guess, &found);

@@ -4,7 +4,7 @@ use geometry::Distortion;
 use nalgebra::{Isometry3, Matrix6, Point2, Point3, Translation3, Vector3};
 use proptest::prelude::*;
 
-use crate::solve::testing::{Draw, KINECT_NOISE, View, kinect};
+use crate::solve::testing::{KINECT_NOISE, Random, View, kinect};
 use crate::solve::{
     LineObservation, PointObservation, PoseError, PoseGuess, RefineConfig, Verdict, refine_pose,
 };
@@ -55,7 +55,7 @@ fn a_camera_and_a_guess_that_cannot_be_used_are_refused() {
 #[test]
 fn what_cannot_be_used_and_what_lies_behind_changes_nothing() {
     let view = View::room(60, 20, KINECT_NOISE, 3).noisy(1.0, 3);
-    let guess = guess_at(view.guess(&Draw::new(3).perturbation(0.02, 0.01)));
+    let guess = guess_at(view.guess(&Random::new(3).perturbation(0.02, 0.01)));
     let config = RefineConfig::default();
     let expected = refine_pose(&kinect(), &guess, &view.points, &view.lines, &config).unwrap();
     let mut spoilt = view.clone();

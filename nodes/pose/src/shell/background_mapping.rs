@@ -11,10 +11,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
-use super::inline::answered;
-use super::{Done, Mapping, Request};
 use crate::map::Map;
 use crate::mapping::Mapper;
+use crate::slam::{Done, Mapping, Request, answered};
 
 /// By how much the thread is nicer than the one that starts it (`nice(2)`): its share of a core that others want, too, is a
 /// tenth, and whoever wakes up interrupts it. More would stop it altogether on a machine that is busy with other things.
@@ -146,11 +145,11 @@ fn stand_back() {
 mod tests {
     use std::time::{Duration, Instant};
 
-    use super::super::{Foreseen, Kept};
     use super::*;
     use crate::frame::Frame;
     use crate::map::testing::{blank, blank_frame};
     use crate::mapping::MappingConfig;
+    use crate::slam::{Foreseen, Kept};
 
     fn wait(mapping: &BackgroundMapping) {
         let until = Instant::now() + Duration::from_secs(60);
