@@ -215,9 +215,7 @@ impl StagePoints {
 impl PointStatistics {
     fn of_counts(mut counts: Vec<i64>) -> Option<Self> {
         counts.sort_unstable();
-        let upper = *counts.get(counts.len() / 2)?;
-        let lower = *counts.get((counts.len() - 1) / 2)?;
-        let median = f64::midpoint(lower as f64, upper as f64);
+        let median = estimation::quantile::median(counts.iter().map(|count| *count as f64))?;
         Some(Self { median, min: *counts.first()?, max: *counts.last()? })
     }
 }

@@ -1,5 +1,6 @@
 //! How long the steps of a cycle took.
 
+use estimation::quantile::{median_of_sorted, percentile_of_sorted};
 use serde::{Deserialize, Serialize};
 
 use crate::CycleRecord;
@@ -78,16 +79,13 @@ impl DurationStatistics {
     pub fn of_seconds(mut durations_s: Vec<f64>) -> Option<Self> {
         durations_s.sort_by(f64::total_cmp);
         let cycles = durations_s.len();
-        let upper = *durations_s.get(cycles / 2)?;
-        let lower = *durations_s.get((cycles - 1) / 2)?;
-        // Nearest rank in whole numbers: ceil(0.99 * cycles) without the rounding of 0.99.
-        let p99 = *durations_s.get((cycles * 99).div_ceil(100) - 1)?;
-        let max = *durations_s.last()?;
+        let at =
+            |percent| Some(percentile_of_sorted(&durations_s, percent)? * MILLISECONDS_PER_SECOND);
         Some(Self {
             cycles,
-            median_ms: f64::midpoint(lower, upper) * MILLISECONDS_PER_SECOND,
-            p99_ms: p99 * MILLISECONDS_PER_SECOND,
-            max_ms: max * MILLISECONDS_PER_SECOND,
+            median_ms: median_of_sorted(&durations_s)? * MILLISECONDS_PER_SECOND,
+            p99_ms: at(99)?,
+            max_ms: at(100)?,
         })
     }
 }

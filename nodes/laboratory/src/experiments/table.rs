@@ -1,5 +1,6 @@
 //! Tables of figures, for the page, the terminal and the JSON alike.
 
+use estimation::quantile::median_of_sorted;
 use serde::Serialize;
 
 /// What a figure counts in.
@@ -50,12 +51,10 @@ impl Figure {
         let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
         let count = values.len();
-        let upper = *values.get(count / 2)?;
-        let lower = *values.get((count - 1) / 2)?;
         let several = count > 1;
         Some(Self {
             unit,
-            median: f64::midpoint(lower, upper),
+            median: median_of_sorted(&values)?,
             min: values.first().copied().filter(|_| several),
             max: values.last().copied().filter(|_| several),
             values: count,

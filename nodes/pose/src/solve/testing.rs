@@ -1,6 +1,5 @@
 //! What several tests share: a camera, rooms of points and lines, and noise.
 
-pub(crate) use estimation::Random;
 use estimation::perturbation::left::{perturbation_between, perturbed};
 use geometry::{CameraModel, Distortion};
 use nalgebra::{
@@ -30,6 +29,34 @@ pub(crate) fn any_pose() -> impl Strategy<Value = Isometry3<f64>> {
         let turn = if turn.norm() > 3.0 { turn.normalize() * 3.0 } else { turn };
         Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_scaled_axis(turn))
     })
+}
+
+/// Numbers of mean 0 and deviation 1 (Box and Muller: with the tails that a robust estimate must withstand), and others, by a
+/// seed.
+pub(crate) struct Random(estimation::Random);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(estimation::Random::new(seed))
+    }
+
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0.between(low, high)
+    }
+
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.0.bits()
+    }
+
+    pub(crate) fn normal(&mut self) -> f64 {
+        let (first, second) = (self.between(f64::EPSILON, 1.0), self.between(0.0, 1.0));
+        (-2.0 * first.ln()).sqrt() * (std::f64::consts::TAU * second).cos()
+    }
+
+    /// A perturbation with these standard deviations.
+    pub(crate) fn perturbation(&mut self, std_dev_m: f64, std_dev_rad: f64) -> Vector6<f64> {
+        Vector6::from_fn(|row, _| self.normal() * if row < 3 { std_dev_m } else { std_dev_rad })
+    }
 }
 
 /// A pixel of the camera, every one alike.

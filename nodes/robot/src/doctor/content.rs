@@ -30,7 +30,7 @@ use imu::ImuFacts;
 use pose::PoseFacts;
 use scan::ScanFacts;
 pub(super) use transforms::TransformFacts;
-pub(super) use typical::{Typical, median};
+pub(super) use typical::Typical;
 
 /// What is known of the messages of a topic.
 #[derive(Clone, PartialEq, Debug, Default)]

@@ -5,9 +5,10 @@ mod score;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use estimation::Random;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use self::room::{CYCLE_S, Dice, Solid, furnished, look, person, rig_at, robot, table_in_front};
+use self::room::{CYCLE_S, Solid, furnished, look, person, rig_at, robot, table_in_front};
 use self::score::{Run, Score};
 use super::*;
 use crate::{Method, Segmented, Segmenter};
@@ -118,8 +119,8 @@ fn a_foot_on_a_black_floor_that_rays_have_passed_over_is_no_floor() {
     let floor = [patch(1.5, 2.6), patch(3.24, 4.5)].concat();
     let foot = Point3::new(3.0, 0.04, -1.09);
     let mut segmenter = Segmenter::new(config()).unwrap();
-    let mut dice = Dice(1);
-    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut dice);
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
     let mut step = |index: u32, points_m: Vec<Point3<f32>>| {
         segmenter.step(&with_points(&view.cycle, index, points_m), |_| ()).unwrap().cycle
     };
@@ -154,8 +155,8 @@ fn the_last_sliver_of_an_object_is_the_objects_for_one_cycle_more() {
     };
     let last: Vec<_> = body(7).into_iter().filter(|point| point.y > 0.5).collect();
     let mut segmenter = Segmenter::new(config()).unwrap();
-    let mut dice = Dice(1);
-    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut dice);
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
     let mut cut = |index: u32, points_m: Vec<Point3<f32>>| {
         let cycle = with_points(&view.cycle, index, points_m);
         segmenter.step(&cycle, |_| ()).unwrap().cycle.dynamic_cloud.points_m
@@ -180,8 +181,8 @@ fn who_stands_before_nothing_takes_no_part_of_those_who_come_after() {
         [upright(4.52, [-1.6, -0.6], [-0.6, 0.6]), upright(4.52, [0.6, 1.6], [-0.6, 0.6])].concat();
     let body = upright(3.0, [-0.24, 0.24], [-0.56, 0.56]);
     let in_doorway = [frame.clone(), body.clone()].concat();
-    let mut dice = Dice(1);
-    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut dice);
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
     let cut_of_the_next = |stayed: u32, away: u32| {
         let mut segmenter = Segmenter::new(config()).unwrap();
         let mut cut = |index: u32, points_m: &[Point3<f32>]| {
@@ -211,8 +212,8 @@ fn a_floor_that_comes_into_range_has_not_arrived() {
     let floor = patch(1.5, 6.5);
     let wall = upright(7.0, [-0.6, 0.6], [0.2, 0.9]);
     let mut segmenter = Segmenter::new(config()).unwrap();
-    let mut dice = Dice(1);
-    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut dice);
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
     for index in 0..40 {
         let driven_m = 0.4 * CYCLE_S as f32 * index as f32;
         let from_here = |point: &Point3<f32>| Point3::new(point.x - driven_m, point.y, point.z);
@@ -315,13 +316,13 @@ fn the_same_cycles_give_the_same_and_another_run_starts_anew() {
     let mut segmenter = Segmenter::new(config()).unwrap();
     let mut runs: Vec<Vec<Segmented>> = Vec::new();
     for _ in 0..2 {
-        let mut dice = Dice(3);
+        let mut random = Random::new(3);
         let mut all = Vec::new();
         for index in 0..12 {
             let mut solids = furnished();
             solids.extend(crossing(f64::from(index) * CYCLE_S));
             let rig = rig_at(0.0, 0.0, 0.0);
-            let view = look(&solids, index, &rig, Isometry3::identity(), &mut dice);
+            let view = look(&solids, index, &rig, Isometry3::identity(), &mut random);
             all.push(segmenter.step(&view.cycle, |_| ()).unwrap());
         }
         runs.push(all);
@@ -340,8 +341,8 @@ fn strange_cycles_do_no_harm() {
     let strange = [f32::NAN, f32::INFINITY, f32::MAX, -1e6, 0.0, 1.0];
     let points_m: Vec<Point3<f32>> =
         strange.iter().flat_map(|&x| strange.map(|y| Point3::new(x, y, x))).collect();
-    let mut dice = Dice(1);
-    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut dice);
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
     for nanos in [0, i64::MAX, i64::MIN, 5] {
         for points_m in [points_m.clone(), Vec::new()] {
             let mut cycle = view.cycle.clone();

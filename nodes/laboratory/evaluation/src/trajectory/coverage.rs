@@ -117,8 +117,7 @@ pub(super) fn is_gap(from: &MatchedPose, to: &MatchedPose, coverage: &Coverage) 
 
 fn median_interval(at: &[f64]) -> f64 {
     let mut intervals: Vec<f64> = at.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    intervals.sort_unstable_by(f64::total_cmp);
-    intervals.get(intervals.len() / 2).copied().unwrap_or(0.0)
+    estimation::quantile::upper_median(&mut intervals).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The six numbers that a set of errors comes to.
 
+use estimation::quantile::median_of_sorted;
 use serde::{Deserialize, Serialize};
 
 /// What a set of errors comes to.
@@ -31,12 +32,7 @@ impl Statistics {
         let mean_square = errors.iter().map(|error| error * error).sum::<f64>() / count;
         let variance =
             errors.iter().map(|error| (error - mean) * (error - mean)).sum::<f64>() / count;
-        let upper = sorted.len() / 2;
-        let median = if sorted.len().is_multiple_of(2) {
-            f64::midpoint(sorted[upper - 1], sorted[upper])
-        } else {
-            sorted[upper]
-        };
+        let median = median_of_sorted(&sorted)?;
         Some(Self { rmse: mean_square.sqrt(), mean, median, std: variance.sqrt(), min, max })
     }
 }

@@ -1,5 +1,6 @@
 //! What the cycles of one minute cost, and what the cores hold at its end.
 
+use estimation::quantile::percentile_of_sorted;
 use reconstruction::{Addition, SpillCounts};
 use serde::Serialize;
 
@@ -73,23 +74,22 @@ impl Minute {
 
     /// The minute as a row; `None` where no cycle was.
     pub(super) fn row(self, minute: usize, counts: Counts) -> Option<MinuteRow> {
-        const P99: f64 = 0.99;
         let sorted = |of: fn(&CycleCost) -> f64| {
             let mut values: Vec<f64> = self.costs.iter().map(of).collect();
             values.sort_by(f64::total_cmp);
             values
         };
         let (wall, cpu) = (sorted(|cost| cost.wall_ms), sorted(|cost| cost.cpu_ms));
-        let median = |of| quantile(&sorted(of), 0.5);
+        let median = |of| percentile_of_sorted(&sorted(of), 50);
         Some(MinuteRow {
             minute,
             cycles: self.costs.len(),
             scans_dropped: self.scans_dropped,
-            wall_median_ms: quantile(&wall, 0.5)?,
-            wall_p99_ms: quantile(&wall, P99)?,
-            wall_max_ms: quantile(&wall, 1.0)?,
-            cpu_median_ms: quantile(&cpu, 0.5)?,
-            cpu_p99_ms: quantile(&cpu, P99)?,
+            wall_median_ms: percentile_of_sorted(&wall, 50)?,
+            wall_p99_ms: percentile_of_sorted(&wall, 99)?,
+            wall_max_ms: percentile_of_sorted(&wall, 100)?,
+            cpu_median_ms: percentile_of_sorted(&cpu, 50)?,
+            cpu_p99_ms: percentile_of_sorted(&cpu, 99)?,
             detection_median_ms: median(|cost| cost.detection_ms)?,
             segmentation_median_ms: median(|cost| cost.segmentation_ms)?,
             map_median_ms: median(|cost| cost.map_ms)?,
@@ -99,12 +99,6 @@ impl Minute {
             counts,
         })
     }
-}
-
-/// The value below which this share of the sorted values lies.
-fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    let last = sorted.len().checked_sub(1)?;
-    sorted.get((share * last as f64).round() as usize).copied()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! What one run showed, and what several runs show together: their medians.
 
+use estimation::quantile::median;
 use serde::Serialize;
 
 use super::case::Case;
@@ -71,7 +72,7 @@ impl Row {
     pub(super) fn of(peers: Peers, case: Case, runs: Vec<Measurement>) -> Option<Self> {
         let first = runs.first()?;
         let of = |value: &dyn Fn(&Measurement) -> Option<f64>| {
-            median(runs.iter().filter_map(value).collect())
+            median(runs.iter().filter_map(value).filter(|value| !value.is_nan()))
         };
         let cost = |end: &dyn Fn(&Measurement) -> Cost| Cost {
             cpu_percent: of(&|run| Some(end(run).cpu_percent)).unwrap_or(0.0),
@@ -92,18 +93,6 @@ impl Row {
             runs,
         })
     }
-}
-
-/// The middle of the values; of an even number, the mean of the two in the middle.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.retain(|value| !value.is_nan());
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    let upper = *values.get(middle)?;
-    if values.len() % 2 == 1 {
-        return Some(upper);
-    }
-    values.get(middle.checked_sub(1)?).map(|lower| f64::midpoint(*lower, upper))
 }
 
 #[cfg(test)]
@@ -133,15 +122,6 @@ pub(super) mod tests {
             buffer_bytes: Some(4 << 20),
             expected_whole: false,
         }
-    }
-
-    #[test]
-    fn a_median_is_the_middle() {
-        assert_eq!(median(vec![]), None);
-        assert_eq!(median(vec![3.0]), Some(3.0));
-        assert_eq!(median(vec![9.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(vec![4.0, 1.0]), Some(2.5));
-        assert_eq!(median(vec![f64::NAN, 5.0]), Some(5.0));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use estimation::quantile::median_of_sorted;
 use evaluation::trajectory::{
     Alignment, Plane, RawPose, SegmentLengths, Times, Trajectory, TrajectoryScoreConfig,
     parse_trajectory, road_score, score_trajectory,
@@ -113,7 +114,7 @@ pub(super) fn scored(
         name: candidate.name.clone(),
         poses: pairs.len(),
         troubles: candidate.troubles,
-        milliseconds_median: times_ms.get(times_ms.len() / 2).copied(),
+        milliseconds_median: median_of_sorted(&times_ms),
         milliseconds_mean: (!times_ms.is_empty()).then_some(mean),
         translation_percent: segments.translation_percent,
         rotation_deg_per_100m: segments.rotation_deg_per_m.map(|per_m| 100.0 * per_m),

@@ -1,5 +1,7 @@
 //! The thesis' Tables 4 to 16 with ours in them.
 
+use estimation::quantile::median_of_sorted;
+
 use super::follow::{Mode, Run};
 use super::published::{COUNTERPARTS, MEAN_TIMES_S, OTHERS, Published, SEQUENCES};
 use super::{Followed, Score};
@@ -173,7 +175,7 @@ fn spread(score: &Score) -> [f64; 3] {
     let mut rmse_m: Vec<f64> = score.runs.iter().map(|run| run.rmse_m).collect();
     rmse_m.sort_by(f64::total_cmp);
     let at = |index: usize| rmse_m.get(index).copied().unwrap_or(f64::NAN);
-    let median = f64::midpoint(at(rmse_m.len().saturating_sub(1) / 2), at(rmse_m.len() / 2));
+    let median = median_of_sorted(&rmse_m).unwrap_or(f64::NAN);
     [at(0), median, at(rmse_m.len().saturating_sub(1))]
 }
 

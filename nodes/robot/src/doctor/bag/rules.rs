@@ -2,6 +2,7 @@
 
 use bag_player::Loss;
 use detection::DetectionConfig;
+use estimation::quantile::upper_median;
 use geometry::Stamp;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
@@ -9,7 +10,7 @@ use msgs::sensor_msgs::CameraInfo;
 
 use super::reading::{BagFacts, TopicFacts};
 use crate::doctor::checks::Check;
-use crate::doctor::content::{Subject, median, stamps};
+use crate::doctor::content::{Subject, stamps};
 use crate::doctor::finding::Finding;
 use crate::doctor::machine::ReceiveBuffer;
 use crate::doctor::sizes::kb;
@@ -99,7 +100,7 @@ fn gaps(name: &str, facts: &TopicFacts, sorted: &[Stamp]) -> Option<Finding> {
         sorted.windows(2).map(|pair| pair[1].seconds_since(pair[0])).collect();
     let (at, longest_s) =
         steps_s.iter().copied().enumerate().max_by(|(_, one), (_, other)| one.total_cmp(other))?;
-    let usual_s = median(&mut steps_s)?;
+    let usual_s = upper_median(&mut steps_s)?;
     let bound_s = match facts.type_name.as_str() {
         // One is enough, and bags that hold it once a second are sound.
         CameraInfo::TYPE_NAME => f64::INFINITY,
@@ -153,7 +154,7 @@ fn offsets(scans: &[Stamp], view: &[Stamp], most_s: f64) -> Option<Finding> {
         scans.iter().filter_map(|scan| Some(nearest(view, *scan)?.seconds_since(*scan))).collect();
     let near = offsets_s.iter().filter(|offset_s| offset_s.abs() <= most_s).count();
     let share = near as f64 / scans.len().max(1) as f64;
-    let middle_s = median(&mut offsets_s)?;
+    let middle_s = upper_median(&mut offsets_s)?;
     let what = format!(
         "{near} of {} scans have an image or cloud within {most_s:.3} s; the median of the \
          nearest ones is {middle_s:+.3} s after its scan",

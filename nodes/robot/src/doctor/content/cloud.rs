@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use estimation::quantile::upper_median;
 use msgs::sensor_msgs::{PointCloud2, PointField};
 
-use super::typical::median;
 use super::{Check, Finding, Subject, Typical};
 
 /// Points of a cloud that are looked at, about.
@@ -143,7 +143,7 @@ impl CloudFacts {
                 times = Some((first.min(at), last.max(at)));
             }
         }
-        if let Some(distance_m) = median(&mut distances_m) {
+        if let Some(distance_m) = upper_median(&mut distances_m) {
             self.distance_m.add(distance_m);
         }
         if let (Some((first, last)), Some(time)) = (times, time) {

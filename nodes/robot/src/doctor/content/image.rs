@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use estimation::quantile::upper_median;
 use geometry::DepthPixels;
 use msgs::convert;
 use msgs::sensor_msgs::Image;
 
-use super::typical::median;
 use super::{Check, Finding, Subject, Typical};
 
 /// Pixels of an image that are looked at, about.
@@ -61,7 +61,7 @@ impl ImageFacts {
             DepthPixels::Millimetres(_) => &mut self.depth_mm,
             DepthPixels::Metres(_) => &mut self.depth_m,
         };
-        if let Some(depth) = median(&mut depths) {
+        if let Some(depth) = upper_median(&mut depths) {
             typical.add(depth);
         }
     }

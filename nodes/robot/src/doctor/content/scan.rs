@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use estimation::quantile::upper_median;
 use msgs::sensor_msgs::LaserScan;
 
-use super::typical::median;
 use super::{Check, Finding, Subject, Typical};
 
 /// No 2D scanner of a robot sees this far: the longest reach 80 m (SICK LMS5xx).
@@ -49,7 +49,7 @@ impl ScanFacts {
         let limits = f64::from(scan.range_min)..=f64::from(scan.range_max);
         self.returned += returned.len() as u64;
         self.within += returned.iter().filter(|range| limits.contains(range)).count() as u64;
-        if let Some(range_m) = median(&mut returned) {
+        if let Some(range_m) = upper_median(&mut returned) {
             self.range_m.add(range_m);
         }
         self.range_max_m.add(f64::from(scan.range_max));

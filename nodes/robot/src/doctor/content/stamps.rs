@@ -44,7 +44,7 @@ pub(in crate::doctor) fn is_zero(stamp: &Stamp) -> bool {
 pub(in crate::doctor) fn period_s(sorted: &[Stamp]) -> Option<f64> {
     let mut steps_s: Vec<f64> =
         sorted.windows(2).map(|pair| pair[1].seconds_since(pair[0])).collect();
-    super::median(&mut steps_s)
+    estimation::quantile::upper_median(&mut steps_s)
 }
 
 fn seconds(stamp: Stamp) -> f64 {

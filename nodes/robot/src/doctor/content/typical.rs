@@ -1,5 +1,7 @@
 //! What is typical of many numbers.
 
+use estimation::quantile::upper_median;
+
 /// Numbers that are kept at most: a day at 10 Hz.
 const MOST_VALUES: usize = 1 << 20;
 
@@ -19,7 +21,7 @@ impl Typical {
 
     /// The middle one.
     pub(crate) fn median(&self) -> Option<f64> {
-        median(&mut self.values.clone())
+        upper_median(&mut self.values.clone())
     }
 
     /// The largest one.
@@ -31,10 +33,4 @@ impl Typical {
     pub(crate) fn count(&self) -> usize {
         self.values.len()
     }
-}
-
-/// The middle one of the values, which it puts in order.
-pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }

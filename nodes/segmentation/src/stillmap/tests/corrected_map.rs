@@ -1,5 +1,6 @@
 //! The map of the poses is corrected, as by a loop that is closed: the pose jumps, and nothing has moved.
 
+use estimation::Random;
 use geometry::{MapPath, PathVertex, pose_from_vector};
 
 use super::*;
@@ -15,13 +16,13 @@ fn run_of(
     has_path: bool,
 ) -> Vec<(room::View, Segmented)> {
     let mut segmenter = Segmenter::new(config()).unwrap();
-    let mut dice = Dice(21);
+    let mut random = Random::new(21);
     let before = Isometry3::identity();
     let step = |index: u32| {
         let mut solids = furnished();
         solids.extend(moving(f64::from(index) * CYCLE_S));
         let map_from_rig = if index < CORRECTED { &before } else { correction };
-        let mut view = look(&solids, index, &rig_at(0.0, 0.0, 0.0), *map_from_rig, &mut dice);
+        let mut view = look(&solids, index, &rig_at(0.0, 0.0, 0.0), *map_from_rig, &mut random);
         if moving(0.0).is_empty() {
             view.cycle.zones.clear();
         }

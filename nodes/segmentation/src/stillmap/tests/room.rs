@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use estimation::Random;
 use geometry::{
     Cloud, DetectedCycle, DynamicZone, ReturnSpan, Stamp, VoxelAccumulator, VoxelGrid, VoxelKey,
     ZoneSource,
@@ -105,34 +106,13 @@ pub(super) struct View {
     pub(super) centres_m: BTreeMap<u16, (Point3<f64>, usize)>,
 }
 
-/// Numbers of mean 0 and deviation 1, and uniform ones: SplitMix64.
-pub(super) struct Dice(pub(super) u64);
-
-impl Dice {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        bits ^ (bits >> 31)
-    }
-
-    pub(super) fn uniform(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub(super) fn normal(&mut self) -> f64 {
-        // Irwin-Hall with twelve terms.
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-}
-
 /// The cycle `index` of a rig at `room_from_rig`, which is reported as `map_from_rig`.
 pub(super) fn look(
     solids: &[Solid],
     index: u32,
     room_from_rig: &Isometry3<f64>,
     map_from_rig: Isometry3<f64>,
-    dice: &mut Dice,
+    random: &mut Random,
 ) -> View {
     let grid = VoxelGrid::new(CELL_M).unwrap();
     let camera = Point3::from(room_from_rig.translation.vector);
@@ -162,7 +142,7 @@ pub(super) fn look(
             };
             // Khoshelham and Elberink 2012: the Kinect's noise and steps.
             let step_m = 2.85e-3 * depth_m * depth_m;
-            let noisy_m = depth_m + 0.5 * step_m * dice.normal();
+            let noisy_m = depth_m + 0.5 * step_m * random.normal();
             let measured_m = (noisy_m / step_m).round() * step_m;
             let point = Point3::from(ray_in_rig * measured_m).cast::<f32>();
             points_m.push(point);

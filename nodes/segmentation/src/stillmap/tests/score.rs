@@ -136,7 +136,7 @@ impl Run<'_> {
     /// Runs the segmenter. The zones are missing in every fifth cycle.
     pub(super) fn score(&self, seed: u64) -> Score {
         let mut segmenter = Segmenter::new(self.config).unwrap();
-        let mut dice = Dice(seed);
+        let mut random = Random::new(seed);
         let mut score = Score::default();
         let map_from_room = (self.room_from_rig)(0.0).inverse();
         for index in 0..self.cycles {
@@ -144,13 +144,13 @@ impl Run<'_> {
             let mut solids = self.room.clone();
             solids.extend((self.moving)(time_s));
             let room_from_rig = (self.room_from_rig)(time_s);
-            let mut noise = |std_dev: f64| Vector3::from_fn(|_, _| std_dev * dice.normal());
+            let mut noise = |std_dev: f64| Vector3::from_fn(|_, _| std_dev * random.normal());
             let error = Isometry3::from_parts(
                 Translation3::from(noise(self.pose_noise.0)),
                 UnitQuaternion::from_scaled_axis(noise(self.pose_noise.1)),
             );
             let map_from_rig = map_from_room * room_from_rig * error;
-            let mut view = look(&solids, index, &room_from_rig, map_from_rig, &mut dice);
+            let mut view = look(&solids, index, &room_from_rig, map_from_rig, &mut random);
             if index % 5 == 4 || !(self.is_zoned)(time_s) {
                 view.cycle.zones.clear();
             }

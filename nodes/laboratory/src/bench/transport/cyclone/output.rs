@@ -1,6 +1,6 @@
 //! What `ddsperf` 0.10 prints, folded line by line.
 
-use super::super::measurement::median;
+use estimation::quantile::median;
 
 /// What a subscribing `ddsperf` has counted: `... size 614400 total 180 lost 0 delta 30 ...`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -60,12 +60,12 @@ impl Told {
 
     /// The rate of most seconds.
     pub(super) fn rate_hz(&self) -> Option<f64> {
-        median(self.rates_hz.clone())
+        median(self.rates_hz.iter().copied())
     }
 
     /// The median of the medians of each second.
     pub(super) fn latency_median_ms(&self) -> Option<f64> {
-        median(self.medians_us.clone()).map(|micros| micros / 1e3)
+        median(self.medians_us.iter().copied()).map(|micros| micros / 1e3)
     }
 
     /// The largest of what 99 % of each second stayed below.

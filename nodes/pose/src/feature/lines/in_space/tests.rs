@@ -1,11 +1,11 @@
 //! Lines of known place under depth images of known surfaces.
 
-use estimation::Random;
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Point2, Point3, Vector3};
 
 use super::{DepthSensor, NoLineInSpace, SegmentDepthConfig, SegmentInSpace, segment_in_space};
 use crate::feature::lines::LineSegment;
+use crate::feature::lines::testing::Random;
 
 /// What the Kinect's depth deviates by, in 1/m.
 const NOISE: f64 = 1.5e-3;
