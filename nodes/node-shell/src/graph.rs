@@ -6,6 +6,7 @@
 //! library matches by the topic's name alone, so that a foreign message would be decoded as ours.
 
 mod broken;
+mod clients;
 pub(crate) mod exchange;
 mod follow;
 pub(crate) mod inbox;
@@ -24,8 +25,10 @@ use tokio::sync::watch;
 
 use crate::graph::exchange::{EndpointId, Exchange};
 use crate::graph::siblings::Siblings;
+use crate::settings::names::{dds_request_topic_name, dds_response_topic_name};
 use broken::Broken;
 pub(crate) use broken::{Prefix, Renew};
+use clients::Clients;
 use names::NodeNames;
 pub(crate) use names::announced as announced_names;
 pub(crate) use open_endpoint::OpenEndpoint;
@@ -109,6 +112,7 @@ impl Endpoint {
 pub(crate) struct Graph {
     endpoints: Arc<Mutex<BTreeMap<EndpointId, Endpoint>>>,
     names: Arc<Mutex<NodeNames>>,
+    clients: Arc<Mutex<Clients>>,
     broken: Arc<Mutex<Broken>>,
     exchange: Arc<Exchange>,
     siblings: Siblings,
@@ -119,6 +123,7 @@ impl Graph {
         Self {
             endpoints: Arc::default(),
             names: Arc::default(),
+            clients: Arc::default(),
             broken: Arc::default(),
             exchange,
             siblings,
@@ -258,12 +263,44 @@ impl Graph {
         }
     }
 
+    /// Waits until a participant that asks the service `name` can hear the response; returns its readers of responses.
+    pub(crate) async fn wait_for_client(&self, name: &str, participant: Prefix) -> BTreeSet<GUID> {
+        let mut changes = self.changes();
+        loop {
+            if let Some(readers) = self.readers_of_client(name, participant) {
+                return readers;
+            }
+            // The exchange holds the sender, so the channel cannot close under the wait.
+            let _ = changes.changed().await;
+        }
+    }
+
+    /// The readers by which a participant that asks the service `name` hears the response; `None` while it does not.
+    pub(crate) fn readers_of_client(
+        &self,
+        name: &str,
+        participant: Prefix,
+    ) -> Option<BTreeSet<GUID>> {
+        let topics = (dds_request_topic_name(name), dds_response_topic_name(name));
+        self.lock_clients().readers_of((&topics.0, &topics.1), participant)
+    }
+
+    /// Leaves those that are readers of clients.
+    pub(crate) fn retain_clients(&self, readers: &mut BTreeSet<GUID>) {
+        let clients = self.lock_clients();
+        readers.retain(|reader| clients.has_reader(*reader));
+    }
+
     fn outside(&self, endpoint: &Endpoint) -> usize {
         endpoint.peers.iter().filter(|peer| !self.siblings.contain(**peer)).count()
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<EndpointId, Endpoint>> {
         self.endpoints.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn lock_clients(&self) -> MutexGuard<'_, Clients> {
+        self.clients.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn lock_broken(&self) -> MutexGuard<'_, Broken> {

@@ -4,6 +4,7 @@
 //! way. Not answered are big-endian clients, Connext's *basic* mapping, and, but for Cyclone DDS, what takes a response
 //! that does not fit into a datagram (some 1.4 kB): see [`wire`].
 
+mod answering;
 #[cfg(test)]
 mod tests;
 mod wire;
@@ -14,16 +15,18 @@ use std::sync::Arc;
 use msgs::cdr::{self, ByteOrder};
 use msgs::std_srvs::{Trigger, TriggerResponse};
 use msgs::{RosMessage, RosService};
-use ros2_client::dds::{Server, ServiceMapping};
+use ros2_client::dds::ServiceMapping;
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 use ros2_client::{Name, QosProfile, RmwRequestId, ServiceTypeName};
 
 use crate::endpoints::network::Network;
+use crate::graph::Graph;
 use crate::process::failure::NodeFailure;
 use crate::process::throttle::Throttle;
 use crate::settings::names;
 use crate::settings::qos::Qos;
 use crate::wire::error::{PublishError, ShellError};
+use answering::{Ends, Outgoing};
 pub(crate) use wire::Body;
 
 /// Requests that may wait, as ROS 2 has it for services.
@@ -33,19 +36,9 @@ const DEPTH: usize = 10;
 pub struct Service<S> {
     name: Arc<str>,
     /// None where the host is on no network: nobody asks there.
-    ends: Option<Ends>,
+    ends: Option<Arc<Ends>>,
     malformed: Throttle,
     _service: PhantomData<fn(S)>,
-}
-
-/// What a service has on the network.
-struct Ends {
-    /// Takes all requests, and sends responses that say beside the message what they belong to.
-    server: Server<Body, Body>,
-    /// Sends responses to who knows them by what stands in front of the message.
-    plain: ros2_client::Publisher<Body>,
-    /// The largest message that `server` can send.
-    largest_whole: usize,
 }
 
 impl<S: RosService> Service<S> {
@@ -55,7 +48,7 @@ impl<S: RosService> Service<S> {
     }
 
     /// The service `name`, absolute, of a node on a network.
-    pub(crate) fn new(network: &Network, name: &str) -> Result<Self, ShellError> {
+    pub(crate) fn new(network: &Network, graph: &Graph, name: &str) -> Result<Self, ShellError> {
         let failed = |reason: String| ShellError::Endpoint {
             endpoint: "service",
             topic: name.to_owned(),
@@ -86,10 +79,11 @@ impl<S: RosService> Service<S> {
             )
             .map_err(|error| failed(error.to_string()))?;
         let largest_whole = wire::largest_whole(network.smallest_mtu_bytes);
-        Ok(Self::with(Some(Ends { server, plain, largest_whole }), name))
+        let ends = Ends::new(server, plain, largest_whole, (graph, name.into()));
+        Ok(Self::with(Some(ends), name))
     }
 
-    fn with(ends: Option<Ends>, name: &str) -> Self {
+    fn with(ends: Option<Arc<Ends>>, name: &str) -> Self {
         Self { name: name.into(), ends, malformed: Throttle::for_warnings(), _service: PhantomData }
     }
 
@@ -119,7 +113,7 @@ impl<S: RosService> Service<S> {
 
     fn decode<'a>(
         &'a self,
-        ends: &'a Ends,
+        ends: &'a Arc<Ends>,
         client: RmwRequestId,
         body: Body,
     ) -> Result<Request<'a, S>, String> {
@@ -160,38 +154,23 @@ pub struct Request<'a, S: RosService> {
     /// What the client sent.
     pub message: S::Request,
     name: &'a str,
-    ends: &'a Ends,
+    ends: &'a Arc<Ends>,
     client: RmwRequestId,
     header: Vec<u8>,
 }
 
 impl<S: RosService> Request<'_, S> {
-    /// Answers the request. Returns once the response is queued; this may take up to 0.1 s when clients
-    /// are far behind.
+    /// Answers the request: now, or when the client's reader of responses is there; 5 s later it is given up, and the log says
+    /// so. Must be called within a tokio runtime. It may take up to 0.1 s when clients are far behind.
     ///
     /// # Errors
     /// When the response cannot be encoded, is not taken, or is too large for the client's middleware.
     pub fn respond(self, response: &S::Response) -> Result<(), PublishError> {
-        let Self { name, ends, client, header: mut body, .. } = self;
-        let has_header = !body.is_empty();
-        let topic = || name.to_owned();
+        let Self { name, ends, client, header, .. } = self;
+        let has_header = !header.is_empty();
         let encoded = cdr::encode(response)
-            .map_err(|source| PublishError::Encode { topic: topic(), source })?;
-        body.extend_from_slice(encoded.get(cdr::HEADER_BYTES..).unwrap_or_default());
-        body.resize(body.len().next_multiple_of(wire::PADDED_TO), 0);
-        let bytes = body.len() + cdr::HEADER_BYTES;
-        let sent = if has_header {
-            ends.plain.publish(Body(body)).map_err(|error| error.to_string())
-        } else if bytes > ends.largest_whole {
-            return Err(PublishError::ResponseTooLarge {
-                service: name.to_owned(),
-                bytes,
-                largest: ends.largest_whole,
-            });
-        } else {
-            ends.server.send_response(client, Body(body)).map_err(|error| error.to_string())
-        };
-        sent.map_err(|reason| PublishError::Library { topic: topic(), reason })
+            .map_err(|source| PublishError::Encode { topic: name.to_owned(), source })?;
+        ends.answer(Outgoing { client, has_header, body: answering::body(header, &encoded) })
     }
 }
 

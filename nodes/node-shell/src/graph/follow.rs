@@ -12,6 +12,10 @@ use super::names::ParticipantNodes;
 use super::{Endpoint, Graph, Misfit, Prefix, TroubleKind};
 use crate::graph::exchange::EndpointId;
 
+/// What ROS 2 puts in front of the names of the topics that a service has on the wire.
+const REQUESTS: &str = "rq/";
+const RESPONSES: &str = "rr/";
+
 impl Graph {
     /// Follows the participant's events, and what names the nodes `announced`, until `stop` resolves.
     pub(crate) async fn follow(
@@ -44,19 +48,36 @@ impl Graph {
         use DomainParticipantStatusEvent as Event;
         match event {
             Event::RemoteReaderMatched { local_writer, remote_reader } => {
-                let peer_type = participant
+                let data = participant
                     .discovered_readers()
                     .into_iter()
-                    .find(|reader| reader.subscription_topic_data.key() == *remote_reader)
-                    .map(|reader| reader.subscription_topic_data.type_name().clone());
+                    .map(|reader| reader.subscription_topic_data)
+                    .find(|data| data.key() == *remote_reader);
+                if let Some(data) = &data
+                    && data.topic_name().starts_with(RESPONSES)
+                {
+                    let mut clients = self.lock_clients();
+                    clients.reader_found(data.topic_name(), *local_writer, *remote_reader);
+                    drop(clients);
+                    self.exchange.tell();
+                    return;
+                }
+                let peer_type = data.map(|data| data.type_name().clone());
                 self.matched(*local_writer, *remote_reader, peer_type);
             }
             Event::RemoteWriterMatched { local_reader, remote_writer } => {
-                let peer_type = participant
+                let data = participant
                     .discovered_writers()
                     .into_iter()
-                    .find(|writer| writer.publication_topic_data.key == *remote_writer)
-                    .map(|writer| writer.publication_topic_data.type_name);
+                    .map(|writer| writer.publication_topic_data)
+                    .find(|data| data.key == *remote_writer);
+                if let Some(data) = &data
+                    && data.topic_name().starts_with(REQUESTS)
+                {
+                    self.lock_clients().writer_found(data.topic_name(), *remote_writer);
+                    return;
+                }
+                let peer_type = data.map(|data| data.type_name);
                 self.matched(*local_reader, *remote_writer, peer_type);
             }
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
@@ -191,6 +212,7 @@ impl Graph {
     }
 
     pub(super) fn lost(&self, is_lost: impl Fn(&GUID) -> bool) {
+        self.lock_clients().lost(&is_lost);
         for endpoint in self.lock().values_mut() {
             endpoint.peers.retain(|peer| !is_lost(peer));
             endpoint.misfits.retain(|peer, _| !is_lost(peer));

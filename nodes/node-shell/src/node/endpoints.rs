@@ -139,7 +139,7 @@ impl Node {
         let absolute = self.identity.resolve_service(&self.arguments.remappings, name)?;
         match &self.network {
             None => Ok(Service::unasked(&absolute)),
-            Some(network) => Service::new(network, &absolute),
+            Some(network) => Service::new(network, &self.graph, &absolute),
         }
     }
 

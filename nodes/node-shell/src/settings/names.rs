@@ -188,6 +188,12 @@ pub(crate) fn dds_topic_name(absolute: &str) -> String {
     format!("rt{absolute}")
 }
 
+/// The name that the topic of a service's requests has on the wire: `rq/switchRequest` for `/switch`.
+#[must_use]
+pub(crate) fn dds_request_topic_name(absolute: &str) -> String {
+    format!("rq{absolute}Request")
+}
+
 /// The name that the topic of a service's responses has on the wire: `rr/switchReply` for `/switch`.
 #[must_use]
 pub(crate) fn dds_response_topic_name(absolute: &str) -> String {

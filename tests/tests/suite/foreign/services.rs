@@ -10,6 +10,7 @@ use tokio::process::Command;
 use tokio::time::timeout;
 
 use super::build::{Make, program};
+use super::fresh_clients::fresh_processes;
 use super::place::{PATIENCE, Place};
 
 /// How often each of the two clients asks.
@@ -25,23 +26,27 @@ async fn serve(service: &Service<SetBool>) {
     }
 }
 
-/// Lets a program's two clients ask: the second one for `true`.
+/// Lets a program's two clients ask, again and again in a fresh process: the second one for `true`.
 async fn clients_are_answered(place: Place, mut client: Command) {
     let node = place.node("ours");
     let service = node.service::<SetBool>("~/switch").unwrap();
     let domain_id = place.domain_id().to_string();
     client.args([&domain_id, service.name(), &TIMES.to_string()]);
-    let asking = client.stdin(Stdio::null()).stderr(Stdio::inherit()).kill_on_drop(true).output();
-    let output = tokio::select! {
-        () = serve(&service) => None,
-        output = timeout(PATIENCE, asking) => Some(output.expect("the clients end in time").unwrap()),
-    };
+    client.stdin(Stdio::null()).stderr(Stdio::inherit()).kill_on_drop(true);
+    for _ in 0..fresh_processes() {
+        let output = tokio::select! {
+            () = serve(&service) => None,
+            output = timeout(PATIENCE, client.output()) => Some(output.expect("the clients end in time").unwrap()),
+        };
+        let output = output.expect("the service serves until the clients end");
+        assert!(output.status.success(), "{}", output.status);
+        each_is_answered(String::from_utf8(output.stdout).unwrap());
+    }
     drop(service);
     node.close().await;
+}
 
-    let output = output.expect("the service serves until the clients end");
-    assert!(output.status.success(), "{}", output.status);
-    let answers = String::from_utf8(output.stdout).unwrap();
+fn each_is_answered(answers: String) {
     let answers: Vec<Vec<&str>> = answers.lines().map(|line| line.split(' ').collect()).collect();
     assert_eq!(answers.len(), 2 * TIMES);
     for (count, answer) in answers.iter().enumerate() {
