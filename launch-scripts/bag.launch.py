@@ -10,8 +10,8 @@ from pathlib import Path
 
 from launch import LaunchDescription
 from launch.actions import (
-    DeclareLaunchArgument, ExecuteProcess, IncludeLaunchDescription, RegisterEventHandler, Shutdown,
-    TimerAction)
+    DeclareLaunchArgument, ExecuteProcess, IncludeLaunchDescription, RegisterEventHandler,
+    SetEnvironmentVariable, Shutdown, TimerAction)
 from launch.event_handlers import OnProcessExit
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
@@ -42,7 +42,11 @@ def generate_launch_description():
         *(DeclareLaunchArgument(argument, default_value=topic, description=f'the topic in place of {topic}')
           for argument, topic in INPUTS),
         RegisterEventHandler(OnProcessExit(target_action=player, on_exit=[end])),
-        IncludeLaunchDescription(PythonLaunchDescriptionSource(
-            str(Path(__file__).resolve().parent / 'robot.launch.py'))),
+        # Each cycle of a bag counts, where live the newest do.
+        SetEnvironmentVariable('STILLMAP_MAX_WAITING_CYCLES', '50'),
+        # Half a bag in the map is worse than none.
+        IncludeLaunchDescription(
+            PythonLaunchDescriptionSource(str(Path(__file__).resolve().parent / 'robot.launch.py')),
+            launch_arguments=[('respawn', 'false')]),
         player,
     ])

@@ -29,6 +29,8 @@ INPUTS = [
     ('rgb_camera_info', 'rgb/camera_info', 'calibration of the colour camera, for the node pose'),
 ]
 NODES = ['detection', 'segmentation', 'reconstruction']
+# A node that has fallen is started again after so long; one that cannot start says so each time.
+RESPAWN_DELAY_S = 2.0
 # Those that the argument `nodes` may name besides.
 MORE_NODES = ['pose', 'lidar_odometry']
 
@@ -57,14 +59,16 @@ def described_nodes(context):
     # Text even where it is empty or looks like a number.
     map_path = ParameterValue(LaunchConfiguration('save_map_on_exit'), value_type=str)
     parameters = {'reconstruction': [{'save_map_on_exit': map_path}]}
+    respawn = LaunchConfiguration('respawn').perform(context) == 'true'
     return [
         Node(
             package=package(), executable=name.replace('_', '-'), name=name,
             namespace=LaunchConfiguration('namespace'), output='screen',
             parameters=[str(CONFIG / f'{name}.yaml'), rig, *parameters.get(name, [])],
             remappings=[(topic, LaunchConfiguration(argument)) for argument, topic, _ in INPUTS],
+            respawn=respawn, respawn_delay=RESPAWN_DELAY_S,
             # Without one of them the others wait for ever.
-            on_exit=[Shutdown(reason=f'{name} has ended')])
+            on_exit=None if respawn else [Shutdown(reason=f'{name} has ended')])
         for name in names
     ]
 
@@ -79,6 +83,9 @@ def generate_launch_description():
         DeclareLaunchArgument(
             'save_map_on_exit', default_value='',
             description='where the map is saved at the end: a .ply, .pcd or .bt path, or nothing'),
+        DeclareLaunchArgument(
+            'respawn', default_value='true', choices=['true', 'false'],
+            description='start a node again that has fallen, or else end the others with it'),
         DeclareLaunchArgument(
             'nodes', default_value=' '.join(NODES),
             description='the nodes to start, with spaces between; pose and lidar_odometry are two more'),

@@ -2,8 +2,7 @@
 # Starts detection, segmentation and reconstruction on a machine without ROS, and ends them together.
 # See --help.
 #
-# Each node gets exactly one SIGTERM: a node that is told twice ends at once, without saving its map. A
-# service manager that signals every process by itself (systemd's default) needs KillMode=mixed.
+# Each node gets a SIGTERM when this script is told to end, and SIGKILL when it has not ended in time.
 set -u
 
 usage() {
@@ -122,10 +121,6 @@ signal_nodes TERM
 polls=0
 count_running
 while [ "$running" -gt 0 ]; do
-    if [ "$asked" -gt "$((told > 0 ? told : 1))" ]; then
-        told=$asked
-        signal_nodes TERM
-    fi
     [ "$polls" -lt "$grace_polls" ] || signal_nodes KILL
     sleep "$poll_s"
     polls=$((polls + 1))

@@ -91,10 +91,11 @@ pub use services::transforms::{
 };
 pub use settings::arguments::RosArguments;
 pub use settings::qos::Qos;
+pub use settings::waiting_cycles::EVERY_CYCLE;
 pub use settings::{arguments, names, parameters};
 pub use wire::error::{PublishError, ShellError};
 pub use wire::payload::PayloadError;
 pub use wire::transport::{
-    Announcer, BacklogWatch, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,
+    Announcer, BacklogWatch, DatagramFilter, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,
     MessageTooLarge, RAISE_RECEIVE_BUFFER, ReceiveHealth, StaticPeer, Transport, TransportError,
 };

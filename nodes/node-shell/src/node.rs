@@ -22,6 +22,8 @@ use crate::process::shutdown::Shutdown;
 use crate::settings::arguments::RosArguments;
 use crate::settings::names::NodeIdentity;
 use crate::settings::parameters::{self, ParameterError, Switches};
+use crate::settings::qos::Qos;
+use crate::settings::waiting_cycles;
 use crate::wire::error::ShellError;
 use crate::wire::transport::GrantedBuffer;
 
@@ -139,6 +141,19 @@ impl Node {
     #[must_use]
     pub fn granted_buffer(&self) -> Option<GrantedBuffer> {
         self.network.as_ref().map(|network| network.granted)
+    }
+
+    /// How a stage subscribes to the cycles of the one before it. Live, few may wait, and the oldest gives way; on no network, and
+    /// where `STILLMAP_MAX_WAITING_CYCLES` says so, many.
+    #[must_use]
+    pub fn cycles_qos(&self) -> Qos {
+        Qos::reliable(self.host.max_waiting_cycles())
+    }
+
+    /// Whether each cycle counts, so that those that wait are to be worked off at the end.
+    #[must_use]
+    pub fn takes_every_cycle(&self) -> bool {
+        self.host.max_waiting_cycles() >= waiting_cycles::EVERY
     }
 
     /// Whether the program is to end.

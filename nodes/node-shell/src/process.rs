@@ -1,8 +1,9 @@
-//! What a process has before it knows of ROS: its log, its end, warnings that are not repeated at each message,
+//! What a process has before it knows of ROS: its log, its memory, its end, warnings that are not repeated at each message,
 //! files that are written whole.
 
 pub(crate) mod failure;
 pub mod log;
+pub(crate) mod memory;
 pub(crate) mod shutdown;
 pub(crate) mod throttle;
 pub(crate) mod whole_file;

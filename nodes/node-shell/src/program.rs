@@ -84,8 +84,12 @@ impl Program {
         runtime.block_on(async {
             let node = Node::start(self.name, &arguments)?;
             let result = body(&node, parameters).await;
+            let shutdown = node.shutdown_signal();
             node.close().await;
-            result
+            match shutdown.failure() {
+                Some(reason) => result.and(Err(reason.into())),
+                None => result,
+            }
         })
     }
 

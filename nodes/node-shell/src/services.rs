@@ -5,6 +5,7 @@ pub(crate) mod diagnostics;
 pub(crate) mod lifecycle;
 pub(crate) mod odometry_output;
 pub(crate) mod own_tasks;
+pub(crate) mod pace;
 pub(crate) mod parameter_services;
 pub(crate) mod rosout;
 pub(crate) mod stage_report;

@@ -4,3 +4,4 @@ pub mod arguments;
 pub mod names;
 pub mod parameters;
 pub(crate) mod qos;
+pub(crate) mod waiting_cycles;

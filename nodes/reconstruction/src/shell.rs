@@ -149,7 +149,9 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
             received = stage.clouds.next() => stage.take(&received.message),
         }
     }
-    stage.take_waiting();
+    if node.takes_every_cycle() {
+        stage.take_waiting();
+    }
     if let Some(map_file) = settings.file_on_exit {
         map_file.save(&stage.map)?;
     }

@@ -44,7 +44,7 @@ impl Process {
     /// Starts any program.
     pub fn spawn(name: &str, mut command: Command) -> Result<Self, Failure> {
         // A group of its own: Ctrl-C on the terminal is this process' to hear, which then ends the
-        // others in order. Told twice, a node would end at once and leave its work undone.
+        // others in order.
         let child = command
             .process_group(0)
             .stdin(Stdio::null())

@@ -192,6 +192,7 @@ impl Nodes {
                 failure.get_or_insert(error);
             }
         }
+        let failure = failure.or_else(|| self.shutdown.failure().map(Failure::new));
         failure.map_or(Ok(Outcome::Complete), Err)
     }
 }

@@ -104,9 +104,14 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
             received = stage.cycles.next() => stage.take(&received.message),
         }
     }
-    stage.take_waiting();
+    if node.takes_every_cycle() {
+        stage.take_waiting();
+    }
     Ok(())
 }
+
+/// What makes a cycle take less time.
+const REMEDY: &str = "raise detection's voxel_edge_m, or lower evidence_reach_m";
 
 /// The core with its topics.
 pub struct Stage {
@@ -146,7 +151,7 @@ impl Stage {
             markers: node.publisher("track_markers", &Qos::reliable(MARKERS_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters: node.counters(),
-            cycles: node.subscription("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            cycles: node.subscription("reduced_cloud", &node.cycles_qos())?,
         })
     }
 
@@ -185,6 +190,7 @@ impl Stage {
         match self.segment(message, &mut timer) {
             Ok(counts) => {
                 self.reporter.processed(message.header.clone(), message.cycle, &counts, &timer);
+                self.reporter.keeps_pace(self.cycles.lost_count(), &timer, REMEDY);
             }
             Err(error) => self.reporter.dropped(
                 message.header.clone(),

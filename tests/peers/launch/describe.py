@@ -137,8 +137,12 @@ class RegisterEventHandler:
 class Node:
     def __init__(
         self, *, executable, package=None, name=None, namespace=None, exec_name=None, parameters=None, remappings=None,
-        ros_arguments=None, arguments=None, output="log", on_exit=None, respawn=False,
+        ros_arguments=None, arguments=None, output="log", on_exit=None, respawn=False, respawn_delay=None,
     ):
+        # launch starts a node again and carries out its `on_exit` besides.
+        if respawn and on_exit:
+            raise RuntimeError(f"{name} ends the others and is started again")
+        self.respawn = respawn
         self.executable, self.package, self.name, self.namespace = executable, package, name, namespace
         self.parameters, self.remappings = parameters or [], remappings or []
 
@@ -157,6 +161,7 @@ class Node:
             "package": self.package and text(self.package),
             "name": text(self.name),
             "namespace": text(self.namespace),
+            "respawn": self.respawn,
             "files": files,
             "values": values,
             "remappings": [[text(one), text(other)] for one, other in self.remappings],
@@ -189,7 +194,7 @@ ELEMENTS = {
     "include": ["file!"],
     "executable": ["cmd!", "output", "name"],
     "set_env": ["name!", "value!"],
-    "node": ["pkg", "exec!", "name", "namespace", "output", "args", "ros_args", "respawn"],
+    "node": ["pkg", "exec!", "name", "namespace", "output", "args", "ros_args", "respawn", "respawn_delay"],
     "param": ["name", "value", "type", "from"],
     "remap": ["from!", "to!"],
 }
@@ -261,7 +266,7 @@ class Xml:
                 parameters.append({value["name"]: ParameterValue(value["value"], value_type=kind)})
         Node(
             executable=get["exec"], package=get.get("pkg"), name=get["name"], namespace=get["namespace"],
-            parameters=parameters, remappings=remappings).visit()
+            parameters=parameters, remappings=remappings, respawn=get.get("respawn") == "true").visit()
 
 
 def launch(path):

@@ -47,7 +47,7 @@ fn pages_below(folder: &Path, found: &mut Vec<Page>) {
 
 fn pages() -> Vec<Page> {
     let mut found = Vec::new();
-    for name in ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"] {
+    for name in ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"] {
         found.push(Page::read(&root().join(name)));
     }
     for folder in ["config", "docs", "launch-scripts", "msgs", "nodes", "tests"] {

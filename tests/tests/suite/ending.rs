@@ -36,7 +36,7 @@ const BAG: &str = "BAG";
 const RECORDED: &str = "RECORDED";
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn every_node_ends_in_order_on_either_signal() {
+async fn every_node_ends_in_order_on_either_signal_and_on_two() {
     let folder = tempfile::tempdir().unwrap();
     let bag = bag_of(folder.path(), "poses.mcap", |topics| {
         topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
@@ -48,7 +48,8 @@ async fn every_node_ends_in_order_on_either_signal() {
     let reports = ear.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(100)).unwrap();
     let recorded = folder.path().join("recorded.mcap");
     for (count, (program, nodes)) in PROGRAMS.iter().enumerate() {
-        for (name, signal) in [("int", Signal::INT), ("term", Signal::TERM)] {
+        for (name, signal) in [("twice int", None), ("term", Some(Signal::TERM))] {
+            let name = name.replace(' ', "_");
             let place = format!("{namespace}/{name}_{count}");
             let path = |word: &&str| match *word {
                 BAG => bag.display().to_string(),
@@ -73,8 +74,11 @@ async fn every_node_ends_in_order_on_either_signal() {
             };
             timeout(PATIENCE, ready).await.unwrap_or_else(|_| panic!("{line:?} does not report"));
             let asked = Instant::now();
-            let status = running.end(signal);
-            assert!(status.success(), "{line:?} on {name}: {status}");
+            let is_well = match signal {
+                None => running.interrupt_twice(),
+                Some(signal) => running.end(signal).success(),
+            };
+            assert!(is_well, "{line:?} on {name}");
             println!("{} on {name}: {:?}", program.join(" "), asked.elapsed());
             assert!(asked.elapsed() < LONGEST_END, "{line:?} on {name}: {:?}", asked.elapsed());
             assert_eq!(recorded.is_file(), program.contains(&RECORDED), "{line:?} on {name}");

@@ -8,5 +8,6 @@ mod site;
 
 mod coming_and_going;
 mod discovery;
+mod hostile;
 mod loss;
 mod reach;

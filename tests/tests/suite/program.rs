@@ -87,6 +87,15 @@ impl Running {
         self.end(Signal::INT).success()
     }
 
+    /// Asks it to end twice, as `ros2 launch` does on Ctrl-C, and returns whether it ended well.
+    pub(crate) fn interrupt_twice(self) -> bool {
+        let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
+        kill_process(pid, Signal::INT).unwrap();
+        // What launch was seen to take until its own signal.
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        self.interrupt()
+    }
+
     /// Sends it a signal, and waits for its end.
     pub(crate) fn end(mut self, signal: Signal) -> ExitStatus {
         let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();

@@ -88,6 +88,12 @@ impl Network {
         let stop = watch::Sender::new(false);
         let follow = graph.clone().follow(participant, names, stopped(&stop));
         let follow = tokio::spawn(follow.in_current_span());
+        if let Some(reason) = health.filter().missing() {
+            tracing::warn!(
+                "the kernel does not judge what arrives ({reason}): a datagram made for it can use up this machine's memory; let \
+                 only hosts that are trusted reach the node (SECURITY.md)"
+            );
+        }
         tracing::info!("node {} on {transport}; receive buffer {granted}", identity.full_name());
         Ok(Self {
             granted,

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use msgs::RosMessage;
 use ros2_client::{MessageInfo, ReadError};
 
-use crate::endpoints::assembly::{AssemblyWatch, resident_bytes};
+use crate::endpoints::assembly::AssemblyWatch;
 use crate::graph::Renew;
+use crate::process::memory::resident_bytes;
 use crate::process::throttle::Throttle;
 use crate::settings::qos::is_bulk;
 

@@ -127,7 +127,8 @@ impl<M: RosMessage> Subscription<M> {
     }
 
     /// How many messages are missing between those that were received.
-    pub(crate) fn lost_count(&self) -> u64 {
+    #[must_use]
+    pub fn lost_count(&self) -> u64 {
         self.counters.lost()
     }
 

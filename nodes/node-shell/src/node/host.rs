@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use crate::graph::exchange::Exchange;
 use crate::graph::siblings::Siblings;
+use crate::process::memory;
 use crate::process::shutdown::Shutdown;
+use crate::settings::waiting_cycles;
 use crate::wire::error::ShellError;
 use crate::wire::transport::Transport;
 
@@ -20,6 +22,7 @@ pub struct Host {
     exchange: Arc<Exchange>,
     siblings: Siblings,
     shutdown: Shutdown,
+    max_waiting_cycles: usize,
 }
 
 impl Host {
@@ -31,7 +34,14 @@ impl Host {
         tokio::runtime::Handle::try_current().map_err(|_| ShellError::NoRuntime)?;
         let shutdown = Shutdown::new();
         shutdown.trigger_on_signals().map_err(ShellError::Process)?;
-        Ok(Self { transport: Some(transport), shutdown, ..Self::in_process() })
+        let ceiling = memory::ceiling_bytes().map_err(ShellError::Setting)?;
+        if let Some(bytes) = ceiling {
+            memory::keep_below(bytes, &shutdown).map_err(ShellError::Process)?;
+        }
+        let wanted = std::env::var(waiting_cycles::VARIABLE).ok();
+        let max_waiting_cycles =
+            waiting_cycles::parse(wanted.as_deref()).map_err(ShellError::Setting)?;
+        Ok(Self { transport: Some(transport), shutdown, max_waiting_cycles, ..Self::in_process() })
     }
 
     /// A host on no network: its nodes have only each other. It needs no runtime, takes no signals, and
@@ -43,7 +53,14 @@ impl Host {
             exchange: Arc::new(Exchange::new()),
             siblings: Siblings::default(),
             shutdown: Shutdown::new(),
+            max_waiting_cycles: waiting_cycles::EVERY,
         }
+    }
+
+    /// The same, with so many cycles that may wait before a node of it; live 2, on no network 50.
+    #[must_use]
+    pub fn with_max_waiting_cycles(self, max_waiting_cycles: usize) -> Self {
+        Self { max_waiting_cycles: max_waiting_cycles.max(1), ..self }
     }
 
     /// Whether the process is to end; all nodes of the host share it.
@@ -54,6 +71,10 @@ impl Host {
 
     pub(crate) fn transport(&self) -> Option<&Transport> {
         self.transport.as_ref()
+    }
+
+    pub(crate) fn max_waiting_cycles(&self) -> usize {
+        self.max_waiting_cycles
     }
 
     pub(crate) fn exchange(&self) -> &Arc<Exchange> {

@@ -1,17 +1,31 @@
 //! The end of a node: asked for by a signal or by the program, seen by every task.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock, Weak};
 
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
-/// Exit code of a process that was told twice to end (128 + SIGINT, as shells have it).
-const IMPATIENT_EXIT_CODE: i32 = 130;
-
 /// Whether the node is to end. Clones share the answer.
 #[derive(Clone, Debug)]
 pub struct Shutdown {
-    asked: Arc<watch::Sender<bool>>,
+    state: Arc<State>,
+}
+
+#[derive(Debug)]
+struct State {
+    asked: watch::Sender<bool>,
+    failure: OnceLock<String>,
+}
+
+/// Asks for the end of what may have ended already.
+#[derive(Debug)]
+pub(crate) struct WeakShutdown(Weak<State>);
+
+impl WeakShutdown {
+    /// `None` once nothing is left to end.
+    pub(crate) fn upgrade(&self) -> Option<Shutdown> {
+        Some(Shutdown { state: self.0.upgrade()? })
+    }
 }
 
 impl Default for Shutdown {
@@ -24,28 +38,48 @@ impl Shutdown {
     /// One that nobody has asked for yet.
     #[must_use]
     pub fn new() -> Self {
-        Self { asked: Arc::new(watch::Sender::new(false)) }
+        Self {
+            state: Arc::new(State { asked: watch::Sender::new(false), failure: OnceLock::new() }),
+        }
     }
 
     /// Asks for the end.
     pub fn trigger(&self) {
-        self.asked.send_replace(true);
+        self.state.asked.send_replace(true);
+    }
+
+    pub(crate) fn downgrade(&self) -> WeakShutdown {
+        WeakShutdown(Arc::downgrade(&self.state))
+    }
+
+    /// Asks for the end, which is then a failure of the process. The first reason counts.
+    pub(crate) fn fail(&self, reason: String) {
+        // There may be one already.
+        let _ = self.state.failure.set(reason);
+        self.trigger();
+    }
+
+    /// Why the process has failed, where the end is a failure.
+    #[must_use]
+    pub fn failure(&self) -> Option<&str> {
+        self.state.failure.get().map(String::as_str)
     }
 
     /// Whether the end was asked for.
     #[must_use]
     pub fn is_triggered(&self) -> bool {
-        *self.asked.borrow()
+        *self.state.asked.borrow()
     }
 
     /// Waits until the end is asked for; returns at once when it was.
     pub async fn wait(&self) {
         // The sender lives in `self`, so the channel cannot close under the wait.
-        let _ = self.asked.subscribe().wait_for(|asked| *asked).await;
+        let _ = self.state.asked.subscribe().wait_for(|asked| *asked).await;
     }
 
-    /// Takes SIGINT and SIGTERM as asking for the end, from now on and for the whole process. A second
-    /// signal ends the process at once.
+    /// Takes SIGINT and SIGTERM as asking for the end, from now on and for the whole process. Further ones change nothing: on
+    /// Ctrl-C under `ros2 launch` a node gets one from the terminal and one from launch, some milliseconds later, and it is to
+    /// finish what it saves. SIGKILL ends it at once.
     ///
     /// # Errors
     /// When the process may not handle signals.
@@ -60,8 +94,7 @@ impl Shutdown {
                     _ = terminate.recv() => {}
                 }
                 if shutdown.is_triggered() {
-                    tracing::warn!("told again to end: ending at once");
-                    std::process::exit(IMPATIENT_EXIT_CODE);
+                    tracing::info!("asked again to end: it is ending; SIGKILL cuts it off");
                 }
                 shutdown.trigger();
             }
@@ -84,5 +117,15 @@ mod tests {
         task.await.unwrap();
         shutdown.wait().await;
         assert!(shutdown.clone().is_triggered());
+        assert_eq!(shutdown.failure(), None);
+    }
+
+    #[test]
+    fn the_first_reason_of_a_failure_counts() {
+        let shutdown = Shutdown::new();
+        shutdown.fail("memory".to_owned());
+        shutdown.clone().fail("another".to_owned());
+        assert!(shutdown.is_triggered());
+        assert_eq!(shutdown.failure(), Some("memory"));
     }
 }

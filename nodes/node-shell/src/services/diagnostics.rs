@@ -16,12 +16,12 @@ use findings::{Findings, Silent, missing, silent};
 use loss::LossWatch;
 use missing::MissingWarning;
 
-use crate::endpoints::assembly::resident_bytes;
 use crate::endpoints::counters::{Counters, Snapshot};
 use crate::endpoints::publisher::Publisher;
 use crate::graph::{Graph, Match, Role};
 use crate::node::clock::NodeClock;
 use crate::node::life::{Life, LifecycleState};
+use crate::process::memory::resident_bytes;
 use crate::wire::transport::ReceiveHealth;
 
 /// How often the node reports.
@@ -152,6 +152,7 @@ impl Diagnostics {
             pair("receive buffer KiB", (granted.bytes() / 1024).to_string()),
             pair("largest safe message kB", (granted.largest_safe_message() / 1000).to_string()),
         ];
+        values.push(pair("datagram filter", self.health.filter().to_string()));
         if let Some(bytes) = resident_bytes() {
             values.push(pair("resident memory MB", format!("{:.1}", bytes as f64 * 1e-6)));
         }

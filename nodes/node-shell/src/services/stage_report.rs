@@ -1,5 +1,7 @@
 //! The report of a stage about each cycle, on `~/report`.
 
+use std::sync::{Mutex, PoisonError};
+
 use geometry::Stamp;
 use msgs::convert;
 use msgs::std_msgs::Header;
@@ -10,6 +12,7 @@ use crate::endpoints::publisher::Publisher;
 use crate::node::Node;
 use crate::node::clock::NodeClock;
 use crate::process::throttle::Throttle;
+use crate::services::pace::Pace;
 use crate::services::steps::StepTimer;
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
@@ -26,6 +29,8 @@ pub struct StageReporter {
     counters: Counters,
     clock: NodeClock,
     dropped: Throttle,
+    pace: Mutex<Pace>,
+    behind: Throttle,
 }
 
 impl StageReporter {
@@ -40,6 +45,8 @@ impl StageReporter {
             counters: node.counters(),
             clock: node.clock(),
             dropped: Throttle::for_warnings(),
+            pace: Mutex::default(),
+            behind: Throttle::for_warnings(),
         })
     }
 
@@ -65,6 +72,19 @@ impl StageReporter {
         report.step_durations_s =
             timer.steps().iter().map(|(_, duration)| duration.as_secs_f64()).collect();
         self.publisher.publish_or_warn(report);
+    }
+
+    /// Notes, after a cycle, how many were dropped for newer ones so far before this stage took them. While there are more, the stage
+    /// cannot keep up: the log and `/diagnostics` say which step takes longest and what helps, `remedy`.
+    pub fn keeps_pace(&self, dropped: u64, timer: &StepTimer, remedy: &str) {
+        let mut pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = pace.note(dropped, timer.steps(), remedy);
+        self.counters.note_condition("pace", text.as_deref().unwrap_or("keeps up"), text.is_some());
+        if let Some(text) = text
+            && let Some(held_back) = self.behind.pass()
+        {
+            tracing::warn!("{text} ({held_back} more since the last warning)");
+        }
     }
 
     /// Reports a cycle that was dropped, and warns of it once in a while. `cause` is one of a few, by

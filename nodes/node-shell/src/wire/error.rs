@@ -27,6 +27,9 @@ pub enum ShellError {
     /// The process may not handle signals, or has no runtime for its tasks.
     #[error("the process could not be set up: {0}")]
     Process(std::io::Error),
+    /// A setting of the process, from the environment, is not understood.
+    #[error("{0}")]
+    Setting(String),
     /// The DDS participant could not be created.
     #[error(
         "the node could not join {transport}: {reason}; is the network up, and are there fewer than \

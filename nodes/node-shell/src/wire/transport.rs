@@ -5,6 +5,7 @@ mod announcement;
 mod announcer;
 mod backlog;
 mod buffer;
+mod datagram_filter;
 mod environment;
 #[cfg(test)]
 pub(crate) mod free_domain;
@@ -25,6 +26,7 @@ use std::net::Ipv4Addr;
 pub use announcer::Announcer;
 pub use backlog::BacklogWatch;
 pub use buffer::{GrantedBuffer, MessageTooLarge, RAISE_RECEIVE_BUFFER};
+pub use datagram_filter::DatagramFilter;
 pub use environment::TransportError;
 pub use health::ReceiveHealth;
 pub use in_use::InterfaceInUse;

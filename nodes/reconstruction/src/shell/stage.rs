@@ -16,8 +16,8 @@ use super::schedule::{Following, Schedule, Subscribers};
 use super::spilling::{self, SpillWatch, empty_map};
 use super::{PROGRAM, ReconstructionParameters};
 use crate::{Addition, StaticMap};
-/// Cycles that may wait here without one being lost: seven seconds of the RPLIDAR A1.
-const CYCLES_KEPT: usize = 50;
+/// What makes a cycle take less time.
+const REMEDY: &str = "raise voxel_edge_m, here and of detection";
 /// Each path tells the whole way; more than one may matter to the clouds that wait.
 const PATHS_KEPT: usize = 5;
 /// Updates that may wait for a subscriber: five seconds of the default period.
@@ -70,7 +70,7 @@ impl Stage {
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters: node.counters(),
             max_voxels: parameters.config.max_voxels,
-            clouds: node.subscription("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            clouds: node.subscription("segmented_cloud", &node.cycles_qos())?,
         })
     }
 
@@ -114,6 +114,7 @@ impl Stage {
                 counts.extend(spilling::reported(&self.map));
                 self.counters.note_fill("voxels", self.map.len(), self.max_voxels);
                 self.reporter.processed(message.header.clone(), self.cycles, &counts, &timer);
+                self.reporter.keeps_pace(self.clouds.lost_count(), &timer, REMEDY);
                 self.cycles = self.cycles.wrapping_add(1);
             }
             Err(error) => self.reporter.dropped(

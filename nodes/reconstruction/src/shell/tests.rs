@@ -1,3 +1,4 @@
+mod behind;
 mod listeners;
 mod path;
 

@@ -10,7 +10,9 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use msgs::geometry_msgs::PoseStamped;
-use node_shell::{Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subscription};
+use node_shell::{
+    EVERY_CYCLE, Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subscription,
+};
 use report::{RunRecord, Transport};
 
 use self::feed::Feed;
@@ -158,7 +160,10 @@ impl Run {
         if let Some(input) = input {
             arguments.extend(["-p".to_owned(), format!("input:={input}")]);
         }
-        self.nodes.push(Process::start(name, &arguments, Stdio::null())?);
+        let mut node = Process::this_program(name)?;
+        let (variable, value) = EVERY_CYCLE;
+        node.args(&arguments).env(variable, value).stdout(Stdio::null());
+        self.nodes.push(Process::spawn(name, node)?);
         Ok(())
     }
 

@@ -33,7 +33,7 @@ const AGAIN: Duration = Duration::from_millis(100);
 pub(super) struct Ends {
     /// Takes all requests, and sends responses that say beside the message what they belong to.
     pub(super) server: Server<Body, Body>,
-    /// Sends responses to who knows them by what stands in front of the message.
+    /// Sends responses to who knows them by the bytes in front of the message.
     plain: ros2_client::Publisher<Body>,
     /// The largest message that `server` can send.
     pub(super) largest_whole: usize,
@@ -45,12 +45,12 @@ pub(super) struct Ends {
     failed: Throttle,
 }
 
-/// A response on its way.
+/// A response to be sent.
 #[derive(Clone)]
 pub(super) struct Outgoing {
     /// The request that it answers.
     pub(super) client: RmwRequestId,
-    /// Whether the client knows its response by what stands in front of the message.
+    /// Whether the client knows its response by the bytes in front of the message.
     pub(super) has_header: bool,
     pub(super) body: Vec<u8>,
 }
@@ -100,7 +100,7 @@ impl Ends {
             return self.send(outgoing);
         }
         if Arc::strong_count(&self.held) > MOST_HELD {
-            self.tell_of_loss(&outgoing, "too many responses wait for their clients");
+            self.log_loss(&outgoing, "too many responses wait for their clients");
             return Ok(());
         }
         tokio::spawn(hold(Arc::downgrade(self), Arc::clone(&self.held), outgoing));
@@ -127,7 +127,7 @@ impl Ends {
         self.graph.retain_clients(&mut answered);
     }
 
-    fn send_or_tell(&self, outgoing: Outgoing) {
+    fn send_or_log(&self, outgoing: Outgoing) {
         if let Err(error) = self.send(outgoing)
             && let Some(held_back) = self.failed.pass()
         {
@@ -135,7 +135,7 @@ impl Ends {
         }
     }
 
-    fn tell_of_loss(&self, outgoing: &Outgoing, reason: &str) {
+    fn log_loss(&self, outgoing: &Outgoing, reason: &str) {
         if let Some(held_back) = self.failed.pass() {
             tracing::warn!(
                 "{}: a response to {:02x?} is dropped: {reason} ({held_back} more since the last warning)",
@@ -146,7 +146,7 @@ impl Ends {
     }
 }
 
-/// Sends a response once its client can hear it, or tells that it could not. The service may end meanwhile.
+/// Sends a response once its client can hear it, or logs that it could not. The service may end meanwhile.
 async fn hold(ends: Weak<Ends>, _held: Arc<()>, outgoing: Outgoing) {
     let Some(graph) = ends.upgrade().map(|ends| (ends.graph.clone(), Arc::clone(&ends.name)))
     else {
@@ -158,16 +158,16 @@ async fn hold(ends: Weak<Ends>, _held: Arc<()>, outgoing: Outgoing) {
     let Some(service) = ends.upgrade() else { return };
     let Ok(readers) = found else {
         let reason = format!("its reader was not found within {LONGEST_HOLD:?}");
-        return service.tell_of_loss(&outgoing, &reason);
+        return service.log_loss(&outgoing, &reason);
     };
     let is_first = service.has_new(&readers);
     service.note(&readers);
-    service.send_or_tell(outgoing.clone());
+    service.send_or_log(outgoing.clone());
     drop(service);
     if outgoing.has_header && is_first {
         tokio::time::sleep(AGAIN).await;
         if let Some(service) = ends.upgrade() {
-            service.send_or_tell(outgoing);
+            service.send_or_log(outgoing);
         }
     }
 }

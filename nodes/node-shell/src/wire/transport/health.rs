@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
 
 use super::buffer::GrantedBuffer;
+use super::datagram_filter::DatagramFilter;
 use super::sockets::{self, UdpSocketEntry};
 use crate::process::throttle::Throttle;
 
@@ -11,6 +12,7 @@ use crate::process::throttle::Throttle;
 #[derive(Debug)]
 pub struct ReceiveHealth {
     granted: GrantedBuffer,
+    filter: DatagramFilter,
     /// What each of the participant's sockets has dropped, by inode; `None` where the kernel does not list
     /// them.
     dropped: Option<Mutex<BTreeMap<u64, u64>>>,
@@ -21,11 +23,16 @@ pub struct ReceiveHealth {
 }
 
 impl ReceiveHealth {
-    pub(super) fn new(granted: GrantedBuffer, inodes: Option<BTreeSet<u64>>) -> Self {
+    pub(super) fn new(
+        granted: GrantedBuffer,
+        inodes: Option<BTreeSet<u64>>,
+        filter: DatagramFilter,
+    ) -> Self {
         let dropped =
             inodes.map(|inodes| Mutex::new(inodes.into_iter().map(|one| (one, 0)).collect()));
         Self {
             granted,
+            filter,
             dropped,
             named: Throttle::for_warnings(),
             unnamed: Throttle::for_warnings(),
@@ -38,8 +45,14 @@ impl ReceiveHealth {
         self.granted
     }
 
-    /// How many datagrams the kernel dropped so far because a receive buffer was full; `None` where
-    /// the kernel does not tell.
+    /// Whether what arrives is judged before the DDS library gets it.
+    #[must_use]
+    pub fn filter(&self) -> &DatagramFilter {
+        &self.filter
+    }
+
+    /// How many datagrams the kernel dropped so far because a receive buffer was full, or because the filter refused them;
+    /// `None` where the kernel does not tell.
     #[must_use]
     pub fn dropped_datagrams(&self) -> Option<u64> {
         let mut dropped = self.dropped.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
@@ -68,7 +81,7 @@ fn take(dropped: &mut BTreeMap<u64, u64>, listed: &[UdpSocketEntry]) {
 impl ReceiveHealth {
     /// Of sockets that the kernel does not list.
     pub(crate) fn unseen(granted: GrantedBuffer) -> Self {
-        Self::new(granted, None)
+        Self::new(granted, None, DatagramFilter::Off("a test".to_owned()))
     }
 }
 

@@ -16,6 +16,10 @@ pub(crate) struct Interface {
 }
 
 impl Interface {
+    pub(crate) fn is_loopback(&self) -> bool {
+        self.addresses.contains(&Ipv4Addr::LOCALHOST)
+    }
+
     fn is_named(&self, name: &str) -> bool {
         self.name == name
     }

@@ -129,14 +129,15 @@ impl Transport {
         let (participant, multicast_offered) = self.participant(&plan, &present, &before)?;
         let threads = LibraryThreads::since(&threads_before);
         let number = participant.participant_id();
-        let Receiving { granted, inodes, backlog } =
-            self.receiving(number, &before, plan.is_loopback_only());
+        let loopback = present.iter().find(|one| one.is_loopback() && plan.is_loopback_only());
+        let Receiving { granted, inodes, backlog, filter } =
+            self.receiving(number, &before, loopback);
         let announced = plan.announced(&participant, &present, multicast_offered);
         let announcer = announced.as_ref().and_then(|announced| {
             let multicast_from = plan.multicast_from(&present);
             self.announcer(announced, (number, multicast_from), &plan)
         });
-        let health = Arc::new(ReceiveHealth::new(granted, inodes));
+        let health = Arc::new(ReceiveHealth::new(granted, inodes, filter));
         Ok((Joined { announcer, participant, granted, health, backlog, threads }, announced))
     }
 

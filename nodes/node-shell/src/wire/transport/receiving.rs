@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::backlog::{BacklogWatch, ReceivingSocket};
 use super::buffer::GrantedBuffer;
+use super::datagram_filter::DatagramFilter;
+use super::interfaces::Interface;
 use super::sockets::{self, SocketHandle, UdpSocketEntry};
 use super::{Transport, ports};
 
@@ -15,16 +17,18 @@ pub(super) struct Receiving {
     pub(super) inodes: Option<BTreeSet<u64>>,
     /// Keeps the participant from reading for ever; `None` where its sockets are not to be had.
     pub(super) backlog: Option<BacklogWatch>,
+    /// Whether what arrives is judged before the library gets it.
+    pub(super) filter: DatagramFilter,
 }
 
 impl Transport {
-    /// Asks for more buffer where that may be had, and watches what data comes by: the sockets that
-    /// participant `number` has opened since `before`.
+    /// Filters what arrives, asks for more buffer where that may be had, and watches what data comes by: the sockets that
+    /// participant `number` has opened since `before`. With `loopback` nothing else is heard than what comes by that.
     pub(super) fn receiving(
         &self,
         number: u16,
         before: &BTreeMap<u64, i32>,
-        loopback_only: bool,
+        loopback: Option<&Interface>,
     ) -> Receiving {
         let domain = self.domain_id;
         let data: Vec<_> = ports::data_unicast(domain, number)
@@ -42,6 +46,10 @@ impl Transport {
         let inodes =
             found.as_ref().map(|found| found.iter().map(|(entry, _)| entry.inode).collect());
         let sockets = handles(&found.unwrap_or_default());
+        let filter = DatagramFilter::on(sockets.iter().map(|(_, socket)| &socket.handle));
+        if let Some(interface) = loopback {
+            hear_only(interface, &sockets);
+        }
         let bytes = self.grow(&sockets).unwrap_or_else(|| {
             sockets::read_back(self.receive_buffer).unwrap_or_else(|error| {
                 tracing::warn!("the receive buffer of a socket could not be read back: {error}");
@@ -49,9 +57,10 @@ impl Transport {
             })
         });
         Receiving {
-            granted: GrantedBuffer::new(bytes, self.receive_buffer, loopback_only),
+            granted: GrantedBuffer::new(bytes, self.receive_buffer, loopback.is_some()),
             inodes,
             backlog: watched(sockets, &data),
+            filter,
         }
     }
 
@@ -76,6 +85,15 @@ impl Transport {
             );
         }
         least
+    }
+}
+
+/// Shuts out what comes by another interface: the library's sockets are open to all.
+fn hear_only(interface: &Interface, sockets: &[(u16, ReceivingSocket)]) {
+    for (port, socket) in sockets {
+        if let Err(error) = socket.handle.bind_to(&interface.name) {
+            tracing::debug!("port {port} is open to other machines: {error}");
+        }
     }
 }
 

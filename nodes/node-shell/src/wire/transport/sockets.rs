@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use super::datagram_filter::Instruction;
+
 /// One UDP socket, as the kernel lists it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct UdpSocketEntry {
@@ -128,6 +130,26 @@ impl SocketHandle {
             .or_else(|_| sockopt::set_socket_recv_buffer_size(&self.0, bytes))?;
         Ok(())
     }
+
+    /// Lets the kernel judge by this program what arrives.
+    ///
+    /// # Errors
+    /// Where the kernel refuses the program, or has no memory for it.
+    pub(super) fn attach_filter(&self, program: &[Instruction]) -> std::io::Result<()> {
+        let instruction = |one: &Instruction| {
+            socket2::SockFilter::new(one.code, one.if_true, one.if_false, one.operand)
+        };
+        let program: Vec<_> = program.iter().map(instruction).collect();
+        socket2::SockRef::from(&self.0).attach_filter(&program)
+    }
+
+    /// Lets only what comes by this interface arrive.
+    ///
+    /// # Errors
+    /// Where the kernel refuses: before Linux 5.7 it takes the right to use raw sockets.
+    pub(super) fn bind_to(&self, interface: &str) -> std::io::Result<()> {
+        socket2::SockRef::from(&self.0).bind_device(Some(interface.as_bytes()))
+    }
 }
 
 /// Elsewhere there is no such handle.
@@ -150,6 +172,14 @@ impl SocketHandle {
     }
 
     pub(super) fn set_receive_buffer(&self, _bytes: usize) -> std::io::Result<()> {
+        match *self {}
+    }
+
+    pub(super) fn attach_filter(&self, _program: &[Instruction]) -> std::io::Result<()> {
+        match *self {}
+    }
+
+    pub(super) fn bind_to(&self, _interface: &str) -> std::io::Result<()> {
         match *self {}
     }
 }
