@@ -19,8 +19,9 @@
 //! Without the features `io` and `ros`: no ROS, no files, no clock, no randomness but what a seed gives.
 //!
 //! ```
-//! use std::num::NonZeroUsize;
+//! use std::sync::Arc;
 //!
+//! use estimation::Serial;
 //! use geometry::Stamp;
 //! use lidar_odometry::odometry::{LidarOdometry, LidarOdometryConfig, LidarScan};
 //! use nalgebra::{Isometry3, Point3};
@@ -30,7 +31,7 @@
 //! let room: Vec<Point3<f32>> = grid()
 //!     .flat_map(|(a, b)| [Point3::new(a, b, -1.0), Point3::new(-10.0, a, b / 3.0), Point3::new(a, 10.0, b / 3.0)])
 //!     .collect();
-//! let mut odometry = LidarOdometry::new(LidarOdometryConfig::default(), NonZeroUsize::MIN)?;
+//! let mut odometry = LidarOdometry::new(LidarOdometryConfig::default(), Arc::new(Serial))?;
 //! let mut x_m = 0.0;
 //! for scan in 0..10_u32 {
 //!     let lidar_from_room = Isometry3::translation(-0.2 * scan as f32, 0.0, 0.0);
