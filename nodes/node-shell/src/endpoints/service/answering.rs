@@ -4,9 +4,9 @@
 //! responses, and what is sent to nobody is lost. So a response is held until the reader is there, as rmw_fastrtps and rmw_cyclonedds do
 //! for 0.1 s (`rmw_response.cpp`, `rmw_node.cpp`).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ros2_client::RmwRequestId;
 use ros2_client::dds::Server;
@@ -29,6 +29,9 @@ const MOST_HELD: usize = 100;
 /// response that they have.
 const AGAIN: Duration = Duration::from_millis(100);
 
+/// A reader is past that so long after its first response: another client of its participant may be answered meanwhile.
+const SETTLED: Duration = Duration::from_secs(1);
+
 /// What a service has on the network.
 pub(super) struct Ends {
     /// Takes all requests, and sends responses that say beside the message what they belong to.
@@ -39,8 +42,8 @@ pub(super) struct Ends {
     pub(super) largest_whole: usize,
     graph: Graph,
     name: Arc<str>,
-    /// The readers that a response has gone out to.
-    answered: Mutex<BTreeSet<GUID>>,
+    /// The readers that a response has gone out to, and when the first did.
+    answered: Mutex<BTreeMap<GUID, Instant>>,
     held: Arc<()>,
     failed: Throttle,
 }
@@ -117,14 +120,20 @@ impl Ends {
     }
 
     fn has_new(&self, readers: &BTreeSet<GUID>) -> bool {
-        !self.answered.lock().unwrap_or_else(PoisonError::into_inner).is_superset(readers)
+        let answered = self.answered.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_settled = |first: &Instant| first.elapsed() > SETTLED;
+        !readers.iter().all(|reader| answered.get(reader).is_some_and(is_settled))
     }
 
     /// Notes who was answered, and forgets who has gone.
     fn note(&self, readers: &BTreeSet<GUID>) {
         let mut answered = self.answered.lock().unwrap_or_else(PoisonError::into_inner);
-        answered.extend(readers);
-        self.graph.retain_clients(&mut answered);
+        for reader in readers {
+            answered.entry(*reader).or_insert_with(Instant::now);
+        }
+        let mut known = answered.keys().copied().collect();
+        self.graph.retain_clients(&mut known);
+        answered.retain(|reader, _| known.contains(reader));
     }
 
     fn send_or_log(&self, outgoing: Outgoing) {
