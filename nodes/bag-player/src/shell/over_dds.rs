@@ -141,7 +141,8 @@ async fn a_loop_goes_on_until_it_is_interrupted() {
     assert_eq!(summary.ending, Ending::Interrupted);
     assert!(summary.passes > 2, "{} passes", summary.passes);
     let pass = u64::from(SCANS) + 1;
-    let played = summary.published();
+    // A latched text is not taken while its reader, which has just been found, has not acknowledged the one before.
+    let played = summary.published() + summary.failed();
     assert!(played > (summary.passes - 1) * pass && played <= summary.passes * pass, "{played}");
     player.close().await;
     listener.close().await;
