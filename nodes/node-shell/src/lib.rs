@@ -4,13 +4,26 @@
 //! A node is a [`Program`] whose body gets a [`Node`]:
 //!
 //! ```no_run
+//! use geometry::parameter::Declaration;
 //! use msgs::sensor_msgs::LaserScan;
-//! use node_shell::{Program, Qos};
-//! use serde::{Deserialize, Serialize};
+//! use node_shell::parameters::NodeParameters;
+//! use node_shell::{NodeFailure, Program, Qos};
 //!
-//! #[derive(Default, Serialize, Deserialize)]
-//! struct Parameters {
-//!     verbose: bool,
+//! geometry::parameters! {
+//!     /// The parameters of the node.
+//!     #[derive(Clone, Debug)]
+//!     pub struct Parameters {
+//!         /// Whether each scan is logged.
+//!         verbose: bool = false;
+//!     }
+//! }
+//!
+//! impl NodeParameters for Parameters {
+//!     const DECLARATIONS: &'static [Declaration] = Self::DECLARATIONS;
+//!
+//!     fn validate(&self) -> Result<(), NodeFailure> {
+//!         Ok(Self::validate(self)?)
+//!     }
 //! }
 //!
 //! let program = Program { name: "listener", about: "Counts scans.", topics: "scan (in)" };

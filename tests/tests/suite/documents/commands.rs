@@ -101,6 +101,8 @@ fn mentioned(words: &[String]) -> Result<(), String> {
     for word in rest.by_ref() {
         match command.find_subcommand(word) {
             Some(found) => command = found,
+            // What follows is read by the node; a word in capitals stands for any subcommand.
+            None if word == "--ros-args" || word.chars().all(is_of_variable) => return Ok(()),
             None if command.has_subcommands() && !word.starts_with('-') => {
                 return Err(format!("there is no subcommand {word}"));
             }
@@ -208,6 +210,8 @@ fn a_command_that_no_program_reads_is_found() {
     }
     assert_eq!(check_mention("stillmap run --pose visual"), Some(Ok(())));
     assert_eq!(check_mention("stillmap eval map --ref"), Some(Ok(())));
+    assert_eq!(check_mention("stillmap node NAME"), Some(Ok(())));
+    assert_eq!(check_mention("stillmap node pose --ros-args --params-file a.yaml"), Some(Ok(())));
     for wrong in ["stillmap eval maps", "stillmap run --poses", "stillmap rum"] {
         assert!(check_mention(wrong).is_some_and(|result| result.is_err()), "{wrong}");
     }

@@ -106,12 +106,29 @@ fn yaml(value: &Value) -> String {
     }
 }
 
+/// Names and defaults of parameters that are not declared one by one.
+fn write_defaults(text: &mut String, group: &str, defaults: &Value) {
+    let Value::Object(members) = defaults else { return };
+    for (name, default) in members {
+        match default {
+            Value::Object(_) => write_defaults(text, &format!("{group}{name}."), default),
+            default => {
+                let line = format!("{group}{name} (default {})", yaml(default));
+                wrap(text, &line, "  ", "    ", HELP_WIDTH);
+            }
+        }
+    }
+}
+
 /// The parameters of a node for its help text: each with its type, range, default and meaning.
 ///
 /// # Errors
 /// When a default cannot be written as a value.
 pub(crate) fn help<P: NodeParameters>() -> Result<String, ParameterError> {
     let mut text = String::new();
+    if P::DECLARATIONS.is_empty() {
+        write_defaults(&mut text, "", &default_values::<P>()?);
+    }
     for one in declared::<P>()? {
         let mut facts = vec![type_name(one.declaration.kind).to_owned()];
         facts.extend(notes(&one.declaration));
