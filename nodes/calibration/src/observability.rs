@@ -78,7 +78,7 @@ impl From<estimation::Direction<6>> for Direction {
     }
 }
 
-/// What `information` tells of a correction, with `wanted_std_devs` for units: directions that are known to these can be
+/// What `information` says of a correction, with `wanted_std_devs` for units: directions that are known to these can be
 /// estimated, but for the coordinates that are `given_up`.
 ///
 /// A coordinate of which hardly anything can be estimated is held as a whole: noise alone would mix a little

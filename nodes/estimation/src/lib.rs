@@ -9,7 +9,7 @@
 //! | [`tukey`] | Tukey's weights at the median scale of the errors, and the variance that they leave |
 //! | [`normal_equations`] | `J' W J` and `J' W e` of six unknowns, packed |
 //! | [`symmetric`] | symmetric 3 x 3 matrices, packed |
-//! | [`observability`] | which directions the measurements tell of, and the solution within these |
+//! | [`observability`] | which directions the measurements constrain, and the solution within these |
 //! | [`assignment`] | which track is given which observation, at the least cost |
 //! | [`chi_square`] | how large a squared error may be |
 //! | [`quantile`] | medians and quantiles |

@@ -1,6 +1,6 @@
-//! Which directions of a pose the measurements tell of, and the solution within these.
+//! Which directions of a pose the measurements constrain, and the solution within these.
 //!
-//! A wall tells of its normal and nothing of its own direction. What noise says of such a direction must not move the pose:
+//! A wall constrains motion along its normal and none along itself. What noise says of such a direction must not move the pose:
 //! it keeps its prediction there (Zhang, Kaess and Singh 2016, "On degeneracy of optimization-based state estimation
 //! problems": solution remapping).
 
@@ -68,7 +68,7 @@ impl Direction<6> {
     }
 }
 
-/// The directions that the measurements tell of independently of each other: the eigenvectors of their information in
+/// The directions that the measurements constrain independently of each other: the eigenvectors of their information in
 /// units.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Observability<const N: usize> {

@@ -12,7 +12,7 @@
 //! | `alignment` | the steps |
 //!
 //! A pose is corrected along the axes of the target, about the source's origin ([`estimation::perturbation::composite`]);
-//! directions that the clouds do not tell of keep the guess ([`estimation::observability`]).
+//! directions that the clouds do not constrain keep the guess ([`estimation::observability`]).
 //!
 //! Points are single precision in the frame of their sensor; everything that is summed is double. The number of threads
 //! changes no bit: chunks have a fixed size, and their sums are added in their order.
@@ -43,7 +43,7 @@ pub use self::prepared_cloud::PreparedCloud;
 
 /// One of the six directions of a pose: shifts count in metres, turns in the metres that they move the points by.
 pub type Direction = estimation::Direction<6>;
-/// What the correspondences tell of, direction by direction. The information along a direction is a share: as if so many of
+/// What the correspondences constrain, direction by direction. The information along a direction is a share: as if so many of
 /// the correspondences looked straight along it. In place of the bare eigenvalue this makes it a matter of the scene, not of
 /// how many points it is seen with.
 pub type Observability = estimation::Observability<6>;
@@ -57,7 +57,7 @@ pub(crate) use geometry::parameter::check;
 
 /// Lays a cloud onto another: the pose of the source in the target's frame, from a guess.
 ///
-/// Directions that the clouds do not tell of keep the guess ([`Registration::observability`]). The same clouds give the
+/// Directions that the clouds do not constrain keep the guess ([`Registration::observability`]). The same clouds give the
 /// same result to the bit, whatever the number of threads.
 ///
 /// # Errors

@@ -14,7 +14,7 @@
 //!
 //! The camera is rectified: a [`geometry::CameraModel`] with lens distortion is refused. A pose is `camera_from_map`. It is
 //! corrected on the left, in the camera frame ([`estimation::perturbation::left`]). All covariances of poses are of that
-//! correction. Directions that the observations do not tell of keep the guess ([`estimation::observability`]).
+//! correction. Directions that the observations do not constrain keep the guess ([`estimation::observability`]).
 
 pub mod config;
 pub(crate) mod line_ransac;
@@ -41,5 +41,5 @@ pub use rigid_sets::{RigidSet, RigidSplit, is_surprising, split_rigid_sets};
 
 /// One of the six directions of a pose, with the standard deviations that are wanted for units.
 pub type Direction = estimation::Direction<6>;
-/// What observations tell of a pose, direction by direction.
+/// What observations constrain of a pose, direction by direction.
 pub type Observability = estimation::Observability<6>;

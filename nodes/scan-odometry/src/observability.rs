@@ -1,4 +1,4 @@
-//! Which directions of the plane's three a match tells of.
+//! Which directions of the plane's three a match constrains.
 //!
 //! A wall tells of its normal and nothing of its own direction; between two parallel walls a platform may be anywhere
 //! along them. The others keep the prediction: see [`estimation::observability`].
@@ -13,7 +13,7 @@ use crate::ScanOdometryConfig;
 /// may be twice the expected one, and its own part counts once more.
 const ABOVE_NOISE: f64 = 2.0;
 
-/// The three directions `[x, y, turn]` that a match tells of independently of each other, in the frame of the scanner; a
+/// The three directions `[x, y, turn]` that a match constrains independently of each other, in the frame of the scanner; a
 /// turn counts in metres at the lever's end.
 pub(crate) type Observability = estimation::Observability<3>;
 

@@ -90,7 +90,7 @@ fn links_lead_to_files_and_headings() {
 #[test]
 fn paths_in_the_text_exist() {
     let mut missing = Vec::new();
-    // The changelog tells of files that have gone since.
+    // The changelog names files that have gone since.
     for page in pages().iter().filter(|page| page.name() != "CHANGELOG.md") {
         let code = page.spans.iter().chain(page.blocks.iter());
         for word in code.flat_map(|text| text.split_whitespace()) {
