@@ -1,8 +1,8 @@
 """The three nodes on a recorded bag: plays it, lets the last cycles through, and ends.
 
-    ros2 launch launch-scripts/bag.launch.py bag:=room.mcap save_map_on_exit:=map.ply
+    ros2 launch launch-scripts/bag.launch.py bag:=room.mcap map_file:=map.ply
 
-Takes the arguments of robot.launch.py as well; its topics are here those of the bag. The programs
+A map that is in the file is continued: give another bag another file. Takes the arguments of robot.launch.py as well; its topics are here those of the bag. The programs
 `stillmap`, `detection`, `segmentation` and `reconstruction` must be on the PATH.
 """
 

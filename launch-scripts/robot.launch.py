@@ -57,14 +57,14 @@ def described_nodes(context):
     # An absolute path wins over the folder before it.
     rig = PathJoinSubstitution([str(CONFIG / 'rig'), LaunchConfiguration('rig')])
     # Text even where it is empty or looks like a number.
-    map_path = ParameterValue(LaunchConfiguration('save_map_on_exit'), value_type=str)
-    parameters = {'reconstruction': [{'save_map_on_exit': map_path}]}
+    map_file = ParameterValue(LaunchConfiguration('map_file'), value_type=str)
+    parameters = {'reconstruction': [{'map_file': map_file}]}
     respawn = LaunchConfiguration('respawn').perform(context) == 'true'
     return [
         Node(
             package=package(), executable=name.replace('_', '-'), name=name,
             namespace=LaunchConfiguration('namespace'), output='screen',
-            parameters=[str(CONFIG / f'{name}.yaml'), rig, *parameters.get(name, [])],
+            parameters=[str(CONFIG / 'pipeline.yaml'), str(CONFIG / f'{name}.yaml'), rig, *parameters.get(name, [])],
             remappings=[(topic, LaunchConfiguration(argument)) for argument, topic, _ in INPUTS],
             respawn=respawn, respawn_delay=RESPAWN_DELAY_S,
             # Without one of them the others wait for ever.
@@ -81,8 +81,8 @@ def generate_launch_description():
             'rig', default_value='rplidar_a1_kinect_v1.yaml',
             description='preset of config/rig, or the absolute path of a parameter file'),
         DeclareLaunchArgument(
-            'save_map_on_exit', default_value='',
-            description='where the map is saved at the end: a .ply, .pcd or .bt path, or nothing'),
+            'map_file', default_value='',
+            description='the file of the map, continued where it is there: a .ply, .pcd or .bt path, or nothing'),
         DeclareLaunchArgument(
             'respawn', default_value='true', choices=['true', 'false'],
             description='start a node again that has fallen, or else end the others with it'),

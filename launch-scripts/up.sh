@@ -20,7 +20,7 @@ Everything else goes to all three nodes as ROS arguments, and wins over the file
 parameter is known to its own node only, which therefore stands before it.
 
 Example:
-  up.sh -r scan:=/laser/scan -r __ns:=/robot -p reconstruction:save_map_on_exit:=map.ply
+  up.sh -r scan:=/laser/scan -r __ns:=/robot -p reconstruction:map_file:=map.ply
 
 Environment:
   STILLMAP       the program `stillmap` [default: the one on the PATH, then target/release/stillmap]
@@ -87,7 +87,8 @@ trap 'asked=$((asked + 1))' INT TERM HUP
 
 pids=
 for node in $nodes; do
-    $own_group "$stillmap" node "$node" --ros-args --params-file "$root/config/$node.yaml" \
+    $own_group "$stillmap" node "$node" --ros-args --params-file "$root/config/pipeline.yaml" \
+        --params-file "$root/config/$node.yaml" \
         --params-file "$rig_file" "$@" &
     pids="$pids $!"
 done

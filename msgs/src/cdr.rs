@@ -25,7 +25,7 @@ const CDR_BIG_ENDIAN: u16 = 0x0000;
 const CDR_LITTLE_ENDIAN: u16 = 0x0001;
 
 /// Bytes that may follow the last field: a writer may pad a message to the largest alignment of CDR.
-/// More than that is another message than the one that was asked for.
+/// More than that is another message than the one that was requested.
 const MAX_PADDING_BYTES: usize = 7;
 
 /// The order of the bytes of a number.
@@ -48,7 +48,7 @@ pub fn encode<M: RosMessage>(message: &M) -> Result<Vec<u8>, CdrError> {
     bytes.extend_from_slice(&[0, 0]);
     cdr_encoding::to_writer::<M, LittleEndian, _>(&mut bytes, message)
         .map_err(|error| failed(CdrFault::Other(error.to_string())))?;
-    // A count that had lost its upper bits would stand in a message of at least that many bytes.
+    // A count that had lost its upper bits would be in a message of at least that many bytes.
     if bytes.len() > u32::MAX as usize {
         return Err(failed(CdrFault::TooLong { bytes: bytes.len() }));
     }

@@ -1,6 +1,6 @@
 //! The only place where a message becomes geometry or back; one file for each type of geometry.
 //!
-//! A conversion from a message believes nothing that it has not checked: what does not fit is a
+//! A conversion from a message checks every field: a value that does not fit is a
 //! [`ConvertError`] that names the field and carries its numbers. A conversion to a message cannot
 //! fail; a cloud or image beyond the 32 bits of the message's counts keeps its data whole, so that
 //! encoding it is the error ([`crate::cdr::CdrFault::TooLong`]) and nothing is lost in silence.
@@ -12,6 +12,7 @@ mod compressed_error;
 mod compressed_image;
 mod cycle;
 mod depth;
+mod depth_frame;
 mod error;
 mod labels;
 mod lidar_cloud;
@@ -52,7 +53,7 @@ pub use map_path::{map_path_from_message, message_from_map_path};
 pub use marker::markers_from_tracks;
 pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{
-    covariance_by_rows, isometry_from_pose, isometry_from_transform, message_from_pose,
+    covariance_by_rows, header_of, isometry_from_pose, isometry_from_transform, message_from_pose,
     pose_from_covariance_message, pose_from_isometry, pose_from_message, pose_from_odometry,
     transform_from_isometry,
 };

@@ -1,4 +1,4 @@
-//! `lifecycle_msgs`: the states of managed nodes, and the ways between them.
+//! `lifecycle_msgs`: the states of managed nodes, and the transitions between them.
 
 mod services;
 
@@ -44,7 +44,7 @@ ros_message!(State, "lifecycle_msgs", {
     TRANSITION_STATE_ERRORPROCESSING: u8 = 15,
 });
 
-/// The way of a managed node from one state to another.
+/// The transition of a managed node from one state to another.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Transition {
     /// One of the transitions, for instance [`Transition::TRANSITION_ACTIVATE`].
@@ -101,9 +101,9 @@ ros_message!(Transition, "lifecycle_msgs", {
     TRANSITION_ON_SHUTDOWN_FAILURE: u8 = 51,
     /// Something failed at its end.
     TRANSITION_ON_SHUTDOWN_ERROR: u8 = 52,
-    /// What has failed is mended.
+    /// The error was recovered.
     TRANSITION_ON_ERROR_SUCCESS: u8 = 60,
-    /// It could not be mended.
+    /// The error could not be recovered.
     TRANSITION_ON_ERROR_FAILURE: u8 = 61,
     /// Something failed while it was.
     TRANSITION_ON_ERROR_ERROR: u8 = 62,

@@ -1,4 +1,4 @@
-//! What makes a struct a ROS 2 message, and the macros that say so.
+//! The traits of a ROS 2 message, and the macros that implement them.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -22,9 +22,9 @@ pub trait RosMessage: Serialize + DeserializeOwned + Clone + Send + Sync + 'stat
 
 /// A ROS 2 service.
 pub trait RosService {
-    /// What the client sends.
+    /// The client's request.
     type Request: RosMessage;
-    /// What the server answers.
+    /// The server's response.
     type Response: RosMessage;
     /// The full name of the type, for instance `std_srvs/srv/Trigger`.
     const TYPE_NAME: &'static str;

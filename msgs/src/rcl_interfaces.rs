@@ -38,7 +38,7 @@ pub struct Log {
     pub line: u32,
 }
 ros_message!(Log, "rcl_interfaces", {
-    /// For whoever looks for a fault.
+    /// For debugging.
     DEBUG: u8 = 10,
     /// For the operator.
     INFO: u8 = 20,

@@ -79,6 +79,8 @@ macro_rules! for_each_message {
             $crate::std_srvs::SetBoolResponse,
             $crate::std_srvs::TriggerRequest,
             $crate::std_srvs::TriggerResponse,
+            $crate::stillmap_msgs::CycleSetup,
+            $crate::stillmap_msgs::DepthFrame,
             $crate::stillmap_msgs::DynamicZone,
             $crate::stillmap_msgs::DynamicZones,
             $crate::stillmap_msgs::ReducedCloud,

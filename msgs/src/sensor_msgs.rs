@@ -128,9 +128,9 @@ pub struct RegionOfInterest {
     pub x_offset: u32,
     /// First row in pixels.
     pub y_offset: u32,
-    /// Rows; 0 in a [`CameraInfo`] stands for the whole image.
+    /// Rows; 0 in a [`CameraInfo`] means the whole image.
     pub height: u32,
-    /// Columns; 0 in a [`CameraInfo`] stands for the whole image.
+    /// Columns; 0 in a [`CameraInfo`] means the whole image.
     pub width: u32,
     /// Whether the part is to be rectified as the whole image would be.
     pub do_rectify: bool,
@@ -156,9 +156,9 @@ pub struct CameraInfo {
     pub r: [f64; 9],
     /// Projection matrix of the rectified image by rows, in pixels.
     pub p: [f64; 12],
-    /// Columns that were joined to one; 0 and 1 both stand for none.
+    /// Columns that were joined to one; 0 and 1 both mean none.
     pub binning_x: u32,
-    /// Rows that were joined to one; 0 and 1 both stand for none.
+    /// Rows that were joined to one; 0 and 1 both mean none.
     pub binning_y: u32,
     /// The part of the sensor that is sent, before binning.
     pub roi: RegionOfInterest,

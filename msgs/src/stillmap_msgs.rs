@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::builtin_interfaces::Time;
 use crate::fixed_array;
 use crate::geometry_msgs::{Point, Pose, Vector3};
-use crate::sensor_msgs::PointCloud2;
+use crate::sensor_msgs::{CameraInfo, CompressedImage, PointCloud2};
 use crate::std_msgs::Header;
 
 /// A wedge of directions around the rig's z axis in which something moves (Rec-HV 3.2.2).
@@ -41,14 +41,42 @@ pub struct DynamicZones {
 }
 ros_message!(DynamicZones, "stillmap_msgs");
 
-/// What detection hands to segmentation: the cloud, the pose and the zones of one cycle.
+/// With what a cycle was made: what the nodes of a pipeline must agree on, and where the sensors were mounted.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct CycleSetup {
+    /// The method: `rec_hv` or `free_space`.
+    pub method: String,
+    /// Edge of the voxels that the cycle's points are means of, in metres.
+    pub voxel_edge: f64,
+    /// Edge of the voxels of a map of depth images, in metres; 0 where the map is of the cycle's points.
+    pub map_edge: f64,
+    /// Pose of the camera's optical frame in the rig.
+    pub rig_from_camera: Pose,
+    /// Pose of the scanner in the rig.
+    pub rig_from_lidar: Pose,
+}
+ros_message!(CycleSetup, "stillmap_msgs");
+
+/// A depth image with its camera, for a map that is finer than the reduced cloud.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct DepthFrame {
+    /// The depths in whole millimetres, 0 where nothing was measured: RVL, without loss.
+    pub image: CompressedImage,
+    /// The camera that took it.
+    pub camera: CameraInfo,
+}
+ros_message!(DepthFrame, "stillmap_msgs");
+
+/// The output of detection to segmentation: the cloud, the pose and the zones of one cycle.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct ReducedCloud {
     /// Stamp of the cycle's cloud; the rig frame, in which the cloud and the zones are expressed.
     pub header: Header,
     /// The number of the cycle, counted from 0.
     pub cycle: u32,
-    /// Stamp of the laser scan that the cycle stands for.
+    /// With what the cycle was made.
+    pub setup: CycleSetup,
+    /// Stamp of the laser scan of the cycle.
     pub scan_stamp: Time,
     /// Points of the cloud before the reduction.
     pub points_before_reduction: u64,
@@ -56,32 +84,37 @@ pub struct ReducedCloud {
     pub map_frame_id: String,
     /// Pose of the rig in the map at the stamp of the cloud.
     pub map_from_rig: Pose,
-    /// The camera's optical centre in the rig frame: where the rays to the cloud's points start.
-    pub camera_in_rig: Point,
-    /// Where something moves; empty when nothing does.
+    /// Zones with moving objects; empty when there are none.
     pub zones: Vec<DynamicZone>,
     /// The reduced cloud; its header is the message's own.
     pub cloud: PointCloud2,
     /// How many points each of the cloud's is the mean of, in their order.
     pub voxel_points: Vec<u32>,
+    /// The depth image of the cloud, where the map is made of depth images; otherwise none.
+    pub depth: Vec<DepthFrame>,
 }
 ros_message!(ReducedCloud, "stillmap_msgs");
 
-/// What segmentation hands to reconstruction: both parts of one cycle's cloud, and from where they were seen.
+/// The output of segmentation to reconstruction: both parts of one cycle's cloud, and from where they were seen.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct SegmentedCloud {
     /// Stamp of the cycle's cloud; the map frame.
     pub header: Header,
     /// The number of the cycle, counted from 0.
     pub cycle: u32,
+    /// With what the cycle was made.
+    pub setup: CycleSetup,
     /// Pose of the rig in the map at the stamp of the cloud.
     pub map_from_rig: Pose,
-    /// The camera's optical centre in the rig frame: where the rays to the points start.
-    pub camera_in_rig: Point,
-    /// What stays still, in the map frame; its header is the message's own.
+    /// The static part, in the map frame; its header is the message's own.
     pub static_cloud: PointCloud2,
-    /// What moves, in the rig frame.
+    /// The moving objects, in the rig frame.
     pub dynamic_cloud: PointCloud2,
+    /// The depth image of the clouds, where the map is made of depth images; otherwise none.
+    pub depth: Vec<DepthFrame>,
+    /// Which of its pixels show something that moves, or may: a bit for each, row by row, the lowest bit of a byte first.
+    #[serde(with = "serde_bytes")]
+    pub moving_pixels: Vec<u8>,
 }
 ros_message!(SegmentedCloud, "stillmap_msgs");
 
@@ -98,7 +131,7 @@ pub struct StageReport {
     pub processed: bool,
     /// Why the cycle was dropped, with the topics that were missing; empty when it was processed.
     pub drop_reason: String,
-    /// What was counted.
+    /// The names of the counts.
     pub count_names: Vec<String>,
     /// The counts, in the order of `count_names`.
     pub counts: Vec<u64>,

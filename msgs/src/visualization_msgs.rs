@@ -20,7 +20,7 @@ ros_message!(UVCoordinate, "visualization_msgs");
 /// A mesh sent along with its marker.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct MeshFile {
-    /// Its name; the ending tells the format.
+    /// Its name; the extension gives the format.
     pub filename: String,
     /// The content of the file.
     #[serde(with = "serde_bytes")]

@@ -21,12 +21,12 @@ impl<'de, const BIG_ENDIAN: bool> Decoder<'de, BIG_ENDIAN> {
         self.rest.len()
     }
 
-    /// Where the next byte stands in the message.
+    /// The position of the next byte in the message.
     pub(super) fn at(&self) -> usize {
         HEADER_BYTES + self.consumed
     }
 
-    /// The bytes of a number, which stands at a multiple of its own size.
+    /// The bytes of a number, which is aligned to its own size.
     fn number<const SIZE: usize>(&mut self) -> Result<[u8; SIZE], CdrFault> {
         let padding = self.consumed.next_multiple_of(SIZE) - self.consumed;
         let number = self.rest.get(padding..).and_then(|rest| rest.split_first_chunk::<SIZE>());

@@ -1,4 +1,4 @@
-//! What can be wrong with an encoded message.
+//! The errors of an encoded message.
 
 use std::fmt::Display;
 
@@ -6,13 +6,13 @@ use std::fmt::Display;
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{type_name} in CDR: {fault}")]
 pub struct CdrError {
-    /// The type that was asked for.
+    /// The type that was requested.
     pub type_name: &'static str,
-    /// What was wrong.
+    /// The fault.
     pub fault: CdrFault,
 }
 
-/// What was wrong with an encoded message. Places count from the start of the message, its
+/// The fault of an encoded message. Places count from the start of the message, its
 /// encapsulation header included.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum CdrFault {
@@ -36,7 +36,7 @@ pub enum CdrFault {
          or is of another type"
     )]
     Ended {
-        /// Where the field would stand, alignment included.
+        /// The position of the field, alignment included.
         at: usize,
         /// Bytes that the field needs, alignment included.
         needed: usize,
@@ -77,9 +77,9 @@ pub enum CdrFault {
     /// A truth value that is neither 0 nor 1.
     #[error("the truth value at byte {at} is {value}, not 0 or 1")]
     NotABool {
-        /// Where it stands.
+        /// Its position.
         at: usize,
-        /// What stands there.
+        /// The value there.
         value: u8,
     },
     /// The message is longer than its type and padding explain.
@@ -101,7 +101,7 @@ pub enum CdrFault {
     /// The struct holds something that no ROS 2 message has.
     #[error("a {0} has no place in a ROS 2 message")]
     Unsupported(&'static str),
-    /// What serde itself has to say.
+    /// The message of serde.
     #[error("{0}")]
     Other(String),
 }

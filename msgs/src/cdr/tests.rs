@@ -24,7 +24,7 @@ fn big_endian<M: RosMessage>(message: &M) -> Vec<u8> {
     bytes
 }
 
-fn assert_both_ways<M: RosMessage + PartialEq + Debug>(message: &M, hexadecimal: &str) {
+fn assert_encoding<M: RosMessage + PartialEq + Debug>(message: &M, hexadecimal: &str) {
     assert_eq!(encode(message).unwrap(), bytes_of(hexadecimal));
     assert_eq!(decode::<M>(&bytes_of(hexadecimal)).as_ref(), Ok(message));
 }
@@ -48,7 +48,7 @@ fn a_laser_scan_is_what_others_write() {
         ranges: vec![1.25, f32::INFINITY, 2.5],
         intensities: Vec::new(),
     };
-    assert_both_ways(
+    assert_encoding(
         &scan,
         "0001000000f1536515cd5b07060000006c61736572000000000000bf0000003f0000003f6f12833a\
          295c0f3e9a99193e00000041030000000000a03f0000807f0000204000000000",
@@ -69,7 +69,7 @@ fn a_tree_of_frames_is_what_others_write() {
             edge(header(-1, 3, "odom"), "base_link", -1.0, 0.0, 0.5, half_turn),
         ],
     };
-    assert_both_ways(
+    assert_encoding(
         &tree,
         "00010000020000000100000002000000040000006d617000050000006f646f6d0000000000000000\
          0000f03f000000000000004000000000000008400000000000000000000000000000000000000000\
@@ -98,7 +98,7 @@ fn a_cloud_is_what_others_write() {
         data: [1.0_f32, 2.0, 3.0, 4.0, 5.0, 6.0].iter().flat_map(|v| v.to_le_bytes()).collect(),
         is_dense: true,
     };
-    assert_both_ways(
+    assert_encoding(
         &cloud,
         "0001000007000000080000000400000063616d000100000002000000030000000200000078000000\
          0000000007000000010000000200000079000000040000000700000001000000020000007a000000\
@@ -119,13 +119,13 @@ fn diagnostics_are_what_others_write() {
             values: vec![KeyValue { key: "rate".to_owned(), value: "0".to_owned() }],
         }],
     };
-    assert_both_ways(
+    assert_encoding(
         &array,
         "00010000000000000000000001000000000000000100000002000000050000007363616e00000000\
          080000006e6f207363616e0001000000000000000100000005000000726174650000000002000000\
          3000",
     );
-    assert_both_ways(&std_msgs::Empty::default(), "0001000000");
+    assert_encoding(&std_msgs::Empty::default(), "0001000000");
 }
 
 fn fault_of<M: RosMessage + Debug>(bytes: &[u8]) -> CdrFault {
@@ -148,7 +148,7 @@ fn a_header_that_is_none_is_named() {
         let fault = fault_of::<std_msgs::Bool>(&[high, low, 0, 0, 1]);
         assert_eq!(fault, CdrFault::UnknownEncapsulation { identifier });
     }
-    // The options, which may tell the padding, are not read.
+    // The options, which may contain the padding, are not read.
     assert_eq!(decode(&[0, 1, 9, 9, 1]), Ok(std_msgs::Bool { data: true }));
 }
 
@@ -225,7 +225,7 @@ fn an_error_names_type_place_and_numbers() {
 }
 
 #[test]
-fn a_body_without_header_is_read_in_the_order_that_is_told() {
+fn a_body_without_header_is_read_in_the_given_order() {
     let time = Time { sec: 1, nanosec: 2 };
     assert_eq!(decode_body(&[1, 0, 0, 0, 2, 0, 0, 0], ByteOrder::Little), Ok(time));
     assert_eq!(decode_body(&[0, 0, 0, 1, 0, 0, 0, 2], ByteOrder::Big), Ok(time));

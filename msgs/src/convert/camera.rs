@@ -25,8 +25,8 @@ const RATIONAL: &str = "rational_polynomial";
 /// (`equidistant`) are not supported: without distortion they are no pinhole camera either.
 ///
 /// # Errors
-/// When the camera is not calibrated, its matrix is none of a pinhole camera, the model is not
-/// supported or has other coefficients, the region is not within the sensor, or a number is none.
+/// When the camera is not calibrated, its matrix is not that of a pinhole camera, the model is not
+/// supported or has other coefficients, the region is not within the sensor, or a number is not finite.
 pub fn camera_from_message(message: &CameraInfo) -> Result<CameraModel, ConvertError> {
     if message.k.iter().all(|element| *element == 0.0) {
         return Err(ConvertError::Uncalibrated);

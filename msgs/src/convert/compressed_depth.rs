@@ -23,7 +23,7 @@ use crate::std_msgs::Header;
 /// The last part of the topic's name, behind the name of the raw image's topic.
 pub const COMPRESSED_DEPTH_TOPIC: &str = "compressedDepth";
 
-/// What stands between the encoding of the raw image and the codec.
+/// The text between the encoding of the raw image and the codec.
 const TRANSPORT: &str = "compressedDepth";
 const PNG: &str = "png";
 const RVL: &str = "rvl";
@@ -33,7 +33,7 @@ const HEADER_BYTES: usize = 12;
 const WORD_BYTES: usize = 4;
 /// `INV_DEPTH`. The original writes it for every image, also for millimetres, and so says nothing by it.
 const INVERSE_DEPTH: i32 = 0;
-/// Before an RVL stream stand the columns and the rows (`uint32`), little endian.
+/// An RVL stream begins with the columns and the rows (`uint32`), little endian.
 const RVL_SIZE_BYTES: usize = 8;
 /// A run of zeros takes next to nothing however long it is, so that the data bounds no picture: this
 /// does, by four times the largest depth cameras there are.
@@ -52,7 +52,7 @@ pub enum DepthCodec {
     Rvl,
 }
 
-/// What becomes of depths in metres (`32FC1`), of which no codec takes 32 bits.
+/// The encoding of depths in metres (`32FC1`), of which no codec takes 32 bits.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum MetresAs {
     /// Rounded to millimetres, and sent as `16UC1`: finer than the usual quantisation beyond 3.2 m, and
@@ -63,7 +63,7 @@ pub enum MetresAs {
     InverseDepth(InverseDepth),
 }
 
-/// What the pixels of the picture mean.
+/// The unit of the picture's pixels.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Meaning {
     Millimetres,
@@ -81,7 +81,7 @@ impl Meaning {
 }
 
 impl DepthCodec {
-    /// What the formats of messages call it.
+    /// Its name in the formats of messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -96,7 +96,7 @@ impl DepthCodec {
 ///
 /// # Errors
 /// When the format is another, the codec is neither PNG nor RVL, the data is cut or damaged, or the
-/// picture is none of 16-bit grey.
+/// picture is not of 16-bit grey.
 pub fn compressed_depth_from_message(
     message: &CompressedImage,
 ) -> Result<DepthImage, ConvertError> {

@@ -41,21 +41,21 @@ pub enum CompressedImageError {
         /// The format, the start of it.
         format: String,
     },
-    /// A compressed depth image without what stands before the picture.
+    /// A compressed depth image without the header before the picture.
     #[error(
         "CompressedImage: data has {data_bytes} bytes, less than the {header_bytes} before a {codec:?} picture"
     )]
     Header {
         /// The codec.
         codec: &'static str,
-        /// What there is.
+        /// The bytes there are.
         data_bytes: usize,
-        /// What there must be.
+        /// The bytes needed.
         header_bytes: usize,
     },
     /// A header that no depth can be had by.
     #[error(
-        "CompressedImage: depths quantised by the parameters {a} and {b} are none; both must be \
+        "CompressedImage: the parameters {a} and {b} of quantised depths are invalid; both must be \
          finite, and the first above 0"
     )]
     Quantisation {
@@ -69,7 +69,7 @@ pub enum CompressedImageError {
     Picture {
         /// The codec.
         codec: &'static str,
-        /// What the decoder said.
+        /// The decoder's error.
         reason: String,
     },
     /// An RVL picture that is damaged, or none.
@@ -78,9 +78,9 @@ pub enum CompressedImageError {
     /// A picture of other pixels.
     #[error("CompressedImage: the pixels are {found}; wanted are those of {wanted}")]
     OtherPixels {
-        /// What they are.
+        /// Their kind.
         found: String,
-        /// What they must be.
+        /// The kind needed.
         wanted: &'static str,
     },
     /// A picture that cannot be in the data.
@@ -95,7 +95,7 @@ pub enum CompressedImageError {
         width: u32,
         /// Rows.
         height: u32,
-        /// What there is.
+        /// The bytes there are.
         data_bytes: usize,
     },
     /// A picture that is larger than those of any camera.
@@ -122,7 +122,7 @@ pub enum CompressedImageError {
         width_px: usize,
         /// Rows.
         height_px: usize,
-        /// What the encoder said.
+        /// The encoder's error.
         reason: String,
     },
 }

@@ -19,7 +19,7 @@ use crate::sensor_msgs::{CompressedImage, Image};
 /// The last part of the topic's name, behind the name of the raw image's topic.
 pub const COMPRESSED_IMAGE_TOPIC: &str = "compressed";
 
-/// What stands between the codec and the colours in the order that the codec was given them.
+/// The text between the codec and the colours in the order that the codec was given them.
 const TRANSPORT: &str = "compressed";
 /// That order, whatever the raw image had: that of the library that the original compresses by. The
 /// picture itself has its colours right.

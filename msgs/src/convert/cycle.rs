@@ -1,16 +1,20 @@
-//! What belongs to one cycle.
+//! The messages of one cycle.
 
-use geometry::{Cloud, DetectedCycle, SegmentedCycle};
+use geometry::{Cloud, CycleSetup, DetectedCycle, Method, RigMounts, SegmentedCycle};
 
+use super::depth_frame::{
+    bits_from_mask, depth_frame_from_messages, masked_depth_from_messages,
+    messages_from_depth_frame,
+};
 use super::error::excerpt;
-use super::pose::{header_of, message_from_point, point_from_message};
+use super::pose::header_of;
 use super::zone::{messages_from_zones, zones_from_messages};
 use super::{
     ConvertError, cloud_from_message, isometry_from_pose, message_from_cloud, pose_from_isometry,
     stamp_from_time, time_from_stamp,
 };
 use crate::std_msgs::Header;
-use crate::stillmap_msgs::{ReducedCloud, SegmentedCloud};
+use crate::stillmap_msgs::{self, ReducedCloud, SegmentedCloud};
 
 /// The cycle of a message.
 ///
@@ -25,8 +29,10 @@ pub fn detected_cycle_from_message(message: &ReducedCloud) -> Result<DetectedCyc
     if counts != means {
         return Err(ConvertError::VoxelPoints { counts, means });
     }
+    let depth = depth_frame_from_messages(&message.depth, reduced_cloud.stamp)?;
     Ok(DetectedCycle {
         index: message.cycle,
+        setup: setup_from_message(&message.setup)?,
         scan_stamp: stamp_from_time(message.scan_stamp),
         reduced_cloud,
         voxel_points: message.voxel_points.clone(),
@@ -34,8 +40,8 @@ pub fn detected_cycle_from_message(message: &ReducedCloud) -> Result<DetectedCyc
             .map_err(|_| ConvertError::PointCount { points })?,
         map_from_rig: isometry_from_pose(&message.map_from_rig)?,
         map_frame_id: message.map_frame_id.clone(),
-        camera_in_rig_m: point_from_message(&message.camera_in_rig)?,
         zones: zones_from_messages(&message.zones)?,
+        depth,
     })
 }
 
@@ -46,31 +52,35 @@ pub fn message_from_detected_cycle(cycle: &DetectedCycle) -> ReducedCloud {
     ReducedCloud {
         header: header_of(stamp, frame_id),
         cycle: cycle.index,
+        setup: message_from_setup(&cycle.setup),
         scan_stamp: time_from_stamp(cycle.scan_stamp),
         points_before_reduction: cycle.points_before_reduction as u64,
         map_frame_id: cycle.map_frame_id.clone(),
         map_from_rig: pose_from_isometry(&cycle.map_from_rig),
-        camera_in_rig: message_from_point(&cycle.camera_in_rig_m),
         zones: messages_from_zones(&cycle.zones),
         cloud: message_from_cloud(&cycle.reduced_cloud),
         voxel_points: cycle.voxel_points.clone(),
+        depth: messages_from_depth_frame(cycle.depth.as_deref()),
     }
 }
 
 /// The two parts of a cycle's cloud.
 ///
 /// # Errors
-/// When the static cloud has another stamp or frame than the message itself, or a cloud or the pose is none.
+/// When the static cloud has another stamp or frame than the message itself, or a cloud or the pose is invalid.
 pub fn segmented_cycle_from_message(
     message: &SegmentedCloud,
 ) -> Result<SegmentedCycle, ConvertError> {
     check_own(&message.header, &message.static_cloud.header)?;
+    let static_cloud = cloud_from_message(&message.static_cloud)?;
+    let (depth, moving) = (&message.depth, &message.moving_pixels);
     Ok(SegmentedCycle {
         index: message.cycle,
-        static_cloud: cloud_from_message(&message.static_cloud)?,
+        setup: setup_from_message(&message.setup)?,
+        depth: masked_depth_from_messages(depth, moving, static_cloud.stamp)?,
+        static_cloud,
         dynamic_cloud: cloud_from_message(&message.dynamic_cloud)?,
         map_from_rig: isometry_from_pose(&message.map_from_rig)?,
-        camera_in_rig_m: point_from_message(&message.camera_in_rig)?,
     })
 }
 
@@ -81,10 +91,39 @@ pub fn message_from_segmented_cycle(cycle: &SegmentedCycle) -> SegmentedCloud {
     SegmentedCloud {
         header: header_of(stamp, frame_id),
         cycle: cycle.index,
+        setup: message_from_setup(&cycle.setup),
         map_from_rig: pose_from_isometry(&cycle.map_from_rig),
-        camera_in_rig: message_from_point(&cycle.camera_in_rig_m),
         static_cloud: message_from_cloud(&cycle.static_cloud),
         dynamic_cloud: message_from_cloud(&cycle.dynamic_cloud),
+        depth: messages_from_depth_frame(cycle.depth.as_ref().map(|depth| &*depth.frame)),
+        moving_pixels: cycle
+            .depth
+            .as_ref()
+            .map(|depth| bits_from_mask(&depth.is_moving))
+            .unwrap_or_default(),
+    }
+}
+
+fn setup_from_message(message: &stillmap_msgs::CycleSetup) -> Result<CycleSetup, ConvertError> {
+    Ok(CycleSetup {
+        method: Method::of_name(&message.method)
+            .ok_or_else(|| ConvertError::Method { method: excerpt(&message.method) })?,
+        voxel_edge_m: message.voxel_edge,
+        map_edge_m: message.map_edge,
+        mounts: RigMounts {
+            rig_from_camera: isometry_from_pose(&message.rig_from_camera)?,
+            rig_from_lidar: isometry_from_pose(&message.rig_from_lidar)?,
+        },
+    })
+}
+
+fn message_from_setup(setup: &CycleSetup) -> stillmap_msgs::CycleSetup {
+    stillmap_msgs::CycleSetup {
+        method: setup.method.name().to_owned(),
+        voxel_edge: setup.voxel_edge_m,
+        map_edge: setup.map_edge_m,
+        rig_from_camera: pose_from_isometry(&setup.mounts.rig_from_camera),
+        rig_from_lidar: pose_from_isometry(&setup.mounts.rig_from_lidar),
     }
 }
 
@@ -115,6 +154,15 @@ mod tests {
         let voxel_points = (1..).take(points_m.len()).collect();
         DetectedCycle {
             index: 7,
+            setup: CycleSetup {
+                method: Method::RecHv,
+                voxel_edge_m: 0.05,
+                map_edge_m: 0.02,
+                mounts: RigMounts {
+                    rig_from_camera: pose_from_vector(pose),
+                    rig_from_lidar: pose_from_vector(&[0.1, -0.02, -0.8, 0.1, 0.2, 0.3]),
+                },
+            },
             scan_stamp: Stamp::from_nanos(1_700_000_000_100_000_000),
             reduced_cloud: Cloud {
                 stamp: Stamp::from_nanos(1_700_000_000_133_333_333),
@@ -125,7 +173,6 @@ mod tests {
             points_before_reduction: 307_200,
             map_from_rig: pose_from_vector(pose),
             map_frame_id: "map".to_owned(),
-            camera_in_rig_m: Point3::new(0.1, -0.02, 0.3),
             zones: vec![
                 DynamicZone {
                     azimuth_min_rad: -0.1,
@@ -142,11 +189,12 @@ mod tests {
                     returns: Some(ReturnSpan { nearest_m: 1.5, farthest_m: 2.25 }),
                 },
             ],
+            depth: None,
         }
     }
 
     proptest! {
-        /// What the nodes exchange is what the cores computed, to the last bit: the map that grows
+        /// The nodes exchange the values that the cores computed, to the last bit: the map that grows
         /// over DDS is the one that grows within one process.
         #[test]
         fn a_cycle_comes_back_bit_by_bit_from_the_wire(
@@ -175,10 +223,11 @@ mod tests {
         let static_cloud = Cloud { frame_id: "map".to_owned(), ..cycle.reduced_cloud.clone() };
         let segmented = SegmentedCycle {
             index: cycle.index,
+            setup: cycle.setup,
             static_cloud,
             dynamic_cloud: cycle.reduced_cloud,
             map_from_rig: cycle.map_from_rig,
-            camera_in_rig_m: cycle.camera_in_rig_m,
+            depth: None,
         };
         let bytes = cdr::encode(&message_from_segmented_cycle(&segmented)).unwrap();
         let mut message: SegmentedCloud = cdr::decode(&bytes).unwrap();
@@ -216,6 +265,10 @@ mod tests {
             detected_cycle_from_message(&shrunk),
             Err(ConvertError::Quaternion { .. })
         ));
+        let mut by_another_method = whole.clone();
+        by_another_method.setup.method = "median".to_owned();
+        let error = detected_cycle_from_message(&by_another_method).unwrap_err();
+        assert!(error.to_string().contains("\"median\""), "{error}");
         let mut turned = whole;
         turned.zones[0].azimuth_max_rad = -2.0;
         assert!(matches!(

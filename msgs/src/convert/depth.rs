@@ -10,7 +10,7 @@ use crate::std_msgs::Header;
 
 /// Depth in millimetres (REP-118), 0 where nothing was measured.
 const MILLIMETRES: &str = "16UC1";
-/// What some drivers call the same.
+/// The name of some drivers for the same.
 const MILLIMETRES_TOO: &str = "mono16";
 /// Depth in metres (REP-118), not finite where nothing was measured.
 const METRES: &str = "32FC1";
@@ -77,7 +77,7 @@ pub fn message_from_depth(image: &DepthImage) -> Image {
     image_message(header, encoding, size_px, data)
 }
 
-/// Pixels of 16 bits as they stand in a message.
+/// Pixels of 16 bits as in a message.
 pub(super) fn whole_pixel_bytes(pixels: &[u16]) -> Vec<u8> {
     pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect()
 }

@@ -7,7 +7,7 @@ use super::CompressedImageError;
 /// A message could not become geometry. Lengths, offsets and counts are those that the message states.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum ConvertError {
-    /// A path is none of a map.
+    /// A path is invalid.
     #[error("Path: {0}")]
     MapPath(#[from] MapPathError),
     /// A scan without rays.
@@ -23,6 +23,41 @@ pub enum ConvertError {
         angle_min_rad: f32,
         /// Angle from a ray to the next.
         angle_increment_rad: f32,
+    },
+    /// A cycle was made by a method that is not known.
+    #[error("CycleSetup: {method:?} is no method; rec_hv and free_space are")]
+    Method {
+        /// Its name.
+        method: String,
+    },
+    /// A cycle has more than one depth image.
+    #[error("depth has {frames} images; a cycle has one, or none")]
+    DepthFrames {
+        /// How many.
+        frames: usize,
+    },
+    /// A depth image and its camera are not of each other.
+    #[error("DepthFrame: {0}")]
+    DepthFrame(#[from] geometry::DepthFrameError),
+    /// A depth image was not taken with the cycle's cloud.
+    #[error(
+        "DepthFrame: it has the stamp {depth_stamp_ns} ns, and the cycle's cloud {cloud_stamp_ns} ns"
+    )]
+    DepthStamp {
+        /// Of the image.
+        depth_stamp_ns: i64,
+        /// Of the cloud.
+        cloud_stamp_ns: i64,
+    },
+    /// A mask is not one of its image.
+    #[error("moving_pixels has {bytes} bytes; an image of {pixels} pixels has {expected}")]
+    MovingPixels {
+        /// Its length.
+        bytes: usize,
+        /// Of the image.
+        pixels: usize,
+        /// What these take.
+        expected: usize,
     },
     /// The rays of a scan go round more than once.
     #[error(
@@ -89,7 +124,7 @@ pub enum ConvertError {
         field: &'static str,
         /// Where it starts.
         offset: u32,
-        /// What it takes.
+        /// Its size.
         size_bytes: usize,
         /// Bytes of a point.
         point_step: u32,
@@ -103,7 +138,7 @@ pub enum ConvertError {
         message: &'static str,
         /// Points or pixels in a row.
         width: u32,
-        /// What they take.
+        /// Their size.
         row_bytes: u64,
         /// `row_step` of a cloud, `step` of an image.
         step: u32,
@@ -120,9 +155,9 @@ pub enum ConvertError {
         height: u32,
         /// Bytes from a row to the next.
         step: u64,
-        /// What the rows take.
+        /// The size of the rows.
         needed_bytes: u128,
-        /// What there is.
+        /// The bytes there are.
         data_bytes: usize,
     },
     /// An image of another encoding.
@@ -130,7 +165,7 @@ pub enum ConvertError {
     Encoding {
         /// The encoding, the start of it.
         encoding: String,
-        /// What was wanted, with its encodings.
+        /// The kind needed, with its encodings.
         wanted: &'static str,
     },
     /// A compressed image is not what it claims to be, or an image cannot be compressed.
@@ -147,14 +182,14 @@ pub enum ConvertError {
         "CameraInfo: k is all zero: the camera is not calibrated; give its driver a calibration"
     )]
     Uncalibrated,
-    /// An intrinsic matrix that is none of a pinhole camera.
+    /// An intrinsic matrix that is not that of a pinhole camera.
     #[error("CameraInfo: k[{index}] is {value}, where an intrinsic matrix has {expected}")]
     IntrinsicMatrix {
         /// Which element.
         index: usize,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What it must be.
+        /// The value needed.
         expected: f64,
     },
     /// A distortion model that is not known.
@@ -181,7 +216,7 @@ pub enum ConvertError {
     DistortionBeyondModel {
         /// Which coefficient.
         index: usize,
-        /// What it is.
+        /// Its value.
         value: f64,
     },
     /// The region of interest is not within the sensor.
@@ -241,7 +276,7 @@ pub enum ConvertError {
         /// Its left-hand bound.
         azimuth_max_rad: f64,
     },
-    /// A zone's deviation is none.
+    /// A zone's deviation is invalid.
     #[error("zone {index}: peak_std_dev_m {peak_std_dev_m} is no deviation")]
     ZonePeak {
         /// Which zone.

@@ -10,7 +10,7 @@ use crate::sensor_msgs::Image;
 
 /// A number of 16 bits for each pixel.
 const LABELS: &str = "mono16";
-/// What some writers call the same.
+/// The name of some writers for the same.
 const LABELS_TOO: &str = "16UC1";
 
 /// The label image of a message, `mono16` or `16UC1`: the number of an object for each pixel, 0 for what

@@ -13,7 +13,7 @@ use super::{ConvertError, stamp_from_time};
 use crate::sensor_msgs::PointCloud2;
 pub use times::{PointTimes, TimeOrigin, TimeUnit};
 
-/// What drivers call the moment of a point: Velodyne's and most others, Ouster's, those of Hesai, RoboSense and Livox.
+/// The names that drivers give to the time of a point: Velodyne's and most others, Ouster's, those of Hesai, RoboSense and Livox.
 const TIME_FIELDS: [&str; 6] =
     ["time", "t", "timestamp", "time_stamp", "offset_time", "time_offset"];
 /// ... the laser,
@@ -26,17 +26,17 @@ const MOST_ROWS: u32 = 256;
 /// A cloud, and how the times of its points were understood.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LidarCloudReading {
-    /// What was measured.
+    /// The cloud.
     pub cloud: LidarCloud,
-    /// How its times were told.
+    /// How its times were read.
     pub times: PointTimes,
 }
 
 /// The cloud of a message of a LiDAR's driver: its points in the message's order, without those that are not finite or at the
 /// scanner itself (no returns), with intensities, rings and times where there are fields for them.
 ///
-/// Times may be in any unit, and count from the stamp, from 1970 or from anything: which, is told by how long a revolution
-/// lasts ([`PointTimes`]), unless `unit` says it. The rows of an organised cloud without rings are its rings.
+/// Times may be in any unit, and count from the stamp, from 1970 or from anything: this is inferred from the duration of a revolution
+/// ([`PointTimes`]), unless `unit` gives it. The rows of an organised cloud without rings are its rings.
 ///
 /// # Errors
 /// When x, y or z is missing, a field that is read is repeated, of unknown datatype or not within the point; when rows overlap
@@ -61,7 +61,7 @@ pub fn lidar_cloud_from_message(
     cloud.points_m = listed.points_m;
     cloud.intensities = fields.intensity.map(|_| listed.intensities);
     cloud.rings = (fields.ring.is_some() || fields.rows_are_rings).then_some(listed.rings);
-    if matches!(times, PointTimes::Told { .. }) {
+    if matches!(times, PointTimes::Known { .. }) {
         cloud.times_s = Some(listed.times.into_iter().map(|time_s| time_s as f32).collect());
     }
     Ok(LidarCloudReading { cloud, times })

@@ -1,4 +1,4 @@
-//! The way of the platform in its map.
+//! The trajectory of the platform in its map.
 
 use geometry::{MapPath, PathVertex};
 
@@ -13,7 +13,7 @@ use crate::std_msgs::Header;
 /// poses' headers; the poses' own frames are not looked at.
 ///
 /// # Errors
-/// When a pose is none, as [`isometry_from_pose`], or the poses are no path, as [`MapPath::new`].
+/// When a pose is invalid, as [`isometry_from_pose`], or the poses are no path, as [`MapPath::new`].
 pub fn map_path_from_message(message: &Path) -> Result<MapPath, ConvertError> {
     let vertices = message.poses.iter().map(|posed| {
         let stamp = stamp_from_time(posed.header.stamp);

@@ -26,7 +26,7 @@ pub(super) enum Samples {
     Rgb8(Vec<u8>),
 }
 
-/// What the bytes of a pixel are, on their way into a picture.
+/// The meaning of a pixel's bytes before they are encoded as a picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Layout {
     Grey8,
@@ -51,7 +51,7 @@ impl Layout {
 }
 
 impl Samples {
-    /// What they are, for an error.
+    /// Their kind, for an error.
     pub(super) fn name(&self) -> &'static str {
         match self {
             Self::Grey8(_) => "grey of 8 bits",

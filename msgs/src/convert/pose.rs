@@ -19,7 +19,7 @@ const ROUNDED: f64 = 10e-3;
 /// same to the last bit. A turn that is wrong by as much moves a point at 10 m by 10 nm.
 const EXACT: f64 = 1e-9;
 
-/// The rigid motion of a pose. A quaternion that was rounded on its way is made a unit one.
+/// The rigid motion of a pose. A quaternion that was rounded in transit is normalised.
 ///
 /// # Errors
 /// When the position is not finite, or the quaternion's squared length differs from 1 by more than
@@ -29,7 +29,7 @@ pub fn isometry_from_pose(pose: &Pose) -> Result<Isometry3<f64>, ConvertError> {
 }
 
 /// The rigid motion of a transform: takes coordinates of the child frame to the parent. A quaternion that was rounded
-/// on its way is made a unit one.
+/// in transit is normalised.
 ///
 /// # Errors
 /// As [`isometry_from_pose`].
@@ -139,7 +139,8 @@ pub fn covariance_by_rows(covariance: &Matrix6<f64>) -> [f64; 36] {
 }
 
 /// The header of a moment in a frame.
-pub(super) fn header_of(stamp: Stamp, frame_id: &str) -> Header {
+#[must_use]
+pub fn header_of(stamp: Stamp, frame_id: &str) -> Header {
     Header { stamp: time_from_stamp(stamp), frame_id: frame_id.to_owned() }
 }
 

@@ -14,7 +14,7 @@ const POINT_BYTES: usize = 22;
 pub struct LidarShot {
     /// In metres; not a number where nothing returned.
     pub position_m: [f32; 3],
-    /// As the scanner tells it.
+    /// As the scanner reports it.
     pub intensity: f32,
     /// Which laser, the lowest is 0.
     pub ring: u16,
@@ -22,7 +22,7 @@ pub struct LidarShot {
     pub time_s: f32,
 }
 
-/// The message of shots in rows of so many columns, as `velodyne_driver` publishes organised clouds: x, y, z, intensity,
+/// The message of shots in rows of this many columns, as `velodyne_driver` publishes organised clouds: x, y, z, intensity,
 /// ring and time, little endian, 22 bytes a point.
 #[must_use]
 pub fn message_from_lidar_shots(

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn drivers_may_repeat_the_first_ray_and_turn_the_other_way() {
+    fn drivers_may_repeat_the_first_ray_and_turn_in_the_other_direction() {
         for rays in [360, 720, 1440] {
             let mut message = turn(rays);
             message.angle_increment = TAU / (rays - 1) as f32;

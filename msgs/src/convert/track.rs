@@ -94,11 +94,12 @@ mod tests {
         let cloud =
             Cloud { stamp: Stamp::from_nanos(5), frame_id: "map".to_owned(), points_m: Vec::new() };
         let cycle = SegmentedCycle {
+            depth: None,
             index: 9,
             static_cloud: cloud.clone(),
             dynamic_cloud: cloud,
             map_from_rig: Isometry3::identity(),
-            camera_in_rig_m: Point3::origin(),
+            setup: geometry::CycleSetup::default(),
         };
         let message = message_from_tracks(&cycle, &[track()]);
         let decoded: Tracks = cdr::decode(&cdr::encode(&message).unwrap()).unwrap();

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use serde::Serialize;
 use serde::ser::{self, Impossible, SerializeSeq, SerializeStruct, SerializeTuple};
 
-/// What a value serialised as.
+/// The serialised shape of a value.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Shape {
     /// A number, truth value or text: its type's name in a `.msg` file, and the value.

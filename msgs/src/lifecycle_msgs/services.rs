@@ -1,4 +1,4 @@
-//! The services by which a managed node is asked for its state, and brought to another.
+//! The services that read the state of a managed node, and change it.
 
 use serde::{Deserialize, Serialize};
 

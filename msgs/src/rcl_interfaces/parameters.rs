@@ -136,7 +136,7 @@ pub struct ListParametersResult {
 }
 ros_message!(ListParametersResult, "rcl_interfaces");
 
-/// What has become of a node's parameters.
+/// The changes of a node's parameters.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct ParameterEvent {
     /// When.

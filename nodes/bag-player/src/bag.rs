@@ -151,7 +151,7 @@ impl Bag {
         &self.path
     }
 
-    /// What is in the bag. Reads the index where there is one, and the whole bag where not.
+    /// The contents of the bag. Reads the index where there is one, and the whole bag where not.
     ///
     /// # Errors
     /// When a file can no longer be opened.
@@ -159,7 +159,7 @@ impl Bag {
         info::of(self, false)
     }
 
-    /// What is in the bag, counted by reading all of it: finds damaged chunks that [`Bag::info`] does
+    /// The contents of the bag, counted by reading all of it: finds damaged chunks that [`Bag::info`] does
     /// not look at.
     ///
     /// # Errors
@@ -186,7 +186,7 @@ impl Bag {
         Ok(Messages::new(&self.files, filter, self.losses.clone(), self.merge_window_bytes))
     }
 
-    /// Every topic asked for must be there. The whole bag is read for this only when its index does
+    /// Every topic requested must be there. The whole bag is read for this only when its index does
     /// not know the topic.
     fn check_topics(&self, selection: &Selection) -> Result<(), BagError> {
         let Some(topics) = &selection.topics else { return Ok(()) };

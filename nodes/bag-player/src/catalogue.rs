@@ -10,7 +10,7 @@ use crate::qos::OfferedQos;
 /// Key of a channel's metadata under which rosbag2 keeps the QoS of the recorded publishers.
 pub(crate) const QOS_METADATA_KEY: &str = "offered_qos_profiles";
 
-/// What a channel carries.
+/// The type and encoding of a channel.
 #[derive(PartialEq, Debug)]
 pub(crate) struct Channel {
     pub(crate) topic: Arc<str>,
@@ -22,7 +22,7 @@ pub(crate) struct Channel {
     pub(crate) qos: Option<OfferedQos>,
 }
 
-/// What a type is called, and how it is defined.
+/// The name and definition of a type.
 #[derive(Clone, Debug)]
 struct Schema {
     name: Arc<str>,

@@ -1,4 +1,4 @@
-//! What can go wrong with a bag, and what was lost of one that could still be read.
+//! The errors of a bag, and the losses of one that could still be read.
 
 use std::fmt;
 use std::io;
@@ -15,9 +15,9 @@ pub enum BagError {
     /// The path cannot be opened at all.
     #[error("cannot open {path}: {source}; check the path and its permissions", path = path.display())]
     Open {
-        /// What was to be opened.
+        /// The path to open.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The file has no bytes.
@@ -31,7 +31,7 @@ pub enum BagError {
     NotABag {
         /// The file.
         path: PathBuf,
-        /// What it looks like, with the fix in its text.
+        /// The kind of file, with the fix in its text.
         found: ForeignFile,
     },
     /// The bag is stored as a SQLite database.
@@ -87,15 +87,15 @@ pub enum BagError {
         path: PathBuf,
         /// How many are listed.
         listed: usize,
-        /// What became of the first one.
+        /// The error of the first one.
         first: String,
     },
-    /// A topic was asked for that the bag does not have.
+    /// A topic was requested that the bag does not have.
     #[error("{path} has no topic {topic}; it has: {available}", path = path.display())]
     NoSuchTopic {
         /// The bag.
         path: PathBuf,
-        /// The topic asked for.
+        /// The topic requested.
         topic: String,
         /// Its topics, comma-separated.
         available: String,
@@ -105,7 +105,7 @@ pub enum BagError {
     BadSelection {
         /// Which one.
         name: &'static str,
-        /// What was given.
+        /// The given type.
         value_s: f64,
     },
     /// A message was to be decoded as another type than its own.
@@ -175,7 +175,7 @@ pub enum BagError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What went wrong.
+        /// The error.
         source: mcap::McapError,
     },
     /// The finished bag cannot be put in its place.
@@ -183,7 +183,7 @@ pub enum BagError {
     Create {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
 }
@@ -199,7 +199,7 @@ pub struct Loss {
     pub size_bytes: u64,
     /// How many messages are lost with it, where that is known.
     pub messages: Option<u64>,
-    /// What happened.
+    /// The kind of loss.
     pub kind: LossKind,
 }
 

@@ -1,8 +1,8 @@
-//! What a file is that is not an MCAP bag, and what to do with it.
+//! The kind of a file that is not an MCAP bag, and the fix.
 
 use std::fmt;
 
-/// A file that was given as a bag but is none.
+/// A file that was given as a bag but is not one.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum ForeignFile {
     /// A ROS 1 bag.
@@ -15,17 +15,17 @@ pub enum ForeignFile {
     Unknown(Vec<u8>),
 }
 
-/// How many bytes [`sniff`] needs to tell the known kinds apart.
+/// How many bytes [`sniff`] needs to distinguish the known kinds.
 pub(crate) const SNIFF_BYTES: usize = 32;
 
-/// What the first bytes of a file say that it is.
+/// The kind of a file by its first bytes.
 pub(crate) enum FileKind {
     Mcap,
     Sqlite3,
     Foreign(ForeignFile),
 }
 
-/// Tells a file by its first bytes.
+/// Recognises a file by its first bytes.
 pub(crate) fn sniff(start: &[u8]) -> FileKind {
     if start.starts_with(mcap::MAGIC) {
         return FileKind::Mcap;

@@ -1,4 +1,4 @@
-//! What is where in one MCAP file: its segments, channels and statistics.
+//! The index of one MCAP file: its segments, channels and statistics.
 //!
 //! The index at the end of the file says where the chunks are. What it does not cover (files
 //! without an index, cut files, messages outside of chunks) is walked record by record; only the
@@ -21,7 +21,7 @@ use crate::summary::{self, Summary};
 /// Messages outside of chunks are read in runs of about this size, as if they were a chunk.
 const RUN_BYTES: u64 = 1 << 20;
 
-/// What is where in one MCAP file.
+/// The index of one MCAP file.
 #[derive(Clone, Debug)]
 pub(crate) struct FileIndex {
     pub(crate) path: PathBuf,
@@ -33,7 +33,7 @@ pub(crate) struct FileIndex {
     pub(crate) catalogue: Catalogue,
     /// Present where the file carries them and was read by its index.
     pub(crate) statistics: Option<Statistics>,
-    /// What is known to be lost before any message is read.
+    /// The losses known before any message is read.
     pub(crate) losses: Vec<Loss>,
     /// Whether the file has an index of its chunks.
     pub(crate) indexed: bool,

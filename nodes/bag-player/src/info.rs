@@ -1,4 +1,4 @@
-//! What is in a bag.
+//! The contents of a bag.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -22,7 +22,7 @@ mod span;
 
 use span::Span;
 
-/// What is in a bag: the content of `stillmap info`, as text ([`fmt::Display`]) or JSON.
+/// The contents of a bag: the output of `stillmap info`, as text ([`fmt::Display`]) or JSON.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct BagInfo {
     /// The path that was opened.
@@ -41,9 +41,9 @@ pub struct BagInfo {
     pub message_count: u64,
     /// The topics, by name.
     pub topics: Vec<TopicInfo>,
-    /// What of the bag cannot be read.
+    /// The parts of the bag that cannot be read.
     pub losses: Vec<Loss>,
-    /// What else is worth knowing.
+    /// Other remarks.
     pub remarks: Vec<String>,
 }
 
@@ -82,11 +82,11 @@ pub struct TopicInfo {
     pub message_count: u64,
     /// Mean rate from the first to the last of them; `None` for less than two messages.
     pub rate_hz: Option<f64>,
-    /// What its publishers offered, where that was recorded.
+    /// The QoS that its publishers offered, where that was recorded.
     pub qos: Option<OfferedQos>,
 }
 
-/// What was counted of a topic.
+/// The counts of a topic.
 #[derive(Default)]
 struct Tallied {
     messages: u64,

@@ -117,7 +117,7 @@ impl Messages {
         }
     }
 
-    /// What could not be read so far; complete once the iteration has ended. What is known to be
+    /// The losses so far; complete once the iteration has ended. What is known to be
     /// lost without reading (a missing file, a damaged index) is here from the start.
     #[must_use]
     pub fn losses(&self) -> &[Loss] {
@@ -218,7 +218,7 @@ impl Messages {
                 let recovered_messages = found.len() as u64;
                 loss(size_bytes, None, LossKind::CutOff { recovered_messages });
             } else {
-                // What a damaged chunk still yields cannot be told from what it should have.
+                // The readable messages of a damaged chunk cannot be distinguished from all that it should have.
                 found.clear();
                 skipped.clear();
                 let wanted = |id: u16, log_time_ns: u64| {
@@ -251,7 +251,7 @@ impl Messages {
         let channel = match message.channel {
             Some(channel) => channel,
             None => match reader.catalogue.channel(message.header.channel_id) {
-                // It is known by now but was not when the message was met: it is not filtered yet.
+                // It is known by now but was not when the message was read: it is not filtered yet.
                 Some(channel) if !self.filter.wants_topic(&channel.topic) => return,
                 Some(channel) => Arc::clone(channel),
                 None => {

@@ -27,7 +27,7 @@ pub enum Durability {
     TransientLocal,
 }
 
-/// What a publisher offers, as far as it decides who can subscribe.
+/// The QoS that a publisher offers, as far as it decides who can subscribe.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct OfferedQos {
     /// Whether lost samples are sent again.
@@ -167,7 +167,7 @@ impl Policy {
 }
 
 impl Profile {
-    /// What is unknown or left to the system becomes the default of ROS 2: reliable, volatile.
+    /// A policy that is unknown or left to the system becomes the default of ROS 2: reliable, volatile.
     fn offered(&self) -> OfferedQos {
         OfferedQos {
             reliability: if self.reliability.is(2, "best_effort") {

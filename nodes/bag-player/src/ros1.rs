@@ -1,7 +1,7 @@
 //! Bags of ROS 1 (format 2.0), turned into bags of ROS 2.
 //!
-//! Every message is written anew in the encoding of ROS 2, by the definition that the bag carries. Types that
-//! are laid out differently in ROS 2 under the same name (markers) are left out, and said.
+//! Every message is encoded again in the encoding of ROS 2, by the definition that the bag carries. Types that
+//! have another layout in ROS 2 under the same name (markers) are left out, and reported.
 
 mod definition;
 #[cfg(test)]
@@ -56,7 +56,7 @@ pub enum Ros1Error {
     Write(#[from] BagError),
 }
 
-/// What came of a bag.
+/// The outcome of converting a bag.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Ros1Conversion {
     /// The bag that was written.
@@ -79,12 +79,16 @@ pub struct LeftOut {
 }
 
 /// Writes the messages of a bag of ROS 1 as a bag of ROS 2, in the order in which they were recorded within each
-/// chunk of the bag.
+/// chunk of the bag. Ends before a chunk for which `goes_on` does not hold, with what was written until then.
 ///
 /// # Errors
 /// When the bag cannot be read at all, or the other cannot be written. What is wrong with single topics or
 /// messages is in the result.
-pub fn convert_ros1(path: &Path, output: &Path) -> Result<Ros1Conversion, Ros1Error> {
+pub fn convert_ros1(
+    path: &Path,
+    output: &Path,
+    goes_on: impl Fn() -> bool,
+) -> Result<Ros1Conversion, Ros1Error> {
     let open = |source| Ros1Error::Open { path: path.to_owned(), source };
     let index_at = index_position(path).map_err(open)?;
     let length = std::fs::metadata(path).map_err(open)?.len();
@@ -99,6 +103,9 @@ pub fn convert_ros1(path: &Path, output: &Path) -> Result<Ros1Conversion, Ros1Er
     };
     let mut broken_off = None;
     for record in bag.chunk_records() {
+        if !goes_on() {
+            break;
+        }
         let taken = match record {
             Ok(ChunkRecord::Chunk(chunk)) => conversion.take_all(chunk.messages())?,
             Ok(ChunkRecord::IndexData(_)) => Ok(()),
@@ -133,7 +140,7 @@ struct Converter {
     left_out: BTreeMap<String, LeftOut>,
 }
 
-/// What becomes of the messages of a connection.
+/// The treatment of the messages of a connection.
 #[derive(Clone)]
 struct Topic {
     name: String,
@@ -245,7 +252,7 @@ impl Plan {
             .and_then(|definitions| definitions.members(in_ros2))
             .map_err(wrong)?;
         if layout(&known) != layout(&members) {
-            return Err(format!("{type_name} is laid out differently in ROS 2"));
+            return Err(format!("{type_name} has another layout in ROS 2"));
         }
         Ok(Self { type_name, schema, members })
     }

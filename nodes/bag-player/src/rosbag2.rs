@@ -13,7 +13,7 @@ pub(crate) const METADATA_FILE: &str = "metadata.yaml";
 /// Largest metadata file that is read; real ones have some kB per topic.
 const MAX_METADATA_BYTES: u64 = 64 << 20;
 
-/// What `metadata.yaml` says, as far as it is used.
+/// The contents of `metadata.yaml`, as far as they are used.
 #[derive(Debug)]
 pub(crate) struct Metadata {
     /// The files, in their order.

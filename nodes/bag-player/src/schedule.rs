@@ -15,7 +15,7 @@ pub struct Schedule {
     rate: f64,
     looping: bool,
     state: State,
-    /// Steps asked for while paused and not yet taken.
+    /// Steps requested while paused and not yet taken.
     steps: u32,
     /// Whether this pass has published anything: a loop over nothing must end.
     published_in_pass: bool,
@@ -28,11 +28,11 @@ enum State {
     Unset { paused: bool },
     /// At `at` of the clock it was `bag` in the bag.
     Running { bag: Stamp, at: Duration },
-    /// It stands still.
+    /// It is paused.
     Paused { bag: Stamp },
 }
 
-/// What the player does next.
+/// The next action of the player.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Decision {
     /// Publish the message now; it was due `late` ago.
@@ -42,7 +42,7 @@ pub enum Decision {
     },
     /// Nothing is due before this long; ask again then, or when a key is pressed.
     Wait(Duration),
-    /// Nothing is due before playback goes on or a step is asked for.
+    /// Nothing is due before playback continues or a step is requested.
     Paused,
     /// The bag is at its end and starts again: hand over its first message next.
     Rewind,
@@ -54,7 +54,7 @@ pub enum Decision {
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 #[error("the rate must be a positive number, not {rate}; 1 is real time, 0.5 half as fast")]
 pub struct RateError {
-    /// The rate that was asked for.
+    /// The rate that was requested.
     pub rate: f64,
 }
 
@@ -76,7 +76,7 @@ impl Schedule {
         })
     }
 
-    /// What to do at `now` with `next`, the log time of the next message; `None` at the bag's end.
+    /// The action at `now` for `next`, the log time of the next message; `None` at the bag's end.
     pub fn decide(&mut self, now: Duration, next: Option<Stamp>) -> Decision {
         let Some(next) = next else { return self.end_of_pass() };
         match self.state {
@@ -121,7 +121,7 @@ impl Schedule {
         Decision::Rewind
     }
 
-    /// Whether playback stands still.
+    /// Whether playback is paused.
     #[must_use]
     pub fn is_paused(&self) -> bool {
         matches!(self.state, State::Paused { .. } | State::Unset { paused: true })
@@ -136,14 +136,14 @@ impl Schedule {
         };
     }
 
-    /// Lets the time of the bag have stood still for this long, up to now.
+    /// Counts the time of the bag as paused for this long, up to now.
     pub fn stand(&mut self, lasting: Duration) {
         if let State::Running { at, .. } = &mut self.state {
             *at = at.saturating_add(lasting);
         }
     }
 
-    /// Lets the time of the bag run on from where it stands.
+    /// Lets the time of the bag run on from its current time.
     pub fn resume(&mut self, now: Duration) {
         self.steps = 0;
         self.state = match self.state {

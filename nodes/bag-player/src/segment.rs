@@ -43,7 +43,7 @@ pub(crate) struct Segment {
     pub(crate) form: Form,
 }
 
-/// What a segment is.
+/// The kind of a segment.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Form {
     /// A chunk record, with the name of its compression.
@@ -52,7 +52,7 @@ pub(crate) enum Form {
     Run,
 }
 
-/// What a chunk's record says about it, but for its CRC, which the reader checks on its own.
+/// The head of a chunk's record, without its CRC, which the reader checks on its own.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct ChunkHead {
     pub(crate) first_ns: u64,
@@ -65,7 +65,7 @@ pub(crate) struct ChunkHead {
 }
 
 impl ChunkHead {
-    /// Reads what stands before a chunk's records; `None` where the record or the file ends sooner.
+    /// Reads the head before a chunk's records; `None` where the record or the file ends sooner.
     pub(crate) fn read(source: &mut Source, frame: &Frame) -> io::Result<Option<Self>> {
         let wanted = MIN_CHUNK_HEADER_BYTES + MAX_COMPRESSION_NAME_BYTES;
         let body = source.body_start(frame, wanted)?;
@@ -168,7 +168,7 @@ fn records_of_run(
 }
 
 /// Decompresses a chunk record by record. The reader of the mcap crate is fed the head and the
-/// records but never what lies behind them, so that a record that lies about its length runs into
+/// records but never the bytes behind them, so that a record with a wrong length runs into
 /// the end of the input instead of the neighbouring bytes.
 fn records_of_chunk(
     source: &mut Source,

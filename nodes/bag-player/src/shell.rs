@@ -36,7 +36,7 @@ pub use summary::{Ending, PlaySummary, TopicSummary};
 /// Name of the node, unless the command line gives another.
 const NODE_NAME: &str = "bag_player";
 
-/// Exit code where the bag was played and something of it was lost on the way.
+/// Exit code where the bag was played and some messages were lost in transit.
 const INCOMPLETE: u8 = 3;
 
 /// Exit code of a process that was interrupted (128 + SIGINT, as shells have it).
@@ -57,7 +57,7 @@ struct Cli {
     options: PlayOptions,
 }
 
-/// What stands below the options in `--help`.
+/// The text below the options in `--help`.
 pub const EXAMPLES: &str = "\
 Examples:
   bag-player kitchen.mcap --clock --wait-for /scan
@@ -74,7 +74,7 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
     match try_run(arguments) {
         Ok(code) => code,
         Err(error) => {
-            // The process ends here; when even stderr is gone there is nobody left to tell.
+            // The process ends here; when even stderr is gone there is nowhere left to report.
             let _ = writeln!(std::io::stderr(), "bag-player: {error}");
             ExitCode::FAILURE
         }
@@ -102,13 +102,13 @@ fn try_run(arguments: impl IntoIterator<Item = String>) -> Result<ExitCode, Node
 pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode, NodeFailure> {
     let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
     node_shell::log::start(&identity.logger_name(), &ros.log, &ros.outputs);
-    ros.tell_without_effect();
+    ros.warn_of_options_without_effect();
     // A bag that cannot be read needs no network to say so.
     Bag::open(&options.bag)?;
     let json = options.json;
     let looping = options.looping;
     let summary = on_a_node(NODE_NAME, ros, async |node| play(options, node).await)?;
-    tell(&summary, json)?;
+    print_summary(&summary, json)?;
     Ok(match summary.ending {
         // A loop has no other end than being stopped.
         Ending::Interrupted if !looping => ExitCode::from(INTERRUPTED),
@@ -141,8 +141,8 @@ where
     })
 }
 
-/// Prints what came of it.
-fn tell(summary: &(impl Display + Serialize), json: bool) -> Result<(), NodeFailure> {
+/// Prints the summary.
+fn print_summary(summary: &(impl Display + Serialize), json: bool) -> Result<(), NodeFailure> {
     let mut stdout = std::io::stdout();
     if json {
         writeln!(stdout, "{}", serde_json::to_string_pretty(summary)?)?;

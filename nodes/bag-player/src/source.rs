@@ -32,7 +32,7 @@ impl Frame {
     }
 }
 
-/// An open file, its size, and where reading stands.
+/// An open file, its size, and the position of reading.
 pub(crate) struct Source {
     reader: BufReader<File>,
     position: u64,
@@ -62,7 +62,7 @@ impl Source {
         let result = self.reader.read_exact(buffer);
         match result {
             Ok(()) => self.position += buffer.len() as u64,
-            // Where reading failed the position is not known: find it again.
+            // When reading failed the position is not known: find it again.
             Err(_) => self.position = self.reader.stream_position()?,
         }
         result

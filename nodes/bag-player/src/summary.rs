@@ -12,7 +12,7 @@ use crate::source::{FRAME_HEADER_BYTES, Source};
 /// The footer's body: two offsets and a checksum.
 const FOOTER_BODY_BYTES: u64 = 8 + 8 + 4;
 
-/// What the end of a file says about the rest of it.
+/// The summary at the end of a file.
 #[derive(Default, Debug)]
 pub(crate) struct Summary {
     pub(crate) catalogue: Catalogue,

@@ -51,7 +51,7 @@ struct WrittenChannel {
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct ChannelId(u16);
 
-/// What has been written.
+/// The counts of written records.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct BagSummary {
     /// The bag.
@@ -97,6 +97,12 @@ impl BagWriter {
             start: None,
             end: None,
         })
+    }
+
+    /// The file that is written until the bag is finished.
+    #[must_use]
+    pub fn temporary(&self) -> &Path {
+        &self.temporary
     }
 
     fn failed(&self, source: McapError) -> BagError {

@@ -6,7 +6,6 @@ mod tests;
 
 use std::collections::BTreeSet;
 
-use estimation::perturbation::composite::perturbed;
 use geometry::{DepthImage, ParameterError};
 use nalgebra::{Isometry3, Vector6};
 
@@ -15,21 +14,22 @@ use crate::constraint::{Constraint, constraints_of};
 use crate::fit::{Fit, Observation, fit};
 use crate::observability::{Coordinate, SHARE_OF_ONE, share};
 use crate::optics::DepthOptics;
+use crate::repeated::{InCycle, Key, repeated};
 use crate::returns::LidarReturn;
-use crate::steady::{InCycle, Key, steady};
-use crate::still::{still_returns, views_of};
+use crate::static_returns::{static_returns, views_of};
 
+pub use geometry::RigMounts;
 pub use report::{Calibration, CoordinateEstimate};
 
-/// Returns are put onto the image anew until the scanner moves by less than this ...
+/// Returns are projected onto the image again until the scanner moves by less than this ...
 const SETTLED_M: f64 = 1e-4;
 /// ... and turns by less than this.
 const SETTLED_RAD: f64 = 3e-5;
-/// From this iteration on what is given up stays given up, a coordinate or a return: one at the border would come and go.
+/// From this iteration on a coordinate that is held or a return that is dropped stays so: one at the border would alternate.
 const DECIDED_FROM: usize = 5;
-/// From this one on so is a coordinate that is told only together with others, and not to the end.
+/// From this one on a coordinate that is observable only in combination with others, and not fully, is held too.
 const MIXED_UNTIL: usize = 15;
-/// A step that is no larger than so many times the above is good enough when the iterations are used up.
+/// A step that is no larger than this many times the above is good enough when the iterations are used up.
 const NEARLY_SETTLED: f64 = 10.0;
 
 /// A scan and the depth image nearest to it.
@@ -43,30 +43,7 @@ pub struct Cycle {
     pub map_from_rig: Option<Isometry3<f64>>,
 }
 
-/// How the two sensors are mounted.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct RigMounts {
-    /// The camera's optical frame in the rig.
-    pub rig_from_camera: Isometry3<f64>,
-    /// The scanner's frame in the rig.
-    pub rig_from_lidar: Isometry3<f64>,
-}
-
-impl RigMounts {
-    /// Takes a point of the scanner's frame to the camera's, with the rig's motion in between.
-    #[must_use]
-    pub fn camera_from_lidar(&self, image_rig_from_rig: &Isometry3<f64>) -> Isometry3<f64> {
-        self.rig_from_camera.inverse() * image_rig_from_rig * self.rig_from_lidar
-    }
-
-    /// With the scanner's pose corrected; see the crate's page for the six numbers.
-    #[must_use]
-    pub fn corrected(&self, correction: &Vector6<f64>) -> Self {
-        Self { rig_from_lidar: perturbed(&self.rig_from_lidar, correction), ..*self }
-    }
-}
-
-/// The cycles do not tell where the scanner is.
+/// The cycles do not determine the scanner's pose.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum CalibrationError {
     /// A parameter is out of its range.
@@ -78,23 +55,23 @@ pub enum CalibrationError {
          are needed"
     )]
     TooFewReturns {
-        /// So many do.
+        /// The returns that are.
         found: usize,
-        /// Of so many.
+        /// Of this many.
         returns: usize,
-        /// So many are needed.
+        /// This many are needed.
         needed: usize,
         /// The farthest that counts.
         max_offset_m: f64,
     },
-    /// The returns tell of no direction well enough.
+    /// The returns determine no direction well enough.
     #[error(
-        "{found} returns on surfaces tell no coordinate to {max_std_dev_m} m or {max_std_dev_rad:.4} rad"
+        "{found} returns on surfaces determine no coordinate to {max_std_dev_m} m or {max_std_dev_rad:.4} rad"
     )]
     NothingObservable {
-        /// So many returns were on surfaces.
+        /// This many returns were on surfaces.
         found: usize,
-        /// What was asked for, of a shift ...
+        /// The required standard deviation, of a shift ...
         max_std_dev_m: f64,
         /// ... and of a turn.
         max_std_dev_rad: f64,
@@ -105,7 +82,7 @@ pub enum CalibrationError {
          {step_rad:.5} rad"
     )]
     NotSettled {
-        /// After so many iterations.
+        /// After this many iterations.
         iterations: usize,
         /// The last step, of the shift ...
         step_m: f64,
@@ -117,11 +94,11 @@ pub enum CalibrationError {
 /// Estimates the scanner's pose from cycles, starting from `mounts`. The camera's pose stays.
 ///
 /// Every return is moved into the camera frame and compared with the plane, or the edge, that the depth image shows
-/// there; what passes through the scene is left out ([`crate::still`]), what does not fit has no weight
-/// ([`crate::fit`]). Directions that the scene does not tell stay as they are in `mounts`, and the result says so.
+/// there; moving objects are left out ([`crate::static_returns`]), outliers have no weight
+/// ([`crate::fit`]). Directions that the scene does not determine stay as they are in `mounts`, and the result says so.
 ///
 /// # Errors
-/// When too little of the scans lies on surfaces, these tell of no direction, or the pose does not settle.
+/// When too few returns are on surfaces, these determine no direction, or the pose does not settle.
 pub fn calibrate(
     cycles: &[Cycle],
     optics: DepthOptics<'_>,
@@ -133,10 +110,10 @@ pub fn calibrate(
     let mut total = Vector6::zeros();
     let mut step = (f64::INFINITY, f64::INFINITY);
     let mut known = None;
-    let mut given_up = [false; 6];
+    let mut held = [false; 6];
     let mut kept: Option<BTreeSet<Key>> = None;
     for iteration in 0..config.max_iterations {
-        let (constraints, fit) = problem.iterate(&total, given_up, kept.as_ref())?;
+        let (constraints, fit) = problem.iterate(&total, held, kept.as_ref())?;
         if iteration + 1 >= DECIDED_FROM {
             kept = Some(constraints.iter().map(InCycle::key).collect());
         }
@@ -146,9 +123,8 @@ pub fn calibrate(
         if iteration >= DECIDED_FROM {
             let before = known.unwrap_or(knows);
             let is_mixed = iteration >= MIXED_UNTIL;
-            for (given_up, (before, now)) in given_up.iter_mut().zip(before.into_iter().zip(knows))
-            {
-                *given_up |= (before || is_mixed) && !now;
+            for (held, (before, now)) in held.iter_mut().zip(before.into_iter().zip(knows)) {
+                *held |= (before || is_mixed) && !now;
             }
         }
         known = Some(knows);
@@ -168,7 +144,7 @@ pub fn calibrate(
 struct Problem<'a> {
     cycles: &'a [Cycle],
     views: Vec<usize>,
-    still: Vec<Vec<bool>>,
+    is_static: Vec<Vec<bool>>,
     optics: DepthOptics<'a>,
     mounts: RigMounts,
     config: &'a CalibrationConfig,
@@ -182,15 +158,15 @@ impl<'a> Problem<'a> {
         config: &'a CalibrationConfig,
     ) -> Self {
         let views = views_of(cycles);
-        let still = still_returns(cycles, &views, config);
-        Self { cycles, views, still, optics, mounts: *mounts, config }
+        let is_static = static_returns(cycles, &views, config);
+        Self { cycles, views, is_static, optics, mounts: *mounts, config }
     }
 
-    /// Puts the returns onto the images with the correction so far, and fits a better one.
+    /// Projects the returns onto the images with the correction so far, and fits a better one.
     fn iterate(
         &self,
         total: &Vector6<f64>,
-        given_up: [bool; 6],
+        held: [bool; 6],
         kept: Option<&BTreeSet<Key>>,
     ) -> Result<(Vec<InCycle>, Fit), CalibrationError> {
         let mounts = self.mounts.corrected(total);
@@ -205,7 +181,7 @@ impl<'a> Problem<'a> {
             });
         }
         let observations = self.observations(&constraints, &mounts);
-        match fit(&observations, total, given_up, self.config) {
+        match fit(&observations, total, held, self.config) {
             Some(fit) => Ok((constraints, fit)),
             None => Err(CalibrationError::NothingObservable {
                 found,
@@ -215,14 +191,14 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// What the returns must lie on, of those that are `kept`.
+    /// The constraints of the returns that are `kept`.
     fn constraints(&self, mounts: &RigMounts, kept: Option<&BTreeSet<Key>>) -> Vec<InCycle> {
         let mut constraints = Vec::new();
-        for (index, (cycle, still)) in self.cycles.iter().zip(&self.still).enumerate() {
-            let is_still = |place: usize| still.get(place).copied().unwrap_or(false);
+        for (index, (cycle, is_static)) in self.cycles.iter().zip(&self.is_static).enumerate() {
+            let is_static = |place: usize| is_static.get(place).copied().unwrap_or(false);
             let of_cycle = constraints_of(
                 &cycle.returns,
-                is_still,
+                is_static,
                 &cycle.image,
                 self.optics,
                 mounts,
@@ -234,7 +210,7 @@ impl<'a> Problem<'a> {
             let of_cycle = of_cycle.into_iter().filter(is_kept);
             constraints.extend(of_cycle.map(|constraint| (index, constraint)));
         }
-        steady(constraints, &self.views)
+        repeated(constraints, &self.views)
     }
 
     fn observations(&self, constraints: &[InCycle], mounts: &RigMounts) -> Vec<Observation> {

@@ -39,7 +39,7 @@ pub enum CameraFileError {
         /// How many it must have.
         accepted: &'static str,
     },
-    /// An element of the matrix is none of a pinhole camera.
+    /// An element of the matrix is not that of a pinhole camera.
     #[error("{key}: element {index} is {value}, and {expected} is expected of a pinhole camera")]
     Element {
         /// The matrix.

@@ -5,7 +5,7 @@ use nalgebra::Vector6;
 
 /// The parameters of [`crate::calibrate()`].
 ///
-/// Every default stands in [`CalibrationConfig::default`] and nowhere else. The noises only weigh one return
+/// Every default is in [`CalibrationConfig::default`] and nowhere else. The noises only weigh one return
 /// against another: how large they really are is estimated from what is left over.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CalibrationConfig {
@@ -25,24 +25,24 @@ pub struct CalibrationConfig {
     pub max_offset_m: f64,
     /// Surfaces whose depth is larger are left out.
     pub max_depth_m: f64,
-    /// The range must rise by so much from a beam to the next to make an edge.
+    /// The range must rise by this much from a beam to the next to make an edge.
     pub min_edge_jump_m: f64,
     /// The same edge is looked for in the image within this angle.
     pub edge_search_rad: f64,
     /// Normals of surfaces are known no better than this, whatever the fit says: walls are not quite plane, nor is
     /// the image of one.
     pub normal_noise_rad: f64,
-    /// A direction is estimated only when the bag tells it to this standard deviation (a shift) ...
+    /// A direction is estimated only when the bag determines it to this standard deviation (a shift) ...
     pub max_std_dev_m: f64,
     /// ... or to this one (a turn).
     pub max_std_dev_rad: f64,
     /// How well the pose that the calibration starts from is known: a shift ...
     pub prior_std_dev_m: f64,
-    /// ... and a turn. What the bag does not tell keeps these.
+    /// ... and a rotation. Directions that the bag does not determine keep these.
     pub prior_std_dev_rad: f64,
     /// Fewer returns on surfaces are not enough.
     pub min_returns: usize,
-    /// So often the returns are put onto the image anew.
+    /// The returns are projected onto the image this often.
     pub max_iterations: usize,
 }
 
@@ -56,7 +56,7 @@ impl Default for CalibrationConfig {
             // Khoshelham and Elberink (2012) for the first Kinect; millimetres near by, as time of flight has.
             depth_noise_m: 0.003,
             depth_noise_per_m: 1.43e-3,
-            // A little more than the 1 degree that a return of the RPLIDAR A1 stands for; 9 cm to each side at 4 m.
+            // A little more than the 1 degree that a return of the RPLIDAR A1 covers; 9 cm to each side at 4 m.
             patch_half_angle_rad: 0.022,
             // 75 degrees: beyond, little light comes back, and a beam's width becomes depth.
             max_incidence_rad: 75.0 * std::f64::consts::PI / 180.0,
@@ -121,13 +121,13 @@ impl CalibrationConfig {
         self.depth_noise_m + self.depth_noise_per_m * depth_m * depth_m
     }
 
-    /// What a direction must be known to, one number a coordinate of a correction.
+    /// The required accuracy of a direction, one number a coordinate of a correction.
     pub(crate) fn wanted_std_devs(&self) -> Vector6<f64> {
         let (shift, turn) = (self.max_std_dev_m, self.max_std_dev_rad);
         Vector6::new(shift, shift, shift, turn, turn, turn)
     }
 
-    /// What is known beforehand, likewise.
+    /// The accuracy known beforehand, likewise.
     pub(crate) fn prior_std_devs(&self) -> Vector6<f64> {
         let (shift, turn) = (self.prior_std_dev_m, self.prior_std_dev_rad);
         Vector6::new(shift, shift, shift, turn, turn, turn)

@@ -15,22 +15,22 @@ use crate::returns::LidarReturn;
 const AZIMUTH_VARIANCE_STEPS: f64 = 1.0 / 12.0;
 /// The same of an edge between two beams, each of which was measured anywhere within its step.
 const EDGE_VARIANCE_STEPS: f64 = 1.0 / 6.0;
-/// Neighbours lie on the same surface when their distances from it differ by no more than so many standard deviations.
+/// Neighbours are on the same surface when their distances from it differ by no more than this many standard deviations.
 const NEIGHBOUR_STD_DEVS: f64 = 5.0;
-/// Beside an edge, what is near goes on evenly for one more beam: the range changes by no more than this share of the
+/// Beside an edge, the near surface continues evenly for one more beam: the range changes by no more than this share of the
 /// jump. Of a curve, it would depend on where a beam happens to lie whether the edge is seen.
 const EVEN_SHARE: f64 = 0.3;
 /// ... and by no more than this: a wall at 45 degrees 4 m away, and the noise of two ranges.
 const EVEN_M: f64 = 0.12;
-/// The range rises at an edge by so many standard deviations at least.
+/// The range rises at an edge by this many standard deviations at least.
 const EDGE_STD_DEVS: f64 = 6.0;
 
-/// What a return must lie on.
+/// The surface that a return must be on.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Kind {
     /// The plane of the pixels around it.
     Plane,
-    /// The edge of something near, beyond which the next beam goes on.
+    /// The edge of a near surface, beyond which the next beam is longer.
     Edge,
 }
 
@@ -39,7 +39,7 @@ pub enum Kind {
 pub struct Constraint {
     /// The beam.
     pub beam: usize,
-    /// What the surface is.
+    /// The kind of surface.
     pub kind: Kind,
     /// See [`LidarReturn::step_rad`].
     pub step_rad: f64,
@@ -91,10 +91,10 @@ impl Constraint {
 }
 
 impl Linearised {
-    /// The matrix of a correction's effect: squared, the way of this return is `correction . matrix correction`.
+    /// The matrix of a correction's effect: the squared displacement of this return is `correction . matrix correction`.
     #[must_use]
-    pub fn way_matrix(&self) -> Matrix6<f64> {
-        // The way is shift + turn x lever.
+    pub fn displacement_matrix(&self) -> Matrix6<f64> {
+        // The displacement is shift + rotation x lever.
         let cross = self.lever_m.cross_matrix();
         let mut matrix = Matrix6::identity();
         matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&cross);
@@ -104,20 +104,20 @@ impl Linearised {
     }
 }
 
-/// What the returns of a cycle must lie on, as the depth image has it; in the order of the beams, planes first.
+/// The constraints of the returns of a cycle by the depth image; in the order of the beams, planes first.
 ///
-/// `still` tells for each return whether it is of what stands still; the others are left out.
+/// `is_static` marks the returns of static surfaces; the others are left out.
 #[must_use]
 pub fn constraints_of(
     returns: &[LidarReturn],
-    still: impl Fn(usize) -> bool,
+    is_static: impl Fn(usize) -> bool,
     image: &DepthImage,
     optics: DepthOptics<'_>,
     mounts: &RigMounts,
     config: &CalibrationConfig,
 ) -> Vec<Constraint> {
     let on_planes =
-        returns.windows(3).enumerate().filter(|(index, _)| still(index + 1)).filter_map(
+        returns.windows(3).enumerate().filter(|(index, _)| is_static(index + 1)).filter_map(
             |(_, three)| match three {
                 [before, one, after] if are_neighbours([before, one, after]) => {
                     on_plane([before, one, after], image, optics, mounts, config)
@@ -128,7 +128,7 @@ pub fn constraints_of(
     let on_edges = returns
         .windows(4)
         .enumerate()
-        .filter(|(index, _)| (*index..index + 4).all(&still))
+        .filter(|(index, _)| (*index..index + 4).all(&is_static))
         .filter_map(|(_, four)| match four {
             [before, one, next, after] if is_even_step([before, one, next, after]) => {
                 on_edge(one, next, image, optics, mounts, config)
@@ -142,7 +142,7 @@ fn are_neighbours([before, one, after]: [&LidarReturn; 3]) -> bool {
     one.beam == before.beam + 1 && after.beam == one.beam + 1
 }
 
-/// The plane around a return whose neighbours lie on it too. Next to an edge a beam meets the surface only when it points
+/// The plane around a return whose neighbours are on it too. Next to an edge a beam hits the surface only when it points
 /// inwards of its own azimuth, which on a slanting surface is a shorter or a longer range.
 fn on_plane(
     [before, one, after]: [&LidarReturn; 3],
@@ -204,7 +204,7 @@ fn is_even_step([before, one, next, after]: [&LidarReturn; 4]) -> bool {
     next.beam == one.beam + 1 && near_is_even
 }
 
-/// The edge between two beams, if one goes on far beyond what the other meets.
+/// The edge between two beams, if one reaches far beyond the surface that the other hits.
 fn on_edge(
     one: &LidarReturn,
     next: &LidarReturn,

@@ -1,4 +1,4 @@
-//! The running check: does the scan of the last seconds still lie on the surfaces that the camera sees?
+//! The running check: is the scan of the last seconds still on the surfaces that the camera sees?
 //!
 //! The distances themselves scatter by more than a knocked scanner moves them, so what is judged is the correction
 //! that would make them small, over a window of cycles: how far it would move the returns, and how sure that is. Who
@@ -20,20 +20,20 @@ use crate::fit::{Fit, Observation, fit};
 use crate::optics::DepthOptics;
 use crate::returns::LidarReturn;
 
-/// The offset must exceed the limit by so many standard deviations: once in 700 windows by chance, were the errors
+/// The offset must exceed the limit by this many standard deviations: once in 700 windows by chance, were the errors
 /// normal, and twice in a row hardly ever.
 const STD_DEVS: f64 = 3.0;
 
 /// When the check speaks up.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct DriftConfig {
-    /// The returns may lie so far beside the surfaces, as the root mean square.
+    /// The returns may be this far from the surfaces, as the root mean square.
     pub limit_m: f64,
     /// Cycles that are judged together.
     pub window_cycles: usize,
-    /// So many windows in a row must be beyond the limit.
+    /// This many windows in a row must be beyond the limit.
     pub windows_in_a_row: usize,
-    /// A window with fewer returns on surfaces tells nothing.
+    /// A window with fewer returns on surfaces is not used.
     pub min_returns: usize,
 }
 
@@ -71,7 +71,7 @@ pub enum Extrinsics {
     },
     /// The scan lies beside the surfaces.
     Wrong {
-        /// By so much.
+        /// The offset.
         offset_m: f64,
         /// The standard deviation of that.
         std_dev_m: f64,
@@ -81,7 +81,7 @@ pub enum Extrinsics {
 }
 
 impl Extrinsics {
-    /// Whether the scanner must be calibrated anew.
+    /// Whether the scanner must be calibrated again.
     #[must_use]
     pub fn is_wrong(&self) -> bool {
         matches!(self, Self::Wrong { .. })
@@ -177,7 +177,7 @@ impl DriftMonitor {
         } else {
             self.beyond_in_a_row = 0;
         }
-        // What was wrong is right again only well within the limit: no flicker at the border.
+        // A wrong mounting counts as right again only well within the limit: no flicker at the border.
         let stays_wrong = self.is_wrong && offset_m + STD_DEVS * std_dev_m > limit_m;
         self.is_wrong = stays_wrong || self.beyond_in_a_row >= self.config.windows_in_a_row;
         if self.is_wrong {
@@ -192,16 +192,16 @@ impl DriftMonitor {
 fn offset_of(fit: &Fit, observations: &[Observation]) -> (f64, f64) {
     let used = observations.iter().zip(&fit.weights).filter(|(_, weight)| **weight > 0.0);
     let (sum, count) = used.fold((Matrix6::zeros(), 0.0), |(sum, count), (one, _)| {
-        (sum + one.linearised.way_matrix(), count + 1.0)
+        (sum + one.linearised.displacement_matrix(), count + 1.0)
     });
-    let mean_way: Matrix6<f64> = sum / f64::max(count, 1.0);
+    let mean_displacement: Matrix6<f64> = sum / f64::max(count, 1.0);
     let correction = fit.total;
-    let offset_m = correction.dot(&(mean_way * correction)).max(0.0).sqrt();
-    let spread_m = (mean_way * fit.covariance).trace().max(0.0).sqrt();
+    let offset_m = correction.dot(&(mean_displacement * correction)).max(0.0).sqrt();
+    let spread_m = (mean_displacement * fit.covariance).trace().max(0.0).sqrt();
     if offset_m <= spread_m {
         return (offset_m, spread_m);
     }
     // Along the correction itself.
-    let slope = mean_way * correction / offset_m;
+    let slope = mean_displacement * correction / offset_m;
     (offset_m, slope.dot(&(fit.covariance * slope)).max(0.0).sqrt())
 }

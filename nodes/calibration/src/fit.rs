@@ -1,5 +1,5 @@
 //! The correction that makes the distances small: least squares, iteratively reweighted (Tukey's biweight), within the
-//! directions that the distances tell anything about.
+//! directions that the distances determine.
 
 #[cfg(test)]
 mod tests;
@@ -18,9 +18,9 @@ use crate::observability::{Coordinate, observability};
 
 /// Rounds of reweighting.
 const MAX_ROUNDS: usize = 30;
-/// They end when no coordinate moves by more than this share of what is asked for.
+/// They end when no coordinate moves by more than this share of the required standard deviation.
 const SETTLED: f64 = 1e-4;
-/// Fewer groups than this tell nothing of errors that they share.
+/// Fewer groups than this give no estimate of errors that they share.
 const MIN_GROUPS: usize = 12;
 
 /// A distance, what it is expected to scatter by, and what it shares errors with.
@@ -67,18 +67,18 @@ impl Fit {
 
 /// Fits the total correction to distances that were measured with the correction `applied`.
 ///
-/// Directions that are told worse than the configuration asks for stay at 0, and so do the coordinates that were given
-/// up. `None` without observations, or when they tell of no direction at all.
+/// Directions that are determined worse than the configuration requires stay at 0, and so do the coordinates that are
+/// held. `None` without observations, or when they determine no direction at all.
 #[must_use]
 pub fn fit(
     observations: &[Observation],
     applied: &Vector6<f64>,
-    given_up: [bool; 6],
+    held: [bool; 6],
     config: &CalibrationConfig,
 ) -> Option<Fit> {
-    let problem = Problem { observations, applied, given_up, config };
+    let problem = Problem { observations, applied, held, config };
     let independent = problem.reweighted(*applied, 1.0)?;
-    // What groups share counts as noise too, and may cost a direction that single returns seem to tell.
+    // What groups share counts as noise too, and may cost a direction that single returns seem to determine.
     let shared = problem.excess_of_groups(&independent);
     let fit = problem.reweighted(independent.total, shared)?;
     (fit.observability.estimated() > 0).then_some(fit)
@@ -87,7 +87,7 @@ pub fn fit(
 struct Problem<'a> {
     observations: &'a [Observation],
     applied: &'a Vector6<f64>,
-    given_up: [bool; 6],
+    held: [bool; 6],
     config: &'a CalibrationConfig,
 }
 
@@ -131,11 +131,11 @@ impl Problem<'_> {
             let uncorrected_m = distance_m - jacobian.dot(self.applied);
             normal += information * outer;
             right += information * uncorrected_m * jacobian;
-            // Normals that deviate at random seem to tell of directions that no surface faces: by so much on
+            // Normals that deviate at random seem to determine directions that no surface faces: by this much on
             // average, for a deviation that is the same to all sides of the normal.
             let normal_variance =
                 one.normal_std_dev_rad.powi(2) + self.config.normal_noise_rad.powi(2);
-            noise += information * normal_variance * (one.linearised.way_matrix() - outer);
+            noise += information * normal_variance * (one.linearised.displacement_matrix() - outer);
         }
         let variance_factor = excess * weighing.variance_factor(Coordinate::ALL.len());
         let units = self.config.wanted_std_devs();
@@ -143,7 +143,7 @@ impl Problem<'_> {
         if !without_noise.iter().all(|element| element.is_finite()) {
             return None;
         }
-        let observability = observability(&without_noise, &units, self.given_up);
+        let observability = observability(&without_noise, &units, self.held);
         let (estimated, held) = (observability.projector(), observability.weak_projector());
         let reduced = restricted(&scaled(&normal, &units), &held, 1.0);
         let inverse = scaled(&(estimated * reduced.try_inverse()? * estimated), &units);

@@ -4,13 +4,13 @@
 //! | module | step |
 //! |---|---|
 //! | [`returns`] | a scan's returns, each with how the rig moved between it and the image |
-//! | [`still`] | which returns are of what stands still: those that other cycles have too |
-//! | [`optics`] | what the depth image shows where a return comes to lie: a plane, or the edge of something near |
+//! | [`static_returns`] | which returns are of static surfaces: those that other cycles have too |
+//! | [`optics`] | what the depth image shows where a return is projected: a plane, or the edge of something near |
 //! | [`constraint`] | the distance of a return from there, and how it changes with the scanner's pose |
-//! | `steady` | which of these recur from cycle to cycle: what shows by chance takes sides |
-//! | [`fit`] | the correction that makes these distances small; what the bag does not tell is held |
-//! | [`mod@calibrate`] | all of them in turn, until nothing moves |
-//! | [`drift`] | the same for the last seconds of a live run: has the scanner been knocked? |
+//! | `repeated` | which of these recur from cycle to cycle: those that appear by chance are biased |
+//! | [`fit`] | the correction that makes these distances small; directions that the bag does not determine are held |
+//! | [`mod@calibrate`] | all of them in turn, until the pose converges |
+//! | [`drift`] | the same for the last seconds of a live run: has the scanner moved on its mount? |
 //! | [`camera_file`] | camera_info YAML (`camera_calibration`, `camera_info_manager`) |
 //! | [`reprojection`] | the reprojection error of a camera, and what it comes to in metres (Rec-HV Annex 1) |
 //!
@@ -49,10 +49,10 @@ pub mod drift;
 pub mod fit;
 pub mod observability;
 pub mod optics;
+mod repeated;
 pub mod reprojection;
 pub mod returns;
-mod steady;
-pub mod still;
+pub mod static_returns;
 #[cfg(test)]
 mod testing;
 

@@ -1,4 +1,4 @@
-//! Which corrections a bag tells anything about.
+//! Which corrections a bag determines.
 
 use std::fmt;
 
@@ -61,11 +61,11 @@ impl fmt::Display for Coordinate {
 /// A direction of corrections as a report has it, one of six that are known independently of each other.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Direction {
-    /// How much of each coordinate is in it, in units of the standard deviation that is asked for; the squares
+    /// How much of each coordinate is in it, in units of the standard deviation that is requested; the squares
     /// add up to 1.
     pub weights: [f64; 6],
-    /// The eigenvalue of the information: 1 where the bag tells the direction just as well as is asked for, 4
-    /// where it tells it twice as well, 0 where it tells nothing.
+    /// The eigenvalue of the information: 1 where the bag determines the direction just as well as is required, 4
+    /// where it determines it twice as well, 0 where it does not.
     pub information: f64,
     /// Whether it was estimated. The others keep what they were.
     pub estimated: bool,
@@ -78,8 +78,8 @@ impl From<estimation::Direction<6>> for Direction {
     }
 }
 
-/// What `information` says of a correction, with `wanted_std_devs` for units: directions that are known to these can be
-/// estimated, but for the coordinates that are `given_up`.
+/// The observability of a correction by `information`, with `wanted_std_devs` for units: directions that are known to these can be
+/// estimated, but for the coordinates that are `held`.
 ///
 /// A coordinate of which hardly anything can be estimated is held as a whole: noise alone would mix a little
 /// of it into what is known, and it would drift.
@@ -87,11 +87,11 @@ impl From<estimation::Direction<6>> for Direction {
 pub fn observability(
     information: &Matrix6<f64>,
     wanted_std_devs: &Vector6<f64>,
-    given_up: [bool; 6],
+    held: [bool; 6],
 ) -> Observability<6> {
     let first = Observability::of(information, wanted_std_devs, to_one_unit);
     let held = Coordinate::ALL.map(|coordinate| {
-        given_up[coordinate as usize] || share(&first, coordinate) <= 1.0 - SHARE_OF_ONE
+        held[coordinate as usize] || share(&first, coordinate) <= 1.0 - SHARE_OF_ONE
     });
     let unmixed = Matrix6::from_fn(|row, column| {
         if row != column && (held[row] || held[column]) { 0.0 } else { information[(row, column)] }
@@ -123,7 +123,7 @@ mod tests {
     const ONES: Vector6<f64> = Vector6::new(1.0, 1.0, 1.0, 1.0, 1.0, 1.0);
 
     #[test]
-    fn what_is_told_is_told_apart_from_what_is_not() {
+    fn observable_directions_are_separated_from_the_others() {
         // x and y are known only in their sum, z not at all, the turns well.
         let mut information =
             Matrix6::from_diagonal(&Vector6::new(0.0, 0.0, 0.01, 50.0, 60.0, 70.0));
@@ -141,7 +141,7 @@ mod tests {
         }
         let held = observability(&noisy, &ONES, [false; 6]);
         assert_eq!((held.estimated(), share(&held, Coordinate::Z)), (4, 0.0));
-        // What was given up is held, known or not.
+        // A held coordinate is held, known or not.
         let without_yaw =
             observability(&information, &ONES, [false, false, false, false, false, true]);
         assert_eq!((without_yaw.estimated(), share(&without_yaw, Coordinate::Yaw)), (3, 0.0));

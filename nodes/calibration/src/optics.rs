@@ -1,4 +1,4 @@
-//! What the depth image shows where a return comes to lie.
+//! The surface in the depth image where a return is projected.
 
 mod edge;
 mod patch;

@@ -15,7 +15,7 @@ mod tests;
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Point2, Point3};
 
-/// The angle that an error in the image stands for: a camera of `width_px` columns sees `field_of_view_rad`
+/// The angle that corresponds to an error in the image: a camera of `width_px` columns sees `field_of_view_rad`
 /// (Rec-HV eq. 13, which rounds 57 / 640 to 0.089 degrees a pixel).
 #[must_use]
 pub fn angle_of_px_rad(error_px: f64, field_of_view_rad: f64, width_px: usize) -> f64 {
@@ -53,7 +53,7 @@ pub enum ReprojectionFailure {
     #[error("no view has a corner")]
     NoCorner,
     /// A corner lies where the camera does not see.
-    #[error("corner {corner} of view {view} lies outside of what the camera sees")]
+    #[error("corner {corner} of view {view} is outside of the camera's view")]
     Unseen {
         /// The view, counted from 0.
         view: usize,

@@ -3,7 +3,7 @@
 use geometry::Scan;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// What a beam met.
+/// The return of a beam.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LidarReturn {
     /// The beam's index in the scan.
@@ -12,15 +12,15 @@ pub struct LidarReturn {
     pub azimuth_rad: f64,
     /// How far it went.
     pub range_m: f64,
-    /// The beam stands for all azimuths within so much of its own: the step from beam to beam.
+    /// The beam covers all azimuths within this much of its own: the step from beam to beam.
     pub step_rad: f64,
     /// Takes a point of the rig's frame at the moment of the beam to the rig's frame at the moment of the
-    /// depth image; the identity on a platform that stands still.
+    /// depth image; the identity on a static platform.
     pub image_rig_from_rig: Isometry3<f64>,
 }
 
 impl LidarReturn {
-    /// The point that was met, in the scanner's frame.
+    /// The point that was hit, in the scanner's frame.
     #[must_use]
     pub fn point_in_lidar_m(&self) -> Point3<f64> {
         Point3::from(self.direction_in_lidar() * self.range_m)
@@ -35,8 +35,8 @@ impl LidarReturn {
 
 /// The returns of a scan in the order of its beams; beams without a return are left out.
 ///
-/// `image_rig_from_rig_at` tells how the rig moved between a beam and the depth image
-/// ([`LidarReturn::image_rig_from_rig`]); a beam for which it does not know is left out.
+/// `image_rig_from_rig_at` gives how the rig moved between a beam and the depth image
+/// ([`LidarReturn::image_rig_from_rig`]); a beam for which it gives nothing is left out.
 #[must_use]
 pub fn returns_of(
     scan: &Scan,

@@ -49,7 +49,7 @@ impl Eye {
         DepthOptics { camera: &self.camera, rays: &self.rays }
     }
 
-    /// The image of a scene that tells the depth along each ray `(x / z, y / z)`.
+    /// The image of a scene that gives the depth along each ray `(x / z, y / z)`.
     pub(crate) fn image(&self, mut depth_m: impl FnMut(f64, f64) -> Option<f64>) -> DepthImage {
         let CameraModel { width_px, height_px, .. } = self.camera;
         let pixels = (0..height_px)
@@ -65,7 +65,7 @@ impl Eye {
     }
 }
 
-/// The depth at which a ray meets the plane of points with `normal . point = offset_m`.
+/// The depth at which a ray hits the plane of points with `normal . point = offset_m`.
 pub(crate) fn depth_of_plane_m(normal: &Vector3<f64>, offset_m: f64, x: f64, y: f64) -> f64 {
     offset_m / normal.dot(&Vector3::new(x, y, 1.0))
 }
@@ -93,7 +93,7 @@ impl Recording {
         let rate_hz = lidar.turn_rate_hz;
         let rig_from_lidar = pose_from_vector(&lidar.rig_from_lidar);
         scenario.rig.depth_camera.rate_hz = rate_hz;
-        // Before the scanner points forward: 36 ms at 7 Hz, in which a platform that moves goes on.
+        // Before the scanner points forward: 36 ms at 7 Hz, in which a moving platform continues.
         scenario.rig.depth_camera.first_image_s = 0.25 / rate_hz;
         let eye = Eye::new(scenario.rig.depth_camera.camera);
         let mut poses = PoseBuffer::new(1 << 16);

@@ -1,11 +1,9 @@
 //! What the node can be told.
 
-use geometry::parameter::Declaration;
 use msgs::convert::{
     CompressedImageError, DepthCodec, ImageCodec, InverseDepth, JpegQuality, JpegQualityError,
     MetresAs,
 };
-use node_shell::NodeFailure;
 use node_shell::parameters::NodeParameters;
 
 geometry::choices! {
@@ -91,13 +89,7 @@ geometry::parameters! {
     }
 }
 
-impl NodeParameters for CompressionParameters {
-    const DECLARATIONS: &'static [Declaration] = Self::DECLARATIONS;
-
-    fn validate(&self) -> Result<(), NodeFailure> {
-        Ok(Self::validate(self)?)
-    }
-}
+impl NodeParameters for CompressionParameters {}
 
 impl CompressionParameters {
     pub(crate) fn depth_codec(&self) -> Result<(DepthCodec, MetresAs), CompressedImageError> {

@@ -1,194 +1,80 @@
 //! The parameters of detection, their defaults, and where these come from.
 
-mod stillmap;
+mod free_space;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use geometry::{ParameterError, PoseBuffer, VoxelEdgeError, VoxelGrid, parameter};
-use serde::{Deserialize, Serialize};
+use geometry::{PipelineConfig, PoseBuffer};
 
-pub use stillmap::StillmapConfig;
+pub use free_space::FreeSpaceConfig;
 
-/// How dynamic zones are found.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// The method as Rec-HV publishes it: one zone a cycle, a filled beam counts as measured.
-    RecHv,
-    /// What ends where free space was seen is moving: several zones a cycle, on a platform that may move,
-    /// and a filled beam is no evidence.
-    #[default]
-    Stillmap,
-}
-
-/// Which beam of a run of high variability bounds the zone.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RunBound {
-    /// The beam of the largest deviation, as published (Rec-HV 3.3.2.2).
-    #[default]
-    Peak,
-    /// The beam at the run's outer end. The leading edge of the object lies anywhere within the
-    /// leading run, so that the peak may cut a slice off the object; the outer end never does.
-    OuterEnd,
-}
-
-/// The parameters of [`crate::Detector`] and [`crate::Matcher`].
-///
-/// Every default stands in [`DetectionConfig::default`] and nowhere else.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default)]
-pub struct DetectionConfig {
-    /// How dynamic zones are found.
-    pub method: Method,
-    /// Width of the forward aperture whose beams are looked at, in `(0, 2 pi]`.
-    pub aperture_rad: f64,
-    /// n, the scans of the moving window, at least 2.
-    pub window_scans: usize,
-    /// The largest deviation of a scan must exceed this one for anything to be moving.
-    pub min_std_dev_m: f64,
-    /// A beam is of high variability above this share of the scan's largest deviation, in `[0, 1)`.
-    pub high_variability_share: f64,
+geometry::choices! {
     /// Which beam of a run of high variability bounds the zone.
-    pub run_bound: RunBound,
-    /// Added to the zone at each side.
-    pub zone_tolerance_rad: f64,
-    /// For so many cycles a zone outlives its last measurement; 0 turns holding off. With the method `stillmap`, from
-    /// a platform that moves, for no more cycles than it was measured in.
-    pub max_held_cycles: u32,
-    /// t_vg, the edge of the voxels of the reduction.
-    pub voxel_edge_m: f64,
-    /// The rig's frame, which the reduced cloud is published in.
-    pub rig_frame_id: String,
-    /// Pose of the camera's optical frame in the rig: `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`.
-    pub rig_from_camera: [f64; 6],
-    /// Pose of the scanner in the rig: `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`.
-    pub rig_from_lidar: [f64; 6],
-    /// A cloud belongs to a scan only within this offset of their stamps.
-    pub max_cloud_offset_s: f64,
-    /// The pose is interpolated only between poses at most this far apart.
-    pub max_pose_gap_s: f64,
-    /// A scan waits until the newest stamp seen is this much later than its own.
-    pub max_wait_s: f64,
-    /// So many scans may wait for their cloud and pose.
-    pub max_waiting_scans: usize,
-    /// So many clouds (or depth images) are kept for scans to come.
-    pub max_waiting_clouds: usize,
-    /// So many poses are kept.
-    pub max_waiting_poses: usize,
-    /// What only the method `stillmap` reads.
-    #[serde(flatten)]
-    pub stillmap: StillmapConfig,
-}
-
-impl Default for DetectionConfig {
-    fn default() -> Self {
-        Self {
-            // All improvements; the published method is there to be compared with.
-            method: Method::Stillmap,
-            // Rec-HV 3.2.1: of the 360 degrees only 90 are analysed.
-            aperture_rad: FRAC_PI_2,
-            // Rec-HV experiment 2: of 2 .. 7, the value that keeps the object's shape.
-            window_scans: 3,
-            // Rec-HV conclusions: moving edges exceed 0.6 m, static clutter stays at or below 0.4 m.
-            min_std_dev_m: 0.4,
-            // Rec-HV 3.3.2.2: half of the largest deviation of the cycle.
-            high_variability_share: 0.5,
-            run_bound: RunBound::Peak,
-            // Rec-HV 3.4.1: 1 degree, 2 to 6 cm at the depths in question.
-            zone_tolerance_rad: PI / 180.0,
-            // Rec-HV is silent. One second at the RPLIDAR A1's 7 Hz: longer than a walker's pause
-            // between two steps; what rests longer is furniture to this method anyway.
-            max_held_cycles: 7,
-            // Rec-HV experiment 4 and section 5: the edge chosen out of 0.05 .. 0.16 m.
-            voxel_edge_m: 0.08,
-            rig_frame_id: "rig".to_owned(),
-            // The optical frame of REP-103: x right, y down, z forward.
-            rig_from_camera: [0.0, 0.0, 0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2],
-            // Rec-HV 3.2.4: the LiDAR's origin lies 5 cm below the camera's.
-            rig_from_lidar: [0.0, 0.0, -0.05, 0.0, 0.0, 0.0],
-            // One and a half periods of a 30 Hz camera: one lost image costs no cycle.
-            max_cloud_offset_s: 0.05,
-            max_pose_gap_s: PoseBuffer::DEFAULT_MAX_GAP_S,
-            // Three periods of the LiDAR: odometry a few frames late still makes it.
-            max_wait_s: 0.5,
-            // Scanners of up to 100 Hz within `max_wait_s`.
-            max_waiting_scans: 64,
-            // A 30 Hz camera sends 17 images in `max_wait_s` + `max_cloud_offset_s`.
-            max_waiting_clouds: 32,
-            // One second of poses at 1 kHz.
-            max_waiting_poses: 1024,
-            stillmap: StillmapConfig::default(),
-        }
+    pub enum RunBound {
+        /// The beam of the largest deviation, as published (Rec-HV 3.3.2.2).
+        Peak = "peak",
+        /// The beam at the run's outer end. The leading edge of the object lies anywhere within the leading run, so that the
+        /// peak may cut a slice off the object; the outer end never does.
+        OuterEnd = "outer_end",
     }
 }
 
-/// A parameter of detection has a value that means nothing.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
-pub enum ConfigError {
-    /// A number out of its range.
-    #[error(transparent)]
-    OutOfRange(#[from] ParameterError),
-    /// The voxel edge is no length.
-    #[error("parameter voxel_edge_m: {0}")]
-    VoxelEdge(#[from] VoxelEdgeError),
-    /// A mount holds a number that is not finite.
-    #[error(
-        "parameter {name} must be six finite numbers [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad], \
-         not {value:?}"
-    )]
-    Mount {
-        /// The parameter.
-        name: &'static str,
-        /// What it is.
-        value: [f64; 6],
-    },
+geometry::parameters! {
+    /// The parameters that only the method `rec_hv` reads.
+    #[derive(Clone, Copy, PartialEq, Debug)]
+    pub struct RecHvConfig {
+        /// A beam is of high variability above this share of the scan's largest deviation.
+        // Rec-HV 3.3.2.2: half of the largest deviation of the cycle.
+        high_variability_share: f64 = 0.5, from_below(0.0, 1.0);
+        /// Which beam of a run of high variability bounds the zone.
+        run_bound: RunBound = RunBound::Peak;
+    }
 }
 
-impl DetectionConfig {
-    /// Checks every parameter.
-    ///
-    /// # Errors
-    /// The first parameter out of its range, with its name, its value and what is accepted.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        let aperture = self.aperture_rad;
-        parameter::check(
-            "aperture_rad",
-            "in (0, 2 pi]",
-            aperture,
-            aperture > 0.0 && aperture <= TAU,
-        )?;
-        let window = self.window_scans;
-        parameter::check(
-            "window_scans",
-            "in 2 .. 1000",
-            window as f64,
-            (2..=1000).contains(&window),
-        )?;
-        parameter::not_negative("min_std_dev_m", self.min_std_dev_m)?;
-        parameter::below_one("high_variability_share", self.high_variability_share)?;
-        let tolerance = self.zone_tolerance_rad;
-        parameter::check(
-            "zone_tolerance_rad",
-            "in [0, pi]",
-            tolerance,
-            (0.0..=PI).contains(&tolerance),
-        )?;
-        VoxelGrid::new(self.voxel_edge_m)?;
-        for (name, value) in
-            [("rig_from_camera", self.rig_from_camera), ("rig_from_lidar", self.rig_from_lidar)]
-        {
-            if !value.iter().all(|number| number.is_finite()) {
-                return Err(ConfigError::Mount { name, value });
-            }
-        }
-        parameter::positive("max_cloud_offset_s", self.max_cloud_offset_s)?;
-        parameter::positive("max_pose_gap_s", self.max_pose_gap_s)?;
-        parameter::positive("max_wait_s", self.max_wait_s)?;
-        parameter::at_least("max_waiting_scans", self.max_waiting_scans, 1)?;
-        parameter::at_least("max_waiting_clouds", self.max_waiting_clouds, 1)?;
-        parameter::at_least("max_waiting_poses", self.max_waiting_poses, 2)?;
-        Ok(self.stillmap.validate()?)
+geometry::parameters! {
+    /// The parameters of [`crate::Detector`] and [`crate::Matcher`].
+    #[derive(Clone, PartialEq, Debug)]
+    pub struct DetectionConfig {
+        /// What detection shares with the other nodes of the pipeline.
+        pipeline: PipelineConfig as flatten;
+        /// Width of the forward aperture whose beams are used: 90 degrees.
+        // Rec-HV 3.2.1: of the 360 degrees only 90 are analysed.
+        aperture_rad: f64 = FRAC_PI_2, above_to(0.0, TAU);
+        /// Scans in the moving window.
+        // n. Rec-HV experiment 2: of 2 .. 7, the value that keeps the object's shape.
+        window_scans: usize = 3, whole(2, 1000);
+        /// The largest standard deviation of a scan must exceed this for anything to be moving.
+        // Rec-HV conclusions: moving edges exceed 0.6 m, static clutter stays at or below 0.4 m.
+        min_std_dev_m: f64 = 0.4, not_negative;
+        /// Added to the zone at each side: 1 degree.
+        // Rec-HV 3.4.1: 1 degree, 2 to 6 cm at the depths in question.
+        zone_tolerance_rad: f64 = PI / 180.0, between(0.0, PI);
+        /// Cycles for which a zone outlives its last measurement; 0 turns holding off. With the method free_space, on a platform
+        /// that moves, for no more cycles than it was measured in.
+        // Rec-HV is silent. One second at the RPLIDAR A1's 7 Hz: longer than a walker's pause between two steps; what rests
+        // longer is furniture to this method anyway.
+        max_held_cycles: u32 = 7;
+        /// A cloud belongs to a scan only within this difference of their stamps.
+        // One and a half periods of a 30 Hz camera: one lost image costs no cycle.
+        max_cloud_offset_s: f64 = 0.05, positive;
+        /// The pose is interpolated only between poses at most this far apart.
+        max_pose_gap_s: f64 = PoseBuffer::DEFAULT_MAX_GAP_S, positive;
+        /// A scan is dropped when the newest stamp received is this much later than its own.
+        // Three periods of the LiDAR: odometry a few frames late still makes it.
+        max_wait_s: f64 = 0.5, positive;
+        /// Scans that may wait for their cloud and pose. This and the next two parameters bound the memory.
+        // Scanners of up to 100 Hz within `max_wait_s`.
+        max_waiting_scans: usize = 64, at_least(1.0);
+        /// Clouds or depth images that are kept for scans to come.
+        // A 30 Hz camera sends 17 images in `max_wait_s` + `max_cloud_offset_s`.
+        max_waiting_clouds: usize = 32, at_least(1.0);
+        /// Poses that are kept.
+        // One second of poses at 1 kHz.
+        max_waiting_poses: usize = 1024, at_least(2.0);
+        /// What only the method `rec_hv` reads.
+        rec_hv: RecHvConfig as flatten, read_with("method", "rec_hv");
+        /// What only the method `free_space` reads.
+        free_space: FreeSpaceConfig as flatten, read_with("method", "free_space");
     }
 }
 
@@ -201,7 +87,7 @@ mod tests {
         let config = DetectionConfig::default();
         assert_eq!(config.validate(), Ok(()));
         assert_eq!(
-            (config.window_scans, config.min_std_dev_m, config.voxel_edge_m),
+            (config.window_scans, config.min_std_dev_m, config.pipeline.voxel_edge_m),
             (3, 0.4, 0.08)
         );
         assert!((config.zone_tolerance_rad.to_degrees() - 1.0).abs() < 1e-12);
@@ -215,11 +101,11 @@ mod tests {
             ("aperture_rad", |c| c.aperture_rad = 7.0),
             ("window_scans", |c| c.window_scans = 1),
             ("min_std_dev_m", |c| c.min_std_dev_m = f64::NAN),
-            ("high_variability_share", |c| c.high_variability_share = 1.0),
+            ("high_variability_share", |c| c.rec_hv.high_variability_share = 1.0),
             ("zone_tolerance_rad", |c| c.zone_tolerance_rad = -0.1),
-            ("voxel_edge_m", |c| c.voxel_edge_m = 0.0),
-            ("rig_from_camera", |c| c.rig_from_camera[3] = f64::INFINITY),
-            ("rig_from_lidar", |c| c.rig_from_lidar[0] = f64::NAN),
+            ("voxel_edge_m", |c| c.pipeline.voxel_edge_m = 0.0),
+            ("rig_from_camera", |c| c.pipeline.rig.rig_from_camera[3] = f64::INFINITY),
+            ("rig_from_lidar", |c| c.pipeline.rig.rig_from_lidar[0] = f64::NAN),
             ("max_cloud_offset_s", |c| c.max_cloud_offset_s = 0.0),
             ("max_pose_gap_s", |c| c.max_pose_gap_s = -1.0),
             ("max_wait_s", |c| c.max_wait_s = f64::INFINITY),

@@ -1,42 +1,33 @@
 //! One cycle of detection, from scan, cloud and pose to the reduced cloud with its zones.
 
 mod cycle;
+mod finder;
 mod found;
-mod steady;
 mod surround;
 
+use std::sync::Arc;
+
 use geometry::{
-    CameraModel, CameraModelError, Cloud, DepthCameraError, DepthLimits, DepthProjector,
-    DetectedCycle, RayTable, ReducedDepth, Scan, SteadyFrame, VoxelAccumulator, VoxelGrid,
-    check_pose, pose_from_vector, pose_vector,
+    CameraModel, CameraModelError, Cloud, CycleSetup, DepthCameraError, DepthFrame, DepthLimits,
+    DepthProjector, DetectedCycle, MapPath, ParameterError, RayTable, ReducedDepth, RigConfig,
+    RigMounts, Scan, VoxelAccumulator, check_pose, pose_vector,
 };
 use nalgebra::Isometry3;
 
 use crate::aperture::{Aperture, Beam, ScanAnglesError};
-use crate::config::{ConfigError, DetectionConfig, Method};
-use crate::gap_fill::{FilledRanges, RangeLimits, TooFewReturns, fill_gaps};
-use crate::stillmap::{MotionFinder, MotionInput};
-use crate::variability::VariabilityWindow;
-use crate::zone_finder::{Unmeasured, ZoneFinder, ZoneSearch};
+use crate::config::DetectionConfig;
 pub use cycle::{CycleInput, CycleStatistics, Detected, DetectionError, Step, View};
-use found::Found;
-use surround::Surround;
+use finder::Finder;
 
-/// Finds the dynamic zone of each cycle and reduces its cloud (Rec-HV 3.3.2).
+/// Finds the dynamic zones of each cycle and reduces its cloud (Rec-HV 3.3.2).
 #[derive(Clone, Debug)]
 pub struct Detector {
     config: DetectionConfig,
-    rig_from_camera: Isometry3<f64>,
-    rig_from_lidar: Isometry3<f64>,
+    mounts: RigMounts,
     aperture: Option<Aperture>,
-    window: VariabilityWindow,
-    finder: ZoneFinder,
-    /// Of the method `stillmap`.
-    motion_finder: Option<MotionFinder>,
-    surround: Option<Surround>,
+    finder: Finder,
     voxels: VoxelAccumulator,
     next_index: u32,
-    steady: SteadyFrame,
 }
 
 impl Detector {
@@ -44,22 +35,16 @@ impl Detector {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: DetectionConfig) -> Result<Self, ConfigError> {
+    pub fn new(config: DetectionConfig) -> Result<Self, ParameterError> {
         config.validate()?;
+        let mounts = config.pipeline.rig.mounts();
+        let grid = config.pipeline.voxel_grid()?;
         Ok(Self {
-            rig_from_camera: pose_from_vector(&config.rig_from_camera),
-            rig_from_lidar: pose_from_vector(&config.rig_from_lidar),
+            mounts,
             aperture: None,
-            window: VariabilityWindow::new(config.window_scans),
-            finder: ZoneFinder::new(&config),
-            motion_finder: match config.method {
-                Method::RecHv => None,
-                Method::Stillmap => Some(MotionFinder::new(&config)),
-            },
-            surround: None,
-            voxels: VoxelAccumulator::new(VoxelGrid::new(config.voxel_edge_m)?),
+            finder: Finder::new(&config, mounts.rig_from_lidar),
+            voxels: VoxelAccumulator::new(grid),
             next_index: 0,
-            steady: SteadyFrame::default(),
             config,
         })
     }
@@ -74,8 +59,9 @@ impl Detector {
         camera: &CameraModel,
     ) -> Result<DepthProjector, CameraModelError> {
         let rays = RayTable::new(camera)?;
-        let frame_id = &self.config.rig_frame_id;
-        Ok(DepthProjector::new(rays, DepthLimits::default(), &self.rig_from_camera, frame_id))
+        let frame_id = &self.config.pipeline.rig.rig_frame_id;
+        let rig_from_camera = &self.mounts.rig_from_camera;
+        Ok(DepthProjector::new(rays, DepthLimits::default(), rig_from_camera, frame_id))
     }
 
     /// One cycle. `observe` is called at the end of each stage.
@@ -93,14 +79,12 @@ impl Detector {
         mut observe: impl FnMut(Step),
     ) -> Result<Detected, DetectionError> {
         check_pose(input.map_from_rig)?;
+        let depth = self.depth_for_map(input.view)?;
 
         // 3.2.1, eq. 1: the beams of the aperture.
         let (beams, window_restarted) = self.crop(input.scan)?;
-        let found = if self.motion_finder.is_some() {
-            self.find_by_free_space(input, &beams, &mut observe)?
-        } else {
-            self.find_by_variability(input.scan, &beams, &mut observe)
-        };
+        // 3.2.1.1 to 3.2.2, or what stands in observed free space: where something moves.
+        let found = self.finder.find(input, &beams, &mut observe)?;
 
         // 3.2.3: the voxel grid of the cloud.
         let ReducedDepth { cloud: reduced_cloud, voxel_points, points_before_reduction } =
@@ -112,14 +96,20 @@ impl Detector {
         self.next_index = self.next_index.wrapping_add(1);
         let cycle = DetectedCycle {
             index,
+            setup: CycleSetup {
+                method: self.config.pipeline.method,
+                voxel_edge_m: self.config.pipeline.voxel_edge_m,
+                map_edge_m: self.config.pipeline.map_edge_m,
+                mounts: self.mounts,
+            },
             scan_stamp: input.scan.stamp,
             reduced_cloud,
             voxel_points,
             points_before_reduction,
             map_from_rig: *input.map_from_rig,
             map_frame_id: input.map_frame_id.to_owned(),
-            camera_in_rig_m: self.rig_from_camera.translation.vector.into(),
             zones: found.zones,
+            depth,
         };
         let statistics = CycleStatistics {
             beams: beams.len(),
@@ -134,16 +124,10 @@ impl Detector {
         Ok(Detected { cycle, statistics })
     }
 
-    /// Forgets the scans and the zone of the past, as after a jump of the clock. The cycles count on.
+    /// Forgets the scans and the zones of the past, as after a jump of the clock. The cycles count on.
     pub fn forget(&mut self) {
         self.aperture = None;
-        self.window.clear();
         self.finder.clear();
-        self.surround = None;
-        self.steady.clear();
-        if let Some(motion_finder) = &mut self.motion_finder {
-            motion_finder.clear();
-        }
     }
 
     /// Takes another pose of the scanner in the rig than the configuration's. What was seen is forgotten; the cycles
@@ -151,73 +135,19 @@ impl Detector {
     ///
     /// # Errors
     /// When it holds a number that is not finite; nothing is changed then.
-    pub fn mount_lidar(&mut self, rig_from_lidar: &Isometry3<f64>) -> Result<(), ConfigError> {
-        let config =
-            DetectionConfig { rig_from_lidar: pose_vector(rig_from_lidar), ..self.config.clone() };
-        config.validate()?;
-        self.rig_from_lidar = *rig_from_lidar;
-        self.forget();
-        if self.motion_finder.is_some() {
-            self.motion_finder = Some(MotionFinder::new(&config));
-        }
-        self.config = config;
+    pub fn mount_lidar(&mut self, rig_from_lidar: &Isometry3<f64>) -> Result<(), ParameterError> {
+        let rig = RigConfig { rig_from_lidar: pose_vector(rig_from_lidar), ..RigConfig::default() };
+        rig.validate()?;
+        self.mounts.rig_from_lidar = *rig_from_lidar;
+        self.aperture = None;
+        self.finder = Finder::new(&self.config, *rig_from_lidar);
         Ok(())
     }
 
-    /// Rec-HV 3.2.1.1 to 3.2.2.
-    fn find_by_variability(
-        &mut self,
-        scan: &Scan,
-        beams: &[Beam],
-        observe: &mut impl FnMut(Step),
-    ) -> Found {
-        // 3.2.1.1: a range for each of the beams.
-        let limits = RangeLimits { min_m: scan.range_min_m, max_m: scan.range_max_m };
-        let filled = fill_gaps(beams, limits);
-        let filled_beams = filled.as_ref().map_or(0, FilledRanges::filled_beams);
-        observe(Step::GapFill);
-
-        // 3.2.1.2, eq. 2 and 3: mean and deviation of each beam over the window.
-        let deviations = self.deviations(filled);
-        observe(Step::Variability);
-
-        // 3.2.2, eq. 5: the angles between which something moves.
-        let search = self.find_zone(beams, deviations);
-        observe(Step::ZoneSearch);
-        let unknown_beams = beams.iter().filter(|beam| beam.range_m.is_none()).count();
-        Found::by_variability(search, filled_beams, unknown_beams)
-    }
-
-    /// The method `stillmap`: see [`crate::stillmap`].
-    fn find_by_free_space(
-        &mut self,
-        input: &CycleInput<'_>,
-        in_aperture: &[Beam],
-        observe: &mut impl FnMut(Step),
-    ) -> Result<Found, ScanAnglesError> {
-        let steady_from_rig = self.steady_from_rig(input);
-        let finder = self.motion_finder.get_or_insert_with(|| MotionFinder::new(&self.config));
-        let surround = match &mut self.surround {
-            Some(surround) if surround.fits(input.scan) => surround,
-            other => {
-                finder.clear_window();
-                other.insert(Surround::new(input.scan, &self.rig_from_lidar, in_aperture)?)
-            }
-        };
-        let beams = surround.beams(input.scan);
-        observe(Step::GapFill);
-        let motion_input = MotionInput {
-            scan: input.scan,
-            beams: &beams,
-            map_from_rig: &steady_from_rig,
-            map_frame_id: input.map_frame_id,
-            pose_stamp: input.view.stamp(),
-        };
-        let deviations = finder.take_in(&motion_input);
-        observe(Step::Variability);
-        let search = finder.find(&deviations, surround.within());
-        observe(Step::ZoneSearch);
-        Ok(Found::by_free_space(search))
+    /// Takes the trajectory of the platform as the map of its poses has it by now: a map that is corrected is no motion.
+    /// Cycles have the pose that they are given.
+    pub fn follow_path(&mut self, path: MapPath) {
+        self.finder.follow_path(path);
     }
 
     /// The scan's beams in the aperture, and whether its geometry is another than before.
@@ -227,45 +157,28 @@ impl Detector {
         {
             return Ok((aperture.crop(scan), false));
         }
-        let aperture = Aperture::new(scan, &self.rig_from_lidar, self.config.aperture_rad)?;
+        let aperture = Aperture::new(scan, &self.mounts.rig_from_lidar, self.config.aperture_rad)?;
         let beams = aperture.crop(scan);
         let window_restarted = self.aperture.replace(aperture).is_some();
-        self.window.clear();
+        self.finder.clear_window();
         Ok((beams, window_restarted))
     }
 
-    fn deviations(
-        &mut self,
-        filled: Result<FilledRanges, TooFewReturns>,
-    ) -> Result<Vec<f32>, Unmeasured> {
-        let filled =
-            filled.map_err(|TooFewReturns { returns }| Unmeasured::TooFewReturns { returns })?;
-        self.window.push(filled.ranges_m);
-        let statistics = self.window.statistics().ok_or(Unmeasured::WindowFilling {
-            scans: self.window.len(),
-            window_scans: self.config.window_scans,
-        })?;
-        Ok(statistics.std_dev_m)
-    }
-
-    fn find_zone(
-        &mut self,
-        beams: &[Beam],
-        deviations: Result<Vec<f32>, Unmeasured>,
-    ) -> ZoneSearch {
-        match deviations {
-            Ok(std_dev_m) => {
-                let azimuths_rad: Vec<f64> = beams.iter().map(|beam| beam.azimuth_rad).collect();
-                self.finder.find(&azimuths_rad, &std_dev_m)
-            }
-            // Nothing tells of a motion that would widen the zone.
-            Err(why) => self.finder.hold(why, 0.0),
+    /// The depth image, where the map is made of them.
+    fn depth_for_map(&self, view: View<'_>) -> Result<Option<Arc<DepthFrame>>, DetectionError> {
+        if !self.config.pipeline.needs_depth() {
+            return Ok(None);
         }
+        let View::Depth { image, projector } = view else {
+            let map_edge_m = self.config.pipeline.map_edge_m;
+            return Err(DetectionError::NoDepthImage { map_edge_m });
+        };
+        Ok(Some(Arc::new(DepthFrame::new(image, *projector.rays().camera())?)))
     }
 
     /// The reduced cloud in the rig frame.
     fn reduce(&mut self, view: View<'_>) -> Result<ReducedDepth, DepthCameraError> {
-        let frame_id = &self.config.rig_frame_id;
+        let frame_id = &self.config.pipeline.rig.rig_frame_id;
         let moved;
         let cloud = match view {
             View::Depth { image, projector } => {
@@ -273,7 +186,7 @@ impl Detector {
             }
             View::PointsInRig(cloud) => cloud,
             View::PointsInCamera(cloud) => {
-                moved = cloud.transformed(&self.rig_from_camera, frame_id);
+                moved = cloud.transformed(&self.mounts.rig_from_camera, frame_id);
                 &moved
             }
         };

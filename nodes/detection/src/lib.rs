@@ -8,7 +8,7 @@
 //! | [`gap_fill`] | a range for every beam | 3.2.1.1, 3.3.2.1 |
 //! | [`variability`] | mean and deviation of each beam over n scans | 3.2.1.2, eq. 2 to 4 |
 //! | [`zone_finder`] | the angles that bound the moving object | 3.2.2, 3.3.2.2, eq. 5 |
-//! | [`stillmap`] | in place of the last three: what ends where free space was seen | ours |
+//! | [`free_space`] | in place of the last three: what ends where free space was seen | ours |
 //! | [`detector`] | all of them in turn, and the voxel grid of the cloud | 3.2.3 |
 //!
 //! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
@@ -28,15 +28,15 @@
 pub mod aperture;
 pub mod config;
 pub mod detector;
+pub mod free_space;
 pub mod gap_fill;
 pub mod matching;
 #[cfg(feature = "ros")]
 pub mod shell;
-pub mod stillmap;
 pub mod variability;
 pub mod zone_finder;
 
-pub use config::{ConfigError, DetectionConfig, Method, RunBound, StillmapConfig};
+pub use config::{DetectionConfig, FreeSpaceConfig, RecHvConfig, RunBound};
 pub use detector::{CycleInput, CycleStatistics, Detected, DetectionError, Detector, Step, View};
 pub use matching::{DropCause, Dropped, Input, MatchEvent, Matched, Matcher};
 pub use zone_finder::Unmeasured;

@@ -14,7 +14,6 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use node_shell::{Node, NodeFailure, Program};
-use serde::{Deserialize, Serialize};
 
 use crate::DetectionConfig;
 pub use camera::IMAGE_WITHOUT_CALIBRATION;
@@ -31,7 +30,7 @@ const PROGRAM: Program = Program {
              in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with both of these
              in  points (sensor_msgs/msg/PointCloud2), best effort; with input:=points
              in  pose (geometry_msgs/msg/PoseStamped: the rig in the map), best effort
-             in  map_path (nav_msgs/msg/Path: the way of the rig as the map has it by now), reliable; nobody need publish it
+             in  map_path (nav_msgs/msg/Path: the trajectory of the rig, as corrected by now), reliable; nobody need publish it
              in  /tf_static, /tf (tf2_msgs/msg/TFMessage: where the scanner is from the camera), reliable and transient
                  local, best effort; with extrinsics:=tf
              out reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
@@ -43,65 +42,35 @@ const PROGRAM: Program = Program {
 /// stamps cannot tell the end of the input.
 const SILENCE_IN_WAITS: f64 = 2.0;
 
-/// Where the cloud comes from.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CloudInput {
-    /// Depth images with the calibration of their camera: a tenth of a cloud's bytes.
-    #[default]
-    Depth,
-    /// The same as PNG or RVL, a fifth to a half of a depth image's bytes: for a machine whose kernel
-    /// grants too small a receive buffer for raw ones.
-    CompressedDepth,
-    /// Clouds in the camera's optical frame.
-    Points,
-}
-
-/// Where the pose of the scanner comes from.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ExtrinsicsSource {
-    /// The parameter `rig_from_lidar`.
-    #[default]
-    Parameters,
-    /// tf, by the frames of the scan and of the camera's messages; `rig_from_lidar` is not read. The camera's own pose in
-    /// the rig stays a parameter: it says what the rig is.
-    Tf,
-}
-
-/// The parameters of the node.
-///
-/// Every default stands in [`DetectionParameters::default`] and nowhere else.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default)]
-pub struct DetectionParameters {
+geometry::choices! {
     /// Where the cloud comes from.
-    pub input: CloudInput,
-    /// The depth camera's calibration in place of the topic's: the path of a camera_info file in YAML; empty for
-    /// none.
-    pub camera_info_file: String,
-    /// Where the pose of the scanner comes from.
-    pub extrinsics: ExtrinsicsSource,
-    /// So often it is checked whether the scan lies on the surfaces that the camera sees; 0 turns the check off.
-    pub extrinsics_check_period_s: f64,
-    /// By how much it may lie beside them.
-    pub extrinsics_limit_m: f64,
-    /// The parameters of the method.
-    #[serde(flatten)]
-    pub config: DetectionConfig,
+    pub enum CloudInput {
+        /// depth/image with depth/camera_info: a tenth of the bytes of a cloud.
+        Depth = "depth",
+        /// The same as PNG or RVL, from depth/image/compressedDepth.
+        CompressedDepth = "compressed_depth",
+        /// points, a PointCloud2 in the camera's optical frame.
+        Points = "points",
+    }
 }
 
-impl Default for DetectionParameters {
-    fn default() -> Self {
-        Self {
-            input: CloudInput::Depth,
-            camera_info_file: String::new(),
-            extrinsics: ExtrinsicsSource::Parameters,
-            // A knock is told in some five seconds, for a few milliseconds of each.
-            extrinsics_check_period_s: 1.0,
-            extrinsics_limit_m: calibration::DriftConfig::default().limit_m,
-            config: DetectionConfig::default(),
-        }
+geometry::parameters! {
+    /// The parameters of the node.
+    #[derive(Clone, PartialEq, Debug)]
+    pub struct DetectionParameters {
+        /// Where the cloud comes from.
+        input: CloudInput = CloudInput::Depth;
+        /// The depth camera's calibration in place of that on depth/camera_info: the path of a camera_info file in YAML, as
+        /// camera_calibration and camera_info_manager write it; "" for none.
+        camera_info_file: String = String::new();
+        /// How often it is checked whether the scan lies on the surfaces that the camera sees; 0 turns the check off. The outcome
+        /// is on /diagnostics, a warning when it does not: then calibrate anew (stillmap calibrate).
+        // A knock is reported in some five seconds, for a few milliseconds of each.
+        extrinsics_check_period_s: f64 = 1.0, not_negative, changeable;
+        /// How far beside those surfaces the scan may lie.
+        extrinsics_limit_m: f64 = calibration::DriftConfig::default().limit_m, positive, changeable;
+        /// The parameters of the method.
+        config: DetectionConfig as flatten;
     }
 }
 

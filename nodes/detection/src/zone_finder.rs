@@ -35,7 +35,7 @@ pub enum Unmeasured {
         /// What it had to exceed.
         min_std_dev_m: f32,
     },
-    /// Nothing ends where free space was seen (the method `stillmap`).
+    /// Nothing ends where free space was seen (the method `free_space`).
     #[error("none of the {returns} returns is an object in space seen free")]
     NothingInFreeSpace {
         /// Returns in the aperture.
@@ -81,8 +81,8 @@ impl ZoneFinder {
         Self {
             half_aperture_rad: 0.5 * config.aperture_rad,
             min_std_dev_m: config.min_std_dev_m as f32,
-            high_variability_share: config.high_variability_share as f32,
-            run_bound: config.run_bound,
+            high_variability_share: config.rec_hv.high_variability_share as f32,
+            run_bound: config.rec_hv.run_bound,
             tolerance_rad: config.zone_tolerance_rad,
             max_held_cycles: config.max_held_cycles,
             previous: None,

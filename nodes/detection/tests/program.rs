@@ -49,7 +49,7 @@ fn what_it_cannot_do_it_says_in_one_line() {
     for (arguments, part) in [
         (&["bag.mcap"][..], "unknown argument `bag.mcap`"),
         (&["--ros-args", "-p", "voxel_edge:=1"], "did you mean `voxel_edge_m`"),
-        (&["--ros-args", "-p", "voxel_edge_m:=-1"], "positive number of metres"),
+        (&["--ros-args", "-p", "voxel_edge_m:=-1"], "must be above 0, not -1"),
         (&["--ros-args", "-p", "input:=cloud"], "one of `depth`"),
         (&["--ros-args", "--params-file", "/no/such/file.yaml"], "/no/such/file.yaml"),
         (&["--ros-args", "-r", "scan"], "FROM:=TO"),
@@ -70,7 +70,11 @@ fn help_names_topics_and_parameters() {
     let output = detection(&["--help"]).output().unwrap();
     assert!(output.status.success());
     let text = String::from_utf8(output.stdout).unwrap();
-    for part in ["Example:", "scan (sensor_msgs/msg/LaserScan)", "voxel_edge_m (default 0.08)"] {
+    for part in [
+        "Example:",
+        "scan (sensor_msgs/msg/LaserScan)",
+        "voxel_edge_m (double; above 0, in m; default 0.08)",
+    ] {
         assert!(text.contains(part), "{part} is missing: {text}");
     }
 }

@@ -4,7 +4,7 @@
 /// For each row the column it is given, or `None`. A row stays without a column where that costs less:
 /// going without costs `without`, as much for each row; pairs that cost more are never made.
 ///
-/// `cost` is asked for every pair; a cost that is not a number counts as too much. Equal sums are decided by
+/// `cost` is called for every pair; a cost that is not a number counts as too much. Equal sums are decided by
 /// the order of rows and columns alone. Takes time by rows squared times columns and rows.
 pub fn assign(
     rows: usize,
@@ -12,7 +12,7 @@ pub fn assign(
     without: f64,
     cost: impl Fn(usize, usize) -> f64,
 ) -> Vec<Option<usize>> {
-    // Each row has a column of its own beside the real ones, which stands for none; another row's is too
+    // Each row has a column of its own beside the real ones, which means none; another row's is too
     // dear for it.
     let all_columns = columns + rows;
     let forbidden = 4.0 * without * (rows as f64 + 1.0);

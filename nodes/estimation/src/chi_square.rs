@@ -4,7 +4,7 @@
 const MAX_TERMS: usize = 1000;
 /// The distribution has reached 1 here, for as few degrees of freedom as observations have.
 const FARTHEST: f64 = 200.0;
-/// Halving [`FARTHEST`] so often leaves the last digits.
+/// Halving [`FARTHEST`] this often leaves the last digits.
 const HALVINGS: usize = 60;
 /// A quantile is known when it moves by no more than this share of itself.
 const SETTLED: f64 = 1e-13;
@@ -33,7 +33,7 @@ pub fn probability(freedom: usize, value: f64) -> f64 {
     sum.min(1.0)
 }
 
-/// What a sum of `freedom` squared normal numbers exceeds with the probability `1 - probability_below`.
+/// The value that a sum of `freedom` squared normal numbers exceeds with the probability `1 - probability_below`.
 ///
 /// Newton's method, kept between bounds that close in.
 #[must_use]

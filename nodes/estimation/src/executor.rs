@@ -1,6 +1,6 @@
 //! Independent tasks on as many threads as the caller gives.
 //!
-//! A core has no threads of its own: it takes an [`Executor`] from whoever runs it, and gives it tasks that do not depend on
+//! A core has no threads of its own: it takes an [`Executor`] from its caller, and gives it tasks that do not depend on
 //! each other. Each task writes a result of its own, and results are put together in the order of the tasks: so the number
 //! of threads changes no bit.
 
@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 
 pub use scoped_threads::ScopedThreads;
 
-/// A task that may borrow from whoever waits for it.
+/// A task that may borrow from the caller that waits for it.
 pub type Task<'a> = Box<dyn FnOnce() + Send + 'a>;
 
 /// Does tasks that do not depend on each other.
@@ -58,7 +58,7 @@ pub fn for_each<T: Send>(executor: &dyn Executor, items: &mut [T], work: impl Fn
     executor.run((0..workers).map(|_| Box::new(take_all) as Task<'_>).collect());
 }
 
-/// What `work` makes of each item, in the order of the items.
+/// The results of `work` on each item, in the order of the items.
 pub fn map<T: Send, R: Send>(
     executor: &dyn Executor,
     items: Vec<T>,
@@ -94,7 +94,7 @@ pub fn map_with<S: Send, T: Send, R: Send>(
     results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// What two tasks make, at the same time where there are two threads.
+/// The results of two tasks, at the same time where there are two threads.
 pub fn join<A: Default + Send, B: Default + Send>(
     executor: &dyn Executor,
     first: impl FnOnce() -> A + Send,

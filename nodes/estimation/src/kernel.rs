@@ -18,7 +18,7 @@ pub enum RobustKernel {
 }
 
 impl RobustKernel {
-    /// What a squared error costs, and the derivative of that, which is its weight. `limit` is the squared error at which
+    /// The cost of a squared error, and its derivative, which is the weight. `limit` is the squared error at which
     /// the kernel begins to reduce the weight, in the same unit.
     #[inline]
     #[must_use]

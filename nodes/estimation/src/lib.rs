@@ -1,4 +1,4 @@
-//! What every estimator of the suite needs, each question answered once.
+//! The shared numerics of every estimator of the suite.
 //!
 //! | module | what |
 //! |---|---|

@@ -74,12 +74,12 @@ impl Direction<6> {
 pub struct Observability<const N: usize> {
     /// The best known first.
     pub directions: [Direction<N>; N],
-    /// What a unit is of each coordinate: metres of shift, radians of turn.
+    /// The unit of each coordinate: metres of translation, radians of rotation.
     pub units: SVector<f64, N>,
 }
 
 impl<const N: usize> Observability<N> {
-    /// What `information` tells (the inverse of a covariance: 1/m^2, 1/rad^2 and mixed). `is_estimated` decides by a direction
+    /// The directions that `information` determines (the inverse of a covariance: 1/m^2, 1/rad^2 and mixed). `is_estimated` decides by a direction
     /// in units and the information along it.
     #[must_use]
     pub fn of(

@@ -3,7 +3,7 @@
 //! Sample consensus draws from them, and tests draw noise: the numbers must be the same on every machine and with every
 //! version of every package. So the generator is a published one of a few lines, held by its test vector, and a normal
 //! number is a sum of uniform ones, which every machine adds up alike. Packages give neither: `rand` and `rand_distr` keep
-//! the right to change the values of a seed, and a normal number by way of a logarithm depends on the platform's
+//! the right to change the values of a seed, and a normal number computed by a logarithm depends on the platform's
 //! mathematical library.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3, Vector6};
@@ -55,7 +55,7 @@ impl Random {
         ((u128::from(self.bits()) * bound as u128) >> 64) as usize
     }
 
-    /// Three different numbers below `bound`; `None` when there are not so many.
+    /// Three different numbers below `bound`; `None` when there are fewer.
     pub fn three_below(&mut self, bound: usize) -> Option<[usize; 3]> {
         if bound < 3 {
             return None;

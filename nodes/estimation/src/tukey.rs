@@ -11,9 +11,9 @@ const TUKEY: f64 = 4.685;
 const STD_DEVS_A_MEDIAN: f64 = 1.4826;
 /// Errors are taken for no smaller than this share of the expected ones: a scan registered to itself leaves none.
 const LEAST_SCALE: f64 = 0.05;
-/// Beyond so many rounds the scale hardly changes, with as many outliers as there may be.
+/// Beyond this many rounds the scale hardly changes, with as many outliers as there may be.
 const SCALE_ROUNDS: usize = 4;
-/// Neighbours may share an error over so many observations: a window of a line at the distances of a room.
+/// Neighbours may share an error over this many observations: a window of a line at the distances of a room.
 const LONGEST_LAG: usize = 20;
 
 /// The scale at which an error of this size is just an outlier.

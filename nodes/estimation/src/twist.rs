@@ -136,14 +136,15 @@ mod tests {
         }
 
         #[test]
-        fn half_of_a_motion_twice_is_all_of_it(motion in any_pose()) {
-            let half = part_of_motion(&motion, 0.5);
-            prop_assert!(distance(&(half * half), &motion) < 1e-7);
+        fn parts_of_a_motion_make_up_the_whole(motion in any_pose(), share in 0.0..2.0_f64) {
+            let two = part_of_motion(&motion, share) * part_of_motion(&motion, 1.0 - share);
+            prop_assert!(distance(&two, &motion) < 1e-7);
+            prop_assert!(distance(&part_of_motion(&motion, 1.0), &motion) < 1e-7);
             prop_assert!(distance(&part_of_motion(&motion, -1.0), &motion.inverse()) < 1e-7);
         }
 
         #[test]
-        fn the_right_jacobian_tells_how_the_logarithm_changes(
+        fn the_right_jacobian_is_how_the_logarithm_changes(
             turn in prop::array::uniform3(-1.6..1.6_f64), small in prop::array::uniform3(-1.0..1.0_f64),
         ) {
             const SMALL: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! A core has no threads of its own: it gets an executor from whoever runs it.
+//! A core has no threads of its own: it gets an executor from its caller.
 // A test may stop where it stands.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

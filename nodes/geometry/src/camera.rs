@@ -76,7 +76,7 @@ pub enum CameraModelError {
 
 impl CameraModel {
     /// The largest image that is accepted, 4096 x 4096: no depth camera has more, and a message that
-    /// lies about its size must not decide how much memory is taken.
+    /// states a wrong size must not decide how much memory is taken.
     pub const MAX_PIXELS: usize = 1 << 24;
 
     /// Checks that the numbers describe a camera.
@@ -108,7 +108,7 @@ impl CameraModel {
     /// and row.
     ///
     /// `None` where the camera does not see it: it is not in front, it falls outside the image, or it
-    /// lies so far off the axis that the lens model folds over and no longer describes the lens.
+    /// is so far off the axis that the lens model folds over and no longer describes the lens.
     #[must_use]
     pub fn project(&self, point_in_camera: &Point3<f64>) -> Option<Point2<f64>> {
         if point_in_camera.z <= 0.0 {

@@ -1,17 +1,21 @@
-//! What belongs to one cycle and travels together.
+//! The data of one cycle, which travel together.
 
-use nalgebra::{Isometry3, Point3};
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Cloud, DynamicZone, Stamp};
+use crate::{Cloud, CycleSetup, DepthFrame, DynamicZone, MaskedDepth, Stamp};
 
-/// What detection hands to segmentation: the reduced cloud, the pose and the zones of one cycle.
-/// They are one value so that a cloud can never meet the pose or the zone of another cycle.
+/// The output of detection to segmentation: the reduced cloud, the pose and the zones of one cycle.
+/// They are one value so that a cloud is never combined with the pose or the zone of another cycle.
 #[derive(Clone, PartialEq, Debug)]
 pub struct DetectedCycle {
     /// Counts the cycles from 0; a dropped scan takes no number.
     pub index: u32,
-    /// The scan that this cycle stands for: the scan is the clock (Rec-HV 3.3.1).
+    /// The setup it was made with: the pipeline's configuration, and the mounts as they were in this cycle.
+    pub setup: CycleSetup,
+    /// The scan of this cycle: the scan is the clock (Rec-HV 3.3.1).
     pub scan_stamp: Stamp,
     /// The reduced cloud in the rig frame, stamped with its own measurement.
     pub reduced_cloud: Cloud,
@@ -23,26 +27,29 @@ pub struct DetectedCycle {
     pub map_from_rig: Isometry3<f64>,
     /// The frame that `map_from_rig` leads to.
     pub map_frame_id: String,
-    /// The camera's optical centre in the rig frame: where the rays to the cloud's points start.
-    pub camera_in_rig_m: Point3<f64>,
-    /// Where something moves; empty when nothing does.
+    /// Zones with moving objects; empty when there are none.
     pub zones: Vec<DynamicZone>,
+    /// The depth image of the cloud, with its stamp; absent where the map does not need it
+    /// ([`PipelineConfig::needs_depth`](crate::PipelineConfig::needs_depth)) and where the cloud is of no image.
+    pub depth: Option<Arc<DepthFrame>>,
 }
 
-/// What segmentation hands to reconstruction: both parts of one cycle's cloud, and from where they were
+/// The output of segmentation to reconstruction: both parts of one cycle's cloud, and from where they were
 /// seen.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SegmentedCycle {
     /// The cycle's number, as detection gave it.
     pub index: u32,
+    /// The setup it was made with, as detection gave it.
+    pub setup: CycleSetup,
     /// The static points in the map frame: the thesis' PCL_k.
     pub static_cloud: Cloud,
     /// The moving points in the rig frame: the thesis' PCL_Din.
     pub dynamic_cloud: Cloud,
     /// The pose of the rig when the cloud was measured.
     pub map_from_rig: Isometry3<f64>,
-    /// The camera's optical centre in the rig frame: where the rays to the points start.
-    pub camera_in_rig_m: Point3<f64>,
+    /// The depth image and what moves in it; absent where [`DetectedCycle::depth`] is.
+    pub depth: Option<MaskedDepth>,
 }
 
 /// Points of each stage of the segmentation, for Table 5 of the thesis.

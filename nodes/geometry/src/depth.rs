@@ -29,7 +29,7 @@ impl DepthPixels {
         self.len() == 0
     }
 
-    /// The depths of a stretch of pixels in metres, whatever stands for "not measured" included: 0, a
+    /// The depths of a stretch of pixels in metres, values for "not measured" included: 0, a
     /// negative number, or one that is not finite.
     pub(crate) fn load_m(&self, pixels: Range<usize>, depths_m: &mut [f32]) {
         match self {
@@ -95,6 +95,13 @@ impl DepthImage {
         } else {
             Err(DepthSizeError { width_px, height_px, pixels: count })
         }
+    }
+
+    /// The same image with other pixels, as many.
+    pub(crate) fn with_millimetres(&self, pixels: Vec<u16>) -> Self {
+        let (width_px, height_px) = (self.width_px, self.height_px);
+        let (stamp, frame_id) = (self.stamp, self.frame_id.clone());
+        Self { stamp, frame_id, width_px, height_px, pixels: DepthPixels::Millimetres(pixels) }
     }
 
     /// Columns.

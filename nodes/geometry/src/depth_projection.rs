@@ -10,7 +10,7 @@ use nalgebra::Isometry3;
 use crate::camera::{RayRow, RayTable};
 use crate::point_block::PointBlock;
 use crate::rigid::RigidTransform;
-use crate::{Cloud, DepthImage, VoxelAccumulator};
+use crate::{Cloud, DepthImage, VoxelAccumulator, VoxelGrid, VoxelKey};
 
 /// Which depths are taken for real, bounds included. Depth is measured along the optical axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -100,6 +100,33 @@ impl DepthProjector {
         })?;
         let frame_id = self.target_frame_id.clone();
         Ok(Cloud { stamp: image.stamp, frame_id, points_m })
+    }
+
+    /// Tells the voxel of each pixel of some rows that has a depth, in the order of the pixels: its index in the image and the
+    /// voxel that [`reduce`](Self::reduce) with this grid puts its point into.
+    ///
+    /// # Errors
+    /// When the image is of another size than the camera.
+    pub fn for_each_voxel(
+        &self,
+        image: &DepthImage,
+        rows_px: Range<usize>,
+        grid: &VoxelGrid,
+        mut take: impl FnMut(usize, VoxelKey),
+    ) -> Result<(), DepthCameraError> {
+        let width_px = image.width_px();
+        let (mut row_px, mut column_px) = (rows_px.start, 0);
+        self.for_each_block(image, rows_px, |block| {
+            let (keys, finite) = (block.keys(grid.edge_m()), block.finite_places());
+            let first = row_px * width_px + column_px;
+            for place in (0..block.len.min(PointBlock::CAPACITY)).filter(|place| finite[*place]) {
+                take(first + place, keys[place]);
+            }
+            column_px += block.len;
+            if column_px >= width_px {
+                (row_px, column_px) = (row_px + 1, 0);
+            }
+        })
     }
 
     /// The points of a depth image reduced by the accumulator's grid (Rec-HV 3.2.3): the same as

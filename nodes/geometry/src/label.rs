@@ -28,10 +28,10 @@ pub struct LabelSizeError {
 }
 
 impl LabelImage {
-    /// What does not move.
+    /// The static scene.
     pub const STATIC: u16 = 0;
 
-    /// An image of `width_px * height_px` labels, row by row: 0 for what does not move, otherwise the
+    /// An image of `width_px * height_px` labels, row by row: 0 for the static scene, otherwise the
     /// number of the object.
     ///
     /// # Errors
@@ -61,7 +61,7 @@ impl LabelImage {
         self.height_px
     }
 
-    /// The labels, row by row; 0 for what does not move.
+    /// The labels, row by row; 0 for the static scene.
     #[must_use]
     pub fn object_ids(&self) -> &[u16] {
         &self.object_ids

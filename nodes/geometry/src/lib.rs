@@ -1,4 +1,4 @@
-//! What flows between the cores: scans, clouds, depth images, poses, zones, and the cycle that ties
+//! The values that flow between the cores: scans, clouds, depth images, poses, zones, and the cycle that ties
 //! one of each together. No ROS, no clock, no files.
 //!
 //! # Frames
@@ -21,7 +21,7 @@
 //! let reduced = grid.reduce(&[Point3::new(1.01, 0.01, 0.01), Point3::new(1.03, 0.01, 0.01)]);
 //! assert_eq!(reduced.len(), 1);
 //!
-//! // The rig stands at x = 2 m and looks along y: [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad].
+//! // The rig is at x = 2 m and looks along y: [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad].
 //! let map_from_rig = pose_from_vector(&[2.0, 0.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0]);
 //! let point_in_map = map_from_rig * Point3::from(reduced[0].cast::<f64>());
 //! assert!((point_in_map - Point3::new(1.99, 1.02, 0.01)).norm() < 1e-6);
@@ -30,23 +30,27 @@
 
 mod camera;
 mod cloud;
+mod cloud_view;
 mod cycle;
 mod depth;
+mod depth_frame;
 mod depth_projection;
 mod label;
 mod lidar_cloud;
 mod map_path;
+mod method;
 pub mod parameter;
 pub mod pcd;
+mod pipeline;
 pub mod ply;
 mod point_block;
 mod point_file;
 mod pose;
 mod revolution;
+mod rig;
 mod rigid;
 mod scan;
 mod scan_from_depth;
-mod sight;
 mod stamp;
 mod track;
 mod view;
@@ -55,24 +59,30 @@ mod zone;
 
 pub use camera::{CameraModel, CameraModelError, Distortion, RayTable};
 pub use cloud::{Cloud, is_finite};
+pub use cloud_view::{
+    AS_NEAR, Bearing, CloudView, FARTHEST_SEEN_M, LONGEST_STAY_S, NEAREST_SEEN_M,
+};
 pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
 pub use depth::{DepthImage, DepthPixels, DepthSizeError};
+pub use depth_frame::{DepthFrame, DepthFrameError, MaskedDepth};
 pub use depth_projection::{DepthCameraError, DepthLimits, DepthProjector, ReducedDepth};
 pub use label::{LabelImage, LabelSizeError};
 pub use lidar_cloud::LidarCloud;
 pub use map_path::{
-    LateCorrections, MapPath, MapPathError, PathCorrection, PathKnot, PathVertex, SteadyFrame,
+    ContinuousFrame, LateCorrections, MapPath, MapPathError, PathCorrection, PathKnot, PathVertex,
 };
+pub use method::Method;
 pub use parameter::ParameterError;
-pub use point_file::PointFileError;
+pub use pipeline::{CycleSetup, PipelineConfig, PipelineDifference, PipelineMismatch};
+pub use point_file::{OrientedPoints, PointFileError};
 pub use pose::{
     FARTHEST_POSE_M, PoseBuffer, PoseLookupError, PosePushError, StampedPose, UnusablePose,
     check_pose, homogeneous_from_pose_vector, pose_from_vector, pose_vector,
 };
 pub use revolution::{LidarReturn, Revolution, RevolutionSizeError};
+pub use rig::{ExtrinsicsSource, RigConfig, RigMounts, is_same_mount};
 pub use scan::{BeamOrder, Scan};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
-pub use sight::{AS_NEAR, Bearing, FARTHEST_SEEN_M, LONGEST_STAY_S, NEAREST_SEEN_M, Sight};
 pub use stamp::Stamp;
 pub use track::Track;
 pub use view::{DepthByDirection, MIN_SLOPE_DEPTH_M, View, slopes_from};

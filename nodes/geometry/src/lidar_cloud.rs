@@ -1,4 +1,4 @@
-//! What a turning LiDAR measured in one revolution, as its driver lists it.
+//! One revolution of a spinning LiDAR, as its driver lists it.
 
 use nalgebra::Point3;
 
@@ -9,7 +9,7 @@ use crate::{Revolution, Stamp};
 /// Every list that is there is as long as that of the points. Points are finite, and none is at the scanner itself.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct LidarCloud {
-    /// What the times count from.
+    /// The origin of the times.
     pub stamp: Stamp,
     /// The frame of the scanner: x forward, y left, z up.
     pub frame_id: String,
@@ -24,7 +24,7 @@ pub struct LidarCloud {
 }
 
 impl LidarCloud {
-    /// The points that are kept, with what is said of them. Points without an answer are not.
+    /// The points that are kept, with their fields. Points without an answer are dropped.
     #[must_use]
     pub fn kept(&self, keep: &[bool]) -> Self {
         fn of<T: Copy>(items: &[T], keep: &[bool]) -> Vec<T> {

@@ -1,20 +1,20 @@
-//! The way that the platform went, as the map has it by now; what a correction of the map has moved; and a frame in
+//! The trajectory of the platform in the current map; how a correction of the map has moved it; and a frame in
 //! which the platform does not jump when it is corrected.
 
+mod continuous;
 mod correction;
 mod late;
-mod steady;
 #[cfg(test)]
 mod tests;
 
 use nalgebra::Isometry3;
 
 use crate::{Stamp, UnusablePose, check_pose};
+pub use continuous::ContinuousFrame;
 pub use correction::{PathCorrection, PathKnot};
 pub use late::LateCorrections;
-pub use steady::SteadyFrame;
 
-/// A moment of the way, and where the platform was then.
+/// A vertex of the trajectory: a moment, and where the platform was then.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PathVertex {
     /// When.
@@ -23,7 +23,7 @@ pub struct PathVertex {
     pub map_from_rig: Isometry3<f64>,
 }
 
-/// The way that the platform went, as the map has it by now: what a SLAM tells of its keyframes.
+/// The trajectory of the platform in the current map: the keyframe poses that a SLAM publishes.
 ///
 /// A vertex is known again by its stamp: the same moment in two paths is the same place of the room, wherever the map
 /// has it.
@@ -34,7 +34,7 @@ pub struct MapPath {
     vertices: Vec<PathVertex>,
 }
 
-/// A path is none.
+/// A path is invalid.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum MapPathError {
     /// More vertices than [`MapPath::MOST_VERTICES`].
@@ -65,8 +65,8 @@ impl MapPath {
     /// More vertices than a day of keyframes: 64 MB.
     pub const MOST_VERTICES: usize = 1_000_000;
 
-    /// A path in the frame `frame_id`. `stamp` is that of the first pose that was told in the map as the path has it;
-    /// where it is missing (zero, or before the last vertex) the last vertex's stands for it.
+    /// A path in the frame `frame_id`. `stamp` is that of the first pose that was published in the map as the path has it;
+    /// where it is missing (zero, or before the last vertex) that of the last vertex is used.
     ///
     /// # Errors
     /// When there are too many vertices, one is out of order, or one has a pose that cannot be used.
@@ -91,7 +91,7 @@ impl MapPath {
         Ok(Self { since, frame_id: frame_id.to_owned(), vertices })
     }
 
-    /// From this moment on poses are told in the map as the path has it; those of before were told in the map of
+    /// From this moment on poses are published in the map as the path has it; earlier ones were in the map of
     /// before.
     #[must_use]
     pub fn since(&self) -> Stamp {
@@ -110,7 +110,7 @@ impl MapPath {
         &self.vertices
     }
 
-    /// What has moved the map from an earlier path to this one, by the vertices that both have; `None` where they have
+    /// The correction that moved the map from an earlier path to this one, by the vertices that both have; `None` where they have
     /// none in common, as after a new start, or are in different frames.
     #[must_use]
     pub fn correction_since(&self, earlier: &Self) -> Option<PathCorrection> {
@@ -128,7 +128,7 @@ impl MapPath {
         PathCorrection::new(knots)
     }
 
-    /// The path that a map stands on after a correction since this path to `later` was made, which may leave knots where
+    /// The path that a map is built on after a correction since this path to `later` was made, which may leave knots where
     /// they were: see [`PathCorrection::beyond`]. It has the vertices of `later`, and has those where they were that the
     /// correction left there, so that what they are off by counts the next time.
     #[must_use]

@@ -34,7 +34,7 @@ pub fn check(
 /// A finite number above 0.
 ///
 /// # Errors
-/// When it is none.
+/// When it is not.
 pub fn positive(name: &'static str, value: f64) -> Result<(), ParameterError> {
     within(name, value, Bound::Excluded(0.0), Bound::Unbounded)
 }
@@ -42,7 +42,7 @@ pub fn positive(name: &'static str, value: f64) -> Result<(), ParameterError> {
 /// A finite number, 0 or more.
 ///
 /// # Errors
-/// When it is none.
+/// When it is not.
 pub fn not_negative(name: &'static str, value: f64) -> Result<(), ParameterError> {
     within(name, value, Bound::Included(0.0), Bound::Unbounded)
 }
@@ -50,7 +50,7 @@ pub fn not_negative(name: &'static str, value: f64) -> Result<(), ParameterError
 /// A share that is not the whole.
 ///
 /// # Errors
-/// When it is none.
+/// When it is not.
 pub fn below_one(name: &'static str, value: f64) -> Result<(), ParameterError> {
     within(name, value, Bound::Included(0.0), Bound::Excluded(1.0))
 }

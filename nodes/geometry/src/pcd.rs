@@ -1,9 +1,10 @@
 //! PCD version 0.7, the format of the Point Cloud Library.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use crate::point_file::{
-    Encoding, PointFileError, RecordLayout, Scalar, append_binary, split_header,
+    Encoding, OrientedPoints, PointFileError, RecordLayout, Scalar, append_binary,
+    append_with_normals, split_header,
 };
 
 /// A binary PCD file of points in metres, unorganised.
@@ -20,13 +21,47 @@ pub fn encode(points_m: &[Point3<f32>]) -> Vec<u8> {
     bytes
 }
 
+/// The same with a normal for each point (`normal_x`, `normal_y`, `normal_z`, as PCL's `PointNormal` has them); without where
+/// there are none, or not as many.
+#[must_use]
+pub fn encode_with_normals(points_m: &[Point3<f32>], normals: &[Vector3<f32>]) -> Vec<u8> {
+    if points_m.is_empty() || points_m.len() != normals.len() {
+        return encode(points_m);
+    }
+    let count = points_m.len();
+    let mut bytes = format!(
+        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n\
+         FIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\n\
+         TYPE F F F F F F\nCOUNT 1 1 1 1 1 1\nWIDTH {count}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\n\
+         POINTS {count}\nDATA binary\n"
+    )
+    .into_bytes();
+    append_with_normals(&mut bytes, points_m, normals);
+    bytes
+}
+
 /// The points of a PCD file, ASCII or binary (not compressed), whatever other fields they have.
-/// Points with a coordinate that is not finite are left out: in an organised cloud they stand for
+/// Points with a coordinate that is not finite are left out: in an organised cloud they represent
 /// pixels that saw nothing.
 ///
 /// # Errors
 /// When the bytes are no such file, or are cut off.
 pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
+    let (header, body) = read(bytes)?;
+    header.layout()?.decode(header.encoding(), body, header.points()?)
+}
+
+/// The same with the normals; no normals where the file has none.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_with_normals(bytes: &[u8]) -> Result<OrientedPoints, PointFileError> {
+    let (header, body) = read(bytes)?;
+    header.layout()?.decode_with_normals(header.encoding(), body, header.points()?)
+}
+
+/// What the header says, and the bytes behind it.
+fn read(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), PointFileError> {
     if !bytes.starts_with(b"# .PCD") && !bytes.starts_with(b"VERSION") {
         return Err(PointFileError::NotThisFormat { format: "PCD", expected: "# .PCD" });
     }
@@ -35,7 +70,7 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
     for (line, text) in lines {
         header.take(line, text)?;
     }
-    header.layout()?.decode(header.encoding(), body, header.points()?)
+    Ok((header, body))
 }
 
 /// The entries of a header, each with its line.
@@ -195,5 +230,15 @@ mod tests {
         let huge = String::from_utf8(huge).unwrap().replace("POINTS 0", "POINTS 1");
         let error = decode(huge.as_bytes()).unwrap_err();
         assert_eq!(error, PointFileError::Truncated { stated: 1, found: 0 });
+    }
+
+    #[test]
+    fn normals_survive_the_file() {
+        let points = vec![Point3::new(1.0, -2.0, 0.5), Point3::new(0.0, 3.0, 0.25)];
+        let normals = vec![Vector3::x(), Vector3::new(0.0, 0.6, -0.8)];
+        let file = encode_with_normals(&points, &normals);
+        assert_eq!(decode(&file).unwrap(), points);
+        let expected = OrientedPoints { points_m: points, normals };
+        assert_eq!(decode_with_normals(&file).unwrap(), expected);
     }
 }

@@ -1,9 +1,10 @@
 //! PLY, the Stanford polygon format: points for MeshLab, CloudCompare and Open3D.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use crate::point_file::{
-    Encoding, PointFileError, RecordLayout, Scalar, append_binary, split_header,
+    Encoding, OrientedPoints, PointFileError, RecordLayout, Scalar, append_binary,
+    append_with_normals, split_header,
 };
 
 /// A binary PLY file, least significant byte first, of points in metres.
@@ -19,12 +20,44 @@ pub fn encode(points_m: &[Point3<f32>]) -> Vec<u8> {
     bytes
 }
 
+/// The same with a normal for each point (`nx`, `ny`, `nz`); without where there are none, or not as many.
+#[must_use]
+pub fn encode_with_normals(points_m: &[Point3<f32>], normals: &[Vector3<f32>]) -> Vec<u8> {
+    if points_m.is_empty() || points_m.len() != normals.len() {
+        return encode(points_m);
+    }
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
+         property float x\nproperty float y\nproperty float z\n\
+         property float nx\nproperty float ny\nproperty float nz\nend_header\n",
+        points_m.len()
+    )
+    .into_bytes();
+    append_with_normals(&mut bytes, points_m, normals);
+    bytes
+}
+
 /// The vertices of a PLY file, ASCII or binary with the least significant byte first, whatever other
 /// fields they have. Vertices with a coordinate that is not finite are left out.
 ///
 /// # Errors
 /// When the bytes are no such file, or are cut off.
 pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
+    let (layout, encoding, body, vertices) = read(bytes)?;
+    layout.decode(encoding, body, vertices)
+}
+
+/// The same with the normals; no normals where the file has none.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_with_normals(bytes: &[u8]) -> Result<OrientedPoints, PointFileError> {
+    let (layout, encoding, body, vertices) = read(bytes)?;
+    layout.decode_with_normals(encoding, body, vertices)
+}
+
+/// What the header says, and the bytes behind it.
+fn read(bytes: &[u8]) -> Result<(RecordLayout, Encoding, &[u8], usize), PointFileError> {
     if !bytes.starts_with(b"ply") {
         return Err(PointFileError::NotThisFormat { format: "PLY", expected: "ply" });
     }
@@ -60,7 +93,7 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
     let encoding = encoding.ok_or(PointFileError::UnfinishedHeader { expected: "format" })?;
     let vertices =
         vertices.ok_or(PointFileError::UnfinishedHeader { expected: "element vertex" })?;
-    layout.decode(encoding, body, vertices)
+    Ok((layout, encoding, body, vertices))
 }
 
 fn scalar(kind: &str) -> Option<Scalar> {
@@ -100,6 +133,20 @@ mod tests {
             file.append(&mut bytes);
             let _ = decode(&file);
         }
+    }
+
+    #[test]
+    fn normals_stand_beside_the_points_where_there_are_any() {
+        let points = [Point3::new(1.0, -2.0, 0.5), Point3::new(0.0, 3.0, 0.25)];
+        let normals = [Vector3::x(), Vector3::new(0.0, 0.6, -0.8)];
+        let file = encode_with_normals(&points, &normals);
+        assert_eq!(decode(&file).unwrap(), points);
+        let expected = OrientedPoints { points_m: points.to_vec(), normals: normals.to_vec() };
+        assert_eq!(decode_with_normals(&file).unwrap(), expected);
+        let without = OrientedPoints { normals: Vec::new(), ..expected };
+        assert_eq!(decode_with_normals(&encode(&points)).unwrap(), without);
+        assert!(file.ends_with(&[0.6_f32.to_le_bytes(), (-0.8_f32).to_le_bytes()].concat()));
+        assert_eq!(encode_with_normals(&points, &[]), encode(&points));
     }
 
     #[test]

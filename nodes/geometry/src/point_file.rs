@@ -1,6 +1,6 @@
-//! What the two formats of point files have in common: a header of lines, then one record a point.
+//! The common part of the two formats of point files: a header of lines, then one record a point.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 /// A file of points could not be read.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -24,7 +24,7 @@ pub enum PointFileError {
     Header {
         /// Counted from 1.
         line: usize,
-        /// What stands there, its first 80 characters.
+        /// The text there, its first 80 characters.
         text: String,
         /// What is wrong with it.
         reason: &'static str,
@@ -49,12 +49,12 @@ pub enum PointFileError {
         /// How many whole ones there are.
         found: usize,
     },
-    /// A number of an ASCII file is none.
+    /// A number of an ASCII file is invalid.
     #[error("point {point}: '{text}' is not a number")]
     Number {
         /// Counted from 0.
         point: usize,
-        /// What stands there, its first 80 characters.
+        /// The text there, its first 80 characters.
         text: String,
     },
 }
@@ -113,18 +113,29 @@ impl Scalar {
     }
 }
 
-/// How the numbers stand after the header.
+/// The points of a file, with their normals.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct OrientedPoints {
+    /// The points, in metres.
+    pub points_m: Vec<Point3<f32>>,
+    /// The normal of each; none at all where the file has none.
+    pub normals: Vec<Vector3<f32>>,
+}
+
+/// The encoding of the numbers after the header.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Encoding {
     Ascii,
     BinaryLittleEndian,
 }
 
-/// Where the coordinates stand in a record.
+/// The offsets of the coordinates in a record.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RecordLayout {
     /// Offset in bytes, column in an ASCII line, and kind of x, y, z.
     coordinates: [Option<(usize, usize, Scalar)>; 3],
+    /// The same of the normal.
+    normal: [Option<(usize, usize, Scalar)>; 3],
     bytes: usize,
     columns: usize,
 }
@@ -133,10 +144,16 @@ impl RecordLayout {
     /// Adds a field of `count` numbers behind the others.
     pub(crate) fn push(&mut self, name: &str, scalar: Scalar, count: usize) {
         const NAMES: [&str; 3] = ["x", "y", "z"];
+        /// Of PLY files, and of PCL's.
+        const NORMALS: [[&str; 2]; 3] =
+            [["nx", "normal_x"], ["ny", "normal_y"], ["nz", "normal_z"]];
         if let Some(axis) = NAMES.iter().position(|&axis| axis == name) {
             self.coordinates[axis].get_or_insert((self.bytes, self.columns, scalar));
         }
-        // A header that lies may overflow; a record of that size then finds no bytes.
+        if let Some(axis) = NORMALS.iter().position(|names| names.contains(&name)) {
+            self.normal[axis].get_or_insert((self.bytes, self.columns, scalar));
+        }
+        // A wrong header may overflow; a record of that size then finds no bytes.
         self.bytes = self.bytes.saturating_add(scalar.size().saturating_mul(count));
         self.columns = self.columns.saturating_add(count);
     }
@@ -149,57 +166,90 @@ impl RecordLayout {
         body: &[u8],
         stated: usize,
     ) -> Result<Vec<Point3<f32>>, PointFileError> {
-        let [x, y, z] = self.coordinates;
-        let missing = |field| PointFileError::MissingField { field };
-        let axes = [x.ok_or(missing("x"))?, y.ok_or(missing("y"))?, z.ok_or(missing("z"))?];
-        let mut points_m = match encoding {
-            Encoding::Ascii => self.decode_ascii(axes, body, stated),
-            Encoding::BinaryLittleEndian => self.decode_binary(axes, body, stated),
-        }?;
+        let records = self.records(self.axes()?, encoding, body, stated)?;
+        let mut points_m: Vec<Point3<f32>> = records.into_iter().map(Point3::from).collect();
         points_m.retain(crate::is_finite);
         Ok(points_m)
     }
 
-    fn decode_binary(
+    /// The same with a normal for each point; no normals where the records have none.
+    pub(crate) fn decode_with_normals(
         &self,
-        axes: [(usize, usize, Scalar); 3],
+        encoding: Encoding,
         body: &[u8],
         stated: usize,
-    ) -> Result<Vec<Point3<f32>>, PointFileError> {
-        // `axes` exist, so a record has bytes.
+    ) -> Result<OrientedPoints, PointFileError> {
+        let [Some(nx), Some(ny), Some(nz)] = self.normal else {
+            let points_m = self.decode(encoding, body, stated)?;
+            return Ok(OrientedPoints { points_m, normals: Vec::new() });
+        };
+        let [x, y, z] = self.axes()?;
+        let records = self.records([x, y, z, nx, ny, nz], encoding, body, stated)?;
+        let finite = records.into_iter().filter(|record| record[..3].iter().all(|m| m.is_finite()));
+        let split =
+            |[x, y, z, nx, ny, nz]: [f32; 6]| (Point3::new(x, y, z), Vector3::new(nx, ny, nz));
+        let (points_m, normals) = finite.map(split).unzip();
+        Ok(OrientedPoints { points_m, normals })
+    }
+
+    fn axes(&self) -> Result<[(usize, usize, Scalar); 3], PointFileError> {
+        let [x, y, z] = self.coordinates;
+        let missing = |field| PointFileError::MissingField { field };
+        Ok([x.ok_or(missing("x"))?, y.ok_or(missing("y"))?, z.ok_or(missing("z"))?])
+    }
+
+    fn records<const N: usize>(
+        &self,
+        fields: [(usize, usize, Scalar); N],
+        encoding: Encoding,
+        body: &[u8],
+        stated: usize,
+    ) -> Result<Vec<[f32; N]>, PointFileError> {
+        match encoding {
+            Encoding::Ascii => Self::decode_ascii(fields, body, stated),
+            Encoding::BinaryLittleEndian => self.decode_binary(fields, body, stated),
+        }
+    }
+
+    fn decode_binary<const N: usize>(
+        &self,
+        fields: [(usize, usize, Scalar); N],
+        body: &[u8],
+        stated: usize,
+    ) -> Result<Vec<[f32; N]>, PointFileError> {
+        // The fields exist, so a record has bytes.
         let found = body.len() / self.bytes.max(1);
         if found < stated {
             return Err(PointFileError::Truncated { stated, found });
         }
-        let coordinate = |record: &[u8], (offset, _, scalar): (usize, usize, Scalar)| {
+        let number = |record: &[u8], (offset, _, scalar): (usize, usize, Scalar)| {
             record.get(offset..).and_then(|bytes| scalar.read(bytes)).unwrap_or(f32::NAN)
         };
         let records = body.chunks_exact(self.bytes.max(1)).take(stated);
-        Ok(records.map(|record| Point3::from(axes.map(|axis| coordinate(record, axis)))).collect())
+        Ok(records.map(|record| fields.map(|field| number(record, field))).collect())
     }
 
-    fn decode_ascii(
-        &self,
-        axes: [(usize, usize, Scalar); 3],
+    fn decode_ascii<const N: usize>(
+        fields: [(usize, usize, Scalar); N],
         body: &[u8],
         stated: usize,
-    ) -> Result<Vec<Point3<f32>>, PointFileError> {
+    ) -> Result<Vec<[f32; N]>, PointFileError> {
         let text = String::from_utf8_lossy(body);
-        let mut points_m = Vec::new();
+        let mut records = Vec::new();
         let lines = text.lines().filter(|line| !line.trim().is_empty()).take(stated);
         for (point, line) in lines.enumerate() {
-            let coordinate = |(_, column, _): (usize, usize, Scalar)| {
+            let mut record = [0.0; N];
+            for (number, (_, column, _)) in record.iter_mut().zip(fields) {
                 let word = line.split_ascii_whitespace().nth(column).unwrap_or_default();
-                let number = |_| PointFileError::Number { point, text: shortened(word) };
-                word.parse::<f32>().map_err(number)
-            };
-            let [x, y, z] = axes;
-            points_m.push(Point3::new(coordinate(x)?, coordinate(y)?, coordinate(z)?));
+                let error = |_| PointFileError::Number { point, text: shortened(word) };
+                *number = word.parse::<f32>().map_err(error)?;
+            }
+            records.push(record);
         }
-        if points_m.len() < stated {
-            return Err(PointFileError::Truncated { stated, found: points_m.len() });
+        if records.len() < stated {
+            return Err(PointFileError::Truncated { stated, found: records.len() });
         }
-        Ok(points_m)
+        Ok(records)
     }
 }
 
@@ -232,5 +282,19 @@ pub(crate) fn append_binary(bytes: &mut Vec<u8>, points_m: &[Point3<f32>]) {
     bytes.reserve(points_m.len() * 3 * size_of::<f32>());
     for value_m in points_m.iter().flat_map(|point_m| point_m.iter()) {
         bytes.extend_from_slice(&value_m.to_le_bytes());
+    }
+}
+
+/// Appends each point with its normal.
+pub(crate) fn append_with_normals(
+    bytes: &mut Vec<u8>,
+    points_m: &[Point3<f32>],
+    normals: &[Vector3<f32>],
+) {
+    bytes.reserve(points_m.len() * 6 * size_of::<f32>());
+    for (point_m, normal) in points_m.iter().zip(normals) {
+        for value in point_m.iter().chain(normal.iter()) {
+            bytes.extend_from_slice(&value.to_le_bytes());
+        }
     }
 }

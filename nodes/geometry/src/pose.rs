@@ -21,7 +21,7 @@ pub struct StampedPose {
     pub map_from_rig: Isometry3<f64>,
 }
 
-/// No pose may lie farther from the origin of its frame: there the single precision of clouds still steps
+/// No pose may be farther from the origin of its frame: there the single precision of clouds still steps
 /// by 8 mm, a tenth of the thesis' voxel; at the coordinates of a map grid (UTM) it would step by half a
 /// metre and collapse the cloud.
 pub const FARTHEST_POSE_M: f64 = 1e5;

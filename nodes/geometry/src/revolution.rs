@@ -1,4 +1,4 @@
-//! What a turning LiDAR measured in one revolution.
+//! One revolution of a spinning LiDAR.
 
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ pub struct Revolution {
     returns: Vec<Option<LidarReturn>>,
 }
 
-/// What came back to a laser.
+/// A return of a laser.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct LidarReturn {
     /// In the frame of the revolution, finite.
@@ -107,13 +107,13 @@ impl Revolution {
         self.returns.get(row * columns..(row + 1) * columns).unwrap_or_default()
     }
 
-    /// What returned in a cell.
+    /// The return of a cell.
     #[must_use]
     pub fn at(&self, row: usize, column: usize) -> Option<&LidarReturn> {
         self.row(row).get(column)?.as_ref()
     }
 
-    /// What returned, row by row, without the cells where nothing did.
+    /// The returns, row by row, without empty cells.
     pub fn measured(&self) -> impl Iterator<Item = &LidarReturn> {
         self.returns.iter().flatten()
     }

@@ -4,21 +4,21 @@ use serde::{Deserialize, Serialize};
 
 use crate::Stamp;
 
-/// The order in which a scanner measures the beams of its message.
-///
-/// `LaserScan` defines `time_increment` as the time from a beam to the next, but the common drivers of
-/// scanners that turn clockwise (`rplidar_ros`) turn the readings round and leave the increment positive.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum BeamOrder {
-    /// Not known: every beam is taken for measured in the middle of the turn, and the motion of the platform
-    /// within the turn makes it less sure.
-    #[default]
-    Unknown,
-    /// The first beam of the message is the first that was measured (REP-138).
-    FirstToLast,
-    /// The last beam of the message is the first that was measured.
-    LastToFirst,
+crate::choices! {
+    /// The order in which a scanner measures the beams of its message.
+    ///
+    /// `LaserScan` defines `time_increment` as the time from a beam to the next, but the common drivers of
+    /// scanners that turn clockwise (`rplidar_ros`) turn the readings round and leave the increment positive.
+    #[derive(Default)]
+    pub enum BeamOrder {
+        /// Not known: every beam counts as measured in the middle of the turn, and the motion of the platform within the turn
+        /// makes it less certain.
+        Unknown = "unknown" as default,
+        /// The first beam of the message is measured first (REP-138).
+        FirstToLast = "first_to_last",
+        /// The last beam of the message is measured first: drivers that turn the readings round.
+        LastToFirst = "last_to_first",
+    }
 }
 
 /// A 2D laser scan, the content of `sensor_msgs/LaserScan` (REP-138).
@@ -56,7 +56,7 @@ impl Scan {
     }
 
     /// The range of beam `index` if it is a real return: finite, positive and within the sensor's limits.
-    /// A range of 0 is none even where the sensor states 0 as its lower limit: nothing stands in it.
+    /// A range of 0 is no measurement even where the sensor states 0 as its lower limit: nothing stands in it.
     #[must_use]
     pub fn measured_range_m(&self, index: usize) -> Option<f32> {
         let range_m = *self.ranges_m.get(index)?;

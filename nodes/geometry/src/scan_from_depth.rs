@@ -17,7 +17,7 @@ use crate::{DepthCameraError, DepthImage, DepthLimits, DepthProjector, RayTable,
 pub enum ScanBand {
     /// Those that see a point in a layer parallel to the rig's XY plane, as a scanner mounted at that
     /// height would. Which rows these are depends on the depth. A pixel sees a patch as high as the
-    /// distance between two rows, and belongs to the layer when its patch meets it.
+    /// distance between two rows, and belongs to the layer when its patch intersects it.
     Height {
         /// The middle of the layer, above (positive) or below the rig's origin.
         plane_height_m: f64,
@@ -81,7 +81,7 @@ pub enum ScanFromDepthError {
     /// Too few beams, or too many.
     #[error("a scan of {beams} beams: it must have between 2 and {}", ScanFromDepth::MAX_BEAMS)]
     Beams {
-        /// How many were asked for.
+        /// How many were requested.
         beams: usize,
     },
     /// The limits of the range leave nothing.
@@ -200,7 +200,7 @@ impl ScanCutter {
             for point in block.finite_points() {
                 let range_m = point.x.hypot(point.y);
                 // A pixel shows a patch, not a point: far away the rows lie farther apart than a thin
-                // band is high, and the row whose patch meets the band is the one to take.
+                // band is high, and the row whose patch intersects the band is the one to take.
                 let margin_m = range_m * self.half_row_pitch;
                 let in_band = point.z + margin_m >= lowest_m && point.z - margin_m <= highest_m;
                 if !in_band || range_m < self.empty.range_min_m || range_m > self.empty.range_max_m
@@ -276,7 +276,7 @@ fn view(rays: &RayTable, rig_from_camera: &Isometry3<f64>) -> Option<(f64, f64)>
     for row_px in 0..rays.height_px() {
         for column_px in 0..rays.width_px() {
             if let Some(azimuth_rad) = azimuth_rad(column_px, row_px) {
-                // From the middle, so that a camera that looks to the rear meets no seam.
+                // From the middle, so that a camera that looks to the rear crosses no seam.
                 let offset_rad = (azimuth_rad - middle_rad + PI).rem_euclid(2.0 * PI) - PI;
                 (min_rad, max_rad) = (min_rad.min(offset_rad), max_rad.max(offset_rad));
             }

@@ -77,7 +77,7 @@ mod tests {
 
         #[test]
         fn adding_a_difference_leads_there(from in -1_i64 << 60..1 << 60, nanos in -1_i64 << 50..1 << 50) {
-            // Some two weeks: the seconds still tell nanoseconds apart.
+            // Some two weeks: the seconds still distinguish nanoseconds.
             let (from, to) = (Stamp::from_nanos(from), Stamp::from_nanos(from + nanos));
             prop_assert_eq!(from.plus_seconds(to.seconds_since(from)), to);
         }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Point3, Vector3};
 
-/// What is known of a moving object in one cycle.
+/// The state of a moving object in one cycle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Track {
     /// The object's number; never used for another object of the same run.

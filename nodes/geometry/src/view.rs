@@ -1,4 +1,4 @@
-//! What a camera sees, by direction: the borders of its view, and the depths that it met in each direction.
+//! The view of a camera, by direction: its borders, and the depths that it measured in each direction.
 //!
 //! Directions are slopes in the rig frame: how far to the left and up a ray goes for each metre forward.
 
@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector2};
 pub const MIN_SLOPE_DEPTH_M: f64 = 0.1;
 
 /// Sideways and upward slope of the ray from the camera to a point of the rig frame; `None` beside or behind the
-/// camera, and for what is not finite.
+/// camera, and for points that are not finite.
 #[must_use]
 pub fn slopes_from(
     camera_in_rig_m: &Point3<f64>,
@@ -22,7 +22,7 @@ pub fn slopes_from(
     (finite && ray_m.x > MIN_SLOPE_DEPTH_M).then(|| Vector2::new(ray_m.y, ray_m.z) / ray_m.x)
 }
 
-/// The borders of a camera's view. Nothing tells them but the points themselves, so it is the widest that was ever
+/// The borders of a camera's view. Only the points themselves show them, so it is the widest that was ever
 /// seen.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct View {
@@ -52,10 +52,10 @@ impl View {
     }
 }
 
-/// A depth for each direction in which something was met, in squares of 1.5 degrees: the nearest or the farthest.
+/// A depth for each direction in which a surface was hit, in squares of 1.5 degrees: the nearest or the farthest.
 #[derive(Clone, Debug)]
 pub struct DepthByDirection {
-    /// Row by row from the lower right; not a number where nothing was met.
+    /// Row by row from the lower right; NaN where nothing was hit.
     depth_m: Vec<f32>,
 }
 
@@ -66,7 +66,7 @@ impl Default for DepthByDirection {
 }
 
 impl DepthByDirection {
-    /// The squares in which directions are gathered are so wide: a voxel of the thesis at 3 m.
+    /// The squares in which directions are gathered are this wide: a voxel of the thesis at 3 m.
     pub const SQUARE_SLOPE: f64 = 0.027;
     /// Squares along a side: a view of 120 degrees.
     pub const SQUARES: usize = 128;
@@ -81,12 +81,12 @@ impl DepthByDirection {
         (from_border as usize).min(Self::SQUARES - 1)
     }
 
-    /// Forgets what was met.
+    /// Forgets all hits.
     pub fn clear(&mut self) {
         self.depth_m.fill(f32::NAN);
     }
 
-    /// Something was met at `depth_m` in each direction that differs from `slopes` by no more than `reach`: keeps the
+    /// A surface was hit at `depth_m` in each direction that differs from `slopes` by no more than `reach`: keeps the
     /// nearest.
     pub fn keep_nearest(&mut self, slopes: &Vector2<f64>, reach: &Vector2<f64>, depth_m: f64) {
         self.for_each_within(slopes, reach, |kept_m| *kept_m = kept_m.min(depth_m as f32));
@@ -111,7 +111,7 @@ impl DepthByDirection {
         }
     }
 
-    /// The depth kept in a direction, in metres; `None` where nothing was met.
+    /// The depth kept in a direction, in metres; `None` where nothing was hit.
     #[must_use]
     pub fn depth_m(&self, slopes: &Vector2<f64>) -> Option<f64> {
         let [column, row] = Self::column_and_row(slopes);

@@ -44,7 +44,7 @@ impl VoxelKey {
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 #[error("the edge of a voxel must be a positive number of metres, not {edge_m}")]
 pub struct VoxelEdgeError {
-    /// The edge that was asked for.
+    /// The edge that was requested.
     pub edge_m: f64,
 }
 
@@ -83,7 +83,7 @@ impl VoxelGrid {
     /// The cell of a point whose coordinates are finite.
     ///
     /// The key grows with each coordinate and never falls, so a mean of points of one cell lies in
-    /// that cell. A point beyond the reach of 32 bits falls into the outermost cells.
+    /// that cell. A point beyond the reach of 32 bits is put into the outermost cells.
     #[must_use]
     pub fn key(&self, point: &Point3<f32>) -> VoxelKey {
         // The float-to-int cast saturates, and takes NaN to 0.
@@ -92,7 +92,7 @@ impl VoxelGrid {
     }
 
     /// The mean of the points of each occupied cell (Rec-HV 3.2.3), in ascending order of the cells'
-    /// keys. Each mean lies in the cell that it stands for.
+    /// keys. Each mean lies in the cell that it represents.
     ///
     /// Sums are taken in 64 bits in the order of the input: the same points in the same order give the
     /// same bytes. A point with a coordinate that is not finite has no cell and is left out. Memory

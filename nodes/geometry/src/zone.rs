@@ -36,7 +36,7 @@ pub struct DynamicZone {
     pub peak_std_dev_m: f32,
     /// Where it comes from.
     pub source: ZoneSource,
-    /// How far away what moves is, where the method knows it: Rec-HV as published does not.
+    /// Distance of the moving object, where the method knows it: Rec-HV as published does not.
     pub returns: Option<ReturnSpan>,
 }
 

@@ -1,4 +1,5 @@
-//! One whole cycle with 307,200 points, every pixel of a Kinect v1: from the message's bytes to the map, by both methods.
+//! One whole cycle with 307,200 points, every pixel of a Kinect v1: from the message's bytes to the map, by both methods, and
+//! into maps of the depth images.
 //! The thesis publishes 148 ms a cycle (Rec-HV experiment 8).
 #![allow(
     missing_docs,
@@ -11,11 +12,14 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use detection::{CycleInput, DetectionConfig, Detector, View};
-use geometry::{CameraModel, DepthImage, DepthLimits, DepthPixels, DepthProjector, RayTable, Scan};
+use geometry::{
+    CameraModel, DepthImage, DepthLimits, DepthPixels, DepthProjector, Method, PipelineConfig,
+    RayTable, Scan,
+};
 use msgs::sensor_msgs::{Image, PointCloud2};
 use msgs::{cdr, convert};
 use nalgebra::Isometry3;
-use reconstruction::{ReconstructionConfig, StaticMap};
+use reconstruction::{Map, ReconstructionConfig};
 use segmentation::{SegmentationConfig, Segmenter};
 use simulator::{Sample, Scenario};
 
@@ -59,46 +63,25 @@ struct Pipeline {
     detector: Detector,
     projector: DepthProjector,
     segmenter: Segmenter,
-    map: StaticMap,
+    map: Map,
     scans: Vec<Scan>,
     cycles: usize,
-}
-
-/// The method of the three nodes.
-#[derive(Clone, Copy)]
-enum Method {
-    RecHv,
-    Stillmap,
 }
 
 /// The RPLIDAR A1's 7 Hz.
 const CYCLE_S: f64 = 1.0 / 7.0;
 
 impl Pipeline {
-    fn new(moment: &Moment, method: Method) -> Self {
-        let (detection, segmentation, reconstruction) = match method {
-            Method::RecHv => (
-                detection::Method::RecHv,
-                segmentation::Method::RecHv,
-                reconstruction::Method::RecHv,
-            ),
-            Method::Stillmap => (
-                detection::Method::Stillmap,
-                segmentation::Method::Stillmap,
-                reconstruction::Method::Stillmap,
-            ),
-        };
-        let detection = DetectionConfig { method: detection, ..DetectionConfig::default() };
-        let segmentation =
-            SegmentationConfig { method: segmentation, ..SegmentationConfig::default() };
-        let reconstruction =
-            ReconstructionConfig { method: reconstruction, ..ReconstructionConfig::default() };
+    fn new(moment: &Moment, pipeline: PipelineConfig) -> Self {
+        let detection = DetectionConfig { pipeline: pipeline.clone(), ..Default::default() };
+        let segmentation = SegmentationConfig { pipeline: pipeline.clone(), ..Default::default() };
+        let reconstruction = ReconstructionConfig { pipeline, ..ReconstructionConfig::default() };
         let detector = Detector::new(detection).unwrap();
         Self {
             projector: detector.depth_projector(&moment.camera).unwrap(),
             detector,
             segmenter: Segmenter::new(segmentation).unwrap(),
-            map: StaticMap::new(reconstruction).unwrap(),
+            map: Map::new(reconstruction, None).unwrap(),
             scans: moment.scans.clone(),
             cycles: 0,
         }
@@ -142,14 +125,23 @@ fn cycles(criterion: &mut Criterion) {
     assert_eq!(cloud.points_m.len(), 307_200);
     let cloud_bytes = cdr::encode(&convert::message_from_cloud(&cloud)).unwrap();
 
-    for (method, name) in [(Method::RecHv, "rec_hv"), (Method::Stillmap, "stillmap")] {
-        let mut pipeline = Pipeline::new(&moment, method);
-        criterion.bench_function(&format!("{name}, a depth image of 307,200 points"), |bench| {
+    for method in Method::ALL {
+        let config = PipelineConfig { method, ..PipelineConfig::default() };
+        let mut pipeline = Pipeline::new(&moment, config.clone());
+        criterion.bench_function(&format!("{method}, a depth image of 307,200 points"), |bench| {
             bench.iter(|| pipeline.depth_cycle(black_box(&image_bytes)));
         });
-        let mut pipeline = Pipeline::new(&moment, method);
-        criterion.bench_function(&format!("{name}, a PointCloud2 of 307,200 points"), |bench| {
+        let mut pipeline = Pipeline::new(&moment, config);
+        criterion.bench_function(&format!("{method}, a PointCloud2 of 307,200 points"), |bench| {
             bench.iter(|| pipeline.cloud_cycle(black_box(&cloud_bytes)));
+        });
+    }
+    for map_edge_m in [0.08, 0.05, 0.03, 0.02] {
+        let config = PipelineConfig { map_edge_m, ..PipelineConfig::default() };
+        let mut pipeline = Pipeline::new(&moment, config);
+        let name = format!("a depth image into a map of depth images at {map_edge_m} m");
+        criterion.bench_function(&name, |bench| {
+            bench.iter(|| pipeline.depth_cycle(black_box(&image_bytes)));
         });
     }
 }

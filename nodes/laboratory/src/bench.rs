@@ -81,7 +81,7 @@ fn as_node<T>(
 ) -> Result<T, Failure> {
     let identity = ros.identity(name).map_err(|error| Failure::new(error.to_string()))?;
     node_shell::log::start(&identity.logger_name(), &ros.log, &ros.outputs);
-    ros.tell_without_effect();
+    ros.warn_of_options_without_effect();
     tokio::runtime::Builder::new_multi_thread()
         .worker_threads(THREADS)
         .enable_all()

@@ -7,7 +7,7 @@ use simulator::Scenario;
 
 use crate::{simulate, truth};
 use robot::run::{self, HowArgs, TransportName};
-use robot::{Failure, Outcome};
+use robot::{Failure, Interrupt, Outcome, refuse_to_replace};
 
 /// Arguments of `stillmap demo`.
 #[derive(Args, Debug)]
@@ -24,13 +24,19 @@ pub struct DemoArgs {
     how: HowArgs,
 }
 
-pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &DemoArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
+    let bag = args.out.join("demo.mcap");
+    refuse_to_replace([bag.clone()], args.how.overwrite, "--out")?;
+    run::refuse_results(&args.out, args.how.overwrite)?;
     std::fs::create_dir_all(&args.out).map_err(|error| {
         Failure::new(format!("cannot make {}: {error}", args.out.display()))
             .fix("give a folder that can be written with --out")
     })?;
-    let bag = args.out.join("demo.mcap");
-    simulate::write_bag(&Scenario::demo().with_seed(args.seed), &bag)?;
+    let scenario = Scenario::demo().with_seed(args.seed);
+    if simulate::write_bag(&scenario, &bag, interrupt)? == Outcome::Interrupted {
+        return Ok(Outcome::Interrupted);
+    }
     let transport = args.how.transport.unwrap_or(TransportName::Dds);
-    run::run_bag(&bag, &args.out, &Default::default(), &args.how, transport, Some(truth::score))
+    let how = (&args.how, transport);
+    run::run_bag(&bag, &args.out, &Default::default(), how, Some(truth::score), interrupt)
 }

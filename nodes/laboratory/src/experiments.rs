@@ -1,4 +1,4 @@
-//! `stillmap experiments`: the eleven experiments of Rec-HV run again, by the method as published and by stillmap,
+//! `stillmap experiments`: the eleven experiments of Rec-HV run again, by the method as published and by free_space,
 //! each published table beside ours.
 //!
 //! The experiments say which scenarios they need (`plan`), each scenario runs once through all three nodes by both
@@ -44,9 +44,7 @@ use self::filter::FilterArgs;
 use self::runs::{Run, Runs, count_of_scenarios};
 use self::section::Section;
 use self::settings::Settings;
-use robot::Progress;
-use robot::console;
-use robot::{Failure, Outcome};
+use robot::{Failure, Interrupt, Outcome, Progress, console, refuse_to_replace};
 
 /// Arguments of `stillmap experiments`.
 #[derive(Args, Debug)]
@@ -76,6 +74,9 @@ pub struct ExperimentsArgs {
     /// Where the page and the figures go
     #[arg(short, long, value_name = "DIR", default_value = "stillmap-experiments")]
     out: PathBuf,
+    /// Replace what is there of other experiments
+    #[arg(long)]
+    overwrite: bool,
     /// Print the figures as JSON in place of the tables
     #[arg(long)]
     json: bool,
@@ -110,25 +111,37 @@ const EXPERIMENTS: [Experiment; KEYS.len()] = [
     Experiment { plan: acceptance::plan, present: acceptance::present },
 ];
 
-pub(crate) fn run(args: &ExperimentsArgs) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &ExperimentsArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let settings = args.filter.of(Settings {
         first_seed: args.first_seed,
         ..if args.quick { Settings::quick() } else { Settings::new(args.seeds) }
     });
+    let results = output::RESULTS.map(|name| args.out.join(name));
+    refuse_to_replace(results, args.overwrite, "--out")?;
     let folder = output::Folder::create(&args.out)?;
     let chosen = chosen(&args.only);
     let plan: Vec<Run> =
         chosen.iter().flat_map(|experiment| (experiment.plan)(&settings)).collect();
     let progress = Progress::new("scenarios", count_of_scenarios(&plan) as u64);
-    let runs = Runs::execute(plan, pool::threads_of_machine(), || progress.advance())?;
+    let threads = pool::threads_of_machine();
+    let runs = Runs::execute(plan, threads, interrupt, || progress.advance())?;
     progress.finish();
     let progress = Progress::new("experiments", chosen.len() as u64);
     let mut sections = Vec::new();
-    for experiment in chosen {
+    for experiment in &chosen {
+        let plan = (experiment.plan)(&settings);
+        // What is run already is still shown.
+        if interrupt.has_come() && (plan.is_empty() || !runs.has_all(&plan)) {
+            continue;
+        }
         sections.push((experiment.present)(&settings, &runs)?);
         progress.advance();
     }
     progress.finish();
+    if sections.is_empty() {
+        console::note("interrupted before an experiment was done: nothing is written");
+        return Ok(Outcome::Interrupted);
+    }
     let json = output::json(&settings, &sections, &runs)?;
     folder.write("experiments.html", &page::page(&settings, &sections))?;
     folder.write("experiments.json", &json)?;
@@ -137,6 +150,13 @@ pub(crate) fn run(args: &ExperimentsArgs) -> Result<Outcome, Failure> {
         console::print(json.trim_end())?;
     } else {
         print_text(&settings, &sections)?;
+    }
+    if sections.len() < chosen.len() {
+        let (done, all) = (sections.len(), chosen.len());
+        console::note(format_args!(
+            "interrupted: {done} of {all} experiments are done and written"
+        ));
+        return Ok(Outcome::Interrupted);
     }
     Ok(Outcome::Complete)
 }

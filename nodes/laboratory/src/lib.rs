@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use clap::Subcommand;
 use node_shell::RosArguments;
-use robot::{Failure, Outcome};
+use robot::{Failure, Interrupt, Outcome};
 
 pub use simulate::write_bag;
 pub use truth::score;
@@ -43,10 +43,10 @@ impl Command {
     /// When the job could not be done.
     pub fn run(self, ros: &RosArguments) -> Result<ExitCode, Failure> {
         let outcome = match self {
-            Self::Demo(args) => demo::run(&args),
-            Self::Simulate(args) => simulate::run(&args),
+            Self::Demo(args) => demo::run(&args, &Interrupt::on_signals()?),
+            Self::Simulate(args) => simulate::run(&args, &Interrupt::on_signals()?),
             Self::Eval(args) => eval::run(&args),
-            Self::Experiments(args) => experiments::run(&args),
+            Self::Experiments(args) => experiments::run(&args, &Interrupt::on_signals()?),
             Self::Bench(args) => bench::run(args, ros),
         };
         outcome.map(Outcome::exit_code)

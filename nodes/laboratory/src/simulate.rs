@@ -9,7 +9,7 @@ mod sensors;
 mod true_tracks;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use clap::Args;
@@ -17,9 +17,8 @@ use estimation::ScopedThreads;
 use simulator::{Sample, Scenario};
 
 use choice::ChoiceArgs;
-use robot::Progress;
 use robot::sensor_bag::SensorBag;
-use robot::{Failure, Outcome};
+use robot::{BagOutput, Failure, Interrupt, Outcome, Progress, console};
 use sensors::SensorArgs;
 use true_tracks::TrueTracks;
 
@@ -68,14 +67,13 @@ pub struct SimulateArgs {
     /// Columns and rows of the depth image, over the same field of view; fewer are faster
     #[arg(long, num_args = 2, value_names = ["COLUMNS", "ROWS"])]
     depth_size: Option<Vec<usize>>,
-    /// The bag to write
-    #[arg(short, long, value_name = "BAG")]
-    output: PathBuf,
+    #[command(flatten)]
+    output: BagOutput,
 }
 
-pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    write_bag(&scenario(args)?, &args.output)?;
-    Ok(Outcome::Complete)
+pub(crate) fn run(args: &SimulateArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
+    args.output.check()?;
+    write_bag(&scenario(args)?, args.output.path(), interrupt)
 }
 
 /// The scenario that was asked for.
@@ -100,8 +98,12 @@ fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
     Ok(scenario)
 }
 
-/// Simulates a scenario into a bag.
-pub fn write_bag(scenario: &Scenario, path: &Path) -> Result<(), Failure> {
+/// Simulates a scenario into a bag, until it is interrupted; that is said.
+pub fn write_bag(
+    scenario: &Scenario,
+    path: &Path,
+    interrupt: &Interrupt,
+) -> Result<Outcome, Failure> {
     let wrong = |error: simulator::ScenarioError| Failure::new(error.to_string());
     let samples = scenario.samples().map_err(wrong)?;
     let mut bag = SensorBag::create(path)?;
@@ -111,12 +113,23 @@ pub fn write_bag(scenario: &Scenario, path: &Path) -> Result<(), Failure> {
     let progress = Progress::new("simulating", (scenario.duration_s * 1e3) as u64);
     let mut tracks = TrueTracks::default();
     for sample in samples.with_executor(Arc::new(ScopedThreads::of_machine())) {
-        progress.set((sample.stamp().seconds_since(scenario.start) * 1e3) as u64);
+        let at_s = sample.stamp().seconds_since(scenario.start);
+        if interrupt.has_come() {
+            bag.finish()?;
+            progress.finish();
+            console::note(format_args!(
+                "interrupted: {} has {at_s:.1} s of {:.1} s",
+                path.display(),
+                scenario.duration_s
+            ));
+            return Ok(Outcome::Interrupted);
+        }
+        progress.set((at_s * 1e3) as u64);
         write_sample(&mut bag, &mut tracks, &sample)?;
     }
     bag.finish()?;
     progress.finish();
-    Ok(())
+    Ok(Outcome::Complete)
 }
 
 fn write_sample(

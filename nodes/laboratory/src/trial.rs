@@ -7,21 +7,20 @@ mod play;
 mod tests;
 
 use evaluation::{CloudDistance, Correlation, cloud_distance, correlation};
-use geometry::{Track, VoxelGrid};
+use geometry::{Method, Track, VoxelGrid};
 use nalgebra::Point3;
 use report::{DynamicScore, DynamicScoreRules, RunRecord};
 use simulator::{ObjectPoses, Sample, Scenario};
 
 use self::kept::Truth;
 use self::play::{Message, Play};
-use robot::Failure;
-pub(crate) use robot::run::parameters::MethodName;
+use robot::{Failure, Interrupt};
 
 /// How a scenario is run.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct TrialOptions {
     /// Each method sees the same samples.
-    pub(crate) methods: Vec<MethodName>,
+    pub(crate) methods: Vec<Method>,
     /// Whether the map is compared with the empty scene after each cycle (Rec-HV 4.7), or only at the end.
     pub(crate) correlate_each_cycle: bool,
     /// Whether the truth of each pixel is kept and scored: it costs 1.2 MB a cycle.
@@ -33,7 +32,7 @@ pub(crate) struct TrialOptions {
 /// What one method made of a scenario.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Trial {
-    pub(crate) method: MethodName,
+    pub(crate) method: Method,
     pub(crate) scenario_name: String,
     pub(crate) seed: u64,
     /// The cycles and the final map.
@@ -63,14 +62,15 @@ pub(crate) struct TrialCycle {
 }
 
 /// Runs a scenario by each method. What comes out depends on the scenario and the options alone, but for
-/// the durations in the record.
+/// the durations in the record. `None` where it was interrupted: part of a scenario is no trial.
 ///
 /// # Errors
 /// When the scenario cannot be simulated, or a parameter is refused.
 pub(crate) fn run_trial(
     scenario: &Scenario,
     options: &TrialOptions,
-) -> Result<Vec<Trial>, Failure> {
+    interrupt: &Interrupt,
+) -> Result<Option<Vec<Trial>>, Failure> {
     let samples = scenario.samples().map_err(failure)?;
     let empty_scene = scenario.static_scene_cloud().map_err(failure)?.points_m;
     let mut truth = Truth::new(options.score_labels);
@@ -79,6 +79,9 @@ pub(crate) fn run_trial(
         plays.push(Play::start(method, options, &empty_scene)?);
     }
     for sample in samples {
+        if interrupt.has_come() {
+            return Ok(None);
+        }
         let message = Message::of(&sample);
         truth.take(sample)?;
         for play in &mut plays {
@@ -91,7 +94,7 @@ pub(crate) fn run_trial(
     for play in &mut plays {
         play.end(&mut truth)?;
     }
-    plays.into_iter().map(|play| play.finish(scenario, &truth)).collect()
+    plays.into_iter().map(|play| play.finish(scenario, &truth).map(Some)).collect()
 }
 
 fn failure(error: impl std::fmt::Display) -> Failure {

@@ -6,7 +6,6 @@ use bag_player::{Bag, BagError, BagMessage, Messages, Selection};
 use evaluation::{TruthFrame, TruthFrameError};
 use geometry::{
     CameraModel, CameraModelError, DepthImage, DepthLimits, LabelImage, RayTable, Stamp,
-    pose_from_vector,
 };
 use msgs::convert::{self, ConvertError};
 use msgs::sensor_msgs::{CameraInfo, Image};
@@ -32,7 +31,7 @@ pub fn score(
     let wrong = |error: &dyn std::error::Error| {
         Failure::new(format!("the truth in the bag cannot be used: {error}"))
     };
-    let rig_from_camera = pose_from_vector(&parameters.detection().rig_from_camera);
+    let rig_from_camera = parameters.pipeline().rig.mounts().rig_from_camera;
     let truth = TruthReader::open(bag, inputs, rig_from_camera, DepthLimits::default())
         .map_err(|error| wrong(&error))?;
     let Some(mut truth) = truth else { return Ok(None) };

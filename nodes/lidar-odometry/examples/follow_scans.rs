@@ -1,7 +1,7 @@
 //! Follows a sequence of scans and prints a pose of KITTI's format a line (12 numbers), and to stderr how long it took:
 //!
 //! ```text
-//! cargo run --release -p lidar-odometry --example follow_scans -- SCAN.bin ... [threads=2] [way=map|scan]
+//! cargo run --release -p lidar-odometry --example follow_scans -- SCAN.bin ... [threads=2] [method=map|scan]
 //! ```
 //!
 //! Scans are files of KITTI: x, y, z and intensity as 32-bit floats, measured at once (its scans are deskewed).
@@ -47,7 +47,7 @@ fn main() {
     for (number, path) in paths.iter().enumerate() {
         let points_m = points(path);
         let start = Instant::now();
-        let pose: Isometry3<f64> = if option("way") == Some("scan") {
+        let pose: Isometry3<f64> = if option("method") == Some("scan") {
             onto_scan.step(&points_m).unwrap().0
         } else {
             let stamp = Stamp::default().plus_seconds(number as f64 * PERIOD_S);

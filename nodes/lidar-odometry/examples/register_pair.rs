@@ -1,4 +1,4 @@
-//! Lays one scan onto another and says how long it took, step by step, as a line of JSON:
+//! Registers one scan to another and prints the time of each step as a line of JSON:
 //!
 //! ```text
 //! cargo run --release -p lidar-odometry --example register_pair -- TARGET.bin SOURCE.bin [option=value ...]
@@ -55,7 +55,7 @@ fn main() {
             pose.row_iter().flat_map(|row| row.iter().copied().collect::<Vec<_>>()).collect();
         println!(
             "{{\"ms\": {:.3}, \"prepare_ms\": {:.3}, \"iterations\": {}, \"converged\": {}, \"points\": [{}, {}], \
-             \"correspondences\": {}, \"residual_rms_m\": {:.5}, \"estimated\": {}, \"least_told_share\": {:.5}, \
+             \"correspondences\": {}, \"residual_rms_m\": {:.5}, \"estimated\": {}, \"least_constrained_share\": {:.5}, \
              \"pose\": {rows:?}}}",
             1e3 * whole.as_secs_f64(),
             1e3 * prepared.as_secs_f64(),

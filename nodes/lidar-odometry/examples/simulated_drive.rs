@@ -1,15 +1,15 @@
-//! Follows a simulated drive with traffic in several ways at once, and says how far each drifts:
+//! Runs several odometry methods on a simulated drive with traffic at once, and prints the drift of each:
 //!
 //! ```text
 //! cargo run --release -p lidar-odometry --example simulated_drive -- [model=hdl64e] [seconds=40] [traffic=5] [threads=2]
-//!     [road=short|long] [seed=1] [ways=map,scan,...] [poses=FOLDER] [loops=inline|background]
+//!     [road=short|long] [seed=1] [methods=map,scan,...] [poses=FOLDER] [loops=inline|background]
 //! ```
 //!
-//! Ways: `map` is the odometry; `scan` the thesis' GICP from scan to scan with the guess of the previous motion, `standing` without
+//! Methods: `map` is the odometry; `scan` the thesis' GICP from scan to scan with the guess of the previous motion, `standing` without
 //! it; `intensity` with the filter of the road's intensity, `rays` without the lowest rays, `ground` without the ground, all three from
 //! scan to scan; `map_ground`, `map_intensity` the odometry with these. The folder gets poses of KITTI's format, of the truth and of
-//! each way. With `loops` each way is told a second time, with its loops closed; the times of scans are then with what looking for
-//! loops costs. The drift is the mean over stretches of 100, 200 ... 800 m that begin every tenth scan (Geiger et al. 2012, section
+//! each method. With `loops` each method is printed a second time, with its loops closed; the times of scans then include the search for
+//! loops. The drift is the mean over stretches of 100, 200 ... 800 m that begin every tenth scan (Geiger et al. 2012, section
 //! 3.2, and the benchmark's page); `long` is a round of 2 km. With `real_time=true` scans come as the scanner turns.
 // An example prints, and may stop where it stands.
 #![allow(clippy::print_stdout, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
@@ -24,7 +24,7 @@ use lidar_odometry::loop_closing::{
     InlineSearch, LoopCloser, LoopClosingConfig, LoopOutcome, LoopSearch, Place,
 };
 use lidar_odometry::odometry::{
-    Follower, FollowerConfig, Guess, LidarPose, MotionHint, Way, deskewed_cloud,
+    Follower, FollowerConfig, Guess, LidarPose, MotionHint, OdometryMethod, deskewed_cloud,
 };
 use lidar_odometry::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
 use lidar_odometry::shell::BackgroundSearch;
@@ -33,9 +33,9 @@ use simulator::{
     Body, Figure, Material, MovingObject, Path, Sample, Scenario, VelodyneModel, VelodyneTurn,
 };
 
-/// Stretches are so long ...
+/// Stretches are this long ...
 const STRETCHES_M: [f64; 8] = [100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0, 800.0];
-/// ... and begin so many scans after one another.
+/// ... and begin this many scans after one another.
 const STRETCH_STEP: usize = 10;
 
 fn main() {
@@ -60,7 +60,7 @@ fn main() {
     let seconds = number("seconds", scenario.duration_s);
     scenario.scene.objects = traffic(&scenario.rig.path, number("traffic", 5.0) as u16);
     let scenario = scenario.with_duration_s(seconds);
-    let mut runs: Vec<Run> = option("ways")
+    let mut runs: Vec<Run> = option("methods")
         .unwrap_or("map")
         .split(',')
         .map(|name| Run::new(name, model, &executor, option("loops")))
@@ -90,9 +90,9 @@ fn main() {
     }
     for run in &mut runs {
         run.end();
-        run.tell();
+        run.print();
         if let Some(with_loops) = run.with_loops() {
-            with_loops.tell();
+            with_loops.print();
         }
     }
     if let Some(folder) = option("poses") {
@@ -106,7 +106,7 @@ fn main() {
     }
 }
 
-/// One of the ways.
+/// One of the methods.
 struct Run {
     name: String,
     follower: Follower,
@@ -134,18 +134,18 @@ impl Run {
         let rays = PointChoice::Rays(RayFilter { lowest_left_out, every: 1 });
         let road = PointChoice::NotRoadIntensity(RoadIntensityFilter::default());
         let ground = PointChoice::NotGround(GroundFilter::default());
-        let (way, guess, points) = match name {
-            "map" => (Way::LocalMap, Guess::PreviousMotion, PointChoice::All),
-            "map_ground" => (Way::LocalMap, Guess::PreviousMotion, ground),
-            "map_intensity" => (Way::LocalMap, Guess::PreviousMotion, road),
-            "scan" => (Way::ScanToScan, Guess::PreviousMotion, PointChoice::All),
-            "standing" => (Way::ScanToScan, Guess::Standing, PointChoice::All),
-            "intensity" => (Way::ScanToScan, Guess::PreviousMotion, road),
-            "rays" => (Way::ScanToScan, Guess::PreviousMotion, rays),
-            "ground" => (Way::ScanToScan, Guess::PreviousMotion, ground),
-            other => panic!("there is no way {other}"),
+        let (method, guess, points) = match name {
+            "map" => (OdometryMethod::LocalMap, Guess::PreviousMotion, PointChoice::All),
+            "map_ground" => (OdometryMethod::LocalMap, Guess::PreviousMotion, ground),
+            "map_intensity" => (OdometryMethod::LocalMap, Guess::PreviousMotion, road),
+            "scan" => (OdometryMethod::ScanToScan, Guess::PreviousMotion, PointChoice::All),
+            "standing" => (OdometryMethod::ScanToScan, Guess::Standing, PointChoice::All),
+            "intensity" => (OdometryMethod::ScanToScan, Guess::PreviousMotion, road),
+            "rays" => (OdometryMethod::ScanToScan, Guess::PreviousMotion, rays),
+            "ground" => (OdometryMethod::ScanToScan, Guess::PreviousMotion, ground),
+            other => panic!("there is no method {other}"),
         };
-        let config = FollowerConfig { way, guess, points, ..FollowerConfig::default() };
+        let config = FollowerConfig { method, guess, points, ..FollowerConfig::default() };
         Self {
             name: name.to_owned(),
             follower: Follower::new(config, Arc::clone(executor)).unwrap(),
@@ -196,7 +196,7 @@ impl Run {
         }
     }
 
-    /// What is still looked for is waited for.
+    /// Waits for the pending searches.
     fn end(&mut self) {
         let Some(loops) = &mut self.loops else { return };
         while !loops.is_idle() {
@@ -230,7 +230,7 @@ impl Run {
         (from(&self.truth), from(&self.estimate))
     }
 
-    fn tell(&self) {
+    fn print(&self) {
         let (truth, estimate) = self.both_from_first();
         let mut times_ms = self.times_ms.clone();
         times_ms.sort_by(f64::total_cmp);
@@ -275,13 +275,13 @@ fn scenario_start_s(scenario: &Scenario) -> f64 {
     scenario.start.seconds_since(Stamp::default())
 }
 
-/// Cars that come the other way, and every fifth drives ahead.
-fn traffic(way: &Path, cars: u16) -> Vec<MovingObject> {
+/// Cars of the oncoming traffic, and every fifth drives ahead.
+fn traffic(road: &Path, cars: u16) -> Vec<MovingObject> {
     (1..=cars)
         .map(|id| {
             let ahead = id % 5 == 1;
-            let mut path = way.clone();
-            let end_s = way.end_s();
+            let mut path = road.clone();
+            let end_s = road.end_s();
             for waypoint in &mut path.waypoints {
                 let [x_m, y_m, _, yaw_rad, _, _] = waypoint.pose;
                 if ahead {
@@ -289,7 +289,7 @@ fn traffic(way: &Path, cars: u16) -> Vec<MovingObject> {
                     waypoint.time_s -= 1.5;
                     waypoint.pose = [x_m, y_m, 0.0, yaw_rad, 0.0, 0.0];
                 } else {
-                    // On the other lane, the other way, one after another.
+                    // On the other lane, in the opposite direction, one after another.
                     waypoint.time_s = end_s - waypoint.time_s + 3.0 * f64::from(id) - 9.0;
                     let (sin, cos) = yaw_rad.sin_cos();
                     let there = yaw_rad + std::f64::consts::PI;
@@ -330,15 +330,15 @@ fn kitti_lines(poses: &[Isometry3<f64>]) -> String {
 
 /// The mean over all stretches, in percent and in degrees over 100 m.
 fn drift(truth: &[Isometry3<f64>], estimate: &[Isometry3<f64>]) -> (f64, f64) {
-    let mut way_m = vec![0.0];
+    let mut travelled_m = vec![0.0];
     for pair in truth.windows(2) {
         let step_m = (pair[1].translation.vector - pair[0].translation.vector).norm();
-        way_m.push(way_m[way_m.len() - 1] + step_m);
+        travelled_m.push(travelled_m[travelled_m.len() - 1] + step_m);
     }
     let mut sums = (0.0, 0.0, 0.0);
     for length_m in STRETCHES_M {
         for from in (0..truth.len()).step_by(STRETCH_STEP) {
-            let to = way_m.partition_point(|at_m| *at_m <= way_m[from] + length_m);
+            let to = travelled_m.partition_point(|at_m| *at_m <= travelled_m[from] + length_m);
             if to == truth.len() {
                 break;
             }

@@ -18,11 +18,11 @@ pub struct Datagram {
     pub arrival: Stamp,
     /// The port that it was sent to.
     pub port: u16,
-    /// What it carries.
+    /// Its payload.
     pub payload: Vec<u8>,
 }
 
-/// What a capture held beside whole datagrams.
+/// The counts of a capture beside whole datagrams.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 pub struct CaptureCounts {
     /// Frames, of whatever kind.
@@ -72,7 +72,7 @@ pub enum CaptureError {
     Damaged {
         /// Frames that were read before.
         frames: u64,
-        /// What is wrong, in a few words.
+        /// The reason, in a few words.
         reason: &'static str,
     },
 }
@@ -116,13 +116,13 @@ impl<'r> CaptureReader<'r> {
         Ok(Self { reader, interfaces, counts, ended: false })
     }
 
-    /// What was read so far.
+    /// The counts so far.
     #[must_use]
     pub fn counts(&self) -> CaptureCounts {
         self.counts
     }
 
-    /// The next datagram, or what stands in the way; `None` at the end.
+    /// The next datagram, or the error; `None` at the end.
     fn advance(&mut self) -> Option<Result<Datagram, CaptureError>> {
         loop {
             let (length, step) = match self.reader.next() {
@@ -168,7 +168,7 @@ fn damaged(error: &PcapError<&[u8]>, frames: u64) -> CaptureError {
     let reason = match error {
         PcapError::BufferTooSmall => "a frame is too long",
         PcapError::ReadError => "its bytes cannot be read",
-        _ => "what follows is no frame",
+        _ => "the bytes after it are no frame",
     };
     CaptureError::Damaged { frames, reason }
 }

@@ -1,4 +1,4 @@
-//! The way that was driven, from above (Road LiDAR, section 3.2): about the vehicle, which stays in the middle and looks up
+//! The trajectory, from above (Road LiDAR, section 3.2): about the vehicle, which stays in the middle and looks up
 //! (option A), or all of it on a map that stays (option B).
 
 mod canvas;
@@ -10,68 +10,68 @@ use nalgebra::{Isometry3, Point2, Vector3};
 use canvas::Canvas;
 pub use canvas::Picture;
 
-/// What a drawing shows.
+/// The view of a drawing.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum DrawnView {
-    /// The vehicle in the middle, looking up; the way turns about it (option A).
+    /// The vehicle in the middle, looking up; the trajectory turns about it (option A).
     AboutVehicle {
         /// From the middle to the edges.
         radius_m: f64,
     },
-    /// All of the way, x to the right (option B).
+    /// All of the trajectory, x to the right (option B).
     Whole,
 }
 
-/// What of a place is drawn besides the way.
+/// The poses and points that are drawn.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct DrawnWay<'a> {
+pub struct DrawnTrajectory<'a> {
     /// Where the vehicle was, the latest last; in a frame with z up.
     pub map_from_vehicle: &'a [Isometry3<f64>],
     /// Where it truly was, if that is known; in the same frame.
     pub truth: Option<&'a [Isometry3<f64>]>,
-    /// What stands around, from above: drawn below the way.
+    /// The surroundings, from above: drawn below the trajectory.
     pub surroundings_m: &'a [Point2<f32>],
 }
 
-/// Colours that are told apart also by those who see red and green alike (Okabe and Ito 2008).
+/// Colours that are distinguishable with red-green colour blindness, too (Okabe and Ito 2008).
 const BACKGROUND: [u8; 3] = [255, 255, 255];
 const GRID: [u8; 3] = [225, 225, 225];
 const SURROUNDINGS: [u8; 3] = [150, 150, 150];
 const TRUTH: [u8; 3] = [230, 159, 0];
-const WAY: [u8; 3] = [0, 114, 178];
+const TRAJECTORY: [u8; 3] = [0, 114, 178];
 const VEHICLE: [u8; 3] = [213, 94, 0];
 const START: [u8; 3] = [0, 158, 115];
 
 /// A drawing leaves this share free at each side.
 const MARGIN: f64 = 0.06;
-/// The grid has at least so many squares from side to side.
+/// The grid has at least this many squares from side to side.
 const LEAST_SQUARES: f64 = 4.0;
-/// The least extent of a whole way: of a vehicle that stands, too, something is seen.
+/// The least extent of a whole trajectory: that of a static vehicle is visible, too.
 const LEAST_EXTENT_M: f64 = 10.0;
 
-/// Draws a way as a square of `edge_px`, at least 1, with a grid whose lines are 1, 2, 5, 10, ... m apart: how far, the result says.
+/// Draws a trajectory as a square of `edge_px`, at least 1, with a grid whose lines are 1, 2, 5, 10, ... m apart; the result has the distance.
 #[must_use]
-pub fn drawn(way: &DrawnWay<'_>, view: DrawnView, edge_px: usize) -> Drawing {
+pub fn drawn(trajectory: &DrawnTrajectory<'_>, view: DrawnView, edge_px: usize) -> Drawing {
     let edge_px = edge_px.max(1);
-    let frame = Frame::of(way, view, edge_px);
+    let frame = Frame::of(trajectory, view, edge_px);
     let mut canvas = Canvas::new(edge_px, BACKGROUND);
     let grid_m = frame.grid_m();
     frame.draw_grid(&mut canvas, grid_m);
-    for place in way.surroundings_m {
+    for place in trajectory.surroundings_m {
         canvas.dot(frame.px(f64::from(place.x), f64::from(place.y)), 0, SURROUNDINGS);
     }
     let places = |poses: &[Isometry3<f64>]| -> Vec<[f64; 2]> {
         poses.iter().map(|pose| frame.px(pose.translation.x, pose.translation.y)).collect()
     };
-    if let Some(truth) = way.truth {
-        canvas.way(&places(truth), 1, TRUTH);
+    if let Some(truth) = trajectory.truth {
+        canvas.trajectory(&places(truth), 1, TRUTH);
     }
-    let places = places(way.map_from_vehicle);
-    canvas.way(&places, 1, WAY);
+    let places = places(trajectory.map_from_vehicle);
+    canvas.trajectory(&places, 1, TRAJECTORY);
     if let Some(first) = places.first() {
         canvas.dot(*first, 4, START);
     }
-    if let Some(last) = way.map_from_vehicle.last() {
+    if let Some(last) = trajectory.map_from_vehicle.last() {
         frame.draw_vehicle(&mut canvas, last);
     }
     Drawing { picture: canvas.into_picture(), grid_m }
@@ -97,11 +97,12 @@ struct Frame {
 }
 
 impl Frame {
-    fn of(way: &DrawnWay<'_>, view: DrawnView, edge_px: usize) -> Self {
+    fn of(trajectory: &DrawnTrajectory<'_>, view: DrawnView, edge_px: usize) -> Self {
         let edge_px = edge_px as f64;
         match view {
             DrawnView::AboutVehicle { radius_m } => {
-                let last = way.map_from_vehicle.last().copied().unwrap_or_else(Isometry3::identity);
+                let last =
+                    trajectory.map_from_vehicle.last().copied().unwrap_or_else(Isometry3::identity);
                 let ahead = last.rotation * Vector3::x();
                 let (sin, cos) = (std::f64::consts::FRAC_PI_2 - ahead.y.atan2(ahead.x)).sin_cos();
                 let px_per_m = 0.5 * edge_px / radius_m.max(f64::MIN_POSITIVE);
@@ -109,7 +110,10 @@ impl Frame {
                 Self { middle_m, turn: [cos, sin], px_per_m, edge_px }
             }
             DrawnView::Whole => {
-                let poses = way.map_from_vehicle.iter().chain(way.truth.into_iter().flatten());
+                let poses = trajectory
+                    .map_from_vehicle
+                    .iter()
+                    .chain(trajectory.truth.into_iter().flatten());
                 let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
                 for pose in poses {
                     for (axis, value) in

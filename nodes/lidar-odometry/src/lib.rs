@@ -1,15 +1,15 @@
 //! Where a vehicle is by its turning LiDAR (the road thesis, sections 2 to 4).
 //!
-//! | room | what is in it |
+//! | module | contents |
 //! |---|---|
-//! | [`drawing`] | the way that was driven, as a picture |
-//! | [`packets`] | what a Velodyne sends, to what its lasers saw |
-//! | [`panorama`] | a revolution as a picture of all around |
-//! | [`recorded`] | clouds of KITTI, and of CSV files, organised anew |
+//! | [`drawing`] | the trajectory, as a picture |
+//! | [`packets`] | from the packets of a Velodyne to the returns of its lasers |
+//! | [`panorama`] | a revolution as a panoramic picture |
+//! | [`recorded`] | clouds of KITTI, and of CSV files, organised again |
 //! | [`revolution`] | packets to organised clouds, one a turn; the motion of the vehicle taken out of them |
-//! | [`road_map`] | the 3D map of a drive, coloured by what came back |
+//! | [`road_map`] | the 3D map of a drive, coloured by the returns |
 //! | [`selection`] | which points take part: by ray, by the road's intensity, by the ground's shape |
-//! | [`registration`] | how one cloud lies to another: ICP, point to plane, GICP, voxelised GICP |
+//! | [`registration`] | the pose of one cloud relative to another: ICP, point to plane, GICP, voxelised GICP |
 //! | [`loop_closing`] | places that are found again, and what the odometry has drifted by since |
 //! | [`odometry`] | each scan onto a map of the last ones, or onto the one before |
 //! | `capture` | the datagrams of a pcap or pcapng file (feature `io`) |

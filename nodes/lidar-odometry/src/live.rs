@@ -23,13 +23,13 @@ pub struct LiveConfig {
     pub address: IpAddr,
     /// The port of data packets; 0 takes a free one.
     pub data_port: u16,
-    /// The port of position packets; nobody listens there where there is none.
+    /// The port of position packets; not listened on where there is none.
     pub position_port: Option<u16>,
-    /// Only what this host sends is taken; from every host where there is none.
+    /// Only datagrams of this host are accepted; of every host where there is none.
     pub scanner: Option<IpAddr>,
-    /// What the kernel is asked to hold for each port until it is read.
+    /// The receive buffer that is requested for each port.
     pub receive_buffer_bytes: usize,
-    /// Datagrams that wait for whom they are for; more are dropped and counted.
+    /// Datagrams that wait for their reader; more are dropped and counted.
     pub queue_datagrams: usize,
 }
 
@@ -48,12 +48,12 @@ impl Default for LiveConfig {
     }
 }
 
-/// What arrived, and what did not get through.
+/// Counts of the datagrams that arrived and that were lost.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 pub struct LiveCounts {
     /// Datagrams of the scanner.
     pub received: u64,
-    /// Those of them that were dropped because nobody took them.
+    /// Those of them that were dropped because they were not read in time.
     pub dropped: u64,
     /// Datagrams of other hosts.
     pub of_others: u64,
@@ -61,7 +61,7 @@ pub struct LiveCounts {
     pub failed_reads: u64,
 }
 
-/// Why nobody can listen.
+/// Why listening fails.
 #[derive(Debug, thiserror::Error)]
 pub enum LiveError {
     /// The port cannot be had.
@@ -71,28 +71,28 @@ pub enum LiveError {
     Listen {
         /// Where it was to be.
         address: SocketAddr,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The thread cannot be started.
     #[error("cannot start the thread that listens on port {port}: {source}")]
     Thread {
-        /// What it would listen on.
+        /// The port.
         port: u16,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The configuration does not hold.
     #[error("{name} is 0")]
     Zero {
-        /// What must be more.
+        /// The value that must be larger.
         name: &'static str,
     },
 }
 
 /// Listens on the ports of a scanner, each in a thread of its own, until it is dropped.
 ///
-/// What the kernel drops because its buffer is full nobody tells here: it is missing in the packets' timestamps and
+/// Datagrams that the kernel drops because its buffer is full are not counted here: they are missing in the packets' timestamps and
 /// azimuths ([`crate::packets::Continuity`]).
 #[derive(Debug)]
 pub struct LiveSource {

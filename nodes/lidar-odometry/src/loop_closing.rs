@@ -3,18 +3,18 @@
 //! | file | the idea |
 //! |---|---|
 //! | `config` | the parameters |
-//! | `scan_context` | what a place looks like, whichever way the vehicle faces |
+//! | `scan_context` | the appearance of a place, independent of the vehicle's heading |
 //! | `candidate` | the earlier places that this one may be |
-//! | `verification` | the scan laid onto one of them: does what stands upright fit? |
+//! | `verification` | the scan registered to one of them: do the upright surfaces fit? |
 //! | `correction` | the keyframes as a graph of poses; two loops that agree bend it |
-//! | `outcome` | what comes of looking for a loop |
-//! | `known` | what is known of a drive's loops, apart from who looks for them |
-//! | `search`, `background` | who looks: the caller's thread, or one of its own |
+//! | `outcome` | the outcome of a search for a loop |
+//! | `known` | the loops known of a drive, independent of the searcher |
+//! | `search`, `background` | the searcher: the caller's thread, or a thread of its own |
 //!
-//! A street looks like the next one. So a place must pass four tests before it is believed: it lies where the drift may have
-//! led; it looks alike; what stands there fits, and no other place fits as well; and another keyframe says the same.
+//! Streets look alike. So a place must pass four tests before it is accepted: it is within the possible
+//! drift; it looks alike; the surfaces there fit, and those of no other place as well; and another keyframe confirms it.
 //!
-//! The odometry itself goes on undisturbed, as REP 105 asks: what changes is where its frame is in the map.
+//! The odometry itself continues undisturbed, as REP 105 requires: only the pose of its frame in the map changes.
 
 mod candidate;
 mod config;
@@ -53,13 +53,13 @@ pub struct LoopCloser {
     keyframes: VecDeque<Keyframe>,
     /// How many have been forgotten: the number of the first of those that are left.
     forgotten: usize,
-    /// Loops that were believed.
+    /// Loops that were accepted.
     loops: Vec<LoopEdge>,
     /// Those that wait for another one to say the same.
     unconfirmed: Vec<LoopEdge>,
     closed: usize,
     map_from_odom: Isometry3<f64>,
-    /// The way at the last loop that was closed.
+    /// The distance travelled at the last closed loop.
     closed_at_m: Option<f64>,
 }
 
@@ -70,8 +70,8 @@ struct Keyframe {
     odom_from_vehicle: Isometry3<f64>,
     map_from_vehicle: Isometry3<f64>,
     /// From the first keyframe, along the drive.
-    way_m: f64,
-    /// What was seen from it, in the vehicle's frame.
+    travelled_m: f64,
+    /// The points seen from it, in the vehicle's frame.
     points_m: Vec<Point3<f32>>,
     context: ScanContext,
 }
@@ -116,7 +116,7 @@ impl LoopCloser {
         self.closed_at_m = None;
     }
 
-    /// Whether the vehicle has gone so far that [`Self::take`] has a use for its scan.
+    /// Whether the vehicle has travelled far enough for [`Self::take`] to use its scan.
     #[must_use]
     pub fn wants(&self, odom_from_vehicle: &Isometry3<f64>) -> bool {
         let last = self.keyframes.back().map(|last| &last.odom_from_vehicle);
@@ -148,10 +148,10 @@ impl LoopCloser {
             return false;
         }
         let last = self.keyframes.back();
-        let way_m = last.map_or(0.0, |last| {
+        let travelled_m = last.map_or(0.0, |last| {
             let step_m =
                 last.odom_from_vehicle.translation.vector - odom_from_vehicle.translation.vector;
-            last.way_m + step_m.norm()
+            last.travelled_m + step_m.norm()
         });
         let within = |point: &&Point3<f32>| {
             f64::from(point.coords.norm_squared()) <= self.config.keyframe_range_m.powi(2)
@@ -165,7 +165,7 @@ impl LoopCloser {
             stamp,
             odom_from_vehicle: *odom_from_vehicle,
             map_from_vehicle: self.map_from_odom * odom_from_vehicle,
-            way_m,
+            travelled_m,
             context: ScanContext::of(&points_m),
             points_m,
         });
@@ -173,12 +173,13 @@ impl LoopCloser {
         true
     }
 
-    /// Looks whether the last keyframe is an earlier place, by four tests, from the cheapest to the dearest. This takes a
-    /// second where there are many points; it is given up soon after `is_aborted` says so.
+    /// Checks whether the last keyframe is an earlier place, by four tests, from the cheapest to the dearest. This takes a
+    /// second where there are many points; it ends soon after `is_aborted` returns true.
     pub fn look(&mut self, is_aborted: &dyn Fn() -> bool) -> LoopOutcome {
         let Some(now) = self.keyframes.back() else { return LoopOutcome::TooNear };
-        let way_m = now.way_m;
-        if self.closed_at_m.is_some_and(|at_m| way_m - at_m < self.config.closure_distance_m) {
+        let travelled_m = now.travelled_m;
+        if self.closed_at_m.is_some_and(|at_m| travelled_m - at_m < self.config.closure_distance_m)
+        {
             return LoopOutcome::NewPlace;
         }
         let candidates = self.candidates();
@@ -186,12 +187,12 @@ impl LoopCloser {
             return LoopOutcome::NewPlace;
         }
         match self.verified(&candidates, is_aborted) {
-            Ok(edge) => self.believe(edge),
+            Ok(edge) => self.accept(edge),
             Err(reason) => LoopOutcome::Refused(reason),
         }
     }
 
-    /// What is known of the drive now.
+    /// The current state of the drive.
     #[must_use]
     pub fn known(&self) -> KnownLoops {
         let keyframes = self.keyframes.iter().map(|keyframe| KeyframePose {
@@ -217,11 +218,11 @@ impl LoopCloser {
         self.unconfirmed.retain(|edge| edge.from >= first);
     }
 
-    /// By how much the odometry may be off after a way: three standard deviations.
-    fn drift(&self, way_m: f64) -> (f64, f64) {
+    /// The largest error of the odometry after a distance: three standard deviations.
+    fn drift(&self, travelled_m: f64) -> (f64, f64) {
         /// Of a right loop one in some hundred lies farther off.
         const DEVIATIONS: f64 = 3.0;
-        let root_km = (way_m / 1000.0).sqrt();
+        let root_km = (travelled_m / 1000.0).sqrt();
         (
             DEVIATIONS * self.config.drift_m_per_km * root_km,
             DEVIATIONS * self.config.drift_deg_per_km.to_radians() * root_km,

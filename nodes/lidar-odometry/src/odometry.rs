@@ -1,16 +1,16 @@
-//! Where the vehicle is: each scan is laid onto a map of the last ones.
+//! The pose of the vehicle: each scan is registered to a map of the last ones.
 //!
 //! | file | the idea |
 //! |---|---|
-//! | `velocity`, `deskew` | the motion goes on as it was; the scan as if measured at once |
-//! | `threshold` | how far the truth may be from what was predicted |
-//! | `track` | what is known after a scan; the first ones, and those that do not fit |
-//! | `pose` | what is told of each scan |
-//! | `hint` | what wheels or a gyroscope know of the motion |
-//! | `scan_to_scan` | the thesis' way, to be compared with |
-//! | `follower` | both ways behind one call, with the choice of points |
+//! | `velocity`, `deskew` | constant velocity; the scan as if measured at once |
+//! | `threshold` | how far the truth may be from the prediction |
+//! | `track` | the state after a scan; the first scans, and those that do not fit |
+//! | `pose` | the result of each scan |
+//! | `hint` | the motion by wheels or a gyroscope |
+//! | `scan_to_scan` | the thesis' method, for comparison |
+//! | `follower` | both methods behind one call, with the choice of points |
 //!
-//! The frame is the KISS-ICP pipeline (Vizzo et al. 2023, section III); what a scan is laid onto are the planes of voxels, by
+//! The frame is the KISS-ICP pipeline (Vizzo et al. 2023, section III); a scan is registered to the planes of voxels, by
 //! the generalised distance (Koide et al. 2021).
 
 mod config;
@@ -32,7 +32,7 @@ use nalgebra::Point3;
 
 pub use self::config::LidarOdometryConfig;
 pub use self::deskew::deskewed_cloud;
-pub use self::follower::{Follower, FollowerConfig, FollowerError, Way};
+pub use self::follower::{Follower, FollowerConfig, FollowerError, OdometryMethod};
 pub use self::hint::MotionHint;
 pub use self::pose::{LidarPose, Outcome, Quality, Refusal};
 pub use self::scan_to_scan::{Guess, ScanToScan};
@@ -84,7 +84,7 @@ impl LidarOdometry {
         self.track = None;
     }
 
-    /// Takes in the next scan. What it does not tell is predicted, and said in the quality.
+    /// Adds the next scan. Directions that it does not determine are predicted, and listed in the quality.
     ///
     /// # Errors
     /// When the scan has no point within range, or it does not come after the one before. Nothing changes then.
@@ -92,7 +92,7 @@ impl LidarOdometry {
         self.step_with(scan, &MotionHint::default())
     }
 
-    /// The same, where wheels or a gyroscope tell of the motion since the last pose ([`Self::interval`]): the scan is expected
+    /// The same, where wheels or a gyroscope measure the motion since the last pose ([`Self::interval`]): the scan is expected
     /// there, and deskewed by it.
     ///
     /// # Errors
@@ -115,7 +115,7 @@ impl LidarOdometry {
         Some((self.track.as_ref()?.stamp, Moment::of(scan).ok()?.stamp))
     }
 
-    /// The points of the map that scans are laid onto, in the odometry's frame.
+    /// The points of the map that scans are registered to, in the odometry's frame.
     #[must_use]
     pub fn local_map(&self) -> Vec<Point3<f32>> {
         self.map.places_m().map(|place_m| Point3::from(place_m.cast())).collect()
@@ -136,7 +136,7 @@ impl LidarOdometry {
         if track.velocity.is_none() {
             self.set_out(track, scan, moment, passed_s)?;
         }
-        // A: the motion goes on (eq. 1), and the scan is as if measured at once (eq. 2).
+        // A: constant velocity (eq. 1), and the scan is as if measured at once (eq. 2).
         let hinted = hint.motion(&track.expected_motion(passed_s));
         let predicted = track.odom_from_lidar * hinted.unwrap_or(track.expected_motion(passed_s));
         let by_hint = hinted

@@ -1,19 +1,19 @@
-//! What a Velodyne sends: UDP payloads to returns of lasers (Road LiDAR, section 2.3; the user's manuals).
+//! The packets of a Velodyne: UDP payloads to returns of lasers (Road LiDAR, section 2.3; the user's manuals).
 //!
 //! | file | what |
 //! |---|---|
 //! | `data_packet` | the layout of the 1206 bytes |
-//! | `model` | which model, when its lasers fire, which echoes it tells |
-//! | `calibration` | where each laser looks: by the data sheet, or by the scanner's own file |
+//! | `model` | which model, when its lasers fire, which echoes it reports |
+//! | `calibration` | the direction of each laser: by the data sheet, or by the scanner's own file |
 //! | `laser` | from range and azimuth to a point |
 //! | `decoder` | all of these: a packet to shots |
 //! | `clock` | the moment of a packet |
-//! | `position_packet`, `gprmc` | the other packets: time, and what a GPS receiver said |
-//! | `continuity` | how many packets were lost on the way |
+//! | `position_packet`, `gprmc` | the other packets: time, and the sentence of a GPS receiver |
+//! | `continuity` | how many packets were lost in transit |
 //!
 //! # Angles
 //!
-//! As the scanner tells it, `azimuth_deg` is clockwise seen from above, 0 forward. Points are in the frame of REP-103:
+//! As the scanner reports it, `azimuth_deg` is clockwise seen from above, 0 forward. Points are in the frame of REP-103:
 //! x forward, y left, z up. An elevation is above the horizon.
 
 mod calibration;
@@ -42,7 +42,7 @@ pub use gprmc::{Gprmc, GprmcError};
 pub use model::{Model, PACKET_BYTES, ReturnMode};
 pub use position_packet::{POSITION_PACKET_BYTES, PositionPacket, PositionPacketError, PpsStatus};
 
-/// The UDP port that data packets are sent to, unless the scanner is told otherwise.
+/// The UDP port that data packets are sent to, unless the scanner is configured otherwise.
 pub const DATA_PORT: u16 = 2368;
 /// The UDP port of position packets.
 pub const POSITION_PORT: u16 = 8308;

@@ -18,11 +18,11 @@ pub use colour_map::{ColourMap, Rgb};
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PanoramaConfig {
-    /// What is drawn.
+    /// The quantity drawn.
     pub quantity: Quantity,
     /// How values become colours.
     pub colour_map: ColourMap,
-    /// What has the first colour, and what the last: of intensities in the scanner's unit, of ranges in metres.
+    /// The values of the first colour and the last: of intensities in the scanner's unit, of ranges in metres.
     pub limits: [f32; 2],
     /// Pixels all around.
     pub width_px: usize,
@@ -32,7 +32,7 @@ pub struct PanoramaConfig {
     pub nothing: Rgb,
 }
 
-/// What a panorama shows.
+/// The quantity of a panorama.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -45,7 +45,7 @@ pub enum Quantity {
 }
 
 impl PanoramaConfig {
-    /// Intensities of 0 to 255, as Velodynes tell them.
+    /// Intensities of 0 to 255, as Velodynes report them.
     #[must_use]
     pub fn intensities() -> Self {
         Self { quantity: Quantity::Intensity, limits: [0.0, 255.0], ..Self::default() }

@@ -1,4 +1,4 @@
-//! Clouds that were recorded as clouds, not as packets: organised anew, so that the odometry sees them as its own.
+//! Clouds that were recorded as clouds, not as packets: organised again, so that the odometry treats them as its own.
 //!
 //! | file | what |
 //! |---|---|

@@ -6,9 +6,9 @@
 //! | `prepared_cloud` | thinning out by voxels, the order, the normals: once for each cloud |
 //! | `kd_tree` | neighbours in a cloud |
 //! | `normal` | the plane of a point's neighbours |
-//! | `surface`, `voxel_surface` | what a cloud is laid onto: points, or means of voxels |
+//! | `surface`, `voxel_surface` | the target of a registration: points, or means of voxels |
 //! | `factor` | how a distance is measured: all in which the methods differ |
-//! | `correspondences`, `normal_equations` | what corresponds, and its sums |
+//! | `correspondences`, `normal_equations` | the corresponding points, and their sums |
 //! | `alignment` | the steps |
 //!
 //! A pose is corrected along the axes of the target, about the source's origin ([`estimation::perturbation::composite`]);
@@ -43,7 +43,7 @@ pub use self::prepared_cloud::PreparedCloud;
 
 /// One of the six directions of a pose: shifts count in metres, turns in the metres that they move the points by.
 pub type Direction = estimation::Direction<6>;
-/// What the correspondences constrain, direction by direction. The information along a direction is a share: as if so many of
+/// The directions that the correspondences constrain. The information along a direction is a share: as if this share of
 /// the correspondences looked straight along it. In place of the bare eigenvalue this makes it a matter of the scene, not of
 /// how many points it is seen with.
 pub type Observability = estimation::Observability<6>;
@@ -55,7 +55,7 @@ pub(crate) use self::voxel_surface::VoxelSurface;
 pub use geometry::ParameterError;
 pub(crate) use geometry::parameter::check;
 
-/// Lays a cloud onto another: the pose of the source in the target's frame, from a guess.
+/// Registers a cloud to another: the pose of the source in the target's frame, from a guess.
 ///
 /// Directions that the clouds do not constrain keep the guess ([`Registration::observability`]). The same clouds give the
 /// same result to the bit, whatever the number of threads.

@@ -4,7 +4,7 @@
 //! The thesis keeps at most 500,000 points, since its viewer takes no more. Here tiles, squares seen from above, leave memory
 //! when it is full, the one that was reached longest ago first. A tile that is reached again begins anew in memory, and its parts
 //! are put together when the map is read, tile by tile: while driving nothing is read back. Sums are whole numbers, so that the map
-//! does not hang on the order of the points, nor on when a tile left memory.
+//! does not depend on the order of the points, nor on when a tile left memory.
 
 #[cfg(test)]
 mod tests;
@@ -26,7 +26,7 @@ use tile::{Tile, Voxel};
 pub struct RoadMapConfig {
     /// The edge of a voxel.
     pub voxel_edge_m: f64,
-    /// So many voxels are in memory at most; 100 to 200 bytes each.
+    /// This many voxels are in memory at most; 100 to 200 bytes each.
     pub max_voxels: usize,
     /// The edge of a tile.
     pub tile_edge_m: f64,
@@ -101,7 +101,7 @@ pub struct RoadMap {
     counts: RoadMapCounts,
 }
 
-/// What became of the points so far.
+/// Counts of the points by outcome so far.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 pub struct RoadMapCounts {
     /// Points that were taken in.

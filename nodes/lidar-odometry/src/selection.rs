@@ -1,5 +1,5 @@
-//! Which points take part in a registration (Road LiDAR, section 4.2.1.2): the road is plane, looks the same wherever it
-//! is seen from, and the sensor's rings on it go along with the vehicle. Three ways to leave it out.
+//! Which points take part in a registration (Road LiDAR, section 4.2.1.2): the road is plane, looks the same from wherever it
+//! is seen from, and the sensor's rings on it move with the vehicle. Three methods to leave it out.
 //!
 //! Each filter answers, point by point, whether it is kept; [`kept`] applies the answers. What is left out is left out of
 //! the registration only, not of a map.

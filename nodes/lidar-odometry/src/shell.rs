@@ -24,7 +24,7 @@ pub use stage::Stage;
 
 const PROGRAM: Program = Program {
     name: "lidar_odometry",
-    about: "Follows a vehicle by its turning LiDAR.",
+    about: "Tracks a vehicle by its spinning LiDAR.",
     topics: "in  points (sensor_msgs/msg/PointCloud2 of a LiDAR's driver), best effort; with input:=points
              in  velodyne_packets (velodyne_msgs/msg/VelodyneScan), best effort; with input:=velodyne_packets
              in  UDP packets of a Velodyne; with input:=udp
@@ -36,10 +36,10 @@ const PROGRAM: Program = Program {
              out /tf (map_frame_id to odom_frame_id), reliable; with loop_closing:=true and publish_tf:=true
              out path (nav_msgs/msg/Path), reliable, once a second, for a viewer
              out map_path (nav_msgs/msg/Path: every two metres of the drive in map_frame_id), transient local; at each loop
-             out local_map (sensor_msgs/msg/PointCloud2: what scans are laid onto), reliable, once a second, for a viewer
+             out local_map (sensor_msgs/msg/PointCloud2: the map that scans are registered to), reliable, once a second, for a viewer
              out lidar_scan (sensor_msgs/msg/PointCloud2: the points in base_frame_id as if measured at once), best effort, for a viewer
              out intensity_panorama, range_panorama (sensor_msgs/msg/Image: all around), best effort, for a viewer
-             out drive_from_above, whole_drive (sensor_msgs/msg/Image: the way, about the vehicle and all of it), best effort, for a viewer
+             out drive_from_above, whole_drive (sensor_msgs/msg/Image: the trajectory, about the vehicle and all of it), best effort, for a viewer
              out ~/report (stillmap_msgs/msg/StageReport), reliable",
 };
 
@@ -51,10 +51,10 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// The node's body: serves until the node is to end.
 ///
 /// # Errors
-/// When a parameter is out of its range, a topic cannot be had, or nobody can listen on the scanner's port.
+/// When a parameter is out of its range, a topic cannot be created, or listening on the scanner's port fails.
 pub async fn serve(node: &Node, parameters: LidarOdometryParameters) -> Result<(), NodeFailure> {
     let mut stage = Stage::new(node, &parameters)?;
-    // None of them changes while the map goes on.
+    // None of them changes while the map continues.
     node.serve_parameters(&parameters)?;
     let mut lifecycle = node.manage()?;
     let shutdown = node.shutdown_signal();
@@ -64,7 +64,7 @@ pub async fn serve(node: &Node, parameters: LidarOdometryParameters) -> Result<(
             () = shutdown.wait() => break,
             _reset = lifecycle.reset() => stage.reset(),
             arrival = stage.next() => {
-                // What comes from the scanner itself comes in every state.
+                // Packets of the scanner itself arrive in every state.
                 if lifecycle.is_active() {
                     stage.take(arrival);
                 }

@@ -6,7 +6,7 @@ pub(crate) use estimation::Random;
 use estimation::ScopedThreads;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// An executor with so many threads.
+/// An executor with this many threads.
 pub(crate) fn threads(count: usize) -> ScopedThreads {
     ScopedThreads::new(NonZeroUsize::new(count).unwrap())
 }

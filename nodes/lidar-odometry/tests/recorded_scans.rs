@@ -34,7 +34,11 @@ fn prepared(points_m: &[Point3<f32>]) -> PreparedCloud {
     PreparedCloud::new(points_m, &PreparationConfig::default(), &Serial).unwrap()
 }
 
-fn laid(source: &[Point3<f32>], target: &[Point3<f32>], guess: &Isometry3<f64>) -> Isometry3<f64> {
+fn registered(
+    source: &[Point3<f32>],
+    target: &[Point3<f32>],
+    guess: &Isometry3<f64>,
+) -> Isometry3<f64> {
     let config = RegistrationConfig::default();
     let found = register(&prepared(source), &prepared(target), guess, &config, &Serial).unwrap();
     assert!(found.converged && found.observability.estimated() == 6 && found.overlap > 0.9);
@@ -66,7 +70,7 @@ fn kittis_pair_lies_where_its_truth_says() {
     let camera_from_lidar = matrices(&folder.join("sequences/00/calib_Tr_only.txt"))[0];
     let lidar = |frame: usize| poses[frame] * camera_from_lidar;
     let truth = lidar(94).inv_mul(&lidar(95));
-    let between = truth.inv_mul(&laid(&source, &target, &Isometry3::identity()));
+    let between = truth.inv_mul(&registered(&source, &target, &Isometry3::identity()));
     let (metres, degrees) =
         (between.translation.vector.norm(), between.rotation.angle().to_degrees());
     println!("{metres:.4} m, {degrees:.4} degrees");
@@ -89,11 +93,11 @@ fn twelve_scans_end_where_the_last_lies_to_the_first() {
         end = pose.odom_from_lidar;
     }
     // The last onto the first: no drift is in that.
-    let direct = laid(&scans[11], &scans[0], &end);
+    let direct = registered(&scans[11], &scans[0], &end);
     let off_m = (end.translation.vector - direct.translation.vector).norm();
     println!("off {off_m:.4} m of {:.2} m", direct.translation.vector.norm());
     assert!(off_m < 0.005 * direct.translation.vector.norm(), "{off_m} m");
-    // What KISS-ICP 1.3.0 makes of the same scans.
+    // The result of KISS-ICP 1.3.0 on the same scans.
     let kiss_icp = Vector3::new(11.207, -0.298, 0.081);
     let apart_m = (end.translation.vector - kiss_icp).norm();
     println!("{apart_m:.4} m from KISS-ICP");

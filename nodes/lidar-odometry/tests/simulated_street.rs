@@ -13,7 +13,7 @@ use lidar_odometry::registration::{
 use nalgebra::{Isometry3, Point3, Vector3};
 use simulator::{Path, Sample, Scenario, VelodyneModel};
 
-/// Along the way, in seconds; the motion of each pair: shift in metres, turn in degrees.
+/// Along the trajectory, in seconds; the motion of each pair: shift in metres, turn in degrees.
 const PAIRS: [(f64, f64, f64); 5] =
     [(4.0, 0.5, 0.0), (9.0, 2.0, 1.0), (13.0, 1.0, -5.0), (20.0, 1.5, 3.0), (30.0, 2.0, -5.0)];
 
@@ -73,16 +73,16 @@ fn check(model: VelodyneModel) {
 }
 
 #[test]
-fn pairs_of_64_rays_are_laid_to_a_centimetre() {
+fn pairs_of_64_rays_are_registered_to_a_centimetre() {
     check(VelodyneModel::Hdl64e);
 }
 
 #[test]
-fn pairs_of_32_rays_are_laid_to_a_centimetre() {
+fn pairs_of_32_rays_are_registered_to_a_centimetre() {
     check(VelodyneModel::Hdl32e);
 }
 
 #[test]
-fn pairs_of_16_rays_are_laid_to_a_centimetre() {
+fn pairs_of_16_rays_are_registered_to_a_centimetre() {
     check(VelodyneModel::Vlp16);
 }

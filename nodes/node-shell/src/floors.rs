@@ -67,7 +67,7 @@ fn no_floor_imports_a_higher_one() {
     assert!(faults.is_empty(), "these lead upward:\n{}", faults.join("\n"));
 }
 
-/// A module outside of the floors would be out of the check's sight.
+/// A module outside of the floors would not be checked.
 #[test]
 fn every_module_is_on_a_floor() {
     let lib = include_str!("lib.rs");

@@ -1,4 +1,4 @@
-//! Who is at the other end: which peers match the node's publishers and subscriptions, in the same process
+//! The peers at the other end: those that match the node's publishers and subscriptions, in the same process
 //! and outside of it.
 //!
 //! This takes the place of the client library's own event loop, which keeps the incompatible offers to
@@ -15,6 +15,7 @@ mod open_endpoint;
 pub(crate) mod siblings;
 pub(crate) mod survey;
 mod trouble;
+pub(crate) mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -84,7 +85,7 @@ struct Endpoint {
     peers: BTreeSet<GUID>,
     /// Peers that do not fit.
     misfits: BTreeMap<GUID, Misfit>,
-    /// What makes it anew on the network.
+    /// Creates it again on the network.
     renewal: Option<Weak<dyn Renew>>,
 }
 
@@ -151,11 +152,11 @@ impl Graph {
         };
         endpoints.insert(id, entry);
         drop(endpoints);
-        self.exchange.tell();
+        self.exchange.notify();
         Ok(endpoint)
     }
 
-    /// Gives an endpoint another name on the network; its peers have to find it anew.
+    /// Gives an endpoint another name on the network; its peers have to discover it again.
     pub(crate) fn renew<E, F>(
         &self,
         id: EndpointId,
@@ -169,11 +170,11 @@ impl Graph {
             endpoint.misfits.clear();
         }
         drop(endpoints);
-        self.exchange.tell();
+        self.exchange.notify();
         Ok(created)
     }
 
-    /// From now on `renewal` is asked to make the endpoint anew where a link was down for too long.
+    /// From now on `renewal` is called to create the endpoint again where a link was down for too long.
     pub(crate) fn renew_with(&self, id: EndpointId, renewal: Weak<dyn Renew>) {
         if let Some(endpoint) = self.lock().get_mut(&id) {
             endpoint.renewal = Some(renewal);

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use geometry::DetectedCycle;
 use msgs::RosMessage;
 use msgs::sensor_msgs::{Image, LaserScan};
+use msgs::stillmap_msgs::ReducedCloud;
 
-use crate::{Host, Node, PublishError, Qos, RosArguments, Transport};
+use crate::{Arrived, Host, Node, PublishError, Qos, RosArguments, Transport};
 
-/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+/// Longer than anything takes on a busy machine; a test that waits this long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 fn arguments(namespace: &str) -> RosArguments {
@@ -47,6 +49,70 @@ fn a_message_between_two_nodes_is_the_same_value() {
         assert!(received.sent.is_some());
         assert!(subscription.try_next().is_none());
     }
+}
+
+/// A cycle as detection publishes it.
+fn cycle(index: u32) -> DetectedCycle {
+    DetectedCycle {
+        depth: None,
+        index,
+        setup: geometry::CycleSetup::default(),
+        scan_stamp: geometry::Stamp::from_nanos(1),
+        reduced_cloud: geometry::Cloud {
+            stamp: geometry::Stamp::from_nanos(2),
+            frame_id: "rig".to_owned(),
+            points_m: vec![[1.0, 2.0, 3.0].into()],
+        },
+        voxel_points: vec![1],
+        points_before_reduction: 1,
+        map_from_rig: nalgebra::Isometry3::identity(),
+        map_frame_id: "map".to_owned(),
+        zones: Vec::new(),
+    }
+}
+
+#[test]
+fn a_value_between_two_nodes_is_itself_and_a_message_for_who_wants_one() {
+    let host = Host::in_process();
+    let (talker, listener) = (node(&host, "talker"), node(&host, "listener"));
+    let qos = Qos::reliable(5);
+    let publisher = talker.value_publisher::<DetectedCycle>("cycles", &qos).unwrap();
+    let values = listener.value_subscription::<DetectedCycle>("cycles", &qos).unwrap();
+    let sent = Arc::new(cycle(3));
+    publisher.publish(Arc::clone(&sent)).unwrap();
+    let received = values.try_next().unwrap();
+    assert!(Arc::ptr_eq(&received.message.value().unwrap(), &sent));
+
+    let messages = [(); 2].map(|()| listener.subscription::<ReducedCloud>("cycles", &qos).unwrap());
+    assert_eq!(publisher.subscriber_count(), 3);
+    publisher.publish(Arc::clone(&sent)).unwrap();
+    let [first, second] = messages.map(|messages| messages.try_next().unwrap().message);
+    assert!(Arc::ptr_eq(&first, &second), "the message is made once");
+    assert_eq!(*first, msgs::convert::message_from_detected_cycle(&sent));
+    assert!(values.try_next().is_some());
+    // And in the other direction: a publisher of messages, encoded or not.
+    let peer = talker.publisher::<ReducedCloud>("cycles", &qos).unwrap();
+    peer.publish(first).unwrap();
+    let raw = talker.raw_publisher("cycles", ReducedCloud::TYPE_NAME, &qos).unwrap();
+    raw.publish(&msgs::cdr::encode(&*second).unwrap()).unwrap();
+    for _ in 0..2 {
+        let arrived = values.try_next().unwrap().message;
+        assert!(matches!(*arrived, Arrived::Message(_)));
+        assert_eq!(*arrived.value().unwrap(), *sent);
+    }
+    let counts = listener.counters().snapshot().received;
+    assert_eq!(counts["/test/cycles"], 4 + 2, "values and messages share a topic's count");
+}
+
+#[test]
+fn a_message_without_a_subscriber_is_not_made() {
+    let host = Host::in_process();
+    let node = node(&host, "talker");
+    let publisher = node.publisher::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
+    publisher.publish_if_awaited(|| panic!("it is made"));
+    let listener = node.subscription::<LaserScan>("scan", &Qos::reliable(5)).unwrap();
+    publisher.publish_if_awaited(|| scan(2));
+    assert_eq!(listener.try_next().unwrap().message.ranges.len(), 2);
 }
 
 #[test]
@@ -148,7 +214,7 @@ fn network(test: u16) -> (Transport, RosArguments) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn those_outside_hear_the_host_and_nobody_hears_twice() {
+async fn those_outside_hear_the_host_and_none_hears_twice() {
     let (transport, arguments) = network(0);
     let host = Host::on(transport.clone()).unwrap();
     let (talker, listener) =

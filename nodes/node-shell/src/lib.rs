@@ -1,10 +1,9 @@
-//! What all nodes of the suite share of ROS 2: arguments, names, parameters, quality of service,
+//! The ROS 2 parts that all nodes of the suite share: arguments, names, parameters, quality of service,
 //! transport, publishers and subscriptions, diagnostics, logging and the ordered end.
 //!
 //! A node is a [`Program`] whose body gets a [`Node`]:
 //!
 //! ```no_run
-//! use geometry::parameter::Declaration;
 //! use msgs::sensor_msgs::LaserScan;
 //! use node_shell::parameters::NodeParameters;
 //! use node_shell::{NodeFailure, Program, Qos};
@@ -18,13 +17,7 @@
 //!     }
 //! }
 //!
-//! impl NodeParameters for Parameters {
-//!     const DECLARATIONS: &'static [Declaration] = Self::DECLARATIONS;
-//!
-//!     fn validate(&self) -> Result<(), NodeFailure> {
-//!         Ok(Self::validate(self)?)
-//!     }
-//! }
+//! impl NodeParameters for Parameters {}
 //!
 //! let program = Program { name: "listener", about: "Counts scans.", topics: "scan (in)" };
 //! program.run(std::env::args().skip(1), async |node, parameters: Parameters| {
@@ -46,7 +39,7 @@
 //!
 //! The crate has eight floors, a folder each; a module imports from its own and from those below it:
 //!
-//! | floor | what stands there |
+//! | floor | its contents |
 //! |---|---|
 //! | `program` | a node as a program: how it starts, `--help`, the exit code |
 //! | `services` | what nodes offer beside their topics: parameters, lifecycle, diagnostics, log, reports; tf |
@@ -57,7 +50,7 @@
 //! | `settings` | arguments, names, parameters, quality of service |
 //! | `process` | log, signals, warnings that do not repeat, files written whole |
 //!
-//! What is absent: clients of services, and actions.
+//! Absent: clients of services, and actions.
 //! They come when a node needs them.
 
 mod endpoints;
@@ -76,12 +69,13 @@ mod settings;
 mod wire;
 
 pub use endpoints::counters::Counters;
-pub use endpoints::publisher::{Publisher, RawPublisher};
+pub use endpoints::publisher::{Publisher, RawPublisher, ValuePublisher};
 pub use endpoints::raw_subscription::{RawSubscription, ReceivedBytes};
 pub use endpoints::service::{Request, Service};
-pub use endpoints::subscription::Subscription;
+pub use endpoints::subscription::{Subscription, ValueSubscription};
 pub use graph::inbox::Received;
 pub use graph::survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
+pub use graph::value::{Arrived, Incoming};
 pub use graph::{Match, Role};
 pub use node::Node;
 pub use node::clock::{ClockJumps, NodeClock};
@@ -91,11 +85,13 @@ pub use process::failure::NodeFailure;
 pub use process::log;
 pub use process::shutdown::Shutdown;
 pub use process::throttle::{Throttle, WARNING_PERIOD};
+pub use process::versions::{VERSIONS_KEPT, keep_version};
 pub use process::whole_file::{folder_of, write_whole_file};
 pub use program::Program;
 pub use services::lifecycle::{Lifecycle, Reset};
 pub use services::odometry_output::{OdometryFrames, OdometryOutput, PublishedPose};
 pub use services::parameter_services::{LiveParameters, descriptors};
+pub use services::pipeline_watch::PipelineWatch;
 pub use services::stage_report::StageReporter;
 pub use services::steps::StepTimer;
 pub use services::transforms::{

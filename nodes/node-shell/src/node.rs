@@ -82,7 +82,7 @@ impl Node {
     }
 
     /// The node's parameters: the defaults of `P`, with the values of parameter files and of the
-    /// command line laid over them.
+    /// command line applied to them.
     ///
     /// # Errors
     /// When a file or a value cannot be used.
@@ -116,7 +116,7 @@ impl Node {
         &self.graph
     }
 
-    /// What the node counts of itself; it appears on `/diagnostics`.
+    /// The node's counters; they appear on `/diagnostics`.
     #[must_use]
     pub fn counters(&self) -> Counters {
         self.counters.clone()
@@ -143,7 +143,7 @@ impl Node {
         self.network.as_ref().map(|network| network.granted)
     }
 
-    /// How a stage subscribes to the cycles of the one before it. Live, few may wait, and the oldest gives way; on no network, and
+    /// How a stage subscribes to the cycles of the one before it. Live, few may wait, and the oldest is dropped; without a network, and
     /// where `STILLMAP_MAX_WAITING_CYCLES` says so, many.
     #[must_use]
     pub fn cycles_qos(&self) -> Qos {

@@ -18,7 +18,7 @@ use crate::{
     DiscoveredEndpoint, Node, Publisher, Qos, Role, RosArguments, Subscription, Transport,
 };
 
-/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+/// Longer than anything takes on a busy machine; a test that waits this long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Nodes of one test, apart from those of all others by domain and namespace.
@@ -155,7 +155,7 @@ async fn who_comes_late_gets_the_last_map() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn remapped_topics_meet() {
+async fn remapped_topics_match() {
     let place = Place::new();
     let talker = place.node_with("talker", &["-r", "scan:=/laser_of_the_test/scan"]);
     let listener = place.node("listener");
@@ -284,7 +284,7 @@ async fn a_slow_reader_gets_the_newest_messages() {
     listener.close().await;
 }
 
-/// A new reader finds what the library's cache still holds; that is no news.
+/// A new reader finds what the library's cache still holds; that is nothing new.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_reader_that_is_replaced_goes_on_where_the_last_one_stopped() {
     let place = Place::new();
@@ -324,7 +324,7 @@ async fn a_reader_that_is_replaced_goes_on_where_the_last_one_stopped() {
 
 /// After a link was down for longer than the lease, the library matches new endpoints alone.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn endpoints_made_anew_after_a_broken_link_exchange_messages_again() {
+async fn endpoints_created_again_after_a_broken_link_exchange_messages_again() {
     let place = Place::new();
     let (talker, listener) = (place.node("talker"), place.node("listener"));
     {
@@ -341,13 +341,13 @@ async fn endpoints_made_anew_after_a_broken_link_exchange_messages_again() {
             lease: rustdds::Duration::from_secs(50),
             elapsed: rustdds::Duration::from_secs(51),
         };
-        let told = |one: &DiscoveredEndpoint| one.node == Some(listener.full_name());
-        let prefix = talker.survey().into_iter().find(told).unwrap().participant.0;
+        let is_named = |one: &DiscoveredEndpoint| one.node == Some(listener.full_name());
+        let prefix = talker.survey().into_iter().find(is_named).unwrap().participant.0;
         talker.graph().participant_lost(prefix, &silence);
         assert_eq!((map.subscriber_count(), scans.subscriber_count()), (0, 0));
         talker.graph().participant_heard(prefix);
         matched(&scans, &scans_heard).await;
-        // The map is there for those who come late; to the reader, its new writer is another one.
+        // The map is there for late subscribers; to the reader, its new writer is another one.
         assert_eq!(*soon("the map again", maps_heard.next()).await.message, scan(7));
         scans.wait_for_subscribers(1).await;
         scans.publish(scan(3)).unwrap();
@@ -366,7 +366,7 @@ fn without_a_runtime_there_is_no_node() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_survey_tells_what_others_have() {
+async fn a_survey_lists_the_endpoints_of_others() {
     let place = Place::new();
     let (talker, doctor) = (place.node("talker"), place.node("doctor"));
     {
@@ -375,9 +375,9 @@ async fn a_survey_tells_what_others_have() {
         let survey = soon("the discovery", async {
             loop {
                 let survey = doctor.survey();
-                let told = |one: &&DiscoveredEndpoint| one.node == Some(talker.full_name());
-                let ours = |role| survey.iter().filter(told).any(|one| one.role == role);
-                let all = survey.iter().filter(told).count() >= 3;
+                let is_named = |one: &&DiscoveredEndpoint| one.node == Some(talker.full_name());
+                let ours = |role| survey.iter().filter(is_named).any(|one| one.role == role);
+                let all = survey.iter().filter(is_named).count() >= 3;
                 if all && ours(Role::Publisher) && ours(Role::Subscription) {
                     return survey;
                 }

@@ -1,9 +1,10 @@
-//! What a process has before it knows of ROS: its log, its memory, its end, warnings that are not repeated at each message,
-//! files that are written whole.
+//! The parts of a process that do not depend on ROS: its log, its memory, its end, warnings that are not repeated at each message,
+//! files that are written whole, and their versions.
 
 pub(crate) mod failure;
 pub mod log;
 pub(crate) mod memory;
 pub(crate) mod shutdown;
 pub(crate) mod throttle;
+pub(crate) mod versions;
 pub(crate) mod whole_file;

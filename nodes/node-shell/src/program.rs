@@ -19,7 +19,7 @@ const THREADS: usize = 2;
 pub struct Program {
     /// The node's name, unless the command line gives another.
     pub name: &'static str,
-    /// What it does, in one line.
+    /// Its description, in one line.
     pub about: &'static str,
     /// Its topics, a line each.
     pub topics: &'static str,
@@ -42,7 +42,7 @@ impl Program {
         match self.try_run(arguments, body) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                // The process ends here; when even stderr is gone there is nobody left to tell.
+                // The process ends here; when even stderr is gone there is nowhere left to report.
                 let _ = writeln!(std::io::stderr(), "{}: {error}", self.name);
                 ExitCode::FAILURE
             }
@@ -66,7 +66,7 @@ impl Program {
             }
             Some(other) => {
                 return Err(format!(
-                    "unknown argument `{other}`; ROS arguments stand behind --ros-args, and --help \
+                    "unknown argument `{other}`; ROS arguments follow --ros-args, and --help \
                      shows them"
                 )
                 .into());
@@ -74,7 +74,7 @@ impl Program {
         }
         let identity = arguments.identity(self.name).map_err(ShellError::from)?;
         crate::process::log::start(&identity.logger_name(), &arguments.log, &arguments.outputs);
-        arguments.tell_without_effect();
+        arguments.warn_of_options_without_effect();
         let parameters = parameters::of_node(&identity, &arguments.parameters)?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(THREADS)

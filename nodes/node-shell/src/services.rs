@@ -1,4 +1,4 @@
-//! What each node offers beside its own topics: lifecycle, parameters,
+//! The services and topics of each node beside its own topics: lifecycle, parameters,
 //! diagnostics, its log, reports of its cycles; tf, and what an odometry publishes.
 
 pub(crate) mod diagnostics;
@@ -7,6 +7,7 @@ pub(crate) mod odometry_output;
 pub(crate) mod own_tasks;
 pub(crate) mod pace;
 pub(crate) mod parameter_services;
+pub(crate) mod pipeline_watch;
 pub(crate) mod rosout;
 pub(crate) mod stage_report;
 pub(crate) mod steps;

@@ -1,4 +1,4 @@
-//! What a node is told at its start: arguments, names, parameters, quality of service.
+//! The settings of a node at its start: arguments, names, parameters, quality of service.
 
 pub mod arguments;
 pub mod names;

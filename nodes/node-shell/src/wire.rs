@@ -1,4 +1,4 @@
-//! What bytes travel on: sockets, discovery and the encoded form of a message, and the errors of all that.
+//! The transport of bytes: sockets, discovery and the encoded form of a message, and the errors of all that.
 
 pub(crate) mod encoded;
 pub(crate) mod error;

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Vector3, Vector6};
 use pose_graph::blocks::BlockSystem;
 use pose_graph::{Edge, GraphConfig, PoseGraph, information, optimise};
 
-/// A matrix whose nodes are tied to those up to so many farther on, as keyframes that follow each other are.
+/// A matrix whose nodes are tied to those up to this many farther on, as keyframes that follow each other are.
 fn banded(nodes: usize, reach: usize) -> (BlockSystem, DMatrix<f64>, DVector<f64>) {
     let pairs = (0..nodes).flat_map(|node| (1..=reach).map(move |step| (node, node + step)));
     let mut blocks = BlockSystem::new(nodes, pairs);

@@ -44,8 +44,8 @@ struct Pattern {
 }
 
 impl BlockSystem {
-    /// A system of so many nodes, of which these pairs are tied. Pairs may come in any order and more than once; those of a
-    /// node with itself, or with one that is not there, are passed over.
+    /// A system of this many nodes, of which these pairs are connected. Pairs may come in any order and more than once; those of a
+    /// node with itself, or with one that is not there, are ignored.
     #[must_use]
     pub fn new(nodes: usize, tied: impl IntoIterator<Item = (usize, usize)>) -> Self {
         let ordered = tied.into_iter().map(|(one, other)| (one.min(other), one.max(other)));

@@ -3,8 +3,8 @@
 //! Levenberg-Marquardt over the errors of the edges. Edges that may be wrong, as those of a loop that was closed between two
 //! places that look alike, are used where they agree with the others: a right one raises the sum of squared errors by no
 //! more than its own six numbers may be off by (Latif, Cadena and Neira 2013, "Robust loop closing over time for pose graph
-//! SLAM"). It is the sum that tells, not the error of the edge itself: a long chain gives way to a single tight edge, and a
-//! wrong one would look right as soon as it is believed. Kernels and weights that go by that error have been tried: of
+//! SLAM"). The sum decides, not the error of the edge itself: a long chain is bent by a single tight edge, and a
+//! wrong one would look right as soon as it is used. Kernels and weights that depend on that error have been tried: of
 //! three closures of a ring, two of them wrong by metres, they dropped the right one.
 
 mod config;
@@ -41,16 +41,16 @@ pub struct Edge {
     /// How sure that is: the inverse of the covariance of its error, a shift in metres and a turn in radians along the axes
     /// of the other, both as measured. See [`information`].
     pub information: Matrix6<f64>,
-    /// Whether it may be altogether wrong.
+    /// Whether it may be an outlier, as a loop closure is.
     pub is_doubtful: bool,
 }
 
-/// What became of an edge.
+/// The status of an edge after the optimisation.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct EdgeFate {
+pub struct EdgeStatus {
     /// Its squared error in standard deviations.
     pub chi2: f64,
-    /// Whether it was used. Only a doubtful one may not have been.
+    /// Whether it was used. Only a doubtful one may be unused.
     pub is_used: bool,
 }
 
@@ -59,9 +59,9 @@ pub struct EdgeFate {
 pub struct OptimisedGraph {
     /// Where the nodes are.
     pub poses: Vec<Isometry3<f64>>,
-    /// What became of each edge.
-    pub edges: Vec<EdgeFate>,
-    /// The sum of squared errors of what was used, before.
+    /// The status of each edge.
+    pub edges: Vec<EdgeStatus>,
+    /// The sum of squared errors of the used edges, before.
     pub chi2_before: f64,
     /// And after.
     pub chi2: f64,

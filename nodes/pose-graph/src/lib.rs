@@ -1,4 +1,4 @@
-//! Poses tied by measured motions: what a trajectory is bent by when a loop is closed, whatever odometry it is of.
+//! Pose graph optimisation: poses connected by measured motions, for closing the loops of any odometry's trajectory.
 //!
 //! | module | what is in it |
 //! |---|---|
@@ -32,5 +32,5 @@ pub mod blocks;
 pub mod graph;
 
 pub use graph::{
-    Edge, EdgeFate, GraphConfig, GraphError, OptimisedGraph, PoseGraph, information, optimise,
+    Edge, EdgeStatus, GraphConfig, GraphError, OptimisedGraph, PoseGraph, information, optimise,
 };

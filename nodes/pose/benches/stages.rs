@@ -28,7 +28,7 @@ const WIDTH_PX: usize = 640;
 const HEIGHT_PX: usize = 480;
 /// Frames of the wall.
 const FRAMES: usize = 200;
-/// The wall goes past so fast.
+/// The speed at which the wall passes.
 const SHIFT_PX: usize = 2;
 /// Depths of TUM's images in a metre.
 const TUM_DEPTH_SCALE: f32 = 5000.0;

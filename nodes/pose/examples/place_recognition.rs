@@ -6,10 +6,10 @@
 //!
 //! `TUM_FOLDER` is a sequence of the TUM RGB-D data set (`rgb.txt`, `groundtruth.txt`); `STRANGERS_FOLDER` holds JPEG images
 //! of other places. Every fifth image is a keyframe; all others are compared with all keyframes that are not their
-//! neighbours in time. A pair is of the same view when the cameras look the same way to 15 degrees and are within half a
-//! metre, and of another one beyond 45 degrees, or when the image is a stranger's; what lies between is not counted.
+//! neighbours in time. A pair is of the same view when the cameras look in the same direction to 15 degrees and are within half a
+//! metre, and of another one beyond 45 degrees, or when the image is a stranger's; pairs in between are not counted.
 //!
-//! **Recall** is the share of pairs of the same view with at least so many votes; **precision** the share of pairs of the
+//! **Recall** is the share of pairs of the same view with at least this many votes; **precision** the share of pairs of the
 //! same view among all that have them. **First** is the share of images whose best keyframe is of the same view, of those
 //! that have one.
 
@@ -32,9 +32,9 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Every so manyth image is a keyframe.
+/// One image in this many is a keyframe.
 const KEYFRAME_STEP: usize = 5;
-/// Images so near in time are not compared.
+/// Images this near in time are not compared.
 const APART_S: f64 = 0.5;
 /// The same view.
 const SAME_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
@@ -43,7 +43,7 @@ const SAME_M: f64 = 0.5;
 const OTHER_RAD: f64 = 45.0 * std::f64::consts::PI / 180.0;
 /// Segments of an image that are described.
 const MAX_LINES: usize = 200;
-/// What is printed.
+/// The printed figures.
 const VOTES: [u32; 7] = [20, 30, 40, 50, 70, 100, 150];
 
 type Outcome<T> = Result<T, Box<dyn Error>>;

@@ -16,8 +16,8 @@
 //! # The measure
 //!
 //! A labelled line is sampled in the middle of each of its pixels of length. A sample counts when some segment covers
-//! it: their directions differ by at most 5 degrees (either way round), the sample is at most 2 pixels off the segment's
-//! line, and its foot lies between the segment's ends. **Recall** is the share of all samples that count, weighted by
+//! it: their directions differ by at most 5 degrees (in either order of the ends), the sample is at most 2 pixels off the segment's
+//! line, and its foot is between the segment's ends. **Recall** is the share of all samples that count, weighted by
 //! length: long lines count for more. **With slack** the foot may lie up to 2 pixels beyond an end. **Half covered** is
 //! the share of lines of which more than half the samples count. Only lines along the three main directions are
 //! labelled, so that nothing is said of segments that cover no line but their number.
@@ -39,11 +39,11 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// A sample is covered within so much.
+/// A sample is covered within this much.
 const NEAR_PX: f64 = 2.0;
 /// Directions are the same within 5 degrees.
 const SAME_DIRECTION_RAD: f64 = 0.087_266;
-/// With slack a segment reaches so far beyond its ends.
+/// With slack a segment reaches this far beyond its ends.
 const SLACK_PX: f64 = 2.0;
 /// Rounds of which the quickest counts.
 const ROUNDS: usize = 10;
@@ -142,7 +142,7 @@ fn write_segments(path: &Path, segments: &[Ends]) -> Outcome<()> {
     Ok(std::fs::write(path, segments.iter().map(row).collect::<String>())?)
 }
 
-/// What is counted of a detector.
+/// The counts of a detector.
 struct Row {
     name: String,
     covered_px: f64,

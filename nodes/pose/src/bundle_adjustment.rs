@@ -4,16 +4,16 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `config` | the parameters |
-//! | `motion` | what odometry says of the way from one pose to another |
-//! | `landmark` | three numbers to correct a point by, four for a line, and what an error changes with them |
-//! | `problem` | what everything comes to, and its normal equations |
+//! | `motion` | the motion that odometry measured from one pose to another |
+//! | `landmark` | three numbers to correct a point by, four for a line, and the derivatives of an error by them |
+//! | `problem` | the cost, and its normal equations |
 //! | `schur` | the landmarks are eliminated; the poses are left, and solved for |
 //! | `descent` | the steps |
-//! | `legs` | the ways of the odometry through a map |
+//! | `legs` | the legs of the odometry through a map |
 //! | `window` | which part of a map is adjusted, and how the result is taken into it |
 //!
-//! Levenberg-Marquardt under a robust kernel; half-way it is decided what is an outlier, and the rest goes on without them;
-//! at the end it is decided anew (Mur-Artal et al. 2015, section VI-D). The errors are those of [`crate::solve`]: pixels, and
+//! Levenberg-Marquardt under a robust kernel; at half of the iterations outliers are decided, and the rest continues without them;
+//! at the end they are decided again (Mur-Artal et al. 2015, section VI-D). The errors are those of [`crate::solve`]: pixels, and
 //! depths where there are any.
 
 mod config;
@@ -39,7 +39,7 @@ pub(crate) use window::{line_observation, point_observation};
 use crate::solve::{LineObservation, PluckerLine, PointObservation, PoseError, Verdict};
 use descent::Search;
 
-/// What is to be adjusted.
+/// The input of an adjustment.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Bundle {
     /// The poses.
@@ -48,11 +48,11 @@ pub struct Bundle {
     pub points_m: Vec<Point3<f64>>,
     /// The lines: two points of each, in the map frame.
     pub lines_m: Vec<[Point3<f64>; 2]>,
-    /// What is seen of the points.
+    /// The observations of the points.
     pub point_sightings: Vec<Sighting<PointObservation>>,
-    /// What is seen of the lines.
+    /// The observations of the lines.
     pub line_sightings: Vec<Sighting<LineObservation>>,
-    /// What odometry says of the ways between the poses.
+    /// The motions that odometry measured between the poses.
     pub motions: Vec<Motion>,
 }
 
@@ -74,7 +74,7 @@ pub struct Sighting<O> {
     pub pose: usize,
     /// Which point, or which line.
     pub landmark: usize,
-    /// Where in the image. The place in the map that is in it is not looked at.
+    /// Where in the image. Its place in the map is not used.
     pub seen: O,
 }
 
@@ -87,11 +87,11 @@ pub struct Adjusted {
     pub points_m: Vec<Point3<f64>>,
     /// The lines: the points of each that are nearest to those given.
     pub lines_m: Vec<[Point3<f64>; 2]>,
-    /// What became of each sighting of a point.
+    /// The status of each sighting of a point.
     pub point_verdicts: Vec<Verdict>,
     /// And of a line.
     pub line_verdicts: Vec<Verdict>,
-    /// What all usable sightings cost before, under the kernel.
+    /// The cost of all usable sightings before, under the kernel.
     pub cost_before: f64,
     /// And what the same cost after. It may be more, when what is an outlier does not count any more.
     pub cost: f64,
@@ -128,8 +128,8 @@ pub enum BundleError {
         /// The landmark.
         landmark: usize,
     },
-    /// A motion is not one between two of the poses, or is not told how well it is known.
-    #[error("motion {motion} is not one between two of {poses} poses, or its numbers mean nothing")]
+    /// A motion is not between two of the poses, or has no valid covariance.
+    #[error("motion {motion} is not between two of {poses} poses, or its numbers are invalid")]
     Motion {
         /// Which motion.
         motion: usize,
@@ -152,10 +152,10 @@ pub enum BundleError {
     },
 }
 
-/// Finds the poses, points and lines that explain all sightings best, near those given. `is_aborted` is asked before
+/// Finds the poses, points and lines that explain all sightings best, near those given. `is_aborted` is called before
 /// every step; of a bundle that was stopped everything is as good as it was by then, and all of it fits together.
 ///
-/// A sighting that cannot be used says nothing, and a landmark that its sightings do not tell stays. The same bundle gives
+/// A sighting that cannot be used is ignored, and a landmark that its sightings do not determine stays. The same bundle gives
 /// the same result, bit for bit.
 ///
 /// # Errors

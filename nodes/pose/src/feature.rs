@@ -1,4 +1,4 @@
-//! What is found in an image.
+//! The features of an image.
 
 pub mod lines;
 pub mod points;

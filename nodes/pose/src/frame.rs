@@ -1,4 +1,4 @@
-//! What one pair of images shows: corners and line segments, and how far they are.
+//! The features of one pair of images: corners and line segments, and their depths.
 
 mod config;
 mod depth;

@@ -8,7 +8,7 @@
 //! | `triangulation` | others do when two keyframes see them |
 //! | `fusion` | landmarks that are one become one |
 //! | `culling` | recent landmarks that do not prove themselves go, and keyframes that say nothing new |
-//! | `foresight` | where a keyframe should see a landmark |
+//! | `prediction` | where a keyframe should see a landmark |
 //!
 //! [`take_in`] does what a new keyframe brings about, but for the bundle adjustment.
 
@@ -16,8 +16,8 @@ mod config;
 mod creation;
 mod culling;
 mod decision;
-pub(crate) mod foresight;
 mod fusion;
+pub(crate) mod prediction;
 #[cfg(test)]
 mod tests;
 mod triangulation;
@@ -31,7 +31,7 @@ pub use triangulation::triangulate;
 
 use crate::map::{KeyframeId, Map};
 
-/// What a keyframe brought about.
+/// The changes by a keyframe.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct TakenIn {
     /// Recent landmarks that did not prove themselves.
@@ -40,7 +40,7 @@ pub struct TakenIn {
     pub created: usize,
     /// Points that other keyframes gave together with it.
     pub triangulated: usize,
-    /// What became of landmarks that are one.
+    /// The result of fusing duplicate landmarks.
     pub fused: FusedDuplicates,
 }
 

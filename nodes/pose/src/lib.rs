@@ -1,4 +1,4 @@
-//! Where an RGB-D camera is, from the points and the line segments that it sees (PL-SLAM, sections 2.1 to 2.3).
+//! The pose of an RGB-D camera by points and line segments (PL-SLAM, sections 2.1 to 2.3).
 //!
 //! | room | what is in it |
 //! |---|---|
@@ -10,14 +10,14 @@
 //! | [`local_map`] | the points and lines that the camera has seen |
 //! | [`bundle_adjustment`] | poses, points and lines that explain together what keyframes saw |
 //! | [`loop_closing`] | a camera that is back where it was, and what follows from that |
-//! | [`map`] | keyframes, points, lines, and who sees what |
+//! | [`map`] | keyframes, points, lines, and their observations |
 //! | [`place_recognition`] | which keyframes show the same place, by descriptors alone |
 //! | [`saved_map`] | the map as bytes, to be found again another day |
 //! | [`mapping`] | what a new keyframe brings about, from landmarks to loops |
 //! | [`slam`] | tracking, mapping and loop closing put together: the camera in a map that stays right |
-//! | [`tracking`] | where the camera is, frame by frame |
-//! | [`motion`] | where the camera will be, by its motion so far, a gyroscope or wheels |
-//! | [`solve`] | the pose that explains matches, how sure it is, and what it cannot say |
+//! | [`tracking`] | the camera's pose, frame by frame |
+//! | [`motion`] | the prediction of the camera's pose, by its motion so far, a gyroscope or wheels |
+//! | [`solve`] | the pose that explains matches, its covariance, and its unobservable directions |
 //!
 //! The core knows no ROS, no files, no clock, no randomness but what a seed gives. With the feature `ros` there is the node
 //! around it, `shell`.

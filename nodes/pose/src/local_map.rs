@@ -1,10 +1,10 @@
 //! The points and lines that the camera has seen, and where they are: what a pose is measured against.
 //!
-//! Each landmark is a Gaussian in the map frame. Whatever sees it again makes it surer (a Kalman filter for each, with the
-//! camera's pose held to be known); what is foreseen often and seen seldom is forgotten. So a camera that looks about and
-//! comes back meets the landmarks that it has left, and its pose does not drift meanwhile.
+//! Each landmark is a Gaussian in the map frame. Each further observation makes it more accurate (a Kalman filter for each, with the
+//! camera's pose taken as known); landmarks that are often expected and seldom seen are dropped. So a camera that looks about and
+//! returns sees the landmarks of before, and its pose does not drift meanwhile.
 //!
-//! What a landmark is off by together with all others that came into the map with it is not in its own covariance: it is
+//! The common error of a landmark and all others that were added with it is not in its own covariance: it is
 //! that of the pose from which they were first seen (`arrivals`).
 
 mod arrivals;
@@ -47,22 +47,22 @@ pub struct LocalMap {
 /// A frame and from where it was taken.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// The how manyth frame it is, from 1 on.
+    /// The number of the frame, from 1 on.
     pub number: u64,
     /// Its features.
     pub frame: &'a Frame,
     /// The rectified camera.
     pub camera: &'a CameraModel,
-    /// Where the camera was, or is thought to have been.
+    /// The camera's pose, or its estimate.
     pub camera_from_map: Isometry3<f64>,
-    /// How all of it hangs on the readout time.
-    pub lean: Lean,
+    /// Its derivative by the readout time.
+    pub readout_derivative: ReadoutDerivative,
 }
 
-/// How a view hangs on the time that the camera takes to read an image, which may be wrong: to first order, for each second
+/// The derivative of a view by the time that the camera takes to read an image, which may be wrong: to first order, for each second
 /// that it is longer.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Lean {
+pub struct ReadoutDerivative {
     /// How fast the camera moves.
     pub twist: Twist,
     /// How the perturbation of the pose changes.
@@ -78,20 +78,20 @@ pub struct Association {
     pub feature: usize,
 }
 
-/// What a frame shows of the map.
+/// The landmarks of the map in a frame.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Associations {
     /// Which points should be seen.
-    pub foreseen_points: Vec<usize>,
+    pub predicted_points: Vec<usize>,
     /// Which lines should be seen.
-    pub foreseen_lines: Vec<usize>,
+    pub predicted_lines: Vec<usize>,
     /// Points that are seen.
     pub points: Vec<Association>,
     /// Lines that are seen.
     pub lines: Vec<Association>,
 }
 
-/// What the pose makes of the associations, one verdict for each.
+/// The verdicts of the pose on the associations, one for each.
 #[derive(Clone, Copy, Debug)]
 pub struct Verdicts<'a> {
     /// Of the points.
@@ -120,16 +120,18 @@ impl LocalMap {
         &self.lines
     }
 
-    /// How the points of the associations lean, one for each; see [`PointLandmark::lean_m_per_s`].
+    /// The derivatives of the points of the associations by the readout time, one for each; see [`PointLandmark::readout_derivative_m_per_s`].
     #[must_use]
-    pub fn leans_m_per_s(&self, associations: &Associations) -> Vec<Vector3<f64>> {
-        let lean = |pair: &Association| {
-            self.points.get(pair.landmark).map_or_else(Vector3::zeros, PointLandmark::lean_m_per_s)
+    pub fn readout_derivatives_m_per_s(&self, associations: &Associations) -> Vec<Vector3<f64>> {
+        let derivative = |pair: &Association| {
+            self.points
+                .get(pair.landmark)
+                .map_or_else(Vector3::zeros, PointLandmark::readout_derivative_m_per_s)
         };
-        associations.points.iter().map(lean).collect()
+        associations.points.iter().map(derivative).collect()
     }
 
-    /// Moves the points to where they are when the camera takes so much longer to read an image than was thought.
+    /// Moves the points to where they are when the camera takes this much longer to read an image than assumed.
     pub fn correct_readout(&mut self, longer_s: f64) {
         for point in &mut self.points {
             point.correct_readout(longer_s);
@@ -148,7 +150,7 @@ impl LocalMap {
         self.lines.iter().map(LineLandmark::as_segment).collect()
     }
 
-    /// What the landmarks that the verdicts accept are off by together: the covariance of the camera's perturbation at the
+    /// The common error of the landmarks that the verdicts accept: the covariance of the camera's perturbation at the
     /// view, were the view's own errors none.
     #[must_use]
     pub fn covariance_at(
@@ -185,7 +187,7 @@ impl Associations {
     }
 }
 
-impl Lean {
+impl ReadoutDerivative {
     /// How a place in the camera frame changes that a feature shows.
     pub(crate) fn of_measured(
         &self,

@@ -7,7 +7,7 @@
 //! | `essential_graph` | the keyframes as a graph of poses, and the poses that fit the loop, too |
 //! | `correction` | everything goes along with its keyframe; what was mapped twice becomes one |
 //!
-//! What is left to whoever calls: the choice of candidates (see [`crate::place_recognition`]), and the bundle adjustment of
+//! The caller is responsible for the choice of candidates (see [`crate::place_recognition`]), and the bundle adjustment of
 //! the whole map afterwards ([`crate::bundle_adjustment::Window::full`]).
 
 mod config;

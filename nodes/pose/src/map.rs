@@ -1,4 +1,4 @@
-//! The map that keyframes make: keyframes, points, lines, and who sees what (PL-SLAM sections 2.1 to 2.3).
+//! The map that keyframes make: keyframes, points, lines, and their observations (PL-SLAM sections 2.1 to 2.3).
 //!
 //! | module | what is in it |
 //! |---|---|
@@ -8,14 +8,14 @@
 //! | `sightings` | the two steps that all others are made of: a keyframe sees a landmark, or no longer does |
 //! | `culling`, `fusion` | what goes, and what was one all along |
 //! | `tree` | the spanning tree, when a keyframe goes |
-//! | `queries` | who sees what, and who sees the same |
+//! | `queries` | visibility and covisibility |
 //! | `look` | what a landmark looks like, by all that see it |
 //! | `consistency` | what must hold of a map |
 //! | `memory` | how much memory it takes |
 //! | `parts` | a map taken apart, to be saved, and put together again |
 //!
-//! Things refer to each other by [`Id`], which an [`Arena`] resolves: there are no cycles of references, and an id of what is
-//! gone finds nothing. A clone of a map is a snapshot: it shares what did not change since. A solver works on one, and
+//! Things refer to each other by [`Id`], which an [`Arena`] resolves: there are no cycles of references, and an id of a thing that is
+//! gone finds nothing. A clone of a map is a snapshot: it shares the unchanged parts. A solver works on one, and
 //! what it finds is taken into the map afterwards, as far as it is still there.
 //!
 //! Covisibility is counted with every sighting that comes or goes, so it is exact at all times.
@@ -63,7 +63,7 @@ pub type PointId = Id<MapPoint>;
 /// The number of a line.
 pub type LineId = Id<MapLine>;
 
-/// Keyframes, points, lines, and who sees what.
+/// Keyframes, points, lines, and their observations.
 #[derive(Clone, Debug)]
 pub struct Map {
     config: MapConfig,
@@ -103,7 +103,7 @@ impl MapConfig {
     }
 }
 
-/// What a map refuses.
+/// The operations that a map refuses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum MapError {
     /// The keyframe is not, or no longer, in the map.
@@ -185,7 +185,7 @@ impl Map {
         &self.lines
     }
 
-    /// The first keyframe, which all others hang on.
+    /// The first keyframe, the root of the spanning tree.
     #[must_use]
     pub fn root(&self) -> Option<KeyframeId> {
         self.root
@@ -244,8 +244,8 @@ impl Map {
         Ok(())
     }
 
-    /// Frames should have seen the landmark so often, and have so often.
-    pub fn count_foreseen<L: Landmark>(&mut self, landmark: Id<L>, times: FoundTimes) {
+    /// Counts how often frames should have seen the landmark, and how often they have.
+    pub fn count_predicted<L: Landmark>(&mut self, landmark: Id<L>, times: FoundTimes) {
         if let Some(landmark) = L::arena_mut(self).get_mut(landmark) {
             landmark.sightings_mut().times.add(times);
         }

@@ -1,9 +1,9 @@
-//! What a new keyframe brings about, from landmarks to loops: the rooms of SLAM put together, one step a keyframe.
+//! The processing of a new keyframe, from landmarks to loops: the modules of SLAM put together, one step a keyframe.
 //!
 //! A step is PL-SLAM's local mapping and loop closing (section 2.1) in turn: the keyframe is inserted, recent landmarks are
-//! culled, new ones made, those that are one fused; a window is adjusted; keyframes that say nothing new go; if the
-//! place was seen before, the loop is closed and the whole map adjusted. It is synchronous: threads are for whoever
-//! calls it. A clone of the map is what a reader takes.
+//! culled, new ones created, duplicates fused; a window is adjusted; redundant keyframes are removed; if the
+//! place was seen before, the loop is closed and the whole map adjusted. It is synchronous: threads are up to the
+//! caller. A clone of the map is what a reader takes.
 
 mod resuming;
 #[cfg(test)]
@@ -64,21 +64,21 @@ pub struct Mapper {
     consistency: Consistency,
 }
 
-/// What a keyframe brought about.
+/// The changes by a keyframe.
 #[derive(Clone, PartialEq, Debug)]
 pub struct MappingStep {
     /// The keyframe.
     pub keyframe: KeyframeId,
-    /// What became of landmarks.
+    /// The changes of landmarks.
     pub taken_in: TakenIn,
-    /// What the adjustment of the window changed; `None` when it could not be made.
+    /// The changes by the adjustment of the window; `None` when it could not be made.
     pub adjusted: Option<Applied>,
     /// Keyframes that went.
     pub culled: Vec<(KeyframeId, CulledKeyframe)>,
     /// The loop that was closed, and with which keyframe.
     pub closed: Option<(KeyframeId, ClosedLoop)>,
-    /// What the step has moved the map around the keyframe by: its pose in the map is this times the one it came with.
-    /// Whoever follows the camera puts its own pose elsewhere alike.
+    /// The motion of the map around the keyframe by this step: its pose in the map is this times the one it came with.
+    /// A tracker of the camera must move its own pose alike.
     pub map_from_before: Isometry3<f64>,
 }
 
@@ -109,7 +109,7 @@ impl Mapper {
         &self.map
     }
 
-    /// What places look like: to find a lost camera by.
+    /// The appearance of places, for relocalisation.
     #[must_use]
     pub fn places(&self) -> &PlaceDatabase {
         &self.places
@@ -120,7 +120,7 @@ impl Mapper {
         &mut self.map
     }
 
-    /// Takes a keyframe in, with all that follows. `is_aborted` is asked by the solvers: another keyframe waits.
+    /// Adds a keyframe, with all that follows. `is_aborted` is called by the solvers: another keyframe waits.
     ///
     /// # Errors
     /// When the keyframe cannot be taken in; the map is as it was.

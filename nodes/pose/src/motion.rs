@@ -1,4 +1,4 @@
-//! Where the camera will be: by its own motion so far, by a gyroscope, by wheels.
+//! The prediction of the camera's pose: by its own motion so far, by a gyroscope, by wheels.
 //!
 //! Every prediction comes with a covariance, of the perturbation of [`estimation::perturbation::left`]; none is made where nothing is
 //! known, and the reason is said ([`NoPrediction`]).
@@ -35,7 +35,7 @@ pub struct KnownPose {
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum NoPrediction {
     /// The stamps do not grow: the clock jumped, a frame came twice, or a bag began anew.
-    #[error("time went back by {by_s} s (or stood still)")]
+    #[error("time went back by {by_s} s (or did not advance)")]
     TimeWentBack {
         /// By how much; 0 for stamps that are the same.
         by_s: f64,
@@ -43,7 +43,7 @@ pub enum NoPrediction {
     /// The last pose is too old.
     #[error("{gap_s} s have passed, and {max_gap_s} s is the most")]
     Gap {
-        /// What has passed.
+        /// The time passed.
         gap_s: f64,
         /// The most that may.
         max_gap_s: f64,

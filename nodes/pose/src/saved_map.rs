@@ -17,7 +17,7 @@
 //! says. A corner takes 68 bytes, a segment 135, a landmark 105, half of it descriptors: some 110 kB for a keyframe of 1000
 //! corners and 200 segments that brings 100 landmarks.
 //!
-//! What places look like is not saved: it follows from the descriptors, and takes less time to be made again than to be
+//! The appearance of places is not saved: it follows from the descriptors, and takes less time to be made again than to be
 //! read.
 //!
 //! # Who may read it
@@ -49,26 +49,26 @@ const CHECKSUM_BYTES: usize = 4;
 pub struct SavedMap {
     /// The map, in the frame of its first camera.
     pub map: Map,
-    /// Where that frame is in the one that poses were told in: gravity, and where the robot was set off.
+    /// Where that frame is in the one that poses were published in: gravity, and where the robot was set off.
     pub world_from_map: Isometry3<f64>,
 }
 
 /// The bytes are not those of a map.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum SavedMapError {
-    /// They begin in another way.
+    /// They begin with other bytes.
     #[error("it is no map of keyframes: it does not begin with SMKF")]
     NotThisFormat,
     /// They are of another version.
-    #[error("it has version {found} of the format, and this program reads {VERSION} alone{}", mend(*found))]
+    #[error("it has version {found} of the format, and this program reads {VERSION} alone{}", fix(*found))]
     OtherVersion {
         /// Theirs.
         found: u16,
     },
     /// Its features look otherwise to this program.
     #[error(
-        "its features are described in way {found}, and this program describes them in way {DESCRIPTORS}: nothing of it \
-         would be known again; make the map anew"
+        "its descriptors have version {found}, and those of this program version {DESCRIPTORS}: nothing of it \
+         would be recognised; make the map again"
     )]
     OtherDescriptors {
         /// Theirs.
@@ -89,12 +89,12 @@ pub enum SavedMapError {
         "its checksum is {found:08x}, and that of its bytes is {computed:08x}: some have changed"
     )]
     Checksum {
-        /// What it says.
+        /// The stated checksum.
         found: u32,
-        /// What its bytes say.
+        /// The value in its bytes.
         computed: u32,
     },
-    /// The checksum is right, and a record is none.
+    /// The checksum is right, and a record is invalid.
     #[error("{what} {index} of {count} cannot be read: {source}")]
     Record {
         /// The kind of record.
@@ -106,27 +106,27 @@ pub enum SavedMapError {
         /// Why.
         source: postcard::Error,
     },
-    /// Something stands behind the last record.
-    #[error("{bytes} bytes stand behind its last record")]
+    /// Bytes follow the last record.
+    #[error("{bytes} bytes follow its last record")]
     Rest {
         /// How many.
         bytes: usize,
     },
-    /// The pose of the map is none.
-    #[error("where the map is in the world is no pose")]
+    /// The pose of the map is invalid.
+    #[error("the pose of the map in the world is invalid")]
     Pose,
     /// The records are not those of a map.
     #[error(transparent)]
     Parts(#[from] PartsError),
 }
 
-fn mend(found: u16) -> &'static str {
-    if found > VERSION { ": a newer stillmap wrote it" } else { ": make the map anew" }
+fn fix(found: u16) -> &'static str {
+    if found > VERSION { ": a newer stillmap wrote it" } else { ": make the map again" }
 }
 
 /// A record cannot be written.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
-#[error("the map cannot be made bytes: {0}")]
+#[error("the map cannot be encoded: {0}")]
 pub struct EncodeError(#[from] postcard::Error);
 
 impl SavedMap {
@@ -222,7 +222,7 @@ fn records(bytes: &[u8]) -> Result<&[u8], SavedMapError> {
     Ok(before.get(HEADER_BYTES..).unwrap_or_default())
 }
 
-/// The next bytes, if there are so many.
+/// The next bytes, if there are this many.
 fn word<const BYTES: usize>(ahead: &mut &[u8]) -> Option<[u8; BYTES]> {
     let (word, rest) = ahead.split_first_chunk()?;
     *ahead = rest;
@@ -249,7 +249,7 @@ fn take<T: DeserializeOwned>(
     Ok(record)
 }
 
-/// So many records. What is not there is told by the first that is missing: no number decides how much memory is taken.
+/// This many records. Missing ones are found at the first that is missing: no number decides how much memory is taken.
 fn all<T: DeserializeOwned, P>(
     rest: &mut &[u8],
     (what, count): (&'static str, u64),

@@ -31,25 +31,25 @@ pub use stage::Stage;
 
 const PROGRAM: Program = Program {
     name: "pose",
-    about: "Follows an RGB-D camera by the points and line segments that it sees.",
+    about: "Tracks an RGB-D camera by the points and line segments that it sees.",
     topics: "in  rgb/image (sensor_msgs/msg/Image), best effort; with input:=raw
              in  rgb/image/compressed (sensor_msgs/msg/CompressedImage: jpeg, png), best effort; with input:=compressed
              in  rgb/camera_info (sensor_msgs/msg/CameraInfo), best effort
              in  depth/image (sensor_msgs/msg/Image: 16UC1 or 32FC1), best effort
              in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with depth:=raw
-             in  tracks (stillmap_msgs/msg/Tracks: what moves, from segmentation), reliable
+             in  tracks (stillmap_msgs/msg/Tracks: moving objects, from segmentation), reliable
              in  imu (sensor_msgs/msg/Imu), best effort; with use_imu:=true
              in  wheels (nav_msgs/msg/Odometry), best effort; with use_wheels:=true
              out pose (geometry_msgs/msg/PoseStamped: the rig in odom_frame_id), reliable
              out odom (nav_msgs/msg/Odometry: the same with covariance and velocity), reliable
              out /tf (tf2_msgs/msg/TFMessage: odom_frame_id to base_frame_id), reliable; with publish_tf:=true
              out /tf (map_frame_id to odom_frame_id), likewise; with slam:=true, and then pose and path are in map_frame_id
-             out map_path (nav_msgs/msg/Path: the way of the rig as the map has it by now, in map_frame_id), reliable and transient local; with slam:=true
+             out map_path (nav_msgs/msg/Path: the trajectory of the rig in the current map, in map_frame_id), reliable and transient local; with slam:=true
              out path (nav_msgs/msg/Path), reliable, once a second, for a viewer
-             out features (sensor_msgs/msg/Image: what is seen, and what became of it), best effort, for a viewer
+             out features (sensor_msgs/msg/Image: the features and their status), best effort, for a viewer
              out ~/report (stillmap_msgs/msg/StageReport), reliable
              srv ~/save_map (std_srvs/srv/Trigger): saves the map of keyframes to the parameter map_file
-             srv ~/load_map (std_srvs/srv/Trigger): puts the map of map_file in the place of the map; the camera is looked for in it
+             srv ~/load_map (std_srvs/srv/Trigger): puts the map of map_file in the place of the map; the camera is searched for in it
              srv ~/reset (std_srvs/srv/Trigger): begins anew with an empty map; with localisation_only:=true the map stays",
 };
 
@@ -64,7 +64,7 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// When a parameter is out of its range, a topic cannot be had, or the map cannot be loaded or saved.
 pub async fn serve(node: &Node, parameters: PoseParameters) -> Result<(), NodeFailure> {
     let mut stage = Stage::new(node, &parameters)?;
-    // None of them changes while the map goes on.
+    // None of them changes while the map continues.
     node.serve_parameters(&parameters)?;
     let mut lifecycle = node.manage()?;
     let save_map = node.service::<Trigger>("~/save_map")?;

@@ -3,10 +3,10 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `session` | a frame at a time |
-//! | `localiser` | where the odometry is in the map, and which frames the map is to keep |
+//! | `localiser` | the pose of the odometry in the map, and the choice of keyframes |
 //! | `followed` | which landmark of the map the odometry's landmarks are |
-//! | `foreseen` | how often frames show what they should |
-//! | `tie` | how much of what a frame says of that is believed |
+//! | `predicted` | how often frames show the landmarks that they should |
+//! | `tie` | the filter of the odometry's pose in the map |
 //! | `travelled` | how far odometry has gone |
 //! | `inline` | the map, in the caller's thread; the node has one that works in a thread of its own |
 //! | `waypoints` | where the camera came along, as the map has it by now |
@@ -22,9 +22,9 @@
 
 mod config;
 mod followed;
-mod foreseen;
 mod inline;
 mod localiser;
+mod predicted;
 mod session;
 #[cfg(test)]
 mod tests;
@@ -34,11 +34,11 @@ mod travelled;
 mod waypoints;
 
 pub use config::{LocaliserConfig, SlamConfig, SlamConfigError};
-pub use foreseen::Foreseen;
 pub use inline::InlineMapping;
 #[cfg(feature = "ros")]
 pub(crate) use inline::answered;
 pub use localiser::{Localised, MapState};
+pub use predicted::Predicted;
 pub use session::{Slam, SlamFrame};
 pub use trajectory::{Trajectory, TrajectoryPose};
 
@@ -51,7 +51,7 @@ use crate::frame::Frame;
 use crate::map::{ByOdometry, LineId, Map, MapError, PointId};
 use crate::mapping::MappingStep;
 
-/// The map, and who works on it.
+/// The map, and its mapper.
 pub trait Mapping {
     /// The map as of the last answers that were taken.
     fn map(&self) -> Arc<Map>;
@@ -59,21 +59,21 @@ pub trait Mapping {
     /// Whether nothing is being worked on, and nothing waits.
     fn is_idle(&self) -> bool;
 
-    /// Asks for work. What is asked while other work waits waits behind it.
+    /// Requests work. Requests are processed in their order.
     fn ask(&mut self, request: Request);
 
-    /// What was done since the last call, in the order of the requests; the map is as it was after it from then on.
+    /// The answers since the last call, in the order of the requests; the map is as it was after it from then on.
     fn answers(&mut self) -> Vec<Done>;
 }
 
-/// What is asked of the map.
+/// A request to the mapper.
 #[derive(Clone, Debug)]
 pub enum Request {
     /// A frame is to be kept.
     Keep(Box<Kept>),
     /// A camera is to be found.
     Find {
-        /// What it sees.
+        /// Its features.
         frame: Arc<Frame>,
         /// The rectified camera.
         camera: CameraModel,
@@ -87,26 +87,26 @@ pub struct Kept {
     pub camera: CameraModel,
     /// Where it was.
     pub camera_from_map: Isometry3<f64>,
-    /// What it sees of the room.
+    /// Its features on the static scene.
     pub frame: Arc<Frame>,
     /// Which corners are which points.
     pub points: Vec<(usize, PointId)>,
     /// Which segments are which lines.
     pub lines: Vec<(usize, LineId)>,
-    /// What the frames since the last request should have seen, and whether they have.
-    pub foreseen: Foreseen,
-    /// Where odometry had it.
+    /// The landmarks that the frames since the last request should have seen, and whether they have.
+    pub predicted: Predicted,
+    /// Its pose by odometry.
     pub by_odometry: Option<ByOdometry>,
 }
 
-/// What came of a request.
+/// The outcome of a request.
 #[derive(Clone, Debug)]
 pub enum Done {
     /// A frame was kept, or could not be.
     Kept(Result<MappingStep, MapError>),
     /// A camera was looked for.
     Found {
-        /// What it saw.
+        /// Its features.
         frame: Arc<Frame>,
         /// The rectified camera.
         camera: CameraModel,

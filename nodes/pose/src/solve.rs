@@ -41,5 +41,5 @@ pub use rigid_sets::{RigidSet, RigidSplit, is_surprising, split_rigid_sets};
 
 /// One of the six directions of a pose, with the standard deviations that are wanted for units.
 pub type Direction = estimation::Direction<6>;
-/// What observations constrain of a pose, direction by direction.
+/// The directions of a pose that observations constrain.
 pub type Observability = estimation::Observability<6>;

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Point2};
 
 use crate::image::GrayImage;
 
-/// An executor with so many threads.
+/// An executor with this many threads.
 pub(crate) fn threads(count: usize) -> estimation::ScopedThreads {
     estimation::ScopedThreads::new(std::num::NonZeroUsize::new(count).unwrap())
 }

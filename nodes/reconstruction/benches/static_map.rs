@@ -58,7 +58,13 @@ fn grown_map(clouds: &[Cloud]) -> StaticMap {
 
 /// A map of a million voxels.
 fn large_map() -> StaticMap {
-    let config = ReconstructionConfig { voxel_edge_m: 1.0, ..ReconstructionConfig::default() };
+    let config = ReconstructionConfig {
+        pipeline: geometry::PipelineConfig {
+            voxel_edge_m: 1.0,
+            ..geometry::PipelineConfig::default()
+        },
+        ..ReconstructionConfig::default()
+    };
     let mut map = StaticMap::new(config).unwrap();
     let points_m = (0..1_000_000).map(|n| Point3::new((n % 1000) as f32, (n / 1000) as f32, 0.5));
     let cloud =

@@ -1,109 +1,60 @@
 //! The parameters of reconstruction, their defaults, and where these come from.
 
-use geometry::{ParameterError, VoxelEdgeError, VoxelGrid, parameter};
-use serde::{Deserialize, Serialize};
+use geometry::{ParameterError, PipelineConfig, parameter};
+use volume::{SurfaceConfig, SurfaceConfigError, ViewError};
 
 use crate::static_map::BLOCK_EDGE_VOXELS;
 
-/// How the static clouds become a map.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// The voxel grid of the concatenation of all clouds, as Rec-HV has it; what was put in stays in.
-    RecHv,
-    /// Besides, the rays to the points clear the voxels that they pass: what was put in by mistake, or has been
-    /// moved away, goes once something was seen behind it, or nothing comes back from there any more.
-    #[default]
-    Stillmap,
-}
-
-/// What happens to a point that needs a voxel more than `max_voxels`.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AtMaxVoxels {
-    /// The point is refused: the map stays what it has become.
-    #[default]
-    Refuse,
-    /// The voxel that was hit longest ago makes room, unless it was hit in this cycle. Of voxels that were hit
-    /// last in the same cycle the one that was taken in first goes first.
-    DropOldest,
-    /// The tile of voxels that no point or ray has reached for longest goes to a store, and comes back when one does.
-    /// The map is that of unbounded memory: `max_voxels` bounds what is in memory at a time. See
-    /// [`crate::tiles`].
-    Spill,
-}
-
-/// The parameters of [`crate::StaticMap`].
-///
-/// Every default stands in [`ReconstructionConfig::default`] and nowhere else.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default)]
-pub struct ReconstructionConfig {
-    /// How the static clouds become a map.
-    pub method: Method,
-    /// t_vg, the edge of the map's voxels.
-    pub voxel_edge_m: f64,
-    /// So many voxels the map may have; so many in memory, where tiles are spilled. See [`crate::StaticMap`] for the
-    /// memory of one.
-    pub max_voxels: usize,
-    /// What happens to points that would need another one. What comes of it is counted: the points that were refused,
-    /// the voxels that were dropped, or the tiles that were written.
-    pub at_max_voxels: AtMaxVoxels,
-    /// The edge of the cubes in which the map is spilled, rounded up to whole blocks of 4 voxels. A full one must
-    /// fit into `max_voxels`. Read with [`AtMaxVoxels::Spill`] alone.
-    pub spill_tile_edge_m: f64,
-}
-
-impl Default for ReconstructionConfig {
-    fn default() -> Self {
-        Self {
-            // All improvements; the published method is there to be compared with.
-            method: Method::Stillmap,
-            // Rec-HV 3.3.4: the edge t_vg of the reduction, which experiment 4 chose.
-            voxel_edge_m: 0.08,
-            // 6400 square metres of surface, in less than 200 MB; the thesis' largest map (Table 6) has
-            // 13,237 points.
-            max_voxels: 1_000_000,
-            // The map of a place that fits; for a robot that goes on and on there is the other way.
-            at_max_voxels: AtMaxVoxels::Refuse,
-            // A Kinect sees a dozen such cubes at a time. In a corridor one has some 5,000 voxels: 100 kB a file.
-            spill_tile_edge_m: 4.0,
-        }
+geometry::choices! {
+    /// What happens to a point that needs a voxel more than `max_voxels`.
+    pub enum AtMaxVoxels {
+        /// The point is refused and counted.
+        Refuse = "refuse",
+        /// The voxels that were seen longest ago are dropped and counted; never one that was seen in this cycle.
+        DropOldest = "drop_oldest",
+        /// The map grows on the disk: the tile of voxels that no point or ray has reached for longest is written to a file, and
+        /// read back when one does. max_voxels then bounds what is in memory, and the map is the same as without a bound; the
+        /// whole map, saved or published, has every tile, and takes the time to read them.
+        Spill = "spill",
     }
 }
 
-/// A parameter of reconstruction has a value that means nothing.
+geometry::parameters! {
+    /// The parameters of [`crate::StaticMap`].
+    #[derive(Clone, PartialEq, Debug)]
+    pub struct ReconstructionConfig {
+        /// What reconstruction shares with the other nodes of the pipeline.
+        pipeline: PipelineConfig as flatten;
+        /// The most voxels that the map has (in memory, with spill). A million take less than 200 MB where voxels stay, and less
+        /// than 500 MB where they may be removed (free_space, drop_oldest, spill).
+        // 6400 square metres of surface, in less than 200 MB; the thesis' largest map (Table 6) has 13,237 points.
+        max_voxels: usize = 1_000_000, at_least(1.0);
+        /// The most blocks of 8 voxels an axis that a map of depth images (map_edge_m) has, of 2.1 kB each.
+        // 420 MB. At 2 cm some 2,500 square metres of surface.
+        max_map_blocks: usize = 200_000, at_least(1.0);
+        /// What happens to points that would need another voxel, or block; a map of depth images does not spill.
+        // The map of a place that fits; for a robot that goes on and on there are the other two.
+        at_max_voxels: AtMaxVoxels = AtMaxVoxels::Refuse;
+        /// Edge of the tiles in which the map is spilled, rounded up to multiples of 4 voxels. A full tile must fit into
+        /// max_voxels: 4 m at 8 cm are 140608 voxels.
+        // A Kinect sees a dozen such cubes at a time. In a corridor one has some 5,000 voxels: 100 kB a file.
+        spill_tile_edge_m: f64 = 4.0, read_with("at_max_voxels", "spill");
+    }
+    check = Self::check_tiles;
+}
+
+/// A map cannot be made by these parameters.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum ConfigError {
-    /// The voxel edge is no length.
-    #[error("parameter voxel_edge_m: {0}")]
-    VoxelEdge(#[from] VoxelEdgeError),
-    /// A map without room.
+    /// A parameter has a value that it may not have.
     #[error(transparent)]
-    NoVoxels(#[from] ParameterError),
-    /// A tile is no cube, or none that would ever be read.
-    #[error(
-        "parameter spill_tile_edge_m must be a positive number of metres, at most {} voxels of {voxel_edge_m} m, not \
-         {tile_edge_m}",
-        ReconstructionConfig::MOST_TILE_EDGE_VOXELS
-    )]
-    TileEdge {
-        /// The tile's edge.
-        tile_edge_m: f64,
-        /// The voxel's.
-        voxel_edge_m: f64,
-    },
-    /// A full tile has more voxels than may be in memory.
-    #[error(
-        "with at_max_voxels spill a full tile must fit into memory: spill_tile_edge_m has {tile_voxels} voxels, and \
-         max_voxels is {max_voxels}"
-    )]
-    LargeTile {
-        /// Of a full tile.
-        tile_voxels: usize,
-        /// The bound.
-        max_voxels: usize,
-    },
+    Parameter(#[from] ParameterError),
+    /// The map of depth images cannot be.
+    #[error("parameter map_edge_m: {0}")]
+    Surface(#[from] SurfaceConfigError),
+    /// A view of depth images cannot be.
+    #[error(transparent)]
+    View(#[from] ViewError),
     /// Tiles have nowhere to go.
     #[error("at_max_voxels is spill, and there is no store for the tiles")]
     NoTileStore,
@@ -113,37 +64,40 @@ impl ReconstructionConfig {
     /// So long a tile may be, in voxels: a larger one would hold a billion.
     pub const MOST_TILE_EDGE_VOXELS: u16 = 1000;
 
-    /// Checks every parameter.
-    ///
-    /// # Errors
-    /// When the voxel edge is not a positive finite number, no voxel is allowed, or tiles are spilled that are none
-    /// or too large.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        VoxelGrid::new(self.voxel_edge_m)?;
-        parameter::at_least("max_voxels", self.max_voxels, 1)?;
-        if self.at_max_voxels == AtMaxVoxels::Spill {
-            let tile_voxels = usize::from(self.tile_edge_voxels()?).pow(3);
-            let max_voxels = self.max_voxels;
-            if tile_voxels > max_voxels {
-                return Err(ConfigError::LargeTile { tile_voxels, max_voxels });
-            }
+    fn check_tiles(&self) -> Result<(), ParameterError> {
+        if self.at_max_voxels != AtMaxVoxels::Spill {
+            return Ok(());
         }
-        Ok(())
+        let edge_m = self.pipeline.map_edge_m;
+        let words = "0 with at_max_voxels spill (a map of depth images does not spill)";
+        parameter::check("map_edge_m", words, edge_m, edge_m == 0.0)?;
+        let tile_voxels = usize::from(self.tile_edge_voxels()?).pow(3);
+        let accepted =
+            ("at least the voxels of a full tile of spill_tile_edge_m", tile_voxels as f64);
+        let most = self.max_voxels;
+        parameter::check("max_voxels", accepted, most as f64, tile_voxels <= most)
+    }
+
+    /// The parameters of the surface; `None` where the map is of the means of the reduced clouds.
+    pub(crate) fn surface(&self) -> Option<SurfaceConfig> {
+        self.pipeline.needs_depth().then(|| SurfaceConfig {
+            edge_m: self.pipeline.map_edge_m,
+            max_blocks: self.max_map_blocks,
+            ..SurfaceConfig::default()
+        })
     }
 
     /// The edge of a tile in voxels: whole blocks.
     ///
     /// # Errors
     /// When it is not a positive number, or too large.
-    pub(crate) fn tile_edge_voxels(&self) -> Result<u16, ConfigError> {
+    pub(crate) fn tile_edge_voxels(&self) -> Result<u16, ParameterError> {
         let block = f64::from(BLOCK_EDGE_VOXELS);
-        let edge = (self.spill_tile_edge_m / (self.voxel_edge_m * block)).ceil() * block;
+        let edge = (self.spill_tile_edge_m / (self.pipeline.voxel_edge_m * block)).ceil() * block;
         // A NaN is in no range.
-        if (block..=f64::from(Self::MOST_TILE_EDGE_VOXELS)).contains(&edge) {
-            Ok(edge as u16)
-        } else {
-            let (tile_edge_m, voxel_edge_m) = (self.spill_tile_edge_m, self.voxel_edge_m);
-            Err(ConfigError::TileEdge { tile_edge_m, voxel_edge_m })
-        }
+        let holds = (block..=f64::from(Self::MOST_TILE_EDGE_VOXELS)).contains(&edge);
+        let accepted = ("above 0 and at most 1000 times voxel_edge_m", self.pipeline.voxel_edge_m);
+        parameter::check("spill_tile_edge_m", accepted, self.spill_tile_edge_m, holds)?;
+        Ok(edge as u16)
     }
 }

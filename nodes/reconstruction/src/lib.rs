@@ -2,7 +2,8 @@
 //!
 //! [`StaticMap`] takes one cycle's clouds and costs by their points, and where rays clear voxels by their rays'
 //! lengths and by what is in view, however large the map has become. When the map that its poses were told in is
-//! corrected, it follows ([`StaticMap::follow_path`]). [`octomap`] knows the files of another map. This crate without
+//! corrected, it follows ([`StaticMap::follow_path`]). [`SurfaceMap`] takes the depth images themselves, at an edge of its
+//! own; a [`Map`] is either. [`octomap`] knows the files of another map. This crate without
 //! its feature `ros` is the core: it knows no ROS, no clock and no file.
 //!
 //! ```
@@ -22,14 +23,18 @@
 //! ```
 
 pub mod config;
+mod map;
 pub mod octomap;
 #[cfg(feature = "ros")]
 pub mod shell;
 pub mod static_map;
+pub mod surface_map;
 pub mod tiles;
 
-pub use config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
+pub use config::{AtMaxVoxels, ConfigError, ReconstructionConfig};
+pub use map::Map;
 pub use static_map::{
     Addition, CorrectionCounts, CorrectionError, LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS,
     LoadError, MapChanges, MapCorrection, MapError, SpillCounts, StaticMap, WholeMap,
 };
+pub use surface_map::SurfaceMap;

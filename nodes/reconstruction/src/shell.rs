@@ -7,7 +7,7 @@
 //!
 //! Who wants to see it grow subscribes to `static_map_updates` too: points that are new or have moved, each
 //! in the place of the listener's point of the same voxel
-//! ([`StaticMap::take_changes`](crate::StaticMap::take_changes) has the rule). With the method `stillmap` voxels go,
+//! ([`StaticMap::take_changes`](crate::StaticMap::take_changes) has the rule). With the method `free_space` voxels go,
 //! too: `static_map_removals` has their last points, each of which takes the listener's point of its voxel away. The two topics may overtake each other; of two messages that tell of the same voxel the one
 //! with the later stamp is right. A whole map takes the place of everything up to its stamp, and is the cure for an
 //! update that was lost. A newcomer may get the whole map before the last one first, since the DDS library keeps it
@@ -18,19 +18,27 @@
 //! comes after a quarter of its period.
 //!
 //! # Corrections
-//! Who tells the poses may correct its map, as a SLAM that closes a loop. On `map_path` it tells the way of the platform as
+//! The source of the poses may correct its map, as a SLAM that closes a loop. On `map_path` it publishes the trajectory as
 //! its map has it by now: the map moves with it ([`StaticMap::follow_path`](crate::StaticMap::follow_path)), and is
 //! published as a whole. Nobody need publish it, and whose path it is does not matter, as long as its frame is the map's and the stamps of its poses stay:
 //! `pose` has it, and RTAB-Map by the name of `mapPath`. The first path that comes is taken for the one that the map stands
 //! on.
 //!
 //! # Files
-//! `~/save_map` and `~/load_map` go to and from `map_file`. They are `std_srvs/srv/Trigger`, which every ROS 2
-//! installation can call without a package of ours. The node does nothing else meanwhile; clouds wait.
+//! With `map_file` the node starts with the map of that file, where there is one, saves it every `map_save_period_s` while
+//! it changes (another thread writes), and when the node ends. The first save of a run, and each one after the map was emptied
+//! or replaced, keeps the file that is there as a numbered version ([`node_shell::keep_version`]), as does a save of less than
+//! half of the points. `~/save_map` and `~/load_map` go to and from the same file; they are `std_srvs/srv/Trigger`, which every
+//! ROS 2 installation can call without a package of ours.
+//!
+//! A loaded map is in the frame `map`, whose origin is the same one after each start (REP-105). Where the poses turn out to
+//! be in another frame, as `odom`, a new map begins.
 
+mod loading;
 mod map_file;
 mod parameters;
 mod path;
+mod saving;
 mod schedule;
 mod spilling;
 mod stage;
@@ -43,11 +51,11 @@ use std::time::Duration;
 
 use msgs::std_srvs::Trigger;
 use node_shell::{Node, NodeFailure, Program};
-use serde::{Deserialize, Serialize};
-use tokio::time::MissedTickBehavior;
+use tokio::time::{Instant, MissedTickBehavior};
 
 use crate::ReconstructionConfig;
 use parameters::Settings;
+use saving::Saving;
 pub use spilling::empty_map;
 pub use stage::Stage;
 
@@ -61,7 +69,7 @@ const PROGRAM: Program = Program {
              out static_map_removals (sensor_msgs/msg/PointCloud2, map frame), reliable: the last points of voxels that have gone
              out ~/report (stillmap_msgs/msg/StageReport), reliable
              srv ~/publish_map (std_srvs/srv/Trigger): publishes the whole map now
-             srv ~/save_map (std_srvs/srv/Trigger): saves the map to the parameter map_file
+             srv ~/save_map (std_srvs/srv/Trigger): saves the map to the file of the parameter map_file
              srv ~/load_map (std_srvs/srv/Trigger): puts the map of map_file in the place of the map
              srv ~/reset (std_srvs/srv/Trigger): empties the map",
 };
@@ -69,43 +77,43 @@ const PROGRAM: Program = Program {
 /// How often the node looks who subscribes and what is due: within 0.1 s a newcomer is served.
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
-/// The parameters of the node.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default)]
-pub struct ReconstructionParameters {
-    /// While clouds come, the whole map is published once in this time if somebody subscribes; and besides
-    /// when somebody new subscribes, when the input pauses, and on request.
-    pub map_publish_period_s: f64,
-    /// Points that are new or have moved are published once in this time if somebody subscribes to them.
-    pub map_update_period_s: f64,
-    /// Points of one update, at most; the others come with the next one.
-    pub map_update_max_points: usize,
-    /// Where the map is saved when the node ends: a path that ends in .ply, .pcd or .bt, or nothing.
-    pub save_map_on_exit: String,
-    /// Where `~/save_map` saves the map, and `~/load_map` loads it from: such a path, or nothing.
-    pub map_file: String,
-    /// With `at_max_voxels` spill: the folder below which the node's tiles have one of their own, which goes when the
-    /// node ends.
-    pub spill_folder: String,
-    /// The parameters of the method.
-    #[serde(flatten)]
-    pub config: ReconstructionConfig,
-}
+/// The shortest period: that of the finest clock.
+const SHORTEST_S: f64 = 1e-9;
+/// The longest period, some 30 years.
+const LONGEST_S: f64 = 1e9;
 
-impl Default for ReconstructionParameters {
-    fn default() -> Self {
-        Self {
-            // A map of 10^6 points is 12 MB; for those who watch it grow there are the updates.
-            map_publish_period_s: 10.0,
-            map_update_period_s: 0.5,
-            // 120 kB: such a message arrives whole where the kernel grants a socket only the 208 KiB that
-            // it does by default. 20,000 points a second are several times what a camera adds.
-            map_update_max_points: 10_000,
-            save_map_on_exit: String::new(),
-            map_file: String::new(),
-            spill_folder: String::new(),
-            config: ReconstructionConfig::default(),
-        }
+geometry::parameters! {
+    /// The parameters of the node. What the map is not made by may change.
+    #[derive(Clone, PartialEq, Debug)]
+    pub struct ReconstructionParameters {
+        /// While clouds come, the whole map is published on static_map once in this time, if somebody subscribes. Besides it is
+        /// published when somebody new subscribes, when no cloud has come for half a second, and when the service ~/publish_map
+        /// is called. When voxels were removed (method free_space, or at_max_voxels drop_oldest), the next one comes after a
+        /// quarter of this time.
+        // A map of 10^6 points is 12 MB; for those who watch it grow there are the updates.
+        map_publish_period_s: f64 = 10.0, between(SHORTEST_S, LONGEST_S), changeable;
+        /// Points that are new, or have moved by more than a 32nd of the voxel's edge, are published on static_map_updates once
+        /// in this time, if somebody subscribes to them; the last points of removed voxels on static_map_removals.
+        map_update_period_s: f64 = 0.5, between(SHORTEST_S, LONGEST_S), changeable;
+        /// The most points of one update, 12 bytes each; the others come with the next one. 10,000 points arrive whole also
+        /// where the kernel's receive buffer is at its default of 208 KiB.
+        // 120 kB. 20,000 points a second are several times what a camera adds.
+        map_update_max_points: usize = 10_000, at_least(1.0), changeable;
+        /// The file of the map: a path that ends in .ply, .pcd or .bt (OctoMap's binary files, which hold the voxels but not their
+        /// means), or "" for none. The node starts with the map of the file, where there is one, and saves it there while it changes
+        /// and when the node ends. The first save of each start, and one of less than half of the points, keeps the file that is
+        /// there as a numbered version beside it (map.version-1.ply); the five latest stay. A map is continued where the poses are in
+        /// a frame map, whose origin must be the same one after each start; in another frame, as odom, each start begins an empty
+        /// map.
+        map_file: String = String::new(), changeable;
+        /// While the map changes, it is saved to map_file once in this time: a killed node loses what came since. The points are
+        /// copied for it, 24 bytes each, and with at_max_voxels spill every tile is read: give a large spilled map a long period.
+        map_save_period_s: f64 = 30.0, between(SHORTEST_S, LONGEST_S), changeable;
+        /// The folder of the spilled tiles, made if it is not there. The node's files have a folder of their own in it, which is
+        /// removed when the node ends; what a killed node has left there is removed at the next start.
+        spill_folder: String = String::new(), read_with("at_max_voxels", "spill");
+        /// The parameters of the method.
+        config: ReconstructionConfig as flatten;
     }
 }
 
@@ -114,13 +122,14 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
     PROGRAM.run(arguments, serve)
 }
 
-/// The node's body: serves until the node is to end, and then saves the map where that was asked for.
+/// The node's body: begins with the map of `map_file`, serves until the node is to end, and saves the map.
 ///
 /// # Errors
-/// When a parameter is out of its range, a topic cannot be had, or the map cannot be saved.
+/// When a parameter is out of its range, a topic cannot be had, or the map cannot be loaded or saved.
 pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<(), NodeFailure> {
-    let mut settings = Settings::of(&parameters)?;
+    let settings = Settings::of(&parameters)?;
     let mut stage = Stage::new(node, &parameters)?;
+    stage.begin_with(settings.file.as_ref())?;
     let mut live = node.serve_parameters(&parameters)?;
     let mut lifecycle = node.manage()?;
     let publish_map = node.service::<Trigger>("~/publish_map")?;
@@ -128,6 +137,7 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
     let load_map = node.service::<Trigger>("~/load_map")?;
     let empty = node.service::<Trigger>("~/reset")?;
     let shutdown = node.shutdown_signal();
+    let mut saving = Saving::new(&settings, node.counters());
     let mut look_time = tokio::time::interval(LOOK_AGAIN);
     look_time.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
@@ -135,25 +145,33 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
             biased;
             () = shutdown.wait() => break,
             parameters = live.changed() => {
-                settings = Settings::of(&parameters)?;
+                let settings = Settings::of(&parameters)?;
                 stage.change(&settings);
+                saving.change(&settings);
             }
-            _reset = lifecycle.reset() => drop(stage.reset()),
+            _reset = lifecycle.reset() => {
+                // It is logged and on /diagnostics where that fails; what is cleaned up goes all the same.
+                let _saved = saving.save_now(&mut stage).await;
+                stage.clean_up();
+            }
+            saved = saving.finish(), if !saving.is_idle() => saving.finished(saved, &mut stage),
             request = publish_map.next() => request.answer(stage.publish_on_request()),
-            request = save_map.next() => request.answer(stage.save(settings.file.as_ref())),
-            request = load_map.next() => request.answer(stage.load(settings.file.as_ref())),
+            request = save_map.next(), if saving.is_idle() => saving.begin(&mut stage, Some(request)),
+            request = load_map.next() => request.answer(stage.load(saving.file())),
             request = empty.next() => request.answer(Ok(stage.reset())),
-            _ = look_time.tick(), if lifecycle.is_active() => stage.publish_what_is_due(),
+            _ = look_time.tick(), if lifecycle.is_active() => {
+                stage.begin_with(saving.file())?;
+                stage.publish_what_is_due();
+                saving.look(&mut stage, Instant::now());
+            }
             // It may concern the clouds that wait.
             received = stage.paths.next() => stage.take_path(&received.message),
-            received = stage.clouds.next() => stage.take(&received.message),
+            received = stage.cycles.next() => stage.take(&received.message),
         }
     }
     if node.takes_every_cycle() {
         stage.take_waiting();
     }
-    if let Some(map_file) = settings.file_on_exit {
-        map_file.save(&stage.map)?;
-    }
+    saving.save_now(&mut stage).await?;
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 mod addition;
 mod anchor;
+mod behaviour;
 mod blanks;
 mod blocks;
 mod changes;
@@ -21,18 +22,17 @@ use std::collections::hash_map::Entry;
 use geometry::{BuildVoxelHasher, Cloud, SegmentedCycle, Stamp, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
-use crate::config::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
+use crate::config::{AtMaxVoxels, ConfigError, ReconstructionConfig};
 use crate::tiles::TileStore;
 pub use addition::{Addition, MapError};
 use anchor::Anchor;
-use blanks::Blanks;
+use behaviour::{Behaviour, Clearing};
 pub(crate) use blocks::BLOCK_EDGE_VOXELS;
 use blocks::Blocks;
 use changes::Changes;
 pub use changes::{LISTENER_TOLERANCE_IN_EDGES, MapChanges};
-use clearing::RayTables;
-use correction::Corrections;
 pub use correction::{CorrectionCounts, CorrectionError, MapCorrection};
+pub(crate) use correction::{Corrections, MapNow};
 pub use loading::{LOADED_HITS, LoadError};
 use seen_order::SeenOrder;
 use spill::Spill;
@@ -51,7 +51,7 @@ pub use whole::WholeMap;
 /// - the sums are exact integers, so that the map does not hang on the order in which the clouds (or
 ///   their points) came, to the last bit, as long as no point was refused.
 ///
-/// That is [`Method::RecHv`]. With [`Method::Stillmap`] the rays to the points clear what they pass
+/// That is [`geometry::Method::RecHv`]. With [`geometry::Method::FreeSpace`] the rays to the points clear what they pass
 /// ([`StaticMap::integrate`]), and what stood in directions from which nothing comes back any more goes, too; a map that
 /// loses voxels so hangs on the order of the cycles, not on that of the points within one.
 ///
@@ -61,7 +61,7 @@ pub use whole::WholeMap;
 /// 80 bytes a voxel, the time at which it was seen first among them, and a byte of the table, which is between 7/16 and 7/8 full: 93 to 185 bytes a voxel,
 /// and half as much again while the table grows. Where voxels go, too, their places are not all used again before the
 /// table grows once more, so that it may end half as full: up to 370 bytes a voxel. While changes are followed, 12 to 24
-/// bytes more for each voxel that waits, and 28 to 56 for each one that is gone and waits. [`Method::Stillmap`] keeps a
+/// bytes more for each voxel that waits, and 28 to 56 for each one that is gone and waits. [`geometry::Method::FreeSpace`] keeps a
 /// bit a voxel besides, in blocks of 64 that take 25 to 60 bytes, and 0.3 MB for what the camera saw by direction;
 /// [`AtMaxVoxels::DropOldest`] keeps 40 to 80 bytes a voxel besides. `max_voxels` bounds them all.
 ///
@@ -72,8 +72,6 @@ pub use whole::WholeMap;
 pub struct StaticMap {
     grid: VoxelGrid,
     max_voxels: usize,
-    /// Whether rays clear what they pass.
-    clears: bool,
     /// Looked up by key alone; its order reaches no result.
     voxels: HashMap<VoxelKey, VoxelMean, BuildVoxelHasher>,
     changed: Vec<VoxelKey>,
@@ -81,10 +79,7 @@ pub struct StaticMap {
     changes: Option<Changes>,
     /// Present where rays clear voxels, or tiles are spilled.
     occupied: Option<Blocks>,
-    /// The tables of one cycle, kept for their memory.
-    rays: RayTables,
-    /// Present where rays clear voxels.
-    blanks: Option<Blanks>,
+    behaviour: Behaviour,
     /// Present where old voxels make room.
     seen_order: Option<SeenOrder>,
     /// Present where tiles are spilled.
@@ -126,8 +121,9 @@ impl StaticMap {
         store: Option<Box<dyn TileStore>>,
     ) -> Result<Self, ConfigError> {
         config.validate()?;
-        let grid = VoxelGrid::new(config.voxel_edge_m)?;
-        let clears = config.method == Method::Stillmap;
+        let grid = config.pipeline.voxel_grid()?;
+        let behaviour = Behaviour::of(config.pipeline.method);
+        let clears = matches!(behaviour, Behaviour::FreeSpace(_));
         let spill = match config.at_max_voxels {
             AtMaxVoxels::Spill => {
                 let store = store.ok_or(ConfigError::NoTileStore)?;
@@ -138,13 +134,11 @@ impl StaticMap {
         Ok(Self {
             grid,
             max_voxels: config.max_voxels,
-            clears,
             voxels: HashMap::default(),
             changed: Vec::new(),
             changes: None,
             occupied: (clears || spill.is_some()).then(Blocks::default),
-            rays: RayTables::default(),
-            blanks: clears.then(Blanks::default),
+            behaviour,
             seen_order: (config.at_max_voxels == AtMaxVoxels::DropOldest).then(SeenOrder::default),
             spill,
             frame_id: None,
@@ -157,7 +151,7 @@ impl StaticMap {
         })
     }
 
-    /// Takes in one cycle. [`Method::RecHv`]: [`StaticMap::add`] of its static cloud. [`Method::Stillmap`]:
+    /// Takes in one cycle. [`geometry::Method::RecHv`]: [`StaticMap::add`] of its static cloud. [`geometry::Method::FreeSpace`]:
     /// besides, what the rays from the camera to the points of both clouds pass loses evidence, as does what is in
     /// directions that have gone blank, and goes when it has none left (modules `clearing` and `blanks`, and
     /// [`Addition::cleared_voxels`]). The order of the points changes nothing there.
@@ -165,12 +159,14 @@ impl StaticMap {
     /// # Errors
     /// When the static cloud is in another frame; the map is then as it was.
     pub fn integrate(&mut self, cycle: &SegmentedCycle) -> Result<Addition, MapError> {
-        if !self.clears {
-            return self.add(&cycle.static_cloud);
-        }
-        self.begin_cycle(&cycle.static_cloud)?;
-        let cycle = self.cycle_brought_over(cycle);
-        Ok(self.add_and_clear(&cycle))
+        // Taken out for the time of the cycle, since it works on the voxels.
+        let mut behaviour = std::mem::take(&mut self.behaviour);
+        let addition = match &mut behaviour {
+            Behaviour::RecHv => self.add(&cycle.static_cloud),
+            Behaviour::FreeSpace(clearing) => self.add_and_clear(cycle, clearing),
+        };
+        self.behaviour = behaviour;
+        addition
     }
 
     /// Joins one cycle's static cloud PCL_k, in the map frame, to the map PCL_kT (eq. 9). The first
@@ -198,7 +194,7 @@ impl StaticMap {
             Some(_) => {}
             None => {
                 self.frame_id = Some(static_cloud.frame_id.clone());
-                self.forget_path_of_another_frame(&static_cloud.frame_id);
+                self.corrections.forget_path_of_another_frame(&static_cloud.frame_id);
             }
         }
         self.stamp = static_cloud.stamp;
@@ -311,8 +307,7 @@ impl StaticMap {
         if let Some(occupied) = &mut self.occupied {
             *occupied = Blocks::default();
         }
-        self.rays = RayTables::default();
-        self.blanks = self.clears.then(Blanks::default);
+        self.behaviour.clear();
         if let Some(seen_order) = &mut self.seen_order {
             *seen_order = SeenOrder::default();
         }

@@ -25,7 +25,7 @@ pub struct Chart {
     pub id: String,
     /// What it shows.
     pub title: String,
-    /// What a reader sees in it, for those who do not.
+    /// The text for readers who do not see it.
     pub description: String,
     /// The axis to the right.
     pub x: Axis,
@@ -38,7 +38,7 @@ pub struct Chart {
 /// A series of a chart.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Series {
-    /// What it is, for the legend.
+    /// Its name, for the legend.
     pub name: String,
     /// The class that the page's style gives a colour.
     pub class: &'static str,

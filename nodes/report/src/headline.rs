@@ -1,8 +1,8 @@
-//! What a run came to, in words: the page's first lines, and what the command line prints at the end.
+//! The outcome of a run in words: the page's first lines, and the last output of the command line.
 
 use crate::{DynamicScore, ObjectScore, Summary};
 
-/// The outcome of a run in plain sentences, the most telling first. There is at least one.
+/// The outcome of a run in plain sentences, the most important first. There is at least one.
 #[must_use]
 pub fn headline(summary: &Summary) -> Vec<String> {
     if summary.cycles.total == 0 {
@@ -19,7 +19,7 @@ pub fn headline(summary: &Summary) -> Vec<String> {
     sentences.push(map_sentence(summary));
     if summary.dropped() > 0 {
         sentences.push(format!(
-            "{} dropped on the way; the table of drops says where and why.",
+            "{} dropped in transit; the table of drops says where and why.",
             counted(summary.dropped() as usize, "input was", "inputs were")
         ));
     }
@@ -72,7 +72,7 @@ pub(crate) fn ordinal(number: usize) -> String {
 fn truth_sentences(score: &DynamicScore, sentences: &mut Vec<String>) {
     let in_view: Vec<_> = score.objects.iter().filter(|object| object.cycles_in_view > 0).collect();
     if in_view.is_empty() {
-        sentences.push("The truth shows nothing that moves in view of the camera.".to_owned());
+        sentences.push("The truth has no moving object in view of the camera.".to_owned());
     }
     for object in in_view {
         sentences.push(capitalised(&format!(
@@ -94,7 +94,7 @@ fn truth_sentences(score: &DynamicScore, sentences: &mut Vec<String>) {
     }
     if let Some(identities) = score.identities.filter(|identities| identities.sightings > 0) {
         sentences.push(format!(
-            "Tracks followed what moves in {} of {}, with {}.",
+            "Tracks followed moving objects in {} of {}, with {}.",
             grouped(identities.followed),
             counted(identities.sightings, "sighting", "sightings"),
             counted(identities.switches, "identity switch", "identity switches"),
@@ -120,12 +120,12 @@ fn zone_sentence(summary: &Summary) -> String {
     let cycles = &summary.cycles;
     if cycles.without_zone == cycles.total {
         return format!(
-            "Nothing that moves was found in {}.",
+            "No moving object was found in {}.",
             counted(cycles.total, "cycle", "cycles")
         );
     }
     format!(
-        "Something that moves was found in {} of {}, and held over in {} more.",
+        "A moving object was found in {} of {}, and held over in {} more.",
         grouped(cycles.with_measured_zone),
         counted(cycles.total, "cycle", "cycles"),
         grouped(cycles.with_held_zone_only),

@@ -1,4 +1,4 @@
-//! What every page has around its body.
+//! The head and foot of every page.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

@@ -1,4 +1,4 @@
-//! What a run was, what it came to, and the pages that show it.
+//! The record of a run, its figures, and the pages that show them.
 //!
 //! A [`RunRecord`] is filled by either transport. From it come a [`Summary`] (`summary.json`), pictures of the map
 //! with and without removal, and a page that needs nothing but itself (`report.html`). Where the truth is known, the

@@ -20,11 +20,11 @@ pub struct Page {
     pub kicker: String,
     /// Its title.
     pub title: String,
-    /// What a reader should know of its making: name and value.
+    /// How it was made: name and value.
     pub facts: Vec<(String, String)>,
-    /// What came of it, the most telling sentence first.
+    /// The outcome, the most important sentence first.
     pub lead: Vec<String>,
-    /// Its sections; a list of them stands at the top.
+    /// Its sections; a list of them is at the top.
     pub sections: Vec<PageSection>,
 }
 
@@ -35,7 +35,7 @@ pub struct PageSection {
     pub id: String,
     /// Its title.
     pub title: String,
-    /// What it holds, from top to bottom.
+    /// Its contents, from top to bottom.
     pub parts: Vec<PagePart>,
 }
 
@@ -53,7 +53,7 @@ pub enum PagePart {
     Tables(Vec<PageTable>),
     /// A table that most readers skip, behind its title.
     Details {
-        /// What is behind it.
+        /// Its title.
         title: String,
         /// The table.
         table: PageTable,
@@ -87,7 +87,7 @@ pub struct PageRow {
 /// A cell of a table.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PageCell {
-    /// What it says.
+    /// Its text.
     pub text: String,
     /// How it is to be read.
     pub tone: CellTone,
@@ -99,7 +99,7 @@ pub enum CellTone {
     /// A figure like any other.
     #[default]
     Plain,
-    /// A target that is met.
+    /// A target that is reached.
     Good,
     /// A target that is missed.
     Bad,
@@ -114,9 +114,9 @@ pub struct PagePicture {
     pub png: Vec<u8>,
     /// Its columns and rows.
     pub size_px: (u32, u32),
-    /// What stands under it.
+    /// The caption under it.
     pub caption: String,
-    /// What a reader sees in it, for those who do not.
+    /// The text for readers who do not see it.
     pub alt: String,
 }
 

@@ -18,7 +18,7 @@ pub use self::clouds::{CloudPicture, cloud_pictures};
 pub use self::frame::{PictureFrame, View};
 use crate::{RunRecord, summary::voxels_kept_out};
 
-/// What removal kept out of the map.
+/// The voxels that removal kept out of the map.
 const REMOVED: Colour = [0xff, 0x8a, 0x3d];
 /// The static map where it is only the background of what was removed.
 const BACKDROP: Colour = [0x5b, 0x6b, 0x7f];
@@ -43,7 +43,7 @@ pub struct ViewPictures {
     pub with_removal: Vec<u8>,
     /// The map that the same clouds give when nothing is removed.
     pub without_removal: Vec<u8>,
-    /// What only the map without removal holds, over the static map.
+    /// The voxels of the map without removal alone, over the static map.
     pub removed: Vec<u8>,
 }
 

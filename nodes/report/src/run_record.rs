@@ -1,4 +1,4 @@
-//! What one run of the pipeline leaves behind for scoring and reporting.
+//! The record of one run of the pipeline, for scoring and reporting.
 
 use std::collections::BTreeMap;
 
@@ -42,9 +42,9 @@ pub struct RunRecord {
     /// The frame of both maps.
     pub map_frame_id: String,
     /// The cycles that went through all three stages, in the order of their index. A cycle that was lost
-    /// on the way is not here but in `drops`.
+    /// in transit is not here but in `drops`.
     pub cycles: Vec<CycleRecord>,
-    /// What was dropped, where and why.
+    /// The drops, where and why.
     pub drops: Vec<DropCount>,
     /// The map, in the map frame.
     pub static_map: Vec<Point3<f32>>,
@@ -57,13 +57,13 @@ pub struct RunRecord {
 pub struct CycleRecord {
     /// The cycle's number, as detection gave it.
     pub index: u32,
-    /// The scan that the cycle stands for.
+    /// The scan of the cycle.
     pub scan_stamp: Stamp,
     /// The moment of the cloud, of the pose, and of every point here.
     pub cloud_stamp: Stamp,
     /// The pose at `cloud_stamp`.
     pub map_from_rig: Isometry3<f64>,
-    /// Where something moves; empty when nothing does.
+    /// Zones with moving objects; empty when there are none.
     pub zones: Vec<DynamicZone>,
     /// Points of the cloud before the reduction.
     pub points_in: usize,

@@ -33,11 +33,11 @@ pub struct Summary {
     pub zone_shares: ZoneShares,
     /// The map at the end.
     pub map: MapSummary,
-    /// What was dropped, by topic or stage and then by reason.
+    /// The drops, by topic or stage and then by reason.
     pub drops: Vec<DropSummary>,
     /// The score against the truth, where there is one.
     pub truth: Option<DynamicScore>,
-    /// How long the steps took; left out when it was not measured or not asked for.
+    /// How long the steps took; left out when it was not measured or not requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<Timing>,
 }
@@ -83,7 +83,7 @@ pub struct PointStatistics {
     pub max: i64,
 }
 
-/// What the two stages of segmentation take of the reduced cloud, over the cycles with a zone.
+/// The points of the reduced cloud that the two stages of segmentation take, over the cycles with a zone.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct ZoneShares {
     /// Points within a zone over all points (the angle stage); none without a zone.

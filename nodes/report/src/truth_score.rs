@@ -1,4 +1,4 @@
-//! What the score of a run against the truth came to. The crate `evaluation` computes it; here it is a part of the
+//! The score of a run against the truth. The crate `evaluation` computes it; here it is a part of the
 //! run's figures.
 
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ pub struct DynamicScoreRules {
 }
 
 /// Noise throws a point of a surface into a voxel behind or before it, now here, now there: it seldom hits the
-/// same one twice, hardly ever three times. What is there is met whenever it is in view, and a rig that drives
+/// same one twice, hardly ever three times. A real surface is hit whenever it is in view, and a rig that drives
 /// past at walking speed has it in view for many cycles.
 const CONFIRMING_CYCLES: u32 = 3;
 
@@ -109,9 +109,9 @@ pub struct LabelScore {
 /// Maps, section IV-A): what was kept of the static, what was removed of the moving, and their geometric mean.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct MapAccuracy {
-    /// SA: of what stays still, the share that is kept.
+    /// SA: of the static scene, the share that is kept.
     pub static_accuracy: Option<f64>,
-    /// DA: of what moves, the share that is removed.
+    /// DA: of moving objects, the share that is removed.
     pub dynamic_accuracy: Option<f64>,
     /// AA: the square root of their product.
     pub associated_accuracy: Option<f64>,
@@ -136,14 +136,14 @@ pub struct MapScore {
     pub static_kept: usize,
     /// `static_kept / static_scene`; none without a static point.
     pub static_kept_share: Option<f64>,
-    /// `static_kept / static_without_removal`: what the removal alone cost the static scene.
+    /// `static_kept / static_without_removal`: the loss of the static scene by the removal alone.
     pub static_kept_share_of_unfiltered: Option<f64>,
     /// Of `static_scene`, the voxels that are more than noise: see
     /// [`DynamicScoreRules::confirming_cycles`].
     pub static_confirmed: StaticVoxels,
 }
 
-/// Voxels of the static scene, and what became of them.
+/// Voxels of the static scene, by outcome.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct StaticVoxels {
     /// How many.
@@ -154,7 +154,7 @@ pub struct StaticVoxels {
     pub kept: usize,
     /// `kept / voxels`; none without a voxel.
     pub kept_share: Option<f64>,
-    /// `kept / without_removal`: what the removal alone cost.
+    /// `kept / without_removal`: the loss by the removal alone.
     pub kept_share_of_unfiltered: Option<f64>,
 }
 
@@ -163,7 +163,7 @@ pub struct StaticVoxels {
 pub struct ObjectScore {
     /// The object's label in the truth.
     pub object_id: u16,
-    /// What it is, where that is known.
+    /// Its kind, where that is known.
     pub name: Option<String>,
     /// Cycles in which it was in view.
     pub cycles_in_view: usize,
@@ -171,8 +171,8 @@ pub struct ObjectScore {
     pub cycles_found: usize,
     /// Of those in view, cycles in which it was removed, whether or not a zone held it.
     pub cycles_removed: usize,
-    /// Of those in view, cycles in which it was found in a zone or removed: a zone is as wide as what the scanner
-    /// meets, and what leaves the camera's view feet last is found by its track.
+    /// Of those in view, cycles in which it was found in a zone or removed: a zone is as wide as the part that the scanner
+    /// hits, and an object that leaves the camera's view feet last is found by its track.
     pub cycles_found_or_removed: usize,
     /// `cycles_found_or_removed / cycles_in_view`; none of what was never in view.
     pub found_or_removed_share: Option<f64>,
@@ -197,7 +197,7 @@ pub struct ObjectCycleScore {
     pub index: u32,
     /// Its points.
     pub points: RemovedPoints,
-    /// Share of its points whose direction lies in a zone.
+    /// Share of its points whose direction is in a zone.
     pub share_in_zone: f64,
     /// The true bearing: azimuth of the mean of its points in the rig frame.
     pub azimuth_rad: f64,

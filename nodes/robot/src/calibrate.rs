@@ -11,14 +11,15 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use bag_player::Bag;
-use calibration::{CalibrationConfig, DepthOptics, RigMounts, calibrate};
+use calibration::{CalibrationConfig, DepthOptics, calibrate};
 use clap::Args;
 use detection::shell::DetectionParameters;
-use geometry::{CameraModel, RayTable, pose_from_vector};
+use geometry::{CameraModel, RayTable};
 use node_shell::parameters::{self, Assignment};
 
 use self::reader::{Choosing, Read, ReadCycles, Topics};
 use crate::console;
+use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
 use crate::run::Stage;
 use crate::run::inputs::{Inputs, PoseSource, TopicArgs, ViewTopics};
@@ -38,6 +39,9 @@ pub struct CalibrateArgs {
     /// The parameter file to write: rig_from_lidar, for detection
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Replace a file of this name
+    #[arg(long, requires = "output")]
+    overwrite: bool,
     /// A ROS 2 parameter file with the mounts to start from; later ones override earlier ones
     #[arg(long = "params-file", value_name = "FILE")]
     parameter_files: Vec<PathBuf>,
@@ -55,6 +59,7 @@ pub struct CalibrateArgs {
 }
 
 pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
+    refuse_to_replace(args.output.clone(), args.overwrite, "-o")?;
     let failed = |error: bag_player::BagError| Failure::new(error.to_string());
     let bag = Bag::open(&args.bag).map_err(failed)?;
     let info = bag.info().map_err(failed)?;
@@ -70,7 +75,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         most_motion_m: f64::INFINITY,
         max_pose_gap_s: node.config.max_pose_gap_s,
         max_image_offset_s: node.config.max_cloud_offset_s,
-        beam_order: node.config.stillmap.beam_order,
+        beam_order: node.config.free_space.beam_order,
     };
     let PoseSource::Topic(pose) = inputs.pose else {
         return Err(Failure::new("the calibration takes its poses from a topic".to_owned())
@@ -84,10 +89,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     };
     let rays = RayTable::new(&camera).map_err(|error| Failure::new(error.to_string()))?;
     check_sizes(&cycles, &camera)?;
-    let mounts = RigMounts {
-        rig_from_camera: pose_from_vector(&node.config.rig_from_camera),
-        rig_from_lidar: pose_from_vector(&node.config.rig_from_lidar),
-    };
+    let mounts = node.config.pipeline.rig.mounts();
     let optics = DepthOptics { camera: &camera, rays: &rays };
     let found = calibrate(&cycles.cycles, optics, &mounts, &config).map_err(|error| {
         Failure::new(error.to_string()).fix(

@@ -5,6 +5,8 @@ use std::process::ExitCode;
 
 /// The exit code of a job that was done as far as its input allowed, with part of that input lost.
 const EXIT_WITH_LOSSES: u8 = 3;
+/// The exit code of a job that was interrupted: 128 and the number of SIGINT, as shells have it.
+const EXIT_INTERRUPTED: u8 = 130;
 
 /// Why a subcommand could not do its job.
 #[derive(Debug)]
@@ -48,6 +50,8 @@ pub enum Outcome {
     /// All that the input allowed: part of it could not be read, or was lost on the way. What was
     /// computed is written.
     WithLosses,
+    /// What was done until a signal asked for the end. It is written, and that is said.
+    Interrupted,
 }
 
 impl Outcome {
@@ -57,6 +61,7 @@ impl Outcome {
         match self {
             Self::Complete => ExitCode::SUCCESS,
             Self::WithLosses => ExitCode::from(EXIT_WITH_LOSSES),
+            Self::Interrupted => ExitCode::from(EXIT_INTERRUPTED),
         }
     }
 }

@@ -10,9 +10,13 @@ mod scan_cut;
 pub mod tum;
 mod velodyne;
 
+use bag_player::BagSummary;
 use clap::Subcommand;
 
+use crate::console;
+use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 
 /// What to import.
 #[derive(Subcommand, Debug)]
@@ -34,14 +38,45 @@ pub enum ImportArgs {
 }
 
 /// Runs `stillmap import`.
-pub(crate) fn run(args: ImportArgs) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: ImportArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
+    args.output().check()?;
     match args {
-        ImportArgs::Tum(args) => tum::import(&args),
-        ImportArgs::Depth(args) => depth::import(&args),
-        ImportArgs::Ros1(args) => ros1::import(&args),
-        ImportArgs::Velodyne(args) => velodyne::import(&args),
-        ImportArgs::Kitti(args) => kitti::import(&args),
-        ImportArgs::Csv(args) => csv::import(&args),
-        ImportArgs::Clouds(args) => clouds::import(&args),
+        ImportArgs::Tum(args) => tum::import(&args, interrupt),
+        ImportArgs::Depth(args) => depth::import(&args, interrupt),
+        ImportArgs::Ros1(args) => ros1::import(&args, interrupt),
+        ImportArgs::Velodyne(args) => velodyne::import(&args, interrupt),
+        ImportArgs::Kitti(args) => kitti::import(&args, interrupt),
+        ImportArgs::Csv(args) => csv::import(&args, interrupt),
+        ImportArgs::Clouds(args) => clouds::import(&args, interrupt),
     }
+}
+
+impl ImportArgs {
+    fn output(&self) -> &BagOutput {
+        match self {
+            Self::Tum(args) => &args.output,
+            Self::Depth(args) => &args.output,
+            Self::Ros1(args) => &args.output,
+            Self::Velodyne(args) => &args.output,
+            Self::Kitti(args) => &args.output,
+            Self::Csv(args) => &args.output,
+            Self::Clouds(args) => &args.output,
+        }
+    }
+}
+
+/// Says what a bag holds, and how much of all it is where the import was interrupted.
+fn tell(
+    output: &BagOutput,
+    summary: &BagSummary,
+    interrupt: &Interrupt,
+    outcome: Outcome,
+) -> Result<Outcome, Failure> {
+    let path = output.path().display();
+    console::print(format_args!("{path}: {} messages", summary.message_count))?;
+    if interrupt.has_come() {
+        console::note(format_args!("interrupted: {path} has what was imported until then"));
+        return Ok(Outcome::Interrupted);
+    }
+    Ok(outcome)
 }

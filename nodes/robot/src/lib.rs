@@ -7,9 +7,11 @@
 mod calibrate;
 pub mod console;
 mod doctor;
+mod existing;
 mod failure;
 pub mod import;
 mod info;
+mod interrupt;
 pub mod lidar;
 mod node;
 mod odometry;
@@ -29,7 +31,9 @@ use bag_player::shell::record::{self, RecordOptions};
 use clap::Subcommand;
 use node_shell::{NodeFailure, RosArguments};
 
+pub use existing::{BagOutput, refuse_to_replace};
 pub use failure::{Failure, Outcome};
+pub use interrupt::Interrupt;
 pub use processes::{END_WITH_PARENT, Process};
 pub use progress::Progress;
 pub use rig::rig_from_camera;
@@ -72,12 +76,12 @@ impl Command {
         scoring: Option<run::Scoring>,
     ) -> Result<ExitCode, Failure> {
         let outcome = match self {
-            Self::Run(args) => run::run(&args, scoring),
+            Self::Run(args) => run::run(&args, scoring, &Interrupt::on_signals()?),
             Self::Odometry(args) => odometry::run(&args),
             Self::Play(options) => return code_of(bag_player::shell::run_options(options, ros)),
             Self::Record(options) => return code_of(record::run(&options, ros)),
             Self::Info(args) => info::run(&args),
-            Self::Import(args) => import::run(args),
+            Self::Import(args) => import::run(args, &Interrupt::on_signals()?),
             Self::Calibrate(args) => calibrate::run(&args),
             Self::Doctor(args) => doctor::run(&args, ros),
             Self::Up(args) => up::run(&args, ros),

@@ -14,6 +14,7 @@ mod tests;
 pub use files::TileFolder;
 pub use follower::LidarFollower;
 pub use odometry::run as run_odometry;
+pub(crate) use road::RESULTS as ROAD_RESULTS;
 pub use road::{RoadArgs, run as run_road};
 pub use source::{LidarArgs, LidarSource, Sensed};
 

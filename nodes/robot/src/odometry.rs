@@ -13,6 +13,7 @@ use report::DurationStatistics;
 use serde::Serialize;
 
 use crate::console;
+use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
 use crate::lidar::{self, LidarArgs};
 use crate::progress::Progress;
@@ -60,6 +61,9 @@ pub struct OdometryArgs {
     /// With --slam: save the map in the end
     #[arg(long, value_name = "FILE", requires = "slam")]
     save_map: Option<PathBuf>,
+    /// Replace the files of these names
+    #[arg(long)]
+    overwrite: bool,
     /// Whose poses are written
     #[arg(long, value_enum, default_value_t = Whose::Camera)]
     of: Whose,
@@ -114,6 +118,8 @@ struct OdometrySummary {
 }
 
 pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
+    refuse_to_replace([args.output.clone()], args.overwrite, "-o")?;
+    refuse_to_replace(args.save_map.clone(), args.overwrite, "--save-map")?;
     if args.of == Whose::Lidar && args.slam {
         return Err(Failure::new("--slam is of a camera").fix("leave it out for a LiDAR"));
     }

@@ -24,10 +24,13 @@ use report::{DynamicScore, RunRecord, Summary};
 use self::findings::Course;
 use self::inputs::{Inputs, TopicArgs};
 use self::output::OutputFolder;
+pub use self::output::refuse_results;
 use self::parameters::{ParameterArgs, PipelineParameters};
 pub(crate) use self::recorder::Stage;
 use crate::console;
+use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::lidar::{self, LidarSource, RoadArgs};
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
@@ -57,6 +60,9 @@ pub struct RunArgs {
 /// How a bag is run; `stillmap demo` shares these.
 #[derive(Args, Clone, Debug)]
 pub struct HowArgs {
+    /// Replace what another run has left in the folder
+    #[arg(long)]
+    pub overwrite: bool,
     /// How the stages are connected
     #[arg(long, value_enum)]
     pub transport: Option<TransportName>,
@@ -82,13 +88,19 @@ pub enum TransportName {
     Dds,
 }
 
-pub(crate) fn run(args: &RunArgs, scoring: Option<Scoring>) -> Result<Outcome, Failure> {
+pub(crate) fn run(
+    args: &RunArgs,
+    scoring: Option<Scoring>,
+    interrupt: &Interrupt,
+) -> Result<Outcome, Failure> {
     let transport = args.how.transport.unwrap_or(TransportName::Local);
     if args.topics.wants_lidar() {
         if transport == TransportName::Dds {
             return Err(Failure::new("a road map is made with --transport local only")
                 .fix("over DDS start `stillmap up --pose lidar`, and play the recording"));
         }
+        let results = lidar::ROAD_RESULTS.map(|name| args.out.join(name));
+        refuse_to_replace(results, args.how.overwrite, "--out")?;
         if has_scanner(&args.bag)? {
             console::note(
                 "the map is of the turning LiDAR alone, the 2D scanner takes no part; `stillmap up --pose lidar` leads the LiDAR's pose to \
@@ -102,9 +114,11 @@ pub(crate) fn run(args: &RunArgs, scoring: Option<Scoring>) -> Result<Outcome, F
             how,
             args.how.parameters.files(),
             args.how.json,
+            interrupt,
         );
     }
-    run_bag(&args.bag, &args.out, &args.topics, &args.how, transport, scoring)
+    let how = (&args.how, transport);
+    run_bag(&args.bag, &args.out, &args.topics, how, scoring, interrupt)
 }
 
 /// Whether a recording is a bag with a 2D scanner.
@@ -134,10 +148,11 @@ pub fn run_bag(
     bag_path: &Path,
     out: &Path,
     topics: &TopicArgs,
-    how: &HowArgs,
-    transport: TransportName,
+    (how, transport): (&HowArgs, TransportName),
     scoring: Option<Scoring>,
+    interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
+    refuse_results(out, how.overwrite)?;
     let bag = Bag::open(bag_path).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
     let parameters = PipelineParameters::load(&how.parameters)?;
@@ -146,22 +161,26 @@ pub fn run_bag(
         return Err(Failure::new(format!("--rate {} is no speed", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
     }
-    let folder = OutputFolder::create(out)?;
-    let parameters_file = folder.write_parameters(&parameters.to_yaml()?)?;
+    let yaml = parameters.to_yaml()?;
+    let folder = OutputFolder::create(out, &yaml)?;
 
-    let Finished { record, course, trouble, poses } = match transport {
-        TransportName::Local => run_locally(&bag, &info, &inputs, &parameters)?,
+    let Finished { record, course, trouble, poses, is_interrupted } = match transport {
+        TransportName::Local => run_locally(&bag, &info, &inputs, &parameters, interrupt)?,
         TransportName::Dds => {
             let bag_name = bag_name(bag_path);
             let playback = dds::Playback {
                 bag: bag_path,
                 bag_name: &bag_name,
                 rate: how.rate,
-                parameters: &parameters_file,
+                parameters: folder.parameters(),
             };
-            run_over_dds(&playback, &info, &inputs, &parameters)?
+            run_over_dds(&playback, &info, &inputs, &parameters, interrupt)?
         }
     };
+    if is_interrupted && record.cycles.is_empty() {
+        console::note("interrupted before the first cycle: nothing is written");
+        return Ok(Outcome::Interrupted);
+    }
     let scored = scoring.map(|score| score(&bag, &inputs, &parameters, &record));
     let (score, unscored) = match scored.transpose() {
         Ok(score) => (score.flatten(), None),
@@ -180,10 +199,15 @@ pub fn run_bag(
     for finding in &findings {
         console::complain(finding);
     }
-    if let Some(failure) = trouble.or_else(|| findings::defeat(&record)) {
+    let defeat = || findings::defeat(&record).filter(|_| !is_interrupted);
+    if let Some(failure) = trouble.or_else(defeat) {
         return Err(failure);
     }
     tell(&folder, &summary, how.json)?;
+    if is_interrupted {
+        console::note("interrupted: the results are of what was read until then");
+        return Ok(Outcome::Interrupted);
+    }
     Ok(if findings.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }
 
@@ -195,6 +219,8 @@ struct Finished {
     trouble: Option<Failure>,
     /// The rig's poses by the visual odometry, where it was asked for.
     poses: Option<Vec<PoseStamped>>,
+    /// Whether a signal has ended it before the end of the bag.
+    is_interrupted: bool,
 }
 
 fn run_locally(
@@ -202,14 +228,16 @@ fn run_locally(
     info: &BagInfo,
     inputs: &Inputs,
     parameters: &PipelineParameters,
+    interrupt: &Interrupt,
 ) -> Result<Finished, Failure> {
     let topics = inputs.by_node_name();
     let messages = topics.iter().map(|(_, topic)| messages_on(info, topic)).sum();
     let progress = Progress::new("mapping", messages);
-    let run = local::run(bag, inputs, parameters, &bag_name(bag.path()), &progress)?;
+    let run = local::run(bag, inputs, parameters, &bag_name(bag.path()), (&progress, interrupt))?;
     progress.finish();
     let course = Course { losses: run.losses, blind_scans: run.blind_scans, lost: Vec::new() };
-    Ok(Finished { record: run.record, course, trouble: None, poses: run.poses })
+    let (record, poses, is_interrupted) = (run.record, run.poses, run.is_interrupted);
+    Ok(Finished { record, course, trouble: None, poses, is_interrupted })
 }
 
 fn run_over_dds(
@@ -217,13 +245,15 @@ fn run_over_dds(
     info: &BagInfo,
     inputs: &Inputs,
     parameters: &PipelineParameters,
+    interrupt: &Interrupt,
 ) -> Result<Finished, Failure> {
     let progress = Progress::new("mapping", messages_on(info, &inputs.scan));
-    let run = dds::run(playback, inputs, parameters, &progress)?;
+    let run = dds::run(playback, inputs, parameters, (&progress, interrupt))?;
     progress.finish();
     let course =
         Course { losses: info.losses.clone(), blind_scans: run.blind_scans, lost: run.lost };
-    Ok(Finished { record: run.record, course, trouble: run.trouble, poses: run.poses })
+    let (record, poses, is_interrupted) = (run.record, run.poses, run.is_interrupted);
+    Ok(Finished { record, course, trouble: run.trouble, poses, is_interrupted })
 }
 
 fn messages_on(info: &BagInfo, topic: &str) -> u64 {

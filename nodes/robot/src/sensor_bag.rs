@@ -2,7 +2,7 @@
 //! this program makes.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use bag_player::{BagSummary, BagWriter, ChannelId, OfferedQos};
 use geometry::{CameraModel, Cloud, DepthImage, LabelImage, Scan, Stamp, StampedPose};
@@ -60,10 +60,21 @@ const SENSOR_DEPTH: u32 = 5;
 /// History depth of other publishers: that of `rmw_qos_profile_default`.
 const RELIABLE_DEPTH: u32 = 10;
 
+/// The temporary file of a bag, which goes where the bag was not finished: half of it helps nobody.
+struct Unfinished(PathBuf);
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // A finished bag has its own name, and there is no such file.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
 /// Writes sensor data to a bag. Channels appear with their first message, so that a bag lists no
 /// topic that it does not hold. Each method is an error when the file cannot be written.
 pub struct SensorBag {
     writer: BagWriter,
+    _unfinished: Unfinished,
     channels: Vec<(&'static str, ChannelId)>,
 }
 
@@ -74,7 +85,8 @@ impl SensorBag {
     /// When the file cannot be made.
     pub fn create(path: &Path) -> Result<Self, Failure> {
         let writer = BagWriter::create(path).map_err(|error| Failure::new(error.to_string()))?;
-        Ok(Self { writer, channels: Vec::new() })
+        let _unfinished = Unfinished(writer.temporary().to_owned());
+        Ok(Self { writer, _unfinished, channels: Vec::new() })
     }
 
     /// A scan, on [`SCAN`].

@@ -1,12 +1,14 @@
 //! `stillmap up`: the whole suite live, in one process. What the nodes hand to each other is never encoded;
 //! who is outside gets it over DDS.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::arguments::ParameterSource;
+use node_shell::parameters::{self, ParameterError};
 use node_shell::{Host, Node, NodeFailure, RosArguments, ShellError, Shutdown, Transport, log};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
@@ -16,14 +18,16 @@ use tracing::Instrument;
 
 use crate::failure::{Failure, Outcome};
 use crate::run::Stage;
+use crate::run::parameters::check_agreement;
 use crate::{lidar, visual};
 
 /// Arguments of `stillmap up`.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
-  stillmap up --rig rplidar_a1_kinect_v1 --ros-args -r scan:=/laser/scan -p reconstruction:save_map_on_exit:=map.ply
+  stillmap up --rig rplidar_a1_kinect_v1 --ros-args -r scan:=/laser/scan -p reconstruction:map_file:=map.ply
 
-ROS arguments go to all nodes; a parameter is known to its own node only, which therefore stands before it.
+ROS arguments go to all nodes; a parameter to those that know it, or to the one that stands before it. What the nodes share
+(-p method:=rec_hv, -p voxel_edge_m:=0.05) is given without a node.
 The nodes end together, on Ctrl-C or SIGTERM.")]
 pub struct UpArgs {
     /// A preset of the rig, or the path of a parameter file
@@ -32,6 +36,9 @@ pub struct UpArgs {
     /// A node beside the others that publishes the pose that they take; without it the pose comes from outside
     #[arg(long, value_enum, value_name = "BY")]
     pose: Option<PoseNode>,
+    /// Edge of the voxels of a map of the depth images, in metres; 0 for a map of the reduced clouds
+    #[arg(long, value_name = "METRES")]
+    map_edge: Option<f64>,
 }
 
 /// The nodes that publish the pose.
@@ -63,9 +70,14 @@ const PRESETS: [Preset; 3] = [
 
 pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
     log::start("stillmap", &ros.log, &ros.outputs);
-    ros.tell_without_effect();
+    ros.warn_of_options_without_effect();
     let mut arguments = ros.clone();
     arguments.parameters.insert(0, rig(&args.rig)?);
+    arguments.parameters.extend(args.map_edge.map(|edge_m| ParameterSource::Assignment {
+        node: None,
+        name: "map_edge_m".to_owned(),
+        value: format!("{edge_m:?}"),
+    }));
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
@@ -73,6 +85,11 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
     runtime.block_on(async {
         let nodes =
             Nodes::start(&arguments, args.pose).map_err(|error| Failure::new(error.to_string()))?;
+        check_agreement(
+            &nodes.detection.1.config.pipeline,
+            &nodes.segmentation.1.config.pipeline,
+            &nodes.reconstruction.1.config.pipeline,
+        )?;
         nodes.serve().await
     })
 }
@@ -89,6 +106,61 @@ fn rig(name: &str) -> Result<ParameterSource, Failure> {
     let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
     Err(Failure::new(format!("--rig {name} is no preset and no file"))
         .fix(format!("presets are: {}", presets.join(", "))))
+}
+
+/// The parameters that each node knows.
+struct KnownNames {
+    detection: BTreeSet<String>,
+    segmentation: BTreeSet<String>,
+    reconstruction: BTreeSet<String>,
+    pose: BTreeSet<String>,
+    lidar_odometry: BTreeSet<String>,
+    all: BTreeSet<String>,
+}
+
+fn known_names() -> Result<KnownNames, ParameterError> {
+    fn names<P>() -> Result<BTreeSet<String>, ParameterError>
+    where
+        P: serde::Serialize + serde::de::DeserializeOwned + Default,
+    {
+        Ok(parameters::describe::<P>()?.into_iter().map(|(name, _)| name).collect())
+    }
+    let mut known = KnownNames {
+        detection: names::<DetectionParameters>()?,
+        segmentation: names::<SegmentationParameters>()?,
+        reconstruction: names::<ReconstructionParameters>()?,
+        pose: names::<PoseParameters>()?,
+        lidar_odometry: names::<LidarOdometryParameters>()?,
+        all: BTreeSet::new(),
+    };
+    known.all = [
+        &known.detection,
+        &known.segmentation,
+        &known.reconstruction,
+        &known.pose,
+        &known.lidar_odometry,
+    ]
+    .into_iter()
+    .flatten()
+    .cloned()
+    .collect();
+    Ok(known)
+}
+
+/// The arguments for one node: without the parameters that no node is named for, and that only others know.
+fn for_one(
+    arguments: &RosArguments,
+    own: &BTreeSet<String>,
+    all: &BTreeSet<String>,
+) -> RosArguments {
+    let mut arguments = arguments.clone();
+    arguments.parameters.retain(|source| match source {
+        ParameterSource::Assignment { node: None, name, .. } => {
+            own.contains(name) || !all.contains(name)
+        }
+        _ => true,
+    });
+    arguments
 }
 
 /// All nodes of the suite, with their parameters.
@@ -109,16 +181,21 @@ enum Odometry {
 impl Nodes {
     fn start(arguments: &RosArguments, pose: Option<PoseNode>) -> Result<Self, ShellError> {
         let host = Host::on(Transport::from_environment()?)?;
-        let node = |stage: Stage| {
+        let known = known_names()?;
+        let node = |stage: Stage, own: &BTreeSet<String>| {
             let _named = span(stage).entered();
-            host.node(stage.name(), arguments)
+            host.node(stage.name(), &for_one(arguments, own, &known.all))
         };
-        let detection = node(Stage::Detection)?;
-        let segmentation = node(Stage::Segmentation)?;
-        let reconstruction = node(Stage::Reconstruction)?;
+        let detection = node(Stage::Detection, &known.detection)?;
+        let segmentation = node(Stage::Segmentation, &known.segmentation)?;
+        let reconstruction = node(Stage::Reconstruction, &known.reconstruction)?;
         let odometry = |pose: PoseNode| -> Result<Odometry, ShellError> {
             let _named = pose.span().entered();
-            let node = host.node(pose.name(), arguments)?;
+            let own = match pose {
+                PoseNode::Visual => &known.pose,
+                PoseNode::Lidar => &known.lidar_odometry,
+            };
+            let node = host.node(pose.name(), &for_one(arguments, own, &known.all))?;
             Ok(match pose {
                 PoseNode::Visual => {
                     let (node, parameters) = with_parameters(node)?;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// The parameters of [`crate::ScanOdometry`].
 ///
-/// Every default stands in [`ScanOdometryConfig::default`] and nowhere else. The noises only weigh one return against
+/// Every default is in [`ScanOdometryConfig::default`] and nowhere else. The noises only weigh one return against
 /// another: how large they really are is estimated from what is left over.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default)]
@@ -18,36 +18,36 @@ pub struct ScanOdometryConfig {
     pub range_noise_ratio: f64,
     /// The order in which the scanner measures.
     pub beam_order: BeamOrder,
-    /// Returns count up to this distance, and the map reaches as far to each side of the scanner.
+    /// Returns are used up to this distance, and the map reaches as far to each side of the scanner.
     pub reach_m: f64,
-    /// What is nearer than this may be the platform itself, and is left out unless most of the returns are as near.
+    /// Returns nearer than this may be of the platform itself, and are left out unless most of the returns are as near.
     pub body_radius_m: f64,
-    /// The lines of the map lie at least so far apart along a surface.
+    /// The lines of the map are at least this far apart along a surface.
     pub line_spacing_m: f64,
     /// The map holds no more lines than this; the longest unseen go first.
     pub max_lines: usize,
-    /// A line that has not been seen while the platform went so far is forgotten: the drift of that way is in it.
-    pub memory_way_m: f64,
-    /// Fewer returns than this place nothing.
+    /// A line that has not been seen while the platform travelled this far is forgotten: it contains the drift of that distance.
+    pub memory_distance_m: f64,
+    /// A scan with fewer returns than this is not matched.
     pub min_returns: usize,
-    /// A match in which a smaller share of the returns lies on the map is refused.
+    /// A match in which a smaller share of the returns is on the map is refused.
     pub min_matched_share: f64,
     /// A direction is taken from the match only when this standard deviation is reached: a shift ...
     pub max_std_dev_m: f64,
-    /// ... or a turn. Otherwise it keeps the prediction.
+    /// ... or a rotation. Otherwise it keeps the prediction.
     pub max_std_dev_rad: f64,
-    /// Surfaces are plane only this well: what deviates so much at random tells of no direction.
+    /// Surfaces are plane only this well: normals that deviate this much at random determine no direction.
     pub surface_noise_rad: f64,
     /// Standard deviation of the platform's acceleration.
     pub acceleration_m_per_s2: f64,
     /// Standard deviation of its angular acceleration.
     pub acceleration_rad_per_s2: f64,
-    /// A platform cannot go faster: a match beyond is refused.
+    /// The platform's largest speed: a match beyond is refused.
     pub max_speed_m_per_s: f64,
     /// A platform cannot turn faster.
     pub max_turn_rad_per_s: f64,
-    /// The velocity is carried on for so long without a match; then the map begins anew where the platform is thought
-    /// to be. Scans farther apart say nothing of the velocity.
+    /// The velocity is extrapolated for this long without a match; then the map begins anew at the predicted pose.
+    /// Scans farther apart do not measure the velocity.
     pub max_held_s: f64,
 }
 
@@ -68,7 +68,7 @@ impl Default for ScanOdometryConfig {
             // The walls of 500 m at that spacing.
             max_lines: 10_000,
             // Across a large room and back: 1 % of drift is the width of a hand.
-            memory_way_m: 20.0,
+            memory_distance_m: 20.0,
             // A tenth of a scan of 180 beams is hardly more than one thing.
             min_returns: 20,
             // More than half may be hidden by people, or seen for the first time behind a door.
@@ -104,7 +104,7 @@ impl ScanOdometryConfig {
     pub fn validate(&self) -> Result<(), ParameterError> {
         for (name, value) in [
             ("range_noise_m", self.range_noise_m),
-            ("memory_way_m", self.memory_way_m),
+            ("memory_distance_m", self.memory_distance_m),
             ("max_std_dev_m", self.max_std_dev_m),
             ("max_std_dev_rad", self.max_std_dev_rad),
             ("acceleration_m_per_s2", self.acceleration_m_per_s2),
@@ -150,7 +150,7 @@ mod tests {
             ("body_radius_m", |c| c.body_radius_m = -0.1),
             ("line_spacing_m", |c| c.line_spacing_m = 0.0),
             ("max_lines", |c| c.max_lines = 5),
-            ("memory_way_m", |c| c.memory_way_m = f64::INFINITY),
+            ("memory_distance_m", |c| c.memory_distance_m = f64::INFINITY),
             ("min_returns", |c| c.min_returns = 2),
             ("min_matched_share", |c| c.min_matched_share = -0.1),
             ("max_speed_m_per_s", |c| c.max_speed_m_per_s = -1.0),

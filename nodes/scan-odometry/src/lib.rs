@@ -1,17 +1,17 @@
 //! Where a platform is by the scans of its 2D scanner alone: planar odometry for rigs and recordings without any pose.
 //!
-//! Each scan is laid onto a map of short lines that the scans before it have left, so that a standing platform does
+//! Each scan is registered to a map of short lines of the scans before it, so that a static platform does
 //! not drift and a moving one drifts only as fast as the map is renewed.
 //!
 //! | module | step | source |
 //! |---|---|---|
-//! | `turn` | the returns of a scan beyond the platform itself, each with when and how well it was measured; deskewed by the velocity | |
+//! | `scan_returns` | the returns of a scan beyond the platform itself, each with when and how well it was measured; deskewed by the velocity | |
 //! | `local_line` | a line through the neighbours of each return on the same surface | |
 //! | `local_map` | the lines seen so far, refined by each scan, bounded | |
-//! | `registration` | the pose that lays the returns onto the lines: point to line, reweighted Gauss-Newton | Censi 2008 (PL-ICP); Chen and Medioni 1992 |
-//! | `observability` | which directions the lines tell; the others keep the prediction | Zhang, Kaess and Singh 2016 |
+//! | `registration` | the pose that registers the returns to the lines: point to line, reweighted Gauss-Newton | Censi 2008 (PL-ICP); Chen and Medioni 1992 |
+//! | `observability` | which directions the lines determine; the others keep the prediction | Zhang, Kaess and Singh 2016 |
 //! | `velocity` | how fast the platform is, and how well that is known: the prediction | |
-//! | `search` | a coarse search where the prediction leads nowhere | Olson 2009 |
+//! | `search` | a coarse search where the prediction finds no match | Olson 2009 |
 //! | `uncertainty` | the covariance of a step, and of the pose since the start | |
 //! | `odometry` | all of them in turn | |
 //!
@@ -48,10 +48,10 @@ mod observability;
 mod odometry;
 mod registration;
 mod scan_pose;
+mod scan_returns;
 mod search;
 #[cfg(test)]
 mod testing;
-mod turn;
 mod twist;
 mod uncertainty;
 mod velocity;

@@ -4,33 +4,33 @@ use std::ops::Range;
 
 use nalgebra::{Point2, Vector2};
 
-use crate::turn::{Return, Sighting, Turn};
+use crate::scan_returns::{DeskewedReturn, Return, ScanReturns};
 
 /// Returns with more beams missing between them are not neighbours: a scanner loses one beam here and there.
 const MOST_STEPS: usize = 3;
-/// A surface seen more grazingly than this is not told from a step in depth: tan(80 degrees).
+/// A surface seen more grazingly than this is not distinguished from a step in depth: tan(80 degrees).
 const GRAZING_TAN: f64 = 5.67;
-/// Ranges differ by more than noise beyond so many standard deviations of one.
+/// Ranges differ by more than noise beyond this many standard deviations of one.
 const NOISE_STEP: f64 = 4.0;
-/// A line reaches so far to each side: longer than the noise is high, shorter than furniture.
+/// A line reaches this far to each side: longer than the noise is high, shorter than furniture.
 const HALF_WINDOW_M: f64 = 0.15;
-/// Where beams lie wide apart it takes so many neighbours to a side in any case ...
+/// Where beams are wide apart it takes this many neighbours to a side in any case ...
 const LEAST_BESIDE: usize = 2;
 /// ... or to the one side, when it only has one ...
 const LEAST_ON_ONE_SIDE: usize = 4;
-/// ... unless they are farther than this: what lies between is not known.
+/// ... unless they are farther than this: the space between is not known.
 const LONGEST_WINDOW_M: f64 = 1.0;
 /// More neighbours to a side add cost and nothing else.
 const MOST_BESIDE: usize = 30;
-/// A line needs so many points to have something left over.
+/// A line needs this many points to be overdetermined.
 const LEAST_POINTS: usize = 5;
-/// What deviates by more than so many times the noise is no line.
+/// Points that deviate by more than this many times the noise form no line.
 const ROUGHEST: f64 = 3.0;
-/// A line whose direction is less certain is none: 11 degrees.
+/// A line whose direction is less certain is dropped: 11 degrees.
 const LEAST_CERTAIN_NORMAL_RAD: f64 = 0.2;
 /// Two lines are compared by how well they are known at this distance from the return, two spacings of the map.
 const NEARBY_M: f64 = 0.1;
-/// A line stands for so much of its surface to each side, at most: half of the smallest reach of a search.
+/// A line represents this much of its surface to each side, at most: half of the smallest reach of a search.
 const LONGEST_HALF_M: f64 = 0.25;
 
 /// A piece of a surface around a return, in the frame of the middle of the turn.
@@ -49,14 +49,17 @@ pub(crate) struct LocalLine {
 }
 
 impl LocalLine {
-    /// Its variance where returns of other scans will meet it.
+    /// Its variance where returns of other scans will be matched to it.
     fn variance_nearby_m2(&self) -> f64 {
         self.offset_variance_m2 + self.normal_variance_rad2 * NEARBY_M * NEARBY_M
     }
 }
 
 /// The line of each return; `None` where it has too few neighbours, or these lie on no line.
-pub(crate) fn local_lines(turn: &Turn, sightings: &[Sighting]) -> Vec<Option<LocalLine>> {
+pub(crate) fn local_lines(
+    turn: &ScanReturns,
+    sightings: &[DeskewedReturn],
+) -> Vec<Option<LocalLine>> {
     let mut lines = vec![None; turn.returns.len()];
     let order = order_from_an_edge(turn);
     for run in runs(turn, &order) {
@@ -70,7 +73,7 @@ pub(crate) fn local_lines(turn: &Turn, sightings: &[Sighting]) -> Vec<Option<Loc
 
 /// The returns in the order of their beams, for a full turn starting at an edge, so that no surface is cut by the
 /// seam.
-fn order_from_an_edge(turn: &Turn) -> Vec<usize> {
+fn order_from_an_edge(turn: &ScanReturns) -> Vec<usize> {
     let mut order: Vec<usize> = (0..turn.returns.len()).collect();
     if turn.is_closed {
         let edge = order
@@ -82,7 +85,7 @@ fn order_from_an_edge(turn: &Turn) -> Vec<usize> {
 }
 
 /// Stretches of `order` that lie on one surface each.
-fn runs(turn: &Turn, order: &[usize]) -> Vec<Range<usize>> {
+fn runs(turn: &ScanReturns, order: &[usize]) -> Vec<Range<usize>> {
     let mut runs = Vec::new();
     let mut start = 0;
     for next in 1..=order.len() {
@@ -96,7 +99,7 @@ fn runs(turn: &Turn, order: &[usize]) -> Vec<Range<usize>> {
     runs
 }
 
-fn is_one_surface(turn: &Turn, from: &Return, to: &Return) -> bool {
+fn is_one_surface(turn: &ScanReturns, from: &Return, to: &Return) -> bool {
     // Round the seam the number of beams is a full turn.
     let steps = if to.beam > from.beam {
         to.beam - from.beam
@@ -125,7 +128,7 @@ struct Moments {
 }
 
 impl<'a> Surface<'a> {
-    fn new(order: &'a [usize], sightings: &[Sighting]) -> Self {
+    fn new(order: &'a [usize], sightings: &[DeskewedReturn]) -> Self {
         let points_m: Vec<_> = order.iter().map(|&index| sightings[index].point_m).collect();
         let mut sums = Vec::with_capacity(points_m.len() + 1);
         let mut sum = Moments::default();
@@ -200,7 +203,7 @@ impl<'a> Surface<'a> {
         let on_line_m = (point - self.points_m[0] - mean).dot(&tangent);
         let position_m = self.points_m[0] + mean + on_line_m * tangent;
         let normal = Vector2::new(-tangent.y, tangent.x);
-        // The origin is where the scanner is, to within its way in half a turn.
+        // The origin is where the scanner is, to within its motion in half a revolution.
         let normal = if normal.dot(&position_m.coords) > 0.0 { -normal } else { normal };
 
         let direction = point.coords.try_normalize(f64::EPSILON)?;
@@ -208,7 +211,7 @@ impl<'a> Surface<'a> {
         let found = left_over / (count - 2.0);
         let variance = expected.max(found);
         let normal_variance_rad2 = variance / along;
-        // Not the other way round: NaN is no line either.
+        // Not the opposite comparison: NaN is no line either.
         let is_line = found <= ROUGHEST * ROUGHEST * expected
             && normal_variance_rad2 <= LEAST_CERTAIN_NORMAL_RAD * LEAST_CERTAIN_NORMAL_RAD;
         if !is_line {

@@ -8,18 +8,18 @@ use crate::ScanOdometryConfig;
 use crate::local_line::LocalLine;
 use cells::Cells;
 
-/// Edge of the cells in which lines are looked for. A search of one cell around sees at least so far.
+/// Edge of the cells in which lines are looked for. A search of one cell around covers at least this distance.
 pub(crate) const CELL_M: f64 = 0.25;
-/// A line seen in so many scans is where it is: it no longer moves, and holds the pose without drift.
+/// A line seen in this many scans is where it is: it no longer moves, and holds the pose without drift.
 const SETTLED_SCANS: u32 = 30;
-/// A line seen in so many scans is a thing and no chance.
+/// A line seen in this many scans is a real surface and not chance.
 const PROVEN_SCANS: u32 = 3;
-/// A line that has not been proven is forgotten when it has not been seen for so many scans.
+/// A line that has not been proven is forgotten when it has not been seen for this many scans.
 const UNPROVEN_FOR_SCANS: u64 = 10;
-/// What a line may have moved while it was seen only once: a person walks 1 m/s, over a tenth of a second. What has been
+/// The distance that a line may have moved while it was seen only once: a person walks 1 m/s, over a tenth of a second. What has been
 /// seen longer moves less: this over the number of scans.
 const FRESH_STD_DEV_M: f64 = 0.1;
-/// Two normals closer than 60 degrees may be of one surface: those of round things differ by so much from scan to scan.
+/// Two normals closer than 60 degrees may be of one surface: those of round things differ by this much from scan to scan.
 const ALIKE_COSINE: f64 = 0.5;
 /// A line is seen from its front; 3 degrees from behind are within what its normal is known to.
 const FROM_BEHIND_COSINE: f64 = 0.05;
@@ -56,7 +56,7 @@ impl MapLine {
         }
     }
 
-    /// The variance of its offset at a place along it, if it stands.
+    /// The variance of its offset at a place along it, if it is static.
     pub(crate) fn standing_variance_m2(&self, along_m: f64) -> f64 {
         self.offset_variance_m2 + self.normal_variance_rad2 * along_m * along_m
     }
@@ -82,7 +82,7 @@ impl MapLine {
         if spread > 0.0 {
             let slope = (seen.along_residual - seen.weight * mean_along_m * mean_m) / spread;
             let gain = self.normal_variance_rad2 / (self.normal_variance_rad2 + 1.0 / spread);
-            // What rises along the tangent turns the normal back.
+            // A residual that rises along the tangent turns the normal back.
             self.normal = UnitComplex::new(-gain * slope) * self.normal;
             self.normal_variance_rad2 *= 1.0 - gain;
         }
@@ -106,7 +106,7 @@ pub(crate) struct Moment {
     /// Number of the scan.
     pub(crate) scan: u64,
     /// How far the platform had gone.
-    pub(crate) way_m: f64,
+    pub(crate) travelled_m: f64,
 }
 
 /// Weighted sums over the returns of a scan on one line.
@@ -127,7 +127,7 @@ pub(crate) struct LocalMap {
     reach_m: f64,
     spacing_m: f64,
     max_lines: usize,
-    memory_way_m: f64,
+    memory_distance_m: f64,
 }
 
 impl LocalMap {
@@ -138,7 +138,7 @@ impl LocalMap {
             reach_m: config.reach_m,
             spacing_m: config.line_spacing_m,
             max_lines: config.max_lines,
-            memory_way_m: config.memory_way_m,
+            memory_distance_m: config.memory_distance_m,
         }
     }
 
@@ -186,17 +186,17 @@ impl LocalMap {
         best
     }
 
-    /// Takes in a scan: refines the lines that were met, each meeting with the inverse of its variance, and adds
-    /// those lines of the scan that `met` has nothing for. Then forgets what is far, old or too much.
+    /// Adds a scan: refines the lines that were matched, each match with the inverse of its variance, and adds
+    /// those lines of the scan that `matched` has nothing for. Then drops lines that are far, old or too many.
     pub(crate) fn take_in(
         &mut self,
-        met: &[Option<(Meeting, f64)>],
+        matched: &[Option<(Meeting, f64)>],
         lines: &[Option<LocalLine>],
         odom_from_middle: &Isometry2<f64>,
         now: Moment,
     ) {
         let mut gathered: Vec<Option<Gathered>> = vec![None; self.lines.len()];
-        for (meeting, weight) in met.iter().flatten() {
+        for (meeting, weight) in matched.iter().flatten() {
             let Meeting { residual_m, along_m, .. } = *meeting;
             let sums = gathered[meeting.line].get_or_insert_default();
             sums.weight += weight;
@@ -210,22 +210,23 @@ impl LocalMap {
                 line.refine(seen, now);
             }
         }
-        self.add(met, lines, odom_from_middle, now);
+        self.add(matched, lines, odom_from_middle, now);
         self.forget(&odom_from_middle.translation.vector.into(), now);
         self.cells.fill(&odom_from_middle.translation.vector.into(), &self.lines);
     }
 
     fn add(
         &mut self,
-        met: &[Option<(Meeting, f64)>],
+        matched: &[Option<(Meeting, f64)>],
         lines: &[Option<LocalLine>],
         odom_from_middle: &Isometry2<f64>,
         now: Moment,
     ) {
         let mut latest: Option<LocalLine> = None;
-        for (line, met) in lines.iter().zip(met) {
-            let is_covered =
-                met.as_ref().is_some_and(|(meeting, _)| meeting.along_m.abs() <= self.spacing_m);
+        for (line, matched) in lines.iter().zip(matched) {
+            let is_covered = matched
+                .as_ref()
+                .is_some_and(|(meeting, _)| meeting.along_m.abs() <= self.spacing_m);
             let Some(line) = line.filter(|_| !is_covered) else { continue };
             let is_beside_latest = latest.as_ref().is_some_and(|latest| {
                 (line.position_m - latest.position_m).norm() < self.spacing_m
@@ -239,10 +240,10 @@ impl LocalMap {
     }
 
     fn forget(&mut self, around_m: &Point2<f64>, now: Moment) {
-        let (reach_m, memory_way_m) = (self.reach_m, self.memory_way_m);
+        let (reach_m, memory_distance_m) = (self.reach_m, self.memory_distance_m);
         self.lines.retain(|line| {
             let is_near = (line.position_m - around_m).amax() < reach_m;
-            let is_young = now.way_m - line.seen.way_m <= memory_way_m;
+            let is_young = now.travelled_m - line.seen.travelled_m <= memory_distance_m;
             let unseen_for = now.scan.saturating_sub(line.seen.scan);
             is_near && is_young && (line.scans >= PROVEN_SCANS || unseen_for <= UNPROVEN_FOR_SCANS)
         });

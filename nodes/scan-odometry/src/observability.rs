@@ -1,7 +1,7 @@
 //! Which directions of the plane's three a match constrains.
 //!
-//! A wall tells of its normal and nothing of its own direction; between two parallel walls a platform may be anywhere
-//! along them. The others keep the prediction: see [`estimation::observability`].
+//! A wall determines the position along its normal and not along itself; between two parallel walls a platform may be anywhere
+//! along them. Unobservable directions keep the prediction: see [`estimation::observability`].
 
 use estimation::covariance::scaled;
 use estimation::observability::restricted;
@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::ScanOdometryConfig;
 
-/// A direction is estimated when its information is so many times what normals at random would seem to tell: their noise
+/// A direction is estimated when its information is this many times what normals at random would seem to give: their noise
 /// may be twice the expected one, and its own part counts once more.
 const ABOVE_NOISE: f64 = 2.0;
 
@@ -24,7 +24,7 @@ pub(crate) struct NormalEquations {
     pub(crate) information: Matrix3<f64>,
     /// `J' W r`.
     pub(crate) gradient: Vector3<f64>,
-    /// What of the information the noise of the normals accounts for.
+    /// The part of the information that the noise of the normals accounts for.
     pub(crate) noise: Matrix3<f64>,
 }
 
@@ -43,7 +43,7 @@ impl NormalEquations {
     }
 
     /// The directions of the information without its noise. `variance_factor` is the variance of the residuals over the
-    /// expected one. Numbers that are not finite tell nothing.
+    /// expected one. Numbers that are not finite give no direction.
     pub(crate) fn observability(
         &self,
         lever_m: f64,
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn little_information_and_bad_numbers_tell_nothing() {
+    fn little_information_and_bad_numbers_determine_nothing() {
         let mut equations = corridor();
         equations.information = Matrix3::from_diagonal_element(100.0);
         equations.noise = Matrix3::zeros();

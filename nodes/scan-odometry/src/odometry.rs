@@ -1,4 +1,4 @@
-//! The odometry: what becomes of each scan.
+//! The odometry: the processing of each scan.
 
 mod matching;
 
@@ -9,13 +9,13 @@ use crate::ScanOdometryConfig;
 use crate::local_line::local_lines;
 use crate::local_map::{LocalMap, Moment};
 use crate::scan_pose::{DegenerateDirection, MatchOutcome, MatchQuality, Refusal, ScanPose};
-use crate::turn::Turn;
+use crate::scan_returns::ScanReturns;
 use crate::twist::Twist;
 use crate::uncertainty::{Anchor, parted};
 use crate::velocity::Velocity;
 use matching::{Match, Prediction};
 
-/// A velocity that moves no return by so much within half a turn needs no deskewing.
+/// A velocity that moves no return by this much within half a turn needs no deskewing.
 const SKEW_M: f64 = 0.001;
 
 /// Follows a 2D scanner by its scans.
@@ -28,7 +28,7 @@ pub struct ScanOdometry {
     track: Option<Track>,
 }
 
-/// What is known after a scan.
+/// The state after a scan.
 #[derive(Clone, Debug)]
 struct Track {
     /// The middle of its turn.
@@ -42,8 +42,8 @@ struct Track {
     unmatched_s: f64,
     /// How many scans came before, and how far the platform has gone.
     now: Moment,
-    /// The first scan, until the second tells how the scanner moved in it.
-    first: Option<Turn>,
+    /// The first scan, until the second shows how the scanner moved in it.
+    first: Option<ScanReturns>,
 }
 
 impl ScanOdometry {
@@ -63,12 +63,12 @@ impl ScanOdometry {
         self.track = None;
     }
 
-    /// Takes in the next scan. Never fails: what a scan does not tell is predicted, and said in the quality.
+    /// Adds the next scan. Never fails: directions that a scan does not determine are predicted, and listed in the quality.
     ///
     /// A stamp that does not grow is refused; one that jumps back by more than `max_held_s` means that the clock has
     /// jumped, and the platform is taken to be near where it was.
     pub fn step(&mut self, scan: &Scan) -> ScanPose {
-        let turn = Turn::new(scan, &self.config);
+        let turn = ScanReturns::new(scan, &self.config);
         let Some(mut track) = self.track.take() else { return self.start(turn) };
         let since_s = turn.middle.seconds_since(track.stamp);
         if since_s <= 0.0 && since_s >= -self.config.max_held_s {
@@ -93,7 +93,7 @@ impl ScanOdometry {
     }
 
     /// The first scan is the origin, once it shows enough.
-    fn start(&mut self, turn: Turn) -> ScanPose {
+    fn start(&mut self, turn: ScanReturns) -> ScanPose {
         let origin = Isometry2::identity();
         let mut track = Track {
             stamp: turn.middle,
@@ -116,18 +116,18 @@ impl ScanOdometry {
     }
 
     /// A new map of one scan.
-    fn begin_map(&mut self, turn: &Turn, track: &Track) {
+    fn begin_map(&mut self, turn: &ScanReturns, track: &Track) {
         self.map.clear();
         let lines = local_lines(turn, &turn.deskewed(&track.velocity.twist()));
-        let met = vec![None; lines.len()];
-        self.map.take_in(&met, &lines, &track.odom_from_middle, track.now);
+        let matched = vec![None; lines.len()];
+        self.map.take_in(&matched, &lines, &track.odom_from_middle, track.now);
     }
 
     /// The scan was matched: the map takes it in.
     fn follow(
         &mut self,
         track: &mut Track,
-        turn: &Turn,
+        turn: &ScanReturns,
         prediction: &Prediction,
         matched: Match,
     ) -> ScanPose {
@@ -137,22 +137,22 @@ impl ScanOdometry {
         };
         let Match { registration, lines } = matched;
         let observability = &registration.observability;
-        let (_, not_told) = parted(&prediction.motion_covariance, observability);
+        let (_, not_observed) = parted(&prediction.motion_covariance, observability);
         let (_, drift) = parted(&prediction.drift_covariance, observability);
-        let (told, held) = parted(&prediction.covariance_before, observability);
+        let (observed, held) = parted(&prediction.covariance_before, observability);
         let step = prediction.step_to(&registration.odom_from_middle);
-        let step_covariance = registration.covariance + told + not_told;
+        let step_covariance = registration.covariance + observed + not_observed;
         track.velocity = self.velocity_by(&registration, prediction);
         track.covariance = registration.covariance + held + drift;
         track.odom_from_middle = registration.odom_from_middle;
         track.unmatched_s = 0.0;
-        track.now.way_m += step.translation.vector.norm();
-        let kept = registration.met.iter().flatten().map(|(meeting, _)| {
+        track.now.travelled_m += step.translation.vector.norm();
+        let kept = registration.matched.iter().flatten().map(|(meeting, _)| {
             f64::from(u8::from(self.map.lines()[meeting.line].born <= track.anchor.scan))
         });
         let kept_share = kept.clone().sum::<f64>() / kept.count().max(1) as f64;
         track.anchor.follow(track.now.scan, kept_share, &track.odom_from_middle, &track.covariance);
-        self.map.take_in(&registration.met, &lines, &track.odom_from_middle, track.now);
+        self.map.take_in(&registration.matched, &lines, &track.odom_from_middle, track.now);
         ScanPose {
             stamp: track.stamp,
             odom_from_lidar: track.odom_from_middle,
@@ -169,13 +169,13 @@ impl ScanOdometry {
         }
     }
 
-    /// The second scan tells how the platform moved in the first one, which was laid out as if it stood: the map is
+    /// The second scan shows how the platform moved in the first one, which was mapped as if the platform were static: the map is
     /// made anew, and the second scan matched against that.
     fn with_first_deskewed(
         &mut self,
         track: &mut Track,
-        first: &Turn,
-        turn: &Turn,
+        first: &ScanReturns,
+        turn: &ScanReturns,
         prediction: &Prediction,
         matched: Match,
     ) -> Match {
@@ -196,11 +196,11 @@ impl ScanOdometry {
         matched
     }
 
-    /// The scan was not matched: the platform goes on as it did, for a while.
+    /// The scan was not matched: constant velocity is assumed, for a limited time.
     fn hold(
         &mut self,
         track: &mut Track,
-        turn: &Turn,
+        turn: &ScanReturns,
         prediction: &Prediction,
         refusal: Refusal,
     ) -> ScanPose {
@@ -209,7 +209,7 @@ impl ScanOdometry {
         track.velocity = prediction.velocity;
         track.covariance = prediction.prior.covariance;
         track.odom_from_middle = prediction.prior.odom_from_middle;
-        track.now.way_m += step.translation.vector.norm();
+        track.now.travelled_m += step.translation.vector.norm();
         let mut outcome = MatchOutcome::Held(refusal);
         if track.unmatched_s > self.config.max_held_s {
             track.velocity = Velocity::unknown(&self.config);
@@ -226,7 +226,7 @@ impl ScanOdometry {
         self.refused(turn, track, prediction.motion_covariance, outcome)
     }
 
-    fn few_returns(&self, turn: &Turn) -> Option<Refusal> {
+    fn few_returns(&self, turn: &ScanReturns) -> Option<Refusal> {
         let (returns, needed) = (turn.returns.len(), self.config.min_returns);
         (returns < needed).then_some(Refusal::FewReturns { returns, needed })
     }
@@ -234,7 +234,7 @@ impl ScanOdometry {
     /// The pose of a scan that was not matched.
     fn refused(
         &self,
-        turn: &Turn,
+        turn: &ScanReturns,
         track: &Track,
         step_covariance: Matrix3<f64>,
         outcome: MatchOutcome,

@@ -1,4 +1,4 @@
-//! The pose that lays a scan onto the map: point to line, by Gauss-Newton with Tukey's weights (Censi 2008; Chen and
+//! The pose that registers a scan to the map: point to line, by Gauss-Newton with Tukey's weights (Censi 2008; Chen and
 //! Medioni 1992; Beaton and Tukey 1974).
 
 use estimation::quantile::upper_median;
@@ -9,34 +9,34 @@ use crate::ScanOdometryConfig;
 use crate::local_line::LocalLine;
 use crate::local_map::{LocalMap, Meeting};
 use crate::observability::{NormalEquations, Observability, units};
-use crate::turn::{Sighting, Turn};
+use crate::scan_returns::{DeskewedReturn, ScanReturns};
 use crate::twist::{increment, motion};
 
-/// Returns are looked for within so many cells while the pose still moves ...
+/// Returns are looked for within this many cells while the pose still moves ...
 const WIDE_RING: usize = 2;
 const WIDE_RADIUS_M: f64 = 0.5;
 /// ... and within one afterwards, when its last step was below this.
 const NEAR_RING: usize = 1;
 const NEAR_RADIUS_M: f64 = 0.25;
 const NEAR_STEP_M: f64 = 0.02;
-/// Predictions are off by so many standard deviations at most.
+/// Predictions are off by this many standard deviations at most.
 const OPENING_STD_DEVS: f64 = 3.0;
-/// What is off by less than this is left to the errors themselves.
+/// Residuals smaller than this are left to the errors themselves.
 const CLOSED_M: f64 = 0.05;
-/// A step below this changes nothing: a tenth of what a scan can tell at best.
+/// A step below this changes nothing: a tenth of the best accuracy of a scan.
 const SETTLED_STEP_M: f64 = 5e-5;
 /// More rounds do not help: returns change to and fro between lines.
 const MAX_ROUNDS: usize = 15;
-/// After so many rounds it stays as it is which directions are told.
+/// After this many rounds the set of observable directions is kept.
 const DECIDED_ROUNDS: usize = 5;
 /// The coordinates of a pose in the plane.
 const COORDINATES: usize = 3;
 
-/// What is laid onto the map.
+/// The scan that is registered to the map.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
-    pub(crate) turn: &'a Turn,
-    pub(crate) sightings: &'a [Sighting],
+    pub(crate) turn: &'a ScanReturns,
+    pub(crate) sightings: &'a [DeskewedReturn],
     pub(crate) lines: &'a [Option<LocalLine>],
 }
 
@@ -45,12 +45,12 @@ pub(crate) struct View<'a> {
 pub(crate) struct Registration {
     pub(crate) odom_from_middle: Isometry2<f64>,
     /// For each return the line that it lies on, and the inverse of its variance; `None` for outliers.
-    pub(crate) met: Vec<Option<(Meeting, f64)>>,
+    pub(crate) matched: Vec<Option<(Meeting, f64)>>,
     /// Share of the returns that lie on the map.
     pub(crate) matched_share: f64,
     /// Of those.
     pub(crate) residual_rms_m: f64,
-    /// Of `[x, y, turn]` in the frame of the middle; 0 where nothing is told.
+    /// Of `[x, y, turn]` in the frame of the middle; 0 in unobservable directions.
     pub(crate) covariance: Matrix3<f64>,
     pub(crate) observability: Observability,
 }
@@ -64,7 +64,7 @@ struct Pair {
     own_variance_m2: f64,
     /// Of the residual.
     variance_m2: f64,
-    /// The same, if the line stands.
+    /// The same, if the line is static.
     standing_variance_m2: f64,
     /// Change of the residual by `[x, y, turn]` in the frame of the middle.
     jacobian: Vector3<f64>,
@@ -81,9 +81,9 @@ pub(crate) struct Prior {
     pub(crate) covariance: Matrix3<f64>,
 }
 
-/// Lays a scan onto the map from a pose near by. `None` when too few returns find a line.
+/// Registers a scan to the map from a pose near by. `None` when too few returns find a line.
 ///
-/// The prior counts as a measurement beside the returns: little in a room, and where they tell little it keeps the
+/// The prior counts as a measurement beside the returns: little in a room, and where they determine little it keeps the
 /// pose from following their noise.
 pub(crate) fn register(
     map: &LocalMap,
@@ -134,7 +134,7 @@ pub(crate) fn register(
     let covariance = variance * equations.inverse(&observability)?;
     Some(Registration {
         odom_from_middle: pose,
-        met: met(&pairs, &weighing, view.sightings.len()),
+        matched: matched(&pairs, &weighing, view.sightings.len()),
         matched_share: matched_share(&pairs, view.sightings.len()),
         residual_rms_m: residual_rms_m(&pairs, &weighing),
         covariance,
@@ -142,8 +142,8 @@ pub(crate) fn register(
     })
 }
 
-/// How far off a return may be at first because the prediction is: where few returns tell a direction, such as the end
-/// of a corridor, they would seem outliers beside the many that tell others.
+/// How far off a return may be at first because the prediction is: where few returns determine a direction, such as the end
+/// of a corridor, they would seem outliers beside the many that determine others.
 fn opening_m(prior: &Prior, lever_m: f64) -> f64 {
     let covariance = &prior.covariance;
     let turn_m2 = lever_m * lever_m * covariance.m33;
@@ -158,7 +158,7 @@ fn pairs(
     pose: &Isometry2<f64>,
     (ring, radius_m): (usize, f64),
 ) -> Vec<Pair> {
-    let pair = |index: usize, sighting: &Sighting| {
+    let pair = |index: usize, sighting: &DeskewedReturn| {
         let point_m = pose * sighting.point_m;
         let direction = pose.rotation * sighting.direction;
         let own = view.lines[index].map(|line| pose.rotation * line.normal);
@@ -228,14 +228,14 @@ fn normal_equations(
     equations
 }
 
-fn met(pairs: &[Pair], weighing: &TukeyWeights, returns: usize) -> Vec<Option<(Meeting, f64)>> {
-    let mut met = vec![None; returns];
+fn matched(pairs: &[Pair], weighing: &TukeyWeights, returns: usize) -> Vec<Option<(Meeting, f64)>> {
+    let mut matched = vec![None; returns];
     for (pair, weight) in pairs.iter().zip(&weighing.weights) {
         if *weight > 0.0 {
-            met[pair.index] = Some((pair.meeting, weight / pair.own_variance_m2));
+            matched[pair.index] = Some((pair.meeting, weight / pair.own_variance_m2));
         }
     }
-    met
+    matched
 }
 
 /// The returns that lie on the map within the noise that is expected, whatever the others do: two poses are compared

@@ -1,4 +1,4 @@
-//! What the odometry says of a scan.
+//! The result of the odometry for a scan.
 
 use std::fmt;
 
@@ -19,64 +19,64 @@ pub struct ScanPose {
     pub covariance: Matrix3<f64>,
     /// Of the motion since the scan before: x, y and yaw in the scanner's frame.
     pub step_covariance: Matrix3<f64>,
-    /// How far the pose rests on this scan.
+    /// How far the pose depends on this scan.
     pub quality: MatchQuality,
 }
 
 /// How far a pose rests on its scan.
 #[derive(Clone, PartialEq, Debug)]
 pub struct MatchQuality {
-    /// What became of the scan.
+    /// The outcome of matching the scan.
     pub outcome: MatchOutcome,
     /// Returns of the scan within reach.
     pub returns: usize,
     /// Lines of the map after the scan.
     pub map_lines: usize,
-    /// Share of the returns that lie on the map. What moves does not, nor does what is seen for the first time. 0 when
+    /// Share of the returns that are on the map. Moving objects are not, nor are surfaces seen for the first time. 0 when
     /// nothing was matched.
     pub matched_share: f64,
     /// Root mean square of the distances of those from their lines.
     pub residual_rms_m: f64,
-    /// The directions that keep the prediction, because the map does not tell them.
+    /// The directions that keep the prediction, because the map does not determine them.
     pub degenerate: Vec<DegenerateDirection>,
 }
 
-/// What became of a scan.
+/// The outcome of matching a scan.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum MatchOutcome {
     /// It is the first one; the map begins with it.
     Started,
-    /// It lies on the map.
+    /// It is registered to the map.
     Matched,
     /// The pose is a prediction.
     Held(Refusal),
-    /// The pose is a prediction, and as nothing has matched for long, the map begins anew with this scan.
+    /// The pose is a prediction, and as nothing has matched for a long time, the map begins anew with this scan.
     BegunAnew(Refusal),
 }
 
 /// Why a scan was not matched.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum Refusal {
-    /// Hardly anything came back.
+    /// There are hardly any returns.
     #[error("only {returns} returns within reach, of {needed} that are needed")]
     FewReturns {
-        /// What came back.
+        /// The returns within reach.
         returns: usize,
-        /// What is needed.
+        /// The number needed.
         needed: usize,
     },
-    /// The returns lie beside the map.
+    /// The returns are not on the map.
     #[error("only {:.0} % of the returns lie on the map, of {:.0} % that are needed", 100.0 * .share, 100.0 * .needed)]
     FewMatched {
         /// The share that does.
         share: f64,
-        /// What is needed.
+        /// The share needed.
         needed: f64,
     },
-    /// Where the returns lie on the map tells of no direction.
-    #[error("what the scan shows tells nothing of where it was taken")]
-    NothingTold,
-    /// No platform gets there in the time.
+    /// The matched returns determine no direction.
+    #[error("the returns determine no direction of the pose")]
+    Unconstrained,
+    /// The platform cannot get there in the time.
     #[error(
         "the best match lies {step_m:.2} m and {turn_deg:.0} degrees from the scan before: too far for {passed_s:.2} s"
     )]
@@ -96,7 +96,7 @@ pub enum Refusal {
     },
 }
 
-/// A motion of the platform that the map does not tell.
+/// A motion of the platform that the map does not determine.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum DegenerateDirection {
     /// Along a line, such as the axis of a corridor.
@@ -104,7 +104,7 @@ pub enum DegenerateDirection {
         /// Its direction from the scanner's x axis, in `(-pi/2, pi/2]`.
         azimuth_rad: f64,
     },
-    /// A turn, as in the middle of a round room.
+    /// A rotation, as in the middle of a round room.
     Turn,
 }
 
@@ -145,7 +145,7 @@ impl ScanPose {
     }
 
     /// The pose of a rig that carries the scanner at `rig_from_lidar`: `[x_m, y_m, z_m, yaw_rad, pitch_rad,
-    /// roll_rad]` (Rec-HV eq. 8). It leads to the rig's frame in the middle of the first turn, which gets the name
+    /// roll_rad]` (Rec-HV eq. 8). Its parent is the rig's frame in the middle of the first revolution, which gets the name
     /// `frame_id`. The motion is one in the scanner's own plane, whichever way up that is mounted.
     ///
     /// # Errors

@@ -6,19 +6,19 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry2, Point2, UnitComplex, Vector2};
 
 use crate::local_map::LocalMap;
-use crate::turn::Sighting;
+use crate::scan_returns::DeskewedReturn;
 
 /// Cells of the search: the registration finds what is left from half of the radius that it looks within.
 const CELL_M: f64 = 0.1;
 /// Steps of the angle: at 4 m, a cell and a half.
 const ANGLE_STEP_RAD: f64 = 2.5 * PI / 180.0;
-/// So many returns, spread over the turn, decide.
+/// This many returns, spread over the revolution, decide.
 const MOST_RETURNS: usize = 120;
 /// Returns and lines farther away are left out: the grid stays small.
 const REACH_M: f64 = 25.0;
-/// A return on a line's own cell counts so much, on one beside it 1.
+/// A return on a line's own cell counts this much, on one beside it 1.
 const ON_CELL: u8 = 2;
-/// Between poses of equal count the one nearer to the prediction is taken: so much of all returns a cell or step.
+/// Between poses of equal count the one nearer to the prediction is taken: this much of all returns a cell or step.
 const NEARER: f64 = 1e-3;
 
 /// How far around the prediction to search.
@@ -31,11 +31,11 @@ pub(crate) struct SearchWindow {
 /// The pose around `predicted` under which most returns fall onto the map. `None` without returns or lines.
 pub(crate) fn search(
     map: &LocalMap,
-    sightings: &[Sighting],
+    sightings: &[DeskewedReturn],
     predicted: &Isometry2<f64>,
     window: &SearchWindow,
 ) -> Option<Isometry2<f64>> {
-    let near = |one: &&Sighting| one.point_m.coords.norm() < REACH_M;
+    let near = |one: &&DeskewedReturn| one.point_m.coords.norm() < REACH_M;
     let all: Vec<Vector2<f64>> =
         sightings.iter().filter(near).map(|one| one.point_m.coords).collect();
     let stride = all.len().div_ceil(MOST_RETURNS).max(1);

@@ -11,7 +11,7 @@ use crate::{ScanOdometry, ScanOdometryConfig, ScanPose};
 /// A pole or a leg.
 pub(crate) type Post = (Point2<f64>, f64);
 
-/// Walls that stand, and posts that may walk.
+/// Static walls, and posts that may walk.
 #[derive(Clone, Default)]
 pub(crate) struct World {
     pub(crate) walls: Vec<[Point2<f64>; 2]>,
@@ -109,7 +109,7 @@ impl Default for Scanner {
 }
 
 impl Scanner {
-    /// A full turn of so many beams.
+    /// A full revolution of this many beams.
     pub(crate) fn full_turn(beams: usize) -> Self {
         let step_rad = TAU / beams as f64;
         Self { beams, first_rad: -TAU / 2.0, step_rad, ..Self::default() }
@@ -181,7 +181,7 @@ impl Found {
     }
 }
 
-/// Runs an odometry over so many scans of a path.
+/// Runs an odometry over this many scans of a path.
 pub(crate) fn follow(
     scanner: &Scanner,
     world: &World,

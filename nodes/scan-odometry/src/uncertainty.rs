@@ -8,7 +8,7 @@ use nalgebra::{Isometry2, Matrix3};
 
 use crate::observability::Observability;
 
-/// What the map owes to the scans that left it: at worst a single one, with an error like that of the match.
+/// The error of the map by the scans that made it: at worst a single one, with an error like that of the match.
 const MATCHES_A_RENEWAL: f64 = 2.0;
 /// The map is another when less than this share of the returns lies on what was there before.
 const RENEWED_SHARE: f64 = 0.5;
@@ -34,7 +34,7 @@ pub(crate) fn carried(covariance: &Matrix3<f64>, step: &Isometry2<f64>) -> Matri
     propagated(&adjoint, covariance)
 }
 
-/// The parts of a covariance in the directions that a match tells, and in the others. That the two may vary together
+/// The parts of a covariance in the directions that a match determines, and in the others. Their correlation
 /// is left out.
 pub(crate) fn parted(
     covariance: &Matrix3<f64>,
@@ -48,7 +48,7 @@ pub(crate) fn parted(
     (within(observability.projector()), within(observability.weak_projector()))
 }
 
-/// Where the map's own error stands: at the pose where it was last renewed.
+/// The place of the map's own error: the pose where it was last renewed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Anchor {
     /// Number of the scan.
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_the_yaw_grows_with_the_way() {
+    fn an_error_of_the_yaw_grows_with_the_distance() {
         let start = Anchor::new(0, Isometry2::identity(), Matrix3::zeros());
         let mut anchor = start;
         let matched = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 1e-4));
@@ -153,15 +153,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_and_what_is_not_are_parted() {
+    fn observable_and_other_directions_are_separated() {
         let nothing = Observability::nothing(&units(3.0));
         let covariance = Matrix3::new(4.0, 1.0, 0.5, 1.0, 2.0, -0.3, 0.5, -0.3, 1.0);
-        let (told, held) = parted(&covariance, &nothing);
-        assert!(told.norm() < 1e-12 && (held - covariance).norm() < 1e-12);
-        let mut x_is_told = nothing;
-        x_is_told.directions[0].estimated = true;
-        let (told, held) = parted(&covariance, &x_is_told);
-        assert!((told.m11 - 4.0).abs() < 1e-12 && told.m33 == 0.0);
+        let (observed, held) = parted(&covariance, &nothing);
+        assert!(observed.norm() < 1e-12 && (held - covariance).norm() < 1e-12);
+        let mut x_is_observed = nothing;
+        x_is_observed.directions[0].estimated = true;
+        let (observed, held) = parted(&covariance, &x_is_observed);
+        assert!((observed.m11 - 4.0).abs() < 1e-12 && observed.m33 == 0.0);
         assert_eq!((held.m11, held.m12), (0.0, 0.0));
         assert!((held.m23 + 0.3).abs() < 1e-12 && (held.m33 - 1.0).abs() < 1e-12);
     }

@@ -1,4 +1,4 @@
-//! The velocity of the platform, and how well it is known: constant but for accelerations that nobody knows.
+//! The velocity of the platform, and its covariance: constant but for unknown accelerations.
 
 use nalgebra::{Isometry2, Matrix3, Vector2, Vector3};
 
@@ -51,7 +51,7 @@ impl Velocity {
         self.covariance * (passed_s * passed_s) + accelerated
     }
 
-    /// What this motion adds to the covariance of the pose: a velocity that is not measured errs on and on in the same
+    /// The covariance that this motion adds to the pose: a velocity that is not measured keeps its error in the same
     /// direction, so that the error grows with the time, not with its root.
     pub(crate) fn added_covariance(&self, passed_s: f64) -> Matrix3<f64> {
         let before_s = (self.held_s - passed_s).max(0.0);
@@ -60,7 +60,7 @@ impl Velocity {
 
     /// With a step that was measured, with this covariance.
     ///
-    /// What is told of one direction says nothing of one that is held, whatever the two had in common: which is which
+    /// The measurement of one direction does not correct one that is held, whatever their correlation: which is which
     /// is known to a few degrees only, and a velocity that is not known would be found in these.
     pub(crate) fn measured(
         &self,
@@ -71,14 +71,14 @@ impl Velocity {
         config: &ScanOdometryConfig,
     ) -> Self {
         let found = increment(step) / passed_s;
-        let ((told, held), (told_noise, _)) =
+        let ((observed, held), (observed_noise, _)) =
             (parted(&self.covariance, observability), parted(step_covariance, observability));
         // The held directions are not measured; here they only keep the matrix from being singular.
-        let expected = told + told_noise / (passed_s * passed_s) + held;
+        let expected = observed + observed_noise / (passed_s * passed_s) + held;
         let Some(inverse) = expected.try_inverse() else { return *self };
-        let gain = told * inverse;
+        let gain = observed * inverse;
         let mut mean = self.mean + gain * (found - self.mean);
-        let covariance = (Matrix3::identity() - gain) * told + held;
+        let covariance = (Matrix3::identity() - gain) * observed + held;
         let is_all_told = observability.weak().next().is_none();
         let speed = mean.xy().norm();
         if speed > config.max_speed_m_per_s {
@@ -110,36 +110,41 @@ mod tests {
         ScanOdometryConfig::default()
     }
 
-    /// Everything is told but perhaps x.
-    fn told(x_is_told: bool) -> Observability {
-        let mut told = Observability::nothing(&units(3.0));
-        told.directions.iter_mut().for_each(|direction| direction.estimated = true);
-        told.directions[0].estimated = x_is_told;
-        told
+    /// Everything is observed but perhaps x.
+    fn observed(x_is_observed: bool) -> Observability {
+        let mut observed = Observability::nothing(&units(3.0));
+        observed.directions.iter_mut().for_each(|direction| direction.estimated = true);
+        observed.directions[0].estimated = x_is_observed;
+        observed
     }
 
     const NOISE: f64 = 1e-6;
 
-    fn measured(velocity: &Velocity, x_m: f64, passed_s: f64, told: &Observability) -> Velocity {
+    fn measured(
+        velocity: &Velocity,
+        x_m: f64,
+        passed_s: f64,
+        observed: &Observability,
+    ) -> Velocity {
         let step = Isometry2::translation(x_m, 0.0);
         let noise = Matrix3::from_diagonal_element(NOISE);
-        velocity.after(passed_s, &config()).measured(&step, &noise, passed_s, told, &config())
+        velocity.after(passed_s, &config()).measured(&step, &noise, passed_s, observed, &config())
     }
 
     #[test]
-    fn a_good_measurement_is_believed_and_one_of_a_moment_is_not() {
-        let after = measured(&Velocity::unknown(&config()), 0.05, 0.1, &told(true));
+    fn a_good_measurement_is_used_and_one_over_a_moment_is_not() {
+        let after = measured(&Velocity::unknown(&config()), 0.05, 0.1, &observed(true));
         assert!((after.twist().linear_m_per_s.x - 0.5).abs() < 0.001);
         // Two millimetres in a millisecond are noise, not two metres a second.
-        let unmoved = measured(&after, 0.002, 0.001, &told(true));
+        let unmoved = measured(&after, 0.002, 0.001, &observed(true));
         assert!((unmoved.twist().linear_m_per_s.x - 0.5).abs() < 0.01, "{unmoved:?}");
     }
 
     #[test]
-    fn what_is_not_told_is_kept_and_less_and_less_known() {
-        let mut velocity = measured(&Velocity::unknown(&config()), 0.05, 0.1, &told(true));
+    fn an_unobserved_direction_is_kept_and_less_and_less_known() {
+        let mut velocity = measured(&Velocity::unknown(&config()), 0.05, 0.1, &observed(true));
         for scans in 1..=30 {
-            velocity = measured(&velocity, 0.0, 0.1, &told(false));
+            velocity = measured(&velocity, 0.0, 0.1, &observed(false));
             assert!((velocity.twist().linear_m_per_s.x - 0.5).abs() < 0.001, "{velocity:?}");
             let expected = f64::min(0.1 * f64::from(scans), 1.0);
             assert!((velocity.covariance.m11.sqrt() - expected).abs() < 0.01, "{velocity:?}");
@@ -148,19 +153,19 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_a_little_askew_tells_nothing_of_what_is_held() {
-        let mut velocity = measured(&Velocity::unknown(&config()), 0.05, 0.1, &told(true));
+    fn a_direction_observed_a_little_askew_does_not_correct_a_held_one() {
+        let mut velocity = measured(&Velocity::unknown(&config()), 0.05, 0.1, &observed(true));
         for scan in 0..50 {
             let askew = if scan % 2 == 0 { 0.1 } else { -0.1 };
-            let mut told = told(false);
-            for direction in &mut told.directions {
+            let mut observed = observed(false);
+            for direction in &mut observed.directions {
                 let turned = nalgebra::Rotation2::new(askew) * direction.in_units.xy();
                 direction.in_units = Vector3::new(turned.x, turned.y, direction.in_units.z);
             }
             let step = Isometry2::translation(0.05, 0.002);
             let noise = Matrix3::from_diagonal_element(NOISE);
             velocity =
-                velocity.after(0.1, &config()).measured(&step, &noise, 0.1, &told, &config());
+                velocity.after(0.1, &config()).measured(&step, &noise, 0.1, &observed, &config());
         }
         assert!((velocity.twist().linear_m_per_s.x - 0.5).abs() < 0.05, "{velocity:?}");
         assert!(velocity.covariance.m11.sqrt() > 0.3, "{velocity:?}");
@@ -171,7 +176,7 @@ mod tests {
         let noise = Matrix3::from_diagonal_element(1e-9);
         let jump = Isometry2::new(Vector2::new(3.0, 4.0), 2.0);
         let fast =
-            Velocity::unknown(&config()).measured(&jump, &noise, 0.1, &told(true), &config());
+            Velocity::unknown(&config()).measured(&jump, &noise, 0.1, &observed(true), &config());
         assert!((fast.twist().linear_m_per_s.norm() - 3.0).abs() < 1e-9);
         assert!(fast.twist().angular_rad_per_s <= std::f64::consts::PI);
     }

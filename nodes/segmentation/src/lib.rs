@@ -4,9 +4,10 @@
 //! |---|---|---|
 //! | [`angular`] | points within a dynamic zone | 3.2.5, eq. 6 |
 //! | [`depth_clustering`] | of these, the nearest group along x: the object | 3.2.6, 3.3.3.1 |
-//! | [`segmenter`] | both in turn, then the static part in the map frame | eq. 7, 8 |
+//! | `two_stages` | both in turn | 3.3.3 |
+//! | [`segmenter`] | the method chosen, then the static part in the map frame | eq. 7, 8 |
 //!
-//! The method `stillmap` tells what moves by what earlier cycles saw:
+//! The method `free_space` tells what moves by what earlier cycles saw:
 //!
 //! | module | step |
 //! |---|---|
@@ -17,8 +18,9 @@
 //! | [`seeds`] | where objects are known to be: by zones, by tracks, by what has come into free space |
 //! | [`growth`] | the objects grown from the seeds through the cloud |
 //! | [`tracking`] | the objects followed over the cycles |
-//! | `steady` | all of them in a frame that does not jump when the map is corrected |
-//! | [`stillmap`] | all of them in turn |
+//! | `continuous` | all of them in a frame that does not jump when the map is corrected |
+//! | [`free_space`] | all of them in turn |
+//! | `moving_pixels` | the verdict as a mask on the depth image, where the map is made of depth images |
 //!
 //! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
 //!
@@ -47,19 +49,21 @@
 
 pub mod angular;
 pub mod config;
+mod continuous;
 pub mod depth_clustering;
 pub mod evidence;
 pub mod floor;
+pub mod free_space;
 pub mod growth;
+mod moving_pixels;
 pub mod recent_views;
 pub mod seeds;
 pub mod segmenter;
 #[cfg(feature = "ros")]
 pub mod shell;
-mod steady;
-pub mod stillmap;
 pub mod tracking;
+mod two_stages;
 pub mod view;
 
-pub use config::{ConfigError, Method, SegmentationConfig};
-pub use segmenter::{SegmentationError, Segmented, Segmenter, Step};
+pub use config::{FreeSpaceConfig, SegmentationConfig};
+pub use segmenter::{Judged, SegmentationError, Segmented, Segmenter, Step};

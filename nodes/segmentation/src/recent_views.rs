@@ -14,7 +14,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use geometry::{DepthByDirection, DetectedCycle, Sight, Stamp, View};
+use geometry::{CloudView, DepthByDirection, DetectedCycle, Stamp, View};
 use nalgebra::{Point3, distance};
 
 /// Cycles that are remembered: three and a half seconds of the RPLIDAR A1. One who crosses the view uncovers what he hid in a
@@ -38,7 +38,7 @@ pub struct RecentViews {
 #[derive(Clone, Debug)]
 struct Frame {
     stamp: Stamp,
-    sight: Sight,
+    sight: CloudView,
 }
 
 impl RecentViews {
@@ -83,7 +83,8 @@ impl RecentViews {
         if self.frames.len() == VIEWS {
             self.frames.pop_front();
         }
-        let mut sight = Sight::new(cycle.map_from_rig, cycle.camera_in_rig_m, cell_m);
+        let mut sight =
+            CloudView::new(cycle.map_from_rig, cycle.setup.mounts.camera_in_rig_m(), cell_m);
         for point in &cycle.reduced_cloud.points_m {
             if let Some(met) = sight.meet(&point.cast()) {
                 self.farthest.keep_farthest(&met.slopes, &met.hides, met.depth_m);

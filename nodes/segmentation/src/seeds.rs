@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use crate::depth_clustering::{depth_groups, nearest_group};
 use crate::growth::{Candidates, Standing};
 use crate::tracking::Expected;
-use crate::{SegmentationConfig, angular::points_in_zone};
+use crate::{FreeSpaceConfig, angular::points_in_zone};
 
 /// The scanner's beam meets something this far above or below the points that are taken for the same thing,
 /// where nothing is known of the space around: a hand's breadth of the camera's rows.
@@ -34,7 +34,7 @@ pub struct Seeds {
 /// stand together where free space was seen.
 #[must_use]
 pub fn seeds_of(
-    config: &SegmentationConfig,
+    config: &FreeSpaceConfig,
     cycle: &DetectedCycle,
     points_in_map: &[Point3<f64>],
     standings: &[Standing],
@@ -50,13 +50,13 @@ pub fn seeds_of(
             is_in_zone[point] = true;
         }
         let beside = points_beside(cycle, zone, standings);
-        for point in zone_seeds(config, cycle, zone, &[in_zone, beside].concat(), standings) {
+        for point in zone_seeds(cycle, zone, &[in_zone, beside].concat(), standings) {
             is_seed[point] = true;
             is_of_zone[point] = true;
         }
     }
     for expected in expected {
-        let half_m = expected.half_extent_m + Vector3::repeat(config.depth_cell_m);
+        let half_m = expected.half_extent_m + Vector3::repeat(cycle.setup.voxel_edge_m);
         for (point, standing) in standings.iter().enumerate() {
             let may = standing.is_newcomer() || (expected.may_be_new && *standing == Standing::New);
             let offset_m = (points_in_map[point] - expected.centre_m).abs();
@@ -76,7 +76,6 @@ pub fn seeds_of(
 
 /// The points of a zone that the moving returns are of.
 fn zone_seeds(
-    config: &SegmentationConfig,
     cycle: &DetectedCycle,
     zone: &DynamicZone,
     in_zone: &[usize],
@@ -87,7 +86,7 @@ fn zone_seeds(
         in_zone.iter().copied().filter(|&index| standings[index] != Standing::Still).collect();
     let at_range: Vec<usize> = match zone.returns {
         Some(ReturnSpan { nearest_m, farthest_m }) => {
-            let tolerance_m = RANGE_TOLERANCE_CELLS * config.depth_cell_m;
+            let tolerance_m = RANGE_TOLERANCE_CELLS * cycle.setup.voxel_edge_m;
             let span = f64::from(nearest_m) - tolerance_m..=f64::from(farthest_m) + tolerance_m;
             let distance_m = |index: usize| f64::from(point(index).x.hypot(point(index).y));
             moving.into_iter().filter(|&index| span.contains(&distance_m(index))).collect()
@@ -98,7 +97,7 @@ fn zone_seeds(
                 moving.iter().copied().filter(|&index| standings[index].is_newcomer()).collect();
             let among = if newcomers.len() >= MIN_CAME { newcomers } else { moving };
             let depths_m = among.iter().map(|&index| point(index).x);
-            let groups = depth_groups(depths_m, config.depth_cell_m);
+            let groups = depth_groups(depths_m, cycle.setup.voxel_edge_m);
             let farthest_m = nearest_group(&groups).map(|group| group.max_x_m);
             let is_nearest =
                 |index: &usize| farthest_m.is_some_and(|far_m| point(*index).x <= far_m);
@@ -114,7 +113,7 @@ fn zone_seeds(
     at_range
         .into_iter()
         .filter(|&index| {
-            (f64::from(point(index).z) - config.scan_height_in_rig_m).abs() <= SCAN_BAND_M
+            cycle.setup.mounts.height_above_scan_m(&point(index).cast()).abs() <= SCAN_BAND_M
         })
         .collect()
 }

@@ -1,30 +1,33 @@
 //! One cycle's cloud into its static and dynamic parts.
 
-use geometry::{
-    Cloud, DetectedCycle, DynamicZone, MapPath, SegmentationCounts, SegmentedCycle, SteadyFrame,
-    Track, UnusablePose, check_pose,
-};
-use nalgebra::Point3;
+use std::sync::Arc;
 
-use crate::angular::points_in_zone;
-use crate::config::{ConfigError, Method, SegmentationConfig};
-use crate::depth_clustering::{depth_groups, nearest_group};
-use crate::steady::{in_map, in_steady_frame};
-use crate::stillmap::{Judged, Stillmap};
+use geometry::{
+    Cloud, ContinuousFrame, DepthCameraError, DetectedCycle, DynamicZone, MapPath, MaskedDepth,
+    Method, ParameterError, SegmentationCounts, SegmentedCycle, Track, UnusablePose, check_pose,
+};
+
+use crate::config::SegmentationConfig;
+use crate::continuous::ContinuousSegmenter;
+use crate::free_space::FreeSpaceSegmenter;
+use crate::moving_pixels::MovingPixels;
+use crate::two_stages::TwoStages;
 
 /// A stage of [`Segmenter::step`], for whoever times them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Step {
-    /// What is known of the points' places, asked and learned; of `stillmap` alone, and ends twice a cycle.
+    /// What is known of the points' places, asked and learned; of `free_space` alone, and ends twice a cycle.
     Evidence,
-    /// The angular stage, of all zones (3.2.5); in `stillmap` all seeds.
+    /// The angular stage, of all zones (3.2.5); in `free_space` all seeds.
     Angular,
-    /// The depth stage, of all zones (3.2.6); in `stillmap` the growth from the seeds.
+    /// The depth stage, of all zones (3.2.6); in `free_space` the growth from the seeds.
     DepthClustering,
-    /// The objects followed; of `stillmap` alone.
+    /// The objects followed; of `free_space` alone.
     Tracking,
     /// The static part taken to the map frame (3.2.7).
     Transform,
+    /// The verdict as a mask on the depth image; where the map is made of depth images.
+    Mask,
 }
 
 impl Step {
@@ -37,6 +40,7 @@ impl Step {
             Self::DepthClustering => "depth_clustering",
             Self::Tracking => "tracking",
             Self::Transform => "transform",
+            Self::Mask => "mask",
         }
     }
 }
@@ -68,6 +72,9 @@ pub enum SegmentationError {
         /// The left-hand bound.
         azimuth_max_rad: f64,
     },
+    /// The depth image is not of its camera.
+    #[error(transparent)]
+    Depth(#[from] DepthCameraError),
     /// The pose cannot carry a cloud: the static points would be lost.
     #[error("cycle {index}: {source}")]
     Pose {
@@ -78,25 +85,29 @@ pub enum SegmentationError {
     },
 }
 
-/// Where a point belongs.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Part {
-    /// PCL_ze: outside of every zone.
-    Static,
-    /// PCL_Oe: within a zone, behind the object.
-    InZone,
-    /// PCL_Din: the object.
-    Dynamic,
+/// What one cycle's points are.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Judged {
+    /// For each point of the reduced cloud, whether it moves, or has come to its place so lately that it may.
+    pub is_dynamic: Vec<bool>,
+    /// The objects followed, by rising number.
+    pub tracks: Vec<Track>,
+    /// Points within a zone.
+    pub in_zone: usize,
 }
 
-/// Cuts the moving objects out of each cycle's cloud (Rec-HV 3.3.3). With the method of Rec-HV it remembers
-/// nothing from cycle to cycle.
+/// Cuts the moving objects out of each cycle's cloud (Rec-HV 3.3.3).
 #[derive(Clone, Debug)]
 pub struct Segmenter {
-    depth_cell_m: f64,
-    /// With that method.
-    stillmap: Option<Stillmap>,
-    steady: SteadyFrame,
+    implementation: Implementation,
+    moving_pixels: MovingPixels,
+}
+
+/// The two methods: each a whole implementation, chosen once.
+#[derive(Clone, Debug)]
+enum Implementation {
+    RecHv(TwoStages),
+    FreeSpace(Box<ContinuousSegmenter>),
 }
 
 impl Segmenter {
@@ -104,34 +115,41 @@ impl Segmenter {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: SegmentationConfig) -> Result<Self, ConfigError> {
+    pub fn new(config: SegmentationConfig) -> Result<Self, ParameterError> {
         config.validate()?;
-        let stillmap = match config.method {
-            Method::RecHv => None,
-            Method::Stillmap => Some(Stillmap::new(config)?),
+        let edge_m = config.pipeline.voxel_edge_m;
+        let grid = config.pipeline.voxel_grid()?;
+        let implementation = match config.pipeline.method {
+            Method::RecHv => Implementation::RecHv(TwoStages { cell_m: edge_m }),
+            Method::FreeSpace => Implementation::FreeSpace(Box::new(ContinuousSegmenter {
+                segmenter: FreeSpaceSegmenter::new(config.free_space, grid),
+                frame: ContinuousFrame::default(),
+            })),
         };
-        let steady = SteadyFrame::default();
-        Ok(Self { depth_cell_m: config.depth_cell_m, stillmap, steady })
+        Ok(Self { implementation, moving_pixels: MovingPixels::new(grid) })
     }
 
-    /// Takes the way of the platform as the map of its poses has it by now. Where the map was corrected, the pose jumps: what
-    /// moves is looked for in a frame that does not ([`geometry::SteadyFrame`]), and tracks are told where the map has them.
-    /// Without a path, and as long as none has moved, that frame is the map, to the bit.
+    /// Takes the trajectory of the platform as the map of its poses has it by now: a map that is corrected is no motion, and
+    /// tracks are reported where the map has them.
     pub fn follow_path(&mut self, path: MapPath) {
-        self.steady.take(path);
+        match &mut self.implementation {
+            // It remembers no place.
+            Implementation::RecHv(_) => {}
+            Implementation::FreeSpace(free_space) => free_space.follow_path(path),
+        }
     }
 
     /// Voxels of evidence held now, at most `max_evidence_voxels`; the method of Rec-HV holds none.
     #[must_use]
     pub fn evidence_voxels(&self) -> usize {
-        self.stillmap.as_ref().map_or(0, Stillmap::evidence_voxels)
+        match &self.implementation {
+            Implementation::RecHv(_) => 0,
+            Implementation::FreeSpace(free_space) => free_space.segmenter.evidence_voxels(),
+        }
     }
 
-    /// Splits the cycle's reduced cloud: every point of it lands in exactly one of the two clouds, in
-    /// the order it had. `observe` is called at the end of each stage.
-    ///
-    /// With the method of Rec-HV, a zone without points has no object, and each of several zones is handled by itself; a
-    /// point of two zones is dynamic if it is so in one of them.
+    /// Splits the reduced cloud of a cycle that was made with the configuration's own pipeline: every point of it lands in
+    /// exactly one of the two clouds, in the order it had. `observe` is called at the end of each stage.
     ///
     /// # Errors
     /// When a zone or the pose holds numbers that mean nothing.
@@ -141,29 +159,27 @@ impl Segmenter {
         mut observe: impl FnMut(Step),
     ) -> Result<Segmented, SegmentationError> {
         check(cycle)?;
-        let judged = match &mut self.stillmap {
-            Some(stillmap) => {
-                let stamp = cycle.reduced_cloud.stamp;
-                let map_from_steady = self.steady.map_from_steady(stamp, &cycle.map_frame_id);
-                let steady = in_steady_frame(cycle, map_from_steady.as_ref());
-                let mut judged = stillmap.step(&steady, &mut observe);
-                if let Some(map_from_steady) = &map_from_steady {
-                    judged
-                        .tracks
-                        .iter_mut()
-                        .for_each(|track| *track = in_map(track, map_from_steady));
-                }
-                judged
-            }
-            None => self.two_stages(cycle, &mut observe),
+        let Judged { is_dynamic, tracks, in_zone } = match &mut self.implementation {
+            Implementation::RecHv(two_stages) => two_stages.step(cycle, &mut observe),
+            Implementation::FreeSpace(free_space) => free_space.step(cycle, &mut observe),
         };
-        let Judged { is_dynamic, tracks, in_zone } = judged;
 
         // Eq. 7: PCL_est = PCL_ze || PCL_Oe. Eq. 8: PCL_k = Mt_k * PCL_est.
         let static_in_rig = part_of(&cycle.reduced_cloud, &is_dynamic, false);
         let static_cloud = static_in_rig.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
         let dynamic_cloud = part_of(&cycle.reduced_cloud, &is_dynamic, true);
         observe(Step::Transform);
+        let depth = match &cycle.depth {
+            None => None,
+            Some(frame) => {
+                let frame = Arc::clone(frame);
+                let rig_from_camera = &cycle.setup.mounts.rig_from_camera;
+                let moving = dynamic_cloud.points_m.iter();
+                let is_moving = self.moving_pixels.mask(&frame, rig_from_camera, moving)?;
+                observe(Step::Mask);
+                Some(MaskedDepth { frame, is_moving })
+            }
+        };
 
         let counts = SegmentationCounts {
             reduced: is_dynamic.len(),
@@ -172,46 +188,13 @@ impl Segmenter {
         };
         let cycle = SegmentedCycle {
             index: cycle.index,
+            setup: cycle.setup,
             static_cloud,
             dynamic_cloud,
             map_from_rig: cycle.map_from_rig,
-            camera_in_rig_m: cycle.camera_in_rig_m,
+            depth,
         };
         Ok(Segmented { cycle, tracks, counts })
-    }
-
-    /// The two stages of Rec-HV.
-    fn two_stages(&self, cycle: &DetectedCycle, observe: &mut impl FnMut(Step)) -> Judged {
-        let points_in_rig_m = &cycle.reduced_cloud.points_m;
-
-        // 3.2.5, eq. 6: the points between alpha1 and alpha2 are PCL_ZD, the others PCL_ze.
-        let in_zones: Vec<Vec<usize>> =
-            cycle.zones.iter().map(|zone| points_in_zone(points_in_rig_m, zone)).collect();
-        observe(Step::Angular);
-
-        // 3.2.6: of PCL_ZD, what is no farther than the nearest group is PCL_Din, the rest PCL_Oe.
-        let mut parts = vec![Part::Static; points_in_rig_m.len()];
-        for in_zone in &in_zones {
-            self.mark_object(points_in_rig_m, in_zone, &mut parts);
-        }
-        observe(Step::DepthClustering);
-        Judged {
-            is_dynamic: parts.iter().map(|part| *part == Part::Dynamic).collect(),
-            tracks: Vec::new(),
-            in_zone: parts.iter().filter(|part| **part >= Part::InZone).count(),
-        }
-    }
-
-    /// Marks the points of one zone: the object up to x_max, and what lies behind it.
-    fn mark_object(&self, points_m: &[Point3<f32>], in_zone: &[usize], parts: &mut [Part]) {
-        let groups =
-            depth_groups(in_zone.iter().map(|index| points_m[*index].x), self.depth_cell_m);
-        let x_max_m = nearest_group(&groups).map(|object| object.max_x_m);
-        for &index in in_zone {
-            let is_object = x_max_m.is_some_and(|x_max_m| points_m[index].x <= x_max_m);
-            let part = if is_object { Part::Dynamic } else { Part::InZone };
-            parts[index] = parts[index].max(part);
-        }
     }
 }
 

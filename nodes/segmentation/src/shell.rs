@@ -4,18 +4,19 @@
 mod tests;
 
 use std::process::ExitCode;
+use std::sync::Arc;
 
+use geometry::{Cloud, DetectedCycle, SegmentedCycle};
 use msgs::convert;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
-use msgs::stillmap_msgs::{ReducedCloud, SegmentedCloud, Tracks};
+use msgs::stillmap_msgs::Tracks;
 use msgs::visualization_msgs::MarkerArray;
-use node_shell::parameters::{NodeParameters, Range};
+use node_shell::parameters::NodeParameters;
 use node_shell::{
-    Counters, Node, NodeFailure, Program, Publisher, Qos, StageReporter, StepTimer, Subscription,
-    Throttle,
+    Arrived, Counters, Node, NodeFailure, PipelineWatch, Program, Publisher, Qos, StageReporter,
+    StepTimer, Subscription, Throttle, ValuePublisher, ValueSubscription,
 };
-use serde::{Deserialize, Serialize};
 
 use crate::{SegmentationConfig, Segmented, Segmenter};
 
@@ -23,7 +24,7 @@ const PROGRAM: Program = Program {
     name: "segmentation",
     about: "Cuts what moves out of each reduced cloud, and follows it.",
     topics: "in  reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
-             in  map_path (nav_msgs/msg/Path: the way of the rig as the map has it by now), reliable; nobody need publish it
+             in  map_path (nav_msgs/msg/Path: the trajectory of the rig, as corrected by now), reliable; nobody need publish it
              out segmented_cloud (stillmap_msgs/msg/SegmentedCloud), reliable
              out static_cloud (sensor_msgs/msg/PointCloud2, map frame), reliable
              out dynamic_cloud (sensor_msgs/msg/PointCloud2, rig frame), reliable
@@ -31,6 +32,9 @@ const PROGRAM: Program = Program {
              out track_markers (visualization_msgs/msg/MarkerArray, map frame), reliable, for a viewer
              out ~/report (stillmap_msgs/msg/StageReport), reliable",
 };
+
+/// The cause of a drop.
+const FAILED: &str = "segmentation failed";
 
 /// Cycles that may wait here, or that a subscriber may be behind, without one being lost: seven
 /// seconds of the RPLIDAR A1.
@@ -42,42 +46,16 @@ const PATHS_KEPT: usize = 5;
 /// A viewer needs the latest markers alone.
 const MARKERS_KEPT: usize = 1;
 
-/// The parameters of the node.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-pub struct SegmentationParameters {
-    /// The parameters of the method.
-    #[serde(flatten)]
-    pub config: SegmentationConfig,
-}
-
-/// Lengths, times and counts beyond this [`SegmentationConfig::validate`] holds to be mistakes, ...
-const MUCH: f64 = 1e6;
-/// ... and what it divides by is not below this.
-const LITTLE: f64 = 1e-3;
-
-impl NodeParameters for SegmentationParameters {
-    const FILE: &'static str = include_str!("../../../config/segmentation.yaml");
-    const RANGES: &'static [(&'static str, Range)] = &[
-        ("depth_cell_m", Range::POSITIVE),
-        ("max_evidence_voxels", Range::whole(1_000, 100_000_000)),
-        ("evidence_reach_m", Range::real(LITTLE, MUCH)),
-        ("min_background_s", Range::real(0.0, MUCH)),
-        ("scan_height_in_rig_m", Range::real(-MUCH, MUCH)),
-        ("max_object_width_m", Range::real(LITTLE, MUCH)),
-        ("max_object_height_m", Range::real(LITTLE, MUCH)),
-        ("min_unzoned_points", Range::whole(1, MUCH as i64)),
-        ("acceleration_m_per_s2", Range::real(LITTLE, MUCH)),
-        ("min_seen_cycles", Range::whole(1, 3)),
-        ("max_unseen_cycles", Range::whole(0, MUCH as i64)),
-        ("max_stop_s", Range::real(0.0, MUCH)),
-        ("max_tracks", Range::whole(1, 200)),
-    ];
-
-    fn validate(&self) -> Result<(), NodeFailure> {
-        Ok(self.config.validate()?)
+geometry::parameters! {
+    /// The parameters of the node.
+    #[derive(Clone, PartialEq, Debug)]
+    pub struct SegmentationParameters {
+        /// The parameters of the method.
+        config: SegmentationConfig as flatten;
     }
 }
+
+impl NodeParameters for SegmentationParameters {}
 
 /// Runs the node until SIGINT or SIGTERM, with the arguments behind the program's name.
 pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
@@ -111,19 +89,20 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
 }
 
 /// What makes a cycle take less time.
-const REMEDY: &str = "raise detection's voxel_edge_m, or lower evidence_reach_m";
+const REMEDY: &str = "raise the pipeline's voxel_edge_m, or lower evidence_reach_m";
 
 /// The core with its topics.
 pub struct Stage {
-    cycles: Subscription<ReducedCloud>,
+    cycles: ValueSubscription<DetectedCycle>,
     paths: Subscription<Path>,
     bad_paths: Throttle,
+    pipeline: PipelineWatch,
     config: SegmentationConfig,
     segmenter: Segmenter,
     next_cycle: u32,
     static_clouds: Publisher<PointCloud2>,
     dynamic_clouds: Publisher<PointCloud2>,
-    segmented_clouds: Publisher<SegmentedCloud>,
+    segmented_cycles: ValuePublisher<SegmentedCycle>,
     tracks: Publisher<Tracks>,
     markers: Publisher<MarkerArray>,
     reporter: StageReporter,
@@ -141,23 +120,25 @@ impl Stage {
         Ok(Self {
             paths,
             bad_paths: Throttle::for_warnings(),
-            config: parameters.config,
-            segmenter: Segmenter::new(parameters.config)?,
+            pipeline: PipelineWatch::new(parameters.config.pipeline.clone(), node.counters()),
+            config: parameters.config.clone(),
+            segmenter: Segmenter::new(parameters.config.clone())?,
             next_cycle: 0,
             static_clouds: node.publisher("static_cloud", &Qos::reliable(CYCLES_KEPT))?,
             dynamic_clouds: node.publisher("dynamic_cloud", &Qos::reliable(CYCLES_KEPT))?,
-            segmented_clouds: node.publisher("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            segmented_cycles: node
+                .value_publisher("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
             tracks: node.publisher("tracks", &Qos::reliable(CYCLES_KEPT))?,
             markers: node.publisher("track_markers", &Qos::reliable(MARKERS_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters: node.counters(),
-            cycles: node.subscription("reduced_cloud", &node.cycles_qos())?,
+            cycles: node.value_subscription("reduced_cloud", &node.cycles_qos())?,
         })
     }
 
     /// Drops the evidence and the tracks.
     fn reset(&mut self) -> Result<(), NodeFailure> {
-        self.segmenter = Segmenter::new(self.config)?;
+        self.segmenter = Segmenter::new(self.config.clone())?;
         Ok(())
     }
 
@@ -184,44 +165,58 @@ impl Stage {
         }
     }
 
-    fn take(&mut self, message: &ReducedCloud) {
-        self.next_cycle = message.cycle.wrapping_add(1);
+    fn take(&mut self, arrived: &Arrived<DetectedCycle>) {
+        let (header, index) = match arrived {
+            Arrived::Value(cycle) => {
+                let Cloud { stamp, frame_id, .. } = &cycle.reduced_cloud;
+                (convert::header_of(*stamp, frame_id), cycle.index)
+            }
+            Arrived::Message(message) => (message.header.clone(), message.cycle),
+        };
+        self.next_cycle = index.wrapping_add(1);
         let mut timer = StepTimer::start();
-        match self.segment(message, &mut timer) {
+        match self.segment(arrived, &mut timer) {
             Ok(counts) => {
-                self.reporter.processed(message.header.clone(), message.cycle, &counts, &timer);
+                self.reporter.processed(header, index, &counts, &timer);
                 self.reporter.keeps_pace(self.cycles.lost_count(), &timer, REMEDY);
             }
-            Err(error) => self.reporter.dropped(
-                message.header.clone(),
-                self.next_cycle,
-                ("segmentation failed", &error.to_string()),
-                &[],
-            ),
+            Err((cause, reason)) => {
+                self.reporter.dropped(header, self.next_cycle, (cause, &reason), &[]);
+            }
         }
     }
 
+    /// Segments a cycle and publishes what comes of it; otherwise the cause of its drop and the reason.
     fn segment(
         &mut self,
-        message: &ReducedCloud,
+        arrived: &Arrived<DetectedCycle>,
         timer: &mut StepTimer,
-    ) -> Result<[(&'static str, u64); 5], NodeFailure> {
-        let cycle = convert::detected_cycle_from_message(message)?;
+    ) -> Result<[(&'static str, u64); 5], (&'static str, String)> {
+        let cycle = arrived.value().map_err(|error| (FAILED, error.to_string()))?;
+        self.pipeline
+            .check(&cycle.setup, &cycle.reduced_cloud.frame_id)
+            .map_err(|mismatch| (PipelineWatch::MISMATCH, mismatch.to_string()))?;
         timer.end_of("convert");
-        let Segmented { cycle, tracks, counts } =
-            self.segmenter.step(&cycle, |step| timer.end_of(step.name()))?;
-        self.segmented_clouds.publish_or_warn(convert::message_from_segmented_cycle(&cycle));
-        self.static_clouds.publish_or_warn(convert::message_from_cloud(&cycle.static_cloud));
-        self.dynamic_clouds.publish_or_warn(convert::message_from_cloud(&cycle.dynamic_cloud));
-        self.tracks.publish_or_warn(convert::message_from_tracks(&cycle, &tracks));
-        if self.markers.subscriber_count() > 0 {
-            let map = &cycle.static_cloud;
-            let markers = convert::markers_from_tracks(map.stamp, &map.frame_id, &tracks);
-            self.markers.publish_or_warn(markers);
-        }
+        let Segmented { cycle, tracks, counts } = self
+            .segmenter
+            .step(&cycle, |step| timer.end_of(step.name()))
+            .map_err(|error| (FAILED, error.to_string()))?;
+        let cycle = Arc::new(cycle);
+        self.segmented_cycles.publish_or_warn(Arc::clone(&cycle));
+        let map = &cycle.static_cloud;
+        self.static_clouds.publish_if_awaited(|| convert::message_from_cloud(map));
+        self.dynamic_clouds
+            .publish_if_awaited(|| convert::message_from_cloud(&cycle.dynamic_cloud));
+        self.tracks.publish_if_awaited(|| convert::message_from_tracks(&cycle, &tracks));
+        self.markers
+            .publish_if_awaited(|| convert::markers_from_tracks(map.stamp, &map.frame_id, &tracks));
         timer.end_of("publish");
         let evidence = self.segmenter.evidence_voxels();
-        self.counters.note_fill("evidence voxels", evidence, self.config.max_evidence_voxels);
+        self.counters.note_fill(
+            "evidence voxels",
+            evidence,
+            self.config.free_space.max_evidence_voxels,
+        );
         Ok([
             ("points_reduced", counts.reduced as u64),
             ("points_in_zone", counts.in_zone as u64),

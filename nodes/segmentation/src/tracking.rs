@@ -23,7 +23,7 @@ pub use self::observation::CycleCloud;
 use self::clusters::clusters;
 use self::followed::{Followed, GATE};
 use self::observation::{Observation, is_hidden};
-use crate::SegmentationConfig;
+use crate::FreeSpaceConfig;
 use crate::view::has_bearing_of;
 
 /// A group of fewer points starts no track: it may be noise, or the rest of an object that goes.
@@ -70,7 +70,7 @@ pub struct Followings {
 /// Follows the objects.
 #[derive(Clone, Debug)]
 pub struct Tracker {
-    config: SegmentationConfig,
+    config: FreeSpaceConfig,
     followed: Vec<Followed>,
     next_id: u32,
     last: Option<Stamp>,
@@ -80,7 +80,7 @@ pub struct Tracker {
 impl Tracker {
     /// A tracker that has seen nothing.
     #[must_use]
-    pub fn new(config: SegmentationConfig) -> Self {
+    pub fn new(config: FreeSpaceConfig) -> Self {
         Self { config, followed: Vec::new(), next_id: 0, last: None, now_s: 0.0 }
     }
 
@@ -205,7 +205,7 @@ impl Tracker {
     }
 
     fn end(&mut self) {
-        let SegmentationConfig { max_unseen_cycles, min_seen_cycles, .. } = self.config;
+        let FreeSpaceConfig { max_unseen_cycles, min_seen_cycles, .. } = self.config;
         self.followed.retain(|followed| {
             followed.lives(max_unseen_cycles, MAX_HIDDEN_S, (TRIAL_CYCLES, min_seen_cycles))
         });

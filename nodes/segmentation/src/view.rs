@@ -24,5 +24,5 @@ pub(crate) fn has_bearing_of(
 
 /// Sideways and upward slope of the ray from the camera to a point; `None` beside or behind the camera.
 pub(crate) fn slopes(cycle: &DetectedCycle, point_in_rig: &Point3<f64>) -> Option<Vector2<f64>> {
-    slopes_from(&cycle.camera_in_rig_m, point_in_rig)
+    slopes_from(&cycle.setup.mounts.camera_in_rig_m(), point_in_rig)
 }

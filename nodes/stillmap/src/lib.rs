@@ -17,7 +17,7 @@ use rustix::process::Signal;
     version,
     after_help = "Start with: stillmap demo; on a robot: stillmap up
 Exit codes: 0 done, 1 not done, 2 a command line that cannot be read, 3 done with losses (what there
-is, is written), 130 playing was interrupted."
+is, is written), 130 interrupted (likewise). Nothing that is there is replaced without --overwrite."
 )]
 struct CommandLine {
     #[command(subcommand)]

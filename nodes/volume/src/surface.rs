@@ -9,6 +9,7 @@ mod bytes;
 mod changes;
 mod config;
 mod correction;
+mod from_points;
 mod no_return;
 mod points;
 mod update;
@@ -65,6 +66,8 @@ pub struct Surface {
     changed: Vec<BlockKey>,
     removed: Vec<BlockKey>,
     ticks: Ticks,
+    /// Nodes near the surface of all blocks.
+    near_nodes: usize,
 }
 
 impl Surface {
@@ -74,9 +77,19 @@ impl Surface {
     /// When a parameter means nothing.
     pub fn new(config: SurfaceConfig) -> Result<Self, SurfaceConfigError> {
         config.validate()?;
-        Ok(Self {
+        Ok(Self::of_grid(config, VoxelGrid::new(config.edge_m)?))
+    }
+
+    /// An empty surface with the same parameters.
+    #[must_use]
+    pub fn emptied(&self) -> Self {
+        Self::of_grid(self.config, self.grid)
+    }
+
+    fn of_grid(config: SurfaceConfig, grid: VoxelGrid) -> Self {
+        Self {
             config,
-            grid: VoxelGrid::new(config.edge_m)?,
+            grid,
             layer: Layer::default(),
             spare: Vec::new(),
             work: Vec::new(),
@@ -86,7 +99,8 @@ impl Surface {
             changed: Vec::new(),
             removed: Vec::new(),
             ticks: Ticks::default(),
-        })
+            near_nodes: 0,
+        }
     }
 
     /// Joins an image to the surface. The result is the same on however many threads. An empty view changes nothing.
@@ -194,6 +208,7 @@ impl Surface {
         }
         if done.is_changed {
             block.last_seen = now;
+            self.count_near(&mut block);
         }
         match (done.is_new, block.has_surface()) {
             (true, true) if self.layer.len() < self.config.max_blocks => {
@@ -204,6 +219,7 @@ impl Surface {
             }
             (true, has_surface) => {
                 update.refused_blocks += usize::from(has_surface);
+                self.near_nodes -= usize::from(block.near_nodes);
                 if done.is_changed {
                     self.keep_spare(block);
                 } else {
@@ -259,9 +275,19 @@ impl Surface {
     fn remove(&mut self, key: BlockKey, update: &mut SurfaceUpdate) {
         if let Some(block) = self.layer.remove(key).flatten() {
             update.cleared_blocks += 1;
+            self.near_nodes -= usize::from(block.near_nodes);
             self.removed.push(key);
             self.keep_spare(block);
         }
+    }
+
+    /// Counts a block's nodes near the surface, in the place of what it had.
+    fn count_near(&mut self, block: &mut SurfaceBlock) {
+        let half_an_edge = block::FULL / (2.0 * self.config.truncation_in_edges as f32);
+        let near_nodes = block.count_near(half_an_edge as i16);
+        self.near_nodes += usize::from(near_nodes);
+        self.near_nodes -= usize::from(block.near_nodes);
+        block.near_nodes = near_nodes;
     }
 
     fn block(&self, key: BlockKey) -> Option<&SurfaceBlock> {
@@ -280,6 +306,7 @@ impl Surface {
         self.removed.clear();
         self.ticks = Ticks::default();
         self.seen_before = SeenBefore::default();
+        self.near_nodes = 0;
     }
 
     /// The grid of the voxels.
@@ -298,6 +325,13 @@ impl Surface {
     #[must_use]
     pub fn blocks(&self) -> usize {
         self.layer.len()
+    }
+
+    /// How many nodes are no farther than half an edge from the surface: about as many as there are points, without the cost of
+    /// these.
+    #[must_use]
+    pub fn near_nodes(&self) -> usize {
+        self.near_nodes
     }
 
     /// All blocks, ascending.

@@ -185,7 +185,10 @@ fn a_failed_run_leaves_the_results_of_the_one_before() {
 
     let bad = folder.path().join("bad.mcap");
     std::fs::write(&bad, "no bag").unwrap();
-    assert_eq!(run(&bad, &out).status.code(), Some(1));
+    let arguments = ["run", bad.to_str().unwrap(), "--overwrite", "--out", out.to_str().unwrap()];
+    let output = stillmap(arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(1) && stderr.contains("bad.mcap"), "{stderr}");
     assert!(map == std::fs::read(out.join("map.ply")).unwrap());
 }
 
@@ -199,7 +202,15 @@ fn a_run_that_cannot_start_leaves_the_removed_clouds_of_the_one_before() {
     assert!(before > 0);
     let output = stillmap_with_domain(
         "300",
-        ["run", bag.to_str().unwrap(), "--transport", "dds", "--out", out.to_str().unwrap()],
+        [
+            "run",
+            bag.to_str().unwrap(),
+            "--transport",
+            "dds",
+            "--overwrite",
+            "--out",
+            out.to_str().unwrap(),
+        ],
     );
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("ROS_DOMAIN_ID=300"));

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use compression::CompressionParameters;
 use detection::shell::DetectionParameters;
+use geometry::PipelineConfig;
 use lidar_odometry::shell::LidarOdometryParameters;
 use msgs::rcl_interfaces::{ListParametersResponse, ListParametersResult, ParameterType};
 use node_shell::MessageTooLarge;
@@ -61,18 +62,40 @@ fn values<P: Serialize>(parameters: &P) -> Value {
     serde_json::to_value(parameters).unwrap()
 }
 
+/// The names of what the nodes of the pipeline share.
+fn shared_names() -> BTreeSet<String> {
+    values(&PipelineConfig::default()).as_object().unwrap().keys().cloned().collect()
+}
+
 fn holds_every_default<P>(node: &str)
 where
     P: Serialize + DeserializeOwned + Default,
 {
     let file = config(&format!("{node}.yaml"));
-    let known = parameters::describe::<P>().unwrap().into_iter().map(|(name, _)| name).collect();
+    let known: BTreeSet<String> =
+        parameters::describe::<P>().unwrap().into_iter().map(|(name, _)| name).collect();
+    // What it shares with the other nodes of the pipeline has a file of its own.
+    let shared = if NODES.contains(&node) { shared_names() } else { BTreeSet::new() };
+    assert!(shared.is_subset(&known), "{node} knows {known:?}");
+    let known = known.difference(&shared).cloned().collect();
     assert_eq!(sections(&file), [(section_of(node), known)], "{}", file.display());
 
     let (loaded, defaults) = (values(&load::<P>(node, &file)), values(&P::default()));
     for (name, default) in defaults.as_object().unwrap() {
         assert_eq!(&loaded[name], default, "{name} in {}", file.display());
     }
+}
+
+#[test]
+fn what_the_pipeline_shares_has_one_file_with_every_default() {
+    let file = config("pipeline.yaml");
+    assert_eq!(sections(&file), [("/**".to_owned(), shared_names())]);
+    let pipeline = PipelineConfig::default();
+    assert_eq!(load::<DetectionParameters>("detection", &file).config.pipeline, pipeline);
+    assert_eq!(load::<SegmentationParameters>("segmentation", &file).config.pipeline, pipeline);
+    assert_eq!(load::<ReconstructionParameters>("reconstruction", &file).config.pipeline, pipeline);
+    // The pose node reads of it what has the same name.
+    assert_eq!(load::<PoseParameters>("pose", &file), PoseParameters::default());
 }
 
 #[test]
@@ -111,7 +134,7 @@ fn descriptors_say_what_holds<P: NodeParameters>() {
     let accepts = |name: &str, value: &str| {
         let assignment = Assignment { name: name.to_owned(), value: value.to_owned() };
         parameters::load::<P>("/n", &[] as &[PathBuf], &[assignment])
-            .is_ok_and(|loaded| NodeParameters::validate(&loaded).is_ok())
+            .is_ok_and(|loaded| loaded.validate_node().is_ok())
     };
     let accepts_whole = |name: &str, number: i64| accepts(name, &number.to_string());
     let accepts_real = |name: &str, number: f64| accepts(name, &format!("{number:e}"));
@@ -175,8 +198,9 @@ fn the_names_of_each_nodes_parameters_fit_into_one_response() {
 }
 
 /// Their ranges hang on one another.
-const BOUND_BY_OTHERS: [&str; 12] = [
-    "depth_cell_m",
+const BOUND_BY_OTHERS: [&str; 13] = [
+    "voxel_edge_m",
+    "map_edge_m",
     "evidence_cell_m",
     "evidence_extent_m",
     "evidence_reach_m",
@@ -216,7 +240,8 @@ fn each_rig_preset_fits_its_nodes() {
                 .unwrap_or_else(|error| panic!("{}: {error}", preset.display()));
             continue;
         }
-        assert_eq!(found, NODES.map(section_of).into(), "{}", preset.display());
+        let expected = ["/**".to_owned(), section_of("detection")];
+        assert_eq!(found, expected.into(), "{}", preset.display());
 
         let named = |error: &dyn std::error::Error| panic!("{}: {error}", preset.display());
         let detection = load::<DetectionParameters>("detection", preset).config;
@@ -225,6 +250,8 @@ fn each_rig_preset_fits_its_nodes() {
         segmentation.validate().unwrap_or_else(|error| named(&error));
         let reconstruction = load::<ReconstructionParameters>("reconstruction", preset).config;
         reconstruction.validate().unwrap_or_else(|error| named(&error));
+        assert_eq!(detection.pipeline, segmentation.pipeline);
+        assert_eq!(detection.pipeline, reconstruction.pipeline);
     }
 }
 

@@ -1,4 +1,4 @@
-//! The way of the platform is corrected while its map is another process's.
+//! The trajectory of the platform is corrected while its map is another process's.
 
 use std::time::Duration;
 
@@ -92,11 +92,12 @@ fn cloud(stamp: Stamp, point_m: [f32; 3]) -> SegmentedCloud {
         points_m,
     };
     convert::message_from_segmented_cycle(&SegmentedCycle {
+        depth: None,
         index: 0,
         static_cloud: cloud("map", vec![Point3::from(point_m)]),
         dynamic_cloud: cloud("rig", Vec::new()),
         map_from_rig: Isometry3::identity(),
-        camera_in_rig_m: Point3::origin(),
+        setup: geometry::CycleSetup::default(),
     })
 }
 

@@ -4,6 +4,49 @@ use crate::bags::small_room;
 use crate::local_run::files_of;
 use crate::program::{succeed, summary};
 
+/// The depth images and their masks cross three processes.
+#[test]
+fn a_map_of_depth_images_is_the_same_over_dds_and_free_of_the_person() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let run = |transport: &str| {
+        let out = folder.path().join(transport);
+        let (bag, out_name) = (bag.to_str().unwrap(), out.to_str().unwrap());
+        succeed(["run", bag, "--transport", transport, "--map-edge", "0.03", "--out", out_name]);
+        out
+    };
+    let (local, dds) = (run("local"), run("dds"));
+    let summaries = [summary(&local), summary(&dds)];
+    assert_eq!(summaries[1]["drops"], serde_json::json!([]), "nothing may be lost on the way");
+    for key in ["cycles", "points", "map", "truth"] {
+        assert_eq!(summaries[0][key], summaries[1][key], "{key}");
+    }
+    assert!(files_of(&local)["map.ply"] == files_of(&dds)["map.ply"], "the two maps differ");
+    let map = &summaries[0]["truth"]["map"];
+    assert_eq!(map["object_only_left"], 0, "{map}");
+    // A surface is in one layer of the voxels of 8 cm, where the unfiltered means of far points are scattered over two.
+    assert!(map["static_kept_share_of_unfiltered"].as_f64().unwrap() > 0.6, "{map}");
+}
+
+/// A cloud has no pixels to mask, and the published method one edge: that is said at the start.
+#[test]
+fn a_map_of_depth_images_without_them_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    for (arguments, parts) in [
+        (vec!["--map-edge", "0.02", "--method", "rec_hv"], ["map_edge_m", "one edge"]),
+        (vec!["--map-edge", "0.0001"], ["map_edge_m", "0.001"]),
+        (vec!["--map-edge", "nan"], ["map_edge_m", "NaN"]),
+    ] {
+        let out = folder.path().join("out");
+        let run = ["run", bag.to_str().unwrap(), "--out", out.to_str().unwrap()];
+        let output = crate::program::stillmap(run.into_iter().chain(arguments.clone()));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success(), "{arguments:?}");
+        assert!(parts.iter().all(|part| said.contains(part)), "{arguments:?}: {said}");
+    }
+}
+
 #[test]
 fn the_run_over_dds_gives_the_local_map_point_for_point() {
     let folder = tempfile::tempdir().unwrap();

@@ -60,7 +60,7 @@ async fn every_node_ends_in_order_on_either_signal_and_on_two() {
             line.extend(["--ros-args", "-r", &format!("__ns:={place}")].map(str::to_owned));
             let map = folder.path().join(format!("{name}_{count}.ply"));
             if nodes.contains(&"reconstruction") {
-                let value = format!("reconstruction:save_map_on_exit:={}", map.display());
+                let value = format!("reconstruction:map_file:={}", map.display());
                 line.extend(["-p".to_owned(), value]);
             }
             let running = Running::start(&line);

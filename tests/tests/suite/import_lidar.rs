@@ -87,7 +87,17 @@ fn a_recorded_capture_becomes_an_organised_cloud() {
     assert!((first.seconds_since(cloud.stamp) - 1_327.1e-6).abs() < 1e-6, "{:?}", cloud.stamp);
 
     // By the scanner's clock, which follows GPS: 1082340595 us past the hour.
-    succeed(["import", "velodyne", capture, "--partial", "--clock", "scanner", "-o", output]);
+    succeed([
+        "import",
+        "velodyne",
+        capture,
+        "--partial",
+        "--clock",
+        "scanner",
+        "--overwrite",
+        "-o",
+        output,
+    ]);
     let clouds = messages::<PointCloud2>(&bag, "/velodyne_points");
     let stamp = convert::stamp_from_time(clouds[0].header.stamp);
     assert_eq!(stamp, Stamp::from_secs_nanos(1_453_363_200 + 1082, 340_595_000));
@@ -112,7 +122,7 @@ fn whole_turns_become_messages_and_losses_are_told() {
     assert!((between - 0.1).abs() < 1e-4, "{between}");
 
     // The packets themselves, all of them.
-    succeed(["import", "velodyne", input, "--packets", "-o", output]);
+    succeed(["import", "velodyne", input, "--packets", "--overwrite", "-o", output]);
     let scans = messages::<VelodyneScan>(&bag, "/velodyne_packets");
     let sizes: Vec<usize> = scans.iter().map(|scan| scan.packets.len()).collect();
     assert_eq!((sizes.len(), sizes.iter().sum::<usize>()), (3, 400));
@@ -121,14 +131,14 @@ fn whole_turns_become_messages_and_losses_are_told() {
     assert_eq!(scans[1].header.stamp, scans[1].packets[0].stamp);
 
     write_capture(&capture, 2368, &packets[..100]);
-    let result = stillmap(["import", "velodyne", input, "-o", output]);
+    let result = stillmap(["import", "velodyne", input, "--overwrite", "-o", output]);
     assert_eq!(result.status.code(), Some(3));
     assert!(String::from_utf8_lossy(&result.stderr).contains("no turn is whole (--partial"));
 
     packets.drain(100..103);
     packets[50].truncate(1000);
     write_capture(&capture, 2368, &packets);
-    let result = stillmap(["import", "velodyne", input, "-o", output]);
+    let result = stillmap(["import", "velodyne", input, "--overwrite", "-o", output]);
     assert_eq!(result.status.code(), Some(3));
     let stderr = String::from_utf8_lossy(&result.stderr);
     // The one that is broken is missing too.
@@ -225,11 +235,12 @@ fn a_sequence_of_kitti_keeps_its_times_and_its_truth() {
     assert!((position_m - nalgebra::Vector3::new(2.0, 0.5, 0.0)).norm() < 1e-9, "{position_m}");
 
     std::fs::write(sequence.join("velodyne/000001.bin"), [1, 2, 3]).unwrap();
-    let result = stillmap(["import", "kitti", input, "-o", output]);
+    let result = stillmap(["import", "kitti", input, "--overwrite", "-o", output]);
     assert_eq!(result.status.code(), Some(1));
     let stderr = String::from_utf8_lossy(&result.stderr);
     assert!(stderr.contains("000001.bin: 3 bytes are not a whole number"), "{stderr}");
-    let result = stillmap(["import", "kitti", folder.path().to_str().unwrap(), "-o", output]);
+    let result =
+        stillmap(["import", "kitti", folder.path().to_str().unwrap(), "--overwrite", "-o", output]);
     let stderr = String::from_utf8_lossy(&result.stderr);
     assert!(stderr.contains("holds no numbered .bin files"), "{stderr}");
 }

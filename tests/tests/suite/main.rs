@@ -10,6 +10,8 @@
 
 mod bad_input;
 mod bags;
+mod existing_files;
+mod interrupted;
 mod program;
 mod python;
 mod sensors;
@@ -32,11 +34,15 @@ mod corrected_map;
 mod dds_run;
 mod doctor;
 mod ending;
+mod following;
 mod foreign;
 mod killed_nodes;
 mod logs;
+mod mounting;
 mod network;
+mod pipeline_settings;
 mod recorded_graph;
+mod restarted_map;
 mod restarted_node;
 mod simulated_time;
 mod up;

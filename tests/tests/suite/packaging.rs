@@ -127,8 +127,7 @@ const ALL: [&str; 3] = ["detection", "segmentation", "reconstruction"];
 
 #[test]
 fn launch_files_start_nodes_that_exist_with_parameters_that_they_take() {
-    let presets =
-        ["rig:=rplidar_s2_realsense_d435.yaml", "namespace:=/robot", "save_map_on_exit:=1.ply"];
+    let presets = ["rig:=rplidar_s2_realsense_d435.yaml", "namespace:=/robot", "map_file:=1.ply"];
     nodes_exist("robot.launch.py", &[], &ALL);
     nodes_exist("robot.launch.py", &presets, &ALL);
     nodes_exist("robot.launch.py", &["nodes:=pose detection"], &["pose", "detection"]);
@@ -248,7 +247,7 @@ fn the_service_starts_what_there_is() {
     assert!(root(&format!("config/rig/{}.yaml", words[3])).is_file());
     let arguments = RosArguments::parse(words[4..].iter().copied()).unwrap();
     assert_eq!((arguments.remappings.len(), arguments.parameters.len()), (2, 1));
-    for word in words.iter().filter(|word| word.contains(":=") && !word.contains("save_map")) {
+    for word in words.iter().filter(|word| word.contains(":=") && !word.contains("map_file")) {
         is_topic(word.split(":=").next().unwrap(), "the service");
     }
     assert!(service.contains("\nKillMode=mixed\n"));

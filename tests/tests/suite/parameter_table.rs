@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 
 use compression::CompressionParameters;
 use detection::shell::DetectionParameters;
+use geometry::PipelineConfig;
 use geometry::parameter::{Declaration, Kind, all_parameters};
 use lidar_odometry::shell::LidarOdometryParameters;
-use node_shell::parameters::{self, DeclaredParameter, NodeParameters};
+use node_shell::parameters::{self, DeclaredParameter, NodeParameters, SharedParameters};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
@@ -20,6 +21,15 @@ const WRITE: &str = "STILLMAP_WRITE_TABLES";
 /// Above the lines of the parameters that may change.
 const CHANGEABLE: &str = "| node | parameters |\n|---|---|\n";
 
+/// Above what the nodes of the pipeline share.
+const OF_PIPELINE: &str = "\
+# What detection, segmentation and reconstruction must agree on, each parameter with its default: stated once, in a section for
+# all nodes. Each cycle carries what it was made with, and a node refuses one that does not fit its own setting, with both
+# values in its log and on /diagnostics.
+#   detection --ros-args --params-file config/pipeline.yaml --params-file config/detection.yaml
+# The node `pose` reads rig_from_camera here, too, where its own section does not say otherwise. Others ignore this section.
+";
+
 /// What is written of a node's parameters.
 struct Pages {
     node: &'static str,
@@ -29,21 +39,25 @@ struct Pages {
 }
 
 fn pages() -> [Pages; 6] {
-    fn of<P: NodeParameters>(node: &'static str) -> Pages {
+    fn of<P: NodeParameters>(node: &'static str, shared: Option<SharedParameters<'_>>) -> Pages {
         Pages {
             node,
             declarations: P::DECLARATIONS,
             declared: parameters::declared::<P>().unwrap(),
-            file: parameters::parameter_file::<P>(node).unwrap(),
+            file: parameters::parameter_file::<P>(node, shared).unwrap(),
         }
     }
+    let pipeline = Some(SharedParameters {
+        file: "pipeline.yaml",
+        declarations: PipelineConfig::DECLARATIONS,
+    });
     [
-        of::<DetectionParameters>("detection"),
-        of::<SegmentationParameters>("segmentation"),
-        of::<ReconstructionParameters>("reconstruction"),
-        of::<PoseParameters>("pose"),
-        of::<LidarOdometryParameters>("lidar_odometry"),
-        of::<CompressionParameters>("compression"),
+        of::<DetectionParameters>("detection", pipeline),
+        of::<SegmentationParameters>("segmentation", pipeline),
+        of::<ReconstructionParameters>("reconstruction", pipeline),
+        of::<PoseParameters>("pose", None),
+        of::<LidarOdometryParameters>("lidar_odometry", None),
+        of::<CompressionParameters>("compression", None),
     ]
 }
 
@@ -105,22 +119,25 @@ fn hold(path: &str, current: impl Fn(&str) -> Option<String>) {
     let line = written.lines().zip(current.lines()).position(|(is, should)| is != should);
     assert!(
         written == current,
-        "{} is not current from line {:?} on: {WRITE}=1 cargo test -p stillmap-tests parameter_table",
+        "{} is not current from line {} on: {WRITE}=1 cargo test -p stillmap-tests parameter_table",
         path.display(),
-        line.map(|line| line + 1)
+        line.map_or(written.lines().count(), |line| line) + 1
     );
 }
 
 #[test]
 fn the_parameter_files_are_current() {
-    for pages in declared_pages() {
+    for pages in pages() {
         hold(&format!("config/{}.yaml", pages.node), |_| Some(pages.file.clone()));
     }
+    hold("config/pipeline.yaml", |_| {
+        parameters::shared_parameter_file::<PipelineConfig>(OF_PIPELINE).ok()
+    });
 }
 
 #[test]
 fn the_tables_of_parameters_are_current() {
-    for pages in declared_pages() {
+    for pages in pages() {
         let table = table(&pages);
         let heading = format!("\n## {}\n", pages.node);
         hold("config/README.md", |page| {
@@ -134,7 +151,7 @@ fn the_tables_of_parameters_are_current() {
 
 #[test]
 fn the_table_of_parameters_that_may_change_is_current() {
-    for pages in declared_pages() {
+    for pages in pages() {
         let line = changeable(&pages);
         let begin = format!("| {} | `", pages.node);
         hold("nodes/README.md", |page| {
@@ -148,11 +165,6 @@ fn the_table_of_parameters_that_may_change_is_current() {
             Some(format!("{above}{CHANGEABLE}{lines}\n{below}"))
         });
     }
-}
-
-/// Those of nodes whose parameters are declared.
-fn declared_pages() -> impl Iterator<Item = Pages> {
-    pages().into_iter().filter(|pages| !pages.declarations.is_empty())
 }
 
 /// What is declared of one parameter by the name and the value of another is there.
@@ -177,7 +189,7 @@ fn a_parameter_is_read_with_one_that_there_is() {
 
 #[test]
 fn the_help_of_each_node_says_what_its_parameters_mean() {
-    for pages in declared_pages() {
+    for pages in pages() {
         let help = succeed(["node", &pages.node.replace('_', "-"), "--help"]);
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
         for DeclaredParameter { name, declaration, .. } in &pages.declared {

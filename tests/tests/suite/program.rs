@@ -61,6 +61,17 @@ impl Running {
         Self::spawn(program.args(arguments).env("ROS_DOMAIN_ID", domain_id))
     }
 
+    /// The same with the current folder of a service.
+    pub(crate) fn start_in<A: AsRef<OsStr>>(
+        folder: &Path,
+        domain_id: u16,
+        arguments: impl IntoIterator<Item = A>,
+    ) -> Self {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"));
+        let domain_id = domain_id.to_string();
+        Self::spawn(program.args(arguments).env("ROS_DOMAIN_ID", domain_id).current_dir(folder))
+    }
+
     fn spawn(program: &mut Command) -> Self {
         let child = program.stdin(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
         Self { child }

@@ -5,8 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 
 use bag_player::{Bag, Selection};
-use detection::DetectionConfig;
-use geometry::{Stamp, pose_from_vector, pose_vector};
+use geometry::{RigMounts, Stamp, pose_from_vector, pose_vector};
 use msgs::geometry_msgs::{PoseStamped, TransformStamped};
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
 use msgs::std_msgs::Header;
@@ -17,7 +16,7 @@ use crate::bags::{Topics, bag_of, pose, scan, small_room, ten_stamps, wall};
 use crate::local_run::files_of;
 use crate::program::{stillmap, succeed, summary};
 
-fn on_robot(stamp: Stamp, child: &str, pose: [f64; 6]) -> TransformStamped {
+pub(crate) fn on_robot(stamp: Stamp, child: &str, pose: [f64; 6]) -> TransformStamped {
     TransformStamped {
         header: Header { stamp: convert::time_from_stamp(stamp), frame_id: "base_link".to_owned() },
         child_frame_id: child.to_owned(),
@@ -49,11 +48,16 @@ fn room_with_tf(folder: &Path) -> PathBuf {
         let moments = (0..100).map(|tenth| start.plus_seconds(f64::from(tenth) / 10.0));
         let mast = |stamp| (stamp, tf(stamp, "camera_depth_optical_frame", OPTICAL));
         topics.messages("/tf", moments.map(mast));
-        copy::<LaserScan>(&room, "/scan", topics);
-        copy::<Image>(&room, "/camera/depth/image_raw", topics);
-        copy::<CameraInfo>(&room, "/camera/depth/camera_info", topics);
-        copy::<PoseStamped>(&room, "/pose", topics);
+        copy_readings(&room, topics);
     })
+}
+
+/// What the sensors of a simulated bag have read, and where it was.
+pub(crate) fn copy_readings(from: &Bag, topics: &mut Topics) {
+    copy::<LaserScan>(from, "/scan", topics);
+    copy::<Image>(from, "/camera/depth/image_raw", topics);
+    copy::<CameraInfo>(from, "/camera/depth/camera_info", topics);
+    copy::<PoseStamped>(from, "/pose", topics);
 }
 
 fn copy<M: RosMessage>(from: &Bag, topic: &str, topics: &mut Topics) {
@@ -65,10 +69,10 @@ fn copy<M: RosMessage>(from: &Bag, topic: &str, topics: &mut Topics) {
     topics.messages(topic, messages);
 }
 
-/// A parameter file for detection.
+/// A parameter file for all nodes.
 fn parameters(folder: &Path, name: &str, line: &str) -> PathBuf {
     let path = folder.join(name);
-    let text = format!("/**/detection:\n  ros__parameters:\n    {line}\n");
+    let text = format!("/**:\n  ros__parameters:\n    {line}\n");
     std::fs::write(&path, text).unwrap();
     path
 }
@@ -96,7 +100,7 @@ fn the_mount_of_tf_is_that_of_the_parameter_over_either_transport() {
     let bag = room_with_tf(folder.path());
     let tf = parameters(folder.path(), "tf.yaml", "extrinsics: tf");
     let [optical, laser] = [OPTICAL, LASER].map(|pose| pose_from_vector(&pose));
-    let rig_from_camera = pose_from_vector(&DetectionConfig::default().rig_from_camera);
+    let rig_from_camera = RigMounts::default().rig_from_camera;
     let rig_from_lidar = pose_vector(&(rig_from_camera * optical.inverse() * laser));
     let line = format!("rig_from_lidar: {rig_from_lidar:?}");
     let same = parameters(folder.path(), "same.yaml", &line);

@@ -36,7 +36,7 @@ async fn the_suite_in_one_process_builds_the_local_runs_map_and_shows_it_outside
         "-r",
         &rule,
         "-p",
-        &format!("reconstruction:save_map_on_exit:={}", map.display()),
+        &format!("reconstruction:map_file:={}", map.display()),
     ]);
     let ready = async {
         reduced.wait_for_publishers(1).await;
@@ -174,7 +174,11 @@ fn mistakes_end_it_at_once_and_are_named() {
         ),
         (vec!["up", "--rig", "no_such_rig"], "presets are: rplidar_a1_kinect_v1"),
         (vec!["up", "--ros-args", "-p", "detection:aperture:=1.0"], "aperture_rad"),
-        (vec!["up", "--ros-args", "-p", "segmentation:depth_cell_m:=-1.0"], "depth_cell_m"),
+        (vec!["up", "--ros-args", "-p", "voxel_edge_m:=-1.0"], "voxel_edge_m"),
+        (
+            vec!["up", "--ros-args", "-p", "segmentation:voxel_edge_m:=0.05"],
+            "voxel_edge_m is 0.08 of detection and 0.05 of segmentation",
+        ),
     ] {
         let output = stillmap(&arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);

@@ -1,4 +1,4 @@
-//! Where the coordinates stand in the records of a cloud.
+//! The offsets of the coordinates in the records of a cloud.
 
 use nalgebra::Point3;
 
@@ -116,7 +116,7 @@ impl FieldPlace {
     }
 }
 
-/// Where x, y and z stand in the record of a point; each lies within it.
+/// Offsets of x, y and z in the record of a point; each is within it.
 pub(super) struct Layout {
     coordinates: [FieldPlace; 3],
     big_endian: bool,
@@ -146,7 +146,7 @@ impl Layout {
         }
     }
 
-    /// Where three little-endian floats x, y, z stand one after the other, as nearly all drivers
+    /// The offset of three consecutive little-endian floats x, y, z, as nearly all drivers
     /// write them.
     fn offset_of_plain_floats(&self) -> Option<usize> {
         let [x, y, z] = self.coordinates;
@@ -164,7 +164,7 @@ impl Layout {
         Some([read(x)?, read(y)?, read(z)?])
     }
 
-    /// Which points are finite cannot be foreseen, so that a branch for each would often be taken
+    /// Which points are finite cannot be predicted, so that a branch for each would often be taken
     /// wrongly: every point is written to a block, and the next one over it unless it counts.
     #[inline]
     fn append(

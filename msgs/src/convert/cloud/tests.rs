@@ -316,7 +316,7 @@ fn sizes_that_lie_are_named() {
 }
 
 #[test]
-fn the_fast_way_and_the_careful_way_agree_around_the_block() {
+fn the_fast_path_and_the_careful_path_agree_around_the_block() {
     for count in [0, 1, 63, 64, 65, 127, 128, 129, 640] {
         let points: Vec<_> = (0..count)
             .map(|index| [index as f64, if index % 3 == 0 { f64::NAN } else { 0.5 }, -1.0])

@@ -2,11 +2,11 @@
 
 use crate::convert::CompressedImageError;
 
-/// `depth_max` and `depth_quantization` of `compressed_depth_image_transport` where nobody sets them.
+/// `depth_max` and `depth_quantization` of `compressed_depth_image_transport` where they are not set.
 const USUAL_FARTHEST_M: f32 = 10.0;
 const USUAL_QUANTISATION: f32 = 100.0;
 
-/// How metres become 16 bits: a depth `d` is sent as `v = a / d + b`, rounded, and 0 stands for no
+/// How metres become 16 bits: a depth `d` is sent as `v = a / d + b`, rounded, and 0 means no
 /// measurement. Depths are wrong by `d^2 / 2a` at most; those of `farthest_m` and beyond, and those too
 /// near for 16 bits, are lost.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -46,13 +46,13 @@ impl InverseDepth {
         [self.a, self.b]
     }
 
-    /// The depth that a value stands for; NaN for none.
+    /// The depth of a value; NaN for none.
     pub(super) fn metres(self, value: u16) -> f32 {
         let depth_m = self.a / (f32::from(value) - self.b);
         if value > 0 && depth_m.is_finite() && depth_m > 0.0 { depth_m } else { f32::NAN }
     }
 
-    /// The value that stands for a depth; 0 where there is none.
+    /// The value of a depth; 0 where there is none.
     pub(super) fn value(self, depth_m: f32) -> u16 {
         let value = (self.a / depth_m + self.b).round();
         // No range contains NaN.

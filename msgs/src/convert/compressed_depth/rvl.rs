@@ -24,7 +24,7 @@ const WORD_NIBBLES: u32 = 8;
 const DIFFERENCE_DIGITS: u32 = 6;
 /// Numbers below this one are looked up: those of three digits and fewer, nearly all of them.
 const LOOKED_UP: usize = 512;
-/// The digits of each as they stand in the stream.
+/// The digits of each as in the stream.
 const CODES: [u16; LOOKED_UP] = codes();
 
 /// Why a stream is not the image that it claims to be.
@@ -38,7 +38,7 @@ pub enum RvlError {
         /// Those of the image.
         pixels: usize,
     },
-    /// A run goes on beyond the image.
+    /// A run extends beyond the image.
     #[error("a run of {run} pixels starts at pixel {at_px} of {pixels}")]
     Run {
         /// Where it starts.
@@ -51,7 +51,7 @@ pub enum RvlError {
     /// A number is longer than any that an image needs.
     #[error("a number at pixel {at_px} has more than {most_digits} digits")]
     Number {
-        /// Where it stands.
+        /// Its position.
         at_px: usize,
         /// How long it can be.
         most_digits: u32,
@@ -80,7 +80,7 @@ pub(super) fn compress(pixels: &[u16], data: &mut Vec<u8>) {
     writer.finish();
 }
 
-/// The pixels of an image of `pixels` of them. What stands behind it in the stream is left alone.
+/// The pixels of an image of `pixels` of them. Data behind it in the stream are ignored.
 /// Differences wrap at 16 bits as those of signed writers do.
 ///
 /// # Errors
@@ -135,7 +135,7 @@ const fn codes() -> [u16; LOOKED_UP] {
     codes
 }
 
-/// Nibbles on their way into words.
+/// Nibbles packed into words.
 struct NibbleWriter<'data> {
     data: &'data mut Vec<u8>,
     /// The lowest `nibbles` of it are not yet written; fewer than a word's between two calls.
@@ -200,7 +200,7 @@ impl Fault {
     }
 }
 
-/// Nibbles on their way out of words.
+/// Nibbles unpacked from words.
 struct NibbleReader<'data> {
     words: std::slice::Iter<'data, [u8; WORD_BYTES]>,
     /// The highest `nibbles` of it are to be read; zeros below.
@@ -208,7 +208,7 @@ struct NibbleReader<'data> {
     nibbles: u32,
 }
 
-/// The digits that are sure to be in the window while the stream goes on.
+/// The digits that are sure to be in the window while the stream continues.
 const WINDOW_DIGITS: u32 = 9;
 /// Digits of a number that are taken together.
 const SHORT_DIGITS: u32 = 3;
@@ -231,7 +231,7 @@ impl<'data> NibbleReader<'data> {
         }
     }
 
-    /// A number of at most so many digits, no more than the window's.
+    /// A number of at most this many digits, no more than the window's.
     fn number(&mut self, most_digits: u32) -> Result<u32, Fault> {
         while self.nibbles < WINDOW_DIGITS {
             let Some(word) = self.words.next() else { break };

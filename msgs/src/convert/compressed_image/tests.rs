@@ -143,7 +143,7 @@ fn pictures_that_are_cut_are_errors_and_not_grey_from_there_on() {
 }
 
 #[test]
-fn what_stands_behind_a_picture_is_left_alone() {
+fn data_behind_a_picture_are_ignored() {
     for data in [JPEG, GREY_JPEG, PROGRESSIVE_JPEG, PNG] {
         let padded: Vec<u8> = data.iter().copied().chain([0; 100]).collect();
         assert_eq!(read("", &padded), read("", data));

@@ -121,7 +121,7 @@ fn times_of_all_drivers_become_seconds_since_the_stamp() {
     ];
     for (name, datatype, time_of, unit, origin, first_s) in cases {
         let reading = lidar_cloud_from_message(&turn(name, datatype, time_of), None).unwrap();
-        assert_eq!(reading.times, PointTimes::Told { field: name, unit, origin });
+        assert_eq!(reading.times, PointTimes::Known { field: name, unit, origin });
         let times_s = reading.cloud.times_s.unwrap();
         let off = |time_s: f32, expected_s: f64| (f64::from(time_s) - expected_s).abs();
         // A double holds seconds since 1970 to a quarter of a microsecond.
@@ -148,9 +148,9 @@ fn what_is_no_time_is_said_and_left_out() {
     let long = read(|s| 1e12 * s, None);
     assert_eq!(long.cloud.times_s, None);
     assert!(long.times.to_string().contains("in no unit"), "{}", long.times);
-    // Who knows the unit may say it: a slow scanner's hour.
-    let told = read(|s| 9.0 * s, Some(TimeUnit::Milliseconds));
-    assert!((told.cloud.times_s.unwrap()[9] - 0.009).abs() < 1e-6);
+    // A caller may give a known unit: a slow scanner's hour.
+    let known = read(|s| 9.0 * s, Some(TimeUnit::Milliseconds));
+    assert!((known.cloud.times_s.unwrap()[9] - 0.009).abs() < 1e-6);
     let mut bare = turn("time", float, |s| s);
     bare.fields.truncate(3);
     let bare = lidar_cloud_from_message(&bare, None).unwrap();

@@ -1,4 +1,4 @@
-//! When points were measured, in whatever unit and by whatever clock their driver tells it.
+//! When points were measured, in any unit and by any clock of the driver.
 
 use std::fmt;
 
@@ -17,7 +17,7 @@ pub enum TimeUnit {
     Nanoseconds,
 }
 
-/// What times count from.
+/// The origin of times.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum TimeOrigin {
     /// The stamp of the message.
@@ -45,13 +45,13 @@ pub enum PointTimes {
         /// From the earliest to the latest, in the field's unit.
         span: f64,
     },
-    /// The times are told.
-    Told {
+    /// The times are known.
+    Known {
         /// The field.
         field: &'static str,
         /// Its unit.
         unit: TimeUnit,
-        /// What they count from.
+        /// Their origin.
         origin: TimeOrigin,
     },
 }
@@ -99,7 +99,7 @@ impl fmt::Display for PointTimes {
                 formatter,
                 "{field} spans {span}, in no unit a revolution: the motion within a scan stays in it"
             ),
-            Self::Told { field, unit, origin } => {
+            Self::Known { field, unit, origin } => {
                 let from = match origin {
                     TimeOrigin::Stamp => "the stamp",
                     TimeOrigin::Epoch => "1970",
@@ -152,5 +152,5 @@ pub(super) fn understood(
     for time in times {
         *time = *time * scale_s - from_s;
     }
-    PointTimes::Told { field, unit, origin }
+    PointTimes::Known { field, unit, origin }
 }

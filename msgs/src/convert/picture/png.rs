@@ -13,7 +13,7 @@ const CODEC: &str = "png";
 /// DEFLATE makes at most 1032 bytes out of one (zlib's technical notes): a picture that claims more is
 /// not in the data.
 const MOST_INFLATION: usize = 1032;
-/// What the decoder may take besides the picture: rows and what stands in other chunks.
+/// The memory that the decoder may use besides the picture: rows and the contents of other chunks.
 const DECODER_BYTES: usize = 16 << 20;
 /// Measured: it leaves 195 of 434 kB of a Kinect and 130 of 614 kB of a simulated camera, in 5 ms of the
 /// 33 that there are. The fastest leaves 193 and 286 kB in 2 ms, the default 185 and 121 kB in 40 ms.

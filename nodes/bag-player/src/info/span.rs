@@ -76,7 +76,7 @@ fn look(
     }
 }
 
-/// What the index at `offset` says of a channel; `None` where it is none, or is damaged.
+/// The index entry of a channel at `offset`; `None` where it is no index, or is damaged.
 fn indexed_span(source: &mut Source, channel: u16, offset: u64) -> Option<Span> {
     let frame = source.frame_at(offset).ok().flatten()?;
     if frame.opcode != op::MESSAGE_INDEX || frame.end() > source.size {

@@ -52,10 +52,10 @@ pub(super) enum Shape {
     Sequence,
 }
 
-/// What a value is made of.
+/// The kind of a value.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Kind {
-    /// A number of so many bytes.
+    /// A number of this many bytes.
     Number(usize),
     Text,
     Message(Vec<Member>),
@@ -88,7 +88,7 @@ impl Definitions {
         Ok(Self { types })
     }
 
-    /// What a message of this type is made of.
+    /// The fields of a message of this type.
     pub(super) fn members(&self, type_name: &str) -> Result<Vec<Member>, DefinitionError> {
         self.members_within(type_name, MOST_LEVELS)
     }
@@ -162,7 +162,7 @@ fn qualified(within: &str, element: &str) -> String {
     }
 }
 
-/// What a built-in type is made of.
+/// The kind of a built-in type.
 fn primitive(name: &str) -> Option<Kind> {
     Some(match name {
         "bool" | "byte" | "char" | "int8" | "uint8" => Kind::Number(1),
@@ -179,7 +179,7 @@ fn primitive(name: &str) -> Option<Kind> {
     })
 }
 
-/// What the wire shows of a message: two types with the same layout have the same bytes.
+/// The layout of a message on the wire: two types with the same layout have the same bytes.
 pub(super) fn layout(members: &[Member]) -> String {
     let of = |member: &Member| {
         let element = match &member.kind {

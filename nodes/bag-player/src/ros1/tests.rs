@@ -152,7 +152,7 @@ fn converted(bytes: &[u8]) -> Result<(Ros1Conversion, tempfile::TempDir), Ros1Er
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recorded.bag");
     std::fs::write(&path, bytes).unwrap();
-    let conversion = convert_ros1(&path, &folder.path().join("bag.mcap"))?;
+    let conversion = convert_ros1(&path, &folder.path().join("bag.mcap"), || true)?;
     Ok((conversion, folder))
 }
 
@@ -195,7 +195,7 @@ fn scans_and_poses_come_over_field_by_field() {
 }
 
 #[test]
-fn a_type_that_nobody_knows_comes_over_with_its_definition() {
+fn an_unknown_type_is_converted_with_its_definition() {
     let definition = "byte level\ntime[2] at\nstring[] names\nint64 BIG=7\nfloat64 value\nstd_msgs/Empty[] none\n";
     let definition = with(definition, &["std_msgs/Empty\n"]);
     let mut message = vec![3];
@@ -261,14 +261,14 @@ fn what_does_not_fit_is_left_out_and_named() {
     };
     assert_eq!(conversion.summary.message_count, 1);
     assert_eq!(left_out("/markers").0, 2);
-    assert!(left_out("/markers").1.contains("laid out differently"));
+    assert!(left_out("/markers").1.contains("has another layout"));
     assert_eq!(left_out("/scan").0, 1);
     assert!(left_out("/scan").1.contains("30 bytes"));
     assert!(left_out("/undefined").1.contains("a/C is not defined"));
 }
 
 #[test]
-fn a_bag_without_an_index_is_refused_with_its_mend() {
+fn a_bag_without_an_index_is_refused_with_its_fix() {
     let bytes = bag(&[]);
     let cut = converted(&bytes[..4000]).unwrap_err().to_string();
     assert!(cut.contains("rosbag reindex"), "{cut}");

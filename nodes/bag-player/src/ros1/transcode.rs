@@ -17,10 +17,10 @@ pub enum TranscodeError {
         /// Its length.
         bytes: usize,
     },
-    /// It goes on after its last field.
+    /// It has bytes after its last field.
     #[error("the message has {bytes} bytes after its last field")]
     TooLong {
-        /// What is left.
+        /// The bytes left.
         bytes: usize,
     },
 }

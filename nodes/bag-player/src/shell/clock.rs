@@ -10,7 +10,7 @@ use node_shell::{Node, Publisher, Qos, ShellError};
 /// The topic that nodes with `use_sim_time` take their time from.
 pub(super) const CLOCK_TOPIC: &str = "/clock";
 
-/// Publishes the time at a steady rate.
+/// Publishes the time at a constant rate.
 pub(super) struct BagClock {
     publisher: Publisher<Clock>,
     period: Duration,

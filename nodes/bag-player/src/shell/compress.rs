@@ -1,4 +1,4 @@
-//! Images on their way out, compressed as image_transport does it: depth without loss in a fifth to a
+//! Outgoing images, compressed as by image_transport: depth without loss in a fifth to a
 //! half of the bytes, colours in a twentieth, for a network or a kernel that raw ones are too large for.
 
 use std::collections::BTreeMap;
@@ -46,13 +46,13 @@ pub struct ColorCompression {
     pub quality: JpegQuality,
 }
 
-/// What is none of the form `TOPIC` or `TOPIC=QUALITY`.
+/// The text that is not of the form `TOPIC` or `TOPIC=QUALITY`.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum ColorCompressionError {
     /// There is no topic.
     #[error("accepted is TOPIC or TOPIC=QUALITY, as /camera/color/image_raw=80")]
     Topic,
-    /// The quality is none.
+    /// The quality is invalid.
     #[error(transparent)]
     Quality(#[from] JpegQualityError),
 }
@@ -130,7 +130,7 @@ pub(super) enum CompressError {
         /// Why.
         source: ConvertError,
     },
-    /// What came of it cannot be encoded.
+    /// The result cannot be encoded.
     #[error("a compressed image for {topic} cannot be encoded: {source}")]
     Encode {
         /// The topic.
@@ -171,7 +171,7 @@ impl Compression {
         Ok(Self { codecs: Arc::new(codecs), type_name: CompressedImage::TYPE_NAME.into() })
     }
 
-    /// What stands behind the name of a topic whose images are compressed.
+    /// The suffix of the name of a topic whose images are compressed.
     pub(super) fn topic_part(&self, topic: &str) -> Option<&'static str> {
         self.codecs.get(bare(topic)).map(|codec| codec.topic_part())
     }

@@ -12,7 +12,7 @@ use tokio::sync::mpsc;
 /// How long the thread that reads the keys takes to notice that it is no longer needed.
 const POLL: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 
-/// What a key asks for.
+/// The action of a key.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Key {
     /// Pause, or go on.

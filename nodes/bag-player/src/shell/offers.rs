@@ -118,7 +118,7 @@ impl Offers {
         self.0.values().map(|offer| offer.publisher.topic()).collect()
     }
 
-    /// What was published; ends the publishers.
+    /// The counts of published messages; ends the publishers.
     pub(super) fn into_summaries(self) -> Vec<TopicSummary> {
         self.0.into_values().map(|offer| offer.summary).collect()
     }

@@ -1,4 +1,4 @@
-//! What the player can be told.
+//! The options of the player.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -58,7 +58,7 @@ pub struct PlayOptions {
     /// for several topics)
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
     pub wait_for: Vec<String>,
-    /// Give up waiting after this long; for reports to pace by, too
+    /// Stop waiting after this long; for reports to pace by, too
     #[arg(long = "wait-timeout", value_name = "SECONDS", allow_negative_numbers = true, default_value_t = DEFAULT_WAIT_TIMEOUT_S)]
     pub wait_timeout_s: f64,
     /// Hold playback back while a node is behind with a topic of the bag, by what the node reports of it (as

@@ -16,7 +16,7 @@ use tempfile::TempDir;
 use super::{DepthFormat, Ending, PlayError, PlayOptions, play};
 use crate::{BagError, BagWriter, OfferedQos};
 
-/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+/// Longer than anything takes on a busy machine; a test that waits this long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 const SCANS: u32 = 40;
@@ -208,7 +208,7 @@ fn bag_of_images() -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-/// It was once passed over, and the topic went by the bag's name.
+/// It was once ignored, and the topic went by the bag's name.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_not_played_gets_no_other_name() {
     let (_folder, path) = bag();
@@ -241,7 +241,7 @@ async fn report_slowly(scans: Subscription<LaserScan>, reports: Publisher<StageR
 async fn a_node_that_is_slower_than_the_bag_is_waited_for() {
     let (_folder, path) = bag();
     let (player, listener) = nodes();
-    // Of what comes twice as fast as it is taken this would lose most.
+    // Of messages that come twice as fast as they are taken this would lose most.
     let scans = listener.subscription("scan", &Qos::sensor(4)).unwrap();
     let reports = listener.publisher("slow/report", &Qos::reliable(100)).unwrap();
     let node = tokio::spawn(report_slowly(scans, reports));
@@ -260,12 +260,12 @@ async fn a_node_that_is_slower_than_the_bag_is_waited_for() {
         paces: vec!["scan=/nobody/report".parse().unwrap()],
         ..PlayOptions::new(path.clone())
     };
-    let told = play(absent, &player).await.unwrap_err().to_string();
-    assert!(told.contains("nobody published /nobody/report within 0.3 s"), "{told}");
+    let error = play(absent, &player).await.unwrap_err().to_string();
+    assert!(error.contains("nobody published /nobody/report within 0.3 s"), "{error}");
     let unplayed =
         PlayOptions { paces: vec!["/scam=/r".parse().unwrap()], ..PlayOptions::new(path) };
-    let told = play(unplayed, &player).await.unwrap_err().to_string();
-    assert!(told.contains("--pace /scam: no such topic is played"), "{told}");
+    let error = play(unplayed, &player).await.unwrap_err().to_string();
+    assert!(error.contains("--pace /scam: no such topic is played"), "{error}");
     player.close().await;
     listener.close().await;
 }
@@ -382,7 +382,7 @@ async fn what_is_no_depth_image_is_not_compressed() {
     assert!(depth.starts_with("--compress-color: an image on /depth/image cannot be"), "{depth}");
     assert!(depth.contains("\"16UC1\" is no image for JPEG"), "{depth}");
     let twice = refused("colour", &["/colour"]).await;
-    assert_eq!(twice, "colour is to be compressed twice, in different ways; name it once");
+    assert_eq!(twice, "colour is to be compressed twice, by different codecs; name it once");
     player.close().await;
     listener.close().await;
 }

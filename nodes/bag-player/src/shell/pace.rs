@@ -1,7 +1,7 @@
 //! Playing no faster than nodes keep up: a topic is held back while what a node reports of it is behind.
 //!
-//! What is large is sent with best effort, and a node that is slower than the bag loses what it has no room for. On a
-//! robot that is right, since the newest counts; whoever maps a recording wants all of it, however slow the machine is.
+//! Large messages are sent with best effort, and a node that is slower than the bag loses those it has no room for. On a
+//! robot that is right, since the newest counts; for mapping a recording all of it is needed, however slow the machine is.
 
 use std::str::FromStr;
 use std::time::{Duration, Instant};
@@ -11,9 +11,9 @@ use node_shell::{Node, Qos, ShellError, Subscription};
 
 use crate::message::{BagMessage, bare};
 
-/// So many messages may be on their way: enough to keep a node busy, and fewer than any node of the suite keeps waiting.
+/// This many messages may be in transit: enough to keep a node busy, and fewer than any node of the suite keeps waiting.
 const MOST_AHEAD: u64 = 3;
-/// A node that reports nothing for so long is not waited for: what it has not reported is lost, or never will be reported.
+/// A node that reports nothing for this long is not waited for: what it has not reported is lost, or never will be reported.
 const LONGEST_HOLD: Duration = Duration::from_secs(5);
 /// Reports that may wait here.
 const REPORTS_KEPT: usize = 100;
@@ -73,7 +73,7 @@ impl Pace {
         Ok(Self { paced: paced.collect::<Result<_, ShellError>>()? })
     }
 
-    /// The topics of reports that nobody publishes.
+    /// The topics of reports without a publisher.
     pub(super) fn unreported(&self) -> Vec<String> {
         let unreported = self.paced.iter().filter(|paced| paced.reports.publisher_count() == 0);
         unreported.map(|paced| paced.reports.topic().to_owned()).collect()
@@ -84,15 +84,15 @@ impl Pace {
         self.of(&message.topic).for_each(|paced| paced.lead.messages += 1);
     }
 
-    /// Whether the message must wait. After [`LONGEST_HOLD`] without a report it need not: what the node has not reported is
-    /// given up.
-    pub(super) fn holds_or_gives_up(&mut self, message: &BagMessage, now: Instant) -> bool {
+    /// Whether the message must wait. After [`LONGEST_HOLD`] without a report it need not: messages that the node has not reported are
+    /// counted as lost.
+    pub(super) fn holds_or_drops(&mut self, message: &BagMessage, now: Instant) -> bool {
         let mut holds = false;
         for paced in self.of(&message.topic) {
             while paced.reports.try_next().is_some() {
                 paced.lead.reported();
             }
-            holds |= paced.lead.holds_or_gives_up(now);
+            holds |= paced.lead.holds_or_drops(now);
         }
         holds
     }
@@ -108,7 +108,7 @@ impl Lead {
         *self = Self { messages: self.messages.saturating_sub(1), held_since: None };
     }
 
-    fn holds_or_gives_up(&mut self, now: Instant) -> bool {
+    fn holds_or_drops(&mut self, now: Instant) -> bool {
         if self.messages < MOST_AHEAD {
             return false;
         }
@@ -130,12 +130,12 @@ mod tests {
         let now = Instant::now();
         let mut lead = Lead::default();
         for _ in 0..MOST_AHEAD {
-            assert!(!lead.holds_or_gives_up(now));
+            assert!(!lead.holds_or_drops(now));
             lead.messages += 1;
         }
-        assert!(lead.holds_or_gives_up(now) && lead.holds_or_gives_up(now + LONGEST_HOLD / 2));
+        assert!(lead.holds_or_drops(now) && lead.holds_or_drops(now + LONGEST_HOLD / 2));
         lead.reported();
-        assert!(!lead.holds_or_gives_up(now));
+        assert!(!lead.holds_or_drops(now));
     }
 
     #[test]
@@ -143,10 +143,10 @@ mod tests {
         let start = Instant::now();
         let at = |holds: f64| start + LONGEST_HOLD.mul_f64(holds);
         let mut lead = Lead { messages: 2 * MOST_AHEAD, held_since: None };
-        assert!(lead.holds_or_gives_up(at(0.0)) && lead.holds_or_gives_up(at(0.9)));
+        assert!(lead.holds_or_drops(at(0.0)) && lead.holds_or_drops(at(0.9)));
         lead.reported();
-        assert!(lead.holds_or_gives_up(at(1.1)) && lead.holds_or_gives_up(at(2.0)));
-        assert!(!lead.holds_or_gives_up(at(2.2)));
+        assert!(lead.holds_or_drops(at(1.1)) && lead.holds_or_drops(at(2.0)));
+        assert!(!lead.holds_or_drops(at(2.2)));
         assert_eq!(lead, Lead::default(), "what it has not reported is taken for lost");
         lead.reported();
         assert_eq!(lead, Lead::default());

@@ -41,9 +41,9 @@ pub enum PlayError {
     Number {
         /// The option.
         option: &'static str,
-        /// What it can be.
+        /// The accepted values.
         accepted: &'static str,
-        /// What it was.
+        /// The given value.
         value: f64,
     },
     /// There is no message to play.
@@ -51,7 +51,7 @@ pub enum PlayError {
     NothingToPlay {
         /// The bag.
         path: PathBuf,
-        /// What of it was selected.
+        /// The selection.
         selected: &'static str,
     },
     /// A topic to wait for is not played.
@@ -59,7 +59,7 @@ pub enum PlayError {
     WaitForUnplayed {
         /// The topic.
         topic: String,
-        /// What is played.
+        /// The topics played.
         available: String,
     },
     /// A topic to give another name is not played.
@@ -67,7 +67,7 @@ pub enum PlayError {
     RemapUnplayed {
         /// The topic.
         from: String,
-        /// What is played.
+        /// The topics played.
         available: String,
     },
     /// A topic to compress is not there.
@@ -87,19 +87,19 @@ pub enum PlayError {
         option: &'static str,
         /// The topic.
         topic: String,
-        /// What it carries.
+        /// Its type.
         type_name: String,
     },
     /// A topic to compress carries images of another kind.
     #[error("{0}")]
     CompressOtherImages(String),
-    /// A topic is to be compressed in two ways.
-    #[error("{topic} is to be compressed twice, in different ways; name it once")]
+    /// A topic is to be compressed by two codecs.
+    #[error("{topic} is to be compressed twice, by different codecs; name it once")]
     CompressTwice {
         /// The topic.
         topic: String,
     },
-    /// Nobody subscribed in time.
+    /// No subscriber came in time.
     #[error(
         "nobody subscribed to {topics} within {seconds} s; start the subscriber, or give it longer with --wait-timeout"
     )]
@@ -114,10 +114,10 @@ pub enum PlayError {
     PaceUnplayed {
         /// The topic.
         topic: String,
-        /// What is played.
+        /// The topics played.
         available: String,
     },
-    /// Nobody reports what the bag is to be paced by.
+    /// The reports that the bag is to be paced by are not published.
     #[error(
         "nobody published {topics} within {seconds} s; start the node, or give it longer with --wait-timeout"
     )]
@@ -135,8 +135,8 @@ pub enum PlayError {
 /// Plays a bag onto the network of `node`, until its end or until `node` is asked to end.
 ///
 /// # Errors
-/// When the bag cannot be read or has nothing to play, the options make no sense, or nobody subscribes
-/// to what is waited for. Parts of the bag that are lost, late messages and messages that could not be
+/// When the bag cannot be read or has nothing to play, the options make no sense, or a subscriber
+/// that is waited for does not come. Parts of the bag that are lost, late messages and messages that could not be
 /// sent are no errors but part of the summary.
 pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, PlayError> {
     let schedule = Schedule::new(options.rate, options.looping)?;
@@ -193,7 +193,7 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
         let selected = if everything {
             "in CDR, the encoding of ROS 2"
         } else {
-            "in what --topics, --start and --duration leave of it"
+            "in the selection of --topics, --start and --duration"
         };
         return Err(PlayError::NothingToPlay { path: options.bag, selected });
     }

@@ -21,14 +21,14 @@ use crate::shell::read_ahead::{Ahead, PassEnd, ReadAhead};
 use crate::shell::status::StatusLine;
 use crate::shell::summary::{Ending, TopicSummary};
 
-/// A match is known here before the subscriber knows of it, and until then it drops what comes.
+/// A match is known here before the subscriber knows of it, and until then it drops messages.
 const SETTLE: Duration = Duration::from_millis(200);
 
 /// How often a node that is behind is looked after.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
-/// How many failures to publish are told; all are counted.
-const FAILURES_TOLD: u64 = 5;
+/// How many failures to publish are logged; all are counted.
+const MAX_FAILURES_REPORTED: u64 = 5;
 
 /// A bag that is being played.
 pub(super) struct Player {
@@ -42,16 +42,16 @@ pub(super) struct Player {
     status: StatusLine,
     shutdown: Shutdown,
     late_above: Duration,
-    /// Where the time that the schedule is told begins.
+    /// The origin of the time that the schedule is given.
     origin: Instant,
-    failures_told: u64,
+    failures_reported: u64,
 }
 
 /// How a bag was played.
 pub(super) struct Played {
     pub(super) ending: Ending,
     pub(super) passes: u64,
-    /// What the reader said of the last pass that it ended.
+    /// The reader's result of the last pass that it ended.
     pub(super) reader: PassEnd,
 }
 
@@ -79,11 +79,11 @@ impl Player {
             shutdown,
             late_above,
             origin,
-            failures_told: 0,
+            failures_reported: 0,
         }
     }
 
-    /// What was published; ends the publishers.
+    /// The counts of published messages; ends the publishers.
     pub(super) fn into_summaries(self) -> Vec<TopicSummary> {
         self.offers.into_summaries()
     }
@@ -227,11 +227,11 @@ impl Player {
         }
     }
 
-    /// Whether the next message is due, and a node is behind with what came before it.
+    /// Whether the next message is due, and a node is behind with earlier messages.
     fn is_held(&mut self, next: Option<&Ahead>, time: Option<Stamp>) -> bool {
         let due = next.filter(|next| time.is_some_and(|time| time >= next.message.log_time));
         !self.schedule.is_paused()
-            && due.is_some_and(|next| self.pace.holds_or_gives_up(&next.message, Instant::now()))
+            && due.is_some_and(|next| self.pace.holds_or_drops(&next.message, Instant::now()))
     }
 
     /// Waits for the next message to fall due, a key, the clock or the end.
@@ -263,7 +263,7 @@ impl Player {
             Some(Ok(())) if late > self.late_above => {
                 self.offers.count_late(&message.topic, late.as_secs_f64());
             }
-            Some(Err(error)) => self.tell(&error),
+            Some(Err(error)) => self.report(&error),
             _ => {}
         }
     }
@@ -274,13 +274,13 @@ impl Player {
             return Err(PlayError::CompressOtherImages(fault.to_string()));
         }
         self.offers.count_failed(&message.topic);
-        self.tell(fault);
+        self.report(fault);
         Ok(())
     }
 
-    fn tell(&mut self, failure: &dyn std::fmt::Display) {
-        self.failures_told += 1;
-        if self.failures_told <= FAILURES_TOLD {
+    fn report(&mut self, failure: &dyn std::fmt::Display) {
+        self.failures_reported += 1;
+        if self.failures_reported <= MAX_FAILURES_REPORTED {
             tracing::error!("{failure}");
         }
     }

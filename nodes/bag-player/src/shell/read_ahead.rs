@@ -13,7 +13,7 @@ use crate::message::BagMessage;
 use crate::messages::{Messages, Skipped};
 use crate::shell::compress::{CompressError, Compression};
 
-/// What is read ahead at most, in KiB: three seconds of a depth camera, six of the largest clouds.
+/// The most that is read ahead, in KiB: three seconds of a depth camera, six of the largest clouds.
 const READ_AHEAD_KIB: u32 = 64 * 1024;
 
 /// A message that was read, and its share of the read-ahead.
@@ -24,7 +24,7 @@ pub(super) struct Ahead {
     _share: OwnedSemaphorePermit,
 }
 
-/// What the reader has to say after its last message.
+/// The reader's result after its last message.
 #[derive(Default)]
 pub(super) struct PassEnd {
     pub(super) losses: Vec<Loss>,
@@ -71,7 +71,7 @@ impl ReadAhead {
         }
     }
 
-    /// What the reader said at the end of the bag.
+    /// The reader's result at the end of the bag.
     pub(super) fn take_end(&mut self) -> PassEnd {
         std::mem::take(&mut self.end)
     }
@@ -79,7 +79,7 @@ impl ReadAhead {
 
 impl Drop for ReadAhead {
     fn drop(&mut self) {
-        // The reader may be waiting for a share that nobody will give back.
+        // The reader may be waiting for a share that will never be given back.
         self.share.close();
     }
 }
@@ -112,6 +112,6 @@ fn read(
         skipped: messages.skipped().clone(),
         out_of_order: messages.out_of_order(),
     };
-    // Without a receiver nobody wants to know.
+    // Without a receiver the result is not needed.
     let _ = sender.send(Item::End(end));
 }

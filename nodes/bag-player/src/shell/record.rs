@@ -1,12 +1,13 @@
 //! The recorder: the live graph into a bag, as `stillmap record`.
 
-mod ears;
 mod error;
 mod options;
 #[cfg(test)]
 mod over_dds;
 mod quality;
+mod queue;
 mod status;
+mod subscriptions;
 mod summary;
 mod writing;
 
@@ -15,9 +16,9 @@ use std::time::{Duration, Instant};
 
 use node_shell::{Node, NodeFailure, RosArguments, ShellError};
 
-use crate::shell::{INCOMPLETE, on_a_node, tell};
-use ears::{Ears, Wanted};
+use crate::shell::{INCOMPLETE, on_a_node, print_summary};
 use status::StatusLine;
+use subscriptions::{Subscriptions, Wanted};
 use writing::Writing;
 
 pub use error::RecordError;
@@ -29,7 +30,7 @@ const NODE_NAME: &str = "bag_recorder";
 /// How often the recorder looks for topics that have come up.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// What stands below the options in `--help`.
+/// The text below the options in `--help`.
 pub const EXAMPLES: &str = "\
 Examples:
   stillmap record -o room.mcap
@@ -40,39 +41,42 @@ Examples:
 Ctrl-C or SIGTERM ends the recording and closes the bag. Until then it is room.mcap.tmp, which can be read as far as it
 goes. With use_sim_time messages are logged at the time of /clock; before its first tick nothing is recorded.
 
-Exit codes: 0 all was recorded; 1 it could not be recorded; 2 wrong arguments; 3 it was recorded, but messages were lost on
-their way, or a topic of --topics never came up.";
+Exit codes: 0 all was recorded; 1 it could not be recorded; 2 wrong arguments; 3 it was recorded, but messages were lost in
+transit, or a topic of --topics never came up.";
 
 /// Runs the recorder: prints the summary and gives the exit code.
 ///
 /// # Errors
 /// When nothing can be recorded, or the bag cannot be written.
 pub fn run(options: &RecordOptions, ros: &RosArguments) -> Result<ExitCode, NodeFailure> {
+    options.check()?;
     let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
     node_shell::log::start(&identity.logger_name(), &ros.log, &ros.outputs);
-    ros.tell_without_effect();
+    ros.warn_of_options_without_effect();
     let summary = on_a_node(NODE_NAME, ros, async |node| record(options, node).await)?;
-    tell(&summary, options.json)?;
+    print_summary(&summary, options.json)?;
     Ok(if summary.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 
 /// Records what is on the network of `node`, until it is asked to end or for as long as the options say.
 ///
 /// # Errors
-/// When the bag is there already or cannot be written, or a name is none. What was lost on its way and topics that never came
+/// When the bag is there already or cannot be written, or a name is invalid. Messages lost in transit and topics that never came
 /// are no errors but part of the summary.
 pub async fn record(options: &RecordOptions, node: &Node) -> Result<RecordSummary, RecordError> {
+    options.check()?;
     let longest = options.longest()?;
     // Before the bag is begun: what is refused leaves nothing.
     let wanted = Wanted::new(node, options)?;
-    let writing = Writing::start(options)?;
+    let mut writing = Writing::start(options)?;
     let started = Instant::now();
-    let mut ears = Ears::new(node, wanted, writing.queue());
+    let mut subscriptions = Subscriptions::new(node, wanted, writing.queue());
     let mut status = StatusLine::new(started);
     let shutdown = node.shutdown_signal();
     loop {
-        ears.open_more(&node.survey());
+        subscriptions.open_more(&node.survey());
         status.update(writing.written());
+        writing.warn_if_behind();
         let left = longest.map_or(LOOK, |longest| longest.saturating_sub(started.elapsed()));
         if left.is_zero() {
             break;
@@ -86,7 +90,7 @@ pub async fn record(options: &RecordOptions, node: &Node) -> Result<RecordSummar
     }
     status.clear();
     let duration_s = started.elapsed().as_secs_f64();
-    let (topics, not_recorded) = ears.close().await;
+    let (topics, not_recorded) = subscriptions.close().await;
     let bag = writing.finish().await?;
     Ok(RecordSummary::new(bag, topics, not_recorded, duration_s))
 }

@@ -1,4 +1,4 @@
-//! The line on a terminal that says where playback stands.
+//! The line on a terminal that shows the progress of playback.
 
 use std::time::Duration;
 
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_line_tells_where_it_stands() {
+    fn the_line_reports_the_progress() {
         let at = |seconds: i32| Stamp::from_secs_nanos(seconds, 0);
         assert_eq!(
             line(at(100), at(108), Some(at(102)), true, true),

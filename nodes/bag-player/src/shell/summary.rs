@@ -1,4 +1,4 @@
-//! What came of playing a bag.
+//! The outcome of playing a bag.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -17,11 +17,11 @@ pub enum Ending {
     Finished,
     /// The key for it was pressed.
     Quit,
-    /// A signal asked for it.
+    /// A signal requested it.
     Interrupted,
 }
 
-/// What came of playing a bag.
+/// The outcome of playing a bag.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct PlaySummary {
     /// The bag.
@@ -44,7 +44,7 @@ pub struct PlaySummary {
     pub out_of_order: u64,
 }
 
-/// What came of one topic.
+/// The outcome of one topic.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct TopicSummary {
     /// Its name in the bag.

@@ -34,7 +34,7 @@ impl TerminalLine {
             return;
         }
         self.next = Instant::now() + self.period;
-        // Whoever closed stderr does not want to see it.
+        // stderr is closed: the line is not shown.
         let _ = write!(stderr(), "\r\x1b[K{}", line());
         let _ = stderr().flush();
     }

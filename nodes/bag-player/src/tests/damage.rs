@@ -243,7 +243,7 @@ fn other_encodings_are_skipped_and_counted() -> Result<(), BagError> {
 }
 
 #[test]
-fn what_is_no_bag_is_named_with_the_mend() {
+fn a_file_that_is_no_bag_is_named_with_the_fix() {
     let said = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
     assert!(said(b"").contains("is empty (0 bytes)"));
     assert!(said(b"#ROSBAG V2.0\n...").contains("it is a ROS 1 bag; convert it"));

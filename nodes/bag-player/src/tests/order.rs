@@ -10,7 +10,7 @@ use crate::{Bag, BagError, Selection};
 
 const SECOND: u64 = 1_000_000_000;
 
-/// All ways to write the same messages: chunks compressed or not, with an index or without, no
+/// All layouts to write the same messages: chunks compressed or not, with an index or without, no
 /// chunks at all.
 fn every_form() -> Vec<(&'static str, WriteOptions)> {
     let plain = || WriteOptions::new().compression(None);

@@ -120,7 +120,7 @@ fn files_outside_of_the_directory_are_not_opened() {
 }
 
 #[test]
-fn other_storages_are_refused_with_the_mend() {
+fn other_storages_are_refused_with_the_fix() {
     let sqlite = Bag::open(&committed("rosbag2/empty_bag")).unwrap_err().to_string();
     assert!(
         sqlite.contains("stored as sqlite3") && sqlite.contains("ros2 bag convert -i"),

@@ -1,4 +1,4 @@
-//! What a calibration has found.
+//! The result of a calibration.
 
 use std::collections::BTreeMap;
 
@@ -11,12 +11,12 @@ use super::{Problem, RigMounts};
 use crate::constraint::Kind;
 use crate::fit::Fit;
 use crate::observability::{Coordinate, Direction, SHARE_OF_ONE, share};
-use crate::steady::{InCycle, Key};
+use crate::repeated::{InCycle, Key};
 
 /// A surface is upright when its normal is level within this: 10 degrees.
 const UPRIGHT_RAD: f64 = 0.175;
 
-/// What was found about a coordinate of the correction.
+/// The estimate of a coordinate of the correction.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct CoordinateEstimate {
     /// The coordinate.
@@ -53,9 +53,9 @@ pub struct Calibration {
     pub coordinates: [CoordinateEstimate; 6],
     /// The covariance of the correction in this order, in m^2, m rad and rad^2.
     pub covariance: [[f64; 6]; 6],
-    /// The six directions that are told independently of each other, best known first.
+    /// The six directions that are determined independently of each other, best known first.
     pub directions: [Direction; 6],
-    /// What is not told, and why, in words.
+    /// The coordinates that are not observable, and why, in words.
     pub not_observable: Vec<String>,
     /// Cycles with a return that counts.
     pub cycles: usize,
@@ -84,7 +84,7 @@ impl Calibration {
         geometry::pose_from_vector(&self.rig_from_lidar)
     }
 
-    /// What was found about a coordinate.
+    /// The estimate of a coordinate.
     #[must_use]
     pub fn of(&self, coordinate: Coordinate) -> &CoordinateEstimate {
         &self.coordinates[coordinate as usize]
@@ -92,7 +92,7 @@ impl Calibration {
 }
 
 impl Problem<'_> {
-    /// What the last fit says.
+    /// The result of the last fit.
     pub(super) fn report(
         &self,
         constraints: &[InCycle],
@@ -133,7 +133,12 @@ impl Problem<'_> {
             plane_returns: of_kind(Kind::Plane),
             edges: of_kind(Kind::Edge),
             outliers: constraints.len() - used.len(),
-            moving_returns: self.still.iter().flatten().filter(|still| !**still).count(),
+            moving_returns: self
+                .is_static
+                .iter()
+                .flatten()
+                .filter(|is_static| !**is_static)
+                .count(),
             rms_before_m: self.rms_before_m(&used),
             rms_after_m: rms(used.iter().map(|one| distance_m(one, &mounts))),
             noise_factor: fit.variance_factor.sqrt(),
@@ -153,8 +158,8 @@ impl Problem<'_> {
             let weights = &direction.in_units;
             let deviation = wanted.component_mul(weights) * prior.component_mul(weights).norm();
             covariance += deviation * deviation.transpose();
-            // A scanner that is tilted by what is not known sees a wall a little farther away, whichever way it is
-            // tilted: so both ways, and the distances as they are, not linearised.
+            // A scanner with an unknown tilt sees a wall a little farther away, in whichever direction it is
+            // tilted: so both signs are computed, with the distances as they are, not linearised.
             for side in [-1.0, 1.0] {
                 let there = self.mounts.corrected(&(fit.total + side * deviation));
                 let changes = constraints.iter().zip(&observations).map(|(one, observation)| {
@@ -167,8 +172,8 @@ impl Problem<'_> {
         covariance
     }
 
-    /// The distances of the same returns before any correction. A return may have met another surface then, or
-    /// none; those that had met none are left out.
+    /// The distances of the same returns before any correction. A return may have hit another surface then, or
+    /// none; those that had hit none are left out.
     fn rms_before_m(&self, used: &[&InCycle]) -> f64 {
         let before: BTreeMap<Key, f64> = self
             .constraints(&self.mounts, None)
@@ -189,7 +194,7 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     if count == 0 { 0.0 } else { (sum / count as f64).sqrt() }
 }
 
-/// What is not told, in words: a sentence for each reason.
+/// The coordinates that are not observable, in words: a sentence for each reason.
 fn not_observable(
     observability: &Observability<6>,
     used: &[&InCycle],
@@ -209,16 +214,16 @@ fn not_observable(
         held.into_iter().partition(by_height);
     let mut sentences = Vec::new();
     let why_height = if upright {
-        "the scan met only vertical surfaces"
+        "the scan hit only vertical surfaces"
     } else {
-        "the scan met too few surfaces that are not vertical"
+        "the scan hit too few surfaces that are not vertical"
     };
     sentences.extend(sentence(&of_height, why_height));
     for coordinate in others {
         let why = match coordinate {
-            Coordinate::X => "the scan met nothing that faces the camera",
-            Coordinate::Y => "the scan met no surface that faces sideways, and no edge",
-            _ => "the scan met too little to tell its heading",
+            Coordinate::X => "the scan hit nothing that faces the camera",
+            Coordinate::Y => "the scan hit no surface that faces sideways, and no edge",
+            _ => "the scan hit too little to determine its heading",
         };
         sentences.extend(sentence(&[coordinate], why));
     }
@@ -240,7 +245,7 @@ fn not_observable(
                 .map(|(weight, coordinate)| format!("{weight:+.2} {coordinate}"))
                 .collect();
             sentences.push(format!(
-                "{} is not observable from this bag: the scan met surfaces of one direction",
+                "{} is not observable from this bag: the scan hit surfaces of one direction",
                 parts.join(" ")
             ));
         }

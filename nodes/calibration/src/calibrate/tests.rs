@@ -68,7 +68,7 @@ fn calibrated(scenario: Scenario) -> (Calibration, Vector6<f64>) {
 }
 
 const HEIGHT_IS_HELD: &str =
-    "z, roll and pitch are not observable from this bag: the scan met only vertical surfaces";
+    "z, roll and pitch are not observable from this bag: the scan hit only vertical surfaces";
 
 #[test]
 fn in_a_furnished_corner_x_y_and_yaw_are_found() {
@@ -102,9 +102,9 @@ fn in_the_rooms_of_table_2_what_is_found_is_right() {
     }
 }
 
-/// Nothing in an empty room faces sideways: the wall ahead tells x and yaw, and y stays as it was.
+/// Nothing in an empty room faces sideways: the wall ahead determines x and yaw, and y stays as it was.
 #[test]
-fn one_wall_tells_x_and_yaw_and_says_so() {
+fn one_wall_determines_x_and_yaw_and_the_report_says_so() {
     for seed in 1..=3 {
         let (calibration, truth) = calibrated(badly_mounted(Scenario::empty(SceneName::A, seed)));
         check(&format!("scene A, seed {seed}"), &calibration, &truth, WITHIN_M);
@@ -112,8 +112,8 @@ fn one_wall_tells_x_and_yaw_and_says_so() {
         assert!(calibration.of(Coordinate::Yaw).is_estimated());
         assert!(calibration.of(Coordinate::Y).is_held());
         assert!(calibration.of(Coordinate::Y).std_dev >= 0.019);
-        let told = calibration.not_observable.join("; ");
-        assert!(told.contains("y is not observable from this bag"), "{told}");
+        let reasons = calibration.not_observable.join("; ");
+        assert!(reasons.contains("y is not observable from this bag"), "{reasons}");
     }
 }
 
@@ -187,7 +187,7 @@ fn three_degrees_and_five_centimetres_are_found() {
 }
 
 #[test]
-fn a_bag_that_tells_nothing_is_refused_with_numbers() {
+fn a_bag_without_information_is_refused_with_numbers() {
     let recording = Recording::of(
         &Scenario::empty(SceneName::A, 1).with_depth_size(160, 120).with_duration_s(3.0),
     );

@@ -47,7 +47,7 @@ proptest! {
     }
 
     #[test]
-    fn the_way_of_a_return_is_what_its_matrix_says(
+    fn the_displacement_of_a_return_is_that_of_its_matrix(
         point in proptest::array::uniform3(-5.0..5.0_f64),
         correction in proptest::array::uniform6(-1e-5..1e-5_f64),
     ) {
@@ -55,9 +55,9 @@ proptest! {
         let mounts = usual_mounts();
         let correction = Vector6::from(correction);
         let moved = mounts.corrected(&correction).rig_from_lidar * constraint.point_in_lidar_m;
-        let way_m = (moved - mounts.rig_from_lidar * constraint.point_in_lidar_m).norm();
-        let squared = correction.dot(&(constraint.linearised(&mounts).way_matrix() * correction));
-        prop_assert!((way_m - squared.sqrt()).abs() < 1e-9, "{way_m} {squared}");
+        let moved_m = (moved - mounts.rig_from_lidar * constraint.point_in_lidar_m).norm();
+        let squared = correction.dot(&(constraint.linearised(&mounts).displacement_matrix() * correction));
+        prop_assert!((moved_m - squared.sqrt()).abs() < 1e-9, "{moved_m} {squared}");
     }
 }
 
@@ -101,7 +101,7 @@ fn the_returns_of_a_true_scan_lie_on_the_surfaces_and_edges() {
         let linearised = edge.linearised(&mounts);
         // Half a step of a beam at 2.5 m.
         assert!(linearised.distance_m.abs() < 0.03, "{linearised:?}");
-        // It tells of y alone, seen straight ahead.
+        // It determines y alone, seen straight ahead.
         assert!(linearised.jacobian[1].abs() > 0.98 && linearised.jacobian[2].abs() < 0.05);
     }
     let planes = constraints.len() - edges.len();
@@ -112,7 +112,7 @@ fn the_returns_of_a_true_scan_lie_on_the_surfaces_and_edges() {
         assert!((linearised.jacobian[0] - 1.0).abs() < 1e-3, "{linearised:?}");
         assert!((0.01..0.05).contains(&one.std_dev_m));
     }
-    // What is not still is left out, and an edge with either of its beams.
+    // What is not static is left out, and an edge with either of its beams.
     let none = constraints_of(&returns, |_| false, &image, eye.optics(), &mounts, &config);
     assert!(none.is_empty());
     let near = edges[0].beam;

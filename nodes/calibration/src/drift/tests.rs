@@ -18,7 +18,7 @@ fn watch(recording: &Recording, from: usize, knock: &Vector6<f64>) -> Vec<Extrin
         .step_by(CYCLES_A_LOOK)
         .enumerate()
         .map(|(look, cycle)| {
-            // A knock of the scanner is the same as mounts that are wrong the other way round.
+            // A displacement of the scanner is the same as mounts that are wrong in the opposite direction.
             let mounts = if look >= from { usual.corrected(knock) } else { usual };
             monitor.observe(&cycle.returns, &cycle.image, optics, &mounts)
         })
@@ -41,13 +41,13 @@ fn what_is_right_is_never_called_wrong() {
 }
 
 #[test]
-fn nobody_who_walks_through_raises_an_alarm() {
+fn people_who_walk_through_raise_no_alarm() {
     for object in [CrossingObject::Person, CrossingObject::Robot, CrossingObject::Cart] {
         for (path, seed) in [(PathName::A, 1), (PathName::B, 2), (PathName::C, 3)] {
             let scenario = Scenario::crossing(SceneName::B, object, path, seed);
             let duration_s = scenario.duration_s;
             let recording = recording(scenario, duration_s);
-            // At every phase of the looks, so that the object is met wherever it is.
+            // At every phase of the checks, so that the object is hit wherever it is.
             for phase in 0..CYCLES_A_LOOK {
                 let later = recording.starting_at_cycle(phase);
                 let verdicts = watch(&later, usize::MAX, &Vector6::zeros());
@@ -64,7 +64,7 @@ fn nobody_who_walks_through_raises_an_alarm() {
 }
 
 #[test]
-fn a_knock_is_told_within_seconds() {
+fn a_displacement_is_reported_within_seconds() {
     let three_degrees = 3_f64.to_radians();
     let knocks = [
         ("3 degrees of yaw", Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, three_degrees)),
@@ -82,7 +82,7 @@ fn a_knock_is_told_within_seconds() {
             let first = verdicts.iter().position(Extrinsics::is_wrong);
             let after = first.map(|first| first - from);
             println!(
-                "scene {scene}, {name}: told after {after:?} looks, {}",
+                "scene {scene}, {name}: reported after {after:?} checks, {}",
                 verdicts.last().unwrap()
             );
             assert!(after.is_some_and(|looks| looks <= 6), "scene {scene}, {name}: {verdicts:?}");
@@ -91,9 +91,9 @@ fn a_knock_is_told_within_seconds() {
     }
 }
 
-/// Where surfaces face sideways, a knock to the side is told as well.
+/// Where surfaces face sideways, a displacement to the side is reported as well.
 #[test]
-fn a_knock_to_the_side_is_told_in_a_corner() {
+fn a_displacement_to_the_side_is_reported_in_a_corner() {
     let recording = recording(corner(12), 18.0);
     for y_m in [0.05, -0.05] {
         let knock = Vector6::new(0.0, y_m, 0.0, 0.0, 0.0, 0.0);
@@ -105,7 +105,7 @@ fn a_knock_to_the_side_is_told_in_a_corner() {
 }
 
 #[test]
-fn what_was_mended_is_right_again() {
+fn a_corrected_mounting_is_right_again() {
     let recording = recording(Scenario::empty(SceneName::B, 13), 24.0);
     let mut monitor = DriftMonitor::new(DriftConfig::default(), CalibrationConfig::default());
     let usual = usual_mounts();

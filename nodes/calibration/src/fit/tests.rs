@@ -4,7 +4,7 @@ use super::*;
 use crate::observability::{Coordinate, share};
 use crate::testing::Random;
 
-/// No coordinate is given up.
+/// No coordinate is held.
 const NONE: [bool; 6] = [false; 6];
 
 /// Distances of returns at `lever_m` from planes with these normals, left by a correction that is not yet applied.
@@ -22,7 +22,7 @@ fn observation(
     Observation { linearised, std_dev_m: 0.02, normal_std_dev_rad: 0.02, group }
 }
 
-/// A scan of the walls of a room: ahead, aside if asked for, and the floor if asked for.
+/// A scan of the walls of a room: ahead, aside if requested, and the floor if requested.
 fn room(
     correction: &Vector6<f64>,
     faces_sideways: bool,
@@ -57,7 +57,7 @@ fn fitted(observations: &[Observation]) -> Fit {
 }
 
 #[test]
-fn what_the_walls_tell_is_found_and_the_rest_is_held() {
+fn directions_that_the_walls_determine_are_found_and_the_rest_is_held() {
     let truth = Vector6::new(0.04, -0.03, 0.02, 0.01, -0.02, 0.03);
     for (faces_sideways, has_floor, held) in [
         (true, false, vec![Coordinate::Z, Coordinate::Roll, Coordinate::Pitch]),
@@ -86,18 +86,18 @@ fn what_the_walls_tell_is_found_and_the_rest_is_held() {
 
 /// With a floor nothing is held but what it leaves open, and the floor's own height is found.
 #[test]
-fn a_floor_tells_the_height() {
+fn a_floor_determines_the_height() {
     let truth = Vector6::new(0.02, 0.01, -0.015, 0.0, 0.0, 0.01);
     let fit = fitted(&room(&truth, true, true, &mut Random::new(2)));
     assert!(fit.observability.estimated() > 3);
     assert!(share(&fit.observability, Coordinate::X) > 0.95);
 }
 
-/// Random normals alone would seem to tell the height to a centimetre.
+/// Random normals alone would seem to determine the height to a centimetre.
 #[test]
-fn normals_that_scatter_tell_nothing_of_their_own() {
+fn normals_that_scatter_determine_nothing_by_themselves() {
     let observations = room(&Vector6::zeros(), false, false, &mut Random::new(3));
-    // Asked for 4.5 cm and 4.5 degrees.
+    // Required: 4.5 cm and 4.5 degrees.
     let usual = CalibrationConfig {
         max_std_dev_m: 0.045,
         max_std_dev_rad: 4.5_f64.to_radians(),

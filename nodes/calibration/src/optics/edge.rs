@@ -8,14 +8,14 @@ use crate::config::CalibrationConfig;
 
 /// Rows that must show the edge, of those looked at: 2 above and 2 below the middle.
 const MIN_ROWS: usize = 4;
-/// At an edge at most so many pixels lie between near and far.
+/// At an edge at most this many pixels are between near and far.
 const TRANSITION_PX: usize = 2;
 /// A camera that projects its pattern from the side leaves a shadow beside what is near: 7.5 cm of baseline between
 /// 2 m and far away.
 const SHADOW_RAD: f64 = 0.04;
-/// An edge is straight within so many pixels, ...
+/// An edge is straight within this many pixels, ...
 const STRAIGHT_PX: f64 = 1.5;
-/// ... and upright within 20 degrees: of a slanting one the scanner's height would decide where it is met.
+/// ... and upright within 20 degrees: of a slanting one the scanner's height would decide where it is hit.
 const MAX_SLANT: f64 = 0.364;
 /// However deep it goes behind an edge: what is farther from the near distance than half of this is not near, and what
 /// is farther beyond is far. Twice seven deviations of a depth at 4 m.
@@ -23,7 +23,7 @@ const MOST_JUMP_M: f64 = 0.4;
 /// Standard deviation of where an edge is between two pixels.
 const EDGE_NOISE_PX: f64 = 0.5;
 
-/// An edge that the scanner has met.
+/// An edge that the scanner has hit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeSought {
     /// Where, in the camera frame: at the distance of what is near.

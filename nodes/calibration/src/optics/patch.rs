@@ -18,7 +18,7 @@ const SIDE: usize = 2 * REACH + 1;
 const MIN_SHARE: f64 = 0.8;
 /// ... and at least this many.
 const MIN_PIXELS: usize = 20;
-/// Pixels deviate from their plane by at most so many deviations of the depth, in the mean square.
+/// Pixels deviate from their plane by at most this many deviations of the depth, in the mean square.
 const MAX_SCATTER: f64 = 2.0;
 /// The means of rows and columns scatter by at most this ratio more than single pixels account for (the F test of
 /// lack of fit; 0.5 % of true planes have more, with some ten means and a hundred pixels), ...

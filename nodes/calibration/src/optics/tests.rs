@@ -110,7 +110,7 @@ fn what_is_no_plane_is_left_out() {
     }
 }
 
-/// A box before a wall, its right side at `x / z = 0.1`, slanting by `slant`; with a shadow to its right if asked for.
+/// A box before a wall, its right side at `x / z = 0.1`, slanting by `slant`; with a shadow to its right if requested.
 fn edge(eye: &Eye, slant: f64, shadow: f64) -> DepthImage {
     eye.image(|x, y| {
         let beyond = x - 0.1 - slant * y;

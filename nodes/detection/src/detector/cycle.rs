@@ -1,7 +1,8 @@
 //! What goes into one cycle of detection, and what comes out of it.
 
 use geometry::{
-    Cloud, DepthCameraError, DepthImage, DepthProjector, DetectedCycle, Scan, Stamp, UnusablePose,
+    Cloud, DepthCameraError, DepthFrameError, DepthImage, DepthProjector, DetectedCycle, Scan,
+    Stamp, UnusablePose,
 };
 use nalgebra::Isometry3;
 
@@ -87,7 +88,7 @@ pub struct Detected {
 pub struct CycleStatistics {
     /// Beams in the aperture: the thesis' l.
     pub beams: usize,
-    /// Of these, beams whose range was filled in. Without two returns none is, and the method `stillmap`
+    /// Of these, beams whose range was filled in. Without two returns none is, and the method `free_space`
     /// fills nothing.
     pub filled_beams: usize,
     /// The largest deviation, once the window is full.
@@ -123,6 +124,18 @@ pub enum DetectionError {
     /// The depth image does not fit the camera.
     #[error(transparent)]
     DepthCamera(#[from] DepthCameraError),
+    /// The depth image cannot go to the map.
+    #[error(transparent)]
+    DepthFrame(#[from] DepthFrameError),
+    /// The map is made of depth images, and the cycle has none.
+    #[error(
+        "map_edge_m is {map_edge_m}: that map is made of depth images, and this is a cloud; set map_edge_m to 0, or input to \
+         depth"
+    )]
+    NoDepthImage {
+        /// The parameter.
+        map_edge_m: f64,
+    },
     /// The pose cannot carry a cloud.
     #[error(transparent)]
     Pose(#[from] UnusablePose),

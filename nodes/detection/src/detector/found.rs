@@ -2,7 +2,7 @@
 
 use geometry::DynamicZone;
 
-use crate::stillmap::MotionSearch;
+use crate::free_space::MotionSearch;
 use crate::zone_finder::{Unmeasured, ZoneSearch};
 
 /// The zones, and what the statistics tell of them.

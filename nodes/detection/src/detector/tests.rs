@@ -1,10 +1,13 @@
 use std::f64::consts::{PI, TAU};
 
-use geometry::{DepthImage, DepthPixels, Distortion, Stamp, UnusablePose, ZoneSource};
+use geometry::{
+    DepthImage, DepthPixels, Distortion, Method, PipelineConfig, Stamp, UnusablePose, ZoneSource,
+};
 use nalgebra::Point3;
 
 use super::*;
-use crate::config::RunBound;
+use crate::config::{RecHvConfig, RunBound};
+use crate::zone_finder::Unmeasured;
 
 const WALL_X_M: f64 = 4.5;
 const OBJECT_M: f64 = 2.5;
@@ -55,7 +58,8 @@ fn step(detector: &mut Detector, scan: &Scan) -> Detected {
 
 /// The published method.
 fn rec_hv() -> DetectionConfig {
-    DetectionConfig { method: Method::RecHv, ..DetectionConfig::default() }
+    let pipeline = PipelineConfig { method: Method::RecHv, ..PipelineConfig::default() };
+    DetectionConfig { pipeline, ..DetectionConfig::default() }
 }
 
 fn detector() -> Detector {
@@ -70,9 +74,10 @@ fn object_at(cycle: u32) -> (f64, f64) {
 
 #[test]
 fn the_zone_goes_with_the_object() {
-    let outer_end = DetectionConfig { run_bound: RunBound::OuterEnd, ..rec_hv() };
+    let of_outer_end = RecHvConfig { run_bound: RunBound::OuterEnd, ..RecHvConfig::default() };
+    let outer_end = DetectionConfig { rec_hv: of_outer_end, ..rec_hv() };
     for config in [rec_hv(), outer_end] {
-        let run_bound = config.run_bound;
+        let run_bound = config.rec_hv.run_bound;
         let mut detector = Detector::new(config).unwrap();
         for cycle in 0..15 {
             let (right_deg, left_deg) = object_at(cycle);

@@ -4,9 +4,9 @@
 mod tests;
 
 use calibration::{
-    CalibrationConfig, DepthOptics, DriftConfig, DriftMonitor, Extrinsics, RigMounts, returns_of,
+    CalibrationConfig, DepthOptics, DriftConfig, DriftMonitor, Extrinsics, returns_of,
 };
-use geometry::{DepthImage, ParameterError, Scan, Stamp, parameter, pose_from_vector};
+use geometry::{DepthImage, ParameterError, RigMounts, Scan, Stamp};
 use nalgebra::Isometry3;
 use node_shell::{Counters, Throttle};
 
@@ -21,15 +21,6 @@ const STILL_M: f64 = 0.02;
 const STILL_RAD: f64 = 0.005;
 /// Poses so far apart say nothing of how fast the platform moves.
 const MAX_CYCLE_GAP_S: f64 = 1.0;
-
-/// Checks the parameters of the check.
-///
-/// # Errors
-/// When one is out of its range.
-pub(super) fn validate(parameters: &DetectionParameters) -> Result<(), ParameterError> {
-    parameter::not_negative("extrinsics_check_period_s", parameters.extrinsics_check_period_s)?;
-    parameter::positive("extrinsics_limit_m", parameters.extrinsics_limit_m)
-}
 
 /// Looks now and then whether the scan lies on the surfaces that the camera sees.
 pub(super) struct ExtrinsicsCheck {
@@ -55,7 +46,7 @@ impl ExtrinsicsCheck {
     ) -> Result<Option<Self>, ParameterError> {
         let (period_s, limit_m) =
             (parameters.extrinsics_check_period_s, parameters.extrinsics_limit_m);
-        validate(parameters)?;
+        parameters.validate()?;
         if period_s == 0.0 {
             counters.note_condition(CONDITION, "not checked: turned off", false);
             return Ok(None);
@@ -70,13 +61,9 @@ impl ExtrinsicsCheck {
         }
         counters.note_condition(CONDITION, "not known yet", false);
         let drift = DriftConfig { limit_m, ..DriftConfig::default() };
-        let config = &parameters.config;
         Ok(Some(Self {
             monitor: DriftMonitor::new(drift, CalibrationConfig::default()),
-            mounts: RigMounts {
-                rig_from_camera: pose_from_vector(&config.rig_from_camera),
-                rig_from_lidar: pose_from_vector(&config.rig_from_lidar),
-            },
+            mounts: parameters.config.pipeline.rig.mounts(),
             period_s,
             looked: None,
             before: None,

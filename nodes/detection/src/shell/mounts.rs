@@ -1,23 +1,20 @@
 //! Where the scanner is, by tf.
 
-use geometry::{PoseLookupError, Stamp, pose_from_vector, pose_vector};
+use geometry::{
+    ExtrinsicsSource, PoseLookupError, Stamp, is_same_mount, pose_from_vector, pose_vector,
+};
 use nalgebra::Isometry3;
 use node_shell::{
     Counters, Node, ShellError, Throttle, TransformArrival, TransformError, TransformListener,
 };
 
-use super::{DetectionParameters, ExtrinsicsSource};
+use super::DetectionParameters;
 
 /// The cause of a drop: where the scanner is from the camera is not known yet.
 pub const WAITING_FOR_TRANSFORM: &str = "no transform from the scanner to the camera";
 
 /// The name on `/diagnostics`.
 const CONDITION: &str = "transform from scanner to camera";
-
-/// A mount that has moved by no more than this is the same: a tenth of a scanner's noise, ...
-const SAME_M: f64 = 0.001;
-/// ... and as much at 1 m.
-const SAME_RAD: f64 = 0.001;
 
 /// The pose of the scanner in the rig by what tf says of it in the camera.
 pub(super) struct Mounts {
@@ -38,14 +35,15 @@ impl Mounts {
         node: &Node,
         parameters: &DetectionParameters,
     ) -> Result<Option<Self>, ShellError> {
-        if parameters.extrinsics == ExtrinsicsSource::Parameters {
+        let rig = &parameters.config.pipeline.rig;
+        if rig.extrinsics == ExtrinsicsSource::Parameters {
             return Ok(None);
         }
         let counters = node.counters();
         counters.note_condition(CONDITION, "no scan has needed it yet", false);
         Ok(Some(Self {
             listener: TransformListener::new(node)?,
-            rig_from_camera: pose_from_vector(&parameters.config.rig_from_camera),
+            rig_from_camera: pose_from_vector(&rig.rig_from_camera),
             rig_from_lidar: None,
             news: News::default(),
             counters,
@@ -96,7 +94,7 @@ impl Mounts {
             }
         };
         let rig_from_lidar = self.rig_from_camera * camera_from_lidar;
-        if self.rig_from_lidar.is_some_and(|known| is_same(&known, &rig_from_lidar)) {
+        if self.rig_from_lidar.is_some_and(|known| is_same_mount(&known, &rig_from_lidar)) {
             self.tell_in_use(lidar_frame, camera_frame);
             return Ok(None);
         }
@@ -182,11 +180,6 @@ impl News {
         self.told = Some((text.to_owned(), is_waiting));
         Some(line)
     }
-}
-
-fn is_same(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
-    (a.translation.vector - b.translation.vector).norm() <= SAME_M
-        && a.rotation.angle_to(&b.rotation) <= SAME_RAD
 }
 
 #[cfg(test)]

@@ -1,10 +1,12 @@
-//! What the node tells: reduced clouds, zones, and what became of each scan.
+//! What the node reports: reduced clouds, zones, and what became of each scan.
 
-use geometry::Stamp;
+use std::sync::Arc;
+
+use geometry::{DetectedCycle, Stamp};
 use msgs::convert;
 use msgs::std_msgs::Header;
-use msgs::stillmap_msgs::{DynamicZones, ReducedCloud};
-use node_shell::{Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer};
+use msgs::stillmap_msgs::DynamicZones;
+use node_shell::{Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, ValuePublisher};
 
 use super::PROGRAM;
 use super::inputs::Inputs;
@@ -15,7 +17,7 @@ const CYCLES_KEPT: usize = 50;
 
 /// The node's publishers.
 pub(super) struct Output {
-    reduced_clouds: Publisher<ReducedCloud>,
+    cycles: ValuePublisher<DetectedCycle>,
     dynamic_zones: Publisher<DynamicZones>,
     reporter: StageReporter,
     rig_frame_id: String,
@@ -27,7 +29,7 @@ impl Output {
     /// When a topic cannot be had.
     pub(super) fn new(node: &Node, rig_frame_id: &str) -> Result<Self, NodeFailure> {
         Ok(Self {
-            reduced_clouds: node.publisher("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            cycles: node.value_publisher("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
             dynamic_zones: node.publisher("dynamic_zones", &Qos::reliable(CYCLES_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
             rig_frame_id: rig_frame_id.to_owned(),
@@ -36,11 +38,12 @@ impl Output {
     }
 
     /// Publishes a cycle, and reports it.
-    pub(super) fn publish(&mut self, detected: &Detected, inputs: &Inputs, timer: &mut StepTimer) {
-        let cycle = &detected.cycle;
+    pub(super) fn publish(&mut self, detected: Detected, inputs: &Inputs, timer: &mut StepTimer) {
+        let Detected { cycle, statistics } = detected;
+        let cycle = Arc::new(cycle);
         self.next_cycle = cycle.index.wrapping_add(1);
-        self.reduced_clouds.publish_or_warn(convert::message_from_detected_cycle(cycle));
-        self.dynamic_zones.publish_or_warn(convert::message_from_zones(cycle));
+        self.cycles.publish_or_warn(Arc::clone(&cycle));
+        self.dynamic_zones.publish_if_awaited(|| convert::message_from_zones(&cycle));
         timer.end_of("publish");
 
         let count = |count: usize| count as u64;
@@ -48,10 +51,10 @@ impl Output {
         counts.extend([
             ("points_before_reduction", count(cycle.points_before_reduction)),
             ("points_reduced", count(cycle.reduced_cloud.points_m.len())),
-            ("beams", count(detected.statistics.beams)),
-            ("filled_beams", count(detected.statistics.filled_beams)),
-            ("blind_scans", count(usize::from(detected.statistics.is_blind()))),
-            ("high_variability_beams", count(detected.statistics.high_variability_beams)),
+            ("beams", count(statistics.beams)),
+            ("filled_beams", count(statistics.filled_beams)),
+            ("blind_scans", count(usize::from(statistics.is_blind()))),
+            ("high_variability_beams", count(statistics.high_variability_beams)),
             ("zones", count(cycle.zones.len())),
         ]);
         let header = self.header(cycle.reduced_cloud.stamp);

@@ -6,15 +6,15 @@ use geometry::{CameraModel, Scan, Stamp};
 use msgs::convert;
 use node_shell::{Counters, GrantedBuffer, Node, NodeFailure, StepTimer, Throttle, TransformWait};
 
-use super::DetectionParameters;
 use super::camera::Camera;
 use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, ViewMessage};
 use super::mounts::{Mounts, WAITING_FOR_TRANSFORM};
 use super::output::Output;
+use super::{CloudInput, DetectionParameters};
 use crate::{
-    CycleInput, Detected, DetectionConfig, Detector, Dropped, Input, MatchEvent, Matched, Matcher,
-    View,
+    CycleInput, Detected, DetectionConfig, DetectionError, Detector, Dropped, Input, MatchEvent,
+    Matched, Matcher, View,
 };
 
 /// The cause of a drop that costs no scan: how it begins, before the topic's name.
@@ -46,6 +46,10 @@ impl Stage {
     pub fn new(node: &Node, parameters: &DetectionParameters) -> Result<Self, NodeFailure> {
         let config = &parameters.config;
         let detector = Detector::new(config.clone())?;
+        if parameters.input == CloudInput::Points && config.pipeline.needs_depth() {
+            let map_edge_m = config.pipeline.map_edge_m;
+            return Err(DetectionError::NoDepthImage { map_edge_m }.into());
+        }
         Ok(Self {
             config: config.clone(),
             camera: Camera::new(parameters, &detector, node.counters())?,
@@ -54,7 +58,7 @@ impl Stage {
             extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
             mounts: Mounts::new(node, parameters)?,
             unmounted: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
-            output: Output::new(node, &config.rig_frame_id)?,
+            output: Output::new(node, &config.pipeline.rig.rig_frame_id)?,
             counters: node.counters(),
             granted: node.granted_buffer(),
             bad_input: Throttle::for_warnings(),
@@ -268,7 +272,7 @@ impl Stage {
     fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>) {
         let mut timer = StepTimer::start();
         match self.detect(matched, &mut timer) {
-            Ok(detected) => self.output.publish(&detected, &self.inputs, &mut timer),
+            Ok(detected) => self.output.publish(detected, &self.inputs, &mut timer),
             Err(error) => {
                 let reason = format!("{}: {error}", self.inputs.view_topic());
                 self.drop_scan(matched.scan_stamp, "detection failed", &reason);

@@ -373,7 +373,7 @@ fn the_parameters_of_node_and_method_stand_side_by_side() {
     };
     assert_eq!(default_of("input"), Some("\"depth\""));
     assert_eq!(default_of("voxel_edge_m"), Some("0.08"));
-    assert_eq!(default_of("method"), Some("\"stillmap\""));
+    assert_eq!(default_of("method"), Some("\"free_space\""));
 }
 
 /// What the core makes of a path is tested there: this one comes to it, and another does not.

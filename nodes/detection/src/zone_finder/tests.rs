@@ -18,6 +18,11 @@ fn azimuths() -> Vec<f64> {
     (0..90).map(|beam| (f64::from(beam) - 45.0) * DEGREE_RAD).collect()
 }
 
+fn bounded_by(run_bound: RunBound) -> DetectionConfig {
+    let rec_hv = crate::RecHvConfig { run_bound, ..crate::RecHvConfig::default() };
+    DetectionConfig { rec_hv, ..DetectionConfig::default() }
+}
+
 fn finder() -> ZoneFinder {
     ZoneFinder::new(&DetectionConfig::default())
 }
@@ -60,7 +65,7 @@ fn the_zone_is_equation_5_with_the_tolerance() {
 
 #[test]
 fn outer_ends_bound_the_zone_if_so_configured() {
-    let config = DetectionConfig { run_bound: RunBound::OuterEnd, ..DetectionConfig::default() };
+    let config = bounded_by(RunBound::OuterEnd);
     let raised = [(29, 0.5), (30, 0.6), (31, 0.5), (40, 0.5), (41, 0.6), (42, 0.5)];
     let search = ZoneFinder::new(&config).find(&azimuths(), &deviations(&raised));
     check_beams(search.zone, 29, 42);
@@ -194,7 +199,7 @@ proptest! {
         outer_end in any::<bool>(),
     ) {
         let run_bound = if outer_end { RunBound::OuterEnd } else { RunBound::Peak };
-        let config = DetectionConfig { run_bound, ..DetectionConfig::default() };
+        let config = bounded_by(run_bound);
         let mut finder = ZoneFinder::new(&config);
         for raised in &cycles {
             let search = find(&mut finder, raised);
@@ -207,7 +212,7 @@ proptest! {
             if is_measured {
                 // The candidate nearest to the previous zone need not hold the cycle's largest deviation,
                 // but its bounds are of high variability: above half of it.
-                let least_m = config.high_variability_share * config.min_std_dev_m;
+                let least_m = config.rec_hv.high_variability_share * config.min_std_dev_m;
                 prop_assert!(f64::from(zone.peak_std_dev_m) > least_m);
             }
         }

@@ -14,7 +14,7 @@ pub struct ScopedThreads {
 }
 
 impl ScopedThreads {
-    /// So many threads.
+    /// The number of threads.
     #[must_use]
     pub fn new(threads: NonZeroUsize) -> Self {
         Self { threads }

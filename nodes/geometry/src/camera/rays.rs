@@ -10,8 +10,7 @@ use super::{CameraModel, CameraModelError};
 /// frame.
 #[derive(Clone, PartialEq, Debug)]
 pub struct RayTable {
-    width_px: usize,
-    height_px: usize,
+    camera: CameraModel,
     rays: Rays,
 }
 
@@ -71,26 +70,32 @@ impl RayTable {
                 .unzip();
             Rays::PerPixel { x, y }
         };
-        Ok(Self { width_px, height_px, rays })
+        Ok(Self { camera: *camera, rays })
+    }
+
+    /// The camera.
+    #[must_use]
+    pub fn camera(&self) -> &CameraModel {
+        &self.camera
     }
 
     /// Columns.
     #[must_use]
     pub fn width_px(&self) -> usize {
-        self.width_px
+        self.camera.width_px
     }
 
     /// Rows.
     #[must_use]
     pub fn height_px(&self) -> usize {
-        self.height_px
+        self.camera.height_px
     }
 
     /// The ray `(x / z, y / z)` of a pixel. `None` outside the image, and where the lens model gives
     /// the pixel no ray.
     #[must_use]
     pub fn ray(&self, column_px: usize, row_px: usize) -> Option<Vector2<f32>> {
-        if column_px >= self.width_px {
+        if column_px >= self.camera.width_px {
             return None;
         }
         let ray = match self.row(row_px)? {
@@ -102,8 +107,8 @@ impl RayTable {
 
     /// The rays of a row; `None` outside the image.
     pub(crate) fn row(&self, row_px: usize) -> Option<RayRow<'_>> {
-        let start = row_px.checked_mul(self.width_px)?;
-        let end = start.checked_add(self.width_px)?;
+        let start = row_px.checked_mul(self.camera.width_px)?;
+        let end = start.checked_add(self.camera.width_px)?;
         match &self.rays {
             Rays::Separable { x_of_column, y_of_row } => {
                 Some(RayRow::Straight { x: x_of_column, y: *y_of_row.get(row_px)? })

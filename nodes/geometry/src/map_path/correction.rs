@@ -1,11 +1,11 @@
-//! What a correction of the map has moved, moment by moment.
+//! How a correction of the map has moved it, moment by moment.
 
 use nalgebra::{Isometry3, Point3, Translation3};
 
 use super::PathVertex;
 use crate::Stamp;
 
-/// What has moved the map around one moment of the way.
+/// The motion of the map around one moment of the trajectory.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PathKnot {
     /// When the platform was there.
@@ -41,7 +41,7 @@ impl PathKnot {
     }
 }
 
-/// What has moved the map, as a function of the time at which a part of it was seen.
+/// The motion of the map, as a function of the time at which a part of it was seen.
 #[derive(Clone, PartialEq, Debug)]
 pub struct PathCorrection {
     /// Never empty, by rising stamp.
@@ -60,7 +60,7 @@ impl PathCorrection {
         &self.knots
     }
 
-    /// The same but for the knots that move what is within `reach_m` of them by no more than `tolerance_m`: those stay.
+    /// The same without the knots that move points within `reach_m` of them by at most `tolerance_m`: those stay.
     #[must_use]
     pub fn beyond(&self, tolerance_m: f64, reach_m: f64) -> Self {
         let knots = self.knots.iter().map(|knot| {
@@ -79,7 +79,7 @@ impl PathCorrection {
         self.knots.iter().all(PathKnot::stays)
     }
 
-    /// From when to when something moves: what was seen before or after stays. The same moment twice, or later and
+    /// The period in which the correction moves something: points seen before or after it stay. The same moment twice, or later and
     /// earlier, where nothing moves.
     #[must_use]
     pub fn span(&self) -> (Stamp, Stamp) {
@@ -103,8 +103,8 @@ impl PathCorrection {
         self.knots.iter().map(|knot| knot.shift_m(reach_m)).fold(0.0, f64::max)
     }
 
-    /// Takes a point of the map of before that was seen at this moment to where it is now: between two knots what lies
-    /// between them, linear in time about the place between; before the first that of the first, after the last that of
+    /// Takes a point of the earlier map that was seen at this moment to where it is now: between two knots a motion
+    /// interpolated linearly in time about the place between; before the first knot that of the first, after the last that of
     /// the last.
     #[must_use]
     pub fn at(&self, stamp: Stamp) -> Isometry3<f64> {
@@ -123,12 +123,12 @@ fn between(before: &PathKnot, after: &PathKnot, stamp: Stamp) -> Isometry3<f64> 
         return before.now_from_before;
     }
     let share = stamp.seconds_since(before.stamp) / after.stamp.seconds_since(before.stamp);
-    // About a place near by: about the origin a small turn would bend the way of what is far from it.
+    // About a place near by: about the origin a small turn would bend the path of points far from it.
     let place_m = nalgebra::center(&before.place_m, &after.place_m);
     let moved = |knot: &PathKnot| (knot.now_from_before * place_m).coords;
     let moved_m = moved(before).lerp(&moved(after), share);
     let (from, to) = (before.now_from_before.rotation, after.now_from_before.rotation);
-    // Half a turn apart there is no way between them.
+    // Half a turn apart there is no unique rotation between them.
     let rotation = from.try_slerp(&to, share, f64::EPSILON).unwrap_or(from);
     Isometry3::from_parts(Translation3::from(moved_m - rotation * place_m.coords), rotation)
 }

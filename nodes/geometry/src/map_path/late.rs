@@ -1,7 +1,7 @@
-//! Data on their way while the map is corrected.
+//! Data in transit while the map is corrected.
 //!
-//! A cloud takes a while through the nodes. One that was measured before a correction has a pose in the map of before, and
-//! comes when the map stands elsewhere already.
+//! A cloud takes some time through the nodes. One that was measured before a correction has a pose in the earlier map, and
+//! arrives when the map has already been corrected.
 
 use std::collections::VecDeque;
 
@@ -10,19 +10,19 @@ use nalgebra::Isometry3;
 use super::PathCorrection;
 use crate::Stamp;
 
-/// Nothing is longer on its way: of what seems to be, the clock was set back.
+/// The longest time in transit: where data seem older, the clock was set back.
 const LONGEST_WAY_S: f64 = 10.0;
-/// So many corrections within that time are remembered.
+/// The most corrections within that time that are remembered.
 const MOST_REMEMBERED: usize = 64;
 
-/// The latest corrections, and from when on poses are told with them: what takes late data into the map as it is.
+/// The latest corrections, and from when on poses include them: they take late data into the current map.
 #[derive(Clone, Debug, Default)]
 pub struct LateCorrections {
     corrections: VecDeque<(Stamp, Isometry3<f64>)>,
 }
 
 impl LateCorrections {
-    /// The map was corrected; poses have it from `since` on. The last knot's motion is that of whatever comes late: the
+    /// The map was corrected; poses include it from `since` on. Late data get the last knot's motion: the
     /// platform has hardly moved since.
     pub fn corrected(&mut self, since: Stamp, made: &PathCorrection) {
         let Some(last) = made.knots().last() else { return };
@@ -32,8 +32,8 @@ impl LateCorrections {
         self.corrections.push_back((since, last.now_from_before));
     }
 
-    /// What takes a pose of this moment, `map_from_rig`, into the map as it is: `now_from_before`; `None` where it is told
-    /// in it. What is too long ago for a pose of this moment is forgotten.
+    /// The motion that takes a pose of this moment, `map_from_rig`, into the current map: `now_from_before`; `None` where the pose is
+    /// in it already. Corrections too old for a pose of this moment are forgotten.
     pub fn missed_at(&mut self, stamp: Stamp) -> Option<Isometry3<f64>> {
         let is_over = |since: &Stamp| stamp.seconds_since(*since) > LONGEST_WAY_S;
         while self.corrections.front().is_some_and(|(since, _)| is_over(since)) {

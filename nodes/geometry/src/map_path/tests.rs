@@ -56,7 +56,7 @@ fn a_correction_is_the_same_for_every_point_of_the_platform() {
 }
 
 #[test]
-fn between_two_knots_what_is_near_moves_in_a_line_however_far_the_origin_is() {
+fn between_two_knots_near_points_move_in_a_line_however_far_the_origin_is() {
     let far = |x_m: f64, yaw: f64| pose_from_vector(&[1000.0 + x_m, 500.0, 0.0, yaw, 0.0, 0.0]);
     let before = path("map", 2.0, &[(0.0, far(0.0, 0.0)), (1.0, far(1.0, 0.0))]);
     let now = path("map", 2.0, &[(0.0, far(0.0, 0.0)), (1.0, far(1.0, 0.2))]);
@@ -92,7 +92,7 @@ fn a_turn_moves_what_is_far() {
 }
 
 #[test]
-fn what_is_no_path_is_told() {
+fn an_invalid_path_is_an_error() {
     let vertex = |seconds, map_from_rig| PathVertex { stamp: at(seconds), map_from_rig };
     let new = |vertices| MapPath::new(at(0.0), "map", vertices);
     let same = vec![vertex(1.0, along(0.0)), vertex(1.0, along(1.0))];
@@ -105,29 +105,29 @@ fn what_is_no_path_is_told() {
 }
 
 #[test]
-fn a_platform_does_not_jump_in_the_steady_frame() {
-    let mut frame = SteadyFrame::default();
+fn a_platform_does_not_jump_in_the_continuous_frame() {
+    let mut frame = ContinuousFrame::default();
     let correction = pose_from_vector(&[0.3, -0.1, 0.0, 0.05, 0.0, 0.0]);
-    assert_eq!(frame.map_from_steady(at(0.0), "map"), None);
+    assert_eq!(frame.map_from_continuous(at(0.0), "map"), None);
     frame.take(path("map", 1.0, &[(0.0, along(0.0)), (1.0, along(1.0))]));
-    assert_eq!(frame.map_from_steady(at(1.5), "map"), None);
+    assert_eq!(frame.map_from_continuous(at(1.5), "map"), None);
     let corrected =
         path("map", 2.0, &[(0.0, along(0.0)), (1.0, correction * along(1.0)), (2.0, along(3.0))]);
     frame.take(corrected.clone());
     // A cycle of before the correction that comes after it.
-    assert_eq!(frame.map_from_steady(at(1.9), "map"), None);
-    let told = correction * along(2.0);
-    let map_from_steady = frame.map_from_steady(at(2.0), "map").unwrap();
-    check_same(&(map_from_steady.inverse() * told), &along(2.0));
+    assert_eq!(frame.map_from_continuous(at(1.9), "map"), None);
+    let corrected_pose = correction * along(2.0);
+    let map_from_continuous = frame.map_from_continuous(at(2.0), "map").unwrap();
+    check_same(&(map_from_continuous.inverse() * corrected_pose), &along(2.0));
     frame.take(corrected);
-    check_same(&frame.map_from_steady(at(3.0), "map").unwrap(), &correction);
-    assert_eq!(frame.map_from_steady(at(3.0), "odom"), None, "no path is of that map");
+    check_same(&frame.map_from_continuous(at(3.0), "map").unwrap(), &correction);
+    assert_eq!(frame.map_from_continuous(at(3.0), "odom"), None, "no path is of that map");
     frame.clear();
-    assert_eq!(frame.map_from_steady(at(4.0), "map"), None);
+    assert_eq!(frame.map_from_continuous(at(4.0), "map"), None);
 }
 
 #[test]
-fn what_comes_late_takes_each_correction_that_it_missed_in_their_order() {
+fn late_data_take_each_correction_that_they_missed_in_order() {
     let turn = pose_from_vector(&[0.0, 0.0, 0.0, 0.5, 0.0, 0.0]);
     let shift = along(2.0);
     let made = |by: Isometry3<f64>| {
@@ -141,7 +141,7 @@ fn what_comes_late_takes_each_correction_that_it_missed_in_their_order() {
     late.corrected(at(4.0), &made(shift));
     check_same(&late.missed_at(at(1.0)).unwrap(), &(shift * turn));
     check_same(&late.missed_at(at(2.0)).unwrap(), &shift);
-    assert_eq!(late.missed_at(at(4.0)), None, "told in the map as it is");
+    assert_eq!(late.missed_at(at(4.0)), None, "already in the current map");
     assert_eq!(late.missed_at(at(14.5)), None);
     assert_eq!(late.missed_at(at(3.0)), None, "a clock that was set back");
 }

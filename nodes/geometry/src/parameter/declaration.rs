@@ -1,4 +1,4 @@
-//! What is declared of a parameter, once, for all who need to know it.
+//! The declaration of a parameter: stated once, for all that need it.
 
 use std::ops::Bound;
 
@@ -10,9 +10,9 @@ use super::range::Range;
 pub struct Declaration {
     /// Its name within its group.
     pub name: &'static str,
-    /// What it means. Lines are separated by a space.
+    /// Its meaning. Lines are separated by a space.
     pub doc: &'static str,
-    /// What values it has.
+    /// Its values.
     pub kind: Kind,
     /// The numbers that it may be, or those of a list.
     pub range: Range,
@@ -22,7 +22,7 @@ pub struct Declaration {
     pub read_with: Option<Setting>,
 }
 
-/// What values a parameter has.
+/// The values of a parameter.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Kind {
     /// True or false.
@@ -35,7 +35,7 @@ pub enum Kind {
     Text,
     /// One of some texts.
     Choice(&'static [Choice]),
-    /// So many fractional numbers.
+    /// This many fractional numbers.
     Reals(usize),
     /// It is a group.
     Group {
@@ -51,7 +51,7 @@ pub enum Kind {
 pub struct Choice {
     /// The text.
     pub text: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub doc: &'static str,
 }
 
@@ -64,7 +64,7 @@ pub struct Setting {
     pub value: &'static str,
 }
 
-/// What [`crate::parameters!`] makes of the words behind a default.
+/// The form in which [`crate::parameters!`] holds the words behind a default.
 impl Declaration {
     /// A parameter of the type `T`.
     #[must_use]
@@ -186,7 +186,7 @@ impl Declaration {
     }
 }
 
-/// What units in names are made of.
+/// The parts of units in names.
 const UNITS: [&str; 10] = ["m", "s", "s2", "rad", "deg", "px", "hz", "bits", "per", "sqrt"];
 
 /// A parameter with its full name, as others see it.
@@ -194,7 +194,7 @@ const UNITS: [&str; 10] = ["m", "s", "s2", "rad", "deg", "px", "hz", "bits", "pe
 pub struct NamedDeclaration {
     /// The names of its groups and its own, with dots between them.
     pub name: String,
-    /// What is declared of it, by itself or by its group.
+    /// Its declaration, by itself or by its group.
     pub declaration: Declaration,
 }
 

@@ -6,7 +6,7 @@
 ///
 /// - A field whose type is such a struct is a group: `edge_m` of the field `voxel` is the parameter `voxel.edge_m`.
 ///   Without a default it has that of its type.
-/// - With `as flatten` its parameters stand among the others, without its name; with `as skip` it is no parameter.
+/// - With `as flatten` its parameters are among the others, without its name; with `as skip` it is no parameter.
 /// - `check` at the end names a function for what several parameters must be together; it runs when each has passed.
 ///
 /// ```
@@ -83,7 +83,7 @@ macro_rules! parameters {
         }
 
         impl $struct {
-            /// What is declared of each parameter.
+            /// The declaration of each parameter.
             $visibility const DECLARATIONS: &'static [$crate::parameter::Declaration] = &[$(
                 $crate::parameter::Declaration::new::<$type>(stringify!($name), concat!($($doc),*))
                     $(.$how())?

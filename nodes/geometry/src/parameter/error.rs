@@ -1,4 +1,4 @@
-//! What is wrong with a value.
+//! The error of a value.
 
 use std::fmt;
 
@@ -11,9 +11,9 @@ use super::range::Range;
 pub struct ParameterError {
     /// The parameter.
     pub name: ParameterName,
-    /// What it may be.
+    /// The accepted values.
     pub accepted: Accepted,
-    /// What it is; of a list the number that is at fault.
+    /// Its value; of a list the number that is wrong.
     pub value: f64,
 }
 
@@ -55,14 +55,14 @@ impl fmt::Display for ParameterName {
     }
 }
 
-/// What a parameter may be, in words that follow "must be".
+/// The accepted values of a parameter, in words that follow "must be".
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Accepted {
     /// In words of its own.
     Words(&'static str),
     /// Numbers in a range.
     Range(Range),
-    /// So many numbers, each in a range.
+    /// This many numbers, each in a range.
     List(usize, Range),
     /// In words that name another parameter, and what that one is.
     Against(&'static str, f64),

@@ -9,7 +9,7 @@ use super::range::Range;
 
 /// A type of parameters: of numbers, texts, choices, and structs of them.
 pub trait Parameter {
-    /// What values it has.
+    /// Its values.
     const KIND: Kind;
     /// The numbers that it has, unless less is declared.
     const RANGE: Range = Range::FINITE;

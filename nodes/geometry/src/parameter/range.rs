@@ -24,7 +24,7 @@ impl Range {
     }
 }
 
-/// What follows "must be": `0 or more, below 1`.
+/// The text after "must be": `0 or more, below 1`.
 impl fmt::Display for Range {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.from, self.to) {

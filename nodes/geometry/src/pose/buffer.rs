@@ -61,7 +61,7 @@ pub enum PosePushError {
     },
 }
 
-/// There is no pose for the moment that was asked for.
+/// There is no pose for the moment that was requested.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum PoseLookupError {
     /// No pose has come.
@@ -92,7 +92,7 @@ pub enum PoseLookupError {
 }
 
 impl PoseBuffer {
-    /// The widest gap that is bridged unless another is asked for: five cycles of the thesis' 7 Hz
+    /// The widest gap that is bridged unless another is requested: five cycles of the thesis' 7 Hz
     /// scanner, in which its platform moves 2.5 cm (Rec-HV, experiment 11).
     pub const DEFAULT_MAX_GAP_S: f64 = 0.7;
 
@@ -205,7 +205,7 @@ impl PoseBuffer {
     }
 }
 
-/// The pose at `share` of the way, from 0 at `earlier` to 1 at `later`.
+/// The pose at `share` of the interval, from 0 at `earlier` to 1 at `later`.
 fn between(earlier: &Isometry3<f64>, later: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
     let translation = earlier.translation.vector.lerp(&later.translation.vector, share).into();
     let mut rotation = earlier

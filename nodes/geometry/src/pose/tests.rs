@@ -109,7 +109,7 @@ fn between_two_poses_all_goes_in_proportion_to_time() {
 }
 
 #[test]
-fn the_rotation_takes_the_short_way_over_the_seam() {
+fn the_rotation_takes_the_shorter_arc_over_the_seam() {
     let mut buffer = PoseBuffer::new(8);
     buffer.push(pose(0, 0.0, PI - FRAC_PI_4)).unwrap();
     buffer.push(pose(100, 0.0, -PI + FRAC_PI_4)).unwrap();
@@ -215,7 +215,7 @@ fn a_pose_too_far_for_single_precision_is_refused() {
     let utm = at(4.5e6);
     assert_eq!(check_pose(&utm), Err(UnusablePose::TooFar { distance_m: 4.5e6 }));
     assert_eq!(check_pose(&at(f64::NAN)), Err(UnusablePose::NotFinite));
-    // What is let through keeps points apart that are a tenth of a voxel apart.
+    // Accepted poses keep points apart that are a tenth of a voxel apart.
     let point_m = at(FARTHEST_POSE_M).cast::<f32>() * nalgebra::Point3::new(0.0_f32, 0.0, 0.0);
     let next_m = at(FARTHEST_POSE_M).cast::<f32>() * nalgebra::Point3::new(0.008_f32, 0.0, 0.0);
     assert!(next_m.x > point_m.x);

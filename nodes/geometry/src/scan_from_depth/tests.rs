@@ -51,7 +51,7 @@ fn wall(x_m: f64) -> impl Fn(&Vector3<f64>) -> f64 {
 }
 
 #[test]
-fn a_wall_is_scanned_as_a_wall_whatever_way_the_camera_looks() {
+fn a_wall_is_scanned_as_a_wall_in_whichever_direction_the_camera_looks() {
     for (yaw_rad, pitch_rad) in [(0.0, 0.0), (0.0, 0.2), (0.3, 0.0), (-0.2, -0.15)] {
         let rig_from_camera = rig_from_camera(yaw_rad, pitch_rad);
         // At this resolution a row is 2.3 cm high at 3 m.
@@ -159,7 +159,7 @@ proptest! {
 }
 
 #[test]
-fn a_camera_that_looks_to_the_rear_meets_no_seam() {
+fn a_camera_that_looks_to_the_rear_crosses_no_seam() {
     let rig_from_camera = rig_from_camera(PI, 0.0);
     let cutter = ScanCutter::new(rays(), &rig_from_camera, &ScanFromDepth::default()).unwrap();
     let scan = cutter.cut(&render(&rig_from_camera, wall(-2.0))).unwrap();
@@ -202,7 +202,7 @@ fn parameters_that_describe_no_scan_are_refused() {
 
 /// A band thinner than the distance between two rows once fell between them, and the scan was empty.
 #[test]
-fn a_band_thinner_than_a_row_still_meets_one_at_any_distance() {
+fn a_band_thinner_than_a_row_intersects_one_at_any_distance() {
     let rig_from_camera = rig_from_camera(0.0, 0.0);
     for distance_m in [0.6, 1.5, 3.0, 5.0, 7.5] {
         for plane_height_m in [-0.05, -0.013, 0.0, 0.031] {

@@ -54,7 +54,7 @@ struct Slot {
 #[derive(Clone, Debug)]
 pub struct VoxelAccumulator {
     grid: VoxelGrid,
-    /// The occupied cells and their keys, in the order in which they were first met.
+    /// The occupied cells and their keys, in the order in which they were first occupied.
     cells: Vec<Cell>,
     keys: Vec<VoxelKey>,
     /// Open addressing over `cells`; its length is a power of two.
@@ -113,7 +113,7 @@ impl VoxelAccumulator {
         let keys = block.keys(self.grid.edge_m());
         let finite = block.finite_places();
         // Neighbouring pixels mostly share a cell. Its sums are held here, where the processor need
-        // not wait for one addition's way to memory and back before the next.
+        // not wait for one addition to reach memory and return before the next.
         let (mut open, mut open_key, mut open_index) = (Cell::default(), VoxelKey::default(), 0);
         let mut points = 0;
         for place in 0..block.len.min(PointBlock::CAPACITY) {

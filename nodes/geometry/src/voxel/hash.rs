@@ -1,4 +1,4 @@
-//! Where the key of a voxel lies in a table.
+//! The position of a voxel's key in a table.
 
 use std::hash::{BuildHasherDefault, Hash, Hasher};
 
@@ -15,7 +15,7 @@ pub struct VoxelHasher {
 }
 
 impl VoxelKey {
-    /// Spreads neighbouring keys over 64 bits. Fixed, not seeded: it decides where something lies in memory, and must not
+    /// Spreads neighbouring keys over 64 bits. Fixed, not seeded: it decides where an entry is in memory, and must not
     /// decide what comes out.
     #[inline]
     pub(super) fn spread(self) -> u64 {

@@ -92,7 +92,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn both_ways_rank_alike(
+        fn both_orders_rank_alike(
             cells in proptest::collection::btree_set(proptest::array::uniform3(
                 prop_oneof![10 => -40..40_i32, 1 => any::<i32>()]), 0..200),
             turn in any::<prop::sample::Index>(),

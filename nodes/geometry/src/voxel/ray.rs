@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::{VoxelGrid, VoxelKey};
 
-/// A ray is followed through so many voxels, and no farther: 370 m at an edge of 8 cm along the diagonal, far more
+/// A ray is followed through this many voxels, and no farther: 370 m at an edge of 8 cm along the diagonal, far more
 /// than an RGB-D camera sees. It bounds what a point without measure costs.
 const MOST_CELLS: usize = 8192;
 
@@ -12,7 +12,7 @@ const MOST_CELLS: usize = 8192;
 /// grid stays a step in 64-bit floats.
 const FARTHEST_CELL: f64 = (1u64 << 30) as f64;
 
-/// A straight line from a point where the camera stood to a point where it saw something.
+/// A straight line from a point where the camera was to a point where it saw something.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct VoxelRay {
     origin_m: Point3<f64>,
@@ -24,11 +24,11 @@ impl VoxelRay {
     /// The ray between two points; `None` when a number is not finite, or both are the same point.
     #[must_use]
     pub fn between(origin_m: &Point3<f64>, end_m: &Point3<f64>) -> Option<Self> {
-        let way_m = end_m - origin_m;
-        let length_m = way_m.norm();
+        let offset_m = end_m - origin_m;
+        let length_m = offset_m.norm();
         (length_m.is_finite() && length_m > 0.0).then(|| Self {
             origin_m: *origin_m,
-            direction: way_m / length_m,
+            direction: offset_m / length_m,
             length_m,
         })
     }
@@ -42,9 +42,9 @@ impl VoxelRay {
     /// How far along the ray the foot of the point is, and the square of its distance from the ray's line.
     #[must_use]
     pub fn along_and_aside(&self, point_m: &Point3<f64>) -> (f64, f64) {
-        let way_m = point_m - self.origin_m;
-        let along_m = way_m.dot(&self.direction);
-        (along_m, (way_m - along_m * self.direction).norm_squared())
+        let offset_m = point_m - self.origin_m;
+        let along_m = offset_m.dot(&self.direction);
+        (along_m, (offset_m - along_m * self.direction).norm_squared())
     }
 
     /// The cells that the ray crosses from its origin on up to `stop_m`, in their order (Amanatides & Woo, "A

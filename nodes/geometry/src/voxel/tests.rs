@@ -43,7 +43,7 @@ fn any_edge() -> impl Strategy<Value = f64> {
 
 proptest! {
     #[test]
-    fn the_fast_way_gives_the_bytes_of_the_plain_one(points in any_points(), edge_m in any_edge()) {
+    fn the_fast_path_gives_the_bytes_of_the_plain_one(points in any_points(), edge_m in any_edge()) {
         let grid = VoxelGrid::new(edge_m).unwrap();
         prop_assert_eq!(bytes_of(&grid.reduce(&points)), bytes_of(&plain_twin(&grid, &points)));
     }

@@ -59,13 +59,13 @@ fn the_page_says_first_what_came_of_it() {
     let page = report_html(&run, &summary).unwrap();
     let lead = page.find("The person was found in 2 of the 3 cycles in which it was in view, for the first time in the 2nd of them, and removed in 2 (66.7\u{a0}% of its points over the run); 1 of the 1 voxel that only it touched is left in the map.");
     assert!(lead.is_some_and(|lead| lead < page.find("<img").unwrap()), "{:?}", headline(&summary));
-    assert!(page.contains("4 inputs were dropped on the way;"));
+    assert!(page.contains("4 inputs were dropped in transit;"));
 }
 
 #[test]
 fn the_page_tells_how_tracks_keep_to_their_objects_and_when_an_object_was_found() {
     let (run, summary) = example();
-    let sentence = "Tracks followed what moves in 2 of 3 sightings, with 1 identity switch.";
+    let sentence = "Tracks followed moving objects in 2 of 3 sightings, with 1 identity switch.";
     assert!(headline(&summary).iter().any(|said| said == sentence), "{:?}", headline(&summary));
     let page = report_html(&run, &summary).unwrap();
     assert!(page.contains("identity switches"));
@@ -148,7 +148,7 @@ fn a_run_without_truth_tells_what_was_found() {
     let sentences = headline(&summary);
     assert_eq!(
         sentences[0],
-        "Something that moves was found in 3 of 3 cycles, and held over in 0 more."
+        "A moving object was found in 3 of 3 cycles, and held over in 0 more."
     );
     let page = report_html(&run, &summary).unwrap();
     assert!(!page.contains("Against the truth"));

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::transport::machine::Machine;
 use super::transport::table;
-use robot::Failure;
 use robot::console;
+use robot::{Failure, refuse_to_replace};
 
 /// How the figures are told.
 #[derive(Args, Debug, Default)]
@@ -19,9 +19,17 @@ pub(super) struct FigureArgs {
     /// Write the JSON to a file as well
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Replace the file where it is there
+    #[arg(long, requires = "output")]
+    overwrite: bool,
 }
 
 impl FigureArgs {
+    /// Refuses to replace a file, before any work is done.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        refuse_to_replace(self.output.iter().cloned(), self.overwrite, "-o")
+    }
+
     /// Tells `report`, which was found on `machine`: as JSON, or as these tables.
     pub(super) fn tell(
         &self,

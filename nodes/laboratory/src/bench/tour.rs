@@ -9,15 +9,16 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use reconstruction::shell::ReconstructionParameters;
-use reconstruction::{AtMaxVoxels, ReconstructionConfig, StaticMap};
+use reconstruction::{AtMaxVoxels, Map, ReconstructionConfig};
 use serde::Serialize;
 
 use self::minute::MinuteRow;
 use super::figures::FigureArgs;
 use super::transport::machine::Machine;
 use super::transport::table;
+use geometry::Method;
 use robot::Progress;
-use robot::run::parameters::MethodName;
+use robot::run::parameters::method_parser;
 use robot::{Failure, Outcome};
 
 /// A longer tour than this is a mistake: a day.
@@ -33,7 +34,7 @@ const SIZE_PX: (usize, usize) = (160, 120);
 #[command(after_help = "Examples:
   stillmap bench tour
   stillmap bench tour --at-max-voxels spill -o figures.json
-  stillmap bench tour --minutes 5 --method stillmap --max-voxels 50000 --at-max-voxels refuse --json
+  stillmap bench tour --minutes 5 --method free_space --max-voxels 50000 --at-max-voxels refuse --json
 
 The building is a corridor round a square of 28 m. A side takes a minute, and all sides look alike, so that one
 minute may be compared with another. A cycle's cost is that of matching, detection, segmentation, the map and what a
@@ -43,8 +44,8 @@ pub struct TourArgs {
     #[arg(long, default_value_t = 60.0, value_parser = minutes)]
     minutes: f64,
     /// The methods, one after the other
-    #[arg(long, value_enum, num_args = 1.., default_values = ["rec_hv", "stillmap"])]
-    method: Vec<MethodName>,
+    #[arg(long, value_parser = method_parser(), num_args = 1.., default_values = ["rec_hv", "free_space"])]
+    method: Vec<Method>,
     /// Voxels that the map may have; the building has some four times as many
     #[arg(long, default_value_t = 100_000)]
     max_voxels: usize,
@@ -84,7 +85,7 @@ impl TourArgs {
     }
 
     /// The map of the tour, where `config` says the rest.
-    fn map(&self, config: ReconstructionConfig) -> Result<StaticMap, Failure> {
+    fn map(&self, config: ReconstructionConfig) -> Result<Map, Failure> {
         let at_max_voxels = match self.at_max_voxels {
             AtMaxVoxelsName::Refuse => AtMaxVoxels::Refuse,
             AtMaxVoxelsName::DropOldest => AtMaxVoxels::DropOldest,
@@ -121,7 +122,7 @@ struct Report {
 /// The tour by one method.
 #[derive(Debug, Serialize)]
 struct MethodReport {
-    method: MethodName,
+    method: Method,
     /// Absent where there were less than two minutes.
     flatness: Option<Flatness>,
     minutes: Vec<MinuteRow>,
@@ -137,6 +138,7 @@ struct Flatness {
 }
 
 pub(crate) fn run(args: &TourArgs) -> Result<Outcome, Failure> {
+    args.figures.check()?;
     let mut methods = Vec::new();
     for &method in &args.method {
         let progress = Progress::new(method.name(), args.minutes.ceil() as u64);
@@ -252,7 +254,7 @@ mod tests {
     fn a_short_tour_counts_every_cycle_and_keeps_the_bound() {
         let args = TourArgs {
             minutes: 0.04,
-            method: vec![MethodName::Stillmap],
+            method: vec![Method::FreeSpace],
             max_voxels: 500,
             at_max_voxels: AtMaxVoxelsName::DropOldest,
             spill_folder: None,
@@ -261,13 +263,13 @@ mod tests {
             figures: FigureArgs::default(),
         };
         let progress = Progress::new("tour", 1);
-        let rows = drive::drive(&args, MethodName::Stillmap, &progress).unwrap();
+        let rows = drive::drive(&args, Method::FreeSpace, &progress).unwrap();
         let [row] = &rows[..] else { panic!("{} minutes", rows.len()) };
         // 2.4 s at 7 Hz, but for those at the end whose image or pose would be later.
         assert!((14..=16).contains(&row.cycles), "{row:?}");
         assert_eq!((row.counts.voxels, row.scans_dropped), (500, 0));
         assert!(row.dropped_voxels > 100 && row.counts.evidence_voxels > 1000, "{row:?}");
-        let report = MethodReport { method: MethodName::Stillmap, flatness: None, minutes: rows };
+        let report = MethodReport { method: Method::FreeSpace, flatness: None, minutes: rows };
         assert!(text(&report).contains("says nothing"));
     }
 

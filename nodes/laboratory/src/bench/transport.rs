@@ -97,6 +97,7 @@ struct Report {
 }
 
 pub(crate) fn run(args: &TransportArgs) -> Result<Outcome, Failure> {
+    args.figures.check()?;
     let machine = Machine::here();
     let (report, table) = if args.scenario.is_empty() {
         let (seconds, cases) = measure(args, &machine)?;

@@ -24,7 +24,7 @@ use stages::{StageMs, StageTimes};
 use robot::Progress;
 use robot::console;
 use robot::lidar::{LidarArgs, LidarSource, Sensed};
-use robot::{Failure, Outcome};
+use robot::{Failure, Interrupt, Outcome, refuse_to_replace};
 use variant::{Follow, Variant};
 
 /// Where the data set is had.
@@ -69,6 +69,9 @@ gicp-rays-18,gicp-rays-14,gicp-rays-10,gicp-rays-6,gicp-ground"
     /// Where the trajectories go, one a variant, in KITTI's form
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace trajectories in that folder
+    #[arg(long, requires = "out")]
+    overwrite: bool,
     /// Print the figures as JSON
     #[arg(long)]
     json: bool,
@@ -87,6 +90,9 @@ struct Evaluation {
 }
 
 pub(crate) fn run(args: &KittiArgs) -> Result<Outcome, Failure> {
+    let names = args.variants.iter().map(|variant| format!("{}.txt", variant.name()));
+    let paths = args.out.iter().flat_map(|folder| names.clone().map(|name| folder.join(name)));
+    refuse_to_replace(paths, args.overwrite, "--out")?;
     let evaluation = evaluated(args)?;
     if args.json {
         let json = serde_json::to_string_pretty(&evaluation)
@@ -121,7 +127,7 @@ fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
     let mut stages = StageTimes::new()?;
     let mut way: Vec<Isometry3<f64>> = Vec::new();
     let progress = Progress::new("following", source.steps());
-    let losses = source.each(|sensed| {
+    let losses = source.each(&Interrupt::default(), |sensed| {
         match sensed {
             Sensed::Truth(stamp, pose) => truth.push((stamp, pose)),
             Sensed::Cloud(message) if args.first.is_none_or(|first| scans.len() < first) => {

@@ -8,7 +8,7 @@ use bag_player::{Bag, BagMessage, Selection};
 use clap::{Args, ValueEnum};
 use detection::{CycleInput, DetectionConfig, Detector, View};
 use evaluation::{LabelledScan, ScanZoneScore, score_scan_zones};
-use geometry::{Cloud, PoseBuffer, Scan, Stamp, StampedPose, pose_from_vector};
+use geometry::{Cloud, PoseBuffer, Scan, Stamp, StampedPose};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::LaserScan;
@@ -29,7 +29,7 @@ const POSES_KEPT: usize = 1 << 20;
 /// Arguments of `stillmap eval scans`.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
-  stillmap eval scans people.mcap --scan /training_scan --labels /leg_cluster_positions --method stillmap")]
+  stillmap eval scans people.mcap --scan /training_scan --labels /leg_cluster_positions --method free_space")]
 pub struct ScansArgs {
     /// An MCAP file or a rosbag2 folder
     bag: PathBuf,
@@ -104,7 +104,7 @@ pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
         return Err(Failure::new(format!("no scan on {} could be used", args.scan)));
     }
     let printed = Printed {
-        method: parameters.method_name(),
+        method: parameters.pipeline().method.name(),
         odometry: args.odometry,
         score: score_scan_zones(&scans),
         unusable,
@@ -124,7 +124,7 @@ pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
 
 /// Odometry of a scanner that turns as detection has it.
 fn scan_odometry(config: &DetectionConfig) -> Result<ScanOdometry, Failure> {
-    let beam_order = config.stillmap.beam_order;
+    let beam_order = config.free_space.beam_order;
     let config = ScanOdometryConfig { beam_order, ..ScanOdometryConfig::default() };
     ScanOdometry::new(config).map_err(failure)
 }
@@ -152,14 +152,14 @@ impl<'a> Watch<'a> {
     fn new(args: &'a ScansArgs, parameters: &PipelineParameters) -> Result<Self, Failure> {
         let mut config = parameters.detection().clone();
         config.aperture_rad = args.aperture_deg.to_radians();
-        let rig_from_lidar = pose_from_vector(&config.rig_from_lidar);
+        let rig_from_lidar = config.pipeline.rig.mounts().rig_from_lidar;
         let labels = match args.labels_from.as_deref().zip(args.labels.as_deref()) {
             Some((bag, topic)) => Labels::apart(rig_from_lidar, bag, topic)?,
             None => Labels::among(rig_from_lidar),
         };
         Ok(Self {
             args,
-            rig_from_lidar: config.rig_from_lidar,
+            rig_from_lidar: config.pipeline.rig.rig_from_lidar,
             poses: PoseBuffer::new(POSES_KEPT).with_max_gap_s(config.max_pose_gap_s),
             scan_odometry: scan_odometry(&config)?,
             detector: Detector::new(config).map_err(failure)?,

@@ -20,7 +20,7 @@ use serde::Serialize;
 use self::choice::ScoreArgs;
 use self::source::{Read, Source};
 use robot::console;
-use robot::{Failure, Outcome};
+use robot::{Failure, Outcome, refuse_to_replace};
 
 /// The true poses on a topic of a bag, or on the only one with poses; `option` is the one that chooses it.
 pub(super) fn true_poses_of_bag(
@@ -63,6 +63,9 @@ pub struct TrajectoryArgs {
     /// Write score.html and score.json into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace them where they are there
+    #[arg(long, requires = "out")]
+    overwrite: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -82,6 +85,8 @@ struct Printed<'a> {
 pub(crate) fn run(args: &TrajectoryArgs) -> Result<Outcome, Failure> {
     let config = args.score.config();
     config.validate().map_err(|error| Failure::new(error.to_string()))?;
+    let results = |folder: &PathBuf| ["score.html", "score.json"].map(|name| folder.join(name));
+    refuse_to_replace(args.out.iter().flat_map(results), args.overwrite, "--out")?;
     let times = args.times.as_deref();
     let estimate = Source { path: &args.estimate, topic: args.est_topic.as_deref(), times }
         .read("--est-topic")?;

@@ -1,5 +1,5 @@
 //! What the suite must reach, beyond the experiments of the thesis: each figure with its target, by both methods,
-//! and whether stillmap meets it.
+//! and whether free_space meets it.
 
 mod cases;
 mod criteria;
@@ -11,9 +11,9 @@ use super::runs::{METHODS, Run, Runs};
 use super::section::{Section, Shown, Words};
 use super::settings::Settings;
 use super::table::{Cell, Figure, Row, Table, Verdict};
-use crate::trial::MethodName;
 use cases::{Case, Cases};
 use criteria::{Criterion, NOT_RUN};
+use geometry::Method;
 use robot::Failure;
 
 pub(crate) fn plan(settings: &Settings) -> Vec<Run> {
@@ -40,8 +40,8 @@ pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failu
         [
             "target",
             "rec_hv",
-            "stillmap",
-            "where stillmap is worst",
+            "free_space",
+            "where free_space is worst",
             "cases that meet it",
             "verdict",
         ],
@@ -73,7 +73,7 @@ fn words(settings: &Settings) -> Words {
         comparability: "All of it is simulated: noise, gaps, shadows and stamps as the sensors have them, a pose \
                         without error, and rooms that are models. Found is counted in the cycles in which both \
                         sensors have the object; precision leaves the borders of one voxel aside; the position is \
-                        rec_hv's mean of points and stillmap's track, against the visible surface. Correlation is \
+                        rec_hv's mean of points and free_space's track, against the visible surface. Correlation is \
                         by the thesis' own measure: the front view, against a map of the empty scene that was \
                         measured with the same sensors and other noise. Where two such maps of the empty scene correlate \
                         by less than the target, a case meets it that reaches the least that two of them do: that \
@@ -95,7 +95,7 @@ fn ceilings(cases: &Cases, runs: &Runs) -> Vec<Ceiling> {
     let criterion = criteria::ceiling();
     let of_scene = |case: &Case| {
         // Nothing was removed: the same by both methods.
-        let figure = criterion.figure(case, runs, MethodName::Stillmap)?;
+        let figure = criterion.figure(case, runs, Method::FreeSpace)?;
         let cells = [
             Cell::Absent,
             Cell::Absent,
@@ -116,20 +116,20 @@ fn summary_row(criterion: &Criterion, cases: &[Case], runs: &Runs, ceilings: &[C
         let of_case = |case| Some((case, criterion.figure(case, runs, method)?));
         cases.iter().filter_map(of_case).collect()
     };
-    let rec_hv = criterion.worst(figures(MethodName::RecHv)).map(|(_, figure)| figure);
-    let stillmap = figures(MethodName::Stillmap);
+    let rec_hv = criterion.worst(figures(Method::RecHv)).map(|(_, figure)| figure);
+    let free_space = figures(Method::FreeSpace);
     let reaches_ceiling = |case: &Case, figure: &Figure| {
         let ceiling = ceilings.iter().find(|ceiling| ceiling.scene == case.scene);
         ceiling.is_some_and(|Ceiling { figure: ceiling, .. }| {
             figure.median >= ceiling.min.unwrap_or(ceiling.median)
         })
     };
-    let alone = stillmap.iter().filter(|(_, figure)| criterion.is_met(figure)).count();
-    let met = stillmap
+    let alone = free_space.iter().filter(|(_, figure)| criterion.is_met(figure)).count();
+    let met = free_space
         .iter()
         .filter(|(case, figure)| criterion.is_met(figure) || reaches_ceiling(case, figure))
         .count();
-    let all = stillmap.len();
+    let all = free_space.len();
     let verdict = match criterion.target {
         None => Cell::Absent,
         Some(_) if all == 0 => Cell::Verdict(Verdict::NotRun),
@@ -142,7 +142,7 @@ fn summary_row(criterion: &Criterion, cases: &[Case], runs: &Runs, ceilings: &[C
         Some(_) if all > 0 => Cell::words(format!("{met} of {all}")),
         _ => Cell::Absent,
     };
-    let worst = criterion.worst(stillmap);
+    let worst = criterion.worst(free_space);
     let place = worst.map_or(Cell::Absent, |(case, _)| Cell::words(case.name.clone()));
     let figure = worst.map(|(_, figure)| figure);
     Row::new(
@@ -152,7 +152,7 @@ fn summary_row(criterion: &Criterion, cases: &[Case], runs: &Runs, ceilings: &[C
 }
 
 /// Every crossing, criterion by criterion.
-fn case_table(cases: &[Case], runs: &Runs, method: MethodName) -> Table {
+fn case_table(cases: &[Case], runs: &Runs, method: Method) -> Table {
     let criteria: Vec<Criterion> = criteria::all()
         .into_iter()
         .filter(|criterion| criterion.set == cases::Set::Crossings)

@@ -3,13 +3,13 @@
 use report::{Axis, Chart, Marks, Series};
 
 use super::table::Figure;
-use crate::trial::MethodName;
+use geometry::Method;
 
 /// The class of a method's series in the page's style.
-pub(crate) fn class(method: MethodName) -> &'static str {
+pub(crate) fn class(method: Method) -> &'static str {
     match method {
-        MethodName::RecHv => "rec-hv",
-        MethodName::Stillmap => "stillmap",
+        Method::RecHv => "rec-hv",
+        Method::FreeSpace => "free-space",
     }
 }
 

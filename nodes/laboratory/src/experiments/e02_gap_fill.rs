@@ -59,7 +59,7 @@ fn words(settings: &Settings) -> Words {
         ),
         comparability: "Table 4 can be compared to the digit: its input is in the thesis. The window was \
                         judged from pictures, so its rows have words where ours have figures. The gap fill and \
-                        the window belong to rec_hv alone; stillmap neither fills nor averages.",
+                        the window belong to rec_hv alone; free_space neither fills nor averages.",
     }
 }
 

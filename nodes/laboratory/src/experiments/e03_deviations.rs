@@ -83,7 +83,7 @@ fn words(settings: &Settings) -> Words {
                         the order (empty below with the robot) can be compared. The simulator's rooms have \
                         doorways in their side walls, for what crosses, whose edges stand in the outermost beams \
                         of the aperture: a beam that meets now the edge and now the corridor behind it deviates \
-                        in an empty room too, which the last column leaves out. stillmap takes no deviation for \
+                        in an empty room too, which the last column leaves out. free_space takes no deviation for \
                         motion.",
     }
 }

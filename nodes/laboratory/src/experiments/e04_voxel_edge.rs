@@ -12,7 +12,7 @@ use super::scans::for_scans;
 use super::section::{Section, Shown, Words};
 use super::settings::Settings;
 use super::table::{Cell, Row, Table, Unit};
-use crate::trial::MethodName;
+use geometry::Method;
 use robot::Failure;
 use sweep::{Cost, Recording, UNREDUCED_EDGE_M};
 
@@ -23,7 +23,7 @@ const CM_PER_M: f64 = 100.0;
 struct AtEdge {
     edge_m: f64,
     rec_hv: Cost,
-    stillmap: Cost,
+    free_space: Cost,
 }
 
 pub(crate) fn present(settings: &Settings) -> Result<Section, Failure> {
@@ -31,10 +31,10 @@ pub(crate) fn present(settings: &Settings) -> Result<Section, Failure> {
     let scenario = for_scans(Scenario::empty(SceneName::B, 1), settings.sweep_cycles + 1);
     let recording = Recording::of(&settings.sized(scenario))?;
     // One after the other, and nothing beside them: these are times.
-    let unreduced = recording.cost(MethodName::RecHv, UNREDUCED_EDGE_M)?;
+    let unreduced = recording.cost(Method::RecHv, UNREDUCED_EDGE_M)?;
     let at_edge = |&edge_m: &f64| -> Result<AtEdge, Failure> {
-        let [rec_hv, stillmap] = METHODS.map(|method| recording.cost(method, edge_m));
-        Ok(AtEdge { edge_m, rec_hv: rec_hv?, stillmap: stillmap? })
+        let [rec_hv, free_space] = METHODS.map(|method| recording.cost(method, edge_m));
+        Ok(AtEdge { edge_m, rec_hv: rec_hv?, free_space: free_space? })
     };
     let edges: Vec<AtEdge> =
         settings.sweep_edges_m.iter().map(at_edge).collect::<Result<_, _>>()?;
@@ -56,7 +56,7 @@ fn words(settings: &Settings) -> Words {
             "Scene B, empty, seed 1, {} cycles; in each the zone is fixed to the middle third of the aperture, \
              whatever was found. The cores of the three nodes are called one after the other on one thread, with \
              nothing beside them. \"Without the grid\" is an edge of {} mm, finer than the pixels lie apart \
-             (rec_hv alone: such voxels are beyond what stillmap's evidence accepts).",
+             (rec_hv alone: such voxels are beyond what free_space's evidence accepts).",
             settings.sweep_cycles,
             UNREDUCED_EDGE_M * 1e3
         ),
@@ -95,9 +95,9 @@ fn table(unreduced: &Cost, edges: &[AtEdge]) -> Table {
             [
                 published,
                 milliseconds(edge.rec_hv.cycle_ms),
-                milliseconds(edge.stillmap.cycle_ms),
+                milliseconds(edge.free_space.cycle_ms),
                 milliseconds(edge.rec_hv.segmentation_ms),
-                milliseconds(edge.stillmap.segmentation_ms),
+                milliseconds(edge.free_space.segmentation_ms),
                 count(edge.rec_hv.points),
             ],
         ));
@@ -107,9 +107,9 @@ fn table(unreduced: &Cost, edges: &[AtEdge]) -> Table {
         [
             "cycle, published",
             "cycle, rec_hv",
-            "cycle, stillmap",
+            "cycle, free_space",
             "segmentation, rec_hv",
-            "segmentation, stillmap",
+            "segmentation, free_space",
             "points a cycle",
         ],
         rows,
@@ -130,17 +130,17 @@ fn time_chart(edges: &[AtEdge]) -> Chart {
             y: "milliseconds",
         },
         vec![
-            series("cycle, rec_hv", class(MethodName::RecHv), line(&|edge| edge.rec_hv.cycle_ms)),
+            series("cycle, rec_hv", class(Method::RecHv), line(&|edge| edge.rec_hv.cycle_ms)),
             series(
-                "cycle, stillmap",
-                class(MethodName::Stillmap),
-                line(&|edge| edge.stillmap.cycle_ms),
+                "cycle, free_space",
+                class(Method::FreeSpace),
+                line(&|edge| edge.free_space.cycle_ms),
             ),
             series("segmentation, rec_hv", "held", line(&|edge| edge.rec_hv.segmentation_ms)),
             series(
-                "segmentation, stillmap",
+                "segmentation, free_space",
                 "published",
-                line(&|edge| edge.stillmap.segmentation_ms),
+                line(&|edge| edge.free_space.segmentation_ms),
             ),
         ],
     )

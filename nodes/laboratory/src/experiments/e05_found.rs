@@ -11,7 +11,7 @@ use super::scenarios::Direction;
 use super::section::{Section, Shown, Words};
 use super::settings::Settings;
 use super::table::{AGAINST_THE_THESIS, Cell, Row, Table, Unit};
-use crate::trial::MethodName;
+use geometry::Method;
 use robot::Failure;
 
 const SCENE: SceneName = SceneName::B;
@@ -37,8 +37,8 @@ pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failu
         };
         [
             published.map_or(Cell::Absent, |share| Cell::published(Unit::Share, share)),
-            share(MethodName::RecHv),
-            share(MethodName::Stillmap),
+            share(Method::RecHv),
+            share(Method::FreeSpace),
         ]
     };
     let cycles = |published: f64, of: &[Run]| {

@@ -80,7 +80,7 @@ fn words(settings: &Settings) -> Words {
                  about 5 %.",
         here: format!(
             "The same crossing in the simulator's scene B, {}. One stage is what lies in a zone; two stages is \
-             what is taken for moving (with stillmap, what has grown from the zones).",
+             what is taken for moving (with free_space, what has grown from the zones).",
             settings.runs_text()
         ),
         comparability: "How large the robot is in the cloud hangs on its depth and on how much of the room the \

@@ -13,7 +13,7 @@ use super::scenarios::Direction;
 use super::section::{Section, Shown, Words};
 use super::settings::Settings;
 use super::table::{AGAINST_THE_THESIS, Cell, Row, Table, Unit};
-use crate::trial::MethodName;
+use geometry::Method;
 use robot::Failure;
 
 pub(crate) fn plan(settings: &Settings) -> Vec<Run> {
@@ -51,7 +51,7 @@ pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failu
     ];
     let table = Table::new("Correlation with the empty scene", AGAINST_THE_THESIS, rows);
     let first = |method| runs.all(&of, method).next();
-    let clouds = [MethodName::RecHv, MethodName::Stillmap].map(first);
+    let clouds = [Method::RecHv, Method::FreeSpace].map(first);
     let mut pictures = map_pictures(Face::Front, "e07", clouds)?;
     pictures.extend(map_pictures(Face::Above, "e07", clouds)?);
     let charts = vec![correlation_chart(&of, runs)];

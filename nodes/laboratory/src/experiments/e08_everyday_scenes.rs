@@ -167,7 +167,7 @@ fn words(settings: &Settings) -> Words {
                         maps and their growth hang on them. Times depend on the machine (here as many runs at a \
                         time as it has cores); the published ones hold the wait for the scanner, 142 ms, ours are \
                         work alone. A high share of cycles with high variability was a sign of a difficult room for \
-                        rec_hv; stillmap should have zones only while the person is in the scanner's aperture, \
+                        rec_hv; free_space should have zones only while the person is in the scanner's aperture, \
                         which is wider than the camera's view.",
     }
 }

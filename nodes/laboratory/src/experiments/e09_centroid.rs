@@ -13,7 +13,7 @@ use super::scenarios::Direction;
 use super::section::{Section, Shown, Words};
 use super::settings::Settings;
 use super::table::{Cell, Row, Table, Unit};
-use crate::trial::MethodName;
+use geometry::Method;
 use robot::Failure;
 
 const SCENE: SceneName = SceneName::B;
@@ -60,10 +60,10 @@ pub(crate) fn plan(settings: &Settings) -> Vec<Run> {
 }
 
 /// Which positions stand beside each other.
-const POSITIONS: [(&str, MethodName, PositionOf); 3] = [
-    ("rec_hv, mean of points", MethodName::RecHv, MEAN_OF_POINTS),
-    ("stillmap, mean of points", MethodName::Stillmap, MEAN_OF_POINTS),
-    ("stillmap, track", MethodName::Stillmap, TRACK),
+const POSITIONS: [(&str, Method, PositionOf); 3] = [
+    ("rec_hv, mean of points", Method::RecHv, MEAN_OF_POINTS),
+    ("free_space, mean of points", Method::FreeSpace, MEAN_OF_POINTS),
+    ("free_space, track", Method::FreeSpace, TRACK),
 ];
 
 pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failure> {
@@ -83,13 +83,13 @@ pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failu
         published_table(),
     ];
     let charts = groups.iter().take(3).enumerate().filter_map(|(index, group)| {
-        let [rec_hv, stillmap] = METHODS.map(|method| runs.all(&group.runs, method).next());
+        let [rec_hv, free_space] = METHODS.map(|method| runs.all(&group.runs, method).next());
         let letter = ["a", "b", "c"].get(index)?;
         Some(way_chart(
             letter,
             &group.name,
             &rec_hv?.object()?.sightings,
-            &stillmap?.object()?.sightings,
+            &free_space?.object()?.sightings,
         ))
     });
     let shown = Shown { tables, details, charts: charts.collect(), ..Shown::default() };
@@ -107,7 +107,7 @@ fn words(settings: &Settings) -> Words {
             "Robot and person in scene B on path A from each side and on paths B and C, {} each. Truth is the \
              mean of the true surface that the camera sees in the cycle, in the map frame (which on a platform that \
              stands still is the rig's); every cycle counts in which the image shows at least 200 pixels (of 640 x \
-             480) of the object. rec_hv gives the mean of its moving points; stillmap the same, and the position of \
+             480) of the object. rec_hv gives the mean of its moving points; free_space the same, and the position of \
              the nearest of its tracks, however far that is.",
             settings.runs_text()
         ),
@@ -155,11 +155,11 @@ impl Line {
 
 fn identity_table(groups: &[Group], runs: &Runs) -> Table {
     let rows = groups.iter().map(|group| {
-        let switches = runs.all(&group.runs, MethodName::Stillmap);
+        let switches = runs.all(&group.runs, Method::FreeSpace);
         let switches = switches.map(|run| run.identity_switches as f64);
         Row::new(group.name.clone(), [Cell::median(Unit::Count, switches)])
     });
-    Table::new("Identity switches a run", ["stillmap, track"], rows.collect())
+    Table::new("Identity switches a run", ["free_space, track"], rows.collect())
 }
 
 /// Table 7, run by run.
@@ -177,7 +177,7 @@ fn published_table() -> Table {
 }
 
 /// Figure 44.
-fn way_chart(letter: &str, name: &str, rec_hv: &[Sighting], stillmap: &[Sighting]) -> Chart {
+fn way_chart(letter: &str, name: &str, rec_hv: &[Sighting], free_space: &[Sighting]) -> Chart {
     let place = |position: Point3<f64>| (-position.y, position.x);
     let places = |sightings: &[Sighting], of: PositionOf| -> Vec<(f64, f64)> {
         let in_view = sightings.iter().filter(|sighting| sighting.in_camera);
@@ -186,7 +186,7 @@ fn way_chart(letter: &str, name: &str, rec_hv: &[Sighting], stillmap: &[Sighting
     let dots = |name: &str, class, sightings, of| -> Series {
         series(name, class, Marks::Dots(places(sightings, of)))
     };
-    let truth = places(stillmap, |sighting| Some(sighting.true_m));
+    let truth = places(free_space, |sighting| Some(sighting.true_m));
     chart_of_values(
         Caption {
             id: &format!("e09-{letter}"),
@@ -199,7 +199,7 @@ fn way_chart(letter: &str, name: &str, rec_hv: &[Sighting], stillmap: &[Sighting
         vec![
             series("truth", "truth", Marks::Line(truth)),
             dots("rec_hv, mean of points", "rec-hv", rec_hv, MEAN_OF_POINTS),
-            dots("stillmap, track", "stillmap", stillmap, TRACK),
+            dots("free_space, track", "free-space", free_space, TRACK),
         ],
     )
 }

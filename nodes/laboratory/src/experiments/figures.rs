@@ -9,14 +9,14 @@ use geometry::Stamp;
 use nalgebra::Point3;
 use serde::Serialize;
 
-use crate::trial::MethodName;
+use geometry::Method;
 
 /// What one method made of one scenario.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub(crate) struct RunFigures {
     pub(crate) scenario: String,
     pub(crate) seed: u64,
-    pub(crate) method: MethodName,
+    pub(crate) method: Method,
     pub(crate) map: MapFigures,
     /// Of each point, whether it was rightly taken for moving; none where nothing was labelled.
     pub(crate) labels: Option<LabelFigures>,

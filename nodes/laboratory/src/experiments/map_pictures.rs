@@ -44,19 +44,19 @@ impl Face {
 }
 
 /// The empty scene, the map without removal, and the map of each method, in one frame. `runs` are one scenario
-/// by rec_hv and by stillmap; without clouds there is no picture.
+/// by rec_hv and by free_space; without clouds there is no picture.
 pub(crate) fn map_pictures(
     face: Face,
     of: &str,
     runs: [Option<&RunFigures>; 2],
 ) -> Result<Vec<PagePicture>, Failure> {
     let clouds = runs.map(|run| run.and_then(|run| run.clouds.as_ref()));
-    let [Some(rec_hv), Some(stillmap)] = clouds else { return Ok(Vec::new()) };
+    let [Some(rec_hv), Some(free_space)] = clouds else { return Ok(Vec::new()) };
     let named: [(&str, &[Point3<f32>]); 4] = [
         ("empty scene, true surface", &rec_hv.empty_scene),
         ("nothing removed", &rec_hv.without_removal),
         (METHODS[0].name(), &rec_hv.map),
-        (METHODS[1].name(), &stillmap.map),
+        (METHODS[1].name(), &free_space.map),
     ];
     let pictures = draw(face, &named.map(|(_, cloud)| cloud), rec_hv)
         .map_err(|error| Failure::new(format!("cannot draw the maps: {error}")))?;
@@ -102,7 +102,7 @@ mod tests {
         for face in [Face::Front, Face::Above, Face::Side] {
             let pictures = map_pictures(face, "B", [Some(&with_clouds); 2]).unwrap();
             assert_eq!(pictures.len(), 4);
-            assert!(pictures[3].caption.starts_with("stillmap"), "{}", pictures[3].caption);
+            assert!(pictures[3].caption.starts_with("free_space"), "{}", pictures[3].caption);
         }
         let without = run(1, Vec::new());
         assert!(map_pictures(Face::Front, "B", [Some(&without); 2]).unwrap().is_empty());

@@ -12,16 +12,30 @@ use super::section::Section;
 use super::settings::Settings;
 use robot::Failure;
 
-/// The output folder.
+/// What the experiments leave in their folder.
+pub(crate) const RESULTS: [&str; 3] = ["experiments.html", "experiments.json", "sightings.csv"];
+
+/// The output folder. Where nothing is written, nothing is left of it.
 pub(crate) struct Folder {
     path: PathBuf,
+    is_new: bool,
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if self.is_new {
+            // It is not empty where there are results.
+            let _ = fs::remove_dir(&self.path);
+        }
+    }
 }
 
 impl Folder {
     /// Makes the folder before the work starts, so that a place that cannot be written is found out first.
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
+        let is_new = !path.exists();
         fs::create_dir_all(path).map_err(|error| cannot_write(path, &error))?;
-        Ok(Self { path: path.to_owned() })
+        Ok(Self { path: path.to_owned(), is_new })
     }
 
     /// Under a temporary name first: a reader never finds half a file.

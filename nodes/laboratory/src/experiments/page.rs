@@ -12,7 +12,7 @@ pub(crate) fn page(settings: &Settings, sections: &[Section]) -> String {
         kicker: "stillmap experiments".to_owned(),
         title: "The experiments of Rec-HV, run again".to_owned(),
         facts: vec![
-            ("Methods".to_owned(), "rec_hv (as published), stillmap".to_owned()),
+            ("Methods".to_owned(), "rec_hv (as published), free_space".to_owned()),
             ("Seeds".to_owned(), settings.seeds.to_string()),
         ],
         lead: lead(settings, sections),
@@ -27,7 +27,7 @@ pub(crate) fn lead(settings: &Settings, sections: &[Section]) -> Vec<String> {
     let mut lead = Vec::new();
     if met + missed > 0 {
         lead.push(format!(
-            "Of {} targets that were measured, stillmap meets {met} and misses {missed}.",
+            "Of {} targets that were measured, free_space meets {met} and misses {missed}.",
             met + missed
         ));
     }

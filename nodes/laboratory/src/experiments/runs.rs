@@ -9,11 +9,12 @@ use simulator::Scenario;
 use super::figures::RunFigures;
 use super::pool::in_order;
 use super::scans::beams_on_objects;
-use crate::trial::{MethodName, TrialOptions, run_trial};
-use robot::Failure;
+use crate::trial::{Trial, TrialOptions, run_trial};
+use geometry::Method;
+use robot::{Failure, Interrupt};
 
 /// Both methods, in the order of the tables.
-pub(crate) const METHODS: [MethodName; 2] = [MethodName::RecHv, MethodName::Stillmap];
+pub(crate) const METHODS: [Method; 2] = [Method::RecHv, Method::FreeSpace];
 
 /// A scenario to be run by both methods, and what is wanted of it besides the figures.
 #[derive(Clone, PartialEq, Debug)]
@@ -53,8 +54,20 @@ impl Run {
         key_of(&self.scenario)
     }
 
-    fn execute(&self, references: &References) -> Result<Vec<RunFigures>, Failure> {
+    /// What came of it; `None` where it was interrupted, or what it is compared with was.
+    fn execute(
+        &self,
+        references: &References,
+        interrupt: &Interrupt,
+    ) -> Result<Option<Vec<RunFigures>>, Failure> {
         let scenario = &self.scenario;
+        let reference = match &self.reference {
+            Some(reference) => match references.get(&key_of(reference)) {
+                None => return Ok(None),
+                found => found,
+            },
+            None => None,
+        };
         let has_objects = !scenario.scene.objects.is_empty();
         let options = TrialOptions {
             methods: METHODS.to_vec(),
@@ -63,15 +76,12 @@ impl Run {
             voxel_edge_m: None,
         };
         let beams = if has_objects { beams_on_objects(scenario)? } else { BTreeMap::new() };
-        let trials = run_trial(scenario, &options)
+        let trials = run_trial(scenario, &options, interrupt)
             .map_err(|failure| failure.within(format_args!("scenario {}", scenario.name)))?;
-        let reference =
-            self.reference.as_ref().and_then(|reference| references.get(&key_of(reference)));
         let reference_m = reference.map(Vec::as_slice);
-        Ok(trials
-            .into_iter()
-            .map(|trial| RunFigures::of(trial, scenario, &beams, reference_m, self.keeps_clouds))
-            .collect())
+        let figures =
+            |trial| RunFigures::of(trial, scenario, &beams, reference_m, self.keeps_clouds);
+        Ok(trials.map(|trials| trials.into_iter().map(figures).collect()))
     }
 }
 
@@ -90,17 +100,23 @@ fn references_of(runs: &[Run]) -> Vec<&Scenario> {
     by_key.into_values().collect()
 }
 
-/// All clouds of a scenario in one map, as the thesis measures its reference.
-fn measured_map(scenario: &Scenario) -> Result<Vec<Point3<f32>>, Failure> {
+/// All clouds of a scenario in one map, as the thesis measures its reference; `None` where it was interrupted.
+fn measured_map(
+    scenario: &Scenario,
+    interrupt: &Interrupt,
+) -> Result<Option<Vec<Point3<f32>>>, Failure> {
     let options = TrialOptions {
-        methods: vec![MethodName::RecHv],
+        methods: vec![Method::RecHv],
         correlate_each_cycle: false,
         score_labels: false,
         voxel_edge_m: None,
     };
-    let trials = run_trial(scenario, &options)
+    let trials = run_trial(scenario, &options, interrupt)
         .map_err(|failure| failure.within(format_args!("scenario {}", scenario.name)))?;
-    Ok(trials.into_iter().flat_map(|trial| trial.record.unfiltered_map).collect())
+    let map = |trials: Vec<Trial>| {
+        trials.into_iter().flat_map(|trial| trial.record.unfiltered_map).collect()
+    };
+    Ok(trials.map(map))
 }
 
 /// What came of the runs.
@@ -110,28 +126,39 @@ pub(crate) struct Runs {
 }
 
 impl Runs {
-    /// Executes the runs, each scenario once, on so many threads. `done` is told after each.
+    /// Executes the runs, each scenario once, on so many threads. `done` is told after each. Those that are not done when it is
+    /// interrupted are left out.
     pub(crate) fn execute(
         runs: Vec<Run>,
         threads: NonZeroUsize,
+        interrupt: &Interrupt,
         mut done: impl FnMut(),
     ) -> Result<Self, Failure> {
         let mut runs = merged(runs);
         let scenarios = references_of(&runs);
-        let maps = in_order(&scenarios, threads, |scenario| measured_map(scenario), &mut done)?;
+        let map = |scenario: &&Scenario| measured_map(scenario, interrupt);
+        let maps = in_order(&scenarios, threads, map, &mut done)?;
         let keys = scenarios.into_iter().map(key_of);
-        let references: References = keys.zip(maps).collect();
+        let references: References =
+            keys.zip(maps).filter_map(|(key, map)| Some((key, map?))).collect();
         // The longest first, or one of them would run alone at the end.
         runs.sort_by(|a, b| {
             let longest = b.scenario.duration_s.total_cmp(&a.scenario.duration_s);
             longest.then_with(|| a.key().cmp(&b.key()))
         });
-        let figures = in_order(&runs, threads, |run| run.execute(&references), done)?;
-        Ok(Self { by_key: runs.iter().map(Run::key).zip(figures).collect() })
+        let execute = |run: &Run| run.execute(&references, interrupt);
+        let figures = in_order(&runs, threads, execute, done)?;
+        let done = runs.iter().map(Run::key).zip(figures);
+        Ok(Self { by_key: done.filter_map(|(key, figures)| Some((key, figures?))).collect() })
+    }
+
+    /// Whether all of these runs are done.
+    pub(crate) fn has_all(&self, runs: &[Run]) -> bool {
+        runs.iter().all(|run| self.by_key.contains_key(&run.key()))
     }
 
     /// What a method made of a run; none where it was not asked for.
-    pub(crate) fn of(&self, run: &Run, method: MethodName) -> Option<&RunFigures> {
+    pub(crate) fn of(&self, run: &Run, method: Method) -> Option<&RunFigures> {
         self.by_key.get(&run.key())?.iter().find(|figures| figures.method == method)
     }
 
@@ -139,7 +166,7 @@ impl Runs {
     pub(crate) fn all<'a>(
         &'a self,
         runs: &'a [Run],
-        method: MethodName,
+        method: Method,
     ) -> impl Iterator<Item = &'a RunFigures> + Clone {
         runs.iter().filter_map(move |run| self.of(run, method))
     }

@@ -218,7 +218,7 @@ pub(crate) struct Table {
 }
 
 /// The columns of most tables.
-pub(crate) const AGAINST_THE_THESIS: [&str; 3] = ["published", "rec_hv here", "stillmap here"];
+pub(crate) const AGAINST_THE_THESIS: [&str; 3] = ["published", "rec_hv here", "free_space here"];
 
 impl Table {
     pub(crate) fn new<'a>(

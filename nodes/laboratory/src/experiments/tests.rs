@@ -104,7 +104,8 @@ fn a_crossing_gives_figures_by_both_methods() {
             Run { scenario, ..run }.correlating().keeping_clouds_if(true)
         })
         .collect();
-    let runs = Runs::execute(of.clone(), pool::threads_of_machine(), || ()).unwrap();
+    let runs = Runs::execute(of.clone(), pool::threads_of_machine(), &Interrupt::default(), || ())
+        .unwrap();
     for method in METHODS {
         let figures = runs.of(&of[0], method).unwrap();
         let object = figures.object().unwrap();

@@ -126,8 +126,8 @@ fn the_bag_holds_the_truth_of_beams_and_objects_and_is_the_same_each_time() {
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     let [bag, again] = folders.each_ref().map(|folder| folder.path().join("room.mcap"));
     let scenario = Scenario::small().with_depth_size(64, 48).with_duration_s(7.0);
-    write_bag(&scenario, &bag).unwrap();
-    write_bag(&scenario, &again).unwrap();
+    write_bag(&scenario, &bag, &Interrupt::default()).unwrap();
+    write_bag(&scenario, &again, &Interrupt::default()).unwrap();
     let [bytes, others] = [&bag, &again].map(|path| std::fs::read(path).unwrap());
     let differing = bytes.iter().zip(&others).position(|(byte, other)| byte != other);
     assert_eq!((differing, bytes.len()), (None, others.len()));
@@ -213,7 +213,7 @@ fn the_bag_holds_what_colour_camera_imu_wheels_and_velodyne_publish() {
     let folder = tempfile::tempdir().unwrap();
     let bag = folder.path().join("all.mcap");
     let arguments = "small --colour --imu --wheels --velodyne vlp16 --depth-size 64 48";
-    write_bag(&asked_for(arguments).with_duration_s(1.0), &bag).unwrap();
+    write_bag(&asked_for(arguments).with_duration_s(1.0), &bag, &Interrupt::default()).unwrap();
 
     let (images, depths) = (messages::<Image>(&bag, RAW_COLOUR), messages::<Image>(&bag, DEPTH));
     assert_eq!((images.len(), depths.len()), (30, 30));

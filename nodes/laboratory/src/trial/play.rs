@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use detection::shell::CloudInput;
-use geometry::{Stamp, pose_from_vector};
+use geometry::Stamp;
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
@@ -54,7 +54,7 @@ impl Message {
 
 /// One method at its work.
 pub(super) struct Play<'a> {
-    method: MethodName,
+    method: Method,
     parameters: PipelineParameters,
     pipeline: Pipeline,
     tracks: Subscription<Tracks>,
@@ -74,7 +74,7 @@ struct SeenCycle {
 
 impl<'a> Play<'a> {
     pub(super) fn start(
-        method: MethodName,
+        method: Method,
         options: &'a TrialOptions,
         empty_scene: &[Point3<f32>],
     ) -> Result<Self, Failure> {
@@ -83,7 +83,7 @@ impl<'a> Play<'a> {
         let listener = pipeline.listener().map_err(failure)?;
         let tracks =
             listener.subscription("tracks", &Qos::reliable(WAITING_CYCLES)).map_err(failure)?;
-        let grid = VoxelGrid::new(parameters.reconstruction().voxel_edge_m).map_err(failure)?;
+        let grid = VoxelGrid::new(parameters.pipeline().voxel_edge_m).map_err(failure)?;
         Ok(Self {
             method,
             parameters,
@@ -142,7 +142,7 @@ impl<'a> Play<'a> {
     }
 
     fn edge_m(&self) -> f64 {
-        self.parameters.reconstruction().voxel_edge_m
+        self.parameters.pipeline().voxel_edge_m
     }
 
     pub(super) fn finish(mut self, scenario: &Scenario, truth: &Truth) -> Result<Trial, Failure> {
@@ -162,7 +162,7 @@ impl<'a> Play<'a> {
             })
             .collect::<Result<_, Failure>>()?;
         let score = if self.options.score_labels {
-            let rig_from_camera = pose_from_vector(&self.parameters.detection().rig_from_camera);
+            let rig_from_camera = self.parameters.pipeline().rig.mounts().rig_from_camera;
             let names = scenario.scene.objects.iter();
             let names = names.map(|object| (object.id, object.name.clone())).collect();
             let rules = DynamicScoreRules::default();

@@ -2,7 +2,7 @@ use simulator::{CrossingObject, PathName, SceneName};
 
 use super::*;
 
-fn options(methods: &[MethodName]) -> TrialOptions {
+fn options(methods: &[Method]) -> TrialOptions {
     TrialOptions {
         methods: methods.to_vec(),
         correlate_each_cycle: true,
@@ -19,15 +19,14 @@ fn short_crossing() -> Scenario {
 
 #[test]
 fn both_methods_see_the_same_cycles_with_their_truth() {
-    let trials =
-        run_trial(&short_crossing(), &options(&[MethodName::RecHv, MethodName::Stillmap])).unwrap();
-    let [rec_hv, stillmap] = &trials[..] else { panic!("one trial a method") };
-    assert_eq!((rec_hv.method, stillmap.method), (MethodName::RecHv, MethodName::Stillmap));
+    let trials = trials(&options(&[Method::RecHv, Method::FreeSpace]));
+    let [rec_hv, free_space] = &trials[..] else { panic!("one trial a method") };
+    assert_eq!((rec_hv.method, free_space.method), (Method::RecHv, Method::FreeSpace));
     let stamps = |trial: &Trial| {
         trial.record.cycles.iter().map(|cycle| cycle.cloud_stamp).collect::<Vec<_>>()
     };
     assert!(rec_hv.record.cycles.len() > 20, "{}", rec_hv.record.cycles.len());
-    assert_eq!(stamps(rec_hv), stamps(stillmap));
+    assert_eq!(stamps(rec_hv), stamps(free_space));
     for trial in &trials {
         assert_eq!(trial.cycles.len(), trial.record.cycles.len());
         for (cycle, recorded) in trial.cycles.iter().zip(&trial.record.cycles) {
@@ -40,14 +39,13 @@ fn both_methods_see_the_same_cycles_with_their_truth() {
         assert!(score.objects.iter().any(|object| object.cycles_in_view > 0));
     }
     assert!(rec_hv.cycles.iter().all(|cycle| cycle.tracks.is_empty()));
-    assert!(stillmap.cycles.iter().any(|cycle| !cycle.tracks.is_empty()));
+    assert!(free_space.cycles.iter().any(|cycle| !cycle.tracks.is_empty()));
 }
 
 #[test]
 fn a_trial_repeats_itself() {
     let run = || {
-        let mut trial =
-            run_trial(&short_crossing(), &options(&[MethodName::Stillmap])).unwrap().remove(0);
+        let mut trial = trials(&options(&[Method::FreeSpace])).remove(0);
         for cycle in &mut trial.record.cycles {
             cycle.step_durations_s.clear();
         }
@@ -63,11 +61,23 @@ fn another_edge_gives_another_map() {
             voxel_edge_m,
             score_labels: false,
             correlate_each_cycle: false,
-            methods: vec![MethodName::RecHv],
+            methods: vec![Method::RecHv],
         };
-        let trial = run_trial(&short_crossing(), &options).unwrap().remove(0);
+        let trial = trials(&options).remove(0);
         assert!(trial.score.is_none() && trial.cycles[0].correlation.is_none());
         trial.record.static_map.len()
     };
     assert!(points(Some(0.16)) < points(None) / 2);
+}
+
+fn trials(options: &TrialOptions) -> Vec<Trial> {
+    run_trial(&short_crossing(), options, &Interrupt::default()).unwrap().unwrap()
+}
+
+#[test]
+fn a_trial_that_is_interrupted_is_none() {
+    let interrupt = Interrupt::default();
+    interrupt.trigger();
+    let trial = run_trial(&short_crossing(), &options(&[Method::RecHv]), &interrupt).unwrap();
+    assert!(trial.is_none());
 }

@@ -2,13 +2,13 @@
 
 use etherparse::{EtherType, LaxNetSlice, LaxSlicedPacket, TransportSlice};
 
-/// What the frames of an interface begin with.
+/// The header of the frames of an interface.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum LinkLayer {
     Ethernet,
     /// An IP packet at once.
     Raw,
-    /// Four bytes that tell the family.
+    /// Four bytes with the address family.
     Loopback,
     /// Linux' "any" interface: 16 bytes, the last two of which are an EtherType.
     Cooked,
@@ -16,7 +16,7 @@ pub(super) enum LinkLayer {
     Cooked2,
 }
 
-/// What a frame holds.
+/// The contents of a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum FrameContents<'a> {
     Udp {

@@ -94,7 +94,7 @@ fn datagrams_come_with_their_port_and_their_time() {
 }
 
 #[test]
-fn pcapng_tells_the_time_in_units_of_its_interface() {
+fn pcapng_times_are_in_units_of_the_interface() {
     for (resolution, units) in [
         (6, 5_500_000_u64),
         (9, 5_500_000_000),

@@ -33,7 +33,7 @@ impl Canvas {
         }
     }
 
-    /// A disc of so many pixels about one.
+    /// A disc with this radius in pixels about a pixel.
     pub(super) fn dot(&mut self, at_px: [f64; 2], radius_px: i64, colour: [u8; 3]) {
         // The float-to-int cast saturates.
         let [column, row] = at_px.map(|value| value.floor() as i64);
@@ -69,11 +69,12 @@ impl Canvas {
         let edge_px = self.picture.edge_px as f64;
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
         for axis in 0..2 {
-            let way_px = to_px[axis] - from_px[axis];
-            if !way_px.is_finite() {
+            let step_px = to_px[axis] - from_px[axis];
+            if !step_px.is_finite() {
                 return None;
             }
-            for (towards, room_px) in [(-way_px, from_px[axis]), (way_px, edge_px - from_px[axis])]
+            for (towards, room_px) in
+                [(-step_px, from_px[axis]), (step_px, edge_px - from_px[axis])]
             {
                 if towards == 0.0 {
                     if room_px < 0.0 {
@@ -93,7 +94,7 @@ impl Canvas {
     }
 
     /// A line from place to place.
-    pub(super) fn way(&mut self, places_px: &[[f64; 2]], radius_px: i64, colour: [u8; 3]) {
+    pub(super) fn trajectory(&mut self, places_px: &[[f64; 2]], radius_px: i64, colour: [u8; 3]) {
         for pair in places_px.windows(2) {
             if let [from, to] = pair {
                 self.line(*from, *to, radius_px, colour);

@@ -17,54 +17,55 @@ fn corner() -> Vec<Isometry3<f64>> {
     east.chain(north).collect()
 }
 
-fn way(poses: &[Isometry3<f64>]) -> DrawnWay<'_> {
-    DrawnWay { map_from_vehicle: poses, truth: None, surroundings_m: &[] }
+fn trajectory(poses: &[Isometry3<f64>]) -> DrawnTrajectory<'_> {
+    DrawnTrajectory { map_from_vehicle: poses, truth: None, surroundings_m: &[] }
 }
 
 #[test]
 fn the_vehicle_stays_in_the_middle_and_what_it_came_along_lies_below_it() {
     let poses = corner();
-    let drawing = drawn(&way(&poses), DrawnView::AboutVehicle { radius_m: 100.0 }, 200);
+    let drawing = drawn(&trajectory(&poses), DrawnView::AboutVehicle { radius_m: 100.0 }, 200);
     assert_eq!(drawing.grid_m, 50.0);
     let at = |right_m: i64, up_m: i64| {
         colour_at(&drawing.picture, (100 + right_m) as usize, (100 - up_m) as usize)
     };
     assert_eq!(at(0, 0), VEHICLE);
-    // It looks north: the way lies behind it, and to the left of where that began.
-    assert_eq!((at(0, -30), at(-20, -50)), (WAY, WAY));
+    // It looks north: the trajectory is behind it, and to the left of where that began.
+    assert_eq!((at(0, -30), at(-20, -50)), (TRAJECTORY, TRAJECTORY));
     assert_eq!((at(0, 30), at(20, -50)), (BACKGROUND, GRID));
 }
 
 #[test]
-fn the_whole_way_fits_whatever_it_is() {
+fn the_whole_trajectory_fits_whatever_it_is() {
     let poses = corner();
-    let whole = drawn(&way(&poses), DrawnView::Whole, 200).picture;
+    let whole = drawn(&trajectory(&poses), DrawnView::Whole, 200).picture;
     let has = |picture: &Picture, colour: [u8; 3]| {
         picture.rgb.as_chunks::<3>().0.iter().filter(|pixel| **pixel == colour).count()
     };
-    assert!(has(&whole, WAY) > 500 && has(&whole, VEHICLE) > 20 && has(&whole, START) > 20);
-    // The way goes from the lower left to the lower right and up.
-    assert_eq!(colour_at(&whole, 100, 187), WAY);
-    assert_eq!(colour_at(&whole, 187, 100), WAY);
+    assert!(has(&whole, TRAJECTORY) > 500 && has(&whole, VEHICLE) > 20 && has(&whole, START) > 20);
+    // The trajectory goes from the lower left to the lower right and up.
+    assert_eq!(colour_at(&whole, 100, 187), TRAJECTORY);
+    assert_eq!(colour_at(&whole, 187, 100), TRAJECTORY);
     for poses in
         [vec![], vec![Isometry3::identity()], vec![Isometry3::translation(f64::NAN, 0.0, 0.0)]]
     {
         for view in [DrawnView::Whole, DrawnView::AboutVehicle { radius_m: 0.0 }] {
-            assert_eq!(drawn(&way(&poses), view, 50).picture.rgb.len(), 7500);
+            assert_eq!(drawn(&trajectory(&poses), view, 50).picture.rgb.len(), 7500);
         }
     }
 }
 
 #[test]
-fn the_truth_and_what_stands_around_lie_below_the_way() {
+fn the_truth_and_the_surroundings_are_drawn_below_the_trajectory() {
     let poses = corner();
     let truth: Vec<_> =
         poses.iter().map(|pose| Isometry3::translation(0.0, 10.0, 0.0) * pose).collect();
     let around = [Point2::new(25.0, 20.0), Point2::new(25.0, 0.0)];
-    let way = DrawnWay { map_from_vehicle: &poses, truth: Some(&truth), surroundings_m: &around };
-    let picture = drawn(&way, DrawnView::AboutVehicle { radius_m: 100.0 }, 200).picture;
+    let trajectory =
+        DrawnTrajectory { map_from_vehicle: &poses, truth: Some(&truth), surroundings_m: &around };
+    let picture = drawn(&trajectory, DrawnView::AboutVehicle { radius_m: 100.0 }, 200).picture;
     // 25 m to the left of the vehicle at (50, 50).
     assert_eq!(colour_at(&picture, 75, 130), SURROUNDINGS);
     assert_eq!(colour_at(&picture, 75, 140), TRUTH);
-    assert_eq!(colour_at(&picture, 75, 150), WAY);
+    assert_eq!(colour_at(&picture, 75, 150), TRAJECTORY);
 }

@@ -66,7 +66,7 @@ fn nothing_is_lost_at_the_rate_of_an_hdl_64e() {
 }
 
 #[test]
-fn what_nobody_takes_is_dropped_and_counted() {
+fn datagrams_not_read_in_time_are_dropped_and_counted() {
     let config = LiveConfig { queue_datagrams: 3, ..on_loopback() };
     let source = LiveSource::open(&config).unwrap();
     let socket = sender();

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::{Keyframe, LoopCloser};
 
-/// The scan contexts of so many places are compared, those whose rings differ least: a tree's answer in Kim and Kim 2018
+/// The scan contexts of this many places are compared, those whose rings differ least: a tree's answer in Kim and Kim 2018
 /// (section III.D), who take ten to fifty.
 const COMPARED: usize = 50;
 
@@ -24,12 +24,12 @@ impl LoopCloser {
         let Some(now) = self.keyframes.back() else { return Vec::new() };
         let mut near: Vec<(usize, f64, f32)> = Vec::new();
         for (number, place) in self.keyframes.iter().enumerate() {
-            let way_m = now.way_m - place.way_m;
-            if way_m < self.config.min_way_m {
+            let travelled_m = now.travelled_m - place.travelled_m;
+            if travelled_m < self.config.min_travelled_m {
                 break;
             }
             let apart_m = apart_m(place, now);
-            if apart_m <= self.config.search_radius_m + self.drift(way_m).0 {
+            if apart_m <= self.config.search_radius_m + self.drift(travelled_m).0 {
                 near.push((number, apart_m, now.context.ring_distance(&place.context)));
             }
         }

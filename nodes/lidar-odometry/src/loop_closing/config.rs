@@ -15,45 +15,45 @@ use crate::registration::{
 pub struct LoopClosingConfig {
     /// From one keyframe to the next.
     pub keyframe_distance_m: f64,
-    /// What of a scan a keyframe keeps: points nearer than this ...
+    /// A keyframe keeps the points of a scan that are nearer than this ...
     pub keyframe_range_m: f64,
     /// ... one in each cube of this edge.
     pub keyframe_voxel_edge_m: f64,
-    /// So many keyframes are remembered, the latest; some 80 kB each of a sensor of 64 rays.
+    /// This many keyframes are remembered, the latest; some 80 kB each of a sensor of 64 rays.
     pub max_keyframes: usize,
-    /// How far the odometry may have drifted after a kilometre: a standard deviation, which grows with the root of the way.
+    /// How far the odometry may have drifted after a kilometre: a standard deviation, which grows with the root of the distance.
     pub drift_m_per_km: f64,
     /// Likewise its turn.
     pub drift_deg_per_km: f64,
-    /// Whoever has driven less since a place has not come back to it.
-    pub min_way_m: f64,
+    /// A vehicle that has travelled less since a place has not returned to it.
+    pub min_travelled_m: f64,
     /// Places that lie nearer together than this, beside the drift, are the same: the width of a road.
     pub search_radius_m: f64,
     /// Places whose scan contexts differ by more do not look alike: 0 for the same, 1 for nothing in common.
     pub max_context_distance: f64,
-    /// So many places are looked at closely.
+    /// This many places are looked at closely.
     pub max_candidates: usize,
-    /// Candidates lie so far apart; and two results that lie farther apart are two places.
+    /// Candidates lie this far apart; and two results that lie farther apart are two places.
     pub distinct_m: f64,
-    /// A place is what so many keyframes before and after it saw.
+    /// A place is what this many keyframes before and after it saw.
     pub neighbours: usize,
-    /// How a scan is made ready to be laid onto a place.
+    /// How a scan is prepared for registration to a place.
     pub preparation: PreparationConfig,
-    /// How it is laid onto it.
+    /// How it is registered to it.
     pub registration: RegistrationConfig,
-    /// So large a share of what stands upright must have its counterpart ...
+    /// This share of the upright surfaces must have a counterpart ...
     pub min_fit_share: f64,
     /// ... as near as this.
     pub fit_distance_m: f64,
-    /// A second place that fits by this share of the first's is as good: then none is believed.
+    /// A second place that fits by this share of the first's is as good: then none is accepted.
     pub ambiguous_share: f64,
     /// Two loops that agree this well confirm each other: a shift ...
     pub agreement_m: f64,
     /// ... and a turn.
     pub agreement_deg: f64,
-    /// A loop waits so far for one that confirms it.
+    /// A loop waits this distance for one that confirms it.
     pub confirmation_m: f64,
-    /// After a loop was closed the next one is looked for after so much way.
+    /// After a loop was closed the next one is searched for after this distance.
     pub closure_distance_m: f64,
     /// How sure a scan lies on an earlier place, beside what the registration knows of it: a standard deviation.
     pub loop_deviation_m: f64,
@@ -74,13 +74,13 @@ impl Default for LoopClosingConfig {
             keyframe_voxel_edge_m: 0.5,
             // 8 km; the longest drive of KITTI's odometry benchmark has 5 km.
             max_keyframes: 4000,
-            // A percent of the way, the least that the LiDAR odometries of KITTI's table stay below, all in one direction.
+            // A percent of the distance, the least that the LiDAR odometries of KITTI's table stay below, all in one direction.
             drift_m_per_km: 10.0,
             // Half a degree over 100 m, likewise.
             drift_deg_per_km: 5.0,
-            // Longer than a long submap and shorter than the way round a block.
-            min_way_m: 50.0,
-            // Two lanes each way.
+            // Longer than a long submap and shorter than the path round a block.
+            min_travelled_m: 50.0,
+            // Two lanes in each direction.
             search_radius_m: 8.0,
             // Kim and Kim 2018 find most loops below 0.2, and the first false ones there; here more tests follow.
             max_context_distance: 0.4,
@@ -141,7 +141,7 @@ impl LoopClosingConfig {
             ("keyframe_voxel_edge_m", self.keyframe_voxel_edge_m),
             ("drift_m_per_km", self.drift_m_per_km),
             ("drift_deg_per_km", self.drift_deg_per_km),
-            ("min_way_m", self.min_way_m),
+            ("min_travelled_m", self.min_travelled_m),
             ("search_radius_m", self.search_radius_m),
             ("distinct_m", self.distinct_m),
             ("fit_distance_m", self.fit_distance_m),

@@ -16,7 +16,7 @@ pub(super) struct LoopEdge {
 }
 
 /// How far an odometry drifts in a kilometre: standard deviations along and about each axis, which grow with the root of the
-/// way.
+/// distance.
 #[derive(Clone, Copy, Debug)]
 struct Drift {
     m_per_km: f64,
@@ -25,11 +25,11 @@ struct Drift {
 
 impl LoopCloser {
     /// Closes a loop if one that waits says the same; else it waits itself.
-    pub(super) fn believe(&mut self, edge: LoopEdge) -> LoopOutcome {
-        let way_m = self.keyframe(edge.to).map_or(0.0, |now| now.way_m);
+    pub(super) fn accept(&mut self, edge: LoopEdge) -> LoopOutcome {
+        let travelled_m = self.keyframe(edge.to).map_or(0.0, |now| now.travelled_m);
         let most_m = self.config.confirmation_m;
         let is_near = |waiting: &LoopEdge| {
-            self.keyframe(waiting.to).is_some_and(|then| way_m - then.way_m <= most_m)
+            self.keyframe(waiting.to).is_some_and(|then| travelled_m - then.travelled_m <= most_m)
         };
         let waiting: Vec<LoopEdge> =
             self.unconfirmed.iter().copied().filter(|waiting| is_near(waiting)).collect();
@@ -44,7 +44,7 @@ impl LoopCloser {
             Ok(closed) => {
                 self.unconfirmed.clear();
                 self.closed += 1;
-                self.closed_at_m = Some(way_m);
+                self.closed_at_m = Some(travelled_m);
                 LoopOutcome::Closed(closed)
             }
             Err(reason) => LoopOutcome::Refused(reason),
@@ -55,7 +55,7 @@ impl LoopCloser {
         self.keyframes.get(number.checked_sub(self.forgotten)?)
     }
 
-    /// Whether the way from the one to the other keyframe is the same by the loops as by the odometry.
+    /// Whether the motion from the one to the other keyframe is the same by the loops as by the odometry.
     fn agree(&self, one: &LoopEdge, other: &LoopEdge) -> bool {
         let all = self
             .keyframe(one.from)
@@ -73,13 +73,13 @@ impl LoopCloser {
     /// Puts all keyframes where the graph has them then.
     fn close(&mut self, edge: &LoopEdge, others: &[LoopEdge]) -> Result<ClosedLoop, NotALoop> {
         let new: Vec<LoopEdge> = others.iter().copied().chain([*edge]).collect();
-        // Believed is what the odometry at its worst allows for.
+        // A loop is accepted within the largest drift of the odometry.
         let tried =
             optimise(&self.graph(&new, true, self.worst_drift()), &self.config.graph, &|| false)?;
-        let fates = tried.edges.iter().rev().zip(new.iter().rev());
+        let statuses = tried.edges.iter().rev().zip(new.iter().rev());
         // All of them or none: they have confirmed each other.
-        if let Some((fate, _)) = fates.clone().find(|(fate, _)| !fate.is_used) {
-            return Err(NotALoop::Contradicted { chi2: fate.chi2 });
+        if let Some((status, _)) = statuses.clone().find(|(status, _)| !status.is_used) {
+            return Err(NotALoop::Contradicted { chi2: status.chi2 });
         }
         // By how much each is heeded is by what the odometry has been seen to drift.
         let drift = self.seen_drift(&new);
@@ -97,7 +97,7 @@ impl LoopCloser {
         let (then, to) = (self.keyframe(edge.from), self.keyframe(edge.to));
         Ok(ClosedLoop {
             before: then.map(|then| then.stamp).unwrap_or_default(),
-            way_m: to.zip(then).map_or(0.0, |(now, then)| now.way_m - then.way_m),
+            travelled_m: to.zip(then).map_or(0.0, |(now, then)| now.travelled_m - then.travelled_m),
             gap_m: gap.translation.vector.norm(),
             gap_rad: gap.rotation.angle(),
             fit_share: edge.fit_share,
@@ -109,10 +109,10 @@ impl LoopCloser {
         Drift { m_per_km: drift_m_per_km, rad_per_km: drift_deg_per_km.to_radians() }
     }
 
-    /// The drift by which the loops miss the way that the odometry has them apart, at most the worst one: an odometry that drifts
-    /// by centimetres knows the way better than a scan laid onto a place knows its tilt.
+    /// The drift that the loops show against the odometry between them, at most the worst one: an odometry that drifts
+    /// by centimetres has the motion more accurately than a scan registered to a place has its tilt.
     fn seen_drift(&self, new: &[LoopEdge]) -> Drift {
-        /// Two or three loops tell the order of magnitude only.
+        /// Two or three loops determine the order of magnitude only.
         const LEAST_SHARE: f64 = 0.02;
         /// A drift is along each of three axes alike.
         const AXES: f64 = 3.0;
@@ -123,7 +123,7 @@ impl LoopCloser {
             let Some((from, to)) = ends else { continue };
             let odometry = from.odom_from_vehicle.inv_mul(&to.odom_from_vehicle);
             let missed = odometry.inv_mul(&edge.from_to);
-            let km = ((to.way_m - from.way_m) / 1000.0).max(f64::MIN_POSITIVE);
+            let km = ((to.travelled_m - from.travelled_m) / 1000.0).max(f64::MIN_POSITIVE);
             sums.0 += missed.translation.vector.norm_squared() / (AXES * km);
             sums.1 += missed.rotation.angle().powi(2) / (AXES * km);
             count += 1.0;
@@ -139,7 +139,7 @@ impl LoopCloser {
         let mut graph = PoseGraph { poses, is_fixed: vec![true], edges: Vec::new() };
         let pairs = self.keyframes.iter().zip(self.keyframes.iter().skip(1));
         for (from, (earlier, later)) in pairs.enumerate() {
-            let km = ((later.way_m - earlier.way_m) / 1000.0).max(f64::MIN_POSITIVE);
+            let km = ((later.travelled_m - earlier.travelled_m) / 1000.0).max(f64::MIN_POSITIVE);
             let certain = information(drift.m_per_km, drift.rad_per_km);
             graph.edges.push(Edge {
                 from,

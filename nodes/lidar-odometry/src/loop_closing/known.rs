@@ -1,9 +1,9 @@
-//! What is known of a drive's loops, apart from who looks for them.
+//! The loops known of a drive, independent of the searcher.
 
 use geometry::Stamp;
 use nalgebra::Isometry3;
 
-/// What is known of a drive's loops at a moment.
+/// The loops of a drive known at a moment.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct KnownLoops {
     /// Where the odometry's frame is in the map: the identity until a loop was closed.

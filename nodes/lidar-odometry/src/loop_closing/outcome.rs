@@ -1,9 +1,9 @@
-//! What comes of looking for a loop.
+//! The outcome of a search for a loop.
 
 use geometry::Stamp;
 use pose_graph::GraphError;
 
-/// What a scan was good for.
+/// The outcome of a scan.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum LoopOutcome {
     /// The vehicle has not gone far enough since the last keyframe.
@@ -21,8 +21,8 @@ pub enum LoopOutcome {
 /// Why a place that looks like an earlier one is not taken for it.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum NotALoop {
-    /// What stands upright does not fit.
-    #[error("of what stands there {percent:.0} % fits, of {places} places that look alike", percent = 100.0 * share)]
+    /// The upright surfaces do not fit.
+    #[error("{percent:.0} % of the upright surfaces fit, of {places} places that look alike", percent = 100.0 * share)]
     DoesNotFit {
         /// How many places were tried.
         places: usize,
@@ -35,24 +35,24 @@ pub enum NotALoop {
         /// How far apart they would put the vehicle.
         apart_m: f64,
     },
-    /// No odometry drifts so far.
-    #[error("the odometry would have drifted by {gap_m:.1} m and {gap_deg:.1} degrees on {way_m:.0} m", gap_deg = gap_rad.to_degrees())]
+    /// The odometry cannot drift this far.
+    #[error("the odometry would have drifted by {gap_m:.1} m and {gap_deg:.1} degrees on {travelled_m:.0} m", gap_deg = gap_rad.to_degrees())]
     TooFarOff {
-        /// What it would be off by.
+        /// The drift that the loop implies.
         gap_m: f64,
         /// And by what turn.
         gap_rad: f64,
-        /// On what way.
-        way_m: f64,
+        /// Over this distance.
+        travelled_m: f64,
     },
     /// It contradicts the other loops.
-    #[error("it contradicts the way between: {chi2:.0} squared standard deviations")]
+    #[error("it contradicts the odometry between: {chi2:.0} squared standard deviations")]
     Contradicted {
-        /// Its own error where it was not believed.
+        /// Its own error where it was not accepted.
         chi2: f64,
     },
-    /// Nobody waits for the answer any more.
-    #[error("the search was given up")]
+    /// The answer is not needed any more.
+    #[error("the search was aborted")]
     GivenUp,
     /// The graph cannot be optimised.
     #[error(transparent)]
@@ -65,11 +65,11 @@ pub struct ClosedLoop {
     /// When the vehicle was there before.
     pub before: Stamp,
     /// How far it has driven since.
-    pub way_m: f64,
+    pub travelled_m: f64,
     /// By how much the pose has changed.
     pub gap_m: f64,
     /// And by what turn.
     pub gap_rad: f64,
-    /// How much of what stands there fits.
+    /// The share of the upright surfaces that fits.
     pub fit_share: f64,
 }

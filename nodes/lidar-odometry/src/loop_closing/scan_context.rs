@@ -1,6 +1,6 @@
-//! What a place looks like, as a small picture: how high what stands there is, by distance and direction (Kim and Kim 2018,
+//! The appearance of a place, as a small picture: the height of the surfaces by distance and direction (Kim and Kim 2018,
 //! "Scan Context: Egocentric Spatial Descriptor for Place Recognition within 3D Point Cloud Map"). A vehicle that faces
-//! another way sees the same picture with its columns shifted.
+//! elsewhere sees the same picture with its columns shifted.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ const SECTORS: usize = 60;
 const REACH_M: f64 = 80.0;
 /// Heights count from here, in the vehicle's frame: below any road.
 const LOWEST_M: f32 = -4.0;
-/// Fewer sectors in which both pictures show something tell nothing.
+/// Fewer sectors in which both pictures show something are not compared.
 const LEAST_SECTORS: usize = SECTORS / 4;
 
 /// The picture of a place.
@@ -22,7 +22,7 @@ pub(super) struct ScanContext {
     sectors: Vec<[f32; RINGS]>,
     /// The lengths of these as vectors.
     lengths: Vec<f32>,
-    /// The mean over the sectors: the same whichever way the vehicle faces (section III.D, as the later papers have it).
+    /// The mean over the sectors: the same for every heading of the vehicle (section III.D, as the later papers have it).
     rings: [f32; RINGS],
 }
 
@@ -87,7 +87,7 @@ impl ScanContext {
     fn distance_at(&self, other: &Self, shift: usize) -> f64 {
         let own = self.sectors.iter().zip(&self.lengths);
         let others = other.sectors.iter().zip(&other.lengths).cycle();
-        // What this one sees at an azimuth, the other sees at less by its own turn.
+        // A point at an azimuth of this one is at an azimuth of the other that is less by its own rotation.
         let (mut sum, mut count) = (0.0, 0_usize);
         for ((sector, length), (other, other_length)) in own.zip(others.skip(SECTORS - shift)) {
             let lengths = length * other_length;
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_known_again_whichever_way_the_vehicle_faces() {
+    fn a_place_is_recognised_at_every_heading_of_the_vehicle() {
         let first = view(&at(0.0, 0.0), 5);
         for yaw_deg in [0.0_f64, 45.0, 93.0, 180.0, -120.0] {
             let again = view(&at(0.3, yaw_deg.to_radians()), 6);

@@ -1,4 +1,4 @@
-//! Who looks for loops: the answers are there at once, or when they come.
+//! The search for loops: the answers are there at once, or later.
 
 use std::sync::Arc;
 
@@ -16,31 +16,31 @@ pub struct Place {
     pub stamp: Stamp,
     /// Where the odometry has it.
     pub odom_from_vehicle: Isometry3<f64>,
-    /// What was seen from there, as if measured at once, in the vehicle's frame (z up).
+    /// The points seen from there, as if measured at once, in the vehicle's frame (z up).
     pub points_m: Vec<Point3<f32>>,
 }
 
-/// What came of looking for a place.
+/// The outcome of the search for a place.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LoopAnswer {
     /// When the vehicle was there.
     pub stamp: Stamp,
-    /// What came of it.
+    /// The outcome.
     pub outcome: LoopOutcome,
 }
 
-/// Who looks for loops.
+/// A searcher for loops.
 pub trait LoopSearch {
-    /// Whether the vehicle has gone so far that [`Self::take`] has a use for its scan.
+    /// Whether the vehicle has travelled far enough for [`Self::take`] to use its scan.
     fn wants(&self, odom_from_vehicle: &Isometry3<f64>) -> bool;
 
     /// Hands over a place. `false` where too many wait: it is not taken then.
     fn take(&mut self, place: Place) -> bool;
 
-    /// What was found since the last call, in the order of the drive; [`Self::known`] is as it was after it from then on.
+    /// The outcomes since the last call, in the order of the drive; [`Self::known`] is as it was after it from then on.
     fn answers(&mut self) -> Vec<LoopAnswer>;
 
-    /// What is known as of the last answers that were taken.
+    /// The known loops as of the last answers that were taken.
     fn known(&self) -> Arc<KnownLoops>;
 
     /// Whether nothing is being looked for, and nothing waits.
@@ -50,7 +50,7 @@ pub trait LoopSearch {
     fn forget(&mut self);
 }
 
-/// Looks in the caller's thread, who waits: the same scans give the same answers at the same scans.
+/// Searches in the caller's thread, which waits: the same scans give the same answers at the same scans.
 #[derive(Clone, Debug)]
 pub struct InlineSearch {
     closer: LoopCloser,

@@ -159,9 +159,9 @@ fn a_drive_round_a_block_comes_back_to_where_it_began() {
     let loops = closed(outcomes);
     assert!(!loops.is_empty(), "{outcomes:?}");
     let last = drive.truth.len() - 1;
-    assert!(loops[0].gap_m > 1.5 && loops[0].way_m > 250.0, "{loops:?}");
+    assert!(loops[0].gap_m > 1.5 && loops[0].travelled_m > 250.0, "{loops:?}");
     assert_eq!(closer.known().closed, loops.len());
-    // What lies between is better known by half at least, and best at both ends.
+    // The poses between are better known by half at least, and best at both ends.
     let mean = |poses: &mut dyn Iterator<Item = Isometry3<f64>>| {
         let off = poses.zip(&drive.truth).map(|(pose, truth)| apart(&pose, truth).0);
         off.sum::<f64>() / drive.truth.len() as f64
@@ -207,7 +207,7 @@ fn a_street_whose_houses_are_all_alike_is_no_loop() {
     let (closer, outcomes) = drive.driven(LoopClosingConfig::default(), 2);
     assert!(outcomes.iter().all(|outcome| *outcome == LoopOutcome::NewPlace), "{outcomes:?}");
     assert_eq!(closer.known().map_from_odom, Isometry3::identity());
-    // It is the drift that tells: whoever believes that the odometry may be anywhere is led astray, or in doubt, by looks alone.
+    // The drift decides: if the odometry may be anywhere, appearance alone is misleading or ambiguous.
     let blind = LoopClosingConfig { drift_m_per_km: 1000.0, ..LoopClosingConfig::default() };
     let mut closer = LoopCloser::new(blind, Arc::new(threads(2))).unwrap();
     let mut outcomes = drive

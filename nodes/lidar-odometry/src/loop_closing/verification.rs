@@ -1,4 +1,4 @@
-//! The scan laid onto earlier places: does what stands upright fit, and does no other place fit as well?
+//! The scan registered to earlier places: do the upright surfaces fit, and does no other place fit as well?
 //!
 //! The road fits everywhere, and so says nothing: houses, cars and posts are counted alone.
 
@@ -10,12 +10,12 @@ use super::correction::LoopEdge;
 use super::{LoopCloser, NotALoop};
 use crate::registration::{PreparedCloud, Registration, RobustKernel, Surface, register};
 
-/// A surface stands upright when its normal lies so near to level: within 30 degrees.
+/// A surface stands upright when its normal is this near to level: within 30 degrees.
 const UPRIGHT: f32 = 0.5;
-/// Fewer points of upright things tell no place from another.
+/// Fewer points of upright surfaces do not distinguish places.
 const LEAST_UPRIGHT: usize = 50;
 
-/// A place that the scan was laid onto.
+/// A place that the scan was registered to.
 struct Fit {
     candidate: Candidate,
     found: Registration,
@@ -25,7 +25,7 @@ struct Fit {
 }
 
 impl LoopCloser {
-    /// The loop to the one place that fits. The scan is laid onto no further place once `is_aborted` says so.
+    /// The loop to the one place that fits. The scan is registered to no further place once `is_aborted` returns true.
     pub(super) fn verified(
         &self,
         candidates: &[Candidate],
@@ -59,10 +59,10 @@ impl LoopCloser {
         let place = self.keyframes.get(best.candidate.keyframe).ok_or(nothing)?;
         let gap = now.map_from_vehicle.inv_mul(&best.map_from_vehicle);
         let (gap_m, gap_rad) = (gap.translation.vector.norm(), gap.rotation.angle());
-        let way_m = now.way_m - place.way_m;
-        let (most_m, most_rad) = self.drift(way_m);
+        let travelled_m = now.travelled_m - place.travelled_m;
+        let (most_m, most_rad) = self.drift(travelled_m);
         if gap_m > most_m || gap_rad > most_rad {
-            return Err(NotALoop::TooFarOff { gap_m, gap_rad, way_m });
+            return Err(NotALoop::TooFarOff { gap_m, gap_rad, travelled_m });
         }
         let found = self.refined(best).unwrap_or_else(|| best.found.clone());
         let from_to = found.target_from_source;
@@ -83,7 +83,7 @@ impl LoopCloser {
         let guess = &candidate.place_from_vehicle;
         let found =
             register(source, &target, guess, &self.config.registration, &*self.executor).ok()?;
-        // Where a direction is not told the guess stands, and it is no measurement.
+        // In an unobservable direction the guess is kept, and it is no measurement.
         if !found.converged || found.observability.weak().next().is_some() {
             return None;
         }
@@ -93,7 +93,7 @@ impl LoopCloser {
         Some(Fit { candidate: *candidate, found, map_from_vehicle, share })
     }
 
-    /// What the last keyframes saw together, laid onto the place: a single scan of few rays knows its tilt to some tenths of a
+    /// The points of the last keyframes together, registered to the place: a single scan of few rays determines its tilt to some tenths of a
     /// degree only, and the whole drive would be bent by that.
     fn refined(&self, fit: &Fit) -> Option<Registration> {
         let last = self.keyframes.len().checked_sub(1)?;
@@ -104,7 +104,7 @@ impl LoopCloser {
         let (source, target) = (prepared(last)?, prepared(fit.candidate.keyframe)?);
         let mut rules = self.config.registration;
         rules.coarse.every = 0;
-        // What has been moved since, or is seen from one side only.
+        // Surfaces that have been moved since, or are seen from one side only.
         rules.kernel = RobustKernel::GemanMcClure;
         rules.kernel_width_m = self.config.fit_distance_m;
         let guess = &fit.found.target_from_source;
@@ -113,7 +113,7 @@ impl LoopCloser {
         (refined.converged && moved_m < self.config.fit_distance_m).then_some(refined)
     }
 
-    /// What the keyframes about a place saw, in the frame of the vehicle there.
+    /// The points of the keyframes about a place, in the frame of the vehicle there.
     fn place_m(&self, keyframe: usize) -> Option<Vec<Point3<f32>>> {
         let vehicle_from_odom = self.keyframes.get(keyframe)?.odom_from_vehicle.inverse();
         let first = keyframe.saturating_sub(self.config.neighbours);

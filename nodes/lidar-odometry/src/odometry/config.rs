@@ -17,11 +17,11 @@ pub struct LidarOdometryConfig {
     pub max_range_m: f64,
     /// How a scan is made ready.
     pub preparation: PreparationConfig,
-    /// How it is laid onto the map. The reach of the correspondences and the width of the kernel are the threshold's.
+    /// How it is registered to the map. The reach of the correspondences and the width of the kernel are the threshold's.
     pub registration: RegistrationConfig,
     /// The edge of the map's voxels.
     pub map_voxel_edge_m: f64,
-    /// A voxel of the map is the running mean of so many points: what it has seen before fades.
+    /// A voxel of the map is the running mean of this many points: what it has seen before fades.
     pub map_memory_points: u32,
     /// The map holds no more voxels than this; those that were not seen for longest go first.
     pub max_map_voxels: usize,
@@ -29,7 +29,7 @@ pub struct LidarOdometryConfig {
     pub first_deviation_m: f64,
     /// Deviations smaller than this say nothing of how well motions are predicted.
     pub min_deviation_m: f64,
-    /// After so many scans that do not fit the map, it begins anew where the vehicle is thought to be.
+    /// After this many scans that do not fit the map, it begins anew at the predicted pose.
     pub max_held_scans: usize,
 }
 

@@ -4,7 +4,7 @@ use estimation::Twist;
 use geometry::LidarCloud;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-/// The scan is cut into so many stretches of time, whose points are moved alike: at 30 m/s and ten turns a second the
+/// The scan is cut into this many stretches of time, whose points are moved alike: at 30 m/s and ten turns a second the
 /// sensor moves by 3 mm within one.
 const STRETCHES: usize = 1024;
 
@@ -102,7 +102,7 @@ mod tests {
         let span = Span { first_s: 0.02, last_s: 0.12 };
         assert!((span.middle_s() - 0.07).abs() < 1e-12);
         for (point, place) in deskewed(&seen, &times_s, &span, &velocity).iter().zip(&places) {
-            // Half a stretch of way, and of turn at 30 m.
+            // Half the motion of a stretch, and of its rotation at 30 m.
             assert!((point.cast() - place).norm() < 0.0025, "{point} {place}");
         }
     }

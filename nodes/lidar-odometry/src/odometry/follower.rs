@@ -1,4 +1,4 @@
-//! Both ways of following the sensor behind one call, with the choice of points: what the node and the comparisons use.
+//! Both odometry methods behind one call, with the choice of points: for the node and the comparisons.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::selection::{PointChoice, PointChoiceError};
 geometry::choices! {
     /// What a scan is registered to.
     #[derive(Default)]
-    pub enum Way {
+    pub enum OdometryMethod {
         /// A map of the last scans.
         LocalMap = "local_map" as default,
         /// The previous scan, as in the road thesis.
@@ -24,27 +24,27 @@ geometry::choices! {
     }
 }
 
-/// How the sensor is followed.
+/// The parameters of a [`Follower`].
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct FollowerConfig {
-    /// What a scan is laid onto.
-    pub way: Way,
+    /// What a scan is registered to.
+    pub method: OdometryMethod,
     /// Which points take part.
     pub points: PointChoice,
-    /// The parameters of [`Way::LocalMap`].
+    /// The parameters of [`OdometryMethod::LocalMap`].
     pub local_map: LidarOdometryConfig,
-    /// Where [`Way::ScanToScan`] begins each registration.
+    /// Where [`OdometryMethod::ScanToScan`] begins each registration.
     pub guess: Guess,
-    /// How [`Way::ScanToScan`] makes a scan ready.
+    /// How [`OdometryMethod::ScanToScan`] prepares a scan.
     pub preparation: PreparationConfig,
-    /// How it lays it onto the one before.
+    /// How it registers it to the one before.
     pub registration: RegistrationConfig,
 }
 
 /// Why there is no pose.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum FollowerError {
-    /// The points that should take part cannot be told.
+    /// The points that should take part cannot be determined.
     #[error(transparent)]
     Choice(#[from] PointChoiceError),
     /// The scan is of no use.
@@ -77,11 +77,11 @@ impl Follower {
         config.points.validate()?;
         config.preparation.validate()?;
         config.registration.validate()?;
-        let odometry = match config.way {
-            Way::LocalMap => {
+        let odometry = match config.method {
+            OdometryMethod::LocalMap => {
                 Odometry::Map(Box::new(LidarOdometry::new(config.local_map, executor)?))
             }
-            Way::ScanToScan => {
+            OdometryMethod::ScanToScan => {
                 config.local_map.validate()?;
                 let FollowerConfig { preparation, registration, guess, .. } = config;
                 let odometry = ScanToScan::new(preparation, registration, guess, executor);
@@ -219,15 +219,15 @@ impl Quality {
         }
         if !self.degenerate.is_empty() {
             return Some(format!(
-                "{} of 6 directions are predicted, since the scene does not tell of them",
+                "{} of 6 directions are predicted, since the scene does not determine them",
                 self.degenerate.len()
             ));
         }
         if self.overlap < LEAST_OVERLAP {
             let percent = 100.0 * self.overlap;
-            return Some(format!("only {percent:.0} % of the points have a place in the map"));
+            return Some(format!("only {percent:.0} % of the points match the map"));
         }
-        (!self.converged).then(|| format!("no end of the steps after {} of them", self.iterations))
+        (!self.converged).then(|| format!("no convergence after {} steps", self.iterations))
     }
 
     /// In a small room, or with a scanner that is all but covered.

@@ -1,18 +1,18 @@
-//! What others know of the motion: wheels, or a gyroscope.
+//! The motion by other sensors: wheels, or a gyroscope.
 
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// How the sensor has moved from the last pose to the next, as far as others know it; in its frame at the last pose.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct MotionHint {
-    /// Its way and its turn: `last_from_now`, by wheels.
+    /// Its translation and rotation: `last_from_now`, by wheels.
     pub motion: Option<Isometry3<f64>>,
-    /// Its turn alone, by a gyroscope: it is believed before that of the wheels.
+    /// Its rotation alone, by a gyroscope: it is used in place of that of the wheels.
     pub turn: Option<UnitQuaternion<f64>>,
 }
 
 impl MotionHint {
-    /// The motion as it is expected: that of the wheels, or that which goes on as it was; with the gyroscope's turn.
+    /// The motion as it is expected: that of the wheels, or that of constant velocity; with the gyroscope's rotation.
     pub(super) fn motion(&self, going_on: &Isometry3<f64>) -> Option<Isometry3<f64>> {
         let by_wheels = self.motion.filter(crate::registration::is_finite_pose);
         let turn = self.turn.filter(|turn| turn.coords.iter().all(|value| value.is_finite()));
@@ -20,8 +20,8 @@ impl MotionHint {
             (None, None) => None,
             (Some(motion), None) => Some(motion),
             (motion, Some(turn)) => {
-                let way = motion.as_ref().unwrap_or(going_on).translation;
-                Some(Isometry3::from_parts(way, turn))
+                let shift = motion.as_ref().unwrap_or(going_on).translation;
+                Some(Isometry3::from_parts(shift, turn))
             }
         }
     }
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_gyroscope_is_believed_for_the_turn_and_the_wheels_for_the_way() {
+    fn the_gyroscope_gives_the_rotation_and_the_wheels_the_translation() {
         let going_on = Isometry3::new(Vector3::x(), Vector3::z() * 0.1);
         let motion = Some(Isometry3::new(Vector3::x() * 2.0, Vector3::z() * 0.2));
         let turn = Some(UnitQuaternion::from_scaled_axis(Vector3::z() * 0.3));

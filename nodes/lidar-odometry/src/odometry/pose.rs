@@ -1,4 +1,4 @@
-//! What is told of each scan.
+//! The result of each scan.
 
 use geometry::Stamp;
 use nalgebra::{Isometry3, Matrix6};
@@ -22,7 +22,7 @@ pub struct LidarPose {
 /// How well a scan fits the map.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Quality {
-    /// What became of the scan.
+    /// The outcome of the scan.
     pub outcome: Outcome,
     /// Its points after thinning out.
     pub points: usize,
@@ -38,20 +38,20 @@ pub struct Quality {
     pub overlap: f64,
     /// The root of the mean square of what they miss it by, across the surface.
     pub residual_rms_m: f64,
-    /// The directions that were predicted, since the scene does not tell of them.
+    /// The directions that were predicted, since the scene does not determine them.
     pub degenerate: Vec<Direction>,
 }
 
-/// What became of a scan.
+/// The outcome of a scan.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Outcome {
     /// It is the first one.
     Started,
-    /// It was laid onto the map.
+    /// It was registered to the map.
     Matched,
     /// It does not fit: the pose is the prediction.
     Held(RegistrationError),
-    /// So many did not fit that the map begins anew with this one.
+    /// Too many scans in a row did not fit: the map begins anew with this one.
     BegunAnew(RegistrationError),
 }
 

@@ -71,7 +71,7 @@ impl ScanToScan {
     ///
     /// # Errors
     /// When the scan has no point, a parameter is out of its range, or the scans do not overlap. The next scan is then
-    /// laid onto the last that was of use.
+    /// registered to the last usable one.
     pub fn step(
         &mut self,
         points_m: &[Point3<f32>],

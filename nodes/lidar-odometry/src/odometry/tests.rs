@@ -8,7 +8,7 @@ use crate::registration::{PreparationConfig, RegistrationConfig, RegistrationErr
 use crate::testing::{Random, Rectangle, apart, seen, street, threads};
 
 const PERIOD_S: f64 = 0.1;
-/// A scan is seen from so many places, one after another.
+/// A scan is seen from this many places, one after another.
 const PLACES: usize = 20;
 
 /// Along the street and gently from side to side, from -25 m on: 8 m/s from the first moment.
@@ -64,7 +64,7 @@ fn off(pose: &LidarPose, first: &LidarPose) -> (f64, f64) {
 }
 
 #[test]
-fn a_drive_that_is_under_way_from_the_first_scan_is_followed() {
+fn a_drive_that_is_in_motion_from_the_first_scan_is_followed() {
     let drive = Drive::new(&street(&mut Random::new(1)), 30, 16_000);
     let poses = drive.followed(LidarOdometryConfig::default(), 1);
     assert_eq!(poses[0].quality.outcome, Outcome::Started);
@@ -141,7 +141,7 @@ fn scans_of_no_use_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn a_pause_is_bridged_where_the_vehicle_stood_still() {
+fn a_pause_is_bridged_where_the_vehicle_was_static() {
     let drive = Drive::new(&street(&mut Random::new(3)), 4, 12_000);
     let mut odometry =
         LidarOdometry::new(LidarOdometryConfig::default(), Arc::new(threads(1))).unwrap();
@@ -166,7 +166,7 @@ fn the_map_keeps_its_bound() {
 }
 
 #[test]
-fn the_thesis_way_follows_from_scan_to_scan() {
+fn the_thesis_method_follows_from_scan_to_scan() {
     let scene = street(&mut Random::new(5));
     let mut random = Random::new(6);
     for guess in [Guess::Standing, Guess::PreviousMotion] {
@@ -186,7 +186,7 @@ fn the_thesis_way_follows_from_scan_to_scan() {
 
 /// A vehicle that stops at once: only wheels know it before the scan does.
 #[test]
-fn what_wheels_tell_is_where_the_scan_is_expected_and_what_deskews_it() {
+fn wheel_odometry_predicts_the_scan_and_deskews_it() {
     let drive = Drive::new(&street(&mut Random::new(1)), 12, 16_000);
     let (mut odometry, mut blind) = (
         LidarOdometry::new(LidarOdometryConfig::default(), Arc::new(threads(1))).unwrap(),
@@ -208,8 +208,8 @@ fn what_wheels_tell_is_where_the_scan_is_expected_and_what_deskews_it() {
     assert!(before > 0);
     let held = odometry.step_with(&scan, &MotionHint { motion, turn: None }).unwrap();
     let held_blind = blind.step(&scan).unwrap();
-    let way_m = |pose: &LidarPose| pose.odom_from_lidar.translation.vector.x;
+    let travelled_m = |pose: &LidarPose| pose.odom_from_lidar.translation.vector.x;
     // It had come 9 steps of 0.8 m.
-    assert!((way_m(&held) - 7.3).abs() < 0.1, "{}", way_m(&held));
-    assert!((way_m(&held_blind) - 8.0).abs() < 0.1, "{}", way_m(&held_blind));
+    assert!((travelled_m(&held) - 7.3).abs() < 0.1, "{}", travelled_m(&held));
+    assert!((travelled_m(&held_blind) - 8.0).abs() < 0.1, "{}", travelled_m(&held_blind));
 }

@@ -2,10 +2,10 @@
 
 use nalgebra::Isometry3;
 
-/// Correspondences reach so many deviations (eq. 6).
+/// Correspondences reach this many deviations (eq. 6).
 const REACH_DEVIATIONS: f64 = 3.0;
 /// ... and are doubted from this share of one on (eq. 7).
-const DOUBT_SHARE: f64 = 1.0 / 3.0;
+const KERNEL_WIDTH_SHARE: f64 = 1.0 / 3.0;
 
 /// The standard deviation of the predictions so far.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -43,8 +43,8 @@ impl AdaptiveThreshold {
     }
 
     /// From this distance on they are doubted.
-    pub(super) fn doubt_m(&self) -> f64 {
-        DOUBT_SHARE * self.deviation_m()
+    pub(super) fn kernel_width_m(&self) -> f64 {
+        KERNEL_WIDTH_SHARE * self.deviation_m()
     }
 
     fn deviation_m(&self) -> f64 {
@@ -59,9 +59,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn good_predictions_narrow_it_and_no_motion_tells_nothing() {
+    fn good_predictions_narrow_it_and_no_motion_changes_nothing() {
         let mut threshold = AdaptiveThreshold::new(2.0, 0.1, 100.0);
-        assert_eq!((threshold.reach_m(), threshold.doubt_m()), (6.0, 2.0 / 3.0));
+        assert_eq!((threshold.reach_m(), threshold.kernel_width_m()), (6.0, 2.0 / 3.0));
         let identity = Isometry3::identity();
         threshold.take_in(&identity, &Isometry3::translation(0.09, 0.0, 0.0));
         assert_eq!(threshold.reach_m(), 6.0);

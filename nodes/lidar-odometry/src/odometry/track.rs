@@ -1,4 +1,4 @@
-//! What is known after a scan; the first scans, and those that do not fit.
+//! The state after a scan; the first scans, and those that do not fit.
 
 use estimation::Twist;
 use geometry::Stamp;
@@ -15,7 +15,7 @@ use crate::registration::{
 /// The map is cut to its reach when the vehicle has gone this share of it.
 const CUT_SHARE: f64 = 0.05;
 
-/// After a longer pause nobody knows where the vehicle has gone: it is looked for as far on as it goes in this time.
+/// After a longer pause the vehicle's motion is unknown: it is predicted for at most this time.
 pub(super) const LONGEST_PREDICTION_S: f64 = 1.0;
 
 /// When a scan was measured.
@@ -37,7 +37,7 @@ impl Moment {
     }
 }
 
-/// What is known after a scan.
+/// The state after a scan.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
     pub(super) stamp: Stamp,
@@ -45,7 +45,7 @@ pub(super) struct Track {
     /// Unknown after the first scan of a map.
     pub(super) velocity: Option<Twist>,
     pub(super) threshold: AdaptiveThreshold,
-    /// The map's first scan, until the second one tells how the vehicle moved in it.
+    /// The map's first scan, until the second one shows how the vehicle moved in it.
     first: Option<FirstScan>,
     /// Counts the scans.
     scans: u64,
@@ -73,7 +73,7 @@ impl FirstScan {
 }
 
 impl Track {
-    /// How far the vehicle goes in so many seconds, if it goes on as it did, for a while.
+    /// The motion of the vehicle in this many seconds at its velocity, for a limited time.
     pub(super) fn expected_motion(&self, passed_s: f64) -> Isometry3<f64> {
         let passed_s = passed_s.min(LONGEST_PREDICTION_S);
         self.velocity.map_or_else(Isometry3::identity, |velocity| velocity.displacement(passed_s))
@@ -126,8 +126,8 @@ impl LidarOdometry {
         })
     }
 
-    /// The second scan of a map, laid onto the first one, tells how the vehicle moves: the map is made anew of the first
-    /// one, which was laid out as if it stood. The scans are too far apart for the map's voxels to tell it.
+    /// The second scan of a map, registered to the first one, shows how the vehicle moves: the map is made again of the first
+    /// one, which was mapped as if the vehicle were static. The scans are too far apart for the map's voxels to show it.
     pub(super) fn set_out(
         &mut self,
         track: &mut Track,
@@ -140,7 +140,7 @@ impl LidarOdometry {
         let first_moment = Moment::of(&first.scan())?;
         let mut motion = Isometry3::identity();
         for _ in 0..2 {
-            // Once as if the vehicle stood, once as it then seems to move.
+            // Once as if the vehicle were static, once with the estimated motion.
             let target = self.prepared(&first.scan(), &first_moment, track.velocity)?;
             let source = match track.velocity {
                 Some(_) => self.prepared(scan, moment, track.velocity)?,
@@ -163,7 +163,7 @@ impl LidarOdometry {
         Ok(())
     }
 
-    /// The scan does not fit the map: the vehicle goes on as it did, for a while.
+    /// The scan does not fit the map: constant velocity is assumed, for a limited time.
     pub(super) fn hold(
         &mut self,
         track: &mut Track,
@@ -190,7 +190,7 @@ impl LidarOdometry {
         LidarPose {
             stamp: moment.stamp,
             odom_from_lidar: *predicted,
-            // Nothing is known but that the vehicle goes on: the farthest points are as far off as one may be.
+            // Only constant velocity is known: the farthest points are as far off as one may be.
             covariance: Matrix6::from_diagonal(&Vector6::new(
                 reach_m2, reach_m2, reach_m2, turn_rad2, turn_rad2, turn_rad2,
             )),
@@ -221,12 +221,12 @@ impl LidarOdometry {
             .map_err(|_| Refusal::NoPoints { points: scan.points_m.len() })
     }
 
-    /// How the next scan is laid onto the map.
+    /// How the next scan is registered to the map.
     pub(super) fn rules(&self, threshold: &AdaptiveThreshold) -> RegistrationConfig {
         let mut rules = self.config.registration;
         rules.max_correspondence_m = threshold.reach_m();
         rules.coarse.max_correspondence_m = threshold.reach_m();
-        rules.kernel_width_m = threshold.doubt_m();
+        rules.kernel_width_m = threshold.kernel_width_m();
         rules
     }
 
@@ -241,8 +241,8 @@ impl LidarOdometry {
             self.map.add(&point_m, &normal, self.config.map_memory_points, scans);
         }
         let (reach_m, most) = (self.config.max_range_m, self.config.max_map_voxels);
-        let way_m = (track.cut_at.translation.vector - place_m).norm();
-        if way_m > CUT_SHARE * reach_m || self.map.len() > most {
+        let travelled_m = (track.cut_at.translation.vector - place_m).norm();
+        if travelled_m > CUT_SHARE * reach_m || self.map.len() > most {
             self.map.keep_near(&place_m, reach_m, most);
             track.cut_at = odom_from_lidar;
         }

@@ -14,7 +14,7 @@ pub use file::CalibrationFileError;
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
-    /// The range that one unit of a packet stands for.
+    /// The range of one unit of a packet.
     pub range_step_m: f64,
     /// As many as the model has. Of an HDL-64E the upper bank is first.
     pub lasers: Vec<LaserCalibration>,
@@ -30,12 +30,12 @@ pub struct LaserCalibration {
     pub rotation_deg: f64,
     /// Added to every range.
     pub range_offset_m: f64,
-    /// What is added near by in place of it, along the sensor's x (to the right) and y (forward): the two-point
-    /// calibration of the S2 and S3. Zero stands for none.
+    /// The correction near by in place of it, along the sensor's x (to the right) and y (forward): the two-point
+    /// calibration of the S2 and S3. Zero means none.
     pub near_range_offset_m: [f64; 2],
-    /// The beam comes from so far above the scanner's origin.
+    /// The beam comes from this far above the scanner's origin.
     pub height_m: f64,
-    /// The beam is so far to the left of one through the origin, seen from behind.
+    /// The beam is this far to the left of one through the origin, seen from behind.
     pub horizontal_offset_m: f64,
 }
 
@@ -74,7 +74,7 @@ impl Calibration {
     /// Checks that this is a calibration of `model`.
     ///
     /// # Errors
-    /// When there are not as many lasers as the model has, or a value is none that a laser can have.
+    /// When there are not as many lasers as the model has, or a value is impossible for a laser.
     pub fn validate(&self, model: Model) -> Result<(), CalibrationError> {
         if self.lasers.len() != model.lasers() {
             return Err(CalibrationError::Lasers { model, found: self.lasers.len() });

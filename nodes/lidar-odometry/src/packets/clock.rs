@@ -13,8 +13,8 @@ impl DecodedPacket {
         arrival.plus_seconds(-self.model.packet_period_s(self.return_mode))
     }
 
-    /// When its first laser fired, by the clock of a scanner that follows GPS: the scanner tells the time within the
-    /// hour, the arrival tells which hour, if it is right within half of one.
+    /// When its first laser fired, by the clock of a scanner that follows GPS: the scanner gives the time within the
+    /// hour, the arrival gives the hour, if it is right within half of one.
     #[must_use]
     pub fn stamp_by_scanner(&self, arrival: Stamp) -> Stamp {
         let of_hour_ns = i64::from(self.timestamp_us) * 1000;

@@ -1,4 +1,4 @@
-//! How many packets were lost on the way, by what those that came tell.
+//! How many packets were lost in transit, by the timestamps and azimuths of the others.
 
 use serde::Serialize;
 
@@ -12,14 +12,14 @@ pub struct Continuity {
     last: Option<Last>,
 }
 
-/// What came, and what did not.
+/// Counts of received and missing packets.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 pub struct LossCounts {
     /// Packets that came.
     pub packets: u64,
     /// Packets that are missing by the timestamps.
     pub lost: u64,
-    /// Packets that are missing by the azimuths, less than a turn at a time; of a scanner whose clock is set anew it
+    /// Packets that are missing by the azimuths, less than a turn at a time; of a scanner whose clock is set again it
     /// is this one that holds.
     pub lost_by_azimuth: u64,
     /// Packets that came after a later one, or twice.
@@ -35,7 +35,7 @@ struct Last {
     last_azimuth_deg: f64,
 }
 
-/// A clock that goes by more than this between two packets was set anew: a network that is down for longer is noticed
+/// A clock that goes by more than this between two packets was set: a network that is down for longer is noticed
 /// otherwise.
 const LONGEST_GAP_US: i64 = 10_000_000;
 /// Packets that overtake each other on a network are no farther apart; the clock was set where they are.
@@ -109,7 +109,7 @@ mod tests {
     use super::*;
     use crate::packets::{Firing, Model, ReturnMode};
 
-    /// The packet of a scanner at 10 turns a second, so many packets after the start.
+    /// The packet of a scanner at 10 turns a second, this many packets after the start.
     fn packet(index: u32, start_us: u32) -> DecodedPacket {
         let model = Model::Hdl32e;
         let period_s = model.packet_period_s(ReturnMode::Strongest);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn packets_that_overtake_or_repeat_are_told_apart_from_losses() {
+    fn packets_that_overtake_or_repeat_are_not_counted_as_losses() {
         let counts = counts([0, 1, 3, 2, 4, 4, 5]);
         // The third was missing when the fourth came.
         assert_eq!((counts.lost, counts.out_of_order, counts.clock_jumps), (1, 2, 0));

@@ -8,15 +8,15 @@ use super::model::{BLOCKS, Model, PACKET_BYTES, ReturnMode, SHOTS, VLS_128};
 const BLOCK_BYTES: usize = 100;
 /// Bytes of a shot: a range in two, an intensity in one.
 const SHOT_BYTES: usize = 3;
-/// What the blocks of one bank begin with, and the upper blocks of two.
+/// The flag of the blocks of one bank, and of the upper blocks of two.
 const UPPER_FLAG: u16 = 0xeeff;
-/// What the lower blocks of an HDL-64E begin with.
+/// The flag of the lower blocks of an HDL-64E.
 const LOWER_FLAG: u16 = 0xddff;
-/// What the third and fourth banks of a VLS-128 begin with.
+/// The flags of the third and fourth banks of a VLS-128.
 const VLS_128_FLAGS: [u16; 2] = [0xccff, 0xbbff];
 /// A whole turn in the packet's unit.
 const TURN_HUNDREDTHS: u16 = 36_000;
-/// Microseconds of the hour at which the timestamp starts anew.
+/// Microseconds of the hour at which the timestamp wraps.
 pub(super) const HOUR_US: u32 = 3_600_000_000;
 
 /// How the blocks of a packet belong together.
@@ -65,7 +65,7 @@ impl<'a> DataPacket<'a> {
     /// The packet in the payload of a datagram.
     ///
     /// # Errors
-    /// When the length, a block's flag or an azimuth is none of a data packet.
+    /// When the length, a block's flag or an azimuth is not that of a data packet.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, PacketError> {
         if bytes.len() != PACKET_BYTES {
             return Err(PacketError::Length { found: bytes.len() });
@@ -108,11 +108,11 @@ impl<'a> DataPacket<'a> {
         Model::detect(self.layout, self.product)
     }
 
-    /// Which echoes the packet tells. An HDL-64E uses these bytes for its status: two firings at one azimuth are the
+    /// Which echoes the packet reports. An HDL-64E uses these bytes for its status: two firings at one azimuth are the
     /// two echoes of one.
     ///
     /// # Errors
-    /// When the return mode is none that is known.
+    /// When the return mode is unknown.
     pub fn return_mode(&self) -> Result<ReturnMode, PacketError> {
         match self.layout {
             BlockLayout::OneBank => ReturnMode::detect(self.return_mode),
@@ -123,7 +123,7 @@ impl<'a> DataPacket<'a> {
     fn return_mode_of_two_banks(&self) -> ReturnMode {
         let [first, _, second, _, third, _, fourth, ..] =
             self.blocks.map(|block| block.azimuth_hundredths);
-        // Of a scanner that stands still all azimuths are one.
+        // Of a head that does not turn all azimuths are the same.
         if first == second && third == fourth && first != third {
             ReturnMode::Dual
         } else {
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_packet_tells_its_time_its_model_and_its_returns() {
+    fn a_packet_has_its_time_its_model_and_its_returns() {
         let bytes = empty([[0xff, 0xee]; 2]);
         let packet = DataPacket::parse(&bytes).unwrap();
         assert_eq!(packet.timestamp_us(), 123_456_789);

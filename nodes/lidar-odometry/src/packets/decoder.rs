@@ -20,7 +20,7 @@ pub use echo::Echo;
 /// A decoded packet.
 #[derive(Clone, PartialEq, Debug)]
 pub struct DecodedPacket {
-    /// What sent it.
+    /// The model that sent it.
     pub model: Model,
     /// Which echoes it holds.
     pub return_mode: ReturnMode,
@@ -30,7 +30,7 @@ pub struct DecodedPacket {
     pub elevations_rad: Arc<[f32]>,
     /// The firings of all lasers, in the order of time.
     pub firings: Vec<Firing>,
-    /// What returned, firing by firing; where nothing did there is no shot.
+    /// The returns, firing by firing; without a return there is no shot.
     pub shots: Vec<Shot>,
 }
 
@@ -43,7 +43,7 @@ pub struct Firing {
     pub time_s: f64,
 }
 
-/// What returned to a laser.
+/// A return of a laser.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Shot {
     /// Which firing of the packet, from 0.
@@ -52,7 +52,7 @@ pub struct Shot {
     pub row: u16,
     /// Which echo.
     pub echo: Echo,
-    /// As the packet tells it.
+    /// As the packet reports it.
     pub intensity: u8,
     /// When the laser fired, since the first firing of the packet.
     pub time_s: f32,
@@ -91,7 +91,7 @@ pub enum DecodeError {
 }
 
 impl PacketDecoder {
-    /// A decoder for the packets of one scanner; which model it is, the first packet tells.
+    /// A decoder for the packets of one scanner; the first packet names the model.
     ///
     /// # Errors
     /// When the configuration does not hold.
@@ -231,7 +231,7 @@ impl Table {
     /// The blocks by azimuths, and how fast the head turns in degrees a second.
     ///
     /// The manuals take that from one block to the next (VLP-16, section 9.5). Azimuths are rounded to hundredths, so
-    /// that such steps differ by a tenth where the head, in half a millisecond, turns evenly: the whole packet tells
+    /// that such steps differ by a tenth where the head, in half a millisecond, turns evenly: the whole packet determines
     /// it better.
     fn groups(
         &self,

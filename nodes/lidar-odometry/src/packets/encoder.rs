@@ -13,7 +13,7 @@ pub(crate) struct Encoder {
     pub(crate) start_us: u32,
 }
 
-/// What comes back to a laser: range and intensity of the last echo and of the other.
+/// The echoes of a laser: range and intensity of the last echo and of the other.
 pub(crate) type Echoes = [Option<(f64, u8)>; 2];
 
 impl Encoder {
@@ -37,7 +37,7 @@ impl Encoder {
         if self.return_mode == ReturnMode::Dual { single / 2 } else { single }
     }
 
-    /// So many packets; `echoes` tells what comes back at a firing, counted from the first of all, to a laser.
+    /// This many packets; `echoes` gives the echoes of a laser at a firing, counted from the first of all.
     pub(crate) fn packets(
         &self,
         count: usize,

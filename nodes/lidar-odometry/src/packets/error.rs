@@ -1,4 +1,4 @@
-//! What can be wrong with a packet.
+//! The errors of a packet.
 
 use super::model::{Model, PACKET_BYTES};
 
@@ -16,9 +16,9 @@ pub enum PacketError {
     Flag {
         /// Which of the twelve blocks, from 0.
         block: usize,
-        /// What stands there, as a number with its least significant byte first.
+        /// The value there, as a number with its least significant byte first.
         found: u16,
-        /// What may stand there.
+        /// The accepted values.
         expected: &'static str,
     },
     /// An azimuth is no angle.
@@ -26,7 +26,7 @@ pub enum PacketError {
     Azimuth {
         /// Which of the twelve blocks, from 0.
         block: usize,
-        /// What stands there.
+        /// The value there.
         found: u16,
     },
     /// The scanner would have turned backwards, or faster than any does.
@@ -44,7 +44,7 @@ pub enum PacketError {
         /// The largest step that is possible.
         limit_deg: f64,
     },
-    /// The product id stands for no product that is known here.
+    /// The product id is unknown.
     #[error("the product id {id:#04x} is not known; state the model where it is certain")]
     UnknownProduct {
         /// The last byte of the packet.
@@ -55,10 +55,10 @@ pub enum PacketError {
     UnsupportedProduct {
         /// The last byte of the packet.
         id: u8,
-        /// What the product is called.
+        /// The name of the product.
         name: &'static str,
     },
-    /// The return mode is none that is known.
+    /// The return mode is unknown.
     #[error("the return mode {mode:#04x} is not known; state it where it is certain")]
     UnknownReturnMode {
         /// The last byte but one of the packet.
@@ -67,9 +67,9 @@ pub enum PacketError {
     /// The packet is of another model than the ones before it, or than stated.
     #[error("a packet of the {found} among those of the {expected}")]
     OtherModel {
-        /// What the decoder decodes.
+        /// The model that the decoder decodes.
         expected: Model,
-        /// What the packet is of.
+        /// The model of the packet.
         found: Model,
     },
 }

@@ -2,7 +2,7 @@
 
 use geometry::Stamp;
 
-/// What a receiver said; `None` where it left a field empty, as it does without a fix.
+/// The sentence of a receiver; `None` where it left a field empty, as it does without a fix.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Gprmc {
     /// Whether the receiver vouches for the position.
@@ -35,11 +35,11 @@ pub enum GprmcError {
         length: usize,
     },
     /// The checksum is that of another sentence.
-    #[error("the checksum says {stated:#04x}, the sentence gives {computed:#04x}")]
+    #[error("the sentence states the checksum {stated:#04x}, and has {computed:#04x}")]
     Checksum {
-        /// What stands at its end.
+        /// The checksum at its end.
         stated: u8,
-        /// What its characters come to.
+        /// The checksum of its characters.
         computed: u8,
     },
     /// A field is no number, or beyond its range.
@@ -47,7 +47,7 @@ pub enum GprmcError {
     Field {
         /// Which field, 0 for the sentence's name.
         field: usize,
-        /// What stands there.
+        /// The text there.
         text: String,
     },
 }
@@ -149,7 +149,7 @@ impl<'a> Fields<'a> {
         Ok(Some(days_since_1970(year, month, day)))
     }
 
-    /// Degrees with so many digits, minutes with a fraction; the field after it says to which side.
+    /// Degrees with this many digits, minutes with a fraction; the field after it gives the hemisphere.
     fn angle_deg(
         &self,
         field: usize,
@@ -239,7 +239,7 @@ mod tests {
         let message = |sentence: &[u8]| Gprmc::parse(sentence).unwrap_err().to_string();
         assert!(message(b"$GPGGA,1*00").contains("'$GPGGA,1*00'"));
         assert!(message(b"$GPRMC,081802").contains("without a checksum after 13 bytes"));
-        assert!(message(b"$GPRMC,*00").contains("the checksum says 0x00"));
+        assert!(message(b"$GPRMC,*00").contains("states the checksum 0x00"));
         for (body, part) in [
             ("GPRMC,081802,A,3649.7,N,00224.4,W,x,212.5,210116", "field 7 of the sentence, 'x'"),
             ("GPRMC,251802,A,,,,,,,210116", "field 1"),

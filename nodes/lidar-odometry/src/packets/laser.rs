@@ -39,12 +39,12 @@ impl Laser {
         }
     }
 
-    /// What is added to the range that the packet tells.
+    /// Added to the range in the packet.
     pub(super) fn range_offset_m(&self) -> f64 {
         self.range_offset_m
     }
 
-    /// The point at a range as the packet tells it, x forward, y left, z up. `head_deg` is where the head looks,
+    /// The point at a range as in the packet, x forward, y left, z up. `head_deg` is where the head looks,
     /// clockwise from forward.
     ///
     /// The two-point calibration corrects x and y each for itself, up to the far point; of the height, which the manual

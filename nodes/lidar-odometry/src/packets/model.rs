@@ -87,7 +87,7 @@ impl Model {
         }
     }
 
-    /// The range that one unit of a packet stands for.
+    /// The range of one unit of a packet.
     #[must_use]
     pub fn range_step_m(self) -> f64 {
         match self {
@@ -130,10 +130,10 @@ impl Model {
     }
 }
 
-/// What the model with four banks is called.
+/// The name of the model with four banks.
 pub(super) const VLS_128: &str = "VLS-128";
 
-/// Which of the echoes of a shot a packet tells.
+/// Which of the echoes of a shot a packet contains.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ReturnMode {

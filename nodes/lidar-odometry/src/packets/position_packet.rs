@@ -17,7 +17,7 @@ pub struct PositionPacket {
     pub timestamp_us: u32,
     /// Whether that clock follows GPS.
     pub pps: PpsStatus,
-    /// What the receiver said; `None` without a receiver.
+    /// The sentence of the receiver; `None` without a receiver.
     pub gprmc: Option<Gprmc>,
 }
 

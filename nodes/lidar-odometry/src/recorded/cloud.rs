@@ -11,10 +11,10 @@ use super::columns::{Row, organised};
 const MOST_ROWS: usize = 256;
 /// Columns of a revolution: 0.2 degrees apart, as scanners fire them at ten turns a second; more where a row has more.
 const COLUMNS: usize = 1800;
-/// A row with more points is none, and would make a picture of any size.
+/// A row with more points is invalid, and would make a picture of any size.
 const MOST_COLUMNS: usize = 16_384;
 
-/// The revolution of a cloud, a row for each ring, the highest first; `None` where the cloud does not tell rings, has more of
+/// The revolution of a cloud, a row for each ring, the highest first; `None` where the cloud has no rings, has more of
 /// them than any scanner, or more points in one than any turn.
 ///
 /// Rings are sorted by where they look, whatever the driver's order. Columns go by where the points are, clockwise from behind.

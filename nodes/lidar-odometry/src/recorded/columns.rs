@@ -12,7 +12,7 @@ pub(super) struct Row {
     pub(super) points: Vec<(f64, LidarReturn)>,
 }
 
-/// The revolution of rows, the highest first: as many columns as asked for, or as the longest row has points if that
+/// The revolution of rows, the highest first: as many columns as requested, or as the longest row has points if that
 /// is more. A point goes to the column of its angle, or to the next free one: rows keep their order and lose nothing.
 /// The head starts at `first_azimuth_rad` and turns clockwise.
 pub(super) fn organised(
@@ -55,7 +55,7 @@ impl Row {
                 column
             })
             .collect();
-        // What was pushed over the end goes back.
+        // Columns that were pushed over the end go back.
         let mut last_free = columns;
         for column in found.iter_mut().rev() {
             last_free = last_free.saturating_sub(1);

@@ -38,7 +38,7 @@ pub enum CsvError {
         file: CsvFile,
         /// Which line, from 1.
         line: usize,
-        /// What stands there.
+        /// The text there.
         text: String,
     },
     /// The files are of different recordings.
@@ -80,7 +80,7 @@ pub enum CsvError {
 /// nothing more, and are not needed.
 ///
 /// A shot belongs to the row whose laser is nearest to its elevation; coordinates that are not finite, or all zero,
-/// are no returns. Nothing tells the times of shots: all are 0.
+/// are no returns. The times of shots are unknown: all are 0.
 ///
 /// # Errors
 /// When a value is no number, or the two files do not fit each other.

@@ -79,7 +79,7 @@ pub fn revolution_from_kitti(
     }
     for row in &mut rows {
         row.elevation_rad = middle_elevation_rad(row);
-        // The head turns the other way.
+        // The head turns in the other direction.
         row.points.reverse();
     }
     let bytes = bytes.len();

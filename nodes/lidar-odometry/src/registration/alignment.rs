@@ -1,4 +1,4 @@
-//! Gauss-Newton's steps over correspondences that are found anew before each, within the directions that are told.
+//! Gauss-Newton's steps over correspondences that are found again before each, within the observable directions.
 
 use estimation::covariance::{scaled, symmetrized};
 use estimation::observability::restricted;
@@ -25,7 +25,7 @@ pub struct Registration {
     /// Of a perturbation of the pose ([`estimation::perturbation::composite`]), in m^2, m rad and rad^2: by how much the pulls of neighbourhoods
     /// differ. Directions that were held have the reach of the correspondences for their standard deviation.
     pub covariance: Matrix6<f64>,
-    /// What the correspondences tell of, direction by direction.
+    /// The directions that the correspondences determine.
     pub observability: Observability<6>,
     /// Whether the steps became small before they were too many.
     pub converged: bool,
@@ -56,7 +56,7 @@ struct Descent {
     iterations: usize,
 }
 
-/// Lays the source onto the target, from a guess.
+/// Registers the source to the target, from a guess.
 pub(crate) fn align<S: Surface>(
     source: &PreparedCloud,
     target: &S,
@@ -179,7 +179,7 @@ fn observability<S: Surface>(
         return Err(RegistrationError::Unsolvable);
     }
     Ok(Observability::of(&information, &agreement.units(), |_, share| {
-        share > config.min_told_share
+        share > config.min_constrained_share
     }))
 }
 
@@ -202,10 +202,10 @@ fn estimated_information(sums: &Sums, held: &Matrix6<f64>, units: &Vector6<f64>)
     restricted(&information, held, size)
 }
 
-/// Fewer neighbourhoods tell nothing of how they differ.
+/// Fewer neighbourhoods give no estimate of how they differ.
 const LEAST_NEIGHBOURHOODS: usize = 4 * UNKNOWNS;
 
-/// The covariance of the pose when errors of one neighbourhood depend on each other, in whatever way, and those of different
+/// The covariance of the pose when errors of one neighbourhood depend on each other in any way, and those of different
 /// ones do not: the "sandwich" `H^-1 (sum p p^T) H^-1` (Liang and Zeger 1986, eq. 9; Huber 1967). Where neighbourhoods are few,
 /// that of independent errors, `s^2 H^-1`, as far as neighbours can be alike.
 fn covariance(

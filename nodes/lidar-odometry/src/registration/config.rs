@@ -7,7 +7,7 @@ use geometry::ParameterError;
 use geometry::parameter::{check, positive};
 use serde::{Deserialize, Serialize};
 
-/// What is to become small, point by point.
+/// The error to minimise, point by point.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
@@ -27,7 +27,7 @@ pub enum Method {
 pub struct PreparationConfig {
     /// Points of one cube of this edge become their mean; 0 keeps them all.
     pub voxel_edge_m: f64,
-    /// The plane of a point is that of so many neighbours, the point itself among them.
+    /// The plane of a point is that of this many neighbours, the point itself among them.
     pub neighbours: usize,
 }
 
@@ -46,7 +46,7 @@ impl Default for PreparationConfig {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CoarseConfig {
-    /// One of so many points takes part; 1 for all, 0 for no coarse steps.
+    /// One of this many points takes part; 1 for all, 0 for no coarse steps.
     pub every: usize,
     /// Points farther apart do not correspond.
     pub max_correspondence_m: f64,
@@ -61,7 +61,7 @@ impl Default for CoarseConfig {
         Self {
             // Of 15,000 points 2,000 are left: they place a scan to a centimetre.
             every: 8,
-            // A car at 110 km/h moves so far in a tenth of a second.
+            // A car at 110 km/h moves this far in a tenth of a second.
             max_correspondence_m: 3.0,
             settled_m: 0.03,
             settled_rad: 0.1 * PI / 180.0,
@@ -73,7 +73,7 @@ impl Default for CoarseConfig {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RegistrationConfig {
-    /// What is to become small.
+    /// The error to minimise.
     pub method: Method,
     /// Points farther apart do not correspond.
     pub max_correspondence_m: f64,
@@ -93,9 +93,9 @@ pub struct RegistrationConfig {
     pub settled_rad: f64,
     /// Fewer correspondences place nothing.
     pub min_correspondences: usize,
-    /// A direction is estimated when the correspondences tell of it as well as if this share of them looked straight along
+    /// A direction is estimated when the correspondences determine it as well as if this share of them looked straight along
     /// it, with surfaces that both clouds agree upon. Otherwise it keeps the guess.
-    pub min_told_share: f64,
+    pub min_constrained_share: f64,
 }
 
 impl Default for RegistrationConfig {
@@ -118,7 +118,7 @@ impl Default for RegistrationConfig {
             // Ten for each number that is sought.
             min_correspondences: 60,
             // Normals of noise agree in one of a few thousand; a street's crosswise surfaces are a few in a hundred.
-            min_told_share: 0.001,
+            min_constrained_share: 0.001,
         }
     }
 }
@@ -161,8 +161,8 @@ impl RegistrationConfig {
             ("settled_m", self.settled_m),
             ("settled_rad", self.settled_rad),
         ])?;
-        let share = self.min_told_share;
-        check("min_told_share", "in [0, 1)", share, (0.0..1.0).contains(&share))?;
+        let share = self.min_constrained_share;
+        check("min_constrained_share", "in [0, 1)", share, (0.0..1.0).contains(&share))?;
         let iterations = self.max_iterations;
         check(
             "max_iterations",
@@ -187,7 +187,7 @@ mod tests {
             ("max_correspondence_m", |c| c.max_correspondence_m = 0.0),
             ("coarse.settled_m", |c| c.coarse.settled_m = f64::NAN),
             ("kernel_width_m", |c| c.kernel_width_m = f64::INFINITY),
-            ("min_told_share", |c| c.min_told_share = 1.0),
+            ("min_constrained_share", |c| c.min_constrained_share = 1.0),
             ("max_iterations", |c| c.max_iterations = 0),
             ("min_correspondences", |c| c.min_correspondences = 5),
         ];

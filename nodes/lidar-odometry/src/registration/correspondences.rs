@@ -12,9 +12,9 @@ use super::surface::Surface;
 
 /// Points that one thread takes at a time. The sums of each chunk are added in the order of the chunks.
 const CHUNK_POINTS: usize = 512;
-/// Points of a neighbourhood: in the order of the tree points that follow each other lie together, these on a patch of some
+/// Points of a neighbourhood: in the order of the tree points that follow each other are close together, these on a patch of some
 /// eight by eight. Their errors have a part in common, since normals are those of ten to twenty neighbours, and several of them
-/// are laid onto the same element.
+/// are registered to the same element.
 const NEIGHBOURHOOD_POINTS: usize = 64;
 /// No element.
 const NONE: u32 = u32::MAX;
@@ -34,7 +34,7 @@ pub(super) struct Correspondences<'a, S> {
     target: &'a S,
     rules: Rules,
     executor: &'a dyn Executor,
-    /// One of so many points takes part.
+    /// One of this many points takes part.
     every: usize,
     chunks: Vec<Chunk>,
 }
@@ -112,7 +112,7 @@ impl<'a, S: Surface> Correspondences<'a, S> {
         })
     }
 
-    /// What the surfaces of the correspondences found last agree upon.
+    /// The information that both surfaces of the last correspondences agree upon.
     pub(super) fn agreement_at(&mut self, target_from_source: &Isometry3<f64>) -> Sums {
         let Self { source, target, every, .. } = *self;
         let placed = Placed::new(source, target_from_source);

@@ -2,7 +2,7 @@
 
 use geometry::ParameterError;
 
-/// A cloud cannot be made ready, or not be laid onto another.
+/// A cloud cannot be prepared, or not be registered to another.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum RegistrationError {
     /// A parameter has a value that means nothing.

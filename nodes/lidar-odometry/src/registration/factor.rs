@@ -8,10 +8,10 @@ use super::config::Method;
 /// The variance of a plane along its normal, in units of that within it (Segal et al. 2009, section III.B: "epsilon").
 const THICKNESS: f64 = 1e-3;
 
-/// The weight matrix `M` of a correspondence: its squared error is `e^T M e` for the way `e` from the source's point to
+/// The weight matrix `M` of a correspondence: its squared error is `e^T M e` for the vector `e` from the source's point to
 /// the target's. Scaled such that a unit of it is a square metre across the surface.
 ///
-/// The target's surface faces as `target_normals` tells (the mean of `n n^T`), the source's along `source_normal`, both
+/// The target's surface has the normals `target_normals` (the mean of `n n^T`), the source's along `source_normal`, both
 /// in the target's frame; zero where there is no surface.
 #[inline]
 pub(super) fn weight_matrix(
@@ -32,7 +32,7 @@ pub(super) fn weight_matrix(
     }
 }
 
-/// What a correspondence tells that both surfaces agree upon: `n n^T` where the normals are the same, nothing where they
+/// The information of a correspondence that both surfaces agree upon: `n n^T` where the normals are the same, nothing where they
 /// are at random. Noise of the two has no part in common, and adds up to nothing.
 #[inline]
 pub(super) fn agreement(target_normals: &Symmetric3, source_normal: &Vector3<f64>) -> Symmetric3 {

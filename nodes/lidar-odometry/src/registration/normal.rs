@@ -33,14 +33,14 @@ pub(super) fn normals(
 }
 
 fn fill(tree: &KdTree, neighbours: usize, numbers: Range<usize>, normals: &mut [Vector3<f32>]) {
-    // What the neighbours of the point before bound: they lie within their distance and the way from it.
+    // A bound by the neighbours of the point before: they are within their distance plus the distance from it.
     let mut before: Option<([f32; 3], f32)> = None;
     for (number, normal) in numbers.zip(normals) {
         let place_m = tree.point_m(number);
         let limit_m2 = before.map_or(f32::INFINITY, |(before_m, farthest_m)| {
-            let way_m = (Vector3::from(place_m) - Vector3::from(before_m)).norm();
+            let travelled_m = (Vector3::from(place_m) - Vector3::from(before_m)).norm();
             // A little more, for rounding.
-            1.001 * (farthest_m + way_m).powi(2) + f32::MIN_POSITIVE
+            1.001 * (farthest_m + travelled_m).powi(2) + f32::MIN_POSITIVE
         });
         let mut nearest = Neighbours::new(neighbours, limit_m2);
         tree.neighbours(place_m, &mut nearest);

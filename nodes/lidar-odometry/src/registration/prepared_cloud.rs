@@ -10,7 +10,7 @@ use super::kd_tree::KdTree;
 use super::normal::normals;
 use super::surface::{Surface, SurfaceElement};
 
-/// Points of one sensor frame, ready to be laid onto others or to be laid upon.
+/// Points of one sensor frame, prepared as source or target of a registration.
 #[derive(Clone, Debug)]
 pub struct PreparedCloud {
     tree: KdTree,

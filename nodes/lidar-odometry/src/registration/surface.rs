@@ -1,9 +1,9 @@
-//! What a cloud is laid onto.
+//! The target of a registration.
 
 use estimation::Symmetric3;
 use nalgebra::Vector3;
 
-/// A piece of a surface: a place on it, and which way it faces.
+/// A piece of a surface: a point on it, and its normal.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(crate) struct SurfaceElement {
     /// In the frame of the surface.
@@ -12,7 +12,7 @@ pub(crate) struct SurfaceElement {
     pub(crate) normals: Symmetric3,
 }
 
-/// Surfaces that are asked for what corresponds to a point.
+/// Surfaces that are searched for the counterpart of a point.
 pub(crate) trait Surface: Sync {
     /// The number of the element that corresponds to a place, if one is nearer than the limit. `before` is what
     /// corresponded to nearly the same place.

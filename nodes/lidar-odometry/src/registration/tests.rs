@@ -100,7 +100,7 @@ fn the_number_of_threads_changes_no_bit() {
 }
 
 #[test]
-fn one_plane_tells_of_three_directions_and_the_others_keep_the_guess() {
+fn one_plane_determines_three_directions_and_the_others_keep_the_guess() {
     let mut random = Random::new(12);
     let plane = [Rectangle::new([-20.0, -20.0, -1.7], [40.0, 0.0, 0.0], [0.0, 40.0, 0.0])];
     let [target, source] = [Isometry3::identity(), Isometry3::translation(0.3, 0.2, 0.05)]
@@ -129,7 +129,7 @@ fn one_plane_tells_of_three_directions_and_the_others_keep_the_guess() {
 }
 
 #[test]
-fn a_tunnel_tells_all_but_the_way_along_it() {
+fn a_tunnel_determines_all_but_the_position_along_it() {
     let mut random = Random::new(13);
     let tunnel = [
         Rectangle::new([-40.0, -4.0, -1.7], [80.0, 0.0, 0.0], [0.0, 8.0, 0.0]),
@@ -152,7 +152,7 @@ fn a_tunnel_tells_all_but_the_way_along_it() {
 }
 
 #[test]
-fn what_cannot_be_laid_is_refused_with_its_numbers() {
+fn clouds_that_cannot_be_registered_are_refused_with_their_numbers() {
     let preparation = PreparationConfig::default();
     let empty =
         |points: &[Point3<f32>]| PreparedCloud::new(points, &preparation, &threads(1)).unwrap_err();
@@ -218,7 +218,7 @@ proptest! {
     }
 
     #[test]
-    fn any_points_are_laid_or_refused(
+    fn any_points_are_registered_or_refused(
         points in prop::collection::vec(prop::array::uniform3(prop_oneof![
             -50.0..50.0_f32, any::<f32>(), Just(0.0_f32), Just(f32::MAX),
         ]), 0..300),

@@ -19,7 +19,7 @@ pub enum AssemblyConfigError {
     Revolution(#[from] RevolutionConfigError),
 }
 
-/// What became of the datagrams so far.
+/// Counts of the datagrams by outcome so far.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct AssemblyCounts {
     /// Of those that were decoded.
@@ -110,7 +110,7 @@ impl RevolutionAssembly {
         AssemblyCounts { losses: self.continuity.counts(), ..self.counts }
     }
 
-    /// What sends the packets, as far as one was decoded.
+    /// The model that sends the packets, once one was decoded.
     #[must_use]
     pub fn scanner(&self) -> Option<(Model, ReturnMode)> {
         self.scanner

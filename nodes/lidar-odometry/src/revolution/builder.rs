@@ -15,9 +15,9 @@ pub struct RevolutionConfig {
     pub frame_id: String,
     /// A revolution begins where the head passes this azimuth: clockwise from forward.
     pub cut_azimuth_deg: f64,
-    /// Which echo a cell holds, where packets tell two.
+    /// Which echo a cell holds, where packets have two.
     pub kept_echo: KeptEcho,
-    /// A revolution that lasts longer is cut off: the head stands still, or packets of more than a turn are missing.
+    /// A revolution that lasts longer is cut off: the head does not turn, or packets of more than a turn are missing.
     pub max_duration_s: f64,
 }
 
@@ -54,7 +54,7 @@ pub enum RevolutionConfigError {
         /// What it is.
         value: f64,
     },
-    /// The duration is none.
+    /// The duration is invalid.
     #[error("max_duration_s is {value}, not above 0 and at most {LONGEST_S}")]
     Duration {
         /// What it is.
@@ -69,7 +69,7 @@ impl RevolutionConfig {
     /// Checks the values.
     ///
     /// # Errors
-    /// When the cut or the duration is none.
+    /// When the cut or the duration is invalid.
     pub fn validate(&self) -> Result<(), RevolutionConfigError> {
         if !(0.0..360.0).contains(&self.cut_azimuth_deg) {
             return Err(RevolutionConfigError::Cut { value: self.cut_azimuth_deg });
@@ -84,7 +84,7 @@ impl RevolutionConfig {
 /// A revolution as far as it was received.
 #[derive(Clone, PartialEq, Debug)]
 pub struct BuiltRevolution {
-    /// What was measured.
+    /// The measured revolution.
     pub revolution: Revolution,
     /// How far the head turned from its first column to its last; a part of a turn at the beginning and at the end of a
     /// recording.
@@ -141,7 +141,7 @@ impl RevolutionBuilder {
         ended
     }
 
-    /// The revolution that is not complete yet; the builder starts anew.
+    /// The revolution that is not complete yet; the builder starts again.
     pub fn finish(&mut self) -> Option<BuiltRevolution> {
         self.open.take().and_then(Open::close)
     }
@@ -224,7 +224,7 @@ impl Open {
     ) -> bool {
         let time_s = self.packet_s(packet, stamp) + firing.time_s;
         let most_columns = (config.max_duration_s / packet.model.firing_period_s()) as usize;
-        // Of another scanner, or of one that was calibrated anew, no column fits.
+        // No column fits one of another scanner, or of one that was calibrated again.
         self.elevations_rad != packet.elevations_rad
             || self.from_cut_deg + self.step_deg(firing.azimuth_deg) >= 360.0
             || !(f64::MIN..=config.max_duration_s).contains(&time_s)

@@ -83,7 +83,7 @@ const VOXEL_BYTES: usize = 3 * 4 + 4 * 8 + 4;
 
 impl Voxel {
     pub(super) fn add(&mut self, place_m: &Point3<f64>, intensity: f32) {
-        // When it has so many points that one more means nothing, it is left as it is.
+        // When it has so many points that one more changes nothing, it is left as it is.
         let Some(points) = self.points.checked_add(1) else { return };
         self.points = points;
         for (sum, value_m) in self.sums.iter_mut().zip(place_m.iter()) {

@@ -23,11 +23,11 @@ pub enum PointChoice {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum PointChoiceError {
     /// It says nothing of lasers.
-    #[error("points cannot be chosen by rays: the cloud does not tell the ring of a point")]
+    #[error("points cannot be chosen by rays: the cloud has no field of a point's ring")]
     NoRings,
     /// It says nothing of brightness.
     #[error(
-        "points cannot be chosen by the road's intensity: the cloud does not tell that of a point"
+        "points cannot be chosen by the road's intensity: the cloud has no field of a point's intensity"
     )]
     NoIntensities,
 }
@@ -49,7 +49,7 @@ impl PointChoice {
     /// Whether each point of a cloud is kept; `None` where all are.
     ///
     /// # Errors
-    /// When the cloud does not tell what the choice goes by.
+    /// When the cloud lacks the field that the choice needs.
     pub fn keeps(&self, cloud: &LidarCloud) -> Result<Option<Vec<bool>>, PointChoiceError> {
         match self {
             Self::All => Ok(None),
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cloud_that_does_not_tell_enough_is_refused_by_name() {
+    fn a_cloud_that_lacks_a_field_is_refused_by_name() {
         let cloud = LidarCloud { points_m: vec![Point3::new(3.0, 0.0, 0.0)], ..Default::default() };
         assert_eq!(PointChoice::All.keeps(&cloud), Ok(None));
         let rays = PointChoice::Rays(RayFilter { lowest_left_out: 2, every: 1 });
@@ -83,8 +83,8 @@ mod tests {
         assert_eq!(road.keeps(&cloud), Err(PointChoiceError::NoIntensities));
         let ground = PointChoice::NotGround(GroundFilter::default());
         assert_eq!(ground.keeps(&cloud).map(|keep| keep.map(|keep| keep.len())), Ok(Some(1)));
-        let told = LidarCloud { rings: Some(vec![1]), intensities: Some(vec![9.0]), ..cloud };
-        assert_eq!(rays.keeps(&told), Ok(Some(vec![false])));
-        assert_eq!(road.keeps(&told), Ok(Some(vec![true])));
+        let complete = LidarCloud { rings: Some(vec![1]), intensities: Some(vec![9.0]), ..cloud };
+        assert_eq!(rays.keeps(&complete), Ok(Some(vec![false])));
+        assert_eq!(road.keeps(&complete), Ok(Some(vec![true])));
     }
 }

@@ -1,6 +1,6 @@
 //! The filter by the ground's shape: needs no intensity.
 //!
-//! Space about the sensor is cut into sectors, and each of these into rings. From ring to ring outwards the ground goes on
+//! Space about the sensor is cut into sectors, and each of these into rings. From ring to ring outwards the ground continues
 //! with the slope that a road may have; whatever lies low over it is ground (after Himmelsbach, von Hundelshausen and Wuensche
 //! 2010, "Fast segmentation of 3D point clouds for ground vehicles", with the lowest point of each ring in place of fitted
 //! lines).
@@ -31,7 +31,7 @@ pub struct GroundFilter {
     pub max_slope: f64,
     /// It lies within this of where it is expected, for a kerb and noise.
     pub tolerance_m: f64,
-    /// Points up to so high over it are ground.
+    /// Points up to this high over it are ground.
     pub height_m: f64,
 }
 
@@ -116,7 +116,7 @@ impl GroundFilter {
         Some(sector * rings + ring)
     }
 
-    /// The height of the ground in each ring: where the lowest point goes on from the ring before, that; otherwise as it was.
+    /// The height of the ground in each ring: where the lowest point continues from the ring before, that; otherwise as it was.
     fn ground_of_sector(&self, lowest_m: &[f32]) -> Vec<f64> {
         let mut ground_m = -self.sensor_height_m;
         let mut rings_since = 1.0;
@@ -160,7 +160,7 @@ mod tests {
         let high: Vec<bool> =
             (ground.len()..all.len()).filter(|at| all[*at].z > -1.3).map(|at| keep[at]).collect();
         let kept = high.iter().filter(|keep| **keep).count() as f64 / high.len() as f64;
-        assert!(kept > 0.98, "{kept} of what stands on it is kept");
+        assert!(kept > 0.98, "{kept} of the points above it is kept");
     }
 
     #[test]

@@ -9,9 +9,9 @@ use crate::registration::{ParameterError, check};
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RayFilter {
-    /// So many of the lowest rays are left out.
+    /// This many of the lowest rays are left out.
     pub lowest_left_out: u16,
-    /// Of the others one of so many is kept, from the lowest on.
+    /// Of the others one of this many is kept, from the lowest on.
     pub every: u16,
 }
 

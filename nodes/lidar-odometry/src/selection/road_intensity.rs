@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::registration::{ParameterError, check, check_positive};
 
-/// Fewer points of the road tell nothing of it.
+/// Fewer points of the road give no estimate of it.
 const LEAST_ROAD_POINTS: usize = 30;
 
 /// Leaves out what is as bright as the road about the vehicle, wherever it is (Road LiDAR, section 4.2.1.2).
@@ -14,11 +14,11 @@ const LEAST_ROAD_POINTS: usize = 30;
 pub struct RoadIntensityFilter {
     /// The sensor's height over the road.
     pub sensor_height_m: f64,
-    /// Points are of the road when they lie so near to its height ...
+    /// Points are of the road when they are this near to its height ...
     pub height_tolerance_m: f64,
-    /// ... and so near to the vehicle.
+    /// ... and this near to the vehicle.
     pub radius_m: f64,
-    /// Points whose intensity is within so many standard deviations of the road's mean are left out.
+    /// Points whose intensity is within this many standard deviations of the road's mean are left out.
     pub deviations: f64,
 }
 

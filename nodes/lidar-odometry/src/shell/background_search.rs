@@ -11,16 +11,16 @@ use crate::loop_closing::{
     KnownLoops, LoopAnswer, LoopCloser, LoopClosingConfig, LoopSearch, Place,
 };
 
-/// No more places wait while one is looked for: forty metres of way, and some 30 MB of a sensor of 64 rays.
+/// No more places wait while one is looked for: forty metres of travel, and some 30 MB of a sensor of 64 rays.
 const MOST_WAITING: usize = 20;
 
-/// Looks in a thread of its own. Places that come meanwhile are kept, and of these only the last one is looked for then.
-/// Dropping this ends the thread, which gives up what it is looking for.
+/// Searches in a thread of its own. Places that arrive meanwhile are kept, and of these only the last one is searched for then.
+/// Dropping this ends the thread, which aborts its search.
 #[derive(Debug)]
 pub struct BackgroundSearch {
     config: LoopClosingConfig,
     requests: Option<Sender<Request>>,
-    /// Never locked: the mutex makes what holds this one that threads may share, as the runtimes of nodes ask for.
+    /// Never locked: the mutex makes the owner of this shareable between threads, as the runtimes of nodes require.
     answers: Mutex<Receiver<Answer>>,
     /// As of the last answer that was taken.
     known: Arc<KnownLoops>,
@@ -34,7 +34,7 @@ pub struct BackgroundSearch {
 struct Shared {
     /// Places that are not answered yet.
     waiting: AtomicUsize,
-    /// How often everything was forgotten: what is of another drive nobody waits for.
+    /// How often everything was reset: answers of another drive are dropped.
     drive: AtomicU64,
 }
 
@@ -53,7 +53,7 @@ impl BackgroundSearch {
     /// Begins with what a closer knows.
     ///
     /// # Errors
-    /// When there is no thread to be had.
+    /// When no thread can be started.
     pub fn new(closer: LoopCloser) -> std::io::Result<Self> {
         Self::with_pause(closer, || {})
     }
@@ -64,14 +64,14 @@ impl BackgroundSearch {
         pause: impl FnMut() + Send + 'static,
     ) -> std::io::Result<Self> {
         let (requests, asked) = channel();
-        let (tell, answers) = channel();
+        let (sender, answers) = channel();
         let (config, known) = (*closer.config(), Arc::new(closer.known()));
         let last = known.keyframes.last().map(|last| last.odom_from_vehicle);
         let shared = Arc::new(Shared::default());
         let of_thread = Arc::clone(&shared);
         let thread = thread::Builder::new()
             .name("loops".to_owned())
-            .spawn(move || work(closer, pause, (&asked, &tell), &of_thread))?;
+            .spawn(move || work(closer, pause, (&asked, &sender), &of_thread))?;
         let (requests, answers) = (Some(requests), Mutex::new(answers));
         Ok(Self { config, requests, answers, known, shared, last, thread: Some(thread) })
     }
@@ -86,7 +86,7 @@ impl Drop for BackgroundSearch {
         self.shared.drive.fetch_add(1, Ordering::AcqRel);
         self.requests = None;
         if let Some(thread) = self.thread.take() {
-            // A panic there was told by the runtime already.
+            // A panic there was reported by the runtime already.
             thread.join().ok();
         }
     }
@@ -141,7 +141,7 @@ impl LoopSearch for BackgroundSearch {
 fn work(
     mut closer: LoopCloser,
     mut pause: impl FnMut(),
-    (asked, tell): (&Receiver<Request>, &Sender<Answer>),
+    (asked, sender): (&Receiver<Request>, &Sender<Answer>),
     shared: &Shared,
 ) {
     let mut drive = 0;
@@ -164,9 +164,9 @@ fn work(
             let is_aborted = || shared.drive.load(Ordering::Acquire) != drive;
             let answer = LoopAnswer { stamp, outcome: closer.look(&is_aborted) };
             let known = Arc::new(closer.known());
-            is_heard = tell.send(Answer { drive, answer, known }).is_ok();
+            is_heard = sender.send(Answer { drive, answer, known }).is_ok();
         }
-        // Told before it is idle again: who finds it idle finds the answer, too.
+        // Sent before it is idle again: when it is idle the answer is there, too.
         shared.waiting.fetch_sub(taken, Ordering::AcqRel);
         if !is_heard {
             break;

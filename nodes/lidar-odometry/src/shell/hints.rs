@@ -1,4 +1,4 @@
-//! What wheels and a gyroscope know of the motion between two scans.
+//! The motion between two scans by wheels and a gyroscope.
 
 use std::collections::VecDeque;
 
@@ -16,10 +16,10 @@ use crate::odometry::MotionHint;
 const SAMPLES_KEPT: usize = 1_000;
 /// Poses that are kept of wheels.
 const WHEEL_POSES_KEPT: usize = 200;
-/// Between messages farther apart than this nobody knows what was: two turns of a scanner.
+/// Between messages farther apart than this the motion is unknown: two revolutions of a scanner.
 const LONGEST_GAP_S: f64 = 0.2;
 
-/// What has come so far.
+/// The messages so far.
 pub(super) struct Hints {
     lidar_from_imu: UnitQuaternion<f64>,
     base_from_lidar: Isometry3<f64>,
@@ -82,20 +82,20 @@ impl Hints {
         Some(self.base_from_lidar.inverse() * before.inv_mul(&now) * self.base_from_lidar)
     }
 
-    /// Each rate holds from half way to the one before until half way to the one after. Where the samples end a little before
-    /// the scan does, the last one goes on.
+    /// Each rate holds from the midpoint to the one before until the midpoint to the one after. Where the samples end a little before
+    /// the scan does, the last one is extended.
     fn by_gyroscope(&self, from: Stamp, to: Stamp) -> Option<UnitQuaternion<f64>> {
         let (first, last) = (self.rates.front()?.0, self.rates.back()?.0);
         if from.seconds_since(first) < -LONGEST_GAP_S || to.seconds_since(last) > LONGEST_GAP_S {
             return None;
         }
-        let half_way = |a: Stamp, b: Stamp| a.plus_seconds(0.5 * b.seconds_since(a));
+        let midpoint = |a: Stamp, b: Stamp| a.plus_seconds(0.5 * b.seconds_since(a));
         let mut turn = UnitQuaternion::identity();
         for (index, (stamp, rate)) in self.rates.iter().enumerate() {
             let before = index.checked_sub(1).and_then(|index| self.rates.get(index));
-            let since = before.map_or(from, |(before, _)| half_way(*before, *stamp)).max(from);
+            let since = before.map_or(from, |(before, _)| midpoint(*before, *stamp)).max(from);
             let after = self.rates.get(index + 1);
-            let until = after.map_or(to, |(after, _)| half_way(*stamp, *after)).min(to);
+            let until = after.map_or(to, |(after, _)| midpoint(*stamp, *after)).min(to);
             if let Some((after, _)) = after
                 && since < until
                 && after.seconds_since(*stamp) > LONGEST_GAP_S

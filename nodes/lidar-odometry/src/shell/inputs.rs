@@ -1,4 +1,4 @@
-//! The node's subscriptions, and its ear on the network.
+//! The node's subscriptions, and its socket for packets.
 
 use std::sync::Arc;
 

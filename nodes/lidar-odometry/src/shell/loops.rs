@@ -20,10 +20,10 @@ use crate::loop_closing::{
 /// The condition in the diagnostics.
 const LOOPS: &str = "loops";
 
-/// Who looks for loops. What holds a node may be shared by threads.
+/// The searcher for loops. A node may be moved between threads.
 pub(super) type Search = Box<dyn LoopSearch + Send + Sync>;
 
-/// Has loops looked for, and tells what they lead to.
+/// Has loops searched for, and publishes the corrections.
 pub(super) struct Loops {
     search: Search,
     map_frame_id: String,
@@ -54,7 +54,7 @@ impl Loops {
         Self::with(node, parameters, search).map(Some)
     }
 
-    /// With somebody who looks.
+    /// With a searcher.
     pub(super) fn with(
         node: &Node,
         parameters: &LidarOdometryParameters,
@@ -68,7 +68,7 @@ impl Loops {
             odom_frame_id: parameters.odom_frame_id.clone(),
             base_from_lidar: parameters.base_from_lidar(),
             transforms,
-            // Whoever comes later still needs it.
+            // Late subscribers need it, too.
             paths: node.publisher("map_path", &Qos::latched())?,
             counters: node.counters(),
         })
@@ -83,7 +83,7 @@ impl Loops {
         self.search.known()
     }
 
-    /// Has the place looked for where the vehicle has gone far enough, and tells where the odometry's frame is. The points are
+    /// Searches for the place where the vehicle has travelled far enough, and publishes the pose of the odometry's frame. The points are
     /// the scanner's, as if measured at once.
     pub(super) fn take(
         &mut self,
@@ -101,7 +101,7 @@ impl Loops {
             }
         }
         for answer in self.search.answers() {
-            self.tell(stamp, &answer.outcome);
+            self.report(stamp, &answer.outcome);
         }
         if let Some(transforms) = &self.transforms {
             let map_from_odom = self.search.known().map_from_odom;
@@ -109,13 +109,13 @@ impl Loops {
         }
     }
 
-    fn tell(&mut self, stamp: Stamp, outcome: &LoopOutcome) {
+    fn report(&mut self, stamp: Stamp, outcome: &LoopOutcome) {
         match outcome {
             LoopOutcome::Closed(closed) => {
                 let count = self.search.known().closed;
                 let text = format!(
                     "{count} closed, the last after {:.0} m: the odometry was off by {:.2} m and {:.2} degrees",
-                    closed.way_m,
+                    closed.travelled_m,
                     closed.gap_m,
                     closed.gap_rad.to_degrees()
                 );

@@ -21,12 +21,12 @@ pub(super) type Turn = BuiltRevolution;
 const TURNS_KEPT: usize = 5;
 /// The thread looks this often whether it is to end.
 const PATIENCE: Duration = Duration::from_millis(100);
-/// ... and tells the diagnostics this often how it goes.
-const TELL_EVERY: Duration = Duration::from_millis(500);
+/// ... and updates the diagnostics this often.
+const REPORT_PERIOD: Duration = Duration::from_millis(500);
 /// The condition in the diagnostics.
 const PACKETS: &str = "packets";
 
-/// An ear on the scanner's port.
+/// A listener on the scanner's port.
 #[derive(Debug)]
 pub(super) struct Network {
     turns: Receiver<Turn>,
@@ -62,7 +62,7 @@ impl Network {
             broken_positions: 0,
             untaken: 0,
         };
-        listener.tell();
+        listener.report();
         let thread = std::thread::Builder::new()
             .name("lidar packets".to_owned())
             .spawn(move || listener.run())
@@ -70,7 +70,7 @@ impl Network {
         Ok(Self { turns, address, shared, thread: Some(thread) })
     }
 
-    /// Where packets are expected.
+    /// The address where packets are expected.
     pub(super) fn address(&self) -> SocketAddr {
         self.address
     }
@@ -115,7 +115,7 @@ struct Listener {
 
 impl Listener {
     fn run(mut self) {
-        let mut told = Instant::now();
+        let mut summary = Instant::now();
         while !self.shared.stop.load(Ordering::Relaxed) {
             if let Some(datagram) = self.source.next_within(PATIENCE) {
                 if datagram.port == self.data_port {
@@ -125,9 +125,9 @@ impl Listener {
                     self.broken_positions += 1;
                 }
             }
-            if told.elapsed() >= TELL_EVERY {
-                told = Instant::now();
-                self.tell();
+            if summary.elapsed() >= REPORT_PERIOD {
+                summary = Instant::now();
+                self.report();
             }
         }
     }
@@ -140,16 +140,16 @@ impl Listener {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => {
                 self.untaken += 1;
-                self.counters.count_drop("scan that nobody had time for");
+                self.counters.count_drop("scan dropped, since the node was busy");
             }
             // The node ends.
             Err(TrySendError::Closed(_)) => {}
         }
     }
 
-    fn tell(&self) {
+    fn report(&self) {
         let (text, is_warning) =
-            told(&self.source.counts(), &self.assembly.counts(), self.broken_positions);
+            summary(&self.source.counts(), &self.assembly.counts(), self.broken_positions);
         let scanner = self.assembly.scanner();
         let scanner = scanner.map_or_else(
             || "no packet yet".to_owned(),
@@ -159,8 +159,8 @@ impl Listener {
     }
 }
 
-/// What is said of packets, and whether something is wrong.
-pub(super) fn told(
+/// The text about packets, and whether it is a warning.
+pub(super) fn summary(
     live: &LiveCounts,
     assembly: &AssemblyCounts,
     broken_positions: u64,
@@ -174,7 +174,7 @@ pub(super) fn told(
         (losses.clock_jumps, "jumps of the scanner's clock"),
         (assembly.refused, "could not be decoded"),
         (broken_positions, "broken position packets"),
-        (live.dropped, "dropped, since nobody had time"),
+        (live.dropped, "dropped, since the node was busy"),
         (live.failed_reads, "failed readings of a socket"),
     ] {
         if count > 0 {

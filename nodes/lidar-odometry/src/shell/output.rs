@@ -1,4 +1,4 @@
-//! What is told of a pose.
+//! The messages of a pose.
 
 use estimation::covariance::{propagated, rotation_of_both};
 use geometry::{Stamp, pose_from_vector};
@@ -10,7 +10,7 @@ use node_shell::{Node, NodeFailure, OdometryFrames, OdometryOutput, PublishedPos
 use super::parameters::LidarOdometryParameters;
 use crate::odometry::LidarPose;
 
-/// What is published of poses.
+/// The publishers of poses.
 pub(super) struct Output {
     published: OdometryOutput,
     frames: Frames,
@@ -145,8 +145,8 @@ mod tests {
             let before = frames.odom_from_base(&lidar);
             let after = frames.odom_from_base(&perturbed(&lidar, &perturbation));
             let done = perturbation_between(&before, &after);
-            let told = frames.pose_covariance(&pose(lidar, covariance));
-            assert!((told - done * done.transpose()).amax() < 1e-5 * SMALL * SMALL, "{axis}");
+            let converted = frames.pose_covariance(&pose(lidar, covariance));
+            assert!((converted - done * done.transpose()).amax() < 1e-5 * SMALL * SMALL, "{axis}");
         }
     }
 

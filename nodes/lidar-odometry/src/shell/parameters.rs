@@ -3,14 +3,13 @@
 mod choice;
 mod conversion;
 
-use geometry::parameter::Declaration;
 use geometry::{ParameterError, parameter};
 use node_shell::NodeFailure;
 use node_shell::parameters::NodeParameters;
 
 pub use self::choice::{EchoChoice, FilterChoice, LidarInput, ModelChoice, TimeUnitChoice};
 use crate::live::LiveConfig;
-use crate::odometry::{Guess, LidarOdometryConfig, Way};
+use crate::odometry::{Guess, LidarOdometryConfig, OdometryMethod};
 use crate::packets::{DATA_PORT, POSITION_PORT};
 use crate::panorama::{ColourMap, PanoramaConfig};
 use crate::registration::PreparationConfig;
@@ -85,9 +84,9 @@ geometry::parameters! {
         base_from_imu: [f64; 6] = [0.0; 6], read_with("use_imu", "true");
 
         /// What a scan is registered to.
-        way: Way = Way::default();
+        odometry_method: OdometryMethod = OdometryMethod::default();
         /// Where a registration begins.
-        guess: Guess = Guess::default(), read_with("way", "scan_to_scan");
+        guess: Guess = Guess::default(), read_with("odometry_method", "scan_to_scan");
         /// Which points take part.
         filter: FilterChoice = FilterChoice::None;
         /// This many of the lowest rays are left out.
@@ -141,10 +140,8 @@ geometry::parameters! {
 }
 
 impl NodeParameters for LidarOdometryParameters {
-    const DECLARATIONS: &'static [Declaration] = Self::DECLARATIONS;
-
-    fn validate(&self) -> Result<(), NodeFailure> {
-        Self::validate(self)?;
+    fn validate_node(&self) -> Result<(), NodeFailure> {
+        self.validate()?;
         self.live()?;
         Ok(())
     }

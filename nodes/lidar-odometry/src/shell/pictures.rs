@@ -1,4 +1,4 @@
-//! What is for a viewer: published only while somebody subscribes.
+//! Topics for viewers: published only while there are subscribers.
 
 use geometry::{Cloud, LidarCloud, Revolution, Stamp};
 use msgs::convert;
@@ -9,7 +9,7 @@ use node_shell::{Node, NodeFailure, Publisher, Qos};
 
 use super::output::Frames;
 use super::parameters::LidarOdometryParameters;
-use crate::drawing::{DrawnView, DrawnWay, drawn};
+use crate::drawing::{DrawnTrajectory, DrawnView, drawn};
 use crate::odometry::Follower;
 use crate::panorama::PanoramaConfig;
 use crate::recorded::revolution_from_cloud;
@@ -31,14 +31,14 @@ pub(super) struct Pictures {
     local_map_sent: Option<Stamp>,
     edge_px: usize,
     radius_m: f64,
-    way: Vec<Isometry3<f64>>,
+    trajectory: Vec<Isometry3<f64>>,
     most_poses: usize,
 }
 
-/// What was seen, and from where.
+/// The scan, and its pose.
 pub(super) struct Seen<'a> {
     pub(super) cloud: &'a LidarCloud,
-    /// The same, where the packets told it.
+    /// The same, where the packets have it.
     pub(super) revolution: Option<&'a Revolution>,
     /// The points as if measured at once, at the pose.
     pub(super) points_m: &'a dyn Fn() -> Vec<Point3<f32>>,
@@ -65,14 +65,14 @@ impl Pictures {
             local_map_sent: None,
             edge_px: parameters.drawing_px,
             radius_m: parameters.drawing_radius_m,
-            way: Vec::new(),
+            trajectory: Vec::new(),
             most_poses: parameters.path_poses,
         })
     }
 
     /// Everything begins anew.
     pub(super) fn forget(&mut self) {
-        self.way.clear();
+        self.trajectory.clear();
         self.local_map_sent = None;
     }
 
@@ -83,10 +83,10 @@ impl Pictures {
         follower: &Follower,
         frames: &Frames,
     ) -> bool {
-        self.way.push(seen.odom_from_base);
-        if self.way.len() > self.most_poses {
+        self.trajectory.push(seen.odom_from_base);
+        if self.trajectory.len() > self.most_poses {
             // By a tenth at a time: each pose is moved ten times at most.
-            self.way.drain(..self.most_poses.div_ceil(10));
+            self.trajectory.drain(..self.most_poses.div_ceil(10));
         }
         let lacks_rings = self.publish_panoramas(seen);
         self.publish_drawings(seen, follower, frames);
@@ -148,12 +148,12 @@ impl Pictures {
                 }
                 DrawnView::Whole => Vec::new(),
             };
-            let way = DrawnWay {
-                map_from_vehicle: &self.way,
+            let trajectory = DrawnTrajectory {
+                map_from_vehicle: &self.trajectory,
                 truth: None,
                 surroundings_m: &surroundings_m,
             };
-            let picture = drawn(&way, view, self.edge_px).picture;
+            let picture = drawn(&trajectory, view, self.edge_px).picture;
             let size_px = (picture.edge_px, picture.edge_px);
             publisher.publish_or_warn(image(frames.header(seen.stamp), size_px, picture.rgb));
         }

@@ -1,6 +1,6 @@
 //! The core with its topics: every scan ends in a pose, or in a reason why there is none.
 
-mod telling;
+mod reporting;
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use super::PROGRAM;
 use super::hints::Hints;
 use super::inputs::{Arrival, Inputs};
 use super::loops::Loops;
-use super::network::told;
+use super::network::summary;
 use super::output::Output;
 use super::parameters::LidarOdometryParameters;
 use super::pictures::{Pictures, Seen};
@@ -29,9 +29,9 @@ const TRACKING: &str = "tracking";
 const TIMES: &str = "times of points";
 const PACKETS: &str = "packets";
 const PANORAMA: &str = "panorama";
-/// A scan that comes so much too early belongs to another time: a recording begins anew. A scan that is a little late does not.
+/// A scan that is earlier by this much belongs to another time: a recording begins anew. A scan that is a little late does not.
 const BACK_IN_TIME_S: f64 = 0.5;
-/// So many late ones in a row are another time, too.
+/// This many late ones in a row are another time, too.
 const MOST_LATE_SCANS: u32 = 3;
 
 /// The core with its topics.
@@ -62,9 +62,9 @@ impl Stage {
     /// The stage that `node` is.
     ///
     /// # Errors
-    /// When a parameter is out of its range, a topic cannot be had, or nobody can listen on the scanner's port.
+    /// When a parameter is out of its range, a topic cannot be created, or listening on the scanner's port fails.
     pub fn new(node: &Node, parameters: &LidarOdometryParameters) -> Result<Self, NodeFailure> {
-        NodeParameters::validate(parameters)?;
+        parameters.validate_node()?;
         let counters = node.counters();
         let inputs = Inputs::subscribe(node, parameters)?;
         let waits = format!("initialising: waits for scans of {}", inputs.source());
@@ -122,7 +122,7 @@ impl Stage {
             Arrival::Cloud(message) => match convert::lidar_cloud_from_message(&message, self.unit)
             {
                 Ok(LidarCloudReading { cloud, times }) => {
-                    self.tell_times(times);
+                    self.report_times(times);
                     self.scan(&cloud, None, timer);
                     Ok(())
                 }
@@ -159,7 +159,7 @@ impl Stage {
             }
         }
         let counts = self.assembly.counts();
-        let (text, is_warning) = told(&LiveCounts::default(), &counts, 0);
+        let (text, is_warning) = summary(&LiveCounts::default(), &counts, 0);
         let scanner = self.assembly.scanner().map(|(model, mode)| format!("{model}, {mode:?}: "));
         self.counters.note_condition(PACKETS, &(scanner.unwrap_or_default() + &text), is_warning);
         if counts.refused > before.refused
@@ -202,7 +202,7 @@ impl Stage {
             }
         };
         self.late_scans = 0;
-        self.tell(&pose);
+        self.report_state(&pose);
         let odom_from_base = self.output.publish(&pose);
         self.show(cloud, revolution, &pose, odom_from_base);
         timer.end_of("publish");
@@ -212,7 +212,7 @@ impl Stage {
         self.last = Some((pose.stamp, pose.odom_from_lidar));
     }
 
-    /// Drops all that is held, and begins anew.
+    /// Drops all state, and begins anew.
     pub(super) fn reset(&mut self) {
         self.forget();
         self.hints.forget();
@@ -243,7 +243,7 @@ impl Stage {
         if lacks_rings {
             self.counters.note_condition(
                 PANORAMA,
-                "the clouds tell no rings (a field `ring`, or a row for each laser): no panorama can be drawn",
+                "the clouds have no rings (a field `ring`, or a row for each laser): no panorama can be drawn",
                 true,
             );
         }
@@ -263,13 +263,13 @@ impl Stage {
         }
     }
 
-    /// What is known of loops as of the last scan; `None` where none are closed.
+    /// The known loops as of the last scan; `None` without loop closing.
     #[must_use]
     pub fn loops(&self) -> Option<Arc<KnownLoops>> {
         self.loops.as_ref().map(Loops::known)
     }
 
-    /// What the last scan lacked that was in trouble; `None` while none was.
+    /// The problem of the last degraded scan; `None` while there was none.
     #[must_use]
     pub fn last_trouble(&self) -> Option<&str> {
         self.last_trouble.as_deref()

@@ -22,7 +22,7 @@ use crate::testing::{Random, Rectangle, seen, street};
 const PERIOD_S: f64 = 0.1;
 const POINTS: usize = 8_000;
 
-/// The node, and who stands for its driver and its listeners.
+/// The node, and stand-ins of its driver and its listeners.
 struct Scene {
     stage: Stage,
     street: Vec<Rectangle>,
@@ -128,8 +128,12 @@ impl Scene {
     fn is_right(&mut self, index: u32, first: u32) -> Outcome {
         let cloud = self.cloud(index);
         let outcome = self.take(cloud);
-        let way_m = x_m(index) - x_m(first);
-        assert!((outcome.x_m() - way_m).abs() < 0.1, "{index}: {} {way_m}", outcome.x_m());
+        let travelled_m = x_m(index) - x_m(first);
+        assert!(
+            (outcome.x_m() - travelled_m).abs() < 0.1,
+            "{index}: {} {travelled_m}",
+            outcome.x_m()
+        );
         outcome
     }
 }
@@ -192,7 +196,7 @@ fn a_recording_that_begins_anew_begins_at_the_origin() {
     }
 }
 
-/// Where others clean the node up and bring it up again.
+/// A client cleans the node up and activates it again.
 #[test]
 fn a_node_that_is_cleaned_up_begins_at_the_origin() {
     let mut scene = Scene::new(&LidarOdometryParameters::default());
@@ -224,7 +228,7 @@ fn bad_clouds_are_named_and_survived() {
     let mut renamed = good.clone();
     renamed.fields[0].name = "X".to_owned();
     assert!(scene.take(renamed).odometry.is_empty());
-    // One wall, and nothing else: the way along it is the prediction.
+    // One wall, and nothing else: the motion along it is the prediction.
     scene.is_right(3, 0);
     let street = std::mem::replace(
         &mut scene.street,
@@ -258,7 +262,7 @@ fn wheels_are_asked_only_when_they_are_to_be() {
         scene.wheels.publish(wheels(index)).unwrap();
         scene.is_right(index, 0);
     }
-    // Nothing is to be seen; the wheels say that it goes on faster.
+    // Nothing is visible; the wheels report a higher velocity.
     scene.wheels.publish(Odometry { pose: wheels(7).pose, ..wheels(5) }).unwrap();
     scene.street = street(&mut Random::new(1));
     let mut cloud = scene.cloud(5);
@@ -305,7 +309,7 @@ fn packets_of_a_driver_become_scans() {
         };
         let mut of_message: Vec<VelodynePacket> =
             of_message.iter().enumerate().map(packet).collect();
-        // One that is of nobody.
+        // One of an unknown scanner.
         of_message.push(VelodynePacket::default());
         let scan = VelodyneScan { packets: of_message, ..VelodyneScan::default() };
         scene.packets.publish(scan).unwrap();
@@ -365,11 +369,11 @@ fn parameters_that_mean_nothing_are_named() {
         ("drawing_px", |p| p.drawing_px = 1_000_000),
         ("road_radius_m", |p| p.road_radius_m = 0.0),
     ];
-    assert!(NodeParameters::validate(&LidarOdometryParameters::default()).is_ok());
+    assert!(LidarOdometryParameters::default().validate_node().is_ok());
     for (name, spoil) in cases {
         let mut parameters = LidarOdometryParameters::default();
         spoil(&mut parameters);
-        let error = NodeParameters::validate(&parameters).unwrap_err().to_string();
+        let error = parameters.validate_node().unwrap_err().to_string();
         assert!(error.contains(name), "{name}: {error}");
     }
 }

@@ -8,8 +8,8 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// What a reader may hold of messages that are not whole before it is replaced. It is looked at every 100 ms at best, so
-/// that what comes meanwhile is on top: a node that receives clouds of 4.9 MB peaks below 200 MB on an idle machine, at 216 MB
+/// The memory that a reader may hold in incomplete messages before it is replaced. It is checked every 100 ms at best, so
+/// that messages that arrive in between add to it: a node that receives clouds of 4.9 MB peaks below 200 MB on an idle machine, at 216 MB
 /// on a busy one (measured). The bound that always holds is the library's: 128 messages of each writer.
 const MOST_BYTES: u64 = 64 << 20;
 
@@ -37,7 +37,7 @@ pub(crate) struct AssemblyWatch {
 }
 
 impl AssemblyWatch {
-    /// A watch over a new reader, in a process with so much resident memory.
+    /// A watch over a new reader, in a process with this much resident memory.
     pub(crate) fn new(is_bulk: bool, now: Instant, resident_bytes: Option<u64>) -> Self {
         let (lost, least_in_silence) = (VecDeque::new(), resident_bytes);
         Self { is_bulk, lost, last_heard: now, least_in_silence }
@@ -67,8 +67,8 @@ impl AssemblyWatch {
         self.lost.iter().fold(0_u64, |sum, (_, bytes)| sum.saturating_add(*bytes)) > MOST_BYTES
     }
 
-    /// Whether nothing comes through and memory grows meanwhile: messages of which not one is ever whole
-    /// leave no gap between two that are. Where nobody publishes, or 128 messages are a trifle, it is others' memory that
+    /// Whether no message is completed while memory grows: messages that are never complete
+    /// leave no complete one in between. Where there is no publisher, or 128 messages are small, it is other memory that
     /// grows.
     pub(crate) fn grows_in_silence(
         &mut self,
@@ -141,10 +141,10 @@ mod tests {
         assert!(watch.grows_in_silence(at(2), 130 * MB, true));
     }
 
-    /// Regression: while one topic's broken messages filled the memory, another that nobody published was said to
-    /// suffer and its reader made anew.
+    /// Regression: while one topic's broken messages filled the memory, another topic without a publisher was reported to
+    /// suffer and its reader was created again.
     #[test]
-    fn memory_that_grows_while_nobody_publishes_is_that_of_others() {
+    fn memory_that_grows_without_a_publisher_is_not_the_readers() {
         let start = Instant::now();
         let at = |ms| start + Duration::from_millis(ms);
         let mut watch = AssemblyWatch::new(true, start, Some(50 * MB));
@@ -152,7 +152,7 @@ mod tests {
         assert!(!watch.grows_in_silence(at(500), 500 * MB, true), "what was there before counts");
         assert!(watch.grows_in_silence(at(600), 600 * MB, true));
     }
-    /// Regression: a node that had grown in a second without a pose made its reader of poses anew, and lost some.
+    /// Regression: a node that had grown in a second without a pose created its reader of poses again, and lost some poses.
     #[test]
     fn memory_that_grows_is_never_that_of_small_messages() {
         let start = Instant::now();

@@ -1,4 +1,4 @@
-//! What a node counts of itself, for `/diagnostics`.
+//! The counters of a node, for `/diagnostics`.
 
 mod arrivals;
 mod steps;
@@ -44,7 +44,7 @@ impl TopicCounters {
     }
 }
 
-/// What a node counts of itself. Clones share the counts.
+/// The counters of a node. Clones share the counts.
 #[derive(Clone, Debug, Default)]
 pub struct Counters {
     counts: Arc<Mutex<Counts>>,
@@ -58,12 +58,12 @@ struct Counts {
     drops: BTreeMap<String, u64>,
     steps: BTreeMap<String, StepTimes>,
     conditions: BTreeMap<String, Condition>,
-    /// What the last cycle counted.
+    /// The counts of the last cycle.
     counted: BTreeMap<String, u64>,
     fills: BTreeMap<String, Fill>,
     /// How old the data of the last cycle were when it was done.
     age_s: Option<f64>,
-    /// The topics that nobody need publish, and that may pause.
+    /// The topics that need no publisher, and that may pause.
     optional: BTreeSet<String>,
 }
 
@@ -94,13 +94,13 @@ pub(crate) struct Snapshot {
     pub(crate) received: BTreeMap<String, u64>,
     /// Messages missing between those received, by topic.
     pub(crate) lost: BTreeMap<String, u64>,
-    /// The topics that nobody need publish.
+    /// The topics that need no publisher.
     pub(crate) optional: BTreeSet<String>,
     /// The topics that have ceased to come, and for how long.
     pub(crate) silent: BTreeMap<String, Duration>,
     /// Messages published, by topic.
     pub(crate) published: BTreeMap<String, u64>,
-    /// What the node watches and is not as it should be.
+    /// The conditions of the node that are warnings.
     pub(crate) warnings: Vec<String>,
 }
 
@@ -115,21 +115,21 @@ impl Counters {
         *self.lock().drops.entry(cause.to_owned()).or_default() += 1;
     }
 
-    /// What was dropped so far, by cause.
+    /// The drops so far, by cause.
     #[must_use]
     pub fn drops(&self) -> BTreeMap<String, u64> {
         self.lock().drops.clone()
     }
 
-    /// Notes how something is that the node watches, under its name; it stays so until the next note. A
-    /// warning is told beside what is missing and lost.
+    /// Notes the state of a condition that the node watches, under its name; it is kept until the next note. A
+    /// warning is reported beside missing and lost topics.
     pub fn note_condition(&self, name: &str, text: &str, is_warning: bool) {
         let condition = Condition { text: text.to_owned(), is_warning };
         self.lock().conditions.insert(name.to_owned(), condition);
     }
 
-    /// Notes that the node works without this topic of its subscriptions, by its absolute name: that nobody publishes it, or
-    /// that it has fallen silent, is nothing to warn of.
+    /// Notes that the node works without this topic of its subscriptions, by its absolute name: that it has no publisher, or
+    /// that it has fallen silent, causes no warning.
     pub fn note_optional(&self, topic: &str) {
         self.lock().optional.insert(topic.to_owned());
     }
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_noted_last_is_told() {
+    fn the_last_note_is_reported() {
         let counters = Counters::default();
         counters.note_counts(&[("zones", 2), ("tracks", 1)]);
         counters.note_counts(&[("zones", 0)]);

@@ -1,4 +1,4 @@
-//! What holds data back while a node is not active.
+//! The gate that holds data back while a node is not active.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,4 +1,4 @@
-//! What a node has on the network: its participant, its announcer, and its own tasks.
+//! The network part of a node: its participant, its announcer, and its own tasks.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -26,7 +26,7 @@ use crate::wire::transport::{
 /// How long the node waits for its own tasks at the end.
 const LONGEST_CLOSE: Duration = Duration::from_millis(500);
 
-/// What a node has on the network.
+/// The network part of a node.
 pub(crate) struct Network {
     pub(crate) granted: GrantedBuffer,
     pub(crate) health: Arc<ReceiveHealth>,
@@ -90,8 +90,8 @@ impl Network {
         let follow = tokio::spawn(follow.in_current_span());
         if let Some(reason) = health.filter().missing() {
             tracing::warn!(
-                "the kernel does not judge what arrives ({reason}): a datagram made for it can use up this machine's memory; let \
-                 only hosts that are trusted reach the node (SECURITY.md)"
+                "the kernel does not filter datagrams ({reason}): a crafted datagram can use up this machine's memory; let \
+                 only trusted hosts reach the node (SECURITY.md)"
             );
         }
         tracing::info!("node {} on {transport}; receive buffer {granted}", identity.full_name());

@@ -16,7 +16,7 @@ use crate::settings::qos::is_bulk;
 /// How often a reader that waits looks after its memory.
 const LOOK_AFTER: Duration = Duration::from_millis(100);
 
-/// A message with what came along, or why it is none.
+/// A message with its metadata, or why it is invalid.
 pub(crate) type Taken<M> = Result<(M, MessageInfo), ReadError>;
 
 type LibraryReader<M> = ros2_client::Subscription<M>;
@@ -27,7 +27,7 @@ pub(crate) type MakeReader<M> = Box<dyn Fn() -> Result<LibraryReader<M>, String>
 /// A reader, and what is needed to replace it.
 pub(crate) struct Reader<M> {
     link: Arc<Link<M>>,
-    /// None for a reliable reader: the library never gives up what such a one has begun.
+    /// None for a reliable reader: the library never drops a message that such a reader has begun.
     assembly: Option<Assembly>,
     /// Lives longer than one wait, which its owner may cut short again and again.
     next_look: Mutex<tokio::time::Instant>,
@@ -40,7 +40,7 @@ struct Link<M> {
     make: MakeReader<M>,
 }
 
-/// Watches over what comes in part only.
+/// Watches over incomplete messages.
 struct Assembly {
     watch: Mutex<AssemblyWatch>,
     warnings: Throttle,
@@ -97,7 +97,7 @@ impl<M: RosMessage> Reader<M> {
         Self { link: Arc::new(link), assembly, next_look }
     }
 
-    /// What makes the reader anew.
+    /// Creates the reader again.
     pub(crate) fn renewal(&self) -> Weak<dyn Renew> {
         let link: Weak<Link<M>> = Arc::downgrade(&self.link);
         link
@@ -154,7 +154,7 @@ impl<M: RosMessage> Reader<M> {
             && let Some(held_back) = assembly.warnings.pass()
         {
             tracing::warn!(
-                "{}: so many messages came in part only that their rests filled the memory; they \
+                "{}: incomplete messages filled the memory; they \
                  are dropped ({held_back} more such since the last warning)",
                 self.link.topic
             );
@@ -163,7 +163,7 @@ impl<M: RosMessage> Reader<M> {
         *watch = watch.anew(Instant::now(), resident_bytes());
     }
 
-    /// Tells the library's readers apart.
+    /// Distinguishes the library's readers.
     #[cfg(test)]
     pub(crate) fn in_use(&self) -> usize {
         Arc::as_ptr(&self.link.lock()) as usize

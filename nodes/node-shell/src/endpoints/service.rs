@@ -1,7 +1,7 @@
 //! Services: requests that are answered one by one.
 //!
-//! Clients of Fast DDS, Connext, RustDDS (*enhanced* mapping) and Cyclone DDS are all answered in their own
-//! way. Not answered are big-endian clients, Connext's *basic* mapping, and, but for Cyclone DDS, what takes a response
+//! Clients of Fast DDS, Connext, RustDDS (*enhanced* mapping) and Cyclone DDS are each answered in their own
+//! form. Not answered are big-endian clients, Connext's *basic* mapping, and, but for Cyclone DDS, clients of a response
 //! that does not fit into a datagram (some 1.4 kB): see [`wire`].
 
 mod answering;
@@ -35,7 +35,7 @@ const DEPTH: usize = 10;
 /// Takes the requests of one service, which come from outside of the host.
 pub struct Service<S> {
     name: Arc<str>,
-    /// None where the host is on no network: nobody asks there.
+    /// None where the host is on no network: there are no clients.
     ends: Option<Arc<Ends>>,
     malformed: Throttle,
     _service: PhantomData<fn(S)>,
@@ -64,7 +64,7 @@ impl<S: RosService> Service<S> {
             .reliability(Reliability::Reliable { when_full: WhenFull::DEFAULT })
             .durability(Durability::Volatile)
             .history(History::KeepLast { depth: DEPTH });
-        // First, so that who has seen the server has seen it as well.
+        // First, so that a client that has discovered the server has discovered it as well.
         let policies = Qos::reliable(DEPTH).writer_policies(S::TYPE_NAME);
         let plain = network.response_writer(name, &response_type, &policies).map_err(failed)?;
         let server = network
@@ -89,7 +89,7 @@ impl<S: RosService> Service<S> {
 
     /// Waits for the next request. May be dropped while waiting: no request is lost by that.
     ///
-    /// What cannot be decoded is told of once in a while and passed over; its client gets no answer, as
+    /// A request that cannot be decoded is logged once in a while and ignored; its client gets no answer, as
     /// ROS 2 knows none for it.
     pub async fn next(&self) -> Request<'_, S> {
         let Some(ends) = &self.ends else { return std::future::pending().await };
@@ -126,7 +126,7 @@ impl<S: RosService> Service<S> {
     fn refuse(&self, reason: &str) {
         if let Some(held_back) = self.malformed.pass() {
             tracing::warn!(
-                "{}: a request is no valid {} and is passed over ({held_back} more since the last \
+                "{}: a request is no valid {} and is ignored ({held_back} more since the last \
                  warning): {reason}",
                 self.name,
                 S::TYPE_NAME
@@ -135,7 +135,7 @@ impl<S: RosService> Service<S> {
     }
 }
 
-/// Answers a request. A response that cannot be sent is told of once in a while: clients ask again.
+/// Answers a request. A response that cannot be sent is logged once in a while: clients ask again.
 pub(crate) fn answer<S: RosService>(
     failed: &Throttle,
     request: Request<'_, S>,
@@ -151,7 +151,7 @@ pub(crate) fn answer<S: RosService>(
 /// A request that waits for its response. Dropped without one, it leaves its client waiting.
 #[must_use = "the client waits for a response"]
 pub struct Request<'a, S: RosService> {
-    /// What the client sent.
+    /// The client's request.
     pub message: S::Request,
     name: &'a str,
     ends: &'a Arc<Ends>,
@@ -160,7 +160,7 @@ pub struct Request<'a, S: RosService> {
 }
 
 impl<S: RosService> Request<'_, S> {
-    /// Answers the request: now, or when the client's reader of responses is there; 5 s later it is given up, and the log says
+    /// Answers the request: now, or when the client's reader of responses is there; 5 s later it is dropped, and the log says
     /// so. Must be called within a tokio runtime. It may take up to 0.1 s when clients are far behind.
     ///
     /// # Errors

@@ -13,19 +13,23 @@ use crate::endpoints::gate::Gate;
 use crate::endpoints::reader::{self, Reader};
 use crate::graph::OpenEndpoint;
 use crate::graph::inbox::{self, Queue, Received};
+use crate::graph::value::{Arrived, Incoming};
 use crate::process::throttle::Throttle;
 
 /// Receives messages of one type, from its own host and from outside.
-pub struct Subscription<M: RosMessage> {
+///
+/// A [`ValueSubscription`] receives values of one type: those of its own host as they were published, those from outside as
+/// messages.
+pub struct Subscription<I: Incoming> {
     topic: Arc<str>,
-    queue: Arc<Queue<M>>,
+    queue: Arc<Queue<I>>,
     endpoint: OpenEndpoint,
     /// None where the host is on no network.
-    reader: Option<Reader<M>>,
+    reader: Option<Reader<I::Message>>,
     counters: Arc<TopicCounters>,
     sequence: Mutex<BTreeMap<GUID, i64>>,
     /// Messages from outside that wait, `depth` of them at most.
-    waiting: Mutex<VecDeque<Waiting<M>>>,
+    waiting: Mutex<VecDeque<Waiting<I::Message>>>,
     depth: usize,
     malformed: Throttle,
     /// Open while the node works.
@@ -34,17 +38,20 @@ pub struct Subscription<M: RosMessage> {
     turns_seen: AtomicU64,
 }
 
+/// Receives values of one type.
+pub type ValueSubscription<T> = Subscription<Arrived<T>>;
+
 /// A message from outside, and how many are missing before it.
 struct Waiting<M> {
     received: Received<M>,
     lost_before: u64,
 }
 
-impl<M: RosMessage> Subscription<M> {
+impl<I: Incoming> Subscription<I> {
     pub(crate) fn new(
         (topic, depth): (&str, usize),
-        queue: Arc<Queue<M>>,
-        reader: Option<Reader<M>>,
+        queue: Arc<Queue<I>>,
+        reader: Option<Reader<I::Message>>,
         endpoint: OpenEndpoint,
         (counters, gate): (Arc<TopicCounters>, Gate),
     ) -> Self {
@@ -65,13 +72,13 @@ impl<M: RosMessage> Subscription<M> {
 
     /// Waits for the next message. May be dropped while waiting: no message is lost by that.
     ///
-    /// What cannot be decoded, and what a peer of another type sent, is counted, told of once in a
-    /// while, and passed over.
+    /// Messages that cannot be decoded, or of another type, are counted, logged once in a
+    /// while, and ignored.
     ///
-    /// A node that does not work gets nothing; nor, when it works again, what came meanwhile.
-    pub async fn next(&self) -> Received<M> {
+    /// An inactive node gets nothing; nor, when it is active again, the messages of the meantime.
+    pub async fn next(&self) -> Received<I> {
         loop {
-            self.pass_over_what_came_while_closed();
+            self.skip_what_came_while_closed();
             let received = tokio::select! {
                 biased;
                 taken = self.queue.next() => self.accept_from_host(taken),
@@ -84,19 +91,19 @@ impl<M: RosMessage> Subscription<M> {
     }
 
     /// The next message if it is here already.
-    pub fn try_next(&self) -> Option<Received<M>> {
-        self.pass_over_what_came_while_closed();
+    pub fn try_next(&self) -> Option<Received<I>> {
+        self.skip_what_came_while_closed();
         self.take_any()
     }
 
-    fn pass_over_what_came_while_closed(&self) {
+    fn skip_what_came_while_closed(&self) {
         let turns = self.gate.turns();
         if self.turns_seen.swap(turns, Ordering::AcqRel) != turns || !self.gate.is_open() {
             while self.take_any().is_some() {}
         }
     }
 
-    fn take_any(&self) -> Option<Received<M>> {
+    fn take_any(&self) -> Option<Received<I>> {
         if let Some(taken) = self.queue.take() {
             return Some(self.accept_from_host(taken));
         }
@@ -140,13 +147,13 @@ impl<M: RosMessage> Subscription<M> {
         }
     }
 
-    /// Tells readers apart.
+    /// Distinguishes readers.
     #[cfg(test)]
     pub(crate) fn reader_in_use(&self) -> Option<usize> {
         self.reader.as_ref().map(Reader::in_use)
     }
 
-    async fn next_from_outside(&self) -> Received<M> {
+    async fn next_from_outside(&self) -> Received<I> {
         let Some(reader) = &self.reader else { return std::future::pending().await };
         loop {
             if let Some(received) = self.take_from_outside(reader) {
@@ -162,8 +169,8 @@ impl<M: RosMessage> Subscription<M> {
     }
 
     /// The next message from outside if it is here already. The library's own cache holds one message more
-    /// than it is told to, and gives the oldest first: a slow reader would always be a period behind.
-    fn take_from_outside(&self, reader: &Reader<M>) -> Option<Received<M>> {
+    /// than its setting, and gives the oldest first: a slow reader would always be a period behind.
+    fn take_from_outside(&self, reader: &Reader<I::Message>) -> Option<Received<I>> {
         let mut waiting = self.lock_waiting();
         while let Some(taken) = reader.take() {
             let accepted = self.accept(taken);
@@ -177,15 +184,16 @@ impl<M: RosMessage> Subscription<M> {
         }
         let next = waiting.pop_front()?;
         self.counters.count_received(lost + next.lost_before);
-        Some(next.received)
+        let Received { message, sent } = next.received;
+        Some(Received { message: I::of_message(message), sent })
     }
 
-    fn accept_from_host(&self, taken: inbox::Taken<M>) -> Received<M> {
+    fn accept_from_host(&self, taken: inbox::Taken<I>) -> Received<I> {
         self.counters.count_received(taken.missed);
         taken.received
     }
 
-    fn accept(&self, taken: reader::Taken<M>) -> Option<Waiting<M>> {
+    fn accept(&self, taken: reader::Taken<I::Message>) -> Option<Waiting<I::Message>> {
         let (message, info) = match taken {
             Ok(taken) => taken,
             Err(error) => {
@@ -221,7 +229,7 @@ impl<M: RosMessage> Subscription<M> {
         Some(u64::try_from(lost).unwrap_or(0))
     }
 
-    fn lock_waiting(&self) -> MutexGuard<'_, VecDeque<Waiting<M>>> {
+    fn lock_waiting(&self) -> MutexGuard<'_, VecDeque<Waiting<I::Message>>> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -229,10 +237,10 @@ impl<M: RosMessage> Subscription<M> {
         self.counters.count_malformed();
         if let Some(held_back) = self.malformed.pass() {
             tracing::warn!(
-                "{}: a message is no valid {} and is passed over ({held_back} more since the last \
+                "{}: a message is no valid {} and is ignored ({held_back} more since the last \
                  warning): {error}",
                 self.topic,
-                M::TYPE_NAME
+                I::Message::TYPE_NAME
             );
         }
     }

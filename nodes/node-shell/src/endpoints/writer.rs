@@ -18,7 +18,7 @@ pub(crate) type MakeWriter = Box<dyn Fn() -> Result<LibraryWriter, String> + Sen
 pub(crate) struct Writer {
     topic: Arc<str>,
     make: MakeWriter,
-    /// How many messages those who come late still get.
+    /// How many messages late subscribers still get.
     keeps: usize,
     state: Mutex<State>,
 }
@@ -29,7 +29,7 @@ struct State {
 }
 
 impl Writer {
-    /// `keeps` is how many messages are for those who come late.
+    /// `keeps` is the number of messages kept for late subscribers.
     pub(crate) fn new(
         topic: &str,
         first: LibraryWriter,

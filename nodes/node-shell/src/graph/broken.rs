@@ -1,15 +1,15 @@
 //! Peers whose link was down for so long that the match has ended.
 //!
-//! When such a peer is heard again, the library knows its endpoints again but does not match them with those
-//! of ours that were there before (RustDDS 0.15). New endpoints it does match, so ours are made anew.
+//! When such a peer is heard again, the library recognises its endpoints but does not match them with those
+//! of ours that were there before (RustDDS 0.15). New endpoints it does match, so ours are created again.
 
 use std::collections::{BTreeSet, VecDeque};
 
 use crate::graph::exchange::EndpointId;
 
-/// Something with an end on the network that can be made anew.
+/// An endpoint on the network that can be created again.
 pub(crate) trait Renew: Send + Sync {
-    /// Replaces the end on the network. What is kept for those who come late is offered again.
+    /// Replaces the end on the network. Latched messages are offered again.
     fn renew(&self);
 }
 
@@ -32,7 +32,7 @@ struct Silent {
 }
 
 impl Broken {
-    /// Notes that a participant was given up, and which endpoints had no part in it. What comes back is one
+    /// Notes that a participant was dropped, and which endpoints did not concern it. Returned is a participant
     /// that is not waited for any more.
     pub(super) fn fell_silent(
         &mut self,
@@ -49,7 +49,7 @@ impl Broken {
         self.silent.retain(|one| one.prefix != prefix);
     }
 
-    /// A participant is heard. Where it had been given up: which endpoints need not be made anew. An endpoint
+    /// A participant is heard. Where it had been dropped: which endpoints need not be created again. An endpoint
     /// that was opened in between needs to, as the library did not know the peer then.
     pub(super) fn heard(&mut self, prefix: Prefix) -> Option<BTreeSet<EndpointId>> {
         let place = self.silent.iter().position(|one| one.prefix == prefix)?;

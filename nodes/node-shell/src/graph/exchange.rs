@@ -1,7 +1,7 @@
-//! Messages between the nodes of one process: shared pointers, never bytes.
+//! Messages and values between the nodes of one process: shared pointers, never bytes.
 //!
-//! Every publisher and subscription of a host stands here, whether or not the host is on a network too.
-//! What a node publishes goes to the subscriptions of the same host at once, as the very value that was
+//! Every publisher and subscription of a host is registered here, whether or not the host is on a network too.
+//! A message that a node publishes goes to the subscriptions of the same host at once, as the very value that was
 //! published; DDS is for those outside.
 
 use std::any::Any;
@@ -12,17 +12,20 @@ use msgs::cdr::CdrError;
 use tokio::sync::watch;
 
 use crate::graph::inbox::Inbox;
+use crate::graph::value::InTransit;
 use crate::settings::qos::Qos;
 
 /// One publisher or subscription of a host.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub(crate) struct EndpointId(u64);
 
-/// What is on its way.
+/// A message in transit.
 #[derive(Clone)]
 pub(crate) enum Message {
-    /// A value, as its publisher had it.
+    /// A message, as its publisher had it.
     Shared(Arc<dyn Any + Send + Sync>),
+    /// A value that is a message only for those who want one.
+    Value(Arc<dyn InTransit>),
     /// An encoded one, as a bag has it; every subscription decodes it for itself.
     Encoded(Arc<[u8]>),
 }
@@ -40,7 +43,7 @@ struct State {
     subscriptions: BTreeMap<EndpointId, LocalSubscription>,
 }
 
-/// What both ends of a connection must agree on.
+/// The values that both ends of a connection must agree on.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct TopicKey {
     /// The absolute name.
@@ -51,7 +54,7 @@ pub(crate) struct TopicKey {
 
 struct LocalPublisher {
     key: TopicKey,
-    /// The messages that those who come late still get; none where the topic keeps none.
+    /// The messages that late subscribers still get; none where the topic keeps none.
     kept: VecDeque<Message>,
     keeps: usize,
 }
@@ -73,7 +76,7 @@ impl Exchange {
         let id = state.new_id();
         state.publishers.insert(id, LocalPublisher { key, kept: VecDeque::new(), keeps });
         drop(state);
-        self.tell();
+        self.notify();
         id
     }
 
@@ -89,13 +92,13 @@ impl Exchange {
         if qos.is_transient_local() {
             let earlier = state.publishers.values().filter(|publisher| publisher.key == key);
             for message in earlier.flat_map(|publisher| &publisher.kept) {
-                // What cannot be decoded was its publisher's to hear of, when it was published.
+                // A decoding error was reported to its publisher, when it was published.
                 let _ = inbox.push(message);
             }
         }
         state.subscriptions.insert(id, LocalSubscription { key, inbox });
         drop(state);
-        self.tell();
+        self.notify();
         id
     }
 
@@ -105,7 +108,7 @@ impl Exchange {
         state.publishers.remove(&id);
         state.subscriptions.remove(&id);
         drop(state);
-        self.tell();
+        self.notify();
     }
 
     /// Hands a message to every subscription of its topic and type, in the order in which they entered.
@@ -138,8 +141,8 @@ impl Exchange {
         self.changes.subscribe()
     }
 
-    /// Tells those who wait for a change.
-    pub(crate) fn tell(&self) {
+    /// Notifies those who wait for a change.
+    pub(crate) fn notify(&self) {
         self.changes.send_modify(|count| *count += 1);
     }
 

@@ -1,4 +1,4 @@
-//! What the library tells of other participants, taken into the graph.
+//! The library's events about other participants, applied to the graph.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::names::ParticipantNodes;
 use super::{Endpoint, Graph, Misfit, Prefix, TroubleKind};
 use crate::graph::exchange::EndpointId;
 
-/// What ROS 2 puts in front of the names of the topics that a service has on the wire.
+/// The prefix that ROS 2 puts in front of the names of the topics that a service has on the wire.
 const REQUESTS: &str = "rq/";
 const RESPONSES: &str = "rr/";
 
@@ -59,7 +59,7 @@ impl Graph {
                     let mut clients = self.lock_clients();
                     clients.reader_found(data.topic_name(), *local_writer, *remote_reader);
                     drop(clients);
-                    self.exchange.tell();
+                    self.exchange.notify();
                     return;
                 }
                 let peer_type = data.map(|data| data.type_name().clone());
@@ -126,14 +126,14 @@ impl Graph {
                     .map(|(id, _)| *id)
                     .collect();
                 drop(endpoints);
-                let given_up = self.lock_broken().fell_silent(prefix, unconcerned);
+                let dropped = self.lock_broken().fell_silent(prefix, unconcerned);
                 tracing::warn!(
-                    "{} was not heard for {:.0} s and is given up until it is heard again",
+                    "{} was not heard for {:.0} s and is dropped until it is heard again",
                     self.lock_names().of_participant(prefix),
                     elapsed.to_nanoseconds() as f64 * 1e-9
                 );
-                if let Some(given_up) = given_up {
-                    self.lock_names().forget(&given_up);
+                if let Some(dropped) = dropped {
+                    self.lock_names().forget(&dropped);
                 }
             }
             LostReason::Disposed => {
@@ -181,7 +181,7 @@ impl Graph {
             }
         }
         drop(endpoints);
-        self.exchange.tell();
+        self.exchange.notify();
     }
 
     pub(super) fn incompatible(
@@ -194,7 +194,7 @@ impl Graph {
         self.misfit(own, peer, Misfit::Incompatible { offered, requested });
     }
 
-    /// Notes a peer that does not fit, and tells of it when it is new.
+    /// Notes a peer that does not fit, and logs it when it is new.
     fn misfit(&self, own: GUID, peer: GUID, misfit: Misfit) {
         let who = self.lock_names().of(peer);
         let mut endpoints = self.lock();
@@ -208,7 +208,7 @@ impl Graph {
             }
         }
         drop(endpoints);
-        self.exchange.tell();
+        self.exchange.notify();
     }
 
     pub(super) fn lost(&self, is_lost: impl Fn(&GUID) -> bool) {
@@ -217,7 +217,7 @@ impl Graph {
             endpoint.peers.retain(|peer| !is_lost(peer));
             endpoint.misfits.retain(|peer, _| !is_lost(peer));
         }
-        self.exchange.tell();
+        self.exchange.notify();
     }
 }
 

@@ -1,15 +1,15 @@
-//! What waits for one subscription, of what its own host published.
+//! The queue of one subscription, for messages that its own host published.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use geometry::Stamp;
-use msgs::RosMessage;
 use msgs::cdr::CdrError;
 use tokio::sync::Notify;
 
 use crate::graph::exchange::Message;
+use crate::graph::value::Incoming;
 
 /// A message and when it was sent.
 #[derive(Clone, PartialEq, Debug)]
@@ -38,11 +38,11 @@ pub(crate) struct Queue<M> {
 
 struct Waiting<M> {
     messages: VecDeque<Received<M>>,
-    /// Messages that gave way to newer ones since the last was taken.
+    /// Messages that were dropped for newer ones since the last was taken.
     missed: u64,
 }
 
-/// A message out of the queue, and how many gave way before it.
+/// A message out of the queue, and how many were dropped before it.
 pub(crate) struct Taken<M> {
     pub(crate) received: Received<M>,
     pub(crate) missed: u64,
@@ -88,22 +88,24 @@ impl<M> Queue<M> {
     }
 }
 
-impl<M: RosMessage> Inbox for Queue<M> {
+impl<I: Incoming> Inbox for Queue<I> {
     fn push(&self, message: &Message) -> Result<(), CdrError> {
-        match message {
-            Message::Shared(value) => {
-                // Another Rust type of the same ROS type cannot be, but for a fault in `msgs`.
-                if let Ok(value) = Arc::clone(value).downcast::<M>() {
-                    self.put(value);
-                }
+        let incoming = match message {
+            // Another Rust type of the same ROS type cannot be, but for a fault in `msgs`.
+            Message::Shared(shared) => {
+                Arc::clone(shared).downcast::<I::Message>().ok().map(I::of_message)
             }
-            Message::Encoded(bytes) => self.put(Arc::new(msgs::cdr::decode(bytes)?)),
+            Message::Value(sent) => I::of_value(|| sent.value(), || sent.message()),
+            Message::Encoded(bytes) => Some(I::of_message(Arc::new(msgs::cdr::decode(bytes)?))),
+        };
+        if let Some(incoming) = incoming {
+            self.put(incoming);
         }
         Ok(())
     }
 }
 
-/// When a message was sent, by the wall clock, as DDS tells it for those from outside.
+/// When a message was sent, by the wall clock, as DDS gives it for those from outside.
 fn now() -> Stamp {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Stamp::from_nanos(i64::try_from(since_epoch.as_nanos()).unwrap_or(i64::MAX))

@@ -1,4 +1,4 @@
-//! The names of the nodes behind the peers, which ROS 2 tells on a topic of its own.
+//! The names of the nodes behind the peers, which ROS 2 publishes on a topic of its own.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,7 +15,7 @@ const TYPE: &str = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
 /// How many participants' announcements are held until they are read.
 const DEPTH: usize = 64;
 
-/// How many participants are remembered; those beyond are told by their numbers.
+/// How many participants are remembered; those beyond are named by their numbers.
 const MOST_PARTICIPANTS: usize = 1024;
 
 /// `rmw_dds_common/msg/ParticipantEntitiesInfo`, as since ROS 2 Iron.
@@ -34,7 +34,7 @@ struct NodeEndpoints {
     writers: Vec<[u8; 16]>,
 }
 
-/// Who is who, by what was announced.
+/// The names of participants, as announced.
 #[derive(Debug, Default)]
 pub(super) struct NodeNames {
     participants: BTreeMap<[u8; 12], Vec<NodeEndpoints>>,
@@ -52,7 +52,7 @@ impl NodeNames {
         self.participants.remove(participant);
     }
 
-    /// Who an endpoint belongs to: a node when it is known, or else a participant.
+    /// The owner of an endpoint: a node when it is known, or else a participant.
     pub(super) fn of(&self, endpoint: GUID) -> String {
         let prefix = prefix(&endpoint.to_bytes());
         let nodes = self.nodes_of(&prefix);
@@ -64,7 +64,7 @@ impl NodeNames {
         }
     }
 
-    /// Who a participant is: its nodes when they are known.
+    /// The name of a participant: its nodes when they are known.
     pub(super) fn of_participant(&self, prefix: [u8; 12]) -> String {
         match self.nodes_of(&prefix) {
             [] => format!("participant {}", in_hex(&prefix)),
@@ -118,7 +118,7 @@ fn prefix(guid: &[u8; 16]) -> [u8; 12] {
     prefix
 }
 
-/// What the participants announce, as it comes; `None` when the library refuses.
+/// The announcements of participants, as they arrive; `None` when the library refuses.
 pub(crate) fn announced(
     participant: &DomainParticipant,
 ) -> Option<impl Stream<Item = ParticipantNodes> + Send + use<>> {
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peer_is_told_by_its_node_or_else_by_its_participant() {
+    fn a_peer_is_named_by_its_node_or_else_by_its_participant() {
         let mut names = NodeNames::default();
         let of = |names: &NodeNames, participant, endpoint| {
             names.of(GUID::from_bytes(guid(participant, endpoint)))

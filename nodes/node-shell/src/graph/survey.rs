@@ -1,4 +1,4 @@
-//! What others have on the network: every publisher and subscription that was discovered, whose it is,
+//! The endpoints of others on the network: every publisher and subscription that was discovered, whose it is,
 //! and which pairs of them cannot talk.
 
 use std::collections::BTreeSet;
@@ -13,7 +13,7 @@ use crate::graph::{Graph, Role};
 use crate::settings::names::ros_type_name;
 use crate::settings::qos::Qos;
 
-/// What ROS 2 puts in front of the name of a topic on the wire; services and actions have others.
+/// The prefix that ROS 2 puts in front of the name of a topic on the wire; services and actions have others.
 const TOPIC_PREFIX: &str = "rt/";
 
 /// One publisher or subscription of another process.
@@ -27,7 +27,7 @@ pub struct DiscoveredEndpoint {
     pub type_name: String,
     /// How it delivers, or wants to be delivered to.
     pub qos: DiscoveredQos,
-    /// The node that it belongs to, by its full name; known once the peer has told.
+    /// The node that it belongs to, by its full name; known once the peer has announced it.
     pub node: Option<String>,
     /// Whether its participant announced its nodes in the form of a ROS 2 before Iron, which is not read here.
     pub is_before_iron: bool,
@@ -59,7 +59,7 @@ impl ParticipantId {
         Self(prefix)
     }
 
-    /// Who made its DDS library, which stands in its first two bytes (RTPS 2.5, 8.2.4.2; the numbers are
+    /// The vendor of its DDS library, which is in its first two bytes (RTPS 2.5, 8.2.4.2; the numbers are
     /// the OMG's).
     #[must_use]
     pub fn vendor(&self) -> &'static str {
@@ -95,9 +95,9 @@ pub struct DiscoveredQos {
 pub struct QosMismatch {
     /// The policy that does not fit, as ROS 2 calls it.
     pub policy: &'static str,
-    /// What the publisher offers.
+    /// The policy that the publisher offers.
     pub offered: String,
-    /// What the subscription requests.
+    /// The policy that the subscription requests.
     pub requested: String,
 }
 
@@ -105,7 +105,7 @@ impl DiscoveredQos {
     /// That of a publisher of this suite.
     #[must_use]
     pub fn of_publisher(qos: &Qos) -> Self {
-        // The limits, in which a writer's policies differ from a reader's, are told to nobody.
+        // The limits, in which a writer's policies differ from a reader's, are not announced.
         Self { role: Role::Publisher, policies: qos.reader_policies() }
     }
 
@@ -118,7 +118,7 @@ impl DiscoveredQos {
     /// Whether lost messages are sent again, or are to be.
     #[must_use]
     pub fn is_reliable(&self) -> bool {
-        // What an endpoint does not tell of has its default, and that depends on which end it is.
+        // A policy that an endpoint does not announce has its default, which depends on which end it is.
         match self.policies.reliability() {
             Some(Reliability::Reliable { .. }) => true,
             Some(Reliability::BestEffort) => false,
@@ -126,13 +126,13 @@ impl DiscoveredQos {
         }
     }
 
-    /// Whether those who come late get the last messages, or want them.
+    /// Whether late subscribers get the last messages, or want them.
     #[must_use]
     pub fn is_transient_local(&self) -> bool {
         !matches!(self.policies.durability(), None | Some(Durability::Volatile))
     }
 
-    /// What this publisher's quality of service lacks for a subscription; `None` when they fit.
+    /// The policies of this publisher that do not fit a subscription; `None` when they fit.
     #[must_use]
     pub fn mismatch(&self, requested: &Self) -> Option<QosMismatch> {
         let (policy, of): (_, fn(&Self) -> String) =
@@ -201,7 +201,7 @@ fn seconds(duration: Duration) -> String {
     }
 }
 
-/// What was discovered so far, by topic. The participant's own endpoints are not among it.
+/// The endpoints discovered so far, by topic. The participant's own endpoints are not among it.
 pub(crate) fn of(participant: &DomainParticipant, graph: &Graph) -> Vec<DiscoveredEndpoint> {
     let own = ParticipantId::of(participant.guid());
     let endpoint = |role, guid: GUID, (topic, dds_type): (&str, &str), policies, addresses| {

@@ -1,4 +1,4 @@
-//! Peers that share a topic's name with the node but cannot talk with it, and what mends that.
+//! Peers that share a topic's name with the node but cannot talk with it, and the fix.
 
 use msgs::diagnostic_msgs::DiagnosticStatus;
 use rustdds::QosPolicies;
@@ -17,13 +17,13 @@ pub(crate) enum TroubleKind {
     Incompatible,
 }
 
-/// A peer that does not fit, as it stands in the node's diagnostics.
+/// A peer that does not fit, as in the node's diagnostics.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Trouble {
     /// The topic, by its absolute name.
     pub(crate) topic: String,
     pub(crate) kind: TroubleKind,
-    /// What it is, who it is, and what mends it.
+    /// The problem, the peer, and the fix.
     pub(crate) text: String,
 }
 
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn an_offer_that_does_not_fit_is_named_with_its_mend() {
+    fn an_offer_that_does_not_fit_is_named_with_its_fix() {
         let text = incompatible(Qos::sensor(5), Qos::reliable(5));
         for part in [
             "a publisher there, node /driver",
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn another_type_is_named_with_its_mend() {
+    fn another_type_is_named_with_its_fix() {
         let trouble = END.other_type("node /driver", "sensor_msgs::msg::dds_::Image_");
         for part in [
             "a publisher there, node /driver, has the type sensor_msgs/msg/Image",

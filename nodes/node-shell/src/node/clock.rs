@@ -17,19 +17,19 @@ use tokio::time::Instant;
 
 use crate::endpoints::subscription::Subscription;
 
-/// The topic that simulations and players tell their time on.
+/// The topic that simulations and players publish their time on.
 pub(crate) const CLOCK_TOPIC: &str = "/clock";
 
 /// The time of a node. Clones share it.
 #[derive(Clone, Debug)]
 pub struct NodeClock {
     /// None where the node goes by the wall clock.
-    told: Option<Arc<Told>>,
+    simulated: Option<Arc<Simulated>>,
 }
 
-/// What `/clock` has told.
+/// The readings of `/clock`.
 #[derive(Debug)]
-struct Told {
+struct Simulated {
     reading: watch::Sender<Reading>,
     origin: Instant,
 }
@@ -45,7 +45,7 @@ struct Reading {
 }
 
 impl Reading {
-    fn tell(&mut self, now: Stamp) {
+    fn set(&mut self, now: Stamp) {
         let forward_ns =
             self.now.map_or(0, |before| now.as_nanos().saturating_sub(before.as_nanos()));
         match u64::try_from(forward_ns) {
@@ -60,13 +60,13 @@ impl Reading {
 
 impl NodeClock {
     pub(crate) fn new(use_sim_time: bool) -> Self {
-        let told = || {
-            Arc::new(Told {
+        let simulated = || {
+            Arc::new(Simulated {
                 reading: watch::Sender::new(Reading::default()),
                 origin: Instant::now(),
             })
         };
-        Self { told: use_sim_time.then(told) }
+        Self { simulated: use_sim_time.then(simulated) }
     }
 
     /// Follows the topic until `stop` resolves.
@@ -75,48 +75,49 @@ impl NodeClock {
         loop {
             tokio::select! {
                 () = &mut stop => return,
-                clock = topic.next() => self.tell(stamp_of(clock.message.clock)),
+                clock = topic.next() => self.set(stamp_of(clock.message.clock)),
             }
         }
     }
 
-    fn tell(&self, now: Stamp) {
-        if let Some(told) = &self.told {
-            told.reading.send_modify(|reading| reading.tell(now));
+    fn set(&self, now: Stamp) {
+        if let Some(simulated) = &self.simulated {
+            simulated.reading.send_modify(|reading| reading.set(now));
         }
     }
 
-    /// The time; 0 before `/clock` has told it, as in ROS 2.
+    /// The time; 0 before the first message on `/clock`, as in ROS 2.
     #[must_use]
     pub fn now(&self) -> Time {
-        match &self.told {
+        match &self.simulated {
             None => wall_clock(),
-            Some(told) => {
-                let (sec, nanosec) = told.reading.borrow().now.unwrap_or_default().secs_nanos();
+            Some(simulated) => {
+                let (sec, nanosec) =
+                    simulated.reading.borrow().now.unwrap_or_default().secs_nanos();
                 Time { sec, nanosec }
             }
         }
     }
 
-    /// The time for measuring how long something takes: it stands still while `/clock` does, and runs on after a jump
+    /// The time for measuring how long something takes: it stops while `/clock` does, and runs on after a jump
     /// back.
     #[must_use]
     pub fn instant(&self) -> Instant {
-        match &self.told {
+        match &self.simulated {
             None => Instant::now(),
-            Some(told) => {
-                let progress = told.reading.borrow().progress;
-                told.origin.checked_add(progress).unwrap_or(told.origin)
+            Some(simulated) => {
+                let progress = simulated.reading.borrow().progress;
+                simulated.origin.checked_add(progress).unwrap_or(simulated.origin)
             }
         }
     }
 
-    /// Waits for so long.
+    /// Waits for this long.
     pub async fn sleep(&self, duration: Duration) {
-        match &self.told {
+        match &self.simulated {
             None => tokio::time::sleep(duration).await,
-            Some(told) => {
-                let mut readings = told.reading.subscribe();
+            Some(simulated) => {
+                let mut readings = simulated.reading.subscribe();
                 let until = readings.borrow().progress.saturating_add(duration);
                 // The sender lives as long as the clock.
                 let _ = readings.wait_for(|reading| reading.progress >= until).await;
@@ -127,13 +128,13 @@ impl NodeClock {
     /// Jumps back from now on.
     #[must_use]
     pub fn jumps(&self) -> ClockJumps {
-        let readings = self.told.as_ref().map(|told| told.reading.subscribe());
+        let readings = self.simulated.as_ref().map(|simulated| simulated.reading.subscribe());
         let seen = readings.as_ref().map_or(0, |readings| readings.borrow().jumps);
         ClockJumps { readings, seen }
     }
 }
 
-/// Tells when a node's time has jumped back, as it does when a recording starts anew.
+/// Reports when a node's time has jumped back, as it does when a recording starts anew.
 #[derive(Debug)]
 pub struct ClockJumps {
     readings: Option<watch::Receiver<Reading>>,

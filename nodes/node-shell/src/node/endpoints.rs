@@ -3,18 +3,19 @@
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Weak};
 
-use msgs::{RosMessage, RosService};
+use msgs::{Domain, RosMessage, RosService};
 
 use super::Node;
 use crate::endpoints::gate::Gate;
-use crate::endpoints::publisher::{Outlet, Publisher, RawPublisher};
+use crate::endpoints::publisher::{Outlet, Publisher, RawPublisher, ValuePublisher};
 use crate::endpoints::raw_subscription::RawSubscription;
 use crate::endpoints::reader::{MakeReader, Reader};
 use crate::endpoints::service::Service;
-use crate::endpoints::subscription::Subscription;
+use crate::endpoints::subscription::{Subscription, ValueSubscription};
 use crate::endpoints::writer::{MakeWriter, Writer};
 use crate::graph::exchange::TopicKey;
 use crate::graph::inbox::Queue;
+use crate::graph::value::Incoming;
 use crate::graph::{OpenEndpoint, Role};
 use crate::settings::names;
 use crate::settings::qos::Qos;
@@ -41,6 +42,19 @@ impl Node {
         Ok(Publisher::new(self.outlet(topic, M::TYPE_NAME, qos, self.life.gate())?))
     }
 
+    /// A publisher of values, which are messages only for those who want them.
+    ///
+    /// # Errors
+    /// When the name is none, or the library refuses.
+    pub fn value_publisher<T: Domain>(
+        &self,
+        topic: &str,
+        qos: &Qos,
+    ) -> Result<ValuePublisher<T>, ShellError> {
+        let type_name = T::Message::TYPE_NAME;
+        Ok(ValuePublisher::new(self.outlet(topic, type_name, qos, self.life.gate())?))
+    }
+
     /// A publisher of what the node says of itself, whether it works or not.
     pub(crate) fn own_publisher<M: RosMessage>(
         &self,
@@ -63,8 +77,8 @@ impl Node {
         Ok(RawPublisher::new(self.outlet(topic, type_name, qos, self.life.gate())?))
     }
 
-    /// A subscription to messages of one type. What arrives while the node does not work is passed over, but for a topic
-    /// whose last messages are kept for those who come late: they come once.
+    /// A subscription to messages of one type. Messages that arrive while the node is inactive are ignored, except on a topic
+    /// whose last messages are latched: they come once.
     ///
     /// # Errors
     /// When the name is none, or the library refuses.
@@ -74,6 +88,18 @@ impl Node {
         qos: &Qos,
     ) -> Result<Subscription<M>, ShellError> {
         self.subscription_behind(self.gate_for(qos), (topic, M::TYPE_NAME), qos)
+    }
+
+    /// A subscription to values: as they were published in this process, or as messages.
+    ///
+    /// # Errors
+    /// When the name is none, or the library refuses.
+    pub fn value_subscription<T: Domain>(
+        &self,
+        topic: &str,
+        qos: &Qos,
+    ) -> Result<ValueSubscription<T>, ShellError> {
+        self.subscription_behind(self.gate_for(qos), (topic, T::Message::TYPE_NAME), qos)
     }
 
     /// A subscription to messages that are handed on as they are; `type_name` as `sensor_msgs/msg/LaserScan`.
@@ -90,17 +116,17 @@ impl Node {
         Ok(RawSubscription::new(messages))
     }
 
-    /// What is kept for those who come late comes once, and so at any time.
+    /// A latched message comes once, and so at any time.
     fn gate_for(&self, qos: &Qos) -> Gate {
         if qos.is_transient_local() { Gate::default() } else { self.life.gate() }
     }
 
-    pub(crate) fn subscription_behind<M: RosMessage>(
+    pub(crate) fn subscription_behind<I: Incoming>(
         &self,
         gate: Gate,
         (topic, type_name): (&str, &str),
         qos: &Qos,
-    ) -> Result<Subscription<M>, ShellError> {
+    ) -> Result<Subscription<I>, ShellError> {
         let absolute = self.resolve(topic)?;
         let dds_type = names::dds_type_name(type_name)?;
         let queue = Arc::new(Queue::new(qos.depth()));
@@ -112,13 +138,13 @@ impl Node {
                 Ok::<_, ShellError>(None)
             })?,
             Some(network) => {
-                let make = network.reader_maker::<M>(&absolute, &dds_type, qos);
+                let make = network.reader_maker::<I::Message>(&absolute, &dds_type, qos);
                 let first = self
                     .graph
                     .enter(id, (Role::Subscription, &absolute, &dds_type), || make().map(Some))
                     .map_err(|reason| endpoint_error("subscription", &absolute, reason))?;
                 let graph = self.graph.clone();
-                let remake: MakeReader<M> = Box::new(move || graph.renew(id, &make));
+                let remake: MakeReader<I::Message> = Box::new(move || graph.renew(id, &make));
                 first.map(|first| {
                     let reader =
                         Reader::new((&absolute, type_name), first, qos.is_reliable(), remake);

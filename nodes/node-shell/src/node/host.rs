@@ -44,7 +44,7 @@ impl Host {
         Ok(Self { transport: Some(transport), shutdown, max_waiting_cycles, ..Self::in_process() })
     }
 
-    /// A host on no network: its nodes have only each other. It needs no runtime, takes no signals, and
+    /// A host on no network: its nodes are connected only to each other. It needs no runtime, takes no signals, and
     /// what arrives depends on nothing but what was published.
     #[must_use]
     pub fn in_process() -> Self {
@@ -57,7 +57,7 @@ impl Host {
         }
     }
 
-    /// The same, with so many cycles that may wait before a node of it; live 2, on no network 50.
+    /// The same, with this many cycles that may wait before a node of it; live 2, on no network 50.
     #[must_use]
     pub fn with_max_waiting_cycles(self, max_waiting_cycles: usize) -> Self {
         Self { max_waiting_cycles: max_waiting_cycles.max(1), ..self }

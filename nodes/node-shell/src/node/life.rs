@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::endpoints::gate::Gate;
 pub use states::LifecycleState;
 
-/// Where a node is in its life. Clones share it. A node that nobody manages has no state, and works.
+/// Where a node is in its life. Clones share it. An unmanaged node has no state, and is always active.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Life {
     state: Arc<Mutex<Option<LifecycleState>>>,
@@ -20,12 +20,12 @@ impl Life {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What data have to pass.
+    /// The gate that data have to pass.
     pub(crate) fn gate(&self) -> Gate {
         self.gate.clone()
     }
 
-    /// The node is in another state. While it ends it goes on as it was: what waits is still worked off.
+    /// The node is in another state. While it shuts down it continues as before: waiting messages are still processed.
     pub(crate) fn enter(&self, state: LifecycleState) {
         match state {
             LifecycleState::Active => self.gate.open(),
@@ -35,7 +35,7 @@ impl Life {
         self.set(state);
     }
 
-    /// The node has started by itself, and was never closed to what came meanwhile.
+    /// The node has started by itself, and was never closed to messages in between.
     pub(crate) fn has_started(&self) {
         self.set(LifecycleState::Active);
     }

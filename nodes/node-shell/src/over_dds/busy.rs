@@ -12,10 +12,10 @@ async fn nothing_comes(subscription: &Subscription<Image>) {
     assert!(waited.is_err());
 }
 
-/// Regression: a node that found its messages waiting whenever it looked was held to hear nothing. While its memory
-/// grew by its own work its readers were made anew, and what came meanwhile was lost.
+/// Regression: a node that always found messages waiting was taken to receive nothing. While its memory
+/// grew by its own work its readers were created again, and messages in between were lost.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_reader_whose_messages_wait_for_a_busy_node_is_not_made_anew() {
+async fn a_reader_whose_messages_wait_for_a_busy_node_is_not_created_again() {
     let place = Place::new();
     let (driver, listener) = (place.node("driver"), place.node("listener"));
     {

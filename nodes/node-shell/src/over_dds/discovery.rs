@@ -5,7 +5,7 @@ use crate::wire::transport::free_domain::FreeDomain;
 
 /// The library finds twelve. Those beyond must find each other, too.
 const NODES: usize = 16;
-/// So many bits tell the nodes apart.
+/// This many bits distinguish the nodes.
 const BITS: u32 = NODES.ilog2();
 
 /// Every pair of nodes differs in at least one bit of its numbers. On that bit's topic one of the two

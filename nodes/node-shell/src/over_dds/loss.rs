@@ -1,16 +1,16 @@
-//! What the kernel drops is named, with the topics that suffer and the mend.
+//! Losses in the kernel are named, with the topics that suffer and the fix.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::*;
 
-/// A loss is told of within two seconds; a busy machine takes its time to send, to lose and to report.
+/// A loss is reported within two seconds; a busy machine takes its time to send, to lose and to report.
 const LATEST: Duration = Duration::from_secs(8);
 /// Many times what the listener can receive at once.
 const LARGE: usize = 2_000_001;
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_loss_is_told_of_within_two_seconds_while_small_messages_arrive() {
+async fn a_loss_is_reported_within_two_seconds_while_small_messages_arrive() {
     let mut place = Place::new();
     let (driver, observer) = (place.node("driver"), place.node("observer"));
     place.transport = place.transport.clone().with_receive_buffer(208 << 10);
@@ -29,7 +29,7 @@ async fn a_loss_is_told_of_within_two_seconds_while_small_messages_arrive() {
         let own_name = listener.full_name();
         let image = Arc::new(odd_image(LARGE));
         let mut first_loss = None;
-        let told = soon("the report of a loss", async {
+        let reported = soon("the report of a loss", async {
             let mut bursts = tokio::time::interval(Duration::from_millis(500));
             let mut ticks = tokio::time::interval(Duration::from_millis(25));
             loop {
@@ -55,12 +55,12 @@ async fn a_loss_is_told_of_within_two_seconds_while_small_messages_arrive() {
         })
         .await;
         let within = first_loss.unwrap().elapsed();
-        println!("told of after {within:?}: {told}");
+        println!("reported after {within:?}: {reported}");
         assert!(within < LATEST, "{within:?}");
         for part in
             ["208 KiB", images.topic(), "compressed topics still arrive", "STILLMAP_RECEIVE"]
         {
-            assert!(told.contains(part), "{told}");
+            assert!(reported.contains(part), "{reported}");
         }
         assert!(scans.received_count() > 0, "small messages arrive");
     }

@@ -1,4 +1,4 @@
-//! Peers that do not fit stand in the diagnostics as long as they are there.
+//! Peers that do not fit are in the diagnostics as long as they are there.
 
 use msgs::diagnostic_msgs::KeyValue;
 

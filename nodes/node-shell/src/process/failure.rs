@@ -1,4 +1,4 @@
-//! What ends a node's body.
+//! The failure of a node's body.
 
-/// What a node's body may fail with.
+/// The error of a node's body.
 pub type NodeFailure = Box<dyn std::error::Error + Send + Sync>;

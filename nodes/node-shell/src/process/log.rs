@@ -1,5 +1,5 @@
-//! What a node prints: lines on stderr in the form that ROS 2 tools know; nodes on a network tell them on `/rosout`, too,
-//! and a file has them where `ROS_LOG_DIR` is set.
+//! The log of a node: lines on stderr in the form that ROS 2 tools know; nodes on a network publish them on `/rosout`, too,
+//! and a file contains them where `ROS_LOG_DIR` is set.
 //!
 //! `[INFO] [1731140000.123456789] [detection]: text`
 
@@ -24,7 +24,7 @@ pub(crate) use rosout_lines::NodeLines;
 use rosout_lines::RosoutLayer;
 
 /// The DDS library warns once a datagram above 1500 bytes, some 80 lines a cloud; the client library
-/// tells of every topic that it creates. On a machine without a default route the DDS library calls it an
+/// logs every topic that it creates. On a machine without a default route the DDS library calls it an
 /// error, at its end, that there is no multicast group to leave.
 const QUIET_LIBRARIES: &str =
     "rustdds=error,rustdds::network::udp_listener=off,ros2_client=error,mio=error";
@@ -34,13 +34,13 @@ const QUIET_LIBRARIES: &str =
 pub enum LogLevel {
     /// For those who look for a fault.
     Debug,
-    /// What goes as it should.
+    /// Normal operation.
     Info,
-    /// What may be wrong.
+    /// Possible problems.
     Warn,
-    /// What is wrong.
+    /// Errors.
     Error,
-    /// What ends the program; ROS 2 tells it from [`LogLevel::Error`], this suite does not.
+    /// Errors that end the program; ROS 2 distinguishes them from [`LogLevel::Error`], this suite does not.
     Fatal,
 }
 

@@ -21,14 +21,14 @@ const OVERSHOOT: u64 = 4;
 /// `EX_SOFTWARE` of `sysexits.h`: who starts the process again does so on any code but 0.
 const EXIT_CODE: i32 = 70;
 
-/// The resident memory of this process, where the system tells.
+/// The resident memory of this process, where the system reports it.
 pub(crate) fn resident_bytes() -> Option<u64> {
     let statm = std::fs::read_to_string("/proc/self/statm").ok()?;
     let pages: u64 = statm.split_whitespace().nth(1)?.parse().ok()?;
     Some(pages.saturating_mul(rustix::param::page_size() as u64))
 }
 
-/// The ceiling of this process; `None` where there is none, or where the system does not tell what there is.
+/// The ceiling of this process; `None` where there is none, or where the system does not report the memory.
 ///
 /// # Errors
 /// When the variable is no number of MiB.
@@ -60,7 +60,7 @@ fn ceiling(wanted: Option<&str>, machine: &str, container: &str) -> Result<Optio
 /// that it is started again.
 ///
 /// # Errors
-/// When there is no thread to be had.
+/// When no thread can be started.
 pub(crate) fn keep_below(ceiling_bytes: u64, shutdown: &Shutdown) -> std::io::Result<()> {
     let shutdown = shutdown.downgrade();
     let body = move || {

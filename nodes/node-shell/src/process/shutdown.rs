@@ -1,4 +1,4 @@
-//! The end of a node: asked for by a signal or by the program, seen by every task.
+//! The end of a node: requested by a signal or by the program, seen by every task.
 
 use std::sync::{Arc, OnceLock, Weak};
 
@@ -35,7 +35,7 @@ impl Default for Shutdown {
 }
 
 impl Shutdown {
-    /// One that nobody has asked for yet.
+    /// One that is not requested yet.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -65,13 +65,13 @@ impl Shutdown {
         self.state.failure.get().map(String::as_str)
     }
 
-    /// Whether the end was asked for.
+    /// Whether the end was requested.
     #[must_use]
     pub fn is_triggered(&self) -> bool {
         *self.state.asked.borrow()
     }
 
-    /// Waits until the end is asked for; returns at once when it was.
+    /// Waits until the end is requested; returns at once when it was.
     pub async fn wait(&self) {
         // The sender lives in `self`, so the channel cannot close under the wait.
         let _ = self.state.asked.subscribe().wait_for(|asked| *asked).await;

@@ -8,7 +8,7 @@ use std::path::Path;
 /// finds half a file, and what had the name before is lost only to a whole one, also when the power fails.
 ///
 /// # Errors
-/// When the folder is not there, may not be written, or is full; what had the name has it still.
+/// When the folder is not there, may not be written, or is full; a previous file of that name is kept.
 pub fn write_whole_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(".part");
@@ -20,7 +20,7 @@ pub fn write_whole_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     };
     let written = write();
     if written.is_err() {
-        // What is left of it helps nobody; that it cannot be removed says no more than the error.
+        // The partial file is useless; a failure to remove it adds nothing to the error.
         let _ = fs::remove_file(&temporary);
         return written;
     }

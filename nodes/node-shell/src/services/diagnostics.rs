@@ -1,5 +1,5 @@
 //! The node's report about itself on `/diagnostics`: once a second, and at once when a peer comes or
-//! goes; with what is not as it should be, and its mend.
+//! goes; with the problems, and the fix of each.
 
 mod findings;
 mod loss;
@@ -57,7 +57,7 @@ impl Diagnostics {
             let findings = Findings {
                 silent: if idle.is_none() { silent(&matches, &snapshot) } else { Vec::new() },
                 idle,
-                // Who does nothing waits for nobody.
+                // An idle node waits for nothing.
                 missing: if idle.is_none() { missing(&matches, &snapshot) } else { Vec::new() },
                 troubles: self.graph.troubles(),
                 loss: loss.cloned(),
@@ -78,11 +78,8 @@ impl Diagnostics {
 
             let ceased: Vec<&str> = findings.silent.iter().map(|one| one.topic).collect();
             if silent_warning.is_due(&ceased, reported) {
-                let told: Vec<String> = findings.silent.iter().map(Silent::to_string).collect();
-                tracing::warn!(
-                    "{}; what publishes it has paused, stopped or died",
-                    told.join(", ")
-                );
+                let texts: Vec<String> = findings.silent.iter().map(Silent::to_string).collect();
+                tracing::warn!("{}; its publisher has paused, stopped or died", texts.join(", "));
             }
 
             last = (reported, snapshot);
@@ -145,7 +142,7 @@ impl Diagnostics {
         }
     }
 
-    /// What the process can receive, and what it lost.
+    /// The receive limits of the process, and its losses.
     fn receiving(&self, findings: &Findings<'_>) -> Vec<KeyValue> {
         let granted = self.health.granted_buffer();
         let mut values = vec![

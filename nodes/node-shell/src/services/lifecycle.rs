@@ -1,7 +1,7 @@
 //! Managed nodes: others bring a node up, let it pause, and end it.
 //!
-//! A node that does not work keeps its endpoints. What arrives meanwhile is passed over, but for topics that keep their
-//! last message for those who come late: they tell it once. Nothing is published but what the node says of itself:
+//! An inactive node keeps its endpoints. Messages that arrive meanwhile are ignored, except on topics that keep their
+//! last message for late subscribers: these deliver it once. Nothing is published but the node's own state:
 //! `/diagnostics`, `/parameter_events`, `/rosout`, its transitions. Publishers and subscriptions see to that; the node's
 //! body has to say only how it drops its state, and must leave alone what it does by a timer.
 
@@ -36,7 +36,7 @@ impl Node {
 #[derive(Debug)]
 pub struct Lifecycle {
     life: Life,
-    /// None on a node that is on no network: nobody manages it there.
+    /// None on a node that is on no network: it is not managed there.
     resets: Option<mpsc::Receiver<Reset>>,
 }
 
@@ -52,8 +52,8 @@ impl Lifecycle {
         self.life.gate().is_open()
     }
 
-    /// Waits until the node is to drop what it holds, and be as it was at its start. The transition ends when what comes
-    /// back is dropped. May be dropped while waiting.
+    /// Waits until the node is to drop what it holds, and be as it was at its start. The transition ends when the value that is
+    /// returned is dropped. May be dropped while waiting.
     pub async fn reset(&mut self) -> Reset {
         if let Some(resets) = &mut self.resets
             && let Some(reset) = resets.recv().await
@@ -74,7 +74,7 @@ pub struct Reset {
 impl Drop for Reset {
     fn drop(&mut self) {
         if let Some(done) = self.done.take() {
-            // Who asked may have gone.
+            // The client may have gone.
             let _ = done.send(());
         }
     }

@@ -1,4 +1,4 @@
-//! What an odometry publishes of each pose: `pose`, `odom`, `/tf` and `path`.
+//! The output of an odometry for each pose: `pose`, `odom`, `/tf` and `path`.
 
 use std::collections::VecDeque;
 
@@ -19,7 +19,7 @@ use crate::wire::error::ShellError;
 const POSES_KEPT: usize = 100;
 /// A path is sent no more often: it grows with each pose.
 const PATH_PERIOD_S: f64 = 1.0;
-/// The variance of a velocity that nothing is known of, in m^2/s^2 and rad^2/s^2: nobody is as fast as its root.
+/// The variance of an unknown velocity, in m^2/s^2 and rad^2/s^2: no platform is as fast as its root.
 const UNKNOWN_VARIANCE: f64 = 1e4;
 
 /// The frames of an odometry (REP 105).
@@ -43,10 +43,10 @@ pub struct PublishedPose<'a> {
     /// Of that, as REP 103 and `geometry_msgs/PoseWithCovariance` have it: the shift along the axes of the odom frame, the
     /// turn about them at the rig.
     pub covariance: &'a Matrix6<f64>,
-    /// What one pose is off by on its own, along the axes of the rig: the error of the velocity between two of them.
+    /// The independent error of one pose, along the axes of the rig: the error of the velocity between two of them.
     pub covariance_in_base: &'a Matrix6<f64>,
-    /// Where the odom frame is in the map, where that is known: `pose` and `path` are in the map's frame then, and `/tf` tells
-    /// of it.
+    /// Where the odom frame is in the map, where that is known: `pose` and `path` are in the map's frame then, and `/tf` has
+    /// it.
     pub map_from_odom: Option<&'a Isometry3<f64>>,
 }
 
@@ -95,7 +95,7 @@ impl OdometryOutput {
         (self.path.len(), self.path_poses)
     }
 
-    /// What was known of the motion is not any more: the next pose has no velocity.
+    /// The motion is unknown from now on: the next pose has no velocity.
     pub fn interrupt(&mut self) {
         self.last = None;
     }

@@ -1,4 +1,4 @@
-//! What a node does beside its body: it follows `/clock`, reports about itself, and tells its log.
+//! The tasks of a node beside its body: it follows `/clock`, publishes diagnostics, and publishes its log.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::wire::error::ShellError;
 const DIAGNOSTICS: &str = "/diagnostics";
 
 impl Node {
-    /// On no network nobody tells the time: nodes that are driven there go by the stamps of the data alone.
+    /// Without a network there is no clock: nodes that are driven there use the stamps of the data alone.
     pub(crate) fn start_clock(&self) -> Result<(), ShellError> {
         let Some(network) = self.network().filter(|_| self.switches().use_sim_time) else {
             return Ok(());
@@ -32,7 +32,7 @@ impl Node {
         Ok(())
     }
 
-    /// A node on no network has nobody to report to.
+    /// A node on no network does not report.
     pub(crate) fn start_diagnostics(&self) -> Result<(), ShellError> {
         let Some(network) = self.network() else { return Ok(()) };
         let diagnostics = Diagnostics {
@@ -48,10 +48,10 @@ impl Node {
         Ok(())
     }
 
-    /// Tells the node's log to the graph.
+    /// Publishes the node's log.
     pub(crate) fn start_rosout(&self) -> Result<(), ShellError> {
-        let is_told = self.log_outputs().rosout;
-        let Some(network) = self.network().filter(|_| is_told) else { return Ok(()) };
+        let is_published = self.log_outputs().rosout;
+        let Some(network) = self.network().filter(|_| is_published) else { return Ok(()) };
         let Some(lines) = NodeLines::of(self.name()) else { return Ok(()) };
         // Reliable and kept, as ROS 2 has it: it fits every subscriber.
         let qos = Qos::new(true, true, rosout::LINES_KEPT);

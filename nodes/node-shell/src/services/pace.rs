@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// After so many cycles without a drop a stage keeps up again: seven seconds of the RPLIDAR A1.
+/// After this many cycles without a drop a stage keeps up again: seven seconds of the RPLIDAR A1.
 const CYCLES_TO_RECOVER: u32 = 50;
 
 /// How a stage keeps up.

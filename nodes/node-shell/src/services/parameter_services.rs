@@ -1,4 +1,4 @@
-//! The services by which others read and set a node's parameters, and `/parameter_events`, on which it tells of changes.
+//! The services by which others read and set a node's parameters, and `/parameter_events`, on which it publishes changes.
 //!
 //! Parameters are set as a whole: what the node's `validate` does not accept, or what may not change while the node runs,
 //! is refused with the reason, and nothing changes. The node gets the new parameters between two of its steps.
@@ -32,7 +32,7 @@ const EVENTS: &str = "/parameter_events";
 /// Events that a subscriber may be behind, as ROS 2 has it.
 const EVENTS_KEPT: usize = 1000;
 
-/// What each parameter of a node is, those of every node included.
+/// The declaration of each parameter of a node, those of every node included.
 ///
 /// # Errors
 /// When the struct cannot be written as parameters.
@@ -43,7 +43,7 @@ pub fn descriptors<P: NodeParameters>() -> Result<Vec<ParameterDescriptor>, Para
 /// The parameters of a running node.
 #[derive(Debug)]
 pub struct LiveParameters<P> {
-    /// None on a node that is on no network: nobody sets anything there.
+    /// None on a node that is on no network: nothing is set there.
     changes: Option<watch::Receiver<P>>,
 }
 
@@ -67,7 +67,7 @@ impl Node {
     /// Lets others read the node's parameters and set those that may change, as long as the node runs; logs their values.
     ///
     /// # Errors
-    /// When a name is none, or the library refuses.
+    /// When a name is invalid, or the library refuses.
     pub fn serve_parameters<P: NodeParameters>(
         &self,
         parameters: &P,
@@ -135,8 +135,9 @@ impl<P: NodeParameters> ParameterServices<P> {
             set,
             set_atomically,
         } = self;
-        let teller = Teller { node_name, clock, changes, events };
-        teller.tell(ParameterEvent { new_parameters: store.all(), ..ParameterEvent::default() });
+        let publisher = ChangePublisher { node_name, clock, changes, events };
+        publisher
+            .publish(ParameterEvent { new_parameters: store.all(), ..ParameterEvent::default() });
         let failed = Throttle::for_warnings();
         futures::pin_mut!(stop);
         loop {
@@ -160,11 +161,11 @@ impl<P: NodeParameters> ParameterServices<P> {
                 }
                 request = set.next() => {
                     let each = request.message.parameters.iter().map(std::slice::from_ref);
-                    let results = each.map(|one| teller.set(&mut store, one)).collect();
+                    let results = each.map(|one| publisher.set(&mut store, one)).collect();
                     answer(&failed, request, &SetParametersResponse { results });
                 }
                 request = set_atomically.next() => {
-                    let result = teller.set(&mut store, &request.message.parameters);
+                    let result = publisher.set(&mut store, &request.message.parameters);
                     answer(&failed, request, &SetParametersAtomicallyResponse { result });
                 }
             }
@@ -172,15 +173,15 @@ impl<P: NodeParameters> ParameterServices<P> {
     }
 }
 
-/// Tells the node and the others what has changed.
-struct Teller<P> {
+/// Informs the node and the graph of changes.
+struct ChangePublisher<P> {
     node_name: String,
     clock: NodeClock,
     changes: watch::Sender<P>,
     events: Publisher<ParameterEvent>,
 }
 
-impl<P: NodeParameters> Teller<P> {
+impl<P: NodeParameters> ChangePublisher<P> {
     fn set(&self, store: &mut Store<P>, wanted: &[Parameter]) -> SetParametersResult {
         match store.set(wanted) {
             Ok(none) if none.is_empty() => {
@@ -190,14 +191,14 @@ impl<P: NodeParameters> Teller<P> {
                 let names: Vec<_> = wanted.iter().map(|one| one.name.as_str()).collect();
                 tracing::info!("parameters were set: {}", names.join(", "));
                 self.changes.send_replace(store.parameters().clone());
-                self.tell(ParameterEvent { changed_parameters, ..ParameterEvent::default() });
+                self.publish(ParameterEvent { changed_parameters, ..ParameterEvent::default() });
                 SetParametersResult { successful: true, reason: String::new() }
             }
             Err(reason) => SetParametersResult { successful: false, reason },
         }
     }
 
-    fn tell(&self, event: ParameterEvent) {
+    fn publish(&self, event: ParameterEvent) {
         let node = self.node_name.clone();
         self.events.publish_or_warn(ParameterEvent { stamp: self.clock.now(), node, ..event });
     }

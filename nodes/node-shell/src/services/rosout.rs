@@ -8,7 +8,7 @@ use crate::process::log::NodeLines;
 
 /// The topic, of all nodes.
 pub(crate) const TOPIC: &str = "/rosout";
-/// Lines that those who come late still get. ROS 2 keeps a thousand for ten seconds; lines are few here.
+/// Lines that late subscribers still get. ROS 2 keeps a thousand for ten seconds; lines are few here.
 pub(crate) const LINES_KEPT: usize = 100;
 
 /// Publishes the lines until `stop` resolves, with the node's own time.

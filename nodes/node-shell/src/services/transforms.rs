@@ -1,5 +1,5 @@
-//! tf: the tree of frames as it is heard on `/tf_static` and `/tf`, the transforms that it gives, and what a node tells of
-//! frames itself.
+//! tf: the tree of frames as received on `/tf_static` and `/tf`, the transforms that it gives, and the transforms that a node
+//! publishes itself.
 
 mod broadcaster;
 mod error;

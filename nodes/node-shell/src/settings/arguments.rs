@@ -18,9 +18,9 @@ pub enum ParameterSource {
     File(PathBuf),
     /// A parameter file that the program has in itself.
     Text {
-        /// What messages call it.
+        /// Its name in messages.
         name: String,
-        /// What it says.
+        /// Its text.
         yaml: String,
     },
     /// `-p [node:]name:=value`.
@@ -34,20 +34,20 @@ pub enum ParameterSource {
     },
 }
 
-/// What stood on the command line.
+/// The text on the command line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct RosArguments {
     /// Remappings of topics and services, in order.
     pub remappings: Vec<RemapRule>,
     /// Sources of parameter values, in order.
     pub parameters: Vec<ParameterSource>,
-    /// What to log.
+    /// The log level.
     pub log: Vec<LogDirective>,
-    /// Where to.
+    /// The target.
     pub outputs: LogOutputs,
-    /// What stood outside `--ros-args ... --`, for the program itself.
+    /// The arguments outside `--ros-args ... --`, for the program itself.
     pub own: Vec<String>,
-    /// What was accepted and changes nothing here, as it stood.
+    /// Arguments that are accepted and without effect here, as given.
     pub without_effect: Vec<String>,
     node_names: Vec<RemapRule>,
     namespaces: Vec<RemapRule>,
@@ -104,7 +104,7 @@ impl RosArguments {
         Ok(parsed)
     }
 
-    /// Who the node is that the program calls `default_name`. As in ROS 2 a rule `node:__ns:=` is for the name that the
+    /// The identity of the node that the program calls `default_name`. As in ROS 2 a rule `node:__ns:=` is for the name that the
     /// node has by then, after `__node`.
     ///
     /// # Errors
@@ -121,7 +121,7 @@ impl RosArguments {
     }
 
     /// Says in the log what was accepted and changes nothing.
-    pub fn tell_without_effect(&self) {
+    pub fn warn_of_options_without_effect(&self) {
         for argument in &self.without_effect {
             tracing::info!("the ROS argument `{argument}` has no effect here");
         }
@@ -269,7 +269,7 @@ impl RosArguments {
     }
 }
 
-/// Takes the `node:` off the front of `node:name`; a `:` cannot stand in a name, but in its scheme.
+/// Takes the `node:` off the front of `node:name`; a `:` cannot be in a name, but in its scheme.
 fn split_node(left: &str) -> (Option<String>, &str) {
     match left.split_once(':') {
         Some((_, rest)) if rest.starts_with("//") => (None, left),

@@ -13,13 +13,13 @@ const LONGEST_NAME: usize = 247;
 pub struct NameError {
     /// The name.
     pub name: String,
-    /// What it should have been.
+    /// The kind of name.
     pub kind: &'static str,
     /// What is wrong with it, and what is accepted.
     pub reason: &'static str,
 }
 
-/// Who a node is: its name and the namespace that it stands in.
+/// The identity of a node: its name and its namespace.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct NodeIdentity {
     name: String,
@@ -59,7 +59,7 @@ impl NodeIdentity {
         join(&self.namespace, &self.name)
     }
 
-    /// The absolute form of a topic name: relative names stand in the namespace, those that start
+    /// The absolute form of a topic name: relative names are in the namespace, those that start
     /// with `~/` under the node's own name; `{node}`, `{ns}` and `{namespace}` are filled in.
     ///
     /// # Errors
@@ -150,7 +150,7 @@ impl NodeIdentity {
     }
 }
 
-/// What a rule may rename.
+/// The kind of name that a rule changes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum RemapKind {
     /// Topics and services: `from:=to`.
@@ -164,7 +164,7 @@ pub enum RemapKind {
 /// One `from:=to` of the command line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct RemapRule {
-    /// What it may rename.
+    /// The kind of name that it changes.
     pub kind: RemapKind,
     /// The node that the rule is for; all of the process where it is absent.
     pub node: Option<String>,

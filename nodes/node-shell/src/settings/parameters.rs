@@ -1,13 +1,13 @@
 //! Parameters as a typed struct: `P::default()` holds every default there is, a parameter file and the
-//! command line lay values over it, and what does not fit is an error that names the key, where it
-//! stood and what is accepted.
+//! command line override them, and a value that does not fit is an error that names the key, where it
+//! was given and what is accepted.
 //!
 //! Nested structs are groups: field `edge_m` of field `voxel` is the parameter `voxel.edge_m`, in a
 //! file either written so or nested. A field must not hide itself while serialised
 //! (`skip_serializing_if`), or it would be unknown.
 //!
-//! A section that names the node must have what the node knows. One for several nodes, as `/**`, has what the others know,
-//! too: what this one does not know of it is passed over, and told of in the log.
+//! A section that names the node has parameters of the node only. One for several nodes, as `/**`, may have those of
+//! others: this one ignores them, and lists them in the log.
 
 mod declared;
 mod error;
@@ -29,10 +29,12 @@ use crate::settings::arguments::ParameterSource;
 use crate::settings::names::NodeIdentity;
 pub use declared::{DeclaredParameter, declared};
 pub use error::{ParameterError, ValueOrigin};
-pub use node_parameters::{NoParameters, NodeParameters, Range};
+pub use node_parameters::{NoParameters, NodeParameters};
 pub(crate) use overlay::Overlay;
 pub(crate) use text::help;
-pub use text::{accepted_numbers, meaning, parameter_file, type_name};
+pub use text::{
+    SharedParameters, accepted_numbers, meaning, parameter_file, shared_parameter_file, type_name,
+};
 
 /// The parameter by which ROS 2 switches a node to simulated time.
 pub(crate) const USE_SIM_TIME: &str = "use_sim_time";
@@ -136,6 +138,7 @@ where
     P: Serialize + DeserializeOwned + Default,
 {
     let mut overlay = Overlay::<P>::new()?;
+    let mut ignored = Vec::new();
     for_each_value(full_name, short_name, sources, |given| {
         if overlay.has(&given.key) {
             return overlay.set(&given.key, given.value, given.origin);
@@ -143,15 +146,18 @@ where
         if Switches::default().of(&given.key).is_some() {
             return truth(&given).map(|_| ());
         }
-        let unknown = overlay.unknown(&given.key, given.origin);
         if given.is_for_it_alone {
-            return Err(unknown);
+            return Err(overlay.unknown(&given.key, given.origin));
         }
-        tracing::info!(
-            "{unknown} It stands in a section for several nodes; {full_name} passes it over"
-        );
+        ignored.push(given.key);
         Ok(())
     })?;
+    if !ignored.is_empty() {
+        tracing::info!(
+            "{full_name} has no parameters {}; ignored, since they are in sections for several nodes",
+            ignored.join(", ")
+        );
+    }
     Ok(overlay.finish())
 }
 

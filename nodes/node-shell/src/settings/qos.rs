@@ -47,13 +47,13 @@ impl Qos {
         Self::new(true, false, depth)
     }
 
-    /// For maps: reliable, and the last one is there for those who come late (REP-2003).
+    /// For maps: reliable, and the last one is there for late subscribers (REP-2003).
     #[must_use]
     pub const fn latched() -> Self {
         Self::new(true, true, 1)
     }
 
-    /// Any profile, as a recording tells it.
+    /// Any profile, as a recording states it.
     #[must_use]
     pub const fn new(reliable: bool, transient_local: bool, depth: usize) -> Self {
         Self { reliable, transient_local, depth: if depth == 0 { 1 } else { depth } }
@@ -65,7 +65,7 @@ impl Qos {
         self.reliable
     }
 
-    /// Whether those who come late get the last samples.
+    /// Whether late subscribers get the last samples.
     #[must_use]
     pub const fn is_transient_local(&self) -> bool {
         self.transient_local

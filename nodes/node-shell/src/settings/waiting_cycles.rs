@@ -1,12 +1,12 @@
 //! How many cycles may wait before a node that takes longer for one than the scanner.
 //!
-//! Live, the newest data count: what waits is old when it is done, and a node that is asked to end would have to work it off. For a
+//! Live, the newest data count: a waiting cycle is old when it is processed, and a node that is to end would have to process it. For a
 //! recording every cycle counts, and its player can be paced.
 
 /// The variable that names another number.
 pub(crate) const VARIABLE: &str = "STILLMAP_MAX_WAITING_CYCLES";
 
-/// What may wait live: the next one, and one more for a step that takes longer once.
+/// The cycles that may wait live: the next one, and one more for a step that takes longer once.
 const LIVE: usize = 2;
 
 /// Where each cycle counts: seven seconds of the RPLIDAR A1.

@@ -1,7 +1,7 @@
-//! The bytes of a message on their way in, whatever its type.
+//! The bytes of a received message, whatever its type.
 //!
-//! The client library decodes what arrives, and tells nobody the bytes. So a message is "decoded" here into the
-//! very bytes of its body. What the library keeps to itself is their order: they are taken for little-endian, which is
+//! The client library decodes each message, and does not give out the bytes. So a message is "decoded" here into the
+//! very bytes of its body. The library does not give out their order: they are taken for little-endian, which is
 //! what ROS 2 sends on all machines that it supports.
 
 use std::fmt;

@@ -1,4 +1,4 @@
-//! What can go wrong in starting a node and its endpoints, and in publishing.
+//! The errors of starting a node and its endpoints, and of publishing.
 
 use crate::settings::arguments::ArgumentError;
 use crate::settings::names::NameError;
@@ -38,17 +38,17 @@ pub enum ShellError {
     Join {
         /// Where it was to join.
         transport: String,
-        /// What the library says.
+        /// The library's error.
         reason: String,
     },
     /// A publisher or subscription could not be created.
     #[error("the {endpoint} on {topic} could not be created: {reason}")]
     Endpoint {
-        /// What it was to be.
+        /// The kind of endpoint.
         endpoint: &'static str,
         /// Its topic.
         topic: String,
-        /// What the library says.
+        /// The library's error.
         reason: String,
     },
     /// The node was closed already.
@@ -107,7 +107,7 @@ pub enum PublishError {
     /// A reliable subscriber is too far behind.
     #[error(
         "a message for {topic} was not taken: a reliable subscriber has not acknowledged the earlier \
-         ones; it may have died, and is given up within 50 s"
+         ones; it may have died, and is dropped within 50 s"
     )]
     NotAcknowledged {
         /// The topic.
@@ -118,7 +118,7 @@ pub enum PublishError {
     Library {
         /// The topic.
         topic: String,
-        /// What it says.
+        /// The error's text.
         reason: String,
     },
 }

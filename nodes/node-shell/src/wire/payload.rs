@@ -1,4 +1,4 @@
-//! The bytes of a message on their way out, whatever its type.
+//! The bytes of a message to send, whatever its type.
 //!
 //! The client library takes values that implement `Serialize` and encodes them itself, without padding
 //! the end. A message that is sent in fragments must be padded to a multiple of four bytes, or Cyclone
@@ -10,7 +10,7 @@ use serde::ser::{Serialize, SerializeTuple, Serializer};
 
 /// Length of the encapsulation header in front of the body.
 const HEADER: usize = 4;
-/// What the length of a body must be a multiple of.
+/// The length of a body must be a multiple of this.
 const ALIGNMENT: usize = 4;
 /// Bytes of one word of the tuple.
 const WORD: usize = 16;
@@ -145,7 +145,7 @@ mod tests {
 
     use super::*;
 
-    /// What the client library sends.
+    /// The bytes that the client library sends.
     fn encode(payload: &Payload) -> Vec<u8> {
         CDRSerializerAdapter::<Payload>::to_bytes(payload).unwrap().to_vec()
     }

@@ -37,7 +37,7 @@ pub(crate) use library_threads::LibraryThreads;
 /// The group that DDS uses for multicast.
 const MULTICAST_GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
-/// What a socket is asked to buffer. A sample is sent as one unpaced burst, so this is the size of the
+/// The receive buffer that is requested of a socket. A sample is sent as one unpaced burst, so this is the size of the
 /// largest message: a cloud of 307,200 points has 4.9 to 9.8 MB.
 pub(crate) const WANTED_RECEIVE_BUFFER: usize = 32 << 20;
 
@@ -45,7 +45,7 @@ pub(crate) const WANTED_RECEIVE_BUFFER: usize = 32 << 20;
 /// kernel's `int` holds when doubled.
 const RECEIVE_BUFFER_BYTES: std::ops::RangeInclusive<usize> = 64 << 10..=(1 << 30) - 1024;
 
-/// How far a node looks for others by itself, as `ROS_AUTOMATIC_DISCOVERY_RANGE` tells. Static peers
+/// How far a node looks for others by itself, as `ROS_AUTOMATIC_DISCOVERY_RANGE` sets it. Static peers
 /// come on top.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum DiscoveryRange {
@@ -78,10 +78,10 @@ pub struct Transport {
 }
 
 impl Transport {
-    /// What the environment says: `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`,
+    /// The settings of the environment: `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`,
     /// `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_STATIC_PEERS` as in ROS 2;
     /// `STILLMAP_INTERFACES` (names or addresses of the network interfaces to use, separated by
-    /// commas) and `STILLMAP_RECEIVE_BUFFER_KIB` (what a socket is asked to buffer).
+    /// commas) and `STILLMAP_RECEIVE_BUFFER_KIB` (the receive buffer requested of a socket).
     ///
     /// # Errors
     /// When one of them has a value that is not understood.
@@ -139,7 +139,7 @@ impl Transport {
         Self { interfaces: interfaces.into_iter().map(str::to_owned).collect(), ..self }
     }
 
-    /// The same, with sockets that are asked to buffer so many bytes; from 64 KiB to 1 GiB.
+    /// The same, with sockets that are asked to buffer this many bytes; from 64 KiB to 1 GiB.
     #[must_use]
     pub fn with_receive_buffer(self, bytes: usize) -> Self {
         let receive_buffer =

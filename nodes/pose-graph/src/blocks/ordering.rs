@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 /// The order, and which blocks of the factor may differ from zero.
 #[derive(Clone, Debug)]
 pub(super) struct Symbolic {
-    /// The how manyth each node is eliminated.
+    /// The position of each node in the order of elimination.
     pub(super) place: Vec<usize>,
     /// Below the diagonal of each column, in the order of elimination: the rows, ascending.
     pub(super) rows: Vec<Vec<usize>>,
@@ -14,8 +14,8 @@ pub(super) struct Symbolic {
 }
 
 impl Symbolic {
-    /// Minimum degree: whoever is tied to the fewest goes first, of equal ones that of the smallest index; those it was
-    /// tied to are tied to each other then.
+    /// Minimum degree: the node connected to the fewest is eliminated first, of equal ones that of the smallest index; its
+    /// neighbours are connected to each other then.
     pub(super) fn new(nodes: usize, pairs: &[(usize, usize)]) -> Self {
         let mut tied: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); nodes];
         for &(one, other) in pairs {

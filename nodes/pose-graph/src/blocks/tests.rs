@@ -74,7 +74,7 @@ fn a_chain_and_a_ring_leave_few_blocks() {
     // Around a ring, and with a chord, each elimination ties two others at most.
     let ring = BlockSystem::new(100, chain(100).chain([(0, 99), (20, 70)]));
     assert!(ring.factor_blocks() < 205, "{}", ring.factor_blocks());
-    // A star: whoever is tied to all goes last.
+    // A star: the node connected to all is last.
     let star = BlockSystem::new(50, (1..50).map(|node| (0, node)));
     assert_eq!(star.factor_blocks(), 49);
 }
@@ -99,7 +99,7 @@ fn what_is_not_positive_definite_has_no_solution() {
 }
 
 #[test]
-fn what_is_tied_to_nobody_that_is_there_is_passed_over() {
+fn ties_to_nodes_that_do_not_exist_are_ignored() {
     let mut blocks = BlockSystem::new(2, [(0, 0), (0, 2), (7, 9)]);
     blocks.add(0, 1, &Matrix6::identity());
     blocks.add(5, 5, &Matrix6::identity());

@@ -1,4 +1,4 @@
-//! What an edge is off by, and how that changes with its nodes.
+//! The error of an edge, and its derivatives by the poses of its nodes.
 //!
 //! A node is corrected in its own frame ([`estimation::perturbation::right`]).
 

@@ -4,7 +4,7 @@ use estimation::perturbation::is_finite;
 use estimation::perturbation::right::perturbed;
 use nalgebra::{Isometry3, Vector6};
 
-use super::{Edge, EdgeFate, GraphConfig, GraphError, OptimisedGraph, PoseGraph};
+use super::{Edge, EdgeStatus, GraphConfig, GraphError, OptimisedGraph, PoseGraph};
 use crate::blocks::BlockSystem;
 
 /// The damping begins here (Madsen, Nielsen and Tingleff 2004, section 3.2) ...
@@ -18,8 +18,8 @@ const LEAST_DIAGONAL: f64 = 1e-9;
 /// The descent ends where a step lowers the cost by no more than this share.
 const SETTLED: f64 = 1e-9;
 
-/// Finds the poses that explain the edges best. Fixed nodes, and those that no way along edges leads to from a fixed
-/// one, stay where they are. `is_aborted` is asked before every step.
+/// Finds the poses that explain the edges best. Fixed nodes, and those that no chain of edges connects to a fixed
+/// one, stay where they are. `is_aborted` is called before every step.
 ///
 /// The same graph gives the same result, bit for bit.
 ///
@@ -35,12 +35,12 @@ pub fn optimise(
     let mut search = Search::new(graph, config, is_aborted);
     search.descend();
     search.choose();
-    let fate = |(edge, is_used): (&Edge, &bool)| EdgeFate {
+    let status = |(edge, is_used): (&Edge, &bool)| EdgeStatus {
         chi2: edge.chi2(&search.poses),
         is_used: *is_used,
     };
     Ok(OptimisedGraph {
-        edges: graph.edges.iter().zip(&search.is_used).map(fate).collect(),
+        edges: graph.edges.iter().zip(&search.is_used).map(status).collect(),
         chi2_before: search.cost_at(&graph.poses),
         chi2: search.cost(),
         iterations: search.iterations,

@@ -1,4 +1,4 @@
-//! What the examples that are compared with other programs have in common.
+//! Shared by the examples that are compared with other programs.
 
 use std::fs;
 use std::path::Path;

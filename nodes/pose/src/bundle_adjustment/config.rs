@@ -10,11 +10,11 @@ use crate::solve::RobustKernel;
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BundleConfig {
-    /// So many of the right sightings are to pass for inliers.
+    /// This many of the right sightings are to pass for inliers.
     pub inlier_probability: f64,
     /// The robust kernel of the first half.
     pub kernel: RobustKernel,
-    /// That of motions, in both halves: one that is wrong is not told from the others by a gate.
+    /// That of motions, in both halves: a gate cannot separate a wrong one from the others.
     pub motion_kernel: RobustKernel,
     /// Steps of the first half, at most.
     pub first_iterations: usize,
@@ -32,7 +32,7 @@ impl Default for BundleConfig {
             // pull for ever: on a turning camera whole keyframes went 7 cm astray.
             inlier_probability: 0.95,
             kernel: RobustKernel::Cauchy,
-            // Who is carried along by what moves is off by far more than odometry drifts.
+            // A camera that follows moving objects has a far larger error than the drift of odometry.
             motion_kernel: RobustKernel::Cauchy,
             first_iterations: 5,
             second_iterations: 10,
@@ -69,21 +69,21 @@ pub struct WindowConfig {
     pub point_std_dev_px: f64,
     /// Standard deviation of an end of a segment, across it.
     pub line_std_dev_px: f64,
-    /// So many depths of one view are off by the same: together they say no more than one of them.
+    /// This many depths of one view are off by the same: together they say no more than one of them.
     pub depths_alike: f64,
     /// How well odometry knows a motion.
     pub motions: MotionConfig,
 }
 
-/// How well odometry knows the way from one keyframe to another: standard deviations.
+/// The accuracy of odometry's motion from one keyframe to another: standard deviations.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionConfig {
-    /// Of a shift, however short the way is.
+    /// Of a translation, however short the distance is.
     pub shift_m: f64,
-    /// Of a turn, however short the way is.
+    /// Of a rotation, however short the distance is.
     pub turn_rad: f64,
-    /// So much more for each metre of the way: of a shift in metres, of a turn in radians.
+    /// In addition, for each metre of distance: of a translation in metres, of a rotation in radians.
     pub drift_per_m: f64,
     /// And for each radian turned, likewise.
     pub drift_per_rad: f64,
@@ -92,10 +92,10 @@ pub struct MotionConfig {
 impl Default for MotionConfig {
     fn default() -> Self {
         Self {
-            // What odometry is off by from frame to frame where things are near.
+            // The error of odometry from frame to frame where objects are near.
             shift_m: 0.002,
             turn_rad: 0.001,
-            // Half a per cent of the way: what it is to drift by at most.
+            // Half a per cent of the distance: the largest drift that is allowed for.
             drift_per_m: 0.005,
             drift_per_rad: 0.005,
         }
@@ -112,12 +112,12 @@ pub struct MotionStdDev {
 }
 
 impl MotionConfig {
-    /// How well odometry knows the way between these two; `None` where it was lost in between.
+    /// The accuracy of odometry's motion between these two; `None` where it was lost in between.
     #[must_use]
     pub fn between(&self, one: &ByOdometry, other: &ByOdometry) -> Option<MotionStdDev> {
-        let way_m = (other.way_m - one.way_m).abs();
+        let travelled_m = (other.travelled_m - one.travelled_m).abs();
         let turned_rad = (other.turned_rad - one.turned_rad).abs();
-        let drift = self.drift_per_m * way_m + self.drift_per_rad * turned_rad;
+        let drift = self.drift_per_m * travelled_m + self.drift_per_rad * turned_rad;
         let std_dev =
             MotionStdDev { shift_m: self.shift_m + drift, turn_rad: self.turn_rad + drift };
         (one.leg == other.leg).then_some(std_dev)

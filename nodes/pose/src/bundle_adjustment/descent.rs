@@ -18,12 +18,12 @@ const FIRST_DAMPING: f64 = 1e-6;
 const LAST_DAMPING: f64 = 1e6;
 /// A step that lowers the cost divides the damping by this, one that does not multiplies it (Marquardt 1963).
 const DAMPING_FACTOR: f64 = 10.0;
-/// A pose that nothing is told of is held by this share of the largest information, times the damping.
+/// A pose that no observation constrains is held by this share of the largest information, times the damping.
 const LEAST_DIAGONAL: f64 = 1e-9;
 /// The descent ends where a step lowers the cost by no more than this share.
 const SETTLED: f64 = 1e-6;
 
-/// A bundle on its way down.
+/// A bundle during the descent.
 pub(super) struct Search<'a> {
     config: &'a BundleConfig,
     is_aborted: &'a dyn Fn() -> bool,
@@ -93,7 +93,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// What the sightings cost under the kernel.
+    /// The cost of the sightings under the kernel.
     pub(super) fn cost(&self, uses: &Uses) -> f64 {
         self.cost_at(&self.state, uses, self.config.kernel)
     }

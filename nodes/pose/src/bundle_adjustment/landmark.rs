@@ -4,8 +4,8 @@
 //! beside its middle: so no line runs through the origin, where the representation breaks down, and all four numbers say
 //! something of the same size: two shifts across the line, and two tilts about its middle.
 //!
-//! To correct a line moves it as a whole, and a rigid motion of what is seen is a motion of the camera the other way round.
-//! So what an error changes with the line follows from what it changes with the pose.
+//! To correct a line moves it as a whole, and a rigid motion of what is seen is the inverse motion of the camera.
+//! So the derivative of an error by the line follows from its derivative by the pose.
 
 use estimation::perturbation::left::adjoint;
 use nalgebra::{
@@ -18,9 +18,9 @@ use crate::solve::{OrthonormalLine, PluckerLine};
 /// How far the origin of a line is from it.
 const BESIDE_M: f64 = 1.0;
 
-/// What is corrected by so many numbers.
+/// A landmark that is corrected by this many numbers.
 pub(super) trait Landmark<const N: usize>: Copy {
-    /// What errors are derived by.
+    /// The linearisation point of the derivatives.
     type Chart: Chart<N, Place = Self>;
     /// The errors of one sighting.
     type Term: Term + Copy;
@@ -220,7 +220,7 @@ mod tests {
             let same = chart.corrected(&Vector4::zeros()).unwrap();
             prop_assert!((same[0] - ends[0]).norm() + (same[1] - ends[1]).norm() < 1e-12);
             let there = chart.corrected(&Vector4::from(correction)).unwrap();
-            // Neither end goes farther than the correction tells.
+            // Neither end moves farther than the correction.
             let reach = (1.0 + along.norm()) * 2.5 * Vector4::from(correction).norm();
             prop_assert!((there[0] - ends[0]).norm() < reach + 1e-12);
             // There and back.

@@ -1,11 +1,11 @@
-//! The ways of the odometry through a map: which keyframes follow each other, and what is known of the way between them.
+//! The legs of the odometry through a map: which keyframes follow each other, and the measured motion between them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Motion, MotionConfig};
 use crate::map::{ByOdometry, KeyframeId, Map};
 
-/// The keyframes of each leg of the odometry, in the order of the way.
+/// The keyframes of each leg of the odometry, in the order of travel.
 fn legs(map: &Map, all: impl Iterator<Item = KeyframeId>) -> Vec<(KeyframeId, &ByOdometry)> {
     let on_a_leg = all.filter_map(|id| {
         let keyframe = map.keyframes().get(id)?;
@@ -16,7 +16,7 @@ fn legs(map: &Map, all: impl Iterator<Item = KeyframeId>) -> Vec<(KeyframeId, &B
     on_a_leg.into_iter().map(|(_, id, by)| (id, by)).collect()
 }
 
-/// The keyframes before and after some of them, on the way of the odometry.
+/// The keyframes before and after some of them, on the path of the odometry.
 pub(super) fn beside(map: &Map, of: &BTreeSet<KeyframeId>) -> BTreeSet<KeyframeId> {
     let legs = legs(map, map.keyframes().ids());
     let pairs = legs.windows(2).filter(|pair| pair[0].1.leg == pair[1].1.leg);
@@ -25,7 +25,7 @@ pub(super) fn beside(map: &Map, of: &BTreeSet<KeyframeId>) -> BTreeSet<KeyframeI
     beside.flatten().filter(|id| !of.contains(id)).collect()
 }
 
-/// What odometry says of the ways between keyframes that follow each other.
+/// The motions that odometry measured between keyframes that follow each other.
 pub(super) fn motions(map: &Map, keyframes: &[KeyframeId], config: &MotionConfig) -> Vec<Motion> {
     let place: BTreeMap<KeyframeId, usize> =
         keyframes.iter().enumerate().map(|(place, id)| (*id, place)).collect();

@@ -1,7 +1,7 @@
-//! What odometry says of the way from one pose to another.
+//! The motion that odometry measured from one pose to another.
 //!
 //! A keyframe is one frame of dozens; odometry has seen all of them. Where keyframes share few landmarks, as in a bare
-//! corridor, what it says of the way between them is worth more than what they show themselves.
+//! corridor, its motion between them is more accurate than their own observations.
 
 use estimation::perturbation::is_finite;
 use estimation::perturbation::left::{adjoint, perturbation_between};
@@ -25,7 +25,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Whether there are so many poses, and all numbers mean something.
+    /// Whether there are this many poses, and all numbers are valid.
     pub(super) fn is_usable(&self, poses: usize) -> bool {
         let Self { from, to, to_from_from, std_dev: MotionStdDev { shift_m, turn_rad } } = self;
         let is_spread = |std_dev: &f64| std_dev.is_finite() && *std_dev > 0.0;
@@ -39,8 +39,8 @@ impl Motion {
 
     /// How far the two poses are from it, as a perturbation of the second, in standard deviations.
     fn error(&self, poses: &[Isometry3<f64>]) -> Vector6<f64> {
-        let foreseen = self.to_from_from * poses[self.from];
-        perturbation_between(&foreseen, &poses[self.to]).component_mul(&self.weights())
+        let expected = self.to_from_from * poses[self.from];
+        perturbation_between(&expected, &poses[self.to]).component_mul(&self.weights())
     }
 
     fn weights(&self) -> Vector6<f64> {
@@ -49,7 +49,7 @@ impl Motion {
         Vector6::new(shift, shift, shift, turn, turn, turn)
     }
 
-    /// What it costs.
+    /// Its cost.
     pub(super) fn cost(&self, poses: &[Isometry3<f64>], kernel: RobustKernel, gate: f64) -> f64 {
         kernel.loss_and_weight(self.error(poses).norm_squared(), gate).0
     }
@@ -78,7 +78,7 @@ impl Motion {
         }
     }
 
-    /// What the error changes with perturbations of the two poses, to first order of the error.
+    /// The derivatives of the error by perturbations of the two poses, to first order of the error.
     fn derivatives(&self, poses: &[Isometry3<f64>]) -> (Matrix6<f64>, Matrix6<f64>) {
         let weights = Matrix6::from_diagonal(&self.weights());
         let between = poses[self.to] * poses[self.from].inverse();
@@ -114,8 +114,8 @@ mod tests {
             moved[at] = perturbed(&poses[at], &(SMALL * direction));
             let slope = (motion.error(&moved) - motion.error(&poses)) / SMALL;
             let (by_from, by_to) = motion.derivatives(&poses);
-            let foreseen = if moves_first { by_from } else { by_to } * direction;
-            prop_assert!((slope - foreseen).norm() < 1e-3 * (1.0 + foreseen.norm()), "{slope} {foreseen}");
+            let expected = if moves_first { by_from } else { by_to } * direction;
+            prop_assert!((slope - expected).norm() < 1e-3 * (1.0 + expected.norm()), "{slope} {expected}");
         }
     }
 }

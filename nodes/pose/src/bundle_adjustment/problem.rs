@@ -1,4 +1,4 @@
-//! What everything comes to, and its normal equations.
+//! The cost, and its normal equations.
 
 use estimation::chi_square::quantile;
 use geometry::CameraModel;
@@ -10,11 +10,11 @@ use super::landmark::{Chart, Landmark, by_landmark};
 use crate::solve::term::{MAX_ROWS, PIXEL_ROWS, Placed, Term};
 use crate::solve::{RobustKernel, Verdict};
 
-/// What a sighting costs that a pose has behind the camera, in squared standard deviations: more than anything should gain
+/// The cost of a sighting that a pose has behind the camera, in squared standard deviations: more than anything should gain
 /// by it.
 const BEHIND_CHI2: f64 = 1e4;
 
-/// Where everything is.
+/// The state: poses and landmarks.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub(super) poses: Vec<Isometry3<f64>>,
@@ -22,7 +22,7 @@ pub(super) struct State {
     pub(super) lines_m: Vec<[Point3<f64>; 2]>,
 }
 
-/// What each sighting is used for.
+/// The use of each sighting.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Uses {
     pub(super) points: Vec<Verdict>,
@@ -77,7 +77,7 @@ pub(super) struct Kind<const N: usize, L: Landmark<N>> {
 }
 
 struct Seen<T> {
-    /// The how manyth it was given.
+    /// Its index in the input.
     index: usize,
     pose: usize,
     /// `None` for what cannot be used.
@@ -142,7 +142,7 @@ where
         verdicts
     }
 
-    /// What fits where everything is.
+    /// The inliers at the current state.
     pub(super) fn judged(
         &self,
         places: &[L],
@@ -182,12 +182,15 @@ where
             for seen in &self.seen[ends[0]..ends[1]] {
                 let Some((term, most)) = used(seen, verdicts) else { continue };
                 let term = place.placed(term);
-                let doubt = gates.limit(term.rows().min(most));
+                let kernel_limit = gates.limit(term.rows().min(most));
                 // By the block, as the descent has it: a line that is used does not come and go with every step.
                 let block = term.block(&cameras.models[seen.pose], &cameras.placed[seen.pose]);
                 let chi2 = block.map_or(BEHIND_CHI2, |block| block.chi2(most));
                 cost += kernel
-                    .loss_and_weight(if chi2.is_finite() { chi2 } else { BEHIND_CHI2 }, doubt)
+                    .loss_and_weight(
+                        if chi2.is_finite() { chi2 } else { BEHIND_CHI2 },
+                        kernel_limit,
+                    )
                     .0;
             }
         }
@@ -221,8 +224,8 @@ where
                 if !chi2.is_finite() {
                     continue;
                 }
-                let doubt = gates.limit(term.rows().min(most));
-                let (_, weight) = kernel.loss_and_weight(chi2, doubt);
+                let kernel_limit = gates.limit(term.rows().min(most));
+                let (_, weight) = kernel.loss_and_weight(chi2, kernel_limit);
                 let as_perturbation = chart
                     .as_ref()
                     .map(|chart| chart.as_perturbation(&cameras.poses[seen.pose], placed));

@@ -10,7 +10,7 @@ use pose_graph::blocks::BlockSystem;
 use super::landmark::Chart;
 use super::problem::Linearised;
 
-/// What a landmark is not told at all is held by this share of what it is told, times the damping.
+/// An unobserved direction of a landmark is held by this share of its information, times the damping.
 const LEAST_SHARE: f64 = 1e-9;
 
 impl<const N: usize, C: Chart<N>> Linearised<N, C> {

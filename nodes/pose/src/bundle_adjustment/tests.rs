@@ -175,7 +175,7 @@ fn one_that_is_stopped_leaves_a_map_that_holds() {
 }
 
 #[test]
-fn a_keyframe_alone_and_landmarks_that_are_told_little_do_no_harm() {
+fn a_keyframe_alone_and_landmarks_that_are_hardly_observed_do_no_harm() {
     let scene = Scene::new(1.0, 2);
     let mut bundle = scene.spoilt(3);
     // Each point is seen once, and half of them without a depth; the last pose sees nothing.
@@ -192,11 +192,11 @@ fn a_keyframe_alone_and_landmarks_that_are_told_little_do_no_harm() {
 }
 
 #[test]
-fn depths_of_what_lies_behind_an_edge_do_not_pull_keyframes_astray() {
+fn depths_behind_an_edge_do_not_bias_keyframes() {
     let scene = Scene::new(1.0, 21);
     let mut bundle = Window::full(&scene.map, &window_config()).bundle;
     let before = scene.errors(&adjusted(&bundle));
-    // A third of the depths on the one side of the image are of what lies half a metre farther.
+    // A third of the depths on the one side of the image are of a surface half a metre farther.
     for (index, sighting) in bundle.point_sightings.iter_mut().enumerate() {
         if index % 3 == 0 && sighting.seen.pixel_px.x > 320.0 {
             sighting.seen.depth_m = sighting.seen.depth_m.map(|depth_m| depth_m + 0.5);

@@ -21,7 +21,7 @@ pub struct Window {
     lines: Vec<LineId>,
 }
 
-/// What became of the map.
+/// The effect on the map.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Applied {
     /// Keyframes that were put elsewhere.
@@ -30,13 +30,13 @@ pub struct Applied {
     pub landmarks: usize,
     /// Sightings that are none.
     pub outliers: usize,
-    /// Landmarks that nobody saw in truth.
+    /// Landmarks without a valid sighting.
     pub dropped: usize,
 }
 
 /// The map was corrected meanwhile: the result is of no use.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("keyframe {0:?} was put elsewhere while the bundle was adjusted")]
+#[error("keyframe {0:?} was moved while the bundle was adjusted")]
 pub struct StaleWindow(pub KeyframeId);
 
 impl Window {
@@ -136,8 +136,8 @@ impl Window {
         &self.keyframes
     }
 
-    /// Takes a result into the map, as far as what it is of is still there: other keyframes and landmarks may have come and
-    /// gone meanwhile. Sightings that are outliers are none any more.
+    /// Applies a result to the map, as far as its keyframes and landmarks still exist: others may have been added and
+    /// removed meanwhile. Sightings that are outliers are removed.
     ///
     /// # Errors
     /// When a keyframe was put elsewhere meanwhile, by a loop closing; the map is as it was.
@@ -195,7 +195,7 @@ fn drop_outliers<'a, L: Landmark + 'a>(
     }
 }
 
-/// What a corner says, were the place of its point known.
+/// The observation of a corner, were the place of its point known.
 fn point_seen(
     keyframe: &Keyframe,
     corner: usize,
@@ -205,7 +205,7 @@ fn point_seen(
     point_observation(keyframe.frame(), corner, &Point3::origin(), scale_factor, config)
 }
 
-/// What a corner says of a point at this place.
+/// The observation of a point at this place by a corner.
 pub(crate) fn point_observation(
     frame: &Frame,
     corner: usize,
@@ -225,7 +225,7 @@ pub(crate) fn point_observation(
     })
 }
 
-/// What a segment says, were the place of its line known.
+/// The observation of a segment, were the place of its line known.
 fn line_seen(
     keyframe: &Keyframe,
     segment: usize,
@@ -234,7 +234,7 @@ fn line_seen(
     line_observation(keyframe.frame(), segment, &[Point3::origin(); 2], config)
 }
 
-/// What a segment says of a line with these ends.
+/// The observation of a line with these ends by a segment.
 pub(crate) fn line_observation(
     frame: &Frame,
     segment: usize,

@@ -25,7 +25,7 @@
 //! | LSD | 0.714 | 0.758 | 924 | 24 px | 18 ms |
 //! | fast line detector | 0.748 | 0.785 | 938 | 27 px | 8.7 ms |
 //!
-//! What it does not do: it looks at one scale. A segment seen from half the distance is found, but looks another.
+//! Its limit is a single scale. A segment seen from half the distance is found, but its descriptor differs.
 
 mod anchor;
 mod config;

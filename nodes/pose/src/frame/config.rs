@@ -1,4 +1,4 @@
-//! What is looked for in a pair of images.
+//! The parameters of the features of a pair of images.
 
 use geometry::{ParameterError, parameter};
 
@@ -27,8 +27,8 @@ geometry::parameters! {
         /// Farther depths are not used.
         max_depth_m: f64 = DepthSensor::default().max_depth_m, positive;
         /// A corner's depth is the mean of this many pixels to each side.
-        // Structured light is matched in windows of 9 pixels: a smaller one tells nothing more. A larger one than the bound
-        // would reach over whatever is small.
+        // Structured light is matched in windows of 9 pixels: a smaller one adds no detail. A larger one than the bound
+        // would reach over small objects.
         depth_window_px: usize = 1, whole(0, 10);
         /// Where depths around a corner differ by more standard deviations there is an edge, and the corner has no depth.
         // As for the two sides of a segment.
@@ -43,7 +43,7 @@ impl FrameConfig {
         parameter::check("use_points", "true where use_lines is false", 0.0, is_any)
     }
 
-    /// What depths are worth.
+    /// The accuracy of depths.
     pub(super) fn depth_sensor(&self) -> DepthSensor {
         let Self { inverse_depth_std_dev, max_depth_m, .. } = *self;
         DepthSensor { inverse_depth_std_dev, max_depth_m }

@@ -103,7 +103,7 @@ impl Pair<'_> {
         segments
     }
 
-    /// What segments look like, and where they lie.
+    /// The descriptors of segments, and their depths.
     fn described(&self, detector: &LineDetector, segments: &[LineSegment]) -> Vec<Line> {
         let sensor = self.config.depth_sensor();
         let in_space = |line: LineFeature| {

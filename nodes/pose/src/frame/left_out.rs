@@ -25,7 +25,7 @@ pub struct LeftOut {
 
 impl MovingThing {
     /// Where a tracked object is `later_s` after it was seen, with a margin on all sides and three standard deviations of
-    /// what its track is unsure by.
+    /// its track's uncertainty.
     #[must_use]
     pub fn of_track(track: &Track, later_s: f64, margin_m: f64) -> Self {
         const STD_DEVS: f64 = 3.0;
@@ -57,8 +57,8 @@ impl MovingThing {
         (0..3).all(|axis| off[axis] <= self.half_extent_m[axis])
     }
 
-    /// Whether a ray from the camera meets the box.
-    fn is_met_by(&self, origin_m: &Point3<f64>, direction: &Vector3<f64>) -> bool {
+    /// Whether a ray from the camera hits the box.
+    fn is_hit_by(&self, origin_m: &Point3<f64>, direction: &Vector3<f64>) -> bool {
         let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
         for axis in 0..3 {
             let off = self.middle_in_map_m[axis] - origin_m[axis];
@@ -92,7 +92,7 @@ impl LeftOut {
             let direction = map_from_camera.rotation * ray.push(1.0);
             things.iter().any(|thing| match depth_m {
                 Some(depth_m) => thing.holds(&(origin_m + direction * depth_m)),
-                None => thing.is_met_by(&origin_m, &direction),
+                None => thing.is_hit_by(&origin_m, &direction),
             })
         };
         let corners = frame.corners.iter().zip(&frame.corner_depths).map(|(corner, depth)| {

@@ -1,7 +1,7 @@
 //! Images whose rows were taken one after the other, as if they had been taken at once.
 //!
 //! The sensors of cheap cameras are read row by row over most of the time between two images. While the camera turns by a
-//! radian a second an image is skewed by 15 pixels; a pose that is measured by it leans with whatever part of the image has
+//! radian a second an image is skewed by 15 pixels; a pose that is measured by it is biased towards the part of the image that has
 //! more features. (Kerl, Stueckler and Cremers 2015, "Dense continuous-time tracking and mapping with rolling shutter
 //! RGB-D cameras", have the same model for dense odometry.)
 
@@ -13,14 +13,14 @@ use super::Frame;
 /// How fast a camera moves, in its own frame.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Twist {
-    /// How fast the things that stand go by: the motion of the map's points in the camera frame at its origin.
+    /// The velocity of the static scene: the motion of the map's points in the camera frame at its origin.
     pub shift_m_per_s: Vector3<f64>,
     /// How fast they turn about the camera.
     pub turn_rad_per_s: Vector3<f64>,
 }
 
 impl Twist {
-    /// What leads from one pose to the next one in a time.
+    /// The motion from one pose to the next one in a time.
     #[must_use]
     pub fn between(
         camera_from_map: &Isometry3<f64>,
@@ -47,11 +47,11 @@ impl Frame {
     /// The features as a camera would see them that takes all rows at the moment of the middle one. The rows of the image
     /// were read from the top to the bottom within `readout_s`.
     ///
-    /// What has no depth is turned only.
+    /// Features without depth are only rotated.
     #[must_use]
     pub fn at_middle_row(&self, twist: &Twist, readout_s: f64, camera: &CameraModel) -> Self {
         let mut frame = self.clone();
-        // Taken by so much after the middle row, seen from where the middle row was taken.
+        // Taken by this much after the middle row, seen from where the middle row was taken.
         let back = |row_px: f64| {
             let after_s = (row_px / camera.height_px as f64 - 0.5) * readout_s;
             twist.after(-after_s)

@@ -27,7 +27,7 @@ pub fn blurred(image: &GrayImage) -> Option<GrayImage> {
     Some(output)
 }
 
-/// What a blur works on between its two passes.
+/// The memory of a blur between its two passes.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Blur {
     /// A row blurred along its column, mirrored at both ends.

@@ -20,7 +20,7 @@ pub struct RawImage<'a> {
     pub encoding: PixelEncoding,
     /// Whether numbers of 16 bits have their larger byte first.
     pub is_big_endian: bool,
-    /// From the beginning of a row to that of the next, in bytes; what lies between the last pixel and there is not
+    /// From the beginning of a row to that of the next, in bytes; the bytes between the last pixel and there are not
     /// read.
     pub step_bytes: usize,
     /// Row by row.
@@ -37,7 +37,7 @@ pub enum RawImageError {
         step_bytes: usize,
         /// The stated columns.
         width_px: usize,
-        /// What these take.
+        /// The bytes of these.
         needed_bytes: usize,
     },
     /// There are too few bytes.
@@ -47,7 +47,7 @@ pub enum RawImageError {
         bytes: usize,
         /// The stated rows.
         height_px: usize,
-        /// What these take.
+        /// The bytes of these.
         needed_bytes: usize,
     },
     /// The image has more pixels than the largest that is accepted, or its pixels come in pairs and a row has an odd

@@ -39,7 +39,7 @@ pub enum RectificationError {
     /// The camera to rectify for has distortion itself.
     #[error("the camera that images are rectified for must have no distortion")]
     DistortedTarget,
-    /// A camera with so few pixels has none to interpolate between.
+    /// A camera with this few pixels has none to interpolate between.
     #[error("images of {width_px} x {height_px} pixels are too small to be rectified")]
     TooSmall {
         /// Columns.
@@ -183,7 +183,7 @@ fn tap(source: &CameraModel, target: &CameraModel, pixel: &Point2<f64>) -> Tap {
         1.0,
     );
     let seen = source.project(&ray);
-    // What the lens model does not tell of is near no edge that matters: the pixel straight on serves.
+    // Pixels outside of the lens model are near no edge that matters: the undistorted pixel is used.
     let shown = source.distortion.distort(&ray.xy().coords).unwrap_or(ray.xy().coords);
     let position = seen.unwrap_or_else(|| {
         Point2::new(source.fx_px * shown.x + source.cx_px, source.fy_px * shown.y + source.cy_px)

@@ -8,8 +8,8 @@ use super::GrayImage;
 const PARTS: u16 = 1 << PARTS_BITS;
 const PARTS_BITS: u32 = 8;
 
-/// Makes images of one size smaller, to one other size, by bilinear interpolation with the images' outer edges laid
-/// upon each other. For factors below 2; beyond, pixels would be left out.
+/// Makes images of one size smaller, to one other size, by bilinear interpolation with the images' outer edges
+/// aligned. For factors below 2; beyond, pixels would be left out.
 #[derive(Clone, Debug)]
 pub(crate) struct Resampler {
     columns: Vec<Tap>,

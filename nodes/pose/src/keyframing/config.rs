@@ -11,9 +11,9 @@ use crate::matching::points::{GuidedConfig, MatchConfig};
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct KeyframingConfig {
-    /// After a relocalisation so many frames must have passed.
+    /// After a relocalisation this many frames must have passed.
     pub frames_after_relocalisation: u64,
-    /// While mapping is busy, so many frames after the last keyframe.
+    /// While mapping is busy, this many frames after the last keyframe.
     pub frames_after_keyframe: u64,
     /// Points that a keyframe must see.
     pub least_points: usize,
@@ -22,28 +22,28 @@ pub struct KeyframingConfig {
 
     /// Between the camera and its projector, in metres.
     pub baseline_m: f64,
-    /// What is no farther than so many baselines is close: it tells where the camera is, and not only where it looks.
+    /// A point no farther than this many baselines is close: it determines the camera's position, and not only its rotation.
     pub close_baselines: f64,
 
-    /// A landmark is on probation for so many keyframes after its own.
+    /// A landmark is on probation for this many keyframes after its own.
     pub probation_keyframes: u64,
     /// Of the frames that should have seen it, it must be found in more than this share.
     pub min_found_share: f64,
-    /// When so many keyframes have come after its own ...
+    /// When this many keyframes have come after its own ...
     pub settled_keyframes: u64,
-    /// ... it must have been seen so often: a view with its depth counts for two (ORB-SLAM2).
+    /// ... it must have been seen this often: a view with its depth counts for two (ORB-SLAM2).
     pub least_views: usize,
 
     /// A keyframe goes when this share of its close points ...
     pub redundant_share: f64,
-    /// ... is seen by so many others, on the same or a finer level.
+    /// ... is seen by this many others, on the same or a finer level.
     pub redundant_sightings: usize,
 
     /// Keyframes that it is triangulated with and whose landmarks are compared, at most.
     pub neighbours: usize,
-    /// Of each of these, so many more for the comparison.
+    /// Of each of these, this many more for the comparison.
     pub second_neighbours: usize,
-    /// A neighbour sees at least so many of the same landmarks.
+    /// A neighbour sees at least this many of the same landmarks.
     pub least_shared: u32,
     /// The cosine of the angle between two rays must be less.
     pub max_parallax_cos: f64,
@@ -55,7 +55,7 @@ pub struct KeyframingConfig {
     pub fusing: GuidedConfig,
     /// How lines are.
     pub fusing_lines: ProjectedLineConfig,
-    /// A landmark is looked for from directions that differ by at most so much from the mean one.
+    /// A landmark is looked for from directions that differ by at most this much from the mean one.
     pub max_viewing_angle_rad: f64,
     /// How well features are seen.
     pub window: WindowConfig,
@@ -128,7 +128,7 @@ impl KeyframingConfig {
         self.window.validate()
     }
 
-    /// What is no farther is close.
+    /// Points no farther than this are close.
     pub(super) fn close_m(&self) -> f64 {
         self.close_baselines * self.baseline_m
     }

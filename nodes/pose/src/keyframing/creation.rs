@@ -7,8 +7,8 @@ use crate::map::{KeyframeId, Map};
 /// Makes landmarks of the features of a keyframe that are none yet and whose depth is measured. Returns how many there are.
 ///
 /// The seed takes depths of less than 40 baselines only, since it holds all depths to be equally good. Here each has a
-/// standard deviation, which bundle adjustment weighs it by: what is far off comes in where it was measured, and goes to
-/// where others see it.
+/// standard deviation, which bundle adjustment weighs it by: a far point is created where it was measured, and moves to
+/// its place by other views.
 pub fn create_measured(map: &mut Map, keyframe: KeyframeId) -> usize {
     let Some(from) = map.keyframes().get(keyframe) else { return 0 };
     let map_from_camera = from.camera_from_map().inverse();

@@ -25,9 +25,9 @@ fn cull_recent_of<L: Landmark>(map: &mut Map, config: &KeyframingConfig) -> usiz
 
 /// Whether a keyframe says nothing new: most of its close points are seen by enough others, on the same level or a finer one.
 ///
-/// One that has hardly any close points, in a hall or before nothing but edges, is judged by all its points and lines: else
-/// it would never go, and the map of a hall would grow for as long as a camera is in it. Twice as many others must see these:
-/// what is far tells where a camera is by parallax alone.
+/// One that has hardly any close points, in a hall or before a scene of edges only, is judged by all its points and lines: else
+/// it would never be culled, and the map of a hall would grow for as long as a camera is in it. Twice as many others must see these:
+/// far landmarks determine a camera's position by parallax alone.
 #[must_use]
 pub fn is_redundant(map: &Map, keyframe: KeyframeId, config: &KeyframingConfig) -> bool {
     let Some(of) = map.keyframes().get(keyframe) else { return false };
@@ -76,7 +76,7 @@ fn count_points(
         let depth = of.frame().corner_depths.get(corner).copied().flatten();
         let is_far = depth.is_some_and(|depth| depth.depth_m > config.close_m());
         let own = level(of, corner);
-        // One level coarser is as good: where a corner is found wavers by that.
+        // One level coarser is as good: the level of a corner varies by that.
         let is_as_fine = |other: KeyframeId, corner: usize| {
             let other = map.keyframes().get(other).and_then(|other| level(other, corner));
             other.zip(own).is_some_and(|(other, own)| other <= own.saturating_add(1))

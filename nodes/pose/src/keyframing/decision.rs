@@ -2,7 +2,7 @@
 
 use super::KeyframingConfig;
 
-/// What tracking knows of a frame.
+/// The state of tracking at a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct FollowedFrame {
     /// Frames since the camera was found again after it was lost; `None` if it never was.
@@ -20,9 +20,9 @@ pub struct FollowedFrame {
 /// Why a frame does not become a keyframe.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NotYet {
-    /// The camera was lost so many frames ago.
+    /// The camera was lost this many frames ago.
     Relocalised(u64),
-    /// Mapping is busy, and the last keyframe is only so many frames old.
+    /// Mapping is busy, and the last keyframe is only this many frames old.
     Busy(u64),
     /// It shows too few points: its pose may not be good.
     TooFewPoints(usize),

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::KeyframingConfig;
-use super::foresight::{foreseen_line, foreseen_point};
+use super::prediction::{predicted_line, predicted_point};
 use crate::map::{Id, KeyframeId, Landmark, LineId, Map, PointId};
 use crate::matching::lines::{DirectionBins, match_projected_lines};
 use crate::matching::points::{CornerGrid, match_guided};
 
-/// What became of landmarks that are one.
+/// The result of fusing duplicate landmarks.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct FusedDuplicates {
     /// Landmarks that were another one.
@@ -58,20 +58,20 @@ pub fn fuse_into(
     config: &KeyframingConfig,
 ) -> FusedDuplicates {
     let Some(seeing) = map.keyframes().get(keyframe) else { return FusedDuplicates::default() };
-    let (mut ids, mut foreseen) = (Vec::new(), Vec::new());
+    let (mut ids, mut predicted) = (Vec::new(), Vec::new());
     let by = (map.config(), config.max_viewing_angle_rad);
     for id in points {
         let point = map.points().get(*id);
         let point = point.filter(|point| point.sightings().feature_in(keyframe).is_none());
         let there =
-            point.and_then(|p| foreseen_point(p, seeing.camera(), seeing.camera_from_map(), by));
+            point.and_then(|p| predicted_point(p, seeing.camera(), seeing.camera_from_map(), by));
         if let Some(there) = there {
             ids.push(*id);
-            foreseen.push(there);
+            predicted.push(there);
         }
     }
     let frame = std::sync::Arc::clone(seeing.frame());
-    let pairs = match_guided(&foreseen, &CornerGrid::new(&frame.corners), &config.fusing);
+    let pairs = match_guided(&predicted, &CornerGrid::new(&frame.corners), &config.fusing);
     let pairs = pairs.iter().filter_map(|pair| Some((*ids.get(pair.sought)?, pair.found)));
     join(map, keyframe, pairs.collect())
 }
@@ -84,20 +84,20 @@ pub fn fuse_lines_into(
     config: &KeyframingConfig,
 ) -> FusedDuplicates {
     let Some(seeing) = map.keyframes().get(keyframe) else { return FusedDuplicates::default() };
-    let (mut ids, mut foreseen) = (Vec::new(), Vec::new());
+    let (mut ids, mut predicted) = (Vec::new(), Vec::new());
     for id in lines {
         let line = map.lines().get(*id);
         let line = line.filter(|line| line.sightings().feature_in(keyframe).is_none());
         let there =
-            line.and_then(|line| foreseen_line(line, seeing.camera(), seeing.camera_from_map()));
+            line.and_then(|line| predicted_line(line, seeing.camera(), seeing.camera_from_map()));
         if let Some(there) = there {
             ids.push(*id);
-            foreseen.push(there);
+            predicted.push(there);
         }
     }
     let frame = std::sync::Arc::clone(seeing.frame());
     let bins = DirectionBins::new(&frame.lines);
-    let pairs = match_projected_lines(&foreseen, &frame.lines, &bins, &config.fusing_lines);
+    let pairs = match_projected_lines(&predicted, &frame.lines, &bins, &config.fusing_lines);
     let pairs = pairs.iter().filter_map(|pair| Some((*ids.get(pair.from)?, pair.to)));
     join(map, keyframe, pairs.collect())
 }

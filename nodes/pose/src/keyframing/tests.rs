@@ -154,14 +154,14 @@ fn recent_landmarks_must_prove_themselves() {
     let young = map.insert_point(ids[1], 2, &PLACE_M).unwrap();
     let missed = map.insert_point(ids[2], 3, &PLACE_M).unwrap();
     for found in [true, false, false, false] {
-        map.count_foreseen(missed, FoundTimes::once(found));
+        map.count_predicted(missed, FoundTimes::once(found));
     }
     let line = map.insert_line(ids[0], 0, &[PLACE_M, nalgebra::Point3::origin()]).unwrap();
     assert_eq!(cull_recent(&mut map, &config), 3);
     assert!(!map.points().contains(old) && !map.points().contains(missed));
     assert!(map.points().contains(seen_by_all) && map.points().contains(young));
     assert!(!map.lines().contains(line));
-    // Later nobody asks any more.
+    // Later it is not checked any more.
     let frame = crate::map::testing::blank_frame(10, 5);
     map.cull_landmark(young).unwrap();
     let kept = map.insert_point(ids[2], 5, &PLACE_M).unwrap();

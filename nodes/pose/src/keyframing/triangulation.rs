@@ -9,7 +9,7 @@ use crate::map::{Keyframe, KeyframeId, Map};
 use crate::matching::points::match_all;
 use crate::solve::PluckerLine;
 
-/// So many of the right corners are to pass.
+/// This many of the right corners are to pass.
 const INLIER_PROBABILITY: f64 = 0.95;
 
 /// Makes points of corners that are none yet and that a neighbour of the keyframe sees, too. A pair must lie on each
@@ -32,7 +32,7 @@ pub fn triangulate(map: &mut Map, keyframe: KeyframeId, config: &KeyframingConfi
     made
 }
 
-/// The places of pairs of corners that stand all checks.
+/// The places of pairs of corners that pass all checks.
 fn pairs(
     one: &Keyframe,
     other: &Keyframe,

@@ -1,4 +1,4 @@
-//! What landmarks are off by together.
+//! The common error of landmarks.
 //!
 //! A pose that is measured against landmarks has three errors. That of what the frame itself shows is new with each frame. That
 //! of the landmarks' places, as the frame that brought them in showed them, stays: to see them again moves each to where
@@ -32,7 +32,7 @@ struct Arrival {
 }
 
 impl Arrivals {
-    /// A frame brings landmarks in, so many and from a pose of this covariance. `of_landmarks` is the covariance of a pose that
+    /// A frame adds landmarks, this many and from a pose of this covariance. `of_landmarks` is the covariance of a pose that
     /// is measured against them, if they alone had errors.
     pub(super) fn arrive(
         &mut self,
@@ -53,7 +53,7 @@ impl Arrivals {
         self.by_frame.retain(|frame, _| frames.contains(frame));
     }
 
-    /// What the landmarks that these frames brought in, one for each landmark, make of the pose of a camera here.
+    /// The error of a camera's pose here by the landmarks that these frames added, one frame for each landmark.
     pub(super) fn covariance_at(
         &self,
         frames: impl Iterator<Item = u64>,
@@ -68,7 +68,7 @@ impl Arrivals {
             let arrival = self.by_frame.get(frame)?;
             let carry = adjoint(&(camera_from_map * arrival.camera_from_map.inverse()));
             let share = f64::from(*count) / all;
-            // A part of the landmarks tells that much less.
+            // A part of the landmarks has that much less information.
             let part = arrival.landmarks as f64 / f64::from(*count);
             let whole = share * arrival.covariance + share * share * part * arrival.of_landmarks;
             Some(carry * whole * carry.transpose())

@@ -1,4 +1,4 @@
-//! What is kept of what the camera has seen.
+//! The parameters of the local map.
 
 use std::f64::consts::PI;
 
@@ -40,14 +40,14 @@ geometry::parameters! {
         located_share: f64 = 0.02, positive;
         /// Where landmarks that are not located contribute to the camera's pose, their error in the image by their depth counts
         /// as this many times as large.
-        // Before they are located all are off to the same side, as far as a scene is farther or nearer than was thought, in one
+        // Before they are located all have an error of the same sign, as far as a scene is farther or nearer than assumed, in one
         // frame after the other: a thousand of them would say so with the voice of a thousand.
-        unlocated_doubt: f64 = 100.0, positive;
+        unlocated_error_factor: f64 = 100.0, positive;
         /// A landmark is dropped when it was seen in a smaller share of the frames that should have seen it.
         // PL-SLAM section 2.3 (ORB-SLAM): found in more than a quarter of the frames that should see it.
         min_seen_share: f64 = 0.25, share;
         /// A landmark is kept for at least this many frames that should have seen it.
-        least_foreseen: u32 = 5;
+        min_expected_frames: u32 = 5;
         /// How corners are matched to points.
         // What is alike by chance only makes outliers: of a prediction that is right, true matches differ by less.
         point_matching: MatchConfig = MatchConfig { max_distance: 64, ..GuidedConfig::default().matching };
@@ -74,7 +74,7 @@ impl LocalMapConfig {
         self.point_std_dev_px * self.pyramid.scale_factor.powi(i32::from(level))
     }
 
-    /// How corners are looked for, no farther from where they are foreseen.
+    /// How corners are searched for, no farther from where they are predicted.
     pub(super) fn guided(&self, radius_px: f32) -> GuidedConfig {
         GuidedConfig {
             matching: self.point_matching,

@@ -28,7 +28,7 @@ pub struct LineLandmark {
     pub start: LineEnd,
     /// The other one.
     pub end: LineEnd,
-    /// What it looked like when it was last seen.
+    /// Its descriptor when it was last seen.
     pub descriptor: LineDescriptor,
     /// The frame that saw it last.
     pub seen_in_frame: u64,
@@ -37,7 +37,7 @@ pub struct LineLandmark {
     /// Frames that saw it.
     pub seen: u32,
     /// Frames that should have.
-    pub foreseen: u32,
+    pub expected: u32,
 }
 
 /// A segment with its place in space, at a pose.
@@ -65,7 +65,7 @@ impl LineLandmark {
             seen_in_frame: view.number,
             arrival: view.number,
             seen: 1,
-            foreseen: 1,
+            expected: 1,
         })
     }
 
@@ -89,7 +89,7 @@ impl LineLandmark {
     }
 
     /// Where it should be in an image; `None` where less than half of it would be in view.
-    pub(super) fn foreseen(&self, view: &View<'_>) -> Option<ProjectedLine> {
+    pub(super) fn expected(&self, view: &View<'_>) -> Option<ProjectedLine> {
         let View { camera, camera_from_map, .. } = view;
         let end = |end: &LineEnd| camera.project(&(camera_from_map * end.position_m));
         let (start_px, end_px) = (end(&self.start)?, end(&self.end)?);
@@ -99,7 +99,7 @@ impl LineLandmark {
         (inside >= 2).then_some(ProjectedLine { start_px, end_px, descriptor: self.descriptor })
     }
 
-    /// What a segment says of the pose, were it this landmark and its place known.
+    /// The observation of the pose by a segment, were it this landmark and its place known.
     pub(super) fn observation_if_known(
         &self,
         seen: SeenLine<'_>,
@@ -121,7 +121,7 @@ impl LineLandmark {
         }
     }
 
-    /// What it says with what the place may be off by.
+    /// The observation with the uncertainty of the place.
     pub(super) fn observation(
         &self,
         seen: SeenLine<'_>,
@@ -134,8 +134,9 @@ impl LineLandmark {
         let along = (known.end_px - known.start_px).normalize();
         let across = Vector2::new(-along.y, along.x);
         let across_px2 = |spread: &Spread| across.dot(&(spread.image_px2 * across)).max(0.0);
-        let doubt = self.start.place.doubt(config).max(self.end.place.doubt(config));
-        let pixel_px2 = doubt * doubt * mean(across_px2(&start), across_px2(&end));
+        let error_factor =
+            self.start.place.error_factor(config).max(self.end.place.error_factor(config));
+        let pixel_px2 = error_factor * error_factor * mean(across_px2(&start), across_px2(&end));
         let depth_m2 = mean(start.depth_std_dev_m.powi(2), end.depth_std_dev_m.powi(2));
         LineObservation {
             pixel_std_dev_px: known.pixel_std_dev_px.hypot(pixel_px2.sqrt()),
@@ -149,7 +150,7 @@ impl LineLandmark {
         let is_located = [&self.start, &self.end].map(|end| end.place.is_located(config));
         let measured = seen.in_space.and_then(|_| LineEnd::both(seen, view, config));
         match measured {
-            // What was only a pair of rays is where it is seen to be now.
+            // A line known only by two rays is now where it is seen.
             Some([start, end]) if is_located != [true; 2] => (self.start, self.end) = (start, end),
             _ => self.correct(seen, view, config),
         }
@@ -196,7 +197,7 @@ impl LineLandmark {
         for end in [&mut self.start, &mut self.end] {
             let in_camera_m = camera_from_map * end.position_m;
             let Some(ray) = in_camera_m.coords.try_normalize(0.0) else { continue };
-            // The point of the measured line beside the end, and its distance along the ray, less what lies along the line.
+            // The point of the measured line beside the end, and its distance along the ray, less the part along the line.
             let at_m = (in_camera_m - in_space.start_m).dot(&along);
             let beside_m = in_space.start_m + along * at_m - in_camera_m;
             let Some(across) = (ray - along * along.dot(&ray)).try_normalize(1e-3) else {

@@ -21,10 +21,10 @@ pub(super) struct Place {
     state: Point3<f64>,
     covariance: Matrix3<f64>,
     /// How the state changes with each second that the camera takes longer to read an image than was thought.
-    lean_per_s: Vector3<f64>,
+    readout_derivative_per_s: Vector3<f64>,
 }
 
-/// What the uncertainty of a place makes of its image.
+/// The uncertainty of a place in the image.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Spread {
     /// Covariance of the column and the row.
@@ -85,7 +85,7 @@ impl Place {
             map_from_first: map_from_camera,
             state: ray.push(depth.mean).into(),
             covariance: Matrix3::from_diagonal(&variances),
-            lean_per_s: Vector3::zeros(),
+            readout_derivative_per_s: Vector3::zeros(),
         })
     }
 
@@ -114,12 +114,12 @@ impl Place {
         self.covariance[(2, 2)].sqrt() <= config.located_share * self.state.z
     }
 
-    /// What its standard deviations in the image are multiplied by before it says where the camera is.
-    pub(super) fn doubt(&self, config: &LocalMapConfig) -> f64 {
-        if self.is_located(config) { 1.0 } else { config.unlocated_doubt }
+    /// The factor of its standard deviations in the image when it contributes to the camera's pose.
+    pub(super) fn error_factor(&self, config: &LocalMapConfig) -> f64 {
+        if self.is_located(config) { 1.0 } else { config.unlocated_error_factor }
     }
 
-    /// What the place may be off by in an image.
+    /// The uncertainty of the place in an image.
     pub(super) fn spread(&self, view: &View<'_>) -> Spread {
         let View { camera, camera_from_map, .. } = view;
         let rotation = camera_from_map.rotation.to_rotation_matrix().into_inner();
@@ -133,32 +133,34 @@ impl Place {
     }
 
     /// How it moves in the map with each second that the camera takes longer to read an image.
-    pub(super) fn lean_m_per_s(&self) -> Vector3<f64> {
-        self.slopes() * self.lean_per_s
+    pub(super) fn readout_derivative_m_per_s(&self) -> Vector3<f64> {
+        self.slopes() * self.readout_derivative_per_s
     }
 
-    /// Says how it leans in the map.
-    pub(super) fn set_lean(&mut self, lean_m_per_s: &Vector3<f64>) {
+    /// Sets its derivative by the readout time, in the map.
+    pub(super) fn set_readout_derivative(&mut self, readout_derivative_m_per_s: &Vector3<f64>) {
         let to_state = self.slopes().try_inverse();
-        self.lean_per_s = to_state.map_or_else(Vector3::zeros, |to_state| to_state * lean_m_per_s);
+        self.readout_derivative_per_s =
+            to_state.map_or_else(Vector3::zeros, |to_state| to_state * readout_derivative_m_per_s);
     }
 
-    /// A step of the Kalman filter with one number, that changes so with the place in the map and is off by so much, as
-    /// measured at a place that leans so.
+    /// A step of the Kalman filter with one number, which has this slope by the place in the map and this residual, as
+    /// measured at a place with this derivative by the readout time.
     pub(super) fn correct(
         &mut self,
         slope_in_map: &Vector3<f64>,
         off: f64,
         variance: f64,
-        lean_m_per_s: &Vector3<f64>,
+        readout_derivative_m_per_s: &Vector3<f64>,
     ) {
         let slope = self.slopes().transpose() * slope_in_map;
-        let leans = slope_in_map.dot(lean_m_per_s) - slope.dot(&self.lean_per_s);
+        let leans = slope_in_map.dot(readout_derivative_m_per_s)
+            - slope.dot(&self.readout_derivative_per_s);
         let carried = self.covariance * slope;
         let gain = carried / (slope.dot(&carried) + variance);
         self.state += gain * off;
         self.covariance -= gain * carried.transpose();
-        self.lean_per_s += gain * leans;
+        self.readout_derivative_per_s += gain * leans;
         self.hold();
     }
 
@@ -167,22 +169,27 @@ impl Place {
         &mut self,
         camera_from_map: &Isometry3<f64>,
         depth: MeasuredDepth,
-        lean_m_per_s: &Vector3<f64>,
+        readout_derivative_m_per_s: &Vector3<f64>,
     ) {
         let measured = InverseDepth::from(depth);
-        let foreseen = (camera_from_map * self.in_map_m()).z.recip();
+        let expected = (camera_from_map * self.in_map_m()).z.recip();
         let toward = camera_from_map.rotation.inverse() * Vector3::z();
-        let slope = -foreseen * foreseen * toward;
-        self.correct(&slope, measured.mean - foreseen, measured.std_dev.powi(2), lean_m_per_s);
+        let slope = -expected * expected * toward;
+        self.correct(
+            &slope,
+            measured.mean - expected,
+            measured.std_dev.powi(2),
+            readout_derivative_m_per_s,
+        );
     }
 
-    /// It is where it is when the camera takes so much longer to read an image.
+    /// Moves it to where it is when the camera takes this much longer to read an image.
     pub(super) fn correct_readout(&mut self, longer_s: f64) {
-        self.state += longer_s * self.lean_per_s;
+        self.state += longer_s * self.readout_derivative_per_s;
         self.hold();
     }
 
-    /// Makes it less sure, by so much along each axis of the map.
+    /// Increases its covariance, by this much along each axis of the map.
     pub(super) fn loosen(&mut self, std_dev_m: f64) {
         let inverse_depth = self.state.z;
         let across = std_dev_m * inverse_depth;
@@ -207,7 +214,7 @@ mod tests {
     const PIXEL_STD_DEV: f64 = 1.0;
     const INVERSE_DEPTH_STD_DEV: f64 = 0.01;
 
-    /// What a camera there sees of a point, with noise.
+    /// The observation of a point by a camera there, with noise.
     fn seen(
         camera_from_map: &Isometry3<f64>,
         point_m: &Point3<f64>,

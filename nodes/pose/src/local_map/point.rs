@@ -19,7 +19,7 @@ pub struct PointLandmark {
     pub position_m: Point3<f64>,
     /// The same, with what it may be off by.
     place: Place,
-    /// What it looked like when it was last seen.
+    /// Its descriptor when it was last seen.
     pub descriptor: Descriptor,
     /// From where it was last seen: a unit vector of the map frame from the point to the camera.
     pub towards_camera: Vector3<f64>,
@@ -36,7 +36,7 @@ pub struct PointLandmark {
     /// Frames that saw it.
     pub seen: u32,
     /// Frames that should have.
-    pub foreseen: u32,
+    pub expected: u32,
 }
 
 /// A corner, with its depth where it has one.
@@ -61,9 +61,10 @@ impl PointLandmark {
         let depth = seen.depth.map_or_else(|| config.unmeasured_depth(), InverseDepth::from);
         let mut place = Place::seen(camera, map_from_camera, &pixel, pixel_std_dev, depth)?;
         let in_camera_m = camera_from_map * place.in_map_m();
-        let lean_m_per_s =
-            view.lean.of_measured(&in_camera_m, pixel.y, camera) - view.lean.of_pose(&in_camera_m);
-        place.set_lean(&(map_from_camera.rotation * lean_m_per_s));
+        let readout_derivative_m_per_s =
+            view.readout_derivative.of_measured(&in_camera_m, pixel.y, camera)
+                - view.readout_derivative.of_pose(&in_camera_m);
+        place.set_readout_derivative(&(map_from_camera.rotation * readout_derivative_m_per_s));
         let mut landmark = Self {
             id,
             position_m: place.in_map_m(),
@@ -76,14 +77,14 @@ impl PointLandmark {
             seen_in_frame: view.number,
             arrival: view.number,
             seen: 0,
-            foreseen: 1,
+            expected: 1,
         };
         landmark.look(view.number, seen.corner, &map_from_camera);
         Some(landmark)
     }
 
     /// Where it should be in an image, as far as a camera there would see it at all.
-    pub(super) fn foreseen(
+    pub(super) fn expected(
         &self,
         view: &View<'_>,
         config: &LocalMapConfig,
@@ -110,7 +111,7 @@ impl PointLandmark {
         })
     }
 
-    /// What a corner says of the pose, were it this landmark and its place known.
+    /// The observation of the pose by a corner, were it this landmark and its place known.
     pub(super) fn observation_if_known(
         &self,
         seen: SeenPoint<'_>,
@@ -126,7 +127,7 @@ impl PointLandmark {
         }
     }
 
-    /// What it says with what the place may be off by.
+    /// The observation with the uncertainty of the place.
     pub(super) fn observation(
         &self,
         seen: SeenPoint<'_>,
@@ -138,7 +139,7 @@ impl PointLandmark {
         let known = self.observation_if_known(seen, config);
         PointObservation {
             pixel_std_dev_px: known.pixel_std_dev_px.hypot(across_px.norm()),
-            spread_px: self.place.doubt(config) * along_px,
+            spread_px: self.place.error_factor(config) * along_px,
             depth_std_dev_m: known.depth_std_dev_m.hypot(spread.depth_std_dev_m),
             ..known
         }
@@ -170,15 +171,16 @@ impl PointLandmark {
         let slopes = image_slopes(camera, &in_camera_m) * rotation;
         let off = seen.corner.pixel.cast::<f64>() - pixel;
         let variance = config.pixel_std_dev_px(seen.corner.level).powi(2);
-        // The measurement leans by itself, and so does the pose that the landmark is compared at.
-        let lean = view.lean.of_measured(&in_camera_m, seen.corner.pixel.y.into(), camera)
-            - view.lean.of_pose(&in_camera_m);
-        let lean = rotation.transpose() * lean;
+        // The measurement depends on the readout time, and so does the pose that the landmark is compared at.
+        let derivative =
+            view.readout_derivative.of_measured(&in_camera_m, seen.corner.pixel.y.into(), camera)
+                - view.readout_derivative.of_pose(&in_camera_m);
+        let derivative = rotation.transpose() * derivative;
         for row in 0..2 {
-            self.place.correct(&slopes.row(row).transpose(), off[row], variance, &lean);
+            self.place.correct(&slopes.row(row).transpose(), off[row], variance, &derivative);
         }
         if let Some(depth) = seen.depth {
-            self.place.correct_depth(camera_from_map, depth, &lean);
+            self.place.correct_depth(camera_from_map, depth, &derivative);
         }
         // A landmark that is known too well could not be corrected any more.
         self.place.loosen(config.landmark_noise_m);
@@ -195,8 +197,8 @@ impl PointLandmark {
 
     /// How its place changes with each second that the camera takes longer to read an image than was thought.
     #[must_use]
-    pub fn lean_m_per_s(&self) -> Vector3<f64> {
-        self.place.lean_m_per_s()
+    pub fn readout_derivative_m_per_s(&self) -> Vector3<f64> {
+        self.place.readout_derivative_m_per_s()
     }
 
     /// Whether its depth is known, and not only its ray.
@@ -204,7 +206,7 @@ impl PointLandmark {
         self.place.is_located(config)
     }
 
-    /// Moves it to where it is when the camera takes so much longer to read an image.
+    /// Moves it to where it is when the camera takes this much longer to read an image.
     pub(super) fn correct_readout(&mut self, longer_s: f64) {
         self.place.correct_readout(longer_s);
         self.position_m = self.place.in_map_m();

@@ -13,34 +13,34 @@ impl LocalMap {
     /// Looks for the landmarks where a camera at this pose should see them, no farther off than `radius_px`.
     #[must_use]
     pub fn search(&self, view: &View<'_>, radius_px: f32) -> Associations {
-        let (foreseen_points, points) = self.search_points(view, radius_px);
-        let (foreseen_lines, lines) = self.search_lines(view, radius_px);
-        Associations { foreseen_points, foreseen_lines, points, lines }
+        let (predicted_points, points) = self.search_points(view, radius_px);
+        let (predicted_lines, lines) = self.search_lines(view, radius_px);
+        Associations { predicted_points, predicted_lines, points, lines }
     }
 
     fn search_points(&self, view: &View<'_>, radius_px: f32) -> (Vec<usize>, Vec<Association>) {
-        let (mut foreseen, mut corners) = (Vec::new(), Vec::<PredictedCorner>::new());
+        let (mut predicted, mut corners) = (Vec::new(), Vec::<PredictedCorner>::new());
         for (index, point) in self.points.iter().enumerate() {
-            if let Some(corner) = point.foreseen(view, &self.config) {
-                foreseen.push(index);
+            if let Some(corner) = point.expected(view, &self.config) {
+                predicted.push(index);
                 corners.push(corner);
             }
         }
         let guided = self.config.guided(radius_px);
         let pairs = match_guided(&corners, &CornerGrid::new(&view.frame.corners), &guided);
         let pairs = pairs.iter().filter_map(|pair| {
-            let landmark = *foreseen.get(pair.sought)?;
+            let landmark = *predicted.get(pair.sought)?;
             Some(Association { landmark, feature: pair.found })
         });
         let pairs = pairs.collect();
-        (foreseen, pairs)
+        (predicted, pairs)
     }
 
     fn search_lines(&self, view: &View<'_>, radius_px: f32) -> (Vec<usize>, Vec<Association>) {
-        let (mut foreseen, mut projected) = (Vec::new(), Vec::<ProjectedLine>::new());
+        let (mut predicted, mut projected) = (Vec::new(), Vec::<ProjectedLine>::new());
         for (index, line) in self.lines.iter().enumerate() {
-            if let Some(line) = line.foreseen(view) {
-                foreseen.push(index);
+            if let Some(line) = line.expected(view) {
+                predicted.push(index);
                 projected.push(line);
             }
         }
@@ -48,14 +48,14 @@ impl LocalMap {
         let bins = DirectionBins::new(&view.frame.lines);
         let pairs = match_projected_lines(&projected, &view.frame.lines, &bins, &matching);
         let pairs = pairs.iter().filter_map(|pair| {
-            let landmark = *foreseen.get(pair.from)?;
+            let landmark = *predicted.get(pair.from)?;
             Some(Association { landmark, feature: pair.to })
         });
         let pairs = pairs.collect();
-        (foreseen, pairs)
+        (predicted, pairs)
     }
 
-    /// What the associated features say of the pose: one observation for each association.
+    /// The observations of the pose by the associated features: one for each association.
     #[must_use]
     pub fn observations(
         &self,
@@ -73,7 +73,7 @@ impl LocalMap {
         (points.collect(), lines.collect())
     }
 
-    /// What the associated features say of the pose that the verdicts accept, were the places of the landmarks known.
+    /// The observations of the pose by the associated features that the verdicts accept, were the places of the landmarks known.
     #[must_use]
     pub fn observations_if_known(
         &self,
@@ -94,7 +94,7 @@ impl LocalMap {
         (points.collect(), lines.collect())
     }
 
-    /// What corners say of the pose where none is known: one observation for each pair of a point that is
+    /// The observations of points for a pose that is not known yet: one for each pair of a point that is
     /// located.
     #[must_use]
     pub fn blind_observations(
@@ -112,7 +112,7 @@ impl LocalMap {
         points.collect()
     }
 
-    /// What segments and lines say of the pose where none is known: one pair for each that both have a place in space.
+    /// The observations of lines for a pose that is not known yet: one pair for each that both have a place in space.
     pub(crate) fn line_pairs(&self, frame: &Frame, pairs: &[Association]) -> Vec<LinePair> {
         let lines = pairs.iter().filter_map(|pair| {
             let seen = seen_line(frame, pair.feature)?;

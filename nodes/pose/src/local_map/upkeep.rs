@@ -1,4 +1,4 @@
-//! What the map learns, takes in and forgets.
+//! The update of landmarks, and which are added and dropped.
 
 use std::collections::BTreeSet;
 
@@ -14,14 +14,14 @@ use crate::solve::{RefineConfig, Verdict, information_at};
 impl LocalMap {
     /// Takes in what a frame at a known pose says of the landmarks that it shows, or should.
     pub fn learn(&mut self, view: &View<'_>, associations: &Associations, verdicts: Verdicts<'_>) {
-        for index in &associations.foreseen_points {
+        for index in &associations.predicted_points {
             if let Some(point) = self.points.get_mut(*index) {
-                point.foreseen += 1;
+                point.expected += 1;
             }
         }
-        for index in &associations.foreseen_lines {
+        for index in &associations.predicted_lines {
             if let Some(line) = self.lines.get_mut(*index) {
-                line.foreseen += 1;
+                line.expected += 1;
             }
         }
         for (pair, verdict) in associations.points.iter().zip(verdicts.points) {
@@ -73,7 +73,7 @@ impl LocalMap {
         }
         let at = &view.camera_from_map;
         let information = information_at(view.camera, at, &points, &lines, refine);
-        // Landmarks that tell nothing of some direction leave the pose to others there.
+        // In directions that a landmark does not constrain, others determine the pose.
         let of_landmarks = information.cholesky().map_or_else(Matrix6::zeros, |c| c.inverse());
         let landmarks = points.len() + lines.len();
         self.arrivals.arrive(view.number, at, covariance, &of_landmarks, landmarks);
@@ -82,12 +82,12 @@ impl LocalMap {
     /// Forgets what is seen too seldom, and what was not seen for longest where there is too much.
     pub fn forget(&mut self) {
         let config = self.config;
-        let keeps = |seen: u32, foreseen: u32| {
-            foreseen < config.least_foreseen
-                || f64::from(seen) >= config.min_seen_share * f64::from(foreseen)
+        let keeps = |seen: u32, expected: u32| {
+            expected < config.min_expected_frames
+                || f64::from(seen) >= config.min_seen_share * f64::from(expected)
         };
-        self.points.retain(|point| keeps(point.seen, point.foreseen));
-        self.lines.retain(|line| keeps(line.seen, line.foreseen));
+        self.points.retain(|point| keeps(point.seen, point.expected));
+        self.lines.retain(|line| keeps(line.seen, line.expected));
         bound(&mut self.points, config.max_points, |point| (point.seen_in_frame, point.id));
         bound(&mut self.lines, config.max_lines, |line| (line.seen_in_frame, line.id));
         let of_points = self.points.iter().map(|point| point.arrival);

@@ -22,13 +22,13 @@ pub struct LoopConfig {
     pub refine: RefineConfig,
     /// How far around its place a point may be found when the pose is known so well, in pixels of level 0.
     pub search_radius_px: f32,
-    /// A pose must explain so many points ...
+    /// A pose must explain this many points ...
     pub least_inliers: usize,
-    /// ... and so large a share of those that were matched near their places.
+    /// ... and this large a share of those that were matched near their places.
     pub least_inlier_share: f64,
-    /// Keyframes that see at least so many of the same landmarks are tied in the essential graph.
+    /// Keyframes that see at least this many of the same landmarks are tied in the essential graph.
     pub essential_shared: u32,
-    /// How sure the motion between two keyframes is that follow each other, where odometry does not tell
+    /// How sure the motion between two keyframes is that follow each other, where odometry has none
     /// (`keyframing.window.motions`): a shift, and a turn.
     pub edge_std_dev_m: f64,
     /// The turn.
@@ -64,8 +64,8 @@ impl Default for LoopConfig {
             // Of 40 points a pose is known to half of that.
             loop_std_dev_m: 0.01,
             loop_std_dev_rad: 0.005,
-            // Odometry drifts the same way with each step, not to and fro: so much is a loop of two hundred steps, each off by a
-            // standard deviation. It is there for loops that cannot be.
+            // Odometry drifts in the same direction with each step, not at random: this is a loop of two hundred steps, each off by a
+            // standard deviation. It refuses impossible loops.
             graph: GraphConfig { max_rise_chi2: 200.0, ..GraphConfig::default() },
             keyframing: KeyframingConfig::default(),
         }

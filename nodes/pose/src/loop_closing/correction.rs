@@ -13,17 +13,17 @@ use crate::map::{KeyframeId, LineId, Map, MapError, PointId, Sightings};
 /// A loop that was closed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ClosedLoop {
-    /// What was off between the two ends before: metres.
+    /// The error between the two ends before: metres.
     pub gap_m: f64,
     /// And radians.
     pub gap_rad: f64,
-    /// What went elsewhere.
+    /// The keyframes that were moved.
     pub corrected: Corrected,
-    /// What became one.
+    /// The landmarks that were fused.
     pub fused: FusedDuplicates,
 }
 
-/// What went elsewhere.
+/// The keyframes that were moved.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Corrected {
     /// Keyframes.
@@ -41,12 +41,12 @@ pub enum NotClosed {
     /// The graph cannot be optimised.
     #[error(transparent)]
     Graph(#[from] GraphError),
-    /// All that is known of the way between the two ends contradicts the loop.
+    /// All measured motions between the two ends contradict the loop.
     #[error(
-        "the loop is off by {chi2} squared standard deviations after all others have given way"
+        "the loop is off by {chi2} squared standard deviations after all other edges were adjusted"
     )]
     Contradicted {
-        /// Of its own error, where it was not believed.
+        /// Of its own error, where it was not accepted.
         chi2: f64,
     },
     /// It was stopped.
@@ -82,8 +82,8 @@ pub fn close_loop(
     if optimised.was_aborted {
         return Err(NotClosed::Aborted);
     }
-    if let Some(fate) = optimised.edges.last().filter(|fate| !fate.is_used) {
-        return Err(NotClosed::Contradicted { chi2: fate.chi2 });
+    if let Some(status) = optimised.edges.last().filter(|status| !status.is_used) {
+        return Err(NotClosed::Contradicted { chi2: status.chi2 });
     }
     map.close_loop(keyframe, to, &camera_from_other)?;
     let poses = essential.keyframes.iter().copied().zip(optimised.poses);
@@ -98,7 +98,7 @@ pub fn close_loop(
 /// Puts keyframes elsewhere (`camera_from_map`), and each landmark with the oldest keyframe that sees it.
 ///
 /// # Errors
-/// When a pose is not finite; the map is as it was. Keyframes that are gone are passed over.
+/// When a pose is not finite; the map is as it was. Keyframes that are gone are skipped.
 pub fn correct(
     map: &mut Map,
     poses: &[(KeyframeId, Isometry3<f64>)],

@@ -54,8 +54,8 @@ pub(super) fn with_loop(map: &Map, new: Option<NewLoop>, config: &LoopConfig) ->
             let (Some(to), Some(of_other)) = (nodes.get(other), map.keyframes().get(*other)) else {
                 continue;
             };
-            // They are all told by the same features: together they are worth one. And what drifts does so with the way
-            // between, or where that is not known with each keyframe.
+            // They are all measured by the same features: together they count as one. Drift grows with the distance
+            // between, or where that is not known, with each keyframe.
             let between = keyframe.number().abs_diff(of_other.number()).max(1);
             let of_odometry = keyframe.by_odometry().zip(of_other.by_odometry());
             let motions = &config.keyframing.window.motions;

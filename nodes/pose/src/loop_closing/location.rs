@@ -13,7 +13,7 @@ use super::LoopConfig;
 use crate::bundle_adjustment::{line_observation, point_observation};
 use crate::feature::points::Corner;
 use crate::frame::Frame;
-use crate::keyframing::foresight::{foreseen_line, foreseen_point};
+use crate::keyframing::prediction::{predicted_line, predicted_point};
 use crate::map::{KeyframeId, LineId, Map, PointId};
 use crate::matching::lines::{DirectionBins, ProjectedLineConfig, match_projected_lines};
 use crate::matching::points::{CornerGrid, GuidedConfig, match_all, match_guided};
@@ -37,9 +37,9 @@ pub struct Located {
     /// Which segments are which lines.
     pub lines: Vec<(usize, LineId)>,
     /// The points that should be seen from there.
-    pub foreseen_points: Vec<PointId>,
+    pub predicted_points: Vec<PointId>,
     /// The lines that should.
-    pub foreseen_lines: Vec<LineId>,
+    pub predicted_lines: Vec<LineId>,
 }
 
 /// The frame does not show what the keyframe does.
@@ -49,11 +49,11 @@ pub enum NotLocated {
     #[error("the map has no keyframe {0:?}")]
     NoKeyframe(KeyframeId),
     /// Too few corners look alike.
-    #[error("{matches} corners look alike: it takes {needed}")]
+    #[error("{matches} corners look alike: {needed} are needed")]
     TooFewMatches {
         /// How many do.
         matches: usize,
-        /// What it takes.
+        /// The number needed.
         needed: usize,
     },
     /// No pose explains enough of them.
@@ -64,20 +64,20 @@ pub enum NotLocated {
     NotRefined(#[from] PoseError),
     /// The pose explains too little of what should be seen from there.
     #[error(
-        "the pose explains {inliers} of {matches} points: it takes {needed}, and {share} of all"
+        "the pose explains {inliers} of {matches} points: {needed} are needed, and {share} of all"
     )]
     TooFewInliers {
-        /// What it explains.
+        /// The number it explains.
         inliers: usize,
         /// Points that were found near their places.
         matches: usize,
-        /// What it takes.
+        /// The number needed.
         needed: usize,
         /// The share that it takes.
         share: f64,
     },
-    /// What is seen leaves directions of the pose open.
-    #[error("{directions} directions of the pose are not told")]
+    /// The observations leave directions of the pose undetermined.
+    #[error("{directions} directions of the pose are not observable")]
     Degenerate {
         /// How many.
         directions: usize,
@@ -101,7 +101,7 @@ pub fn locate(
     locate_near(map, keyframe, (frame, &Known::default()), camera, &guess, config)
 }
 
-/// What is known already of which feature is which landmark.
+/// The associations of features to landmarks that are known already.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Known {
     /// Which corners are which points.
@@ -152,11 +152,11 @@ pub fn locate_near(
     let points = points.filter(|(_, verdict)| verdict.is_inlier()).map(|(pair, _)| *pair).collect();
     let lines = seen.lines.iter().zip(&pose.lines);
     let lines = lines.filter(|(_, verdict)| verdict.is_inlier()).map(|(pair, _)| *pair).collect();
-    let Seen { foreseen_points, foreseen_lines, .. } = seen;
-    Ok(Located { pose, points, lines, foreseen_points, foreseen_lines })
+    let Seen { predicted_points, predicted_lines, .. } = seen;
+    Ok(Located { pose, points, lines, predicted_points, predicted_lines })
 }
 
-/// Whether a pose was corrected by so little that the same would be found near the same places again.
+/// Whether the correction of a pose is so small that the same would be found near the same places again.
 fn is_settled(
     camera: &CameraModel,
     [before, now]: [&Isometry3<f64>; 2],
@@ -192,19 +192,19 @@ fn blind_observations(
     Ok(seen.collect())
 }
 
-/// What a keyframe and its neighbours see.
+/// The landmarks that a keyframe and its neighbours see.
 struct Around {
     points: Vec<PointId>,
     lines: Vec<LineId>,
 }
 
-/// What of that a frame shows.
+/// The visible part of that in a frame.
 #[derive(Default)]
 struct Seen {
     points: Vec<(usize, PointId)>,
     lines: Vec<(usize, LineId)>,
-    foreseen_points: Vec<PointId>,
-    foreseen_lines: Vec<LineId>,
+    predicted_points: Vec<PointId>,
+    predicted_lines: Vec<LineId>,
     point_observations: Vec<PointObservation>,
     line_observations: Vec<LineObservation>,
 }
@@ -232,14 +232,14 @@ impl Around {
         config: &LoopConfig,
     ) -> Seen {
         let by = (map.config(), config.keyframing.max_viewing_angle_rad);
-        let foreseen = self.points.iter().filter_map(|id| {
+        let predicted = self.points.iter().filter_map(|id| {
             let point = map.points().get(*id)?;
-            Some((*id, foreseen_point(point, camera, camera_from_map, by)?))
+            Some((*id, predicted_point(point, camera, camera_from_map, by)?))
         });
-        let (ids, foreseen): (Vec<PointId>, Vec<_>) = foreseen.unzip();
+        let (ids, predicted): (Vec<PointId>, Vec<_>) = predicted.unzip();
         let guided =
             GuidedConfig { radius_px: config.search_radius_px, ..config.keyframing.fusing };
-        let pairs = match_guided(&foreseen, &CornerGrid::new(&frame.corners), &guided);
+        let pairs = match_guided(&predicted, &CornerGrid::new(&frame.corners), &guided);
         let mut seen = Seen::default();
         let taken: BTreeSet<usize> = known.points.iter().map(|(corner, _)| *corner).collect();
         let pairs = pairs.iter().filter(|pair| !taken.contains(&pair.found));
@@ -254,8 +254,8 @@ impl Around {
                 seen.point_observations.push(observed);
             }
         }
-        seen.foreseen_points = ids;
-        seen.foreseen_points.extend(known.points.iter().map(|(_, id)| *id));
+        seen.predicted_points = ids;
+        seen.predicted_points.extend(known.points.iter().map(|(_, id)| *id));
         self.add_lines(map, (frame, known), (camera, camera_from_map), config, &mut seen);
         seen
     }
@@ -268,14 +268,14 @@ impl Around {
         config: &LoopConfig,
         seen: &mut Seen,
     ) {
-        let foreseen = self.lines.iter().filter_map(|id| {
-            Some((*id, foreseen_line(map.lines().get(*id)?, camera, camera_from_map)?))
+        let predicted = self.lines.iter().filter_map(|id| {
+            Some((*id, predicted_line(map.lines().get(*id)?, camera, camera_from_map)?))
         });
-        let (ids, foreseen): (Vec<LineId>, Vec<_>) = foreseen.unzip();
+        let (ids, predicted): (Vec<LineId>, Vec<_>) = predicted.unzip();
         let max_offset_px = f64::from(config.search_radius_px);
         let matching = ProjectedLineConfig { max_offset_px, ..config.keyframing.fusing_lines };
         let bins = DirectionBins::new(&frame.lines);
-        let pairs = match_projected_lines(&foreseen, &frame.lines, &bins, &matching);
+        let pairs = match_projected_lines(&predicted, &frame.lines, &bins, &matching);
         let taken: BTreeSet<usize> = known.lines.iter().map(|(segment, _)| *segment).collect();
         let pairs = pairs.iter().filter(|pair| !taken.contains(&pair.to));
         let pairs = pairs.filter_map(|pair| Some((pair.to, ids.get(pair.from).copied()?)));
@@ -288,7 +288,7 @@ impl Around {
                 seen.line_observations.push(observed);
             }
         }
-        seen.foreseen_lines = ids;
-        seen.foreseen_lines.extend(known.lines.iter().map(|(_, id)| *id));
+        seen.predicted_lines = ids;
+        seen.predicted_lines.extend(known.lines.iter().map(|(_, id)| *id));
     }
 }

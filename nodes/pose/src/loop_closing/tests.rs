@@ -1,4 +1,4 @@
-//! A camera that goes along a wall and back, drifts on its way, and is at the beginning again.
+//! A camera that moves along a wall and back, drifts meanwhile, and is at the beginning again.
 
 use std::sync::Arc;
 
@@ -11,9 +11,9 @@ use crate::map::testing::{World, around};
 use crate::map::{KeyframeId, LineId, Map, MapConfig, NewKeyframe, PointId};
 use crate::solve::testing::{Random, kinect};
 
-/// What is not seen for so many keyframes is mapped anew.
+/// Landmarks not seen for this many keyframes are mapped again.
 const MEMORY: usize = 3;
-/// What odometry is off by with each step of half a metre.
+/// The error of odometry with each step of half a metre.
 const DRIFT: [f64; 6] = [0.004, 0.002, 0.006, 0.001, 0.002, 0.0];
 
 struct Trip {
@@ -145,10 +145,10 @@ fn another_place_is_not_taken_for_this_one() {
 }
 
 #[test]
-fn a_loop_that_the_way_contradicts_is_not_closed() {
+fn a_loop_that_odometry_contradicts_is_not_closed() {
     let trip = Trip::new(5);
     let mut map = trip.map.clone();
-    // As if a place four metres on looked the same: no drift on so short a way is as large.
+    // As if a place four metres on looked the same: no drift over so short a distance is as large.
     let mut located = trip.locate(&map, 3, 0).unwrap();
     let wrong = Isometry3::translation(4.0, 0.0, 0.0);
     located.pose.camera_from_map = wrong * located.pose.camera_from_map;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Slots that are copied at once when one of them changes that a snapshot still holds: 4 KiB.
 const CHUNK: usize = 256;
 
-/// The number of a thing in an [`Arena`]: where it is, and the how manyth thing there it is. That of a thing that was
+/// The number of a thing in an [`Arena`]: its slot, and the generation of the slot. That of a thing that was
 /// removed finds nothing, whatever came into its place.
 pub struct Id<T> {
     index: u32,

@@ -1,4 +1,4 @@
-//! What must hold of a map.
+//! The invariants of a map.
 
 use std::collections::BTreeMap;
 
@@ -8,25 +8,25 @@ use super::{Id, Keyframe, KeyframeId, Landmark, Map, MapLine, MapPoint, Shared};
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum Inconsistency {
     /// A feature is a landmark that does not know of it.
-    #[error("a feature of keyframe {0:?} is a landmark that is not there, or does not know of it")]
+    #[error("a feature of keyframe {0:?} is a landmark that is not there, or does not refer to it")]
     OneSidedFeature(KeyframeId),
     /// A landmark is seen by a keyframe that does not know of it.
-    #[error("a landmark is seen by keyframe {0:?}, which is not there, or does not know of it")]
+    #[error("a landmark is seen by keyframe {0:?}, which is not there, or does not refer to it")]
     OneSidedSighting(KeyframeId),
     /// No keyframe sees a landmark.
-    #[error("a landmark is seen by nobody")]
+    #[error("a landmark is seen by no keyframe")]
     Unseen,
-    /// What keyframes share was not counted right.
+    /// The count of shared landmarks of two keyframes is wrong.
     #[error("keyframe {0:?} has the wrong count of what it sees with others")]
     Covisibility(KeyframeId),
     /// There is not one root, or it is not the one that is remembered.
     #[error("there are {0} keyframes without a parent, or not the right one")]
     Roots(usize),
     /// Parent and child do not know of each other.
-    #[error("keyframe {0:?} and its parent or a child do not know of each other")]
+    #[error("keyframe {0:?} and its parent or a child do not refer to each other")]
     OneSidedBranch(KeyframeId),
-    /// A keyframe does not hang on the root.
-    #[error("{reached} of {keyframes} keyframes hang on the root: there is a cycle")]
+    /// A keyframe is not connected to the root.
+    #[error("{reached} of {keyframes} keyframes are connected to the root: there is a cycle")]
     Cycle {
         /// Keyframes that do.
         reached: usize,
@@ -118,12 +118,12 @@ impl Map {
         }
         for (id, keyframe) in self.keyframes.iter() {
             let parent = keyframe.parent.map(|parent| self.keyframes.get(parent));
-            let hangs =
+            let is_connected =
                 parent.is_none_or(|parent| parent.is_some_and(|p| p.children.contains(&id)));
             let holds = keyframe.children.iter().all(|child| {
                 self.keyframes.get(*child).is_some_and(|child| child.parent == Some(id))
             });
-            if !(hangs && holds) {
+            if !(is_connected && holds) {
                 return Err(Inconsistency::OneSidedBranch(id));
             }
         }

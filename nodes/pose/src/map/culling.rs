@@ -1,24 +1,24 @@
-//! What the map lets go.
+//! The removal of keyframes and landmarks.
 
 use nalgebra::Isometry3;
 
 use super::{Id, KeyframeId, Landmark, LineId, Map, MapError, PointId};
 
-/// A keyframe that is gone, and what is left of it: where it was from one that stays, so that whoever has tied something to
-/// it can tie that to the other.
+/// A removed keyframe, and its pose relative to one that stays, so that anything tied to
+/// it can be tied to the other.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CulledKeyframe {
-    /// The keyframe that it hung on.
+    /// Its parent in the spanning tree.
     pub parent: KeyframeId,
     /// Where it was from there.
     pub camera_from_parent: Isometry3<f64>,
-    /// Landmarks that nobody sees any more and that went with it.
+    /// Landmarks that no keyframe sees any more and that were removed with it.
     pub landmarks: usize,
 }
 
 impl Map {
-    /// Lets a keyframe go. Landmarks that it alone saw go with it; what hung on it in the spanning tree hangs on others
-    /// afterwards, and loops that ended there end at its parent.
+    /// Removes a keyframe. Landmarks that it alone saw are removed with it; its children in the spanning tree get other parents
+    /// and loops that ended there end at its parent.
     ///
     /// # Errors
     /// When it is not there, or is the root.
@@ -29,7 +29,7 @@ impl Map {
         let camera_from_parent = going.camera_from_map * of_parent.camera_from_map.inverse();
         let points: Vec<PointId> = going.points.iter().flatten().copied().collect();
         let lines: Vec<LineId> = going.lines.iter().flatten().copied().collect();
-        // First, while it is still known what the children see with others.
+        // First, while the landmarks that the children share with others are still known.
         self.hand_over_children(keyframe);
         self.hand_over_loops(keyframe, parent, &camera_from_parent);
         let mut landmarks = 0;

@@ -2,12 +2,12 @@
 
 use super::{Id, KeyframeId, Landmark, Map, MapError};
 
-/// What a fusion came to.
+/// The result of a fusion.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Fused {
     /// Keyframes that saw the dropped landmark and see the other now.
     pub moved: usize,
-    /// Keyframes that saw both: their feature that was the dropped one is none now.
+    /// Keyframes that saw both: their feature that was the dropped one is no landmark now.
     pub freed: usize,
 }
 

@@ -27,7 +27,7 @@ pub struct NewKeyframe<'a> {
     pub points: &'a [(usize, PointId)],
     /// Which of its segments are which lines.
     pub lines: &'a [(usize, LineId)],
-    /// Where odometry had it, if it knew.
+    /// Its pose by odometry, if there was one.
     pub by_odometry: Option<ByOdometry>,
 }
 
@@ -35,10 +35,10 @@ pub struct NewKeyframe<'a> {
 pub type NewLine = [Point3<f64>; 2];
 
 impl Map {
-    /// Takes a keyframe in. It hangs on the one that sees most of the same landmarks, of equal ones the newest; where none
-    /// does, on the newest of all: the camera came from there.
+    /// Adds a keyframe. Its parent is the one that sees most of the same landmarks, of equal ones the newest; where none
+    /// does, the newest of all: the camera came from there.
     ///
-    /// A landmark that is gone meanwhile, or named twice, is passed over.
+    /// A landmark that is gone meanwhile, or named twice, is ignored.
     ///
     /// # Errors
     /// When the pose is not finite, or the map full.
@@ -64,7 +64,7 @@ impl Map {
         let id = self.keyframes.insert(keyframe).ok_or(MapError::Full)?;
         self.next_number += 1;
         for &(feature, point) in new.points {
-            // It says no only to what this passes over.
+            // It refuses only those that are ignored here.
             self.observe(id, feature, point).ok();
         }
         for &(feature, line) in new.lines {
@@ -72,7 +72,7 @@ impl Map {
         }
         let most = self.neighbours(id, 1).first().map(|(neighbour, _)| *neighbour);
         match most.or(self.newest) {
-            Some(parent) => self.hang(id, parent),
+            Some(parent) => self.set_parent(id, parent),
             None => self.root = Some(id),
         }
         self.newest = Some(id);

@@ -12,7 +12,7 @@ use crate::frame::Frame;
 /// A frame that the map keeps, and what it has to do with others.
 #[derive(Clone, Debug)]
 pub struct Keyframe {
-    /// The how manyth keyframe of the map it was, from 0 on; no other ever has its number.
+    /// The sequence number of the keyframe in the map, from 0 on; no other ever has its number.
     pub(super) number: u64,
     pub(super) camera: CameraModel,
     pub(super) camera_from_map: Isometry3<f64>,
@@ -28,7 +28,7 @@ pub struct Keyframe {
     pub(super) by_odometry: Option<ByOdometry>,
 }
 
-/// What two keyframes both see.
+/// The landmarks that two keyframes both see.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Shared {
     /// Points.
@@ -52,21 +52,21 @@ pub struct LoopEdge {
     pub camera_from_other: Isometry3<f64>,
 }
 
-/// Where odometry had a camera: what it says of the way between two keyframes of one leg.
+/// The pose of a camera by odometry: it gives the motion between two keyframes of one leg.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ByOdometry {
-    /// The how manyth leg it was: a new one begins whenever odometry has lost the camera.
+    /// The number of the leg: a new one begins whenever odometry has lost the camera.
     pub leg: u64,
     /// Where it had the camera, in a frame of its own.
     pub camera_from_odom: Isometry3<f64>,
-    /// The way since the leg began, in metres.
-    pub way_m: f64,
+    /// The distance travelled since the leg began, in metres.
+    pub travelled_m: f64,
     /// All turns since the leg began, in radians.
     pub turned_rad: f64,
 }
 
 impl Keyframe {
-    /// The how manyth keyframe of the map it was, from 0 on.
+    /// The sequence number of the keyframe in the map, from 0 on.
     #[must_use]
     pub fn number(&self) -> u64 {
         self.number
@@ -114,19 +114,19 @@ impl Keyframe {
         &self.covisible
     }
 
-    /// The keyframe that it hangs on in the spanning tree; `None` for the root.
+    /// Its parent in the spanning tree; `None` for the root.
     #[must_use]
     pub fn parent(&self) -> Option<KeyframeId> {
         self.parent
     }
 
-    /// The keyframes that hang on it.
+    /// Its children in the spanning tree.
     #[must_use]
     pub fn children(&self) -> &BTreeSet<KeyframeId> {
         &self.children
     }
 
-    /// Where odometry had the camera, if it knew.
+    /// The camera's pose by odometry, if there was one.
     #[must_use]
     pub fn by_odometry(&self) -> Option<&ByOdometry> {
         self.by_odometry.as_ref()

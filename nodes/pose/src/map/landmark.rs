@@ -11,7 +11,7 @@ use crate::feature::points::Descriptor;
 use crate::frame::Frame;
 use crate::solve::PluckerLine;
 
-/// Who sees a landmark.
+/// The keyframes that see a landmark.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Sightings {
     pub(super) by_keyframe: BTreeMap<KeyframeId, u32>,
@@ -23,7 +23,7 @@ pub struct Sightings {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct FoundTimes {
     /// Frames that should have.
-    pub foreseen: u32,
+    pub expected: u32,
     /// Those of them that have.
     pub found: u32,
 }
@@ -32,12 +32,12 @@ impl FoundTimes {
     /// A frame that should have seen it, and has or has not.
     #[must_use]
     pub fn once(is_found: bool) -> Self {
-        Self { foreseen: 1, found: u32::from(is_found) }
+        Self { expected: 1, found: u32::from(is_found) }
     }
 
     /// More frames.
     pub fn add(&mut self, more: Self) {
-        self.foreseen = self.foreseen.saturating_add(more.foreseen);
+        self.expected = self.expected.saturating_add(more.expected);
         self.found = self.found.saturating_add(more.found);
     }
 }
@@ -69,8 +69,8 @@ impl Sightings {
     /// In which share of the frames it was found that should see it; 1 before there are any.
     #[must_use]
     pub fn found_share(&self) -> f64 {
-        let FoundTimes { foreseen, found } = self.times;
-        if foreseen == 0 { 1.0 } else { f64::from(found) / f64::from(foreseen) }
+        let FoundTimes { expected, found } = self.times;
+        if expected == 0 { 1.0 } else { f64::from(found) / f64::from(expected) }
     }
 }
 
@@ -82,7 +82,7 @@ pub struct MapPoint {
     pub(super) sightings: Sightings,
 }
 
-/// What a point looks like, and from where (PL-SLAM section 2.2).
+/// The appearance of a point, and the range of views (PL-SLAM section 2.2).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PointLook {
     /// Of the descriptors of all corners that are the point, the one that differs least from the others.
@@ -111,13 +111,13 @@ impl MapPoint {
         &self.position_m
     }
 
-    /// What it looks like, and from where.
+    /// Its appearance, and the range of views.
     #[must_use]
     pub fn look(&self) -> &PointLook {
         &self.look
     }
 
-    /// Who sees it.
+    /// The keyframes that see it.
     #[must_use]
     pub fn sightings(&self) -> &Sightings {
         &self.sightings
@@ -145,14 +145,14 @@ impl MapLine {
         &self.descriptor
     }
 
-    /// Who sees it.
+    /// The keyframes that see it.
     #[must_use]
     pub fn sightings(&self) -> &Sightings {
         &self.sightings
     }
 }
 
-/// What points and lines have in common: the operations of [`Map`] are for both.
+/// The common interface of points and lines: the operations of [`Map`] are for both.
 pub trait Landmark: Clone + private::Parts {}
 
 impl Landmark for MapPoint {}

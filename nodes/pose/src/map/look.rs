@@ -1,11 +1,11 @@
-//! What a landmark looks like, by all keyframes that see it.
+//! The appearance of a landmark, by all keyframes that see it.
 
 use nalgebra::{Point3, Vector3};
 
 use super::{Keyframe, LineId, Map, MapConfig, MapError, PointId, PointLook};
 
 impl Map {
-    /// Finds out anew what a point looks like, after others have seen it or it has moved: the descriptor that differs least
+    /// Recomputes the appearance of a point, after others have seen it or it has moved: the descriptor that differs least
     /// from all others (by the median), the mean direction it is seen from, and the range of distances, by the keyframe
     /// that has seen it longest (Mur-Artal et al. 2015, section III-C).
     ///
@@ -37,7 +37,7 @@ impl Map {
         Ok(())
     }
 
-    /// Finds out anew what a line looks like.
+    /// Recomputes the appearance of a line.
     ///
     /// # Errors
     /// When it is not there.
@@ -58,7 +58,7 @@ impl Map {
     }
 }
 
-/// What a point looks like from one keyframe. `None` where there is no such corner, or the point is at the camera's centre.
+/// The descriptor of a point in one keyframe. `None` where there is no such corner, or the point is at the camera's centre.
 pub(super) fn of_one(
     config: &MapConfig,
     keyframe: &Keyframe,

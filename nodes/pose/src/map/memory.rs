@@ -11,12 +11,12 @@ use crate::place_recognition::BYTES_OF_LOOK;
 /// Trees of the standard library have nodes of 11 places, about two thirds of them taken.
 const TREE_SHARE: f64 = 1.6;
 
-/// What a map takes.
+/// The memory of a map.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct MapMemory {
-    /// Keyframes: their features, who sees the same, and their looks in the index of places.
+    /// Keyframes: their features, their covisibility, and their descriptors in the index of places.
     pub keyframes_bytes: usize,
-    /// Points and lines, and who sees them.
+    /// Points and lines, and their observations.
     pub landmarks_bytes: usize,
 }
 
@@ -29,7 +29,7 @@ impl MapMemory {
 }
 
 impl Map {
-    /// What the map takes with the index of its places, by what it holds; what the allocator adds is not in it, nor the
+    /// The memory of the map with the index of its places, by its contents; the allocator's overhead is not in it, nor the
     /// 1.6 MB that an index of places begins with. A snapshot that
     /// shares what has not changed costs next to nothing besides. Takes a microsecond a keyframe.
     #[must_use]

@@ -1,8 +1,8 @@
 //! A map taken apart: what cannot be found out from anything else, under plain indices. To be saved, and put together again.
 //!
-//! Who sees a landmark, what keyframes share, and who hangs on a keyframe follow from the rest, and are no parts: they
-//! cannot be wrong in what is put together. Ids are given anew, in the order of those before, so that whatever goes by
-//! their order goes on alike.
+//! The keyframes that see a landmark, the covisibility, and the children of a keyframe follow from the rest, and are no parts: they
+//! cannot be wrong after assembly. Ids are assigned again, in the order of those before, so that anything that depends on
+//! their order continues alike.
 
 mod assembly;
 mod checks;
@@ -41,7 +41,7 @@ pub struct MapParts {
 /// A keyframe; see [`Keyframe`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct KeyframePart {
-    /// The how manyth keyframe of the map it was.
+    /// Its sequence number in the map.
     pub number: u64,
     /// The rectified camera.
     pub camera: CameraModel,
@@ -53,11 +53,11 @@ pub struct KeyframePart {
     pub points: Vec<Option<u32>>,
     /// Which line each segment is.
     pub lines: Vec<Option<u32>>,
-    /// The keyframe that it hangs on; `None` for the root.
+    /// Its parent in the spanning tree; `None` for the root.
     pub parent: Option<u32>,
     /// The keyframes that loops lead to, and their cameras' poses in the frame of this one's.
     pub loops: Vec<(u32, Isometry3<f64>)>,
-    /// Where odometry had it, if it knew.
+    /// Its pose by odometry, if there was one.
     pub by_odometry: Option<ByOdometry>,
 }
 
@@ -66,11 +66,11 @@ pub struct KeyframePart {
 pub struct PointPart {
     /// Where it is in the map frame.
     pub position_m: Point3<f64>,
-    /// What it looks like.
+    /// Its appearance.
     pub look: PointLook,
     /// The number of the keyframe that brought it in.
     pub born: u64,
-    /// How often it was foreseen and found.
+    /// How often it was expected and found.
     pub times: FoundTimes,
 }
 
@@ -79,11 +79,11 @@ pub struct PointPart {
 pub struct LinePart {
     /// Its ends in the map frame.
     pub ends_m: [Point3<f64>; 2],
-    /// What it looks like.
+    /// Its appearance.
     pub descriptor: LineDescriptor,
     /// The number of the keyframe that brought it in.
     pub born: u64,
-    /// How often it was foreseen and found.
+    /// How often it was expected and found.
     pub times: FoundTimes,
 }
 
@@ -110,14 +110,14 @@ pub enum PartsError {
         source: CameraModelError,
     },
     /// Lists that belong together differ in length.
-    #[error("keyframe {index} has {features} features, and says of {told} what they are")]
+    #[error("keyframe {index} has {features} features, and lists the landmarks of {listed}")]
     Features {
         /// Which.
         index: usize,
         /// Corners or segments.
         features: usize,
         /// The length of the other list.
-        told: usize,
+        listed: usize,
     },
     /// Something is named that is not there.
     #[error("keyframe {index} names {what} {named} of {count}")]
@@ -148,10 +148,10 @@ pub enum PartsError {
     Sighting {
         /// Which.
         index: usize,
-        /// What the map says.
+        /// The value in the map.
         source: MapError,
     },
-    /// The whole is none.
+    /// The whole is invalid.
     #[error(transparent)]
     Inconsistent(#[from] Inconsistency),
     /// There are too many things of the kind.
@@ -202,7 +202,7 @@ impl Map {
     }
 }
 
-/// The how manyth of its kind each thing is.
+/// The index of each thing among its kind.
 fn ranks<T>(arena: &Arena<T>) -> BTreeMap<Id<T>, u32> {
     arena.ids().zip(0..).collect()
 }

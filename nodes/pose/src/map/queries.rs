@@ -1,4 +1,4 @@
-//! Who sees what, and who sees the same.
+//! Queries of visibility and covisibility.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
@@ -40,7 +40,7 @@ impl Map {
         })
     }
 
-    /// How many views tell where a landmark is: one for each keyframe that sees it, two where it sees its depth, too.
+    /// The number of views that locate a landmark: one for each keyframe that sees it, two where it sees its depth, too.
     #[must_use]
     pub fn views_of<L: Landmark>(&self, landmark: &L) -> usize {
         let views = |(keyframe, feature): (KeyframeId, usize)| {

@@ -1,4 +1,4 @@
-//! What several tests need: frames of nothing but features, and maps of them.
+//! Shared by several tests: frames of nothing but features, and maps of them.
 
 mod fuzz;
 mod world;
@@ -16,7 +16,7 @@ use crate::solve::testing::kinect;
 pub(crate) use fuzz::Fuzz;
 pub(crate) use world::{World, around};
 
-/// A frame with so many corners and segments, all alike.
+/// A frame with this many corners and segments, all alike.
 pub(crate) fn blank_frame(corners: usize, lines: usize) -> Arc<Frame> {
     let corner = Corner {
         pixel: Point2::new(320.0, 240.0),
@@ -48,7 +48,7 @@ pub(crate) fn blank(frame: &Arc<Frame>) -> NewKeyframe<'static> {
     }
 }
 
-/// A map of so many keyframes, each with ten corners and five segments that are nothing yet.
+/// A map of this many keyframes, each with ten corners and five segments that are nothing yet.
 pub(crate) fn blank_map(keyframes: usize) -> (Map, Vec<KeyframeId>) {
     let mut map = Map::new(MapConfig::default());
     let frame = blank_frame(10, 5);

@@ -71,8 +71,8 @@ fn what_is_broken_is_found() {
     );
     assert_eq!(
         break_by(&|map| {
-            // The two hang on each other.
-            map.hang(ids[1], ids[2]);
+            // The two are connected.
+            map.set_parent(ids[1], ids[2]);
         }),
         Inconsistency::Cycle { reached: 1, keyframes: 3 }
     );
@@ -86,7 +86,7 @@ fn what_is_broken_is_found() {
 }
 
 #[test]
-fn a_keyframe_hangs_on_the_one_that_sees_most_with_it() {
+fn the_parent_of_a_keyframe_is_the_one_that_sees_most_with_it() {
     let (mut map, ids) = blank_map(3);
     let frame = blank_frame(10, 5);
     let points: Vec<PointId> =
@@ -100,7 +100,7 @@ fn a_keyframe_hangs_on_the_one_that_sees_most_with_it() {
         [(ids[0], Shared { points: 3, lines: 0 }), (ids[1], Shared { points: 1, lines: 0 })]
     );
     assert_eq!(map.neighbours(new, 2).len(), 1);
-    // One that sees nothing of the map hangs on the newest.
+    // The parent of one that sees nothing of the map is the newest.
     let lost = map.insert_keyframe(blank(&frame)).unwrap();
     assert_eq!(map.keyframes.get(lost).unwrap().parent(), Some(new));
     assert_eq!(map.seen_from(&points), [(new, 3), (ids[0], 3), (ids[1], 1)]);
@@ -109,11 +109,11 @@ fn a_keyframe_hangs_on_the_one_that_sees_most_with_it() {
 }
 
 #[test]
-fn the_children_of_a_keyframe_that_goes_hang_on_those_that_see_most_with_them() {
+fn the_children_of_a_removed_keyframe_get_those_that_see_most_with_them_as_parents() {
     let (mut map, ids) = blank_map(4);
-    // All hang on 1, which hangs on 0; 2 sees something with 0, and 3 with 2.
-    map.hang(ids[2], ids[1]);
-    map.hang(ids[3], ids[1]);
+    // All are children of 1, a child of 0; 2 sees something with 0, and 3 with 2.
+    map.set_parent(ids[2], ids[1]);
+    map.set_parent(ids[3], ids[1]);
     let point = map.insert_point(ids[0], 0, &PLACE_M).unwrap();
     map.observe(ids[2], 0, point).unwrap();
     let point = map.insert_point(ids[2], 1, &PLACE_M).unwrap();
@@ -140,8 +140,8 @@ fn a_loop_ends_at_the_parent_of_an_end_that_goes() {
     for (id, x_m) in ids.iter().zip([0.0, 1.0, 2.0, 3.0, 4.0]) {
         map.set_pose(*id, &along_m(x_m)).unwrap();
     }
-    map.hang(ids[3], ids[2]);
-    map.hang(ids[4], ids[3]);
+    map.set_parent(ids[3], ids[2]);
+    map.set_parent(ids[4], ids[3]);
     // As it was measured: half a metre more than by the poses.
     map.close_loop(ids[4], ids[0], &along_m(4.5)).unwrap();
     let loops = |map: &Map, id| map.keyframes.get(id).unwrap().loops().clone();
@@ -156,7 +156,7 @@ fn a_loop_ends_at_the_parent_of_an_end_that_goes() {
     assert_eq!(loops(&map, ids[2])[&ids[0]].camera_from_other, along_m(2.1));
     assert_eq!(map.check(), Ok(()));
     // A loop with its own parent closes nothing.
-    map.hang(ids[2], ids[0]);
+    map.set_parent(ids[2], ids[0]);
     map.cull_keyframe(ids[2]).unwrap();
     assert!(loops(&map, ids[0]).is_empty());
     assert_eq!(map.check(), Ok(()));
@@ -169,8 +169,8 @@ fn two_points_that_are_one_are_seen_by_all_that_saw_either() {
     let dropped = map.insert_point(ids[1], 3, &PLACE_M).unwrap();
     map.observe(ids[0], 5, dropped).unwrap();
     map.observe(ids[2], 4, dropped).unwrap();
-    map.count_foreseen(kept, FoundTimes::once(true));
-    map.count_foreseen(dropped, FoundTimes::once(false));
+    map.count_predicted(kept, FoundTimes::once(true));
+    map.count_predicted(dropped, FoundTimes::once(false));
     assert_eq!(map.fuse(kept, dropped), Ok(Fused { moved: 2, freed: 1 }));
     let point = map.points.get(kept).unwrap();
     let seen: Vec<_> = point.sightings().iter().collect();

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::{KeyframeId, Map};
 
 impl Map {
-    /// Hangs a keyframe on another one, instead of on whatever it hung on.
-    pub(super) fn hang(&mut self, keyframe: KeyframeId, parent: KeyframeId) {
+    /// Sets the parent of a keyframe, in place of its former parent.
+    pub(super) fn set_parent(&mut self, keyframe: KeyframeId, parent: KeyframeId) {
         let before = self.keyframes.get(keyframe).and_then(|keyframe| keyframe.parent);
         if let Some(before) = before.and_then(|before| self.keyframes.get_mut(before)) {
             before.children.remove(&keyframe);
@@ -19,10 +19,10 @@ impl Map {
         }
     }
 
-    /// Hangs the children of a keyframe that goes on others: each time the child that sees most with one of those that
-    /// it may hang on, which are the parent of what goes and the children that have found a place already. So no
+    /// Gives the children of a removed keyframe other parents: each time the child that sees most with one of those that
+    /// may be its parent, which are the parent of the removed one and the children that have a new parent already. So no
     /// cycle can arise, and neighbours in the tree see the same (Mur-Artal et al. 2015, section III-D; the rule when a keyframe
-    /// goes is ours).
+    /// is removed is ours).
     pub(super) fn hand_over_children(&mut self, keyframe: KeyframeId) {
         let Some(going) = self.keyframes.get(keyframe) else { return };
         let Some(grandparent) = going.parent else { return };
@@ -43,12 +43,12 @@ impl Map {
                 }
             }
             let Some((_, child, home)) = best else { break };
-            self.hang(child, home);
+            self.set_parent(child, home);
             homeless.remove(&child);
             homes.insert(child);
         }
         for child in homeless {
-            self.hang(child, grandparent);
+            self.set_parent(child, grandparent);
         }
         if let Some(grandparent) = self.keyframes.get_mut(grandparent) {
             grandparent.children.remove(&keyframe);

@@ -1,4 +1,4 @@
-//! Going on with a map that is there already.
+//! Continuing an existing map.
 
 use geometry::ParameterError;
 
@@ -12,7 +12,7 @@ pub enum ResumeError {
     /// A parameter has a value that means nothing.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// Its corners were found on other levels: how near a point is would be told wrong.
+    /// Its corners were found on other levels: the distance of a point would be predicted wrongly.
     #[error(
         "its corners were found on {} levels with a factor of {} between them, and here it is {} with {}",
         map.levels, map.scale_factor, ours.levels, ours.scale_factor
@@ -26,7 +26,7 @@ pub enum ResumeError {
 }
 
 impl Mapper {
-    /// Goes on with a map. What its places look like is gathered from its keyframes.
+    /// Continues a map. The appearance of its places is computed from its keyframes.
     ///
     /// # Errors
     /// When a parameter has a value that means nothing, or the map was made with other levels.

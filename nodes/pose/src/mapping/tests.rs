@@ -58,7 +58,7 @@ fn trip(frames: usize, seed: u64) -> Trip {
     walk(&truth, &|_| &world, noise, seed)
 }
 
-/// What odometry is off by from frame to frame, and whether the map is told of the way that it says.
+/// The error of odometry from frame to frame, and whether the map is given its motions.
 #[derive(Clone, Copy)]
 struct StepNoise {
     shift_m: f64,
@@ -87,7 +87,7 @@ fn walk<'a>(
     };
     let (mut pose, mut truth_before) = (truth[0], truth[0]);
     let mut by_odometry =
-        ByOdometry { leg: 0, camera_from_odom: truth[0], way_m: 0.0, turned_rad: 0.0 };
+        ByOdometry { leg: 0, camera_from_odom: truth[0], travelled_m: 0.0, turned_rad: 0.0 };
     let mut since_keyframe = 0;
     for (at, truth) in truth.iter().enumerate() {
         let shown = world(at).frame(truth, &mut random);
@@ -95,7 +95,7 @@ fn walk<'a>(
         let step = perturbed(&(truth * truth_before.inverse()), &off);
         pose = step * pose;
         by_odometry.camera_from_odom = step * by_odometry.camera_from_odom;
-        by_odometry.way_m += step.translation.vector.norm();
+        by_odometry.travelled_m += step.translation.vector.norm();
         by_odometry.turned_rad += step.rotation.angle();
         truth_before = *truth;
         let (mut points, mut lines) = (Vec::new(), Vec::new());
@@ -122,10 +122,10 @@ fn walk<'a>(
                 tracked_points: points.len(),
                 reference_points,
             };
-            // Where the map does not reach, odometry alone goes on.
+            // Where the map does not reach, odometry alone continues.
             wants = points.is_empty() || decide(&frame, &config.loops.keyframing).is_ok();
             for (_, point) in &points {
-                trip.mapper.map_mut().count_foreseen(*point, FoundTimes::once(true));
+                trip.mapper.map_mut().count_predicted(*point, FoundTimes::once(true));
             }
         }
         since_keyframe += 1;

@@ -1,14 +1,12 @@
-//! The camera goes on as it did.
+//! The camera moves at constant velocity.
 
 use estimation::perturbation::left::adjoint;
+use estimation::twist::part_of_motion;
 use geometry::Stamp;
-use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix6, Vector3};
 
 use super::{KnownPose, MotionConfig, NoPrediction, by_std_devs, finite, interval_s};
 use crate::solve::PoseGuess;
-
-/// Turns below this are straight ahead: their series has no more digits.
-const STRAIGHT_RAD: f64 = 1e-6;
 
 /// The pose at a stamp, by the motion between the last two poses: the same screw at the same rate.
 ///
@@ -42,29 +40,4 @@ pub fn constant_velocity(
         &Vector3::repeat(config.acceleration_rad_per_s2 * lever_s2),
     );
     finite(next_from_last * last.camera_from_map, known + unknown)
-}
-
-/// A share of a motion, or more than all of it, at a constant velocity of the body: the exponential of the share of its
-/// logarithm (Sola et al. 2018, "A micro Lie theory", eq. 172 to 174).
-pub(super) fn part_of_motion(motion: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
-    let turn = motion.rotation.scaled_axis();
-    // What a constant velocity would lead to over a turn, and back.
-    let straight = swept(&turn).try_inverse().unwrap_or_else(Matrix3::identity);
-    let velocity = straight * motion.translation.vector;
-    let part = share * turn;
-    let translation = swept(&part) * (share * velocity);
-    Isometry3::from_parts(Translation3::from(translation), UnitQuaternion::from_scaled_axis(part))
-}
-
-/// The mean rotation over a turn: the left Jacobian of SO(3).
-fn swept(turn: &Vector3<f64>) -> Matrix3<f64> {
-    let angle = turn.norm();
-    let cross = turn.cross_matrix();
-    if angle < STRAIGHT_RAD {
-        return Matrix3::identity() + 0.5 * cross;
-    }
-    let square = angle * angle;
-    Matrix3::identity()
-        + (1.0 - angle.cos()) / square * cross
-        + (angle - angle.sin()) / (square * angle) * cross * cross
 }

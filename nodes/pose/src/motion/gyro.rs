@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use super::{MotionConfig, NoPrediction, finite, interval_s};
 use crate::solve::PoseGuess;
 
-/// What a gyroscope reads.
+/// A reading of a gyroscope.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct GyroSample {
     /// When.
@@ -87,7 +87,7 @@ pub fn turned(
 ) -> Result<PoseGuess, NoPrediction> {
     let next_from_last = prediction.camera_from_map * last.camera_from_map.inverse();
     let rotation = turn.begin_from_end.inverse();
-    // Where the new camera stood, seen from the last one, is what was predicted of the shift.
+    // The position of the new camera in the last one is the predicted translation.
     let in_last = next_from_last.inverse().translation.vector;
     let shift = Translation3::from(-(rotation * in_last));
     let next_from_last = Isometry3::from_parts(shift, rotation);

@@ -1,8 +1,8 @@
 use estimation::perturbation::left::{perturbation_between, perturbed};
+use estimation::twist::part_of_motion;
 use nalgebra::{Translation3, UnitQuaternion};
 use proptest::prelude::*;
 
-use super::constant_velocity::part_of_motion;
 use super::*;
 use crate::solve::testing::{Random, any_pose};
 
@@ -23,14 +23,6 @@ fn screw(x: f64, about_y: f64) -> Isometry3<f64> {
 }
 
 proptest! {
-    #[test]
-    fn parts_of_a_motion_make_up_the_whole(motion in any_pose(), share in 0.0..2.0_f64) {
-        prop_assume!(motion.rotation.angle() < 2.9);
-        let two = part_of_motion(&motion, share) * part_of_motion(&motion, 1.0 - share);
-        prop_assert!(perturbation_between(&two, &motion).norm() < 1e-8);
-        prop_assert!(perturbation_between(&part_of_motion(&motion, 1.0), &motion).norm() < 1e-8);
-    }
-
     #[test]
     fn a_constant_velocity_is_predicted_exactly_whatever_the_intervals(
         start in any_pose(), passed_s in 0.02..0.2_f64, ahead_s in 0.02..0.2_f64,
@@ -58,8 +50,8 @@ fn the_covariance_of_a_prediction_is_of_the_size_of_its_errors() {
                 random.perturbation(config.acceleration_m_per_s2, config.acceleration_rad_per_s2);
             let velocity = Vector6::new(0.3, -0.1, 0.2, 0.1, 0.3, -0.2);
             let at = |seconds: f64| {
-                let way = velocity * seconds + acceleration * (0.5 * seconds * seconds);
-                perturbed(&Isometry3::identity(), &way)
+                let shift = velocity * seconds + acceleration * (0.5 * seconds * seconds);
+                perturbed(&Isometry3::identity(), &shift)
             };
             let measured = |seconds: f64, random: &mut Random| {
                 known(seconds, perturbed(&at(seconds), &random.perturbation(0.003, 0.001)))
@@ -72,7 +64,7 @@ fn the_covariance_of_a_prediction_is_of_the_size_of_its_errors() {
         }
         let nees = sum / f64::from(DRAWS);
         println!("{passed_s} s, then {ahead_s} s: NEES {nees:.2}");
-        // 95 % of the means of so many lie within 0.34; the motion's own curvature adds a little.
+        // 95 % of the means of this many are within 0.34; the motion's own curvature adds a little.
         assert!((nees - 6.0).abs() < 0.5, "{passed_s} {ahead_s}: {nees}");
     }
 }
@@ -153,11 +145,11 @@ fn a_gyroscope_that_does_not_cover_the_interval_says_nothing() {
 }
 
 #[test]
-fn a_gyroscope_mends_the_turn_of_a_prediction_and_leaves_the_way() {
+fn a_gyroscope_corrects_the_rotation_of_a_prediction_and_keeps_the_translation() {
     let config = MotionConfig::default();
     let start = screw(1.0, 0.7);
     let last = known(0.1, start);
-    // The camera goes straight, then turns while it goes on: nobody knows but the gyroscope.
+    // The camera moves straight, then rotates while it moves on: only the gyroscope measures it.
     let straight = Isometry3::translation(0.0, 0.0, -0.02);
     let before = known(0.0, straight.inverse() * start);
     let predicted = constant_velocity(Some(&before), &last, stamp(0.2), &config).unwrap();

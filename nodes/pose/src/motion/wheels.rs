@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix6, Vector3};
 use super::{KnownPose, MotionConfig, NoPrediction, by_std_devs, finite, interval_s};
 use crate::solve::PoseGuess;
 
-/// What wheel odometry says of two moments.
+/// The poses of wheel odometry at two moments.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct WheelStep {
     /// The platform (x forward, z up) at the last pose's stamp, in the frame of the odometry.
@@ -31,19 +31,19 @@ pub fn by_wheels(
     interval_s(last.stamp, at, config.max_gap_s)?;
     let now_from_before = step.odom_from_base_now.inverse() * step.odom_from_base_before;
     let next_from_last = step.camera_from_base * now_from_before * step.camera_from_base.inverse();
-    let way_m = now_from_before.translation.vector.norm();
+    let travelled_m = now_from_before.translation.vector.norm();
     let turn_rad = now_from_before.rotation.angle();
     let about_up = config.wheel_noise_turn * turn_rad;
     let in_base = by_std_devs(
         &Vector3::new(
-            config.wheel_noise_along * way_m,
-            config.wheel_noise_across * way_m,
+            config.wheel_noise_along * travelled_m,
+            config.wheel_noise_across * travelled_m,
             config.heave_m,
         ),
         &Vector3::new(
             config.tilt_rad,
             config.tilt_rad,
-            about_up.hypot(config.wheel_noise_rad_per_m * way_m),
+            about_up.hypot(config.wheel_noise_rad_per_m * travelled_m),
         ),
     );
     let carried = |motion: &Isometry3<f64>, covariance: &Matrix6<f64>| {

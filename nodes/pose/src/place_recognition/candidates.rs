@@ -23,11 +23,11 @@ pub struct CandidateConfig {
     pub votes_share: f64,
     /// The sum over those that see the same landmarks is at least this share of the largest sum.
     pub group_share: f64,
-    /// So many of those that see most of the same landmarks make a group.
+    /// This many of those that see most of the same landmarks make a group.
     pub group_size: usize,
-    /// Keyframes that see at least so many of the same landmarks are the same place: no loop.
+    /// Keyframes that see at least this many of the same landmarks are the same place: no loop.
     pub neighbour_shared: u32,
-    /// So many keyframes in a row must have candidates that belong together.
+    /// This many keyframes in a row must have candidates that belong together.
     pub consistent: u32,
 }
 
@@ -82,7 +82,7 @@ pub fn loop_candidates(
     let corners: Vec<Descriptor> =
         of_keyframe.frame().corners.iter().map(|corner| corner.descriptor).collect();
     let scores = database.query(&corners);
-    // Who sees any of the same landmarks is no other place; who sees enough of them tells how alike the same place looks.
+    // A keyframe that sees any of the same landmarks is no other place; one that sees enough of them shows how alike the same place looks.
     let is_same = |id: KeyframeId| id == keyframe || of_keyframe.covisible().contains_key(&id);
     let near = |id: KeyframeId| {
         let shared = of_keyframe.covisible().get(&id);
@@ -147,7 +147,7 @@ pub struct Consistency {
 }
 
 impl Consistency {
-    /// Of a keyframe's candidates those whose group has met one of the group of a candidate of the keyframe before, and so
+    /// Of a keyframe's candidates those whose group shares one of the group of a candidate of the keyframe before, and so
     /// on, for long enough.
     pub fn filter(
         &mut self,

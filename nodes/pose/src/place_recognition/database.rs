@@ -12,10 +12,10 @@ use crate::feature::points::Descriptor;
 use crate::frame::Frame;
 use crate::map::KeyframeId;
 
-/// One in so many entries, at most, is of a keyframe that is gone. Beyond that the index is built anew: three entries come in
+/// One in this many entries, at most, is of a keyframe that is gone. Beyond that the index is rebuilt: three entries are added
 /// again for each that went.
 const ONE_STALE_IN: usize = 4;
-/// What a database keeps of a descriptor besides itself: what its index does, and whose it is.
+/// The memory of a descriptor in a database besides itself: its index entries, and its keyframe.
 pub(crate) const BYTES_OF_LOOK: usize =
     (ENTRY_BYTES + size_of::<u32>()) * ONE_STALE_IN / (ONE_STALE_IN - 1);
 
@@ -28,7 +28,7 @@ pub struct PlaceConfig {
     /// Of a keyframe's descriptors the nearest is nearer than this share of the distance of the next: it is not only like
     /// many.
     pub max_ratio: f64,
-    /// Of all descriptors that have the same value of a word, so many are looked at.
+    /// Of all descriptors that have the same value of a word, this many are looked at.
     pub max_alike: usize,
 }
 
@@ -74,7 +74,7 @@ pub struct PlaceDatabase {
     stale: usize,
 }
 
-/// What a keyframe looks like.
+/// The descriptors of a keyframe.
 #[derive(Clone, Debug)]
 struct Looks {
     keyframe: KeyframeId,
@@ -176,11 +176,11 @@ impl PlaceDatabase {
         let gone = self.looks.get_mut(number as usize).and_then(Option::take);
         self.stale += gone.map_or(0, |gone| gone.len());
         if ONE_STALE_IN * self.stale > self.index.len() {
-            self.build_anew();
+            self.rebuild();
         }
     }
 
-    fn build_anew(&mut self) {
+    fn rebuild(&mut self) {
         let looks = std::mem::take(&mut self.looks);
         self.index.clear();
         self.owners.clear();

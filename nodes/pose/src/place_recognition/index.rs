@@ -10,13 +10,13 @@ const WORDS: usize = 6;
 const VALUES: usize = 1 << WORD_BITS;
 /// No entry.
 const NONE: u32 = u32::MAX;
-/// What an index keeps of a descriptor: the next of each word.
+/// The entry of a descriptor in the index: the next of each word.
 pub(super) const ENTRY_BYTES: usize = WORDS * size_of::<u32>();
 
 /// A descriptor of 256 bits, of a corner or of a segment.
 pub(super) type Bits = [u64; 4];
 
-/// Where descriptors are that look alike: by numbers, the first one 0. The descriptors themselves are their owner's.
+/// An index of similar descriptors: by numbers, the first one 0. The descriptors themselves are their owner's.
 #[derive(Clone, Debug)]
 pub(super) struct Index {
     /// The next older entry of the same value, by words.
@@ -25,11 +25,11 @@ pub(super) struct Index {
     heads: Vec<u32>,
 }
 
-/// What a search works on: one for many searches.
+/// The scratch memory of a search: one for many searches.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    /// Which search met each entry last.
-    met: Vec<u32>,
+    /// The last search that visited each entry.
+    shared: Vec<u32>,
     search: u32,
 }
 
@@ -62,8 +62,8 @@ impl Index {
         self.older.push(older);
     }
 
-    /// Meets each entry once that has a word in common with this descriptor but for one bit. Of each value no more than
-    /// `most` are met, the newest first: some looks are everywhere, and say nothing.
+    /// Visits each entry once that has a word in common with this descriptor but for one bit. Of each value no more than
+    /// `most` are visited, the newest first: some descriptors are everywhere, and distinguish nothing.
     pub(super) fn search(
         &self,
         bits: &Bits,
@@ -71,11 +71,11 @@ impl Index {
         scratch: &mut Scratch,
         mut meet: impl FnMut(u32),
     ) {
-        scratch.met.resize(self.len(), 0);
+        scratch.shared.resize(self.len(), 0);
         scratch.search = scratch.search.wrapping_add(1);
         if scratch.search == 0 {
             // All numbers are used up.
-            scratch.met.fill(0);
+            scratch.shared.fill(0);
             scratch.search = 1;
         }
         for word in 0..WORDS {
@@ -84,9 +84,9 @@ impl Index {
                 let mut entry = self.heads[word * VALUES + value];
                 for _ in 0..most {
                     let Some(older) = self.older.get(entry as usize) else { break };
-                    let met = &mut scratch.met[entry as usize];
-                    if *met != scratch.search {
-                        *met = scratch.search;
+                    let shared = &mut scratch.shared[entry as usize];
+                    if *shared != scratch.search {
+                        *shared = scratch.search;
                         meet(entry);
                     }
                     entry = older[word];
@@ -123,7 +123,7 @@ mod tests {
     use crate::solve::testing::Random;
 
     #[test]
-    fn what_shares_a_word_but_for_one_bit_is_met_once_and_nothing_else() {
+    fn an_entry_that_shares_a_word_but_for_one_bit_is_visited_once_and_no_other() {
         let mut random = Random::new(1);
         let mut index = Index::new();
         // A base, and others that differ from it in up to 80 bits.
@@ -147,10 +147,10 @@ mod tests {
         assert!(expected.len() > 50 && expected.len() < 290, "{}", expected.len());
         let mut scratch = Scratch::default();
         for _ in 0..2 {
-            let mut met = Vec::new();
-            index.search(&base, usize::MAX, &mut scratch, |entry| met.push(entry));
-            met.sort_unstable();
-            assert_eq!(met, expected);
+            let mut shared = Vec::new();
+            index.search(&base, usize::MAX, &mut scratch, |entry| shared.push(entry));
+            shared.sort_unstable();
+            assert_eq!(shared, expected);
         }
         index.clear();
         index.search(&base, usize::MAX, &mut scratch, |entry| panic!("{entry} is gone"));
@@ -163,8 +163,8 @@ mod tests {
         for _ in 0..100 {
             index.insert(&[0; 4]);
         }
-        let (mut scratch, mut met) = (Scratch::default(), Vec::new());
-        index.search(&[0; 4], 10, &mut scratch, |entry| met.push(entry));
-        assert_eq!(met, (90..100).rev().collect::<Vec<_>>());
+        let (mut scratch, mut shared) = (Scratch::default(), Vec::new());
+        index.search(&[0; 4], 10, &mut scratch, |entry| shared.push(entry));
+        assert_eq!(shared, (90..100).rev().collect::<Vec<_>>());
     }
 }

@@ -105,7 +105,7 @@ fn what_is_everywhere_says_nothing() {
 }
 
 #[test]
-fn a_database_that_was_built_anew_answers_as_one_that_never_held_what_is_gone() {
+fn a_rebuilt_database_answers_as_one_that_never_held_the_removed_keyframes() {
     let mut random = Random::new(3);
     let (_, ids) = blank_map(12);
     let frames: Vec<Arc<Frame>> = (0..12)

@@ -4,7 +4,7 @@ mod conversion;
 
 use serde::{Deserialize, Serialize};
 
-/// What is ahead.
+/// The header.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Head {
     world_from_map: Pose,
@@ -37,12 +37,12 @@ pub(super) struct SavedKeyframe {
     segments: Vec<SavedSegment>,
 }
 
-/// Where odometry had a keyframe.
+/// The pose of a keyframe by odometry.
 #[derive(Serialize, Deserialize)]
 struct SavedOdometry {
     leg: u64,
     camera_from_odom: Pose,
-    way_m: f64,
+    travelled_m: f64,
     turned_rad: f64,
 }
 
@@ -94,7 +94,7 @@ pub(super) struct SavedPoint {
     towards_cameras: [f64; 3],
     nearest_and_farthest_m: [f64; 2],
     born: u64,
-    foreseen_and_found: [u32; 2],
+    predicted_and_found: [u32; 2],
 }
 
 /// A line of the map.
@@ -103,5 +103,5 @@ pub(super) struct SavedLine {
     ends_m: [[f64; 3]; 2],
     descriptor: Bits,
     born: u64,
-    foreseen_and_found: [u32; 2],
+    predicted_and_found: [u32; 2],
 }

@@ -18,7 +18,7 @@ fn saved(map: &Map) -> SavedMap {
     SavedMap { map: map.clone(), world_from_map }
 }
 
-/// A map with the noise of a Kinect, of so many keyframes.
+/// A map with the noise of a Kinect, of this many keyframes.
 fn seen(keyframes: usize) -> Map {
     World::wall(60, 12, 4.0, 1.0, 3).map(&around(keyframes, 0.2), 4).0
 }
@@ -53,7 +53,7 @@ proptest! {
         let found = bytes.len();
         match SavedMap::decode(&bytes).unwrap_err() {
             SavedMapError::NotThisFormat => prop_assert!(found < 4),
-            SavedMapError::Length { found: told, .. } => prop_assert_eq!(told, found),
+            SavedMapError::Length { found: declared, .. } => prop_assert_eq!(declared, found),
             other => prop_assert!(false, "{}", other),
         }
     }
@@ -61,7 +61,7 @@ proptest! {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
-    /// Who means harm mends the checksum, too.
+    /// An attacker fixes the checksum, too.
     #[test]
     fn bytes_with_the_right_checksum_are_refused_or_a_map(
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
@@ -71,7 +71,7 @@ proptest! {
             let at = at.index(bytes.len() - HEADER_BYTES) + HEADER_BYTES;
             bytes[at] = byte;
         }
-        mend_checksum(&mut bytes);
+        fix_checksum(&mut bytes);
         if let Ok(saved) = SavedMap::decode(&bytes) {
             prop_assert_eq!(saved.map.check(), Ok(()));
         }
@@ -86,12 +86,12 @@ proptest! {
         whole.extend((bytes.len() as u64).to_le_bytes());
         whole.append(&mut bytes);
         whole.extend([0; 4]);
-        mend_checksum(&mut whole);
+        fix_checksum(&mut whole);
         prop_assert!(SavedMap::decode(&whole).is_err());
     }
 }
 
-fn mend_checksum(bytes: &mut [u8]) {
+fn fix_checksum(bytes: &mut [u8]) {
     let at = bytes.len() - CHECKSUM_BYTES;
     let checksum = crc32fast::hash(&bytes[..at]);
     bytes[at..].copy_from_slice(&checksum.to_le_bytes());
@@ -108,12 +108,12 @@ fn what_is_wrong_is_named() {
     assert!(error(&|bytes| bytes[0] = b'P').contains("does not begin with SMKF"));
     assert!(error(&|bytes| bytes[4] = 2).contains("version 2") && VERSION == 1);
     assert!(error(&|bytes| bytes[4] = 2).contains("a newer stillmap wrote it"));
-    assert!(error(&|bytes| bytes[4] = 0).contains("make the map anew"));
+    assert!(error(&|bytes| bytes[4] = 0).contains("make the map again"));
     let described = |bytes: &mut Vec<u8>| {
         bytes[6] = 9;
-        mend_checksum(bytes);
+        fix_checksum(bytes);
     };
-    assert!(error(&described).contains("described in way 9"));
+    assert!(error(&described).contains("descriptors have version 9"));
     let cut = error(&|bytes| bytes.truncate(100));
     assert!(cut.contains("has 100 bytes") && cut.contains(&bytes.len().to_string()), "{cut}");
     assert!(error(&|bytes| bytes.push(0)).contains("put behind it"));
@@ -145,7 +145,7 @@ fn more_records_than_there_are_bytes_take_no_memory() {
     let length = (bytes.len() - HEADER_BYTES) as u64;
     bytes[8..16].copy_from_slice(&length.to_le_bytes());
     bytes.extend([0; 4]);
-    mend_checksum(&mut bytes);
+    fix_checksum(&mut bytes);
     let error = SavedMap::decode(&bytes).unwrap_err();
     assert!(matches!(error, SavedMapError::Record { what: "point", index: 0, .. }), "{error}");
 }
@@ -167,7 +167,7 @@ fn small() -> Map {
     let by_odometry = Some(ByOdometry {
         leg: 1,
         camera_from_odom: Isometry3::translation(0.0, 0.5, 0.0),
-        way_m: 2.0,
+        travelled_m: 2.0,
         turned_rad: 0.25,
     });
     let first = NewKeyframe { by_odometry, ..blank(&frame) };
@@ -180,7 +180,7 @@ fn small() -> Map {
     map
 }
 
-/// When this fails, those who have saved maps must be told: by another [`VERSION`].
+/// When this fails, saved maps cannot be read any more: change [`VERSION`].
 #[test]
 fn version_1_is_as_it_was() {
     let bytes = SavedMap { map: small(), world_from_map: Isometry3::identity() }.encode().unwrap();
@@ -213,7 +213,7 @@ fn a_keyframe_takes_about_a_hundred_kilobytes() {
     assert!(bytes < 72 * corners + 138 * segments + 110 * landmarks + 200 * 10, "{each:?}");
 }
 
-/// A mapper that goes on with what came back does what one does that goes on with the map itself.
+/// A mapper that continues with the loaded map does the same as one that continues with the map itself.
 #[test]
 fn a_map_that_came_back_is_gone_on_with_alike() {
     let world = World::wall(500, 60, 6.0, 1.0, 7);

@@ -1,9 +1,9 @@
 //! The map, worked on in a thread of its own.
 //!
 //! A frame comes every 33 ms and must not wait; a keyframe may. So the thread has a lower priority than the one that it was
-//! started from, once it is asked to keep a frame: where there are fewer cores than threads, it works in what time tracking
-//! leaves. In a map that stays as it is a lost camera is looked for with the priority of tracking. And snapshots that nobody
-//! reads any more are given back to the thread, to be taken apart there: that of a map whose loop was closed is made of
+//! started from, once it is asked to keep a frame: where there are fewer cores than threads, it uses the time that tracking
+//! leaves. In a map that stays as it is a lost camera is searched for with the priority of tracking. And snapshots that are not
+//! read any more are given back to the thread, to be taken apart there: that of a map whose loop was closed is made of
 //! tens of thousands of pieces.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,8 +15,8 @@ use crate::map::Map;
 use crate::mapping::Mapper;
 use crate::slam::{Done, Mapping, Request, answered};
 
-/// By how much the thread is nicer than the one that starts it (`nice(2)`): its share of a core that others want, too, is a
-/// tenth, and whoever wakes up interrupts it. More would stop it altogether on a machine that is busy with other things.
+/// By how much the thread is nicer than the one that starts it (`nice(2)`): its share of a busy core is a
+/// tenth, and any other thread that wakes up interrupts it. More would stop it altogether on a machine that is busy with other things.
 #[cfg(target_os = "linux")]
 const NICER_BY: i32 = 10;
 
@@ -24,18 +24,18 @@ const NICER_BY: i32 = 10;
 #[derive(Debug)]
 pub struct BackgroundMapping {
     requests: Option<Sender<Work>>,
-    /// Never locked: the mutex makes what holds this one that threads may share, as the runtimes of nodes ask for.
+    /// Never locked: the mutex makes the owner of this shareable between threads, as the runtimes of nodes require.
     answers: Mutex<Receiver<(Arc<Map>, Done)>>,
     /// As of the last answer that was taken: a newer one would not fit what the caller knows by then.
     map: Arc<Map>,
     /// Those before, since the last request.
     worn: Vec<Arc<Map>>,
-    /// What was asked and is not answered yet.
+    /// The requests that are not answered yet.
     waiting: Arc<AtomicUsize>,
     thread: Option<JoinHandle<Mapper>>,
 }
 
-/// What the thread is to do.
+/// A task of the thread.
 #[derive(Debug)]
 struct Work {
     request: Request,
@@ -47,16 +47,16 @@ impl BackgroundMapping {
     /// Begins with this map.
     ///
     /// # Errors
-    /// When there is no thread to be had.
+    /// When no thread can be started.
     pub fn new(mapper: Mapper) -> std::io::Result<Self> {
         let (requests, asked) = channel();
-        let (tell, answers) = channel();
+        let (sender, answers) = channel();
         let map = Arc::new(mapper.map().clone());
         let waiting = Arc::new(AtomicUsize::new(0));
         let of_thread = Arc::clone(&waiting);
         let thread = thread::Builder::new()
             .name("mapping".to_owned())
-            .spawn(move || work(mapper, &asked, &tell, &of_thread))?;
+            .spawn(move || work(mapper, &asked, &sender, &of_thread))?;
         let (requests, answers) = (Some(requests), Mutex::new(answers));
         Ok(Self { requests, answers, map, worn: Vec::new(), waiting, thread: Some(thread) })
     }
@@ -73,7 +73,7 @@ impl Drop for BackgroundMapping {
     fn drop(&mut self) {
         self.requests = None;
         if let Some(thread) = self.thread.take() {
-            // A panic there was told by the runtime already.
+            // A panic there was reported by the runtime already.
             thread.join().ok();
         }
     }
@@ -111,13 +111,13 @@ impl Mapping for BackgroundMapping {
 fn work(
     mut mapper: Mapper,
     asked: &Receiver<Work>,
-    tell: &Sender<(Arc<Map>, Done)>,
+    sender: &Sender<(Arc<Map>, Done)>,
     waiting: &AtomicUsize,
 ) -> Mapper {
     let mut stands_back = false;
     while let Ok(Work { request, worn }) = asked.recv() {
         drop(worn);
-        // Who is not privileged cannot take it back.
+        // A process without privileges cannot revert it.
         if !stands_back && matches!(request, Request::Keep(_)) {
             stand_back();
             stands_back = true;
@@ -126,8 +126,8 @@ fn work(
         let is_aborted = || waiting.load(Ordering::Acquire) > 1;
         let done = answered(&mut mapper, request, &is_aborted);
         let map = Arc::new(mapper.map().clone());
-        // Told before it is idle again: who finds it idle finds the answer, too.
-        if tell.send((map, done)).is_err() {
+        // Sent before it is idle again: when it is idle the answer is there, too.
+        if sender.send((map, done)).is_err() {
             break;
         }
         waiting.fetch_sub(1, Ordering::AcqRel);
@@ -149,7 +149,7 @@ mod tests {
     use crate::frame::Frame;
     use crate::map::testing::{blank, blank_frame};
     use crate::mapping::MappingConfig;
-    use crate::slam::{Foreseen, Kept};
+    use crate::slam::{Kept, Predicted};
 
     fn wait(mapping: &BackgroundMapping) {
         let until = Instant::now() + Duration::from_secs(60);
@@ -167,7 +167,7 @@ mod tests {
             frame,
             points: Vec::new(),
             lines: Vec::new(),
-            foreseen: Foreseen::default(),
+            predicted: Predicted::default(),
             by_odometry: None,
         }))
     }
@@ -178,7 +178,7 @@ mod tests {
         let mut mapping = BackgroundMapping::new(mapper).unwrap();
         mapping.ask(keep(blank_frame(0, 0)));
         wait(&mapping);
-        // The keyframe is in, but nobody here has heard of it.
+        // The keyframe is in the map, but its answer has not been read here.
         assert!(mapping.map().keyframes().is_empty());
         assert_eq!(mapping.answers().len(), 1);
         assert_eq!(mapping.map().keyframes().len(), 1);
@@ -194,7 +194,7 @@ mod tests {
         mapping.ask(find());
         wait(&mapping);
         assert_eq!(mapping.answers().len(), 1);
-        // Whoever took the answers did not drop it ...
+        // The reader of the answers did not drop it ...
         assert!(first.upgrade().is_some());
         mapping.ask(find());
         wait(&mapping);
@@ -212,11 +212,11 @@ mod tests {
         let own = getpriority_process(None).unwrap();
         let priority_after = |request: Request| {
             let worked = thread::spawn(|| {
-                let ((ask, asked), (tell, _answers)) = (channel(), channel());
+                let ((ask, asked), (sender, _answers)) = (channel(), channel());
                 ask.send(Work { request, worn: Vec::new() }).unwrap();
                 drop(ask);
                 let mapper = Mapper::new(MappingConfig::default()).unwrap();
-                work(mapper, &asked, &tell, &AtomicUsize::new(1));
+                work(mapper, &asked, &sender, &AtomicUsize::new(1));
                 getpriority_process(None).unwrap()
             });
             worked.join().unwrap()

@@ -1,24 +1,24 @@
-//! A picture of what is seen, and of what became of it.
+//! A picture of the features and their status.
 
 use msgs::sensor_msgs::Image;
 use msgs::std_msgs::Header;
 
 use crate::frame::Frame;
 use crate::image::GrayImage;
-use crate::tracking::{Fate, Tracked};
+use crate::tracking::{FeatureStatus, Tracked};
 
 /// Bytes of a pixel of `rgb8`.
 const CHANNELS: usize = 3;
-/// A corner is drawn as a square of so many pixels to each side.
+/// A corner is drawn as a square of this many pixels to each side.
 const CORNER_PX: i64 = 2;
 
-/// The colours, told apart also by those who see red and green alike (Okabe and Ito 2008).
-fn color(fate: Fate) -> [u8; CHANNELS] {
-    match fate {
-        Fate::New => [86, 180, 233],
-        Fate::Inlier => [0, 158, 115],
-        Fate::Outlier => [213, 94, 0],
-        Fate::LeftOut => [204, 121, 167],
+/// The colours, distinguishable with red-green colour blindness, too (Okabe and Ito 2008).
+fn color(status: FeatureStatus) -> [u8; CHANNELS] {
+    match status {
+        FeatureStatus::New => [86, 180, 233],
+        FeatureStatus::Inlier => [0, 158, 115],
+        FeatureStatus::Outlier => [213, 94, 0],
+        FeatureStatus::LeftOut => [204, 121, 167],
     }
 }
 

@@ -14,7 +14,7 @@ use crate::mapping::Mapper;
 use crate::slam::{InlineMapping, MapState, Mapping, Slam, SlamConfig, SlamFrame};
 use crate::tracking::{Hints, Tracked, Tracker};
 
-/// What follows the camera.
+/// The tracker of the camera.
 pub(super) enum Follower {
     /// Odometry alone.
     Odometry(Box<Tracker>),
@@ -24,7 +24,7 @@ pub(super) enum Follower {
     Inline(Box<Slam<InlineMapping>>),
 }
 
-/// What became of a frame.
+/// The result of a frame.
 pub(super) struct Followed {
     pub(super) tracked: Tracked,
     /// In the map, where there is one.
@@ -50,7 +50,7 @@ pub(super) struct InMap {
 }
 
 impl Follower {
-    /// Follows from nothing, or in a map that is there already; goes on with the odometry of another follower where that is
+    /// Tracks from nothing, or in an existing map; continues with the odometry of another follower where that is
     /// given, so that its frame does not jump.
     pub(super) fn new(
         parameters: &PoseParameters,

@@ -1,4 +1,4 @@
-//! The frames of what is told: how the camera in its map is the rig in the frame of the odometry.
+//! The frames of published poses: from the camera in its map to the rig in the frame of the odometry.
 
 use estimation::covariance::propagated;
 use nalgebra::{Isometry3, Matrix6};
@@ -11,14 +11,14 @@ use crate::tracking::CameraPose;
 pub(super) struct Frames {
     pub(super) odom_frame_id: String,
     pub(super) map_frame_id: String,
-    /// Whether there is a map: poses are told in its frame.
+    /// Whether there is a map: poses are published in its frame.
     has_map: bool,
     /// Where the frame of the odometry is in that of the map, as far as it is known.
     pub(super) map_from_odom: Isometry3<f64>,
     camera_from_rig: Isometry3<f64>,
     /// The tracker's map is the camera's frame at the first image.
     pub(super) odom_from_map: Isometry3<f64>,
-    /// The map of keyframes is the camera's frame at the first image of who made it: where that is in `map_frame_id`.
+    /// The map of keyframes is the camera's frame at the first image when the map was made: its pose in `map_frame_id`.
     world_from_map: Isometry3<f64>,
 }
 
@@ -48,7 +48,7 @@ impl Frames {
         &self.world_from_map
     }
 
-    /// The frame that poses are told in.
+    /// The frame that poses are published in.
     pub(super) fn pose_frame_id(&self) -> &str {
         if self.has_map { &self.map_frame_id } else { &self.odom_frame_id }
     }
@@ -142,9 +142,9 @@ mod tests {
             let shift = after.translation.vector - before.translation.vector;
             let turn = (after.rotation * before.rotation.inverse()).scaled_axis();
             let done = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
-            let told = frames.pose_covariance(&at);
+            let converted = frames.pose_covariance(&at);
             assert!(
-                (told - done * done.transpose()).amax() < 1e-6 * SMALL * SMALL.sqrt(),
+                (converted - done * done.transpose()).amax() < 1e-6 * SMALL * SMALL.sqrt(),
                 "{axis}"
             );
         }

@@ -1,4 +1,4 @@
-//! What else is known when an image is taken: tracked objects, a gyroscope, wheels.
+//! Further inputs at the time of an image: tracked objects, a gyroscope, wheels.
 
 use std::collections::VecDeque;
 
@@ -20,7 +20,7 @@ const SAMPLES_KEPT: usize = 1_000;
 /// Poses that are kept of wheels.
 const WHEEL_POSES_KEPT: usize = 200;
 
-/// What has come so far.
+/// The messages so far.
 pub(super) struct Knowledge {
     tracks: Vec<Track>,
     tracks_at: Option<Stamp>,
@@ -49,7 +49,7 @@ impl Knowledge {
         }
     }
 
-    /// Takes the objects of a cycle. They must be told in the frame that this node's poses lead to: detection takes its poses
+    /// Takes the objects of a cycle. They must be in the parent frame of this node's poses: detection takes its poses
     /// from here.
     pub(super) fn take_tracks(
         &mut self,
@@ -58,7 +58,7 @@ impl Knowledge {
     ) -> Result<(), NodeFailure> {
         if message.header.frame_id != frames.pose_frame_id() {
             return Err(format!(
-                "tracks are told in frame {:?}, not in {:?}: detection must take its pose from this node",
+                "tracks are in frame {:?}, not in {:?}: detection must take its pose from this node",
                 message.header.frame_id,
                 frames.pose_frame_id()
             )

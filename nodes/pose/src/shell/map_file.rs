@@ -1,9 +1,10 @@
 //! The map of keyframes as a file.
 
 use std::fs;
+use std::io;
 use std::path::PathBuf;
 
-use node_shell::{NodeFailure, folder_of, write_whole_file};
+use node_shell::{NodeFailure, folder_of, keep_version, write_whole_file};
 
 use crate::saved_map::SavedMap;
 
@@ -35,12 +36,14 @@ impl MapFile {
         Self { path }
     }
 
-    /// Saves the map whole or not at all. Returns what was done.
+    /// Saves the map whole or not at all. A file that has more keyframes, or is no map, is kept as a numbered version
+    /// ([`keep_version`]). Returns what was done.
     pub(super) fn save(&self, saved: &SavedMap) -> Result<String, NodeFailure> {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be saved to {}: {reason}", self.path.display())
         };
         let bytes = saved.encode().map_err(|error| failed(&error))?;
+        let former = self.keep_former(saved).map_err(|error| failed(&error))?;
         write_whole_file(&self.path, &bytes).map_err(|error| failed(&error))?;
         let done = format!(
             "saved a map of {} to {} ({:.1} MB)",
@@ -48,11 +51,32 @@ impl MapFile {
             self.path.display(),
             1e-6 * bytes.len() as f64
         );
-        tracing::info!("{done}");
+        let Some(former) = former else {
+            tracing::info!("{done}");
+            return Ok(done);
+        };
+        let done = format!("{done}; {former}");
+        tracing::warn!("{done}");
         Ok(done)
     }
 
-    /// What was saved.
+    /// Keeps the file as a version, where this map is less than what is in it. Returns what was done.
+    fn keep_former(&self, saved: &SavedMap) -> io::Result<Option<String>> {
+        if !self.path.exists() {
+            return Ok(None);
+        }
+        let before = self.load().ok();
+        let keyframes = |saved: &SavedMap| saved.map.keyframes().len();
+        if before.as_ref().is_some_and(|before| keyframes(before) <= keyframes(saved)) {
+            return Ok(None);
+        }
+        let before = before.as_ref().map_or("no map".to_owned(), contents);
+        let kept = keep_version(&self.path)?;
+        Ok(kept
+            .map(|version| format!("the file had {before}, and is kept as {}", version.display())))
+    }
+
+    /// Loads the saved map.
     pub(super) fn load(&self) -> Result<SavedMap, NodeFailure> {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be loaded from {}: {reason}", self.path.display())
@@ -61,7 +85,7 @@ impl MapFile {
         Ok(SavedMap::decode(&bytes).map_err(|error| failed(&error))?)
     }
 
-    /// What was done, when it was loaded.
+    /// The report of loading.
     pub(super) fn loaded(&self, saved: &SavedMap) -> String {
         format!("loaded a map of {} from {}", contents(saved), self.path.display())
     }

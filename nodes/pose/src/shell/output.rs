@@ -1,4 +1,4 @@
-//! What is published of a pose.
+//! The messages published for a pose.
 
 use nalgebra::Isometry3;
 use node_shell::{Node, NodeFailure, OdometryFrames, OdometryOutput, PublishedPose};
@@ -34,13 +34,13 @@ impl Output {
         &self.frames
     }
 
-    /// What was known of the motion is not any more: the next pose begins anew.
+    /// The motion is unknown from now on: the next pose begins anew.
     pub(super) fn interrupt(&mut self) {
         self.smoothing.clear();
         self.published.interrupt();
     }
 
-    /// The path begins anew, too, in a map that is there, or in one that is to be made.
+    /// The path begins anew, too, in an existing map, or in a new one.
     pub(super) fn reset(&mut self, world_from_map: Option<&Isometry3<f64>>) {
         self.smoothing.clear();
         self.published.reset();

@@ -13,7 +13,7 @@ pub(super) struct Pairing<C, D> {
     capacity: usize,
 }
 
-/// What came of an image.
+/// The outcome of an image.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Paired<C, D> {
     /// Both were taken at the same time, nearly: that of the colour image.
@@ -46,7 +46,7 @@ impl<C, D> Pairing<C, D> {
         self.pairs()
     }
 
-    /// Whoever began anew has nothing to do with what waits.
+    /// After a restart the waiting images are dropped.
     fn clear(&mut self) {
         self.colors.clear();
         self.depths.clear();
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn images_meet_their_partners_in_either_order_and_the_others_are_named() {
+    fn images_are_paired_in_either_order_and_the_others_are_named() {
         let mut pairing = Pairing::new(0.02, 3);
         assert_eq!(pairing.push_color(at(0), 'a'), []);
         assert_eq!(pairing.push_depth(at(5), 1), [Paired::Pair(at(0), 'a', 1)]);

@@ -5,7 +5,6 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use estimation::{Executor, ScopedThreads};
-use geometry::parameter::Declaration;
 use geometry::pose_from_vector;
 use nalgebra::Isometry3;
 use node_shell::NodeFailure;
@@ -119,10 +118,8 @@ pub(super) enum PoseParametersError {
 }
 
 impl NodeParameters for PoseParameters {
-    const DECLARATIONS: &'static [Declaration] = Self::DECLARATIONS;
-
-    fn validate(&self) -> Result<(), NodeFailure> {
-        Self::validate(self)?;
+    fn validate_node(&self) -> Result<(), NodeFailure> {
+        self.validate()?;
         Ok(self.check_map()?)
     }
 }
@@ -150,7 +147,7 @@ impl PoseParameters {
         self.load_map_on_start || self.localisation_only
     }
 
-    /// What extracts features.
+    /// The extractor of features.
     pub(super) fn executor(&self) -> Arc<dyn Executor> {
         Arc::new(ScopedThreads::new(NonZeroUsize::new(self.threads).unwrap_or(NonZeroUsize::MIN)))
     }

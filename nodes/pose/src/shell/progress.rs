@@ -1,4 +1,4 @@
-//! How it goes, on `/diagnostics` and in the log.
+//! The state of tracking, on `/diagnostics` and in the log.
 
 use node_shell::{Counters, Throttle};
 
@@ -8,31 +8,31 @@ use crate::tracking::{Tracked, TrackingState};
 
 /// The condition in the diagnostics.
 const TRACKING: &str = "tracking";
-/// What it says before the first image.
+/// Its text before the first image.
 const WAITING: &str = "initialising: waits for images";
 
-/// Tells of the state of the tracking.
-pub(super) struct ProgressTeller {
+/// Reports the state of the tracking.
+pub(super) struct ProgressReporter {
     state: TrackingState,
     counters: Counters,
     troubles: Throttle,
 }
 
-impl ProgressTeller {
-    /// Tells that nothing has come yet.
+impl ProgressReporter {
+    /// Reports that no image has come yet.
     pub(super) fn new(counters: Counters) -> Self {
         counters.note_condition(TRACKING, WAITING, true);
         Self { state: TrackingState::default(), counters, troubles: Throttle::for_warnings() }
     }
 
-    /// All begins anew: nothing has come yet.
+    /// Resets: no image has come yet.
     pub(super) fn reset(&mut self) {
         self.state = TrackingState::default();
         self.counters.note_condition(TRACKING, WAITING, true);
     }
 
-    /// Says how it goes, in the diagnostics and, where it changes, in the log.
-    pub(super) fn tell(&mut self, tracked: &Tracked, in_map: Option<&InMap>) {
+    /// Reports the state, in the diagnostics and, where it changes, in the log.
+    pub(super) fn report(&mut self, tracked: &Tracked, in_map: Option<&InMap>) {
         let state = match tracked.state {
             TrackingState::Initialising => "initialising",
             TrackingState::Tracking => "tracking",
@@ -52,7 +52,7 @@ impl ProgressTeller {
             tracing::info!("a loop is closed that was open by {gap_m:.3} m");
         }
         if tracked.is_relocalised || in_map.is_some_and(|in_map| in_map.is_found) {
-            tracing::info!("found again: the camera is where the map knows it");
+            tracing::info!("relocalised: the camera is at a known place of the map");
         } else if tracked.state != self.state {
             if tracked.state == TrackingState::Tracking {
                 tracing::info!("{text}");

@@ -1,4 +1,4 @@
-//! A map that is being written while the node goes on.
+//! A map that is being written while the node continues.
 
 use msgs::std_srvs::Trigger;
 use node_shell::{NodeFailure, Request};
@@ -7,7 +7,7 @@ use tokio::task::JoinHandle;
 use super::map_file::MapFile;
 use crate::saved_map::SavedMap;
 
-/// A map that is being written, and who is told of it. One at a time.
+/// A map that is being written, and the client that gets the answer. One at a time.
 #[derive(Default)]
 pub(super) struct Saving<'a> {
     running: Option<Running<'a>>,

@@ -1,4 +1,4 @@
-//! Poses that are told smoothed.
+//! Smoothed poses.
 
 use std::collections::VecDeque;
 

@@ -18,13 +18,13 @@ use super::follower::{Followed, Follower, InMap};
 use super::hints::Knowledge;
 use super::inputs::{Arrival, Inputs};
 use super::map_file::MapFile;
-use super::map_path::MapPathTeller;
+use super::map_path::MapPathPublisher;
 use super::output::Output;
 use super::pairing::{Paired, Pairing};
 use super::parameters::PoseParameters;
-use super::progress::ProgressTeller;
+use super::progress::ProgressReporter;
 use crate::frame::{Frame, FrameExtractor};
-use crate::tracking::{Fate, Hints, Tracked};
+use crate::tracking::{FeatureStatus, Hints, Tracked};
 
 /// A viewer needs the latest picture alone.
 const PICTURES_KEPT: usize = 1;
@@ -39,14 +39,14 @@ pub struct Stage {
     extractor: FrameExtractor,
     follower: Follower,
     output: Output,
-    map_path: Option<MapPathTeller>,
+    map_path: Option<MapPathPublisher>,
     map_file: Option<MapFile>,
     map_file_on_exit: Option<MapFile>,
     pictures: Publisher<Image>,
     reporter: StageReporter,
     counters: Counters,
     next_frame: u32,
-    progress: ProgressTeller,
+    progress: ProgressReporter,
     bad_input: Throttle,
 }
 
@@ -56,12 +56,13 @@ impl Stage {
     /// # Errors
     /// When a parameter is out of its range, or a topic cannot be had.
     pub fn new(node: &Node, parameters: &PoseParameters) -> Result<Self, NodeFailure> {
-        NodeParameters::validate(parameters)?;
+        parameters.validate_node()?;
         let counters = node.counters();
-        let progress = ProgressTeller::new(counters.clone());
+        let progress = ProgressReporter::new(counters.clone());
         let map_file = MapFile::new("map_file", &parameters.map_file)?;
         let map_file_on_exit = MapFile::new("save_map_on_exit", &parameters.save_map_on_exit)?;
-        let map_path = parameters.slam.then(|| MapPathTeller::new(node, &parameters.map_frame_id));
+        let map_path =
+            parameters.slam.then(|| MapPathPublisher::new(node, &parameters.map_frame_id));
         let mut output = Output::new(node, parameters)?;
         let follower = first_follower(parameters, map_file.as_ref(), &mut output)?;
         Ok(Self {
@@ -89,13 +90,13 @@ impl Stage {
     /// Drops all that has come so far: the next image is the first one again, in the map that the node began with.
     pub(super) fn reset(&mut self) -> Result<(), NodeFailure> {
         self.follower = first_follower(&self.parameters, self.map_file.as_ref(), &mut self.output)?;
-        self.forget_way();
+        self.reset_trajectory();
         self.forget_inputs();
         Ok(())
     }
 
     /// There is another map.
-    fn forget_way(&mut self) {
+    fn reset_trajectory(&mut self) {
         if let Some(map_path) = &mut self.map_path {
             map_path.reset();
         }
@@ -222,9 +223,9 @@ impl Stage {
         };
         let Followed { tracked, in_map } = self.follower.step(&frame, &camera, &hints);
         timer.end_of("tracking");
-        self.progress.tell(&tracked, in_map.as_ref());
+        self.progress.report(&tracked, in_map.as_ref());
         if let Some(in_map) = &in_map {
-            self.tell_way(stamp, in_map);
+            self.publish_trajectory(stamp, in_map);
         }
         match &tracked.pose {
             Some(pose) => {
@@ -240,12 +241,16 @@ impl Stage {
         self.report(stamp, &frame, (&tracked, in_map.as_ref()), &timer);
     }
 
-    /// Before the first pose that has the map as it is by now, so that who takes both in order knows what has moved.
-    fn tell_way(&mut self, stamp: Stamp, in_map: &InMap) {
-        let Some(teller) = &mut self.map_path else { return };
-        if teller.is_due(stamp, in_map.last_waypoint, in_map.has_changed) {
-            let (frames, way) = (self.output.frames(), self.follower.waypoints().into_iter());
-            teller.tell(stamp, way.map(|(stamp, camera)| (stamp, frames.map_from_rig(&camera))));
+    /// Before the first pose in the corrected map, so that a subscriber that takes both in order knows the correction.
+    fn publish_trajectory(&mut self, stamp: Stamp, in_map: &InMap) {
+        let Some(map_path) = &mut self.map_path else { return };
+        if map_path.is_due(stamp, in_map.last_waypoint, in_map.has_changed) {
+            let (frames, trajectory) =
+                (self.output.frames(), self.follower.waypoints().into_iter());
+            map_path.publish(
+                stamp,
+                trajectory.map(|(stamp, camera)| (stamp, frames.map_from_rig(&camera))),
+            );
         }
     }
 
@@ -284,9 +289,9 @@ impl Stage {
         counts.extend([
             ("corners", count(frame.corners.len())),
             ("segments", count(frame.lines.len())),
-            ("inliers", count(tracked.count(Fate::Inlier))),
-            ("outliers", count(tracked.count(Fate::Outlier))),
-            ("left_out", count(tracked.count(Fate::LeftOut))),
+            ("inliers", count(tracked.count(FeatureStatus::Inlier))),
+            ("outliers", count(tracked.count(FeatureStatus::Outlier))),
+            ("left_out", count(tracked.count(FeatureStatus::LeftOut))),
             ("landmarks", count(map.points().len() + map.lines().len())),
         ]);
         counts.extend(in_map.map(|in_map| ("keyframes", count(in_map.keyframes))));
@@ -304,7 +309,7 @@ impl Stage {
     }
 }
 
-/// What the node begins with: a map that was saved, or nothing.
+/// The tracker that the node begins with: a map that was saved, or nothing.
 fn first_follower(
     parameters: &PoseParameters,
     file: Option<&MapFile>,
@@ -313,11 +318,11 @@ fn first_follower(
     let file = file.filter(|_| parameters.begins_with_map());
     let saved = file.map(|file| Ok::<_, NodeFailure>((file, file.load()?))).transpose()?;
     let world_from_map = saved.as_ref().map(|(_, saved)| saved.world_from_map);
-    let told = saved.as_ref().map(|(file, saved)| file.loaded(saved));
+    let report = saved.as_ref().map(|(file, saved)| file.loaded(saved));
     let follower = Follower::new(parameters, saved.map(|(_, saved)| saved.map), None)?;
     output.reset(world_from_map.as_ref());
-    if let Some(told) = told {
-        tracing::info!("{told}");
+    if let Some(report) = report {
+        tracing::info!("{report}");
     }
     Ok(follower)
 }

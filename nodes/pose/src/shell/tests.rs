@@ -21,7 +21,7 @@ const WALL_M: f32 = 2.0;
 const PICTURE_PX: usize = 700;
 const PERIOD_S: f64 = 1.0 / 30.0;
 
-/// The node, and who stands for its camera.
+/// The node, and the stand-in of its camera.
 struct Scene {
     stage: Stage,
     picture: GrayImage,
@@ -267,7 +267,7 @@ fn after_a_reset_the_next_image_is_the_first_one_again() {
 }
 
 #[test]
-fn with_a_map_poses_are_told_in_it_and_the_two_frames_are_tied() {
+fn with_a_map_poses_are_published_in_it_and_the_two_frames_are_tied() {
     let parameters =
         PoseParameters { slam: true, slam_in_background: false, ..PoseParameters::default() };
     let mut scene = Scene::with(parameters);
@@ -281,12 +281,12 @@ fn with_a_map_poses_are_told_in_it_and_the_two_frames_are_tied() {
     let report = &odometry.reports[0];
     let keyframes = report.count_names.iter().position(|name| name == "keyframes").unwrap();
     assert!(report.counts[keyframes] >= 1);
-    let mut told = Vec::new();
+    let mut published = Vec::new();
     while let Some(pose) = poses.try_next() {
-        told.push(pose.message);
+        published.push(pose.message);
     }
-    assert_eq!(told.len(), 30);
-    assert!(told.iter().all(|pose| pose.header.frame_id == "map"));
+    assert_eq!(published.len(), 30);
+    assert!(published.iter().all(|pose| pose.header.frame_id == "map"));
     let mut tied = Vec::new();
     while let Some(message) = transforms.try_next() {
         tied.extend(message.message.transforms.clone());
@@ -296,7 +296,7 @@ fn with_a_map_poses_are_told_in_it_and_the_two_frames_are_tied() {
     // What the odometry says, put into the map, is what the pose says.
     let tie = convert::isometry_from_transform(&map_from_odom.transform).unwrap();
     let odom = convert::isometry_from_pose(&odometry.odometry[0].pose.pose).unwrap();
-    let in_map = convert::isometry_from_pose(&told[29].pose).unwrap();
+    let in_map = convert::isometry_from_pose(&published[29].pose).unwrap();
     let off = (tie * odom).inverse() * in_map;
     assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle() < 1e-9, "{off}");
     assert!((in_map.translation.y + right_m(29)).abs() < 0.01, "{in_map}");

@@ -14,7 +14,7 @@ pub struct SlamConfig {
     pub tracker: TrackerConfig,
     /// Of the map.
     pub mapping: MappingConfig,
-    /// Of the way between the two.
+    /// Of the distance between the two.
     pub localiser: LocaliserConfig,
 }
 
@@ -22,16 +22,16 @@ pub struct SlamConfig {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LocaliserConfig {
-    /// Between two keyframes so many frames are at least: mapping inline is idle at every frame, and would keep all.
+    /// Between two keyframes this many frames are at least: mapping inline is idle at every frame, and would keep all.
     pub least_frames_between: u64,
-    /// After so many frames that the map does not place, one is kept by odometry alone: the camera is where the map does not
+    /// After this many frames that the map does not place, one is kept by odometry alone: the camera is where the map does not
     /// reach.
     pub frames_beyond_map: u64,
-    /// Odometry drifts by this share of its way, in metres and in radians: standard deviation ...
+    /// Odometry drifts by this share of its distance, in metres and in radians: standard deviation ...
     pub drift_share: f64,
-    /// ... and by so much for each radian that it turns, likewise.
+    /// ... and by this much for each radian that it turns, likewise.
     pub drift_per_rad: f64,
-    /// So many frames in a row are off by the same: they show the same landmarks, whose places are wrong alike.
+    /// This many frames in a row are off by the same: they show the same landmarks, whose places are wrong alike.
     pub alike_frames: f64,
     /// Whether the map grows and is corrected; otherwise the camera is only placed in it.
     pub is_mapping: bool,
@@ -44,7 +44,7 @@ impl Default for LocaliserConfig {
             least_frames_between: 5,
             // A third of a second: what a hand before the lens takes.
             frames_beyond_map: 10,
-            // What the best odometry has on long ways (Geiger et al. 2012): a per cent.
+            // The drift of the best odometry over long distances (Geiger et al. 2012): a per cent.
             drift_share: 0.01,
             drift_per_rad: 0.01,
             // A second of a view.
@@ -63,7 +63,7 @@ pub enum SlamConfigError {
     /// One of the map's.
     #[error("mapping: {0}")]
     Mapping(ParameterError),
-    /// One of the way between the two.
+    /// One of the distance between the two.
     #[error("localiser: {0}")]
     Localiser(ParameterError),
 }

@@ -10,7 +10,7 @@ use crate::local_map::LandmarkNumbers;
 use crate::loop_closing::Known;
 use crate::map::{Id, KeyframeId, Map};
 
-/// What the odometry's landmarks were in keyframes, each in the last one that shows it.
+/// The features of the odometry's landmarks in keyframes, each in the last one that shows it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Followed {
     corners: BTreeMap<u64, Feature>,
@@ -23,11 +23,11 @@ pub(super) struct Followed {
 struct Feature {
     keyframe: KeyframeId,
     feature: usize,
-    /// The how manyth keyframe it was.
+    /// The sequence number of the keyframe.
     kept: u64,
 }
 
-/// Odometry has lost sight by then of nearly all that it saw in an older keyframe.
+/// By then odometry sees hardly anything of an older keyframe.
 const KEYFRAMES_REMEMBERED: u64 = 30;
 
 impl Followed {
@@ -78,7 +78,7 @@ fn resolved<L>(
     let numbers = numbers.iter().enumerate();
     let found = numbers.filter_map(|(feature, number)| {
         let id = landmark(*kept.get(number.as_ref()?)?)?;
-        // What odometry holds for two the map may hold for one.
+        // Two landmarks of the odometry may be one of the map.
         taken.insert(id).then_some((feature, id))
     });
     found.collect()

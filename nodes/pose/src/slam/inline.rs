@@ -8,7 +8,7 @@ use super::{Done, Kept, Mapping, Request};
 use crate::map::{Map, MapError, NewKeyframe};
 use crate::mapping::{Mapper, MappingConfig, MappingStep};
 
-/// A map that is worked on when it is asked.
+/// A map that is worked on at each request.
 #[derive(Clone, Debug)]
 pub struct InlineMapping {
     mapper: Mapper,
@@ -32,7 +32,7 @@ impl InlineMapping {
         Self { mapper, map, answers: Vec::new() }
     }
 
-    /// What works on the map.
+    /// The mapper.
     #[must_use]
     pub fn mapper(&self) -> &Mapper {
         &self.mapper
@@ -59,7 +59,7 @@ impl Mapping for InlineMapping {
     }
 }
 
-/// Does what is asked.
+/// Processes a request.
 pub(crate) fn answered(
     mapper: &mut Mapper,
     request: Request,
@@ -80,11 +80,11 @@ fn keep(
     kept: &Kept,
     is_aborted: &dyn Fn() -> bool,
 ) -> Result<MappingStep, MapError> {
-    for (point, times) in &kept.foreseen.points {
-        mapper.map_mut().count_foreseen(*point, *times);
+    for (point, times) in &kept.predicted.points {
+        mapper.map_mut().count_predicted(*point, *times);
     }
-    for (line, times) in &kept.foreseen.lines {
-        mapper.map_mut().count_foreseen(*line, *times);
+    for (line, times) in &kept.predicted.lines {
+        mapper.map_mut().count_predicted(*line, *times);
     }
     let new = NewKeyframe {
         camera: kept.camera,

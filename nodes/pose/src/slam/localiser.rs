@@ -8,7 +8,7 @@ use nalgebra::Isometry3;
 use super::followed::Followed;
 use super::tie::Tie;
 use super::travelled::Travelled;
-use super::{Foreseen, Kept, LocaliserConfig, Request, TrajectoryPose};
+use super::{Kept, LocaliserConfig, Predicted, Request, TrajectoryPose};
 use crate::frame::Frame;
 use crate::keyframing::{FollowedFrame, decide};
 use crate::local_map::LandmarkNumbers;
@@ -16,9 +16,9 @@ use crate::loop_closing::{Located, LoopConfig, locate_near};
 use crate::map::{ByOdometry, KeyframeId, Map};
 use crate::mapping::MappingStep;
 use crate::solve::PoseGuess;
-use crate::tracking::{CameraPose, Room, Tracked};
+use crate::tracking::{CameraPose, StaticFeatures, Tracked};
 
-/// What is known of the camera in the map.
+/// The state of the camera in the map.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum MapState {
     /// The camera has not been found in the map yet.
@@ -35,7 +35,7 @@ pub enum MapState {
 /// Where the camera is in the map.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Localised {
-    /// What is known.
+    /// The state.
     pub state: MapState,
     /// Where the frame of the odometry is in the map; `None` before the camera was first found there.
     pub map_from_odom: Option<Isometry3<f64>>,
@@ -51,7 +51,7 @@ pub(super) struct Localiser {
     map_from_odom: Option<Isometry3<f64>>,
     tie: Tie,
     reference: Option<KeyframeId>,
-    foreseen: Foreseen,
+    predicted: Predicted,
     since_keyframe: u64,
     since_found: Option<u64>,
     since_located: u64,
@@ -61,14 +61,14 @@ pub(super) struct Localiser {
     keeps: Option<LandmarkNumbers>,
     followed: Followed,
     travelled: Travelled,
-    /// Where odometry has the camera in this frame.
+    /// The camera's pose by odometry in this frame.
     by_odometry: Option<ByOdometry>,
 }
 
 /// A camera that is looked for.
 #[derive(Clone, Copy, Debug)]
 struct LookedFor {
-    /// Where odometry had it when its frame was taken.
+    /// Its pose by odometry when its frame was taken.
     camera_from_odom: Option<Isometry3<f64>>,
 }
 
@@ -80,7 +80,7 @@ impl Localiser {
             map_from_odom: None,
             tie: Tie::default(),
             reference: None,
-            foreseen: Foreseen::default(),
+            predicted: Predicted::default(),
             since_keyframe: 0,
             since_found: None,
             since_located: 0,
@@ -129,7 +129,7 @@ impl Localiser {
                 self.map_from_odom = Some(camera_from_map.inverse() * pose.camera_from_map);
                 self.since_located = 0;
                 if self.config.is_mapping {
-                    self.foreseen.count(&located);
+                    self.predicted.count(&located);
                 }
                 let localised = self.localised(MapState::Located, &camera_from_map, room, map);
                 let request = self.kept(
@@ -161,7 +161,7 @@ impl Localiser {
     fn begin(
         &mut self,
         pose: &CameraPose,
-        room: &Room,
+        room: &StaticFeatures,
         camera: &CameraModel,
         map: &Map,
     ) -> (Localised, Option<Request>) {
@@ -178,7 +178,7 @@ impl Localiser {
 
     fn located(
         &mut self,
-        room: &Room,
+        room: &StaticFeatures,
         camera: &CameraModel,
         map: &Map,
         guess: &Isometry3<f64>,
@@ -199,14 +199,14 @@ impl Localiser {
     /// Landmarks whose sightings are remembered.
     #[cfg(test)]
     pub(super) fn remembered(&self) -> usize {
-        self.foreseen.landmarks()
+        self.predicted.landmarks()
     }
 
     fn localised(
         &self,
         state: MapState,
         camera_from_map: &Isometry3<f64>,
-        room: &Room,
+        room: &StaticFeatures,
         map: &Map,
     ) -> Localised {
         let reference = self.reference.or(map.newest());
@@ -221,7 +221,7 @@ impl Localiser {
     /// Whether a frame that shows what the map has is to be kept.
     fn kept(
         &mut self,
-        room: &Room,
+        room: &StaticFeatures,
         (camera, camera_from_map): (&CameraModel, &Isometry3<f64>),
         map: &Map,
         (located, reference): (&Located, KeyframeId),
@@ -243,7 +243,7 @@ impl Localiser {
 
     fn keep(
         &mut self,
-        room: &Room,
+        room: &StaticFeatures,
         camera: &CameraModel,
         camera_from_map: &Isometry3<f64>,
         located: Option<&Located>,
@@ -260,7 +260,7 @@ impl Localiser {
             frame: Arc::clone(&room.frame),
             points: located.map(|located| located.points.clone()).unwrap_or_default(),
             lines: located.map(|located| located.lines.clone()).unwrap_or_default(),
-            foreseen: std::mem::take(&mut self.foreseen),
+            predicted: std::mem::take(&mut self.predicted),
             by_odometry: self.by_odometry,
         })))
     }

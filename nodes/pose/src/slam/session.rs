@@ -20,14 +20,14 @@ pub struct Slam<M> {
     waypoints: Waypoints,
 }
 
-/// What became of a frame.
+/// The result of a frame.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SlamFrame {
     /// By odometry.
     pub tracked: Tracked,
     /// In the map.
     pub localised: Localised,
-    /// What the map has done since the last frame.
+    /// The answers of the mapper since the last frame.
     pub steps: Vec<MappingStep>,
     /// Whether the map has found a lost camera since the last frame.
     pub is_found: bool,
@@ -71,7 +71,7 @@ impl<M: Mapping> Slam<M> {
         Self { trajectory: Some(Trajectory::default()), ..self }
     }
 
-    /// Goes on with an odometry that is under way: where that has the camera does not jump.
+    /// Continues with a running odometry: its pose of the camera does not jump.
     #[must_use]
     pub fn with_tracker(self, tracker: Tracker) -> Self {
         Self { tracker, ..self }
@@ -83,14 +83,14 @@ impl<M: Mapping> Slam<M> {
         &self.tracker
     }
 
-    /// The map, and who works on it.
+    /// The map, and its mapper.
     #[must_use]
     pub fn mapping(&self) -> &M {
         &self.mapping
     }
 
-    /// Where the camera came along, `camera_from_map`, as the map has it now, by rising stamp: a pose each 0.3 m or 0.3 rad
-    /// of its way, from the keyframe that it was placed by. There are 10,000 at most.
+    /// The camera's trajectory, `camera_from_map`, in the current map, by rising stamp: a pose each 0.3 m or 0.3 rad
+    /// of its motion, relative to the keyframe that it was localised by. There are 10,000 at most.
     #[must_use]
     pub fn waypoints(&self) -> Vec<(Stamp, Isometry3<f64>)> {
         self.waypoints.in_map(&self.mapping.map())
@@ -141,7 +141,7 @@ impl<M: Mapping> Slam<M> {
         SlamFrame { tracked, localised, steps, is_found }
     }
 
-    /// What the map has done since the last frame, taken without another frame: at the end of a recording.
+    /// The answers of the mapper since the last frame, taken without another frame: at the end of a recording.
     pub fn catch_up(&mut self) -> Vec<MappingStep> {
         let (mut steps, mut is_found) = (Vec::new(), false);
         self.take_answers(&mut steps, &mut is_found);
@@ -169,8 +169,8 @@ impl<M: Mapping> Slam<M> {
         }
     }
 
-    /// A camera was found in the map, as it was some frames ago. Where odometry knew it then, too, the two are tied by that;
-    /// where it has lost it, and still has, it goes on from there.
+    /// A camera was found in the map, as it was some frames ago. Where odometry had a pose then, too, the two are tied by that;
+    /// where it had lost the camera, and has not recovered, it continues from there.
     fn take_found(
         &mut self,
         frame: &Frame,

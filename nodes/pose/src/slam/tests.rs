@@ -62,7 +62,7 @@ fn the_camera_is_placed_in_the_map_that_it_makes() {
     let odometry =
         rms_m(odometry.map(|(at, frame)| (frame.tracked.pose.unwrap().camera_from_map, truth(at))));
     println!("odometry {odometry:.4} m, live {live:.4} m, in the end {in_the_end:.4} m");
-    // All of them stand on what the first frame says of a room whose walls are 4 m off.
+    // All of them depend on the first frame's measurement of a room whose walls are 4 m off.
     assert!(live < 0.018 && in_the_end < 0.015, "{odometry} {live} {in_the_end}");
 }
 

@@ -1,8 +1,8 @@
-//! How much of what a frame says of its place in the map is believed.
+//! The filter of the tie between the odometry's frame and the map.
 //!
-//! Odometry is smooth and drifts; the map does not drift, but what a single frame says of it wavers. The tie between the two
-//! frames is filtered (Kalman): it wanders off with the way that the camera goes, and each frame that the map places draws it
-//! back by what both are unsure by.
+//! Odometry is smooth and drifts; the map does not drift, but the pose of a single frame in it is noisy. The tie between the two
+//! frames is filtered (Kalman): its covariance grows with the distance that the camera travels, and each frame that is localised in the map draws it
+//! back according to both covariances.
 
 use estimation::perturbation::left::{adjoint, perturbation_between, perturbed};
 use estimation::perturbation::parts;
@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Matrix6};
 use super::LocaliserConfig;
 use crate::solve::PoseEstimate;
 
-/// What the tie is off by.
+/// The covariance of the tie.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Tie {
     /// The camera in the map at the last frame, and the covariance of its perturbation; `None` while nothing is known.

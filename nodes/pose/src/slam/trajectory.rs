@@ -36,8 +36,8 @@ impl TrajectoryPose {
         Some(self.camera_from_keyframe * keyframe.camera_from_map())
     }
 
-    /// Ties the pose to what its keyframe hung on, if that is gone, and so on.
-    pub(super) fn tie_anew(&mut self, gone: &BTreeMap<KeyframeId, CulledKeyframe>) {
+    /// Ties the pose to the parent of its keyframe, if that is gone, and so on.
+    pub(super) fn retie(&mut self, gone: &BTreeMap<KeyframeId, CulledKeyframe>) {
         // Each step leads to a keyframe that went later: there are no circles.
         while let Some(culled) = self.keyframe.and_then(|keyframe| gone.get(&keyframe)) {
             self.keyframe = Some(culled.parent);
@@ -52,17 +52,17 @@ impl Trajectory {
         self.poses.push(pose);
     }
 
-    /// Keyframes are gone; what was tied to them is tied to those that they hung on.
+    /// Keyframes are gone; poses tied to them are tied to their parents.
     pub fn forget(&mut self, gone: &[(KeyframeId, CulledKeyframe)]) {
         self.gone.extend(gone.iter().copied());
     }
 
-    /// All poses in the map, `camera_from_map`, as far as their keyframes, or those these hung on, are still there.
+    /// All poses in the map, `camera_from_map`, as far as their keyframes, or the parents of these, still exist.
     #[must_use]
     pub fn in_map(&self, map: &Map) -> Vec<(Stamp, Isometry3<f64>)> {
         let pose = |pose: &TrajectoryPose| {
             let mut pose = *pose;
-            pose.tie_anew(&self.gone);
+            pose.retie(&self.gone);
             Some((pose.stamp, pose.in_map(map)?))
         };
         self.poses.iter().filter_map(pose).collect()

@@ -1,15 +1,15 @@
-//! How far odometry has gone: what it says of the way between keyframes is worth the less, the longer it was.
+//! The distance that odometry has travelled: the longer the distance between keyframes, the less accurate its motion is.
 
 use nalgebra::Isometry3;
 
 use crate::map::{ByOdometry, Map};
 
-/// The way is counted in steps of this length ...
+/// The distance is counted in steps of this length ...
 const STEP_M: f64 = 0.05;
-/// ... or of this turn: a camera that stands trembles by less, and goes nowhere.
+/// ... or of this turn: a static camera trembles by less, and travels nowhere.
 const STEP_RAD: f64 = 0.05;
 
-/// The way of the odometry, leg by leg.
+/// The distance travelled by odometry, leg by leg.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Travelled {
     leg: u64,
@@ -17,7 +17,7 @@ pub(super) struct Travelled {
 }
 
 impl Travelled {
-    /// Goes on with a map that others have made: their legs are not its own.
+    /// Continues an existing map: its legs are not this odometry's.
     pub(super) fn after(map: &Map) -> Self {
         let legs = map.keyframes().iter().filter_map(|(_, keyframe)| keyframe.by_odometry());
         Self { leg: legs.map(|by| by.leg.saturating_add(1)).max().unwrap_or_default(), last: None }
@@ -30,15 +30,19 @@ impl Travelled {
             return None;
         };
         let leg = self.leg;
-        let begin =
-            ByOdometry { leg, camera_from_odom: *camera_from_odom, way_m: 0.0, turned_rad: 0.0 };
+        let begin = ByOdometry {
+            leg,
+            camera_from_odom: *camera_from_odom,
+            travelled_m: 0.0,
+            turned_rad: 0.0,
+        };
         let last = self.last.get_or_insert(begin);
         let step = camera_from_odom * last.camera_from_odom.inverse();
         let (step_m, step_rad) = (step.translation.vector.norm(), step.rotation.angle());
         let here = ByOdometry {
             leg,
             camera_from_odom: *camera_from_odom,
-            way_m: last.way_m + step_m,
+            travelled_m: last.travelled_m + step_m,
             turned_rad: last.turned_rad + step_rad,
         };
         if step_m > STEP_M || step_rad > STEP_RAD {
@@ -63,20 +67,20 @@ mod tests {
         let mut travelled = Travelled::default();
         for frame in 0..1000 {
             let here = travelled.step(Some(&at(0.01 * f64::from(frame % 2)))).unwrap();
-            assert!(here.way_m < 0.02, "{}", here.way_m);
+            assert!(here.travelled_m < 0.02, "{}", here.travelled_m);
         }
     }
 
     #[test]
-    fn there_and_back_is_twice_the_way() {
+    fn there_and_back_is_twice_the_distance() {
         let mut travelled = Travelled::default();
         let there = (0..=100).map(|step| 0.02 * f64::from(step));
-        let mut way_m = 0.0;
+        let mut travelled_m = 0.0;
         for x_m in there.clone().chain(there.rev()) {
-            way_m = travelled.step(Some(&at(x_m))).unwrap().way_m;
+            travelled_m = travelled.step(Some(&at(x_m))).unwrap().travelled_m;
         }
         // Less what was turned round on, of a step.
-        assert!((3.9..=4.0 + 1e-9).contains(&way_m), "{way_m}");
+        assert!((3.9..=4.0 + 1e-9).contains(&travelled_m), "{travelled_m}");
     }
 
     #[test]
@@ -95,6 +99,6 @@ mod tests {
         assert_eq!(travelled.step(None), None);
         assert_eq!(travelled.step(None), None);
         let second = travelled.step(Some(&at(3.0))).unwrap();
-        assert_eq!((first.leg, second.leg, second.way_m), (0, 1, 0.0));
+        assert_eq!((first.leg, second.leg, second.travelled_m), (0, 1, 0.0));
     }
 }

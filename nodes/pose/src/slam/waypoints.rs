@@ -8,11 +8,11 @@ use nalgebra::Isometry3;
 use super::TrajectoryPose;
 use crate::map::{CulledKeyframe, KeyframeId, Map};
 
-/// The next one is so far from the last: a few voxels, so that a bend in the way of a correction is not cut ...
+/// The next one is this far from the last: a few voxels, so that a bend in the path of a correction is not cut ...
 const STEP_M: f64 = 0.3;
-/// ... or so much turned.
+/// ... or this much turned.
 const STEP_RAD: f64 = 0.3;
-/// So many, at most: three kilometres. When there are more, every other one goes, the old ones first of all.
+/// This many, at most: three kilometres. When there are more, every other one goes, the old ones first of all.
 const MOST: usize = 10_000;
 
 /// Where the camera came along, each time from a keyframe: when the keyframe is put elsewhere, so is the waypoint. A camera
@@ -54,14 +54,14 @@ impl Waypoints {
         self.poses.push(*pose);
     }
 
-    /// Keyframes are gone; what was tied to them is tied to those that they hung on.
+    /// Keyframes are gone; waypoints tied to them are tied to their parents.
     pub(super) fn forget(&mut self, gone: &[(KeyframeId, CulledKeyframe)]) {
         if gone.is_empty() {
             return;
         }
         let gone: BTreeMap<KeyframeId, CulledKeyframe> = gone.iter().copied().collect();
         for pose in &mut self.poses {
-            pose.tie_anew(&gone);
+            pose.retie(&gone);
         }
     }
 

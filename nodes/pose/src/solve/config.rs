@@ -3,8 +3,8 @@
 use nalgebra::Vector6;
 
 geometry::choices! {
-    /// How much an observation counts while outliers may still be among them. Each takes the size of an error at which it
-    /// begins to doubt from [`RefineConfig::inlier_probability`].
+    /// The weight of an observation while there may be outliers. Each kernel takes the size of an error at which it
+    /// begins to reduce the weight from [`RefineConfig::inlier_probability`].
     pub enum RobustKernel {
         /// Beyond the limit the weight falls with the error (Huber 1964). Has one minimum.
         Huber = "huber",
@@ -17,21 +17,21 @@ geometry::choices! {
 }
 
 impl RobustKernel {
-    /// What a squared error costs, and the derivative of that, which is its weight. `doubt` is the squared error at which
-    /// the kernel begins to doubt.
+    /// The cost of a squared error, and its derivative, which is the weight. `limit` is the squared error at which
+    /// the kernel begins to reduce the weight.
     #[inline]
-    pub(crate) fn loss_and_weight(self, chi2: f64, doubt: f64) -> (f64, f64) {
+    pub(crate) fn loss_and_weight(self, chi2: f64, limit: f64) -> (f64, f64) {
         let kernel = match self {
             Self::Huber => estimation::RobustKernel::Huber,
             Self::Cauchy => estimation::RobustKernel::Cauchy,
             Self::None => estimation::RobustKernel::None,
         };
-        kernel.loss_and_weight(chi2, doubt)
+        kernel.loss_and_weight(chi2, limit)
     }
 }
 
 geometry::choices! {
-    /// What the standard deviations of the observations mean.
+    /// The meaning of the observations' standard deviations.
     pub enum NoiseScale {
         /// They are right.
         Given = "given",
@@ -87,7 +87,7 @@ geometry::parameters! {
         max_std_dev_rad: f64 = 0.01, positive;
         /// Standard deviation of the translation of a guess that comes without a covariance. Directions that the observations
         /// do not determine keep it.
-        // A step, and a quarter of a turn: a guess that nobody vouches for.
+        // A step, and a quarter of a turn: a guess without any evidence.
         unknown_std_dev_m: f64 = 1.0, positive;
         /// Standard deviation of the rotation of a guess that comes without a covariance. Directions that the observations do
         /// not determine keep it.
@@ -109,7 +109,7 @@ geometry::parameters! {
         /// The search ends when this share of the observations fits.
         // Samples of what is left cannot show much more.
         enough_inlier_ratio: f64 = 0.9, share;
-        /// A pose that explains fewer observations is none.
+        /// A pose that explains fewer observations is refused.
         // ORB-SLAM2's relocalisation asks its solver for 10. Three points always fit some pose.
         min_inliers: usize = 10, at_least(4.0);
         /// Samples are drawn from the points with depths when at least this share has them; from all points otherwise.
@@ -123,10 +123,10 @@ geometry::parameters! {
     #[derive(Clone, Copy, PartialEq, Debug)]
     pub struct RigidSetsConfig {
         /// The most sets that are searched for.
-        // A room and three who walk in it.
+        // A room and three people who walk in it.
         max_sets: usize = 4, at_least(1.0);
         /// The background has at least this share of the usable points.
-        // Two people close to the camera leave so much of a Kinect's view.
+        // Two people close to the camera leave this much of a Kinect's view.
         min_background_share: f64 = 0.15, share;
         /// How surely the larger of two sets is the background: the odds grow with this power of the ratio of their sizes.
         // Of sets as 60 to 40 the larger is the background five times out of six: what the prediction says by more than two
@@ -141,13 +141,13 @@ geometry::parameters! {
 }
 
 impl RefineConfig {
-    /// What a direction must be known to, one number a coordinate of a perturbation.
+    /// The required accuracy of a direction, one number a coordinate of a perturbation.
     pub(crate) fn limits(&self) -> Vector6<f64> {
         let (shift, turn) = (self.max_std_dev_m, self.max_std_dev_rad);
         Vector6::new(shift, shift, shift, turn, turn, turn)
     }
 
-    /// What is known of a guess that comes without a covariance, likewise.
+    /// The assumed accuracy of a guess without a covariance, likewise.
     pub(crate) fn unknown_std_devs(&self) -> Vector6<f64> {
         let (shift, turn) = (self.unknown_std_dev_m, self.unknown_std_dev_rad);
         Vector6::new(shift, shift, shift, turn, turn, turn)

@@ -9,7 +9,7 @@ use super::RansacConfig;
 
 /// Directions that differ by a smaller sine are parallel: what a segment's direction is off by would decide.
 const LEAST_SINE: f64 = 0.2;
-/// A line fits when its ends are off by at most so many standard deviations.
+/// A line fits when its ends are off by at most this many standard deviations.
 const MAX_STD_DEVS: f64 = 3.0;
 /// Lines of a sample.
 const SAMPLE: usize = 2;
@@ -21,7 +21,7 @@ pub(crate) struct LinePair {
     pub(crate) in_map_m: [Point3<f64>; 2],
     /// The segment's ends in the camera frame; they need not be the same places.
     pub(crate) in_camera_m: [Point3<f64>; 2],
-    /// What the ends of both may be off by across the line, one standard deviation.
+    /// The error of both ends across the line, one standard deviation.
     pub(crate) std_dev_m: f64,
 }
 
@@ -74,7 +74,7 @@ impl Axes {
         })
     }
 
-    /// Whether the segment lies on the line, looking the same way.
+    /// Whether the segment is on the line, in the same direction.
     fn fits(&self, camera_from_map: &Isometry3<f64>) -> bool {
         let along = camera_from_map * self.along_map;
         let start = camera_from_map * self.pair.in_map_m[0];

@@ -13,7 +13,7 @@ pub struct PointObservation {
     pub depth_m: Option<f64>,
     /// Standard deviation of the column and of the row.
     pub pixel_std_dev_px: f64,
-    /// What the point of the map itself may be off by in the image: one standard deviation, in this direction. A point whose
+    /// The error of the map's point itself in the image: one standard deviation, in this direction. A point whose
     /// depth is unsure is so along the line through its images by both cameras, and not across it.
     pub spread_px: Vector2<f64>,
     /// Standard deviation of the depth; not looked at without a depth.
@@ -44,7 +44,7 @@ pub struct LineObservation {
     pub depth_std_dev_m: f64,
 }
 
-/// What became of an observation.
+/// The status of an observation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Verdict {
     /// The pose explains it.

@@ -1,7 +1,7 @@
 //! The pose of a camera by three points in the directions in which it sees them.
 //!
 //! The formulation of Persson and Nordberg 2018, "Lambda Twist: an accurate fast robust perspective three point (P3P)
-//! solver": the three distances along the rays meet three quadratic equations; a combination of two of them that is a pair of
+//! solver": the three distances along the rays satisfy three quadratic equations; a combination of two of them that is a pair of
 //! planes splits the problem into quadratic ones, and Newton's method then sharpens the distances.
 
 mod conic;
@@ -16,7 +16,7 @@ use conic::plane_pair;
 const MAX_POSES: usize = 4;
 /// Newton's method doubles the digits with each step.
 const NEWTON_STEPS: usize = 5;
-/// What is left of the equations after that, in units of the largest distance between the points (squared): more is no
+/// The residual of the equations after that, in units of the largest distance between the points (squared): more is no
 /// solution.
 const LEFT_OVER: f64 = 1e-8;
 /// Sides of the triangle that are shorter than this share of the longest, or a triangle that is as flat, make no frame.
@@ -27,8 +27,8 @@ const SAME: f64 = 1e-6;
 /// The poses, at most four, from which three points of the map are seen along three rays of the camera frame. The rays point
 /// forward; their lengths mean nothing.
 ///
-/// None when the points lie on a line, when two rays are one, or when a number is not finite. In the order of no
-/// preference; a fourth point tells which is right.
+/// None when the points are on a line, when two rays are one, or when a number is not finite. In the order of no
+/// preference; a fourth point decides which is right.
 #[must_use]
 pub fn p3p(points_in_map_m: &[Point3<f64>; 3], rays: &[Vector3<f64>; 3]) -> Vec<Isometry3<f64>> {
     let mut poses = Vec::with_capacity(MAX_POSES);

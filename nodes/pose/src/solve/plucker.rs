@@ -57,9 +57,9 @@ impl PluckerLine {
         (point.coords.cross(&self.direction) - self.moment).norm() / self.direction.norm()
     }
 
-    /// Where the line meets a plane through the origin. `None` when it is parallel to the plane.
+    /// Where the line intersects a plane through the origin. `None` when it is parallel to the plane.
     #[must_use]
-    pub fn meets(&self, normal_of_plane: &Vector3<f64>) -> Option<Point3<f64>> {
+    pub fn intersection(&self, normal_of_plane: &Vector3<f64>) -> Option<Point3<f64>> {
         let slant = normal_of_plane.dot(&self.direction);
         let point = Point3::from(normal_of_plane.cross(&self.moment) / slant);
         let parallel =
@@ -73,7 +73,7 @@ impl PluckerLine {
         image_of_moment(camera, &self.moment)
     }
 
-    /// How far a pixel lies from the line's image, for a line of the camera frame; the sign tells the side. And how the
+    /// The distance of a pixel from the line's image, for a line of the camera frame; the sign gives the side. And how the
     /// distance changes with the moment. `None` for a line through the camera's centre, whose image is a point.
     #[must_use]
     pub fn distance_px(

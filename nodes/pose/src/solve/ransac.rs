@@ -53,25 +53,25 @@ pub enum PnpError {
     #[error(transparent)]
     Pose(#[from] PoseError),
     /// Too few points.
-    #[error("{usable} of {points} points can be used: it takes at least {needed}")]
+    #[error("{usable} of {points} points can be used: at least {needed} are needed")]
     TooFewPoints {
         /// Points that can be used.
         usable: usize,
         /// Points that were given.
         points: usize,
-        /// What it takes.
+        /// The number needed.
         needed: usize,
     },
     /// The best pose explains too few points.
     #[error(
-        "after {iterations} samples the best pose explains {inliers} of {usable} points: it takes at least {needed}"
+        "after {iterations} samples the best pose explains {inliers} of {usable} points: at least {needed} are needed"
     )]
     NoConsensus {
-        /// What the best pose explains.
+        /// The number that the best pose explains.
         inliers: usize,
         /// Points that can be used.
         usable: usize,
-        /// What it takes.
+        /// The number needed.
         needed: usize,
         /// Samples that were drawn.
         iterations: usize,
@@ -251,7 +251,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A pose after a few steps along all directions, told or not.
+/// A pose after a few steps along all directions, observable or not.
 fn polished(problem: &Problem<'_>, pose: &Isometry3<f64>, uses: &Uses) -> Isometry3<f64> {
     let nothing = Matrix6::zeros();
     let plan = Plan {

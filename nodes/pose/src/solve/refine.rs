@@ -1,8 +1,8 @@
 //! The most likely pose near a guess.
 //!
 //! Levenberg-Marquardt over the reprojection errors of points and lines and the errors of their depths, under a robust
-//! kernel at first; after each round it is decided anew what is an outlier, as ORB-SLAM2 has it (Mur-Artal and Tardos 2017,
-//! section III-C). Along directions that the observations do not tell, no step is taken (Zhang, Kaess and Singh 2016).
+//! kernel at first; after each round outliers are decided again, as in ORB-SLAM2 (Mur-Artal and Tardos 2017,
+//! section III-C). Along directions that the observations do not determine, no step is taken (Zhang, Kaess and Singh 2016).
 
 mod descent;
 mod noise;
@@ -24,7 +24,7 @@ use super::observation::{LineObservation, PointObservation, Verdict};
 pub(super) use descent::Plan;
 pub(super) use problem::{Problem, Uses};
 
-/// No guess lies farther from the origin of the map: there a coordinate still has steps of a tenth of a micrometre.
+/// No guess is farther from the origin of the map: there a coordinate still has steps of a tenth of a micrometre.
 const FARTHEST_GUESS_M: f64 = 1e9;
 
 /// Where the camera is thought to be.
@@ -44,9 +44,9 @@ pub struct PoseEstimate {
     /// The covariance of its perturbation (see [`estimation::perturbation::left`]). Along the directions that were not estimated
     /// it is that of the guess.
     pub covariance: Matrix6<f64>,
-    /// What became of each point.
+    /// The status of each point.
     pub points: Vec<Verdict>,
-    /// What became of each line.
+    /// The status of each line.
     pub lines: Vec<Verdict>,
     /// The sum of the squared errors of the inliers, in stated standard deviations.
     pub chi2: f64,
@@ -113,7 +113,7 @@ pub enum PoseError {
 
 /// Finds the pose near a guess that explains points and lines best.
 ///
-/// A few observations are enough to be told about: what they do not tell is listed in `observability` and left as the guess
+/// A few observations are enough: directions that they do not determine are listed in `observability` and left as the guess
 /// has it. The same input gives the same result, bit for bit.
 ///
 /// # Errors
@@ -131,8 +131,8 @@ pub fn refine_pose(
     Problem::new(camera, points, lines, config).estimate(guess)
 }
 
-/// What observations tell of the perturbation of a pose that explains all of them: 1/m^2, 1/rad^2 and mixed. Those that
-/// cannot be used tell nothing.
+/// The information of observations about the perturbation of a pose that explains all of them: 1/m^2, 1/rad^2 and mixed. Those that
+/// cannot be used add nothing.
 #[must_use]
 pub fn information_at(
     camera: &CameraModel,
@@ -231,13 +231,13 @@ impl Problem<'_> {
         Plan { kernel, noise, held: None, steps: self.config.iterations_per_round }
     }
 
-    /// What the inliers tell. That they are chosen by their errors is counted in.
+    /// The information of the inliers, corrected for their selection by their errors.
     fn observability(&self, pose: &Isometry3<f64>, uses: &Uses, noise: f64) -> Observability {
         let information = self.information_of_inliers(pose, uses) / noise;
         Observability::of(&information, &self.config.limits(), to_one_unit)
     }
 
-    /// A pose with its way from the guess taken back along the weak directions.
+    /// A pose with its motion from the guess undone along the weak directions.
     fn held(
         &self,
         guess: &PoseGuess,
@@ -250,7 +250,7 @@ impl Problem<'_> {
         perturbed(pose, &back.component_mul(&limits))
     }
 
-    /// That of the observations along what they tell, that of the guess along the rest.
+    /// That of the observations along the directions they determine, that of the guess along the rest.
     fn covariance(
         &self,
         guess: &PoseGuess,
@@ -258,7 +258,7 @@ impl Problem<'_> {
         observability: &Observability,
     ) -> Matrix6<f64> {
         let limits = self.config.limits();
-        let told: Matrix6<f64> = observability
+        let observed: Matrix6<f64> = observability
             .directions
             .iter()
             .filter(|direction| direction.estimated)
@@ -269,7 +269,7 @@ impl Problem<'_> {
             })
             .sum();
         if observability.estimated() == 6 {
-            return told;
+            return observed;
         }
         let of_guess =
             guess.covariance.unwrap_or_else(|| of_std_devs(&self.config.unknown_std_devs()));
@@ -277,7 +277,7 @@ impl Problem<'_> {
         let unit = limits.map(f64::recip);
         let of_guess = scaled(&propagated(&carried, &of_guess), &unit);
         let weak = observability.weak_projector();
-        told + scaled(&(weak * of_guess * weak), &limits)
+        observed + scaled(&(weak * of_guess * weak), &limits)
     }
 
     fn final_noise(&self, pose: &Isometry3<f64>, uses: &Uses) -> f64 {

@@ -33,7 +33,7 @@ pub enum AlignmentError {
         target_points: usize,
     },
     /// Too few points.
-    #[error("{points} points: it takes at least 3")]
+    #[error("{points} points: at least 3 are needed")]
     TooFew {
         /// How many there are.
         points: usize,
@@ -101,7 +101,7 @@ pub fn rigid_alignment(
     };
     let mut signs = Vector3::repeat(1.0);
     if left.determinant() * right.determinant() < 0.0 {
-        // A mirror image is no motion: the least told axis is turned about.
+        // A mirror image is no motion: the least observable axis is flipped.
         signs[of_target.singular_values.imin()] = -1.0;
     }
     let matrix = left * Matrix3::from_diagonal(&signs) * right;

@@ -1,4 +1,4 @@
-//! What belongs to the room and what to things that move.
+//! Separates the static scene from moving objects.
 //!
 //! A thing that moves is rigid too, and may fill most of the image: the largest set of points that agree on a pose need not
 //! be the room. The sets are found one after the other (sequential RANSAC: Torr 1998), and the background is chosen among them by
@@ -41,9 +41,9 @@ pub struct RigidSet {
 /// The observations, split.
 #[derive(Clone, PartialEq, Debug)]
 pub struct RigidSplit {
-    /// What the camera's pose is to be taken from.
+    /// The set that the camera's pose is to be taken from.
     pub background: RigidSet,
-    /// What moved otherwise: the largest first.
+    /// The sets that moved otherwise: the largest first.
     pub others: Vec<RigidSet>,
     /// Whether the background is where the prediction has it; `None` without a covariance of the prediction.
     pub as_predicted: Option<bool>,
@@ -69,7 +69,7 @@ pub fn split_rigid_sets(
     prediction.map_or(Ok(()), PoseGuess::check)?;
     let refine = RefineConfig {
         first_round: FirstRound::FitsGuess,
-        // What comes towards the camera would be taken for the room.
+        // An object that approaches the camera would be taken for the static scene.
         keep_without_depth: false,
         ..*refine
     };
@@ -109,7 +109,7 @@ pub fn split_rigid_sets(
     Ok(RigidSplit { background, others, as_predicted })
 }
 
-/// Whether a pose lies farther from the prediction than so many right ones do; `false` without a covariance of the
+/// Whether a pose is farther from the prediction than this share of right ones; `false` without a covariance of the
 /// prediction.
 #[must_use]
 pub fn is_surprising(

@@ -1,4 +1,4 @@
-//! What an observation is off by, and how that changes with the pose.
+//! The residual of an observation, and its derivatives by the pose.
 //!
 //! All errors are in standard deviations. The first two are of the image, the others of depths.
 
@@ -13,7 +13,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 pub(crate) use line::LineTerm;
 pub(crate) use point::PointTerm;
 
-/// What is nearer to the camera than this is in no image: no lens is as short.
+/// A point nearer to the camera than this is in no image: no focal length is as short.
 const NEAREST_M: f64 = 0.05;
 /// Errors of the image come first, as many for a point as for a line.
 pub(crate) const PIXEL_ROWS: usize = 2;

@@ -20,7 +20,7 @@ geometry::parameters! {
         map: LocalMapConfig;
         /// How a pose is found near a guess.
         refine: RefineConfig;
-        /// How things that move otherwise than the room are told apart from it.
+        /// How moving objects are separated from the static scene.
         sets: RigidSetsConfig;
         /// When the camera is followed, and when it is lost.
         follow: FollowConfig;

@@ -58,14 +58,14 @@ impl History {
             && let Ok(with_turn) = turned(&guess, last, turn)
             && trouble.is_none()
         {
-            // Where no covariance was known, none of the shift is known now.
+            // Without a covariance before, the translation has none now.
             guess =
                 PoseGuess { covariance: guess.covariance.and(with_turn.covariance), ..with_turn };
         }
         Some((guess, trouble))
     }
 
-    /// How fast the camera moves, were it at this pose now: over the last two intervals, since stamps waver.
+    /// How fast the camera moves, were it at this pose now: over the last two intervals, since stamps are noisy.
     pub(super) fn twist(&self, now: &KnownPose) -> Twist {
         let since = |pose: &KnownPose| now.stamp.seconds_since(pose.stamp);
         let from = self.before.as_ref().or(self.last.as_ref()).filter(|pose| since(pose) > 0.0);

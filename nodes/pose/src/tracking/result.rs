@@ -1,4 +1,4 @@
-//! What became of a frame.
+//! The result of a frame.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::frame::Frame;
 use crate::local_map::LandmarkNumbers;
 use crate::solve::Direction;
 
-/// What the tracker is at.
+/// The state of the tracker.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum TrackingState {
     /// No frame so far was good enough to begin with.
@@ -21,7 +21,7 @@ pub enum TrackingState {
     Lost,
 }
 
-/// What is wrong with a frame, or with what is known of it.
+/// A problem of a frame, or of its inputs.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum Trouble {
     /// The frame is older than the one before; it was dropped.
@@ -31,13 +31,13 @@ pub enum Trouble {
         by_s: f64,
     },
     /// The clock has jumped back; how the camera moves is not known any more.
-    #[error("time went back by {by_s:.3} s: the camera's motion is not known any more")]
+    #[error("time went back by {by_s:.3} s: the camera's velocity is unknown now")]
     TimeWentBack {
         /// By how much.
         by_s: f64,
     },
     /// Too long ago was the last frame.
-    #[error("{gap_s:.3} s since the last pose: the camera's motion is not known any more")]
+    #[error("{gap_s:.3} s since the last pose: the camera's velocity is unknown now")]
     Gap {
         /// How long ago.
         gap_s: f64,
@@ -51,13 +51,13 @@ pub enum Trouble {
         lines: usize,
     },
     /// The depth image shows too little.
-    #[error("of {features} features {measured} have a depth, and it takes {needed}")]
+    #[error("of {features} features {measured} have a depth, and {needed} are needed")]
     TooFewDepths {
-        /// What the image shows.
+        /// The features of the image.
         features: usize,
-        /// What of it has a depth.
+        /// Its features with a depth.
         measured: usize,
-        /// What it takes.
+        /// The number needed.
         needed: usize,
     },
     /// The frame does not show enough of what is known.
@@ -68,54 +68,52 @@ pub enum Trouble {
         /// Features that were held to be landmarks.
         matches: usize,
     },
-    /// What is seen does not tell all of the pose; the rest was predicted.
-    #[error(
-        "{weak} of the pose's 6 directions cannot be told by what is seen: they are as predicted"
-    )]
+    /// The observations do not determine all of the pose; the rest was predicted.
+    #[error("{weak} of the pose's 6 directions are not observable: they are as predicted")]
     Degenerate {
         /// How many directions.
         weak: usize,
     },
 }
 
-/// What became of a feature.
+/// The status of a feature.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Fate {
+pub enum FeatureStatus {
     /// It is no landmark that was known before.
     #[default]
     New,
     /// It is a landmark, and the pose explains it.
     Inlier,
-    /// It was held to be a landmark, and the pose does not explain it.
+    /// It was associated with a landmark, and the pose does not explain it.
     Outlier,
-    /// It lies on a thing that moves.
+    /// It is on a moving object.
     LeftOut,
 }
 
-/// What became of a frame.
+/// The result of a frame.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Tracked {
-    /// What the tracker is at now.
+    /// The state of the tracker after the frame.
     pub state: TrackingState,
     /// Where the camera is; only while it is followed.
     pub pose: Option<CameraPose>,
-    /// What is wrong, when something is.
+    /// The problem, if there is one.
     pub trouble: Option<Trouble>,
     /// Whether the camera was lost before and is found again.
     pub is_relocalised: bool,
-    /// The directions of the pose that what is seen does not tell, in the camera frame.
+    /// The directions of the pose that the observations do not determine, in the camera frame.
     pub weak: Vec<Direction>,
-    /// What became of each corner; none for a frame that was dropped.
-    pub corners: Vec<Fate>,
-    /// What became of each segment, likewise.
-    pub lines: Vec<Fate>,
-    /// What the frame shows of the room, without what moves and as it was at the moment of the middle row; only with a pose.
-    pub room: Option<Room>,
+    /// The status of each corner; none for a frame that was dropped.
+    pub corners: Vec<FeatureStatus>,
+    /// The status of each segment, likewise.
+    pub lines: Vec<FeatureStatus>,
+    /// The static features of the frame, without moving objects and as at the moment of the middle row; only with a pose.
+    pub room: Option<StaticFeatures>,
 }
 
-/// What a frame shows of the room.
+/// The features of a frame on the static scene.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Room {
+pub struct StaticFeatures {
     /// Its features.
     pub frame: Arc<Frame>,
     /// Which landmark of the odometry each of them is.
@@ -132,14 +130,14 @@ pub struct CameraPose {
     /// Covariance of its perturbation (see [`estimation::perturbation::left`]) as a place in the map: with what the map has
     /// drifted by since it began.
     pub covariance: Matrix6<f64>,
-    /// What of it is this frame's own: another frame's is independent of it.
+    /// The part that is this frame's own: that of another frame is independent of it.
     pub frame_covariance: Matrix6<f64>,
 }
 
 impl Tracked {
-    /// How many corners and segments have a fate.
+    /// How many corners and segments have a status.
     #[must_use]
-    pub fn count(&self, fate: Fate) -> usize {
-        self.corners.iter().chain(&self.lines).filter(|one| **one == fate).count()
+    pub fn count(&self, status: FeatureStatus) -> usize {
+        self.corners.iter().chain(&self.lines).filter(|one| **one == status).count()
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix6};
 
 use super::Tracker;
 use crate::frame::{Frame, LeftOut};
-use crate::local_map::{Associations, Lean, Verdicts, View};
+use crate::local_map::{Associations, ReadoutDerivative, Verdicts, View};
 use crate::motion::KnownPose;
 use crate::solve::{
     LineObservation, PointObservation, PoseEstimate, PoseGuess, information_at, is_surprising,
@@ -83,8 +83,8 @@ impl Tracker {
         otherwise: &LeftOut,
     ) -> Option<Attempt> {
         let camera_from_map = guess.camera_from_map;
-        let lean = Lean::default();
-        let view = View { number: self.number, frame, camera, camera_from_map, lean };
+        let readout_derivative = ReadoutDerivative::default();
+        let view = View { number: self.number, frame, camera, camera_from_map, readout_derivative };
         let mut associations = self.map.search(&view, radius_px as f32);
         associations.points.retain(|pair| !otherwise.has_corner(pair.feature));
         associations.lines.retain(|pair| !otherwise.has_line(pair.feature));
@@ -93,7 +93,7 @@ impl Tracker {
         Some(Attempt { pose, associations, points, lines })
     }
 
-    /// The pose of the room, and the features of what moves otherwise.
+    /// The pose relative to the static scene, and the features of moving objects.
     fn split(
         &self,
         camera: &CameraModel,
@@ -112,7 +112,7 @@ impl Tracker {
         Some((split.background.pose.camera_from_map, otherwise))
     }
 
-    /// What a pose is off by through what the frame shows alone, were the landmarks where they are said to be.
+    /// The covariance of a pose by the observations of the frame alone, were the landmarks exact.
     pub(super) fn frame_covariance(
         &self,
         view: &View<'_>,

@@ -83,7 +83,7 @@ impl Thing {
     }
 }
 
-/// A camera on its way.
+/// A moving camera.
 pub(crate) struct Camera<P: Fn(f64) -> Isometry3<f64>> {
     pub(crate) model: CameraModel,
     pub(crate) map_from_camera: P,
@@ -143,7 +143,7 @@ impl<P: Fn(f64) -> Isometry3<f64>> Camera<P> {
         frame: &mut Frame,
     ) {
         let Some((pixel, in_camera_m)) = self.image(time_s, in_map_m) else { return };
-        // A corner of some size is found on the level that makes it so many pixels.
+        // A corner of some size is found on the level that makes it this many pixels.
         let level = (3.0 - (in_camera_m.coords.norm() / 3.0).ln() / SCALE_FACTOR.ln()).round();
         let level = level.clamp(0.0, LEVELS - 1.0);
         let std_dev_px = self.spoil.pixel_px * SCALE_FACTOR.powf(level);

@@ -7,7 +7,7 @@ mod trouble;
 use nalgebra::Isometry3;
 
 use super::testing::{Camera, PERIOD_S, Spoil, Thing, error, looking_about};
-use super::{Fate, Hints, Tracked, Tracker, TrackerConfig, TrackingState, Trouble};
+use super::{FeatureStatus, Hints, Tracked, Tracker, TrackerConfig, TrackingState, Trouble};
 use crate::frame::Frame;
 
 fn tracker() -> Tracker {

@@ -5,21 +5,21 @@ use std::sync::Arc;
 use geometry::{CameraModel, ParameterError, Stamp};
 use nalgebra::{Isometry3, Matrix6};
 
-use super::fates::fates;
 use super::history::History;
 use super::readout::{Readout, SeenMoving};
 use super::relocalisation::relocalised;
 use super::result::CameraPose;
 use super::sighting::{ENDS, Sighting};
-use super::{Room, Tracked, TrackerConfig, TrackingState, Trouble};
+use super::statuses::statuses;
+use super::{StaticFeatures, Tracked, TrackerConfig, TrackingState, Trouble};
 use crate::frame::{Frame, LeftOut, MovingThing};
 use crate::local_map::{
-    Associations, LandmarkNumbers, Lean, LocalMap, LocalMapConfig, Verdicts, View,
+    Associations, LandmarkNumbers, LocalMap, LocalMapConfig, ReadoutDerivative, Verdicts, View,
 };
 use crate::motion::{KnownPose, Turn, WheelStep};
 use crate::solve::PoseGuess;
 
-/// What else is known at a frame.
+/// Further inputs at a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Hints<'a> {
     /// How the camera has turned since the last frame, by a gyroscope.
@@ -70,7 +70,7 @@ impl Tracker {
         &self.config
     }
 
-    /// What has been seen so far.
+    /// The landmarks seen so far.
     #[must_use]
     pub fn map(&self) -> &LocalMap {
         &self.map
@@ -82,7 +82,7 @@ impl Tracker {
         &self.readout
     }
 
-    /// What it is at.
+    /// Its state.
     #[must_use]
     pub fn state(&self) -> TrackingState {
         self.state
@@ -128,15 +128,15 @@ impl Tracker {
         if let Some(trouble) = self.trouble_with(frame) {
             return Tracked { trouble: Some(trouble), ..Tracked::default() };
         }
-        let lean = Lean::default();
-        let view = View { number: self.number, frame, camera, camera_from_map, lean };
+        let readout_derivative = ReadoutDerivative::default();
+        let view = View { number: self.number, frame, camera, camera_from_map, readout_derivative };
         let (nothing, refine) = (Associations::default(), &self.config.refine);
         let mut numbers = LandmarkNumbers::none(frame);
         self.map.insert(&view, &Matrix6::zeros(), &nothing, &left_out, refine, &mut numbers);
         let covariance = Matrix6::zeros();
         let known = KnownPose { stamp: frame.stamp, camera_from_map, covariance };
         self.history.append(known, self.config.motion.max_gap_s);
-        let (corners, lines) = fates(frame, &left_out, None);
+        let (corners, lines) = statuses(frame, &left_out, None);
         Tracked {
             state: TrackingState::Tracking,
             pose: Some(CameraPose {
@@ -147,7 +147,7 @@ impl Tracker {
             }),
             corners,
             lines,
-            room: Some(Room {
+            room: Some(StaticFeatures {
                 frame: Arc::new(frame.without(&left_out)),
                 numbers: numbers.without(&left_out),
             }),
@@ -156,10 +156,15 @@ impl Tracker {
     }
 
     /// Takes this place for the camera's at a frame, whatever was thought before: a map that knows more has found it there.
-    /// What the frame shows comes into the map from there, and the camera is followed from it on.
+    /// The features of the frame are added to the map from there, and the camera is tracked from it on.
     pub fn put(&mut self, frame: &Frame, camera: &CameraModel, camera_from_map: Isometry3<f64>) {
-        let view =
-            View { number: self.number, frame, camera, camera_from_map, lean: Lean::default() };
+        let view = View {
+            number: self.number,
+            frame,
+            camera,
+            camera_from_map,
+            readout_derivative: ReadoutDerivative::default(),
+        };
         let (nothing, refine) = (Associations::default(), &self.config.refine);
         let (none, covariance) = (LeftOut::default(), Matrix6::zeros());
         let mut numbers = LandmarkNumbers::none(frame);
@@ -170,7 +175,7 @@ impl Tracker {
         self.state = TrackingState::Tracking;
     }
 
-    /// What makes a frame worth nothing.
+    /// The reason why a frame is useless.
     fn trouble_with(&self, frame: &Frame) -> Option<Trouble> {
         let needed = self.config.follow.least_to_begin;
         let (corners, lines) = (frame.corners.len(), frame.lines.len());
@@ -250,17 +255,24 @@ impl Tracker {
         let Sighting { frame: seen, pose, associations, points, otherwise } = sighting;
         let camera_from_map = pose.camera_from_map;
         let known = KnownPose { stamp: frame.stamp, camera_from_map, covariance: pose.covariance };
-        let (mut lean, mut longer_s) = (Lean::default(), 0.0);
+        let (mut readout_derivative, mut longer_s) = (ReadoutDerivative::default(), 0.0);
         if self.config.follow.estimate_readout {
             let verdicts = &pose.points;
             let twist = self.history.twist(&known);
             let points = &points;
-            let leans_m_per_s = &self.map.leans_m_per_s(&associations);
-            let seen =
-                SeenMoving { camera, camera_from_map, twist, points, leans_m_per_s, verdicts };
-            (lean, longer_s) = self.readout.learn(&seen);
+            let readout_derivatives_m_per_s = &self.map.readout_derivatives_m_per_s(&associations);
+            let seen = SeenMoving {
+                camera,
+                camera_from_map,
+                twist,
+                points,
+                readout_derivatives_m_per_s,
+                verdicts,
+            };
+            (readout_derivative, longer_s) = self.readout.learn(&seen);
         }
-        let view = View { number: self.number, frame: &seen, camera, camera_from_map, lean };
+        let view =
+            View { number: self.number, frame: &seen, camera, camera_from_map, readout_derivative };
         let verdicts = Verdicts { points: &pose.points, lines: &pose.lines };
         let frame_covariance = self.frame_covariance(&view, &pose, &associations);
         let covariance = self.map.covariance_at(&view, &associations, verdicts) + frame_covariance;
@@ -275,8 +287,9 @@ impl Tracker {
         self.map.forget();
         self.map.correct_readout(longer_s);
         self.history.append(known, self.config.motion.max_gap_s);
-        let (corners, lines) = fates(frame, left_out, Some((&associations, verdicts, &otherwise)));
-        let room = Room {
+        let (corners, lines) =
+            statuses(frame, left_out, Some((&associations, verdicts, &otherwise)));
+        let room = StaticFeatures {
             frame: Arc::new(seen.without(&otherwise)),
             numbers: numbers.without(&otherwise),
         };

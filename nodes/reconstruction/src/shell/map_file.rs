@@ -3,30 +3,76 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use geometry::{VoxelGrid, VoxelKey, pcd, ply};
-use nalgebra::Point3;
-use node_shell::{NodeFailure, folder_of, write_whole_file};
+use geometry::{OrientedPoints, VoxelGrid, VoxelKey, pcd, ply};
+use nalgebra::{Point3, Vector3};
+use node_shell::{NodeFailure, folder_of, keep_version, write_whole_file};
 
-use crate::{StaticMap, WholeMap, octomap};
+use crate::{Map, WholeMap, octomap};
 
 /// The edge of an octomap is the map's when they differ by no more than this share: what a decimal number of
 /// six digits leaves, as octomap writes it.
 const SAME_EDGE: f64 = 1e-5;
 
-/// Where the map is saved, or loaded from, and how.
+/// Where the map is saved and loaded from, and in which format.
+#[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct MapFile {
     path: PathBuf,
     format: Format,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Format {
     Ply,
     Pcd,
     Octomap,
 }
 
+/// The points of a map at one time, to be written by another thread.
+pub(super) struct Snapshot {
+    points_m: Vec<Point3<f32>>,
+    normals: Vec<Vector3<f32>>,
+    grid: VoxelGrid,
+    max_voxels: usize,
+}
+
+/// A map that is in its file.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Saved {
+    pub(super) points: usize,
+    /// The file that was there before, where it was kept.
+    pub(super) former: Option<Former>,
+}
+
+/// A file that another map has replaced.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Former {
+    pub(super) version: PathBuf,
+    /// `None` where it could not be read as a map.
+    pub(super) points: Option<usize>,
+}
+
+impl Snapshot {
+    /// # Errors
+    /// Where a tile on disk cannot be read now.
+    pub(super) fn of(map: &Map) -> Result<Self, NodeFailure> {
+        let WholeMap { points_m, normals, unreadable } = map.whole();
+        if let Some(error) = unreadable.iter().find(|error| !error.is_loss()) {
+            return Err(format!("the map could not be saved: {error}").into());
+        }
+        // What is lost will not come back; what is left is worth saving.
+        if let Some(error) = unreadable.first() {
+            tracing::warn!("{} tiles are lost to the map that is saved: {error}", unreadable.len());
+        }
+        Ok(Self { points_m, normals, grid: *map.grid(), max_voxels: map.max_voxels() })
+    }
+
+    pub(super) fn points(&self) -> usize {
+        self.points_m.len()
+    }
+}
+
 impl MapFile {
-    /// The file at the path that `parameter` has, whose format is told by its extension; none for an empty path.
+    /// The file at the path that `parameter` has, whose format its extension says; none for an empty path.
     /// What cannot be written is found out now, not when there is a map to lose.
     pub(super) fn new(parameter: &str, path: &str) -> Result<Option<Self>, NodeFailure> {
         if path.is_empty() {
@@ -60,62 +106,84 @@ impl MapFile {
         &self.path
     }
 
-    /// Saves the map under a temporary name first: a reader never finds half a file, and an earlier
-    /// map is lost only to a whole one, also when the power fails. Fails where a tile on disk cannot be read now.
-    /// Returns the number of points.
-    pub(super) fn save(&self, map: &StaticMap) -> Result<usize, NodeFailure> {
-        let WholeMap { points_m, unreadable } = map.whole();
+    pub(super) fn exists(&self) -> bool {
+        self.path.exists()
+    }
+
+    /// Writes the map under a temporary name first: a reader never finds half a file, and an earlier
+    /// map is replaced only by a whole one, also when the power fails. With `keeps_former` the file that is there is kept
+    /// as a numbered version ([`keep_version`]) when it differs.
+    ///
+    /// # Errors
+    /// When the folder cannot be written or is full; the file is then as it was.
+    pub(super) fn write(
+        &self,
+        snapshot: &Snapshot,
+        keeps_former: bool,
+    ) -> Result<Saved, NodeFailure> {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be saved to {}: {reason}", self.path.display())
         };
-        if let Some(error) = unreadable.iter().find(|error| !error.is_loss()) {
-            return Err(failed(error).into());
-        }
-        // What is lost will not come back; what is left is worth saving.
-        if let Some(error) = unreadable.first() {
-            tracing::warn!("{} tiles are lost to the map that is saved: {error}", unreadable.len());
-        }
+        let Snapshot { points_m, normals, grid, .. } = snapshot;
         let bytes = match self.format {
-            Format::Ply => ply::encode(&points_m),
-            Format::Pcd => pcd::encode(&points_m),
+            Format::Ply => ply::encode_with_normals(points_m, normals),
+            Format::Pcd => pcd::encode_with_normals(points_m, normals),
             Format::Octomap => {
-                let grid = map.grid();
                 let voxels: Vec<VoxelKey> = points_m.iter().map(|point| grid.key(point)).collect();
                 octomap::encode(grid.edge_m(), &voxels).map_err(|error| failed(&error))?
             }
         };
+        let mut former = None;
+        if keeps_former && self.exists() {
+            let before = fs::read(&self.path).map_err(|error| failed(&error))?;
+            if before != bytes {
+                let kept = keep_version(&self.path).map_err(|error| failed(&error))?;
+                let points = self.points_of(&before, grid, snapshot.max_voxels).ok();
+                let points = points.map(|points| points.points_m.len());
+                former = kept.map(|version| Former { version, points });
+            }
+        }
         write_whole_file(&self.path, &bytes).map_err(|error| failed(&error))?;
-        tracing::info!("saved a map of {} points to {}", points_m.len(), self.path.display());
-        Ok(points_m.len())
+        Ok(Saved { points: points_m.len(), former })
     }
 
     /// Puts the file's points, in `frame_id`, in the place of the map. Returns the number of voxels. When that
     /// fails, the map is as it was.
-    pub(super) fn load(&self, map: &mut StaticMap, frame_id: &str) -> Result<usize, NodeFailure> {
+    pub(super) fn load(&self, map: &mut Map, frame_id: &str) -> Result<usize, NodeFailure> {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be loaded from {}: {reason}", self.path.display())
         };
         let bytes = fs::read(&self.path).map_err(|error| failed(&error))?;
-        let points_m = match self.format {
-            Format::Ply => ply::decode(&bytes).map_err(|error| failed(&error))?,
-            Format::Pcd => pcd::decode(&bytes).map_err(|error| failed(&error))?,
-            Format::Octomap => {
-                let octree = octomap::decode(&bytes, map.max_voxels());
-                let octree = octree.map_err(|error| failed(&error))?;
-                let edge_m = map.grid().edge_m();
-                if (octree.edge_m - edge_m).abs() > SAME_EDGE * edge_m {
-                    let reason = format!(
-                        "its resolution is {} m, and voxel_edge_m is {edge_m} m",
-                        octree.edge_m
-                    );
-                    return Err(failed(&reason).into());
-                }
-                octree.voxels.into_iter().map(|voxel| centre(voxel, map.grid())).collect()
-            }
-        };
-        map.replace(&points_m, frame_id).map_err(|error| failed(&error))?;
+        let points = self.points_of(&bytes, map.grid(), map.max_voxels());
+        let OrientedPoints { points_m, normals } = points.map_err(|reason| failed(&reason))?;
+        map.replace(&points_m, &normals, frame_id).map_err(|error| failed(&error))?;
         tracing::info!("loaded a map of {} voxels from {}", map.len(), self.path.display());
         Ok(map.len())
+    }
+
+    fn points_of(
+        &self,
+        bytes: &[u8],
+        grid: &VoxelGrid,
+        max_voxels: usize,
+    ) -> Result<OrientedPoints, String> {
+        match self.format {
+            Format::Ply => ply::decode_with_normals(bytes).map_err(|error| error.to_string()),
+            Format::Pcd => pcd::decode_with_normals(bytes).map_err(|error| error.to_string()),
+            Format::Octomap => {
+                let octree =
+                    octomap::decode(bytes, max_voxels).map_err(|error| error.to_string())?;
+                let edge_m = grid.edge_m();
+                if (octree.edge_m - edge_m).abs() > SAME_EDGE * edge_m {
+                    return Err(format!(
+                        "its resolution is {} m, and voxel_edge_m is {edge_m} m",
+                        octree.edge_m
+                    ));
+                }
+                let points_m = octree.voxels.into_iter().map(|voxel| centre(voxel, grid)).collect();
+                Ok(OrientedPoints { points_m, normals: Vec::new() })
+            }
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The way of the platform comes, and the map moves with it.
+//! A corrected trajectory of the platform arrives, and the map moves with it.
 
 use msgs::convert::{self, ConvertError};
 use msgs::nav_msgs::Path;
@@ -6,7 +6,7 @@ use node_shell::{Counters, Throttle};
 use tokio::time::Instant;
 
 use super::Stage;
-use crate::{CorrectionError, MapCorrection, StaticMap};
+use crate::{CorrectionError, Map, MapCorrection};
 
 /// The name of the corrections on `/diagnostics`.
 const CONDITION: &str = "corrections of the map";
@@ -33,7 +33,7 @@ impl PathWatch {
         Self { counters, warned: Throttle::for_warnings() }
     }
 
-    fn corrected(&self, map: &StaticMap, done: &MapCorrection) {
+    fn corrected(&self, map: &Map, done: &MapCorrection) {
         let MapCorrection { moved_voxels, merged_voxels, shift_m } = *done;
         tracing::info!(
             "corrected the map: {moved_voxels} voxels moved, by {shift_m:.2} m at most where they were seen from near; \
@@ -61,6 +61,7 @@ impl Stage {
         match self.follow(message) {
             Ok(done) if done.moved_voxels > 0 => {
                 self.path_watch.corrected(&self.map, &done);
+                self.unsaved.is_changed = true;
                 self.schedule.map_replaced(Instant::now());
             }
             Ok(_) => {}
@@ -75,7 +76,7 @@ impl Stage {
 }
 
 /// What the report of a cycle has of the corrections; nothing before the first.
-pub(super) fn reported(map: &StaticMap) -> Vec<(&'static str, u64)> {
+pub(super) fn reported(map: &Map) -> Vec<(&'static str, u64)> {
     let counts = map.correction_counts();
     if counts.corrections == 0 {
         return Vec::new();

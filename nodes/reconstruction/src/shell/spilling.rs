@@ -10,7 +10,8 @@ use tokio::time::Instant;
 
 use super::ReconstructionParameters;
 use super::tile_folder::TileFolder;
-use crate::{AtMaxVoxels, StaticMap};
+use crate::tiles::TileStore;
+use crate::{AtMaxVoxels, Map};
 
 /// The name of the tiles on `/diagnostics`.
 const CONDITION: &str = "spilled tiles";
@@ -19,15 +20,16 @@ const CONDITION: &str = "spilled tiles";
 ///
 /// # Errors
 /// When a parameter is out of its range, or the folder of the tiles cannot be had.
-pub fn empty_map(parameters: &ReconstructionParameters) -> Result<StaticMap, NodeFailure> {
+pub fn empty_map(parameters: &ReconstructionParameters) -> Result<Map, NodeFailure> {
     parameters.config.validate()?;
-    Ok(match parameters.config.at_max_voxels {
+    let store = match parameters.config.at_max_voxels {
         AtMaxVoxels::Spill => {
             let store = TileFolder::new(&parameters.spill_folder)?;
-            StaticMap::with_tile_store(parameters.config, Box::new(store))?
+            Some(Box::new(store) as Box<dyn TileStore>)
         }
-        AtMaxVoxels::Refuse | AtMaxVoxels::DropOldest => StaticMap::new(parameters.config)?,
-    })
+        AtMaxVoxels::Refuse | AtMaxVoxels::DropOldest => None,
+    };
+    Ok(Map::new(parameters.config.clone(), store)?)
 }
 
 /// So long a warning stands on `/diagnostics` after something went wrong with a tile: long enough for somebody who looks
@@ -48,13 +50,13 @@ impl SpillWatch {
 
     /// Looks whether something went wrong since the last look, and tells how the tiles are; nothing where none are
     /// spilled.
-    pub(super) fn look(&mut self, map: &mut StaticMap, now: Instant) {
+    pub(super) fn look(&mut self, map: &mut Map, now: Instant) {
         if let Some((text, is_warning)) = self.condition(map, now) {
             self.counters.note_condition(CONDITION, &text, is_warning);
         }
     }
 
-    fn condition(&mut self, map: &mut StaticMap, now: Instant) -> Option<(String, bool)> {
+    fn condition(&mut self, map: &mut Map, now: Instant) -> Option<(String, bool)> {
         let counts = map.spill_counts()?;
         if let Some(error) = map.take_tile_error() {
             self.last_error = Some(now);
@@ -72,7 +74,7 @@ impl SpillWatch {
 }
 
 /// What the report of a cycle has of the tiles; nothing where none are spilled.
-pub(super) fn reported(map: &StaticMap) -> Vec<(&'static str, u64)> {
+pub(super) fn reported(map: &Map) -> Vec<(&'static str, u64)> {
     let Some(counts) = map.spill_counts() else { return Vec::new() };
     vec![
         ("voxels_in_files", counts.voxels_in_store as u64),

@@ -1,40 +1,47 @@
 //! The core with its topics: clouds and paths into the map, and the map out as it is due.
 
+use geometry::{Cloud, SegmentedCycle};
 use msgs::convert;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
-use msgs::stillmap_msgs::SegmentedCloud;
 use node_shell::{
-    Counters, Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, Subscription, Throttle,
+    Arrived, Counters, Node, NodeFailure, PipelineWatch, Publisher, Qos, StageReporter, StepTimer,
+    Subscription, Throttle, ValueSubscription,
 };
 use tokio::time::Instant;
 
-use super::map_file::MapFile;
 use super::parameters::Settings;
 use super::path::{self, PathWatch};
+use super::saving::Unsaved;
 use super::schedule::{Following, Schedule, Subscribers};
 use super::spilling::{self, SpillWatch, empty_map};
 use super::{PROGRAM, ReconstructionParameters};
-use crate::{Addition, StaticMap};
+use crate::{Addition, Map};
+
 /// What makes a cycle take less time.
-const REMEDY: &str = "raise voxel_edge_m, here and of detection";
+const REMEDY: &str = "raise voxel_edge_m, or map_edge_m where it is set, of the whole pipeline";
+
+/// The cause of a drop.
+const REFUSED: &str = "static cloud refused";
 /// Each path tells the whole way; more than one may matter to the clouds that wait.
 const PATHS_KEPT: usize = 5;
 /// Updates that may wait for a subscriber: five seconds of the default period.
 const UPDATES_KEPT: usize = 10;
-/// A service has nothing to work on.
-const NO_MAP_FILE: &str = "the parameter map_file is empty: a path that ends in .ply, .pcd or .bt";
-/// The frame of a map that was loaded before the first cloud came (REP-105).
-const FRAME_OF_A_LOADED_MAP: &str = "map";
 
 /// The core with its topics.
 pub struct Stage {
-    pub(super) clouds: Subscription<SegmentedCloud>,
+    pub(super) cycles: ValueSubscription<SegmentedCycle>,
     pub(super) paths: Subscription<Path>,
     pub(super) path_watch: PathWatch,
-    pub(super) map: StaticMap,
+    pipeline: PipelineWatch,
+    pub(super) map: Map,
     pub(super) schedule: Schedule,
-    cycles: u32,
+    pub(super) unsaved: Unsaved,
+    /// The map of the file was loaded, or there was none.
+    pub(super) has_begun: bool,
+    /// A map was loaded before the frame of the poses was known.
+    pub(super) loaded_awaits_frame: bool,
+    taken_cycles: u32,
     maps: Publisher<PointCloud2>,
     updates: Publisher<PointCloud2>,
     removals: Publisher<PointCloud2>,
@@ -43,7 +50,6 @@ pub struct Stage {
     spill_watch: SpillWatch,
     reporter: StageReporter,
     counters: Counters,
-    max_voxels: usize,
 }
 
 impl Stage {
@@ -58,9 +64,13 @@ impl Stage {
         Ok(Self {
             paths,
             path_watch: PathWatch::new(node.counters()),
+            pipeline: PipelineWatch::new(parameters.config.pipeline.clone(), node.counters()),
             map: empty_map(parameters)?,
             schedule: Schedule::new(settings.periods),
-            cycles: 0,
+            unsaved: Unsaved::default(),
+            has_begun: false,
+            loaded_awaits_frame: false,
+            taken_cycles: 0,
             maps: node.publisher("static_map", &Qos::latched())?,
             updates: node.publisher("static_map_updates", &Qos::reliable(UPDATES_KEPT))?,
             removals: node.publisher("static_map_removals", &Qos::reliable(UPDATES_KEPT))?,
@@ -69,8 +79,7 @@ impl Stage {
             spill_watch: SpillWatch::new(node.counters()),
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters: node.counters(),
-            max_voxels: parameters.config.max_voxels,
-            clouds: node.subscription("segmented_cloud", &node.cycles_qos())?,
+            cycles: node.value_subscription("segmented_cloud", &node.cycles_qos())?,
         })
     }
 
@@ -85,20 +94,27 @@ impl Stage {
         while let Some(received) = self.paths.try_next() {
             self.take_path(&received.message);
         }
-        while let Some(received) = self.clouds.try_next() {
+        while let Some(received) = self.cycles.try_next() {
             self.take(&received.message);
         }
     }
 
     /// The map so far.
     #[must_use]
-    pub fn map(&self) -> &StaticMap {
+    pub fn map(&self) -> &Map {
         &self.map
     }
 
-    pub(super) fn take(&mut self, message: &SegmentedCloud) {
+    pub(super) fn take(&mut self, arrived: &Arrived<SegmentedCycle>) {
+        let header = match arrived {
+            Arrived::Value(cycle) => {
+                let Cloud { stamp, frame_id, .. } = &cycle.static_cloud;
+                convert::header_of(*stamp, frame_id)
+            }
+            Arrived::Message(message) => message.header.clone(),
+        };
         let mut timer = StepTimer::start();
-        match self.add(message, &mut timer) {
+        match self.add(arrived, &mut timer) {
             Ok((points_in, addition)) => {
                 let mut counts = vec![
                     ("points_in", points_in as u64),
@@ -112,33 +128,38 @@ impl Stage {
                 ];
                 counts.extend(path::reported(&self.map));
                 counts.extend(spilling::reported(&self.map));
-                self.counters.note_fill("voxels", self.map.len(), self.max_voxels);
-                self.reporter.processed(message.header.clone(), self.cycles, &counts, &timer);
-                self.reporter.keeps_pace(self.clouds.lost_count(), &timer, REMEDY);
-                self.cycles = self.cycles.wrapping_add(1);
+                let (what, filled, most) = self.map.fill();
+                self.counters.note_fill(what, filled, most);
+                self.reporter.processed(header, self.taken_cycles, &counts, &timer);
+                self.reporter.keeps_pace(self.cycles.lost_count(), &timer, REMEDY);
+                self.taken_cycles = self.taken_cycles.wrapping_add(1);
             }
-            Err(error) => self.reporter.dropped(
-                message.header.clone(),
-                self.cycles,
-                ("static cloud refused", &error.to_string()),
-                &[],
-            ),
+            Err((cause, reason)) => {
+                self.reporter.dropped(header, self.taken_cycles, (cause, &reason), &[])
+            }
         }
     }
 
+    /// Takes a cycle into the map; where it is not taken, the cause of its drop and the reason.
     fn add(
         &mut self,
-        message: &SegmentedCloud,
+        arrived: &Arrived<SegmentedCycle>,
         timer: &mut StepTimer,
-    ) -> Result<(usize, Addition), NodeFailure> {
-        let cycle = convert::segmented_cycle_from_message(message)?;
+    ) -> Result<(usize, Addition), (&'static str, String)> {
+        let cycle = arrived.value().map_err(|error| (REFUSED, error.to_string()))?;
+        self.pipeline
+            .check(&cycle.setup, &cycle.dynamic_cloud.frame_id)
+            .map_err(|mismatch| (PipelineWatch::MISMATCH, mismatch.to_string()))?;
         timer.end_of("convert");
-        let addition = self.map.integrate(&cycle)?;
+        self.settle_frame(&cycle.static_cloud.frame_id);
+        let addition = self.map.integrate(&cycle).map_err(|error| (REFUSED, error.to_string()))?;
         timer.end_of("add");
         self.schedule.cloud_came(Instant::now());
-        if addition.cleared_voxels + addition.dropped_voxels > 0 {
+        let voxels_gone = addition.cleared_voxels + addition.dropped_voxels;
+        if voxels_gone > 0 {
             self.schedule.voxels_went();
         }
+        self.unsaved.is_changed |= addition.changed_voxels + voxels_gone > 0;
         Ok((cycle.static_cloud.points_m.len(), addition))
     }
 
@@ -207,28 +228,11 @@ impl Stage {
         Ok(format!("published the map of {points} points"))
     }
 
-    pub(super) fn save(&self, file: Option<&MapFile>) -> Result<String, NodeFailure> {
-        let file = file.ok_or(NO_MAP_FILE)?;
-        let points = file.save(&self.map)?;
-        Ok(format!("saved a map of {points} points to {}", file.path().display()))
-    }
-
-    pub(super) fn load(&mut self, file: Option<&MapFile>) -> Result<String, NodeFailure> {
-        let file = file.ok_or(NO_MAP_FILE)?;
-        let frame_id = self.map.frame_id().unwrap_or(FRAME_OF_A_LOADED_MAP).to_owned();
-        let loaded = file.load(&mut self.map, &frame_id);
-        // Where tiles could not be spilled, the map has gone.
-        if loaded.is_ok() || self.map.is_empty() {
-            self.schedule.map_replaced(Instant::now());
-        }
-        let voxels = loaded?;
-        let path = file.path().display();
-        Ok(format!("loaded a map of {voxels} voxels in frame {frame_id:?} from {path}"))
-    }
-
     pub(super) fn reset(&mut self) -> String {
         let voxels = self.map.len();
         self.map.clear();
+        self.loaded_awaits_frame = false;
+        self.unsaved = Unsaved::ANOTHER_MAP;
         self.schedule.map_replaced(Instant::now());
         format!("emptied the map of {voxels} voxels")
     }

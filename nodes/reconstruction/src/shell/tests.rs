@@ -1,10 +1,11 @@
 mod behind;
+mod files;
 mod listeners;
 mod path;
 
 use std::time::Duration;
 
-use geometry::{Cloud, SegmentedCycle, Stamp};
+use geometry::{Cloud, Method, PipelineConfig, SegmentedCycle, Stamp};
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::{SegmentedCloud, StageReport};
@@ -12,11 +13,8 @@ use nalgebra::{Isometry3, Point3};
 use node_shell::{Host, Publisher, Qos, RosArguments, Subscription, Transport};
 use tokio::time::Instant;
 
-use super::map_file::MapFile;
-use super::parameters::period;
 use super::schedule::Subscribers;
 use super::*;
-use crate::StaticMap;
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -65,6 +63,11 @@ async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
     }
 }
 
+/// What the nodes of the tests share: points stay where they are, though they stand before each other.
+fn pipeline() -> PipelineConfig {
+    PipelineConfig::new(Method::RecHv, 1.0)
+}
+
 fn cloud(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> SegmentedCloud {
     let cloud = |frame_id: &str, points_m: &[[f32; 3]]| Cloud {
         stamp: Stamp::from_nanos(stamp_ns),
@@ -76,7 +79,8 @@ fn cloud(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> SegmentedCloud
         static_cloud: cloud(frame_id, points_m),
         dynamic_cloud: cloud("rig", &[]),
         map_from_rig: Isometry3::identity(),
-        camera_in_rig_m: Point3::origin(),
+        depth: None,
+        setup: pipeline().setup(),
     })
 }
 
@@ -109,8 +113,8 @@ async fn clouds_become_a_map_that_is_published_reported_and_saved() {
     let shutdown = own.shutdown_signal();
     let parameters = ReconstructionParameters {
         map_publish_period_s: 0.05,
-        save_map_on_exit: path.to_str().unwrap().to_owned(),
-        config: ReconstructionConfig { voxel_edge_m: 1.0, ..ReconstructionConfig::default() },
+        map_file: path.to_str().unwrap().to_owned(),
+        config: ReconstructionConfig { pipeline: pipeline(), ..ReconstructionConfig::default() },
         ..ReconstructionParameters::default()
     };
     let served = serving(own, parameters);
@@ -122,10 +126,11 @@ async fn clouds_become_a_map_that_is_published_reported_and_saved() {
         soon("the node", clouds.wait_for_subscribers(1)).await;
         let first_cycle = 1 + knock(&clouds, &reports).await;
 
-        clouds.publish(cloud(1_000, "map", &[[0.25, 0.5, 0.5], [5.5, 0.5, 0.5]])).unwrap();
-        clouds.publish(cloud(2_000, "map", &[[0.75, 0.5, 0.5]])).unwrap();
-        clouds.publish(cloud(3_000, "elsewhere", &[[0.75, 0.5, 0.5]])).unwrap();
-        for (points_in, voxels_new, cycle) in [(2, 2, 0), (1, 0, 1)] {
+        let first = cloud(1_000, "map", &[[0.25, 0.5, 0.5], [5.5, 0.5, 0.5]]);
+        let second = cloud(2_000, "map", &[[0.75, 0.5, 0.5]]);
+        // One after the other: of those that wait a live node takes the newest.
+        for (sent, points_in, voxels_new, cycle) in [(first, 2, 2, 0), (second, 1, 0, 1)] {
+            clouds.publish(sent).unwrap();
             let report = soon("a report", reports.next()).await.message;
             assert!(report.processed);
             assert_eq!(report.cycle, first_cycle + cycle);
@@ -141,6 +146,7 @@ async fn clouds_become_a_map_that_is_published_reported_and_saved() {
             assert!(count("map_bytes") > 0);
             assert_eq!(report.step_names, ["convert", "add"]);
         }
+        clouds.publish(cloud(3_000, "elsewhere", &[[0.75, 0.5, 0.5]])).unwrap();
         let report = soon("the report of the drop", reports.next()).await.message;
         assert!(!report.processed && report.drop_reason.contains("elsewhere"), "{report:?}");
 
@@ -168,66 +174,6 @@ async fn clouds_become_a_map_that_is_published_reported_and_saved() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-#[test]
-fn what_cannot_be_saved_is_found_out_at_the_start() {
-    for (path, part) in
-        [("map.obj", ".ply, .pcd or"), ("map", "or .bt"), ("/no/such/m.ply", "folder")]
-    {
-        let error = MapFile::new("map_file", path).err().unwrap().to_string();
-        assert!(error.contains(part) && error.contains("map_file"), "{path}: {error}");
-    }
-    assert!(MapFile::new("map_file", "").unwrap().is_none());
-    assert!(MapFile::new("map_file", "map.PLY").unwrap().is_some());
-}
-
-fn map_of(voxel_edge_m: f64, max_voxels: usize) -> StaticMap {
-    let config =
-        ReconstructionConfig { voxel_edge_m, max_voxels, ..ReconstructionConfig::default() };
-    StaticMap::new(config).unwrap()
-}
-
-#[test]
-fn a_map_that_was_saved_is_loaded() {
-    let folder = tempfile::tempdir().unwrap();
-    let points = [[-0.03_f32, 0.5, 0.02], [1.0, -2.0, 0.3], [0.07, 0.07, 9.0]].map(Point3::from);
-    let mut map = map_of(0.08, 10);
-    map.replace(&points, "map").unwrap();
-    let keys = |map: &StaticMap| -> Vec<_> {
-        map.points().iter().map(|point| map.grid().key(point)).collect()
-    };
-    for name in ["m.ply", "m.pcd", "m.bt"] {
-        let path = folder.path().join(name);
-        let file = MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap();
-        assert_eq!(file.save(&map).unwrap(), 3);
-        let mut loaded = map_of(0.08, 3);
-        loaded.replace(&[Point3::origin()], "map").unwrap();
-        assert_eq!(file.load(&mut loaded, "odom").unwrap(), 3);
-        assert_eq!((keys(&loaded), loaded.frame_id()), (keys(&map), Some("odom")));
-        if name != "m.bt" {
-            assert_eq!(loaded.points(), map.points());
-        }
-        // Too many: the path and the cause are told, and the map is as it was.
-        let mut small = map_of(0.08, 2);
-        small.replace(&points[..1], "map").unwrap();
-        let error = file.load(&mut small, "map").unwrap_err().to_string();
-        assert!(error.contains(name) && error.contains('2'), "{error}");
-        assert_eq!(small.points(), points[..1]);
-    }
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "nothing temporary is left");
-    let path = folder.path().join("m.bt");
-    let file = MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap();
-    let error = file.load(&mut map_of(0.05, 10), "map").unwrap_err().to_string();
-    assert!(error.contains("0.08") && error.contains("0.05"), "{error}");
-    std::fs::remove_file(&path).unwrap();
-    let error = file.load(&mut map, "map").unwrap_err().to_string();
-    assert!(error.contains("m.bt"), "{error}");
-    assert_eq!(map.points(), {
-        let mut sorted = map_of(0.08, 10);
-        sorted.replace(&points, "map").unwrap();
-        sorted.points()
-    });
-}
-
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_map_of_which_a_file_cannot_be_read_is_not_published_and_that_is_said() {
     let folder = tempfile::tempdir().unwrap();
@@ -236,7 +182,7 @@ async fn a_map_of_which_a_file_cannot_be_read_is_not_published_and_that_is_said(
     let parameters = ReconstructionParameters {
         spill_folder: folder.path().to_str().unwrap().to_owned(),
         config: ReconstructionConfig {
-            voxel_edge_m: 1.0,
+            pipeline: pipeline(),
             max_voxels: 64,
             at_max_voxels: crate::AtMaxVoxels::Spill,
             spill_tile_edge_m: 4.0,
@@ -246,7 +192,7 @@ async fn a_map_of_which_a_file_cannot_be_read_is_not_published_and_that_is_said(
     };
     let mut stage = Stage::new(&node, &parameters).unwrap();
     let line: Vec<[f32; 3]> = (0..100_u8).map(|x| [f32::from(x) + 0.5, 0.5, 0.5]).collect();
-    stage.take(&cloud(1, "map", &line));
+    stage.take(&node_shell::Arrived::Message(std::sync::Arc::new(cloud(1, "map", &line))));
     assert_eq!(stage.publish_on_request().unwrap(), "published the map of 100 points");
     let own = std::fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap().path();
     let tile = own.join("0_0_0.tile");
@@ -269,8 +215,13 @@ async fn a_map_of_which_a_file_cannot_be_read_is_not_published_and_that_is_said(
 #[test]
 fn a_period_is_positive() {
     for seconds in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = period("map_publish_period_s", seconds).unwrap_err().to_string();
+        let parameters = ReconstructionParameters {
+            map_publish_period_s: seconds,
+            ..ReconstructionParameters::default()
+        };
+        let error = Settings::of(&parameters).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains("map_publish_period_s"), "{error}");
     }
-    assert_eq!(period("map_update_period_s", 0.5).unwrap(), Duration::from_millis(500));
+    let settings = Settings::of(&ReconstructionParameters::default()).unwrap();
+    assert_eq!(settings.periods.updates, Duration::from_millis(500));
 }

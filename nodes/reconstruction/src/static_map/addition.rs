@@ -1,6 +1,9 @@
-//! What became of a cloud.
+//! What became of a cycle.
 
-/// What one cloud did to the map.
+use volume::ViewError;
+
+/// What one cycle did to the map. A map of depth images counts blocks of 8 voxels an axis in the place of voxels, and no
+/// points.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Addition {
     /// Points of the cloud that went into the map.
@@ -21,8 +24,16 @@ pub struct Addition {
 }
 
 /// A cloud that does not belong into the map.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum MapError {
+    /// The map is made of depth images, and the cycle has none.
+    #[error(
+        "the map is made of depth images (map_edge_m), and the cycle has none: set map_edge_m to 0, or detection's input to depth"
+    )]
+    NoDepthImage,
+    /// The depth image cannot be used.
+    #[error(transparent)]
+    View(#[from] ViewError),
     /// The cloud is in another frame than those before.
     #[error(
         "the static cloud is in frame {cloud:?}, the map in frame {map:?}: clear the map, or let the pose source \

@@ -3,8 +3,8 @@
 //! Rays to returns clear what they pass (module `clearing`). Behind a thing that goes away there may be nothing to
 //! return any: a hall, a doorway, a black floor. There a direction that is blank from now on says that it has gone, if
 //! less surely than a ray that passes. A voxel loses evidence when
-//! - its direction is blank ([`Sight::is_blank`]), although other directions have returns;
-//! - the camera sees it as well as when the voxel was hit last ([`Sight::sees_as_well_as`]);
+//! - its direction is blank ([`CloudView::is_blank`]), although other directions have returns;
+//! - the camera sees it as well as when the voxel was hit last ([`CloudView::sees_as_well_as`]);
 //! - it stood there for no longer than [`LONGEST_STAY_S`].
 
 mod open_directions;
@@ -15,7 +15,7 @@ mod tests;
 use std::collections::VecDeque;
 
 use geometry::{
-    DepthByDirection, FARTHEST_SEEN_M, LONGEST_STAY_S, SegmentedCycle, Sight, View, VoxelKey,
+    CloudView, DepthByDirection, FARTHEST_SEEN_M, LONGEST_STAY_S, SegmentedCycle, View, VoxelKey,
 };
 use nalgebra::Point3;
 
@@ -69,7 +69,7 @@ impl Blanks {
     }
 
     /// Takes in a point of the rig frame that a cycle shows.
-    fn meet(&mut self, point_in_rig: &Point3<f64>, sight: &mut Sight) {
+    fn meet(&mut self, point_in_rig: &Point3<f64>, sight: &mut CloudView) {
         let Some(met) = sight.meet(point_in_rig) else { return };
         self.view.widen(&(met.slopes - met.hides));
         self.view.widen(&(met.slopes + met.hides));
@@ -85,14 +85,14 @@ impl Blanks {
     }
 
     /// Whether the camera would see what is at a place of the map, and sees nothing.
-    fn is_blank(&self, place_in_map: &Point3<f64>, sight: &Sight) -> bool {
+    fn is_blank(&self, place_in_map: &Point3<f64>, sight: &CloudView) -> bool {
         sight
             .bearing_in_map(place_in_map)
             .is_some_and(|place| sight.is_blank(&place, &self.farthest))
     }
 
     /// Whether a voxel has not stood there for long, and was hit last from where it is seen no better now.
-    fn would_be_seen(&self, voxel: &VoxelMean, sight: &Sight) -> bool {
+    fn would_be_seen(&self, voxel: &VoxelMean, sight: &CloudView) -> bool {
         let later = self.places.partition_point(|place| place.cycle < voxel.last_cycle);
         let last_hit = self.places.get(later).filter(|place| place.cycle == voxel.last_cycle);
         let (Some(last_hit), Some(first_s)) = (last_hit, voxel.anchor.seconds()) else {
@@ -105,7 +105,7 @@ impl Blanks {
 }
 
 /// How far away a cycle looks for what has gone, in metres.
-fn reach_m(sight: &Sight) -> f64 {
+fn reach_m(sight: &CloudView) -> f64 {
     FARTHEST_SEEN_M.min(FARTHEST_IN_EDGES * sight.edge_m)
 }
 
@@ -113,12 +113,13 @@ impl StaticMap {
     /// The voxels that a cycle with these points says have gone, since their directions are blank.
     pub(super) fn find_blank(
         &mut self,
+        blanks: &mut Blanks,
         cycle: &SegmentedCycle,
         points_in_map: impl Iterator<Item = Point3<f32>>,
     ) -> Vec<VoxelKey> {
-        let Some(mut blanks) = self.blanks.take() else { return Vec::new() };
         let map_from_rig = cycle.map_from_rig;
-        let mut sight = Sight::new(map_from_rig, cycle.camera_in_rig_m, self.grid.edge_m());
+        let mut sight =
+            CloudView::new(map_from_rig, cycle.setup.mounts.camera_in_rig_m(), self.grid.edge_m());
         for point in points_in_map {
             blanks.meet(&map_from_rig.inverse_transform_point(&point.cast()), &mut sight);
         }
@@ -127,12 +128,11 @@ impl StaticMap {
         let mut blank = Vec::new();
         // A camera that sees nothing at all may be covered.
         if sight.farthest_m() > 0.0 {
-            let search = Search::of(&blanks, &sight);
+            let search = Search::of(blanks, &sight);
             for block in search.blocks(&self.grid) {
                 self.find_blank_in(block, &search, &mut blank);
             }
         }
-        self.blanks = Some(blanks);
         blank
     }
 

@@ -22,7 +22,7 @@ use nalgebra::Point3;
 
 use super::blocks::{a_voxel_of, bit_of, block_of};
 use super::evidence::Evidence;
-use super::{Addition, StaticMap};
+use super::{Addition, Clearing, MapError, StaticMap};
 
 /// Where a ray stops to clear, before its own end, in edges of the map's voxels.
 const STOP_BEFORE_END_IN_EDGES: f64 = 1.5;
@@ -126,16 +126,24 @@ impl Returns {
 
 impl StaticMap {
     /// Adds the static points in the order of their voxels' keys, and clears what the rays to all points pass.
-    pub(super) fn add_and_clear(&mut self, cycle: &SegmentedCycle) -> Addition {
+    ///
+    /// # Errors
+    /// When the static cloud is in another frame; the map is then as it was.
+    pub(super) fn add_and_clear(
+        &mut self,
+        cycle: &SegmentedCycle,
+        Clearing { rays: tables, blanks }: &mut Clearing,
+    ) -> Result<Addition, MapError> {
+        self.begin_cycle(&cycle.static_cloud)?;
+        let cycle = &*self.cycle_brought_over(cycle);
         let mut addition = Addition::default();
-        let mut tables = std::mem::take(&mut self.rays);
         tables.returns.refill(cycle, &self.grid, &mut addition);
         for seen in tables.returns.returns.iter().filter(|seen| seen.is_static) {
             self.add_point(&seen.point_m, &mut addition);
         }
         self.end_adding(&mut addition);
 
-        let camera_in_map_m = cycle.map_from_rig * cycle.camera_in_rig_m;
+        let camera_in_map_m = cycle.map_from_rig * cycle.setup.mounts.camera_in_rig_m();
         tables.passed.clear();
         for seen in &tables.returns.returns {
             if let Some(ray) = VoxelRay::between(&camera_in_map_m, &seen.point_m.cast()) {
@@ -147,13 +155,12 @@ impl StaticMap {
         for key in &tables.passed {
             addition.cleared_voxels += usize::from(self.weaken(*key, Evidence::miss));
         }
-        let mut blank = self.find_blank(cycle, tables.returns.points_m());
+        let mut blank = self.find_blank(blanks, cycle, tables.returns.points_m());
         blank.retain(|key| tables.passed.binary_search(key).is_err());
-        self.rays = tables;
         for key in blank {
             addition.cleared_voxels += usize::from(self.weaken(key, Evidence::blank));
         }
-        addition
+        Ok(addition)
     }
 
     /// Takes evidence from a voxel, by a rule that says whether it is still there. Returns whether it has gone.

@@ -17,6 +17,7 @@ mod moving;
 mod tests;
 
 use geometry::{LateCorrections, MapPath, PathCorrection, Stamp};
+use nalgebra::Isometry3;
 
 use super::StaticMap;
 use super::anchor::TICK_S;
@@ -71,9 +72,9 @@ pub enum CorrectionError {
     PutOff(#[from] TileError),
 }
 
-/// What is known of the way, and what came of it.
+/// What is known of the trajectory, and what came of it: of any kind of map.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Corrections {
+pub(crate) struct Corrections {
     /// The path by which the map stands as it does.
     stands_on: Option<MapPath>,
     /// A correction since then could not be made, from this moment on: what came later stands where it belongs.
@@ -82,15 +83,105 @@ pub(super) struct Corrections {
     counts: CorrectionCounts,
 }
 
+/// A map that a path may move.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MapNow<'a> {
+    /// Its frame, once it has one.
+    pub(crate) frame_id: Option<&'a str>,
+    /// The stamp of its latest cycle.
+    pub(crate) stamp: Stamp,
+    /// The edge of its voxels.
+    pub(crate) edge_m: f64,
+}
+
+/// What a path asks of a map.
+#[derive(Clone, Debug)]
+pub(crate) struct Asked {
+    /// What has moved.
+    pub(crate) made: PathCorrection,
+    /// What was seen at this moment or later stays.
+    pub(crate) until: Stamp,
+    stands_on: MapPath,
+}
+
 impl Corrections {
     /// The map is empty. The poses go on in the map as it is.
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         *self = Self { stands_on: self.stands_on.take(), ..Self::default() };
+    }
+
+    /// What a path asks of the map; `None` where nothing moves.
+    ///
+    /// # Errors
+    /// When the path is in another frame than the map.
+    pub(crate) fn asked_by(
+        &mut self,
+        path: &MapPath,
+        map: MapNow<'_>,
+    ) -> Result<Option<Asked>, CorrectionError> {
+        if let Some(frame_id) = map.frame_id
+            && frame_id != path.frame_id()
+        {
+            let path = path.frame_id().to_owned();
+            return Err(CorrectionError::AnotherFrame { map: frame_id.to_owned(), path });
+        }
+        let stands_on = self.stands_on.as_ref();
+        let since_then =
+            stands_on.and_then(|before| Some((before, path.correction_since(before)?)));
+        let Some((before, correction)) = since_then else {
+            self.stands_on = Some(path.clone());
+            return Ok(None);
+        };
+        let made = correction.beyond(STAYS_IN_EDGES * map.edge_m, REACH_M);
+        let stands_on = before.after(&made, path);
+        if made.is_none() {
+            self.stands_on = Some(stands_on);
+            return Ok(None);
+        }
+        let most = map.stamp.plus_seconds(MOST_AHEAD_S);
+        let since = if path.since() > most { map.stamp.plus_seconds(TICK_S) } else { path.since() };
+        let until = self.put_off.unwrap_or(since);
+        Ok(Some(Asked { made, until, stands_on }))
+    }
+
+    /// It could not be done, and waits for the next path.
+    pub(crate) fn put_off(&mut self, asked: &Asked) {
+        self.put_off = Some(asked.until);
+    }
+
+    /// It was done. Returns by how far something moved at most, in metres.
+    pub(crate) fn done(&mut self, asked: Asked) -> f64 {
+        let Asked { made, until, stands_on } = asked;
+        self.put_off = None;
+        self.stands_on = Some(stands_on);
+        self.late.corrected(until, &made);
+        let shift_m = made.largest_shift_m(REACH_M);
+        self.counts.corrections += 1;
+        self.counts.largest_shift_m = self.counts.largest_shift_m.max(shift_m);
+        shift_m
+    }
+
+    /// What takes a cycle of this moment into the map as it is; `None` where its pose is in it already.
+    pub(crate) fn missed_at(&mut self, stamp: Stamp) -> Option<Isometry3<f64>> {
+        let missed = self.late.missed_at(stamp);
+        self.counts.late_cycles += u64::from(missed.is_some());
+        missed
+    }
+
+    /// The first cycle's frame is that of the map: a path in another one is none of it.
+    pub(crate) fn forget_path_of_another_frame(&mut self, frame_id: &str) {
+        let path = &mut self.stands_on;
+        *path = path.take().filter(|path| path.frame_id() == frame_id);
+    }
+
+    /// What came of them since the map was empty.
+    pub(crate) fn counts(&self) -> CorrectionCounts {
+        self.counts
     }
 }
 
 impl StaticMap {
-    /// Takes the way of the platform as the map of the poses has it by now, and moves what has moved with it. The first
+    /// Takes the trajectory of the platform as the map of the poses has it by now, and moves what has moved with it. The first
     /// path, and one that has no vertex in common with the last, is what later ones are held against. Without a path, or
     /// with one that does not change, the map is the same to the last bit.
     ///
@@ -107,61 +198,26 @@ impl StaticMap {
     /// When the path is in another frame than the map, or a tile cannot be read or written for now; the map is then as it
     /// was.
     pub fn follow_path(&mut self, path: &MapPath) -> Result<MapCorrection, CorrectionError> {
-        if let Some(map) = &self.frame_id
-            && map != path.frame_id()
-        {
-            let path = path.frame_id().to_owned();
-            return Err(CorrectionError::AnotherFrame { map: map.clone(), path });
-        }
-        let stands_on = self.corrections.stands_on.as_ref();
-        let since_then =
-            stands_on.and_then(|before| Some((before, path.correction_since(before)?)));
-        let Some((before, correction)) = since_then else {
-            self.corrections.stands_on = Some(path.clone());
+        let map = MapNow {
+            frame_id: self.frame_id.as_deref(),
+            stamp: self.stamp,
+            edge_m: self.grid.edge_m(),
+        };
+        let Some(asked) = self.corrections.asked_by(path, map)? else {
             return Ok(MapCorrection::default());
         };
-        let made = correction.beyond(STAYS_IN_EDGES * self.grid.edge_m(), REACH_M);
-        let stands_on = before.after(&made, path);
-        let done =
-            if made.is_none() { MapCorrection::default() } else { self.correct(&made, path)? };
-        self.corrections.stands_on = Some(stands_on);
-        Ok(done)
-    }
-
-    fn correct(
-        &mut self,
-        made: &PathCorrection,
-        path: &MapPath,
-    ) -> Result<MapCorrection, CorrectionError> {
-        let most = self.stamp.plus_seconds(MOST_AHEAD_S);
-        let since =
-            if path.since() > most { self.stamp.plus_seconds(TICK_S) } else { path.since() };
-        let until = self.corrections.put_off.unwrap_or(since);
-        let moved = match self.move_voxels(made, until) {
-            Ok(moved) => moved,
+        match self.move_voxels(&asked.made, asked.until) {
+            Ok(moved) => Ok(MapCorrection { shift_m: self.corrections.done(asked), ..moved }),
             Err(error) => {
-                self.corrections.put_off = Some(until);
-                return Err(error.into());
+                self.corrections.put_off(&asked);
+                Err(error.into())
             }
-        };
-        self.corrections.put_off = None;
-        self.corrections.late.corrected(until, made);
-        let shift_m = made.largest_shift_m(REACH_M);
-        let counts = &mut self.corrections.counts;
-        counts.corrections += 1;
-        counts.largest_shift_m = counts.largest_shift_m.max(shift_m);
-        Ok(MapCorrection { shift_m, ..moved })
+        }
     }
 
     /// What the corrections did since the map was empty.
     #[must_use]
     pub fn correction_counts(&self) -> CorrectionCounts {
-        self.corrections.counts
-    }
-
-    /// The first cycle's frame is that of the map: a path in another one is none of it.
-    pub(super) fn forget_path_of_another_frame(&mut self, frame_id: &str) {
-        let path = &mut self.corrections.stands_on;
-        *path = path.take().filter(|path| path.frame_id() == frame_id);
+        self.corrections.counts()
     }
 }

@@ -7,7 +7,7 @@ use super::{Addition, StaticMap};
 use crate::tiles::TileError;
 
 /// A point of a loaded map counts as so many points of its voxel's mean, and its voxel as seen in so many cycles: half
-/// of what the clamp of the evidence remembers (see [`crate::Method::Stillmap`]), since the map was sure of it
+/// of what the clamp of the evidence remembers (see [`geometry::Method::FreeSpace`]), since the map was sure of it
 /// when it was saved, and the place may have changed since. Five cycles in which something is seen behind it
 /// clear it.
 pub const LOADED_HITS: u32 = 2;
@@ -22,6 +22,17 @@ pub enum LoadError {
         voxels: usize,
         /// The bound.
         max_voxels: usize,
+    },
+    /// A map of depth images needs normals.
+    #[error(
+        "a map of depth images (map_edge_m) is loaded from points with normals, a .ply or .pcd file of such a map, and this has none"
+    )]
+    NoNormals,
+    /// More blocks than there may be.
+    #[error("the map would have more blocks than max_map_blocks, {max_map_blocks}")]
+    TooManyBlocks {
+        /// The bound.
+        max_map_blocks: usize,
     },
     /// Tiles cannot be spilled, so that there is no room for all. The map is empty.
     #[error(
@@ -83,5 +94,10 @@ impl StaticMap {
         addition.added_points = keyed.len();
         self.end_adding(&mut addition);
         Ok(addition)
+    }
+
+    /// Gives the frame of the map another name, as when its first cloud says the name in full. The points stay.
+    pub fn rename_frame(&mut self, frame_id: &str) {
+        self.frame_id = Some(frame_id.to_owned());
     }
 }

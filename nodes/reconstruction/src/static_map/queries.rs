@@ -4,7 +4,6 @@ use geometry::{VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
 use super::StaticMap;
-use super::blanks::Blanks;
 use super::blocks::Blocks;
 use super::changes::Changes;
 use super::seen_order::SeenOrder;
@@ -77,7 +76,6 @@ impl StaticMap {
             + occupied
             + seen_order
             + spill
-            + self.rays.memory_bytes()
-            + self.blanks.as_ref().map_or(0, Blanks::memory_bytes)
+            + self.behaviour.memory_bytes()
     }
 }

@@ -1,3 +1,4 @@
+use geometry::PipelineConfig;
 use proptest::prelude::*;
 
 use super::*;
@@ -6,9 +7,13 @@ fn cloud(points: &[[f32; 3]]) -> Cloud {
     testing::cloud(Stamp::from_nanos(5), "map", points)
 }
 
+fn config_of(voxel_edge_m: f64, max_voxels: usize) -> ReconstructionConfig {
+    let pipeline = PipelineConfig { voxel_edge_m, ..PipelineConfig::default() };
+    ReconstructionConfig { pipeline, max_voxels, ..ReconstructionConfig::default() }
+}
+
 fn map(voxel_edge_m: f64, max_voxels: usize) -> StaticMap {
-    let config =
-        ReconstructionConfig { voxel_edge_m, max_voxels, ..ReconstructionConfig::default() };
+    let config = config_of(voxel_edge_m, max_voxels);
     StaticMap::new(config).unwrap()
 }
 
@@ -138,8 +143,7 @@ fn bad_parameters_are_named() {
     for (voxel_edge_m, max_voxels, name) in
         [(0.0, 1, "voxel_edge_m"), (f64::NAN, 1, "voxel_edge_m"), (0.08, 0, "max_voxels")]
     {
-        let config =
-            ReconstructionConfig { voxel_edge_m, max_voxels, ..ReconstructionConfig::default() };
+        let config = config_of(voxel_edge_m, max_voxels);
         assert!(StaticMap::new(config).unwrap_err().to_string().contains(name));
     }
 }

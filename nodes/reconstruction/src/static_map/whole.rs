@@ -1,7 +1,7 @@
 //! The map as one cloud.
 
 use geometry::{Cloud, VoxelKey};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::StaticMap;
 use crate::tiles::TileError;
@@ -9,8 +9,12 @@ use crate::tiles::TileError;
 /// All points of the map, and what could not be read of it.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct WholeMap {
-    /// The points, one a voxel, in ascending order of the voxels' keys.
+    /// The points, one a voxel, in ascending order of the voxels' keys; of a map of depth images, of its
+    /// blocks' keys and of the voxels within a block.
     pub points_m: Vec<Point3<f32>>,
+    /// The normals of the surface, of length 1, to the side from which it was seen: one a point, or none where the map has
+    /// none.
+    pub normals: Vec<Vector3<f32>>,
     /// The spilled tiles whose points are not among them, by ascending key.
     pub unreadable: Vec<TileError>,
 }
@@ -35,7 +39,7 @@ impl StaticMap {
         }
         voxels.sort_unstable_by_key(|(key, _)| *key);
         let points_m = voxels.into_iter().map(|(_, mean)| mean).collect();
-        WholeMap { points_m, unreadable }
+        WholeMap { points_m, normals: Vec::new(), unreadable }
     }
 
     /// The points of the map, one a voxel, in ascending order of the voxels' keys: [`StaticMap::whole`] without

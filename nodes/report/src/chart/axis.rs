@@ -4,11 +4,11 @@ use crate::headline::grouped;
 
 /// As many ticks as fit without touching.
 const MAX_TICKS: f64 = 6.0;
-/// From this step on, ticks are told in millions: their digits would not fit beside the chart.
+/// From this step on, ticks are labelled in millions: their digits would not fit beside the chart.
 const MILLIONS_STEP: f64 = 1e5;
-/// A plan is wider than what it shows by this.
+/// A plan is wider than its contents by this.
 const PLAN_MARGIN: f64 = 1.06;
-/// A plan is at least so high for its width.
+/// The smallest ratio of a plan's height to its width.
 const LEAST_PLAN_HEIGHT: f64 = 0.4;
 /// Below this every whole number is one of `f64`'s, and fits in a `usize`.
 const MAX_GROUPED: f64 = 1e9;
@@ -57,7 +57,7 @@ impl Axis {
             if low > high { (0.0, 0.0) } else { (low, high) }
         });
         let [of_x, of_y] = extents.map(|(low, high)| (high - low) * PLAN_MARGIN);
-        // What stands still is drawn in a frame of a unit.
+        // A static trajectory is drawn in a frame of a unit.
         let width = if of_x.max(of_y) > 0.0 { of_x.max(of_y) } else { 1.0 };
         let height = of_y.max(width * LEAST_PLAN_HEIGHT);
         let step = round_step(width / MAX_TICKS);

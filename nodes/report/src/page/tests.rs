@@ -21,7 +21,7 @@ fn example() -> Page {
         description: "A line.".to_owned(),
         x: Axis::spanning("x", [0.0, 1.0]),
         y: Axis::spanning("y", [0.0, 1.0]),
-        series: vec![Series { name: "ours".to_owned(), class: "stillmap", marks: line }],
+        series: vec![Series { name: "ours".to_owned(), class: "free-space", marks: line }],
     };
     let picture = PagePicture {
         png: vec![1, 2, 3],
@@ -75,7 +75,7 @@ fn the_page_needs_nothing_else() {
 
 #[test]
 fn every_class_of_a_series_has_a_colour_in_both_modes() {
-    for class in ["published", "rec-hv", "stillmap", "truth"] {
+    for class in ["published", "rec-hv", "free-space", "truth"] {
         assert!(STYLE.contains(&format!(".{class} {{ --series: var(--{class}); }}")), "{class}");
         assert_eq!(STYLE.matches(&format!("--{class}: #")).count(), 2, "{class}");
     }

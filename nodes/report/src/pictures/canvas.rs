@@ -1,4 +1,4 @@
-//! The pixels of a picture, and their way into a PNG file.
+//! The pixels of a picture, and their encoding as a PNG file.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder, ImageResult};

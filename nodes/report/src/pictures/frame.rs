@@ -5,7 +5,7 @@ use nalgebra::Point3;
 
 /// A picture is never wider or higher than this: beyond it several voxels share a pixel.
 const MAX_SIDE_PX: i64 = 1200;
-/// A small map is drawn with voxels so large that its longer side comes near to this.
+/// A small map is drawn with voxels so large that its longer side is about this.
 const WANTED_SIDE_PX: i64 = 960;
 /// A voxel is never drawn larger than this.
 const MAX_VOXEL_PX: i64 = 16;
@@ -50,7 +50,7 @@ struct Extent {
     last: i64,
 }
 
-/// What a pixel's column holds, from the eye to the far end.
+/// The voxels of a pixel's column, from the eye to the far end.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Column {
     pub(super) points: u32,
@@ -151,7 +151,7 @@ impl PictureFrame {
         (columns(self.across), columns(self.up))
     }
 
-    /// The column that a point lies in, counted from the upper left corner; none outside of the picture.
+    /// The column that a point is in, counted from the upper left corner; none outside of the picture.
     pub(super) fn column_of(&self, point: &Point3<f32>) -> Option<(usize, usize)> {
         let key = self.grid.key(point);
         let vertical = if self.view == View::Top { key.y } else { key.z };
@@ -166,7 +166,7 @@ impl PictureFrame {
         Some((column, rows - 1 - row))
     }
 
-    /// The pixel that a point lies in, to the pixel and also outside of the picture.
+    /// The pixel that a point is in, to the pixel and also outside of the picture.
     pub(super) fn pixel_of(&self, point: &Point3<f32>) -> (i64, i64) {
         let vertical = if self.view == View::Top { point.y } else { point.z };
         let px_per_m = self.px_per_m();
@@ -179,7 +179,7 @@ impl PictureFrame {
         (px(point.x, self.across), (height_px - 1).saturating_sub(px(vertical, self.up)))
     }
 
-    /// What each column holds, row by row from the upper left corner.
+    /// The voxels of each column, row by row from the upper left corner.
     pub(super) fn columns(&self, points: &[Point3<f32>]) -> Vec<Column> {
         let (columns, rows) = self.size_columns();
         let mut cells = vec![Column::default(); columns * rows];

@@ -15,7 +15,7 @@ pub(super) fn map_section(run: &RunRecord, summary: &Summary, pictures: &MapPict
         section aria-labelledby="map" {
             h2 id="map" { "The map with and without removal" }
             p.note {
-                "The same clouds, once with what moves cut out and once with everything left in, drawn alike. "
+                "The same clouds, once with moving objects cut out and once with everything left in, drawn alike. "
                 "The colour is the mean height of the voxels that lie behind each other, the brighter the more they are. The white line is the rig's path in "
                 code { (run.map_frame_id) } ", the bar in the corner is " (metres(frame.scale_bar_m())) " long."
             }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use calibration::{Calibration, Coordinate};
+use calibration::Calibration;
 use serde::Serialize;
 
 use crate::console;
@@ -94,16 +94,9 @@ fn parameters(found: &Calibration) -> String {
     let mut text = String::new();
     let _ = write!(
         text,
-        "/**/detection:\n  ros__parameters:\n    # [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]\n    \
+        "/**:\n  ros__parameters:\n    # [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]\n    \
          rig_from_lidar: [{}]\n",
         numbers.join(", ")
     );
-    if !found.of(Coordinate::Z).is_held() {
-        let [_, _, z_m, ..] = found.rig_from_lidar;
-        let _ = write!(
-            text,
-            "/**/segmentation:\n  ros__parameters:\n    scan_height_in_rig_m: {z_m:.6}\n"
-        );
-    }
     text
 }

@@ -24,7 +24,7 @@ fn bag(folder: &Path, scenario: Scenario) -> (PathBuf, [f64; 6]) {
     let mut scenario = scenario.with_mounting_error(0.03, 0.02).with_depth_size(320, 240);
     scenario.rig.depth_camera.rate_hz = 15.0;
     let path = folder.join("room.mcap");
-    write_bag(&scenario, &path).unwrap();
+    write_bag(&scenario, &path, &Default::default()).unwrap();
     (path, scenario.rig.lidar.rig_from_lidar)
 }
 
@@ -32,7 +32,7 @@ fn found_in(parameters_file: &Path) -> [f64; 6] {
     let files = [parameters_file];
     let node: DetectionParameters =
         parameters::load("/robot/detection", &files, &[] as &[Assignment]).unwrap();
-    node.config.rig_from_lidar
+    node.config.pipeline.rig.rig_from_lidar
 }
 
 #[test]
@@ -101,7 +101,8 @@ fn what_cannot_be_calibrated_says_why() {
     let (bag, _) = bag(folder.path(), Scenario::empty(SceneName::A, 2).with_duration_s(2.0));
     // A scanner that is thought to look backwards.
     let backwards = folder.path().join("backwards.yaml");
-    let section = "/**/detection: {ros__parameters: {rig_from_lidar: [0.0, 0.0, -0.05, 3.14159, 0.0, 0.0]}}\n";
+    let section =
+        "/**: {ros__parameters: {rig_from_lidar: [0.0, 0.0, -0.05, 3.14159, 0.0, 0.0]}}\n";
     std::fs::write(&backwards, section).unwrap();
     let failure = run(&args(&bag, &["--params-file", backwards.to_str().unwrap()])).unwrap_err();
     assert!(failure.to_string().contains("yaw of pi"), "{failure}");

@@ -6,10 +6,11 @@ use clap::Args;
 use geometry::{Cloud, Stamp, pcd, ply};
 use msgs::convert::message_from_cloud;
 
-use crate::console;
+use super::tell;
+use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
-use crate::sensor_bag::SensorBag;
 
 /// The moment of the first cloud: a round one, so that the same files always give the same bag.
 const START: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
@@ -31,18 +32,20 @@ pub struct CloudsArgs {
     /// The frame of the clouds
     #[arg(long, value_name = "FRAME", default_value = "velodyne")]
     frame: String,
-    /// The bag to write
-    #[arg(short, long, value_name = "BAG")]
-    output: PathBuf,
+    #[command(flatten)]
+    pub(super) output: BagOutput,
 }
 
-pub(crate) fn import(args: &CloudsArgs) -> Result<Outcome, Failure> {
+pub(crate) fn import(args: &CloudsArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     if !(args.rate.is_finite() && args.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is no rate", args.rate)).fix("10 is usual"));
     }
-    let mut bag = SensorBag::create(&args.output)?;
+    let mut bag = args.output.create()?;
     let progress = Progress::new("importing", args.files.len() as u64);
     for (index, path) in args.files.iter().enumerate() {
+        if interrupt.has_come() {
+            break;
+        }
         let stamp = START.plus_seconds(index as f64 / args.rate);
         let cloud = Cloud { stamp, frame_id: args.frame.clone(), points_m: points(path)? };
         bag.velodyne(stamp, &message_from_cloud(&cloud))?;
@@ -50,8 +53,7 @@ pub(crate) fn import(args: &CloudsArgs) -> Result<Outcome, Failure> {
     }
     progress.finish();
     let summary = bag.finish()?;
-    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
-    Ok(Outcome::Complete)
+    tell(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
 /// What a file is, is told by its content.
@@ -77,6 +79,7 @@ mod tests {
     fn files_of_both_forms_become_clouds_in_their_order() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
+        let never = Interrupt::default();
         let points = |x_m: f32| vec![Point3::new(x_m, 2.0, 3.0); 5];
         std::fs::write(path("b.ply"), ply::encode(&points(1.0))).unwrap();
         std::fs::write(path("a.pcd"), pcd::encode(&points(2.0))).unwrap();
@@ -85,9 +88,9 @@ mod tests {
             files,
             rate,
             frame: "lidar".to_owned(),
-            output: path("out.mcap"),
+            output: BagOutput::new(path("out.mcap")),
         };
-        import(&args(vec![path("b.ply"), path("a.pcd")], 20.0)).unwrap();
+        import(&args(vec![path("b.ply"), path("a.pcd")], 20.0), &never).unwrap();
         let bag = Bag::open(&path("out.mcap")).unwrap();
         let messages = bag.messages(&Selection::default()).unwrap();
         let clouds: Vec<PointCloud2> =
@@ -96,8 +99,8 @@ mod tests {
             clouds.iter().map(|cloud| msgs::convert::cloud_from_message(cloud).unwrap()).collect();
         assert_eq!((clouds[0].points_m[0].x, clouds[1].points_m[0].x), (1.0, 2.0));
         assert!((clouds[1].stamp.seconds_since(clouds[0].stamp) - 0.05).abs() < 1e-9);
-        let bad = import(&args(vec![path("none.pcd")], 20.0)).unwrap_err().to_string();
+        let bad = import(&args(vec![path("none.pcd")], 20.0), &never).unwrap_err().to_string();
         assert!(bad.contains("none.pcd"), "{bad}");
-        assert!(import(&args(vec![path("b.ply")], 0.0)).is_err());
+        assert!(import(&args(vec![path("b.ply")], 0.0), &never).is_err());
     }
 }

@@ -6,10 +6,11 @@ use clap::Args;
 use lidar_odometry::recorded::revolutions_from_csv;
 use msgs::convert::message_from_revolution;
 
+use super::tell;
 use super::velodyne::ModelArg;
-use crate::console;
+use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
-use crate::sensor_bag::SensorBag;
+use crate::interrupt::Interrupt;
 
 /// Arguments of `stillmap import csv`.
 #[derive(Args, Debug)]
@@ -25,12 +26,11 @@ pub struct CsvArgs {
     /// The scanner
     #[arg(long, value_name = "MODEL", default_value = "hdl32e")]
     model: ModelArg,
-    /// The bag to write
-    #[arg(short, long, value_name = "BAG")]
-    output: PathBuf,
+    #[command(flatten)]
+    pub(super) output: BagOutput,
 }
 
-pub(crate) fn import(args: &CsvArgs) -> Result<Outcome, Failure> {
+pub(crate) fn import(args: &CsvArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let (coordinates, intensities) = (read(&args.coordinates)?, read(&args.intensities)?);
     let revolutions =
         revolutions_from_csv(&coordinates, &intensities, args.model.model(), "velodyne")
@@ -39,13 +39,15 @@ pub(crate) fn import(args: &CsvArgs) -> Result<Outcome, Failure> {
         return Err(Failure::new(format!("{} has no revolution", args.coordinates.display()))
             .fix("a line is a revolution: its time in milliseconds, and x y z of each shot"));
     }
-    let mut bag = SensorBag::create(&args.output)?;
+    let mut bag = args.output.create()?;
     for revolution in &revolutions {
+        if interrupt.has_come() {
+            break;
+        }
         bag.velodyne(revolution.stamp, &message_from_revolution(revolution))?;
     }
     let summary = bag.finish()?;
-    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
-    Ok(Outcome::Complete)
+    tell(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
 fn read(path: &Path) -> Result<String, Failure> {

@@ -8,10 +8,12 @@ use nalgebra::Isometry3;
 
 use super::depth_png::{DepthUnit, numbered_pictures, read_depth, read_mask};
 use super::scan_cut::{ScanCut, ScanCutArgs};
-use crate::console;
+use super::tell;
+use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
-use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME, SensorBag};
+use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME};
 
 /// The stamp of the first picture, since the pictures have none: a round moment, not the present one,
 /// so that the same pictures always give the same bag.
@@ -40,12 +42,11 @@ pub struct DepthArgs {
     masks: Option<PathBuf>,
     #[command(flatten)]
     scan: ScanCutArgs,
-    /// The bag to write
-    #[arg(short, long, value_name = "BAG")]
-    output: PathBuf,
+    #[command(flatten)]
+    pub(super) output: BagOutput,
 }
 
-pub(crate) fn import(args: &DepthArgs) -> Result<Outcome, Failure> {
+pub(crate) fn import(args: &DepthArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     if !(args.rate.is_finite() && args.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is no rate", args.rate))
             .fix("give the pictures per second of the recording, for example --rate 30"));
@@ -60,10 +61,13 @@ pub(crate) fn import(args: &DepthArgs) -> Result<Outcome, Failure> {
             .fix("there must be one mask for each picture, numbered alike"));
     }
 
-    let mut bag = SensorBag::create(&args.output)?;
+    let mut bag = args.output.create()?;
     let mut cut = ScanCut::new(&args.scan);
     let progress = Progress::new("importing", pictures.len() as u64);
     for (index, picture) in pictures.iter().enumerate() {
+        if interrupt.has_come() {
+            break;
+        }
         let stamp = FIRST_STAMP.plus_seconds(index as f64 / args.rate);
         let image = read_depth(picture, unit, stamp, DEPTH_FRAME)?;
         let camera = camera_of(args, (image.width_px(), image.height_px()));
@@ -84,8 +88,7 @@ pub(crate) fn import(args: &DepthArgs) -> Result<Outcome, Failure> {
     }
     let summary = bag.finish()?;
     progress.finish();
-    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
-    Ok(Outcome::Complete)
+    tell(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
 fn camera_of(args: &DepthArgs, (width_px, height_px): (usize, usize)) -> CameraModel {

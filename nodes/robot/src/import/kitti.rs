@@ -11,10 +11,13 @@ use lidar_odometry::recorded::revolution_from_kitti;
 use msgs::convert::message_from_revolution;
 use nalgebra::Isometry3;
 
+use super::tell;
 use crate::console;
+use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
-use crate::sensor_bag::{MAP_FRAME, SensorBag};
+use crate::sensor_bag::MAP_FRAME;
 use layout::{Scan, scans};
 
 /// Scans a second of the data sets, where no times are given.
@@ -43,20 +46,22 @@ pub struct KittiArgs {
     /// The calibration with the line Tr: where the scanner is from the camera
     #[arg(long, value_name = "FILE")]
     calib: Option<PathBuf>,
-    /// The bag to write
-    #[arg(short, long, value_name = "BAG")]
-    output: PathBuf,
+    #[command(flatten)]
+    pub(super) output: BagOutput,
 }
 
-pub(crate) fn import(args: &KittiArgs) -> Result<Outcome, Failure> {
+pub(crate) fn import(args: &KittiArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let sequence = Sequence::open(&args.folder, args.poses.as_deref(), args.calib.as_deref())?;
     if sequence.poses.is_none() {
         console::note("no poses: the bag has no truth (--poses FILE --calib FILE)");
     }
-    let mut bag = SensorBag::create(&args.output)?;
+    let mut bag = args.output.create()?;
     let progress = Progress::new("importing", sequence.len() as u64);
     let mut without_pose = 0_usize;
     for index in 0..sequence.len() {
+        if interrupt.has_come() {
+            break;
+        }
         let revolution = sequence.revolution(index)?;
         let stamp = revolution.stamp;
         match sequence.true_pose(index) {
@@ -72,12 +77,12 @@ pub(crate) fn import(args: &KittiArgs) -> Result<Outcome, Failure> {
     }
     let summary = bag.finish()?;
     progress.finish();
-    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
+    let mut outcome = Outcome::Complete;
     if without_pose > 0 {
         console::complain(&Failure::new(format!("{without_pose} scans have no pose")));
-        return Ok(Outcome::WithLosses);
+        outcome = Outcome::WithLosses;
     }
-    Ok(Outcome::Complete)
+    tell(&args.output, &summary, interrupt, outcome)
 }
 
 /// The scans of a folder, with what is published beside them.

@@ -5,8 +5,11 @@ use std::path::PathBuf;
 use bag_player::convert_ros1;
 use clap::Args;
 
+use super::tell;
 use crate::console;
+use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 
 /// Arguments of `stillmap import ros1`.
 #[derive(Args, Debug)]
@@ -16,13 +19,13 @@ pub struct Ros1Args {
     /// The bag of ROS 1 (format 2.0)
     #[arg(value_name = "FILE")]
     bag: PathBuf,
-    /// The bag to write
-    #[arg(short, long, value_name = "BAG")]
-    output: PathBuf,
+    #[command(flatten)]
+    pub(super) output: BagOutput,
 }
 
-pub(crate) fn import(args: &Ros1Args) -> Result<Outcome, Failure> {
-    let conversion = convert_ros1(&args.bag, &args.output).map_err(|error| {
+pub(crate) fn import(args: &Ros1Args, interrupt: &Interrupt) -> Result<Outcome, Failure> {
+    let goes_on = || !interrupt.has_come();
+    let conversion = convert_ros1(&args.bag, args.output.path(), goes_on).map_err(|error| {
         let cause = std::error::Error::source(&error).map(|cause| format!(": {cause}"));
         Failure::new(format!("{error}{}", cause.unwrap_or_default()))
     })?;
@@ -39,12 +42,7 @@ pub(crate) fn import(args: &Ros1Args) -> Result<Outcome, Failure> {
         )));
     }
     let summary = &conversion.summary;
-    console::print(format_args!(
-        "{}: {} messages on {} topics",
-        args.output.display(),
-        summary.message_count,
-        summary.topic_counts.len()
-    ))?;
     let complete = conversion.left_out.is_empty() && conversion.broken_off.is_none();
-    Ok(if complete { Outcome::Complete } else { Outcome::WithLosses })
+    let outcome = if complete { Outcome::Complete } else { Outcome::WithLosses };
+    tell(&args.output, summary, interrupt, outcome)
 }

@@ -14,11 +14,13 @@ use nalgebra::Isometry3;
 pub use super::depth::parse_intrinsics;
 use super::depth_png::{DepthUnit, read_depth};
 use super::scan_cut::{ScanCut, ScanCutArgs};
-use crate::console;
+use super::tell;
+use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::rig::rig_from_camera;
-use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME, SensorBag};
+use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME};
 pub use sequence::{Calibration, UNITS_PER_METRE, pose_of, read_list};
 
 /// Arguments of `stillmap import tum`.
@@ -34,12 +36,11 @@ pub struct TumArgs {
     intrinsics: Option<[f64; 4]>,
     #[command(flatten)]
     scan: ScanCutArgs,
-    /// The bag to write
-    #[arg(short, long, value_name = "BAG")]
-    output: PathBuf,
+    #[command(flatten)]
+    pub(super) output: BagOutput,
 }
 
-pub(crate) fn import(args: &TumArgs) -> Result<Outcome, Failure> {
+pub(crate) fn import(args: &TumArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let calibration = Calibration::of(&args.folder, args.intrinsics)?;
     let unit = DepthUnit::new(UNITS_PER_METRE)?;
     let mut items = Vec::new();
@@ -63,10 +64,13 @@ pub(crate) fn import(args: &TumArgs) -> Result<Outcome, Failure> {
     }
     items.sort_by_key(|(stamp, _)| *stamp);
 
-    let mut bag = SensorBag::create(&args.output)?;
+    let mut bag = args.output.create()?;
     let mut cut = ScanCut::new(&args.scan);
     let progress = Progress::new("importing", items.len() as u64);
     for (stamp, item) in items {
+        if interrupt.has_come() {
+            break;
+        }
         match item {
             Item::Depth(path) => {
                 let image = read_depth(&path, unit, stamp, DEPTH_FRAME)?;
@@ -89,8 +93,7 @@ pub(crate) fn import(args: &TumArgs) -> Result<Outcome, Failure> {
     }
     let summary = bag.finish()?;
     progress.finish();
-    console::print(format_args!("{}: {} messages", args.output.display(), summary.message_count))?;
-    Ok(Outcome::Complete)
+    tell(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
 enum Item {

@@ -11,7 +11,9 @@ use lidar_odometry::packets::{Calibration, DATA_PORT, DecoderConfig, Model, POSI
 use lidar_odometry::revolution::{KeptEcho, PacketClock, RevolutionAssembly, RevolutionConfig};
 
 use crate::console;
+use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use recording::{Recording, RecordingCounts};
 
@@ -57,9 +59,8 @@ pub struct VelodyneArgs {
     /// The UDP port of position packets
     #[arg(long, value_name = "PORT", default_value_t = POSITION_PORT)]
     position_port: u16,
-    /// The bag to write
-    #[arg(short, long, value_name = "BAG")]
-    output: PathBuf,
+    #[command(flatten)]
+    pub(super) output: BagOutput,
 }
 
 /// A scanner's model.
@@ -96,7 +97,7 @@ enum ClockArg {
     Scanner,
 }
 
-pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
+pub(crate) fn import(args: &VelodyneArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let revolution = RevolutionConfig {
         frame_id: args.frame.clone(),
         cut_azimuth_deg: args.cut,
@@ -126,6 +127,9 @@ pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::new(args, assembly);
     let progress = Progress::new("importing", frames);
     for next in capture.by_ref() {
+        if interrupt.has_come() {
+            break;
+        }
         let datagram = match next {
             Ok(datagram) => datagram,
             Err(error) => {
@@ -143,16 +147,21 @@ pub(crate) fn import(args: &VelodyneArgs) -> Result<Outcome, Failure> {
     progress.finish();
     let broken = broken.map(|error| error.to_string());
     let counts = recording.counts();
-    if counts.data.losses.packets == 0 {
+    if counts.data.losses.packets == 0 && !interrupt.has_come() {
         return Err(nothing_imported(&counts, broken, other_port, args));
     }
     let (counts, summary) = recording.finish()?;
     console::print(format_args!(
         "{}: {} messages of {} packets",
-        args.output.display(),
+        args.output.path().display(),
         summary.message_count,
         counts.data.losses.packets
     ))?;
+    if interrupt.has_come() {
+        let path = args.output.path().display();
+        console::note(format_args!("interrupted: {path} has what was imported until then"));
+        return Ok(Outcome::Interrupted);
+    }
     let nothing_written = summary.message_count == 0;
     Ok(tell(args, &counts, &capture.counts(), broken, nothing_written))
 }

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::{LidarArgs, LidarFollower, LidarSource, NODE, Sensed};
 use crate::console;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
 
@@ -55,7 +56,7 @@ pub fn run(
     let source = LidarSource::open(path, args)?;
     let mut follower = LidarFollower::alone(&parameters).map_err(failed)?;
     let progress = Progress::new("following", source.steps());
-    let losses = source.each(|sensed| {
+    let losses = source.each(&Interrupt::default(), |sensed| {
         let is_scan = matches!(sensed, Sensed::Cloud(_));
         follower.take(sensed).map_err(failed)?;
         if is_scan {

@@ -5,7 +5,7 @@ use std::path::Path;
 use geometry::LidarCloud;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
-use lidar_odometry::drawing::{DrawnView, DrawnWay, drawn};
+use lidar_odometry::drawing::{DrawnTrajectory, DrawnView, drawn};
 use lidar_odometry::panorama::{ColourMap, PanoramaConfig, Quantity};
 use lidar_odometry::recorded::revolution_from_cloud;
 use lidar_odometry::road_map::RoadMap;
@@ -73,8 +73,11 @@ pub(super) fn drawings(
     let draw = |(name, view, caption): (&'static str, DrawnView, &str)| {
         let surroundings_m = if view == about { surroundings_m } else { &[] };
         let truth = truth.filter(|_| view != about);
-        let drawing =
-            drawn(&DrawnWay { map_from_vehicle: way, truth, surroundings_m }, view, DRAWING_PX);
+        let drawing = drawn(
+            &DrawnTrajectory { map_from_vehicle: way, truth, surroundings_m },
+            view,
+            DRAWING_PX,
+        );
         let true_way = if truth.is_some() { "; the true way in orange" } else { "" };
         let caption = format!("{caption}; {} m from line to line{true_way}", drawing.grid_m);
         named(name, &drawing.picture.rgb, (DRAWING_PX, DRAWING_PX), caption)

@@ -19,8 +19,29 @@ use super::odometry::{LidarSummary, failed, load, print};
 use super::{LidarArgs, LidarFollower, LidarSource, Sensed, pictures, report};
 use crate::console;
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
+
+/// What a run leaves in its folder; the tiles while it goes on.
+pub(crate) const RESULTS: [&str; 16] = [
+    "map.ply",
+    "map.pcd",
+    "map.las",
+    "trajectory.txt",
+    "summary.json",
+    "report.html",
+    "tiles",
+    "tiles_of_loops",
+    "map_intensity.png",
+    "map_height.png",
+    "drive_from_above.png",
+    "whole_drive.png",
+    "panorama_intensity.png",
+    "panorama_range.png",
+    "panorama_intensity_pink.png",
+    "panorama_range_hsv.png",
+];
 
 /// What of a road map the user names.
 #[derive(Args, Clone, Debug)]
@@ -78,13 +99,17 @@ pub fn run(
     (lidar, road): (&LidarArgs, &RoadArgs),
     files: &[PathBuf],
     json: bool,
+    interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
     let parameters = load(files, road.loop_closing)?;
+    road.map().validate().map_err(|error| {
+        Failure::new(error.to_string()).fix("see --road-voxel and --road-memory")
+    })?;
     let source = LidarSource::open(path, lidar)?;
     std::fs::create_dir_all(out).map_err(|error| cannot_write(out, &error))?;
     let mut drive = Drive::new(&parameters, road, out)?;
     let progress = Progress::new("mapping", source.steps());
-    let losses = source.each(|sensed| {
+    let losses = source.each(interrupt, |sensed| {
         let is_scan = matches!(sensed, Sensed::Cloud(_));
         drive.take(sensed)?;
         if is_scan {
@@ -94,6 +119,10 @@ pub fn run(
     })?;
     drive.map.finish()?;
     progress.finish();
+    if interrupt.has_come() && drive.way.is_empty() {
+        console::note("interrupted before the first pose: nothing is written");
+        return Ok(Outcome::Interrupted);
+    }
     if drive.follower.closed_loops() > 0 {
         drive.lay_out_anew(&source, road, out)?;
     }
@@ -107,6 +136,10 @@ pub fn run(
     }
     for loss in &summary.losses {
         console::complain(&Failure::new(loss.as_str()));
+    }
+    if interrupt.has_come() {
+        console::note("interrupted: the map is of what was read until then");
+        return Ok(Outcome::Interrupted);
     }
     if summary.odometry.poses == 0 {
         return Err(Failure::new(format!("no scan of {} has a pose", source.name()))
@@ -191,10 +224,16 @@ impl Drive {
         let mut scans = self.scans.iter();
         self.way.clear();
         // What is lost was told the first time.
-        let _ = source.each(|sensed| {
+        let all_laid_out = Interrupt::default();
+        let _ = source.each(&all_laid_out, |sensed| {
             let Sensed::Cloud(message) = sensed else { return Ok(()) };
             progress.advance();
-            let Some(now) = scans.next().copied().flatten() else { return Ok(()) };
+            let Some(now) = scans.next() else {
+                // The first time was interrupted here.
+                all_laid_out.trigger();
+                return Ok(());
+            };
+            let Some(now) = *now else { return Ok(()) };
             let map_from_base = self.follower.map_from_base(now.stamp, &now.odom_from_base);
             self.way.push(map_from_base);
             match lidar_cloud_from_message(&message, None) {

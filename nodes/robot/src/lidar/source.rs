@@ -19,6 +19,7 @@ use nalgebra::Isometry3;
 use self::bag::BagSource;
 use crate::failure::Failure;
 use crate::import::kitti::Sequence;
+use crate::interrupt::Interrupt;
 
 /// What of a LiDAR's recording the user names.
 #[derive(Args, Clone, Debug, Default)]
@@ -114,16 +115,20 @@ impl LidarSource {
         }
     }
 
-    /// Hands on all that was recorded, in its order.
+    /// Hands on all that was recorded, in its order, until it is interrupted.
     pub fn each(
         &self,
+        interrupt: &Interrupt,
         mut take: impl FnMut(Sensed) -> Result<(), Failure>,
     ) -> Result<Losses, Failure> {
         match self {
-            Self::Bag(source) => source.each(&mut take),
-            Self::Capture(path, decoder) => capture(path, decoder, &mut take),
+            Self::Bag(source) => source.each(interrupt, &mut take),
+            Self::Capture(path, decoder) => capture(path, decoder, interrupt, &mut take),
             Self::Sequence(sequence) => {
                 for index in 0..sequence.len() {
+                    if interrupt.has_come() {
+                        break;
+                    }
                     let revolution = sequence.revolution(index)?;
                     if let Some(pose) = sequence.true_pose(index) {
                         take(Sensed::Truth(revolution.stamp, pose))?;
@@ -177,6 +182,7 @@ fn packet_losses(assembly: &RevolutionAssembly) -> Losses {
 fn capture(
     path: &Path,
     decoder: &DecoderConfig,
+    interrupt: &Interrupt,
     take: &mut impl FnMut(Sensed) -> Result<(), Failure>,
 ) -> Result<Losses, Failure> {
     let mut assembly = assembly(decoder)?;
@@ -186,6 +192,9 @@ fn capture(
         .map_err(|error| Failure::new(error.to_string()).within(path.display()))?;
     let mut broken = None;
     for next in reader.by_ref() {
+        if interrupt.has_come() {
+            break;
+        }
         match next {
             Ok(datagram) if datagram.port == DATA_PORT => {
                 let ended = assembly.push(&datagram.payload, datagram.arrival);

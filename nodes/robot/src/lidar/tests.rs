@@ -6,6 +6,7 @@ use clap::Parser;
 
 use super::*;
 use crate::failure::Outcome;
+use crate::interrupt::Interrupt;
 
 #[derive(Parser)]
 struct Line {
@@ -33,7 +34,15 @@ fn scans_of_kitti_become_a_map_a_way_and_a_report() {
     let Some(scans) = shared("kitti360-50") else { return };
     let folder = tempfile::tempdir().unwrap();
     let line = Line::parse_from(["run", "--road-memory", "20000", "--colour", "height"]);
-    let outcome = run_road(&scans, folder.path(), (&line.lidar, &line.road), &[], true).unwrap();
+    let outcome = run_road(
+        &scans,
+        folder.path(),
+        (&line.lidar, &line.road),
+        &[],
+        true,
+        &Interrupt::default(),
+    )
+    .unwrap();
     assert_eq!(outcome, Outcome::Complete);
     let file = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     let summary: serde_json::Value = serde_json::from_slice(&file("summary.json")).unwrap();
@@ -66,6 +75,11 @@ fn scans_of_kitti_become_a_map_a_way_and_a_report() {
     let report = String::from_utf8(file("report.html")).unwrap();
     assert!(report.contains("12 of 12 scans have a pose"));
     assert!(!folder.path().join("tiles").exists());
+    // What another run would replace is known by name.
+    for entry in std::fs::read_dir(folder.path()).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        assert!(ROAD_RESULTS.contains(&name.as_str()), "{name}");
+    }
 }
 
 #[test]
@@ -77,11 +91,15 @@ fn what_is_no_recording_of_a_lidar_is_named() {
     let line = no_arguments();
     for (name, expected) in [("cut.pcap", "cut.pcap"), ("text.mcap", "bag"), ("none", "none")] {
         let how = (&line.lidar, &line.road);
-        let error = run_road(&path(name), &path("out"), how, &[], true).unwrap_err().to_string();
+        let error = run_road(&path(name), &path("out"), how, &[], true, &Interrupt::default())
+            .unwrap_err()
+            .to_string();
         assert!(error.contains(expected), "{name}: {error}");
     }
     let line = Line::parse_from(["run", "--road-voxel", "0"]);
     let Some(scans) = shared("kitti360-50") else { return };
-    let error = run_road(&scans, &path("out"), (&line.lidar, &line.road), &[], true).unwrap_err();
+    let error =
+        run_road(&scans, &path("out"), (&line.lidar, &line.road), &[], true, &Interrupt::default())
+            .unwrap_err();
     assert!(error.to_string().contains("voxel_edge_m"), "{error}");
 }

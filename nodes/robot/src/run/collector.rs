@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use geometry::{SegmentationCounts, Stamp};
+use geometry::{DetectedCycle, SegmentationCounts, Stamp};
 use msgs::convert::{self, ConvertError};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
-use msgs::stillmap_msgs::{ReducedCloud, StageReport, Tracks};
+use msgs::stillmap_msgs::{StageReport, Tracks};
 use nalgebra::Point3;
-use node_shell::{GrantedBuffer, Node, Qos, ShellError, Subscription};
+use node_shell::{Arrived, GrantedBuffer, Node, Qos, ShellError, Subscription, ValueSubscription};
 
 use super::recorder::{Recorder, Stage};
 
@@ -25,7 +25,7 @@ const WAITING_DIAGNOSTICS: usize = 32;
 pub(super) struct Collector {
     node: Node,
     diagnostics: Subscription<DiagnosticArray>,
-    reduced_clouds: Subscription<ReducedCloud>,
+    detected: ValueSubscription<DetectedCycle>,
     dynamic_clouds: Subscription<PointCloud2>,
     tracks: Subscription<Tracks>,
     static_map: Subscription<PointCloud2>,
@@ -56,7 +56,7 @@ impl Collector {
         };
         Ok(Self {
             diagnostics: node.subscription("/diagnostics", &Qos::reliable(WAITING_DIAGNOSTICS))?,
-            reduced_clouds: node.subscription("reduced_cloud", &reliable)?,
+            detected: node.value_subscription("reduced_cloud", &reliable)?,
             dynamic_clouds: node.subscription("dynamic_cloud", &reliable)?,
             tracks: node.subscription("tracks", &reliable)?,
             static_map: node.subscription("static_map", &Qos::latched())?,
@@ -76,11 +76,6 @@ impl Collector {
         self.node.granted_buffer()
     }
 
-    /// Whether SIGINT or SIGTERM has asked this process to end.
-    pub(super) fn is_interrupted(&self) -> bool {
-        self.node.shutdown_signal().is_triggered()
-    }
-
     pub(super) fn seen(&self) -> &Seen {
         &self.seen
     }
@@ -91,7 +86,7 @@ impl Collector {
         let [detection, segmentation, reconstruction] = &self.reports;
         let heard = tokio::select! {
             received = self.diagnostics.next() => Heard::Diagnostics(received.message),
-            received = self.reduced_clouds.next() => Heard::ReducedCloud(received.message),
+            received = self.detected.next() => Heard::Detected(received.message),
             received = self.dynamic_clouds.next() => Heard::DynamicCloud(received.message),
             received = self.tracks.next() => Heard::Tracks(received.message),
             received = self.static_map.next() => Heard::Map(received.message),
@@ -117,9 +112,7 @@ impl Collector {
             reports.try_next().map(|received| Heard::Report(stage, received.message))
         });
         reports
-            .or_else(|| {
-                self.reduced_clouds.try_next().map(|next| Heard::ReducedCloud(next.message))
-            })
+            .or_else(|| self.detected.try_next().map(|next| Heard::Detected(next.message)))
             .or_else(|| {
                 self.dynamic_clouds.try_next().map(|next| Heard::DynamicCloud(next.message))
             })
@@ -145,7 +138,7 @@ impl Collector {
 
 enum Heard {
     Diagnostics(Arc<DiagnosticArray>),
-    ReducedCloud(Arc<ReducedCloud>),
+    Detected(Arc<Arrived<DetectedCycle>>),
     DynamicCloud(Arc<PointCloud2>),
     Tracks(Arc<Tracks>),
     Map(Arc<PointCloud2>),
@@ -170,8 +163,8 @@ impl Seen {
     fn take(&mut self, heard: Heard, recorder: &mut Recorder) -> Result<(), ConvertError> {
         match heard {
             Heard::Diagnostics(diagnostics) => self.take_diagnostics(&diagnostics),
-            Heard::ReducedCloud(message) => {
-                let cycle = convert::detected_cycle_from_message(&message)?;
+            Heard::Detected(arrived) => {
+                let cycle = Arc::unwrap_or_clone(arrived.value()?);
                 self.last_cloud = self.last_cloud.max(Some(cycle.reduced_cloud.stamp));
                 recorder.detected(cycle);
             }

@@ -24,6 +24,7 @@ use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
 use crate::console;
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::processes::Process;
 use crate::progress::Progress;
 use crate::visual;
@@ -45,6 +46,8 @@ pub(crate) struct DdsRun {
     pub(crate) poses: Option<Vec<PoseStamped>>,
     /// Why the run ended before its end, if it did.
     pub(crate) trouble: Option<Failure>,
+    /// Whether a signal has ended it before the end of the bag.
+    pub(crate) is_interrupted: bool,
 }
 
 /// How to play.
@@ -61,7 +64,7 @@ pub(crate) fn run(
     playback: &Playback<'_>,
     inputs: &Inputs,
     parameters: &PipelineParameters,
-    progress: &Progress,
+    (progress, interrupt): (&Progress, &Interrupt),
 ) -> Result<DdsRun, Failure> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
@@ -76,7 +79,7 @@ pub(crate) fn run(
         };
         let (collector, poses) = listen_in(&namespace, visual.is_some())
             .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
-        let recorder = Recorder::new(parameters.reconstruction(), parameters.method_name())
+        let recorder = Recorder::new(parameters.reconstruction())
             .map_err(|error| Failure::new(error.to_string()))?;
         let granted = collector.granted_buffer();
         let feed = Feed::choose(playback.bag, inputs, parameters, granted);
@@ -95,6 +98,7 @@ pub(crate) fn run(
             recorder,
             nodes: Vec::new(),
             lost: Vec::new(),
+            interrupt: interrupt.clone(),
         };
         for stage in Stage::ALL {
             let input = (stage == Stage::Detection).then_some(run.feed.input);
@@ -105,6 +109,9 @@ pub(crate) fn run(
             run.start_node(visual::NODE, Some(input), playback.parameters)?;
         }
         run.wait_for_discovery().await?;
+        if run.interrupt.has_come() {
+            return run.finish(playback, None).await;
+        }
         let mut player = run.start_player(playback)?;
         let trouble = run.listen(&mut player, inputs, progress).await.err();
         run.finish(playback, trouble).await
@@ -141,6 +148,8 @@ struct Run {
     recorder: Recorder,
     nodes: Vec<Process>,
     lost: Vec<LostOnTheWay>,
+    /// Of the whole program: the node that listens takes signals only once it has started.
+    interrupt: Interrupt,
 }
 
 impl Run {
@@ -201,6 +210,11 @@ impl Run {
                 last_heard = Instant::now();
                 progress.set(self.collector.seen().scans_decided);
             }
+            if self.interrupt.has_come() {
+                player.stop()?;
+                self.settle().await;
+                return Ok(());
+            }
             self.check()?;
             if sent.is_none() && player.ended()?.is_some() {
                 sent = Some(Sent::by(player)?);
@@ -218,6 +232,21 @@ impl Run {
         }
     }
 
+    /// Nothing is played any more: hears what is on its way, and the map that follows when the clouds pause.
+    async fn settle(&mut self) {
+        let deadline = Instant::now() + LONGEST_SILENCE;
+        while Instant::now() < deadline && !self.has_last_map() {
+            self.hear_for(LOOK_AGAIN).await;
+        }
+    }
+
+    /// Whether every cycle has gone through, and the map holds the last one.
+    fn has_last_map(&self) -> bool {
+        let seen = self.collector.seen();
+        self.recorder.incomplete_cycles() == 0
+            && seen.map.as_ref().map(|(stamp, _)| *stamp) == seen.last_cloud
+    }
+
     /// Hears one message, or none within a time. Diagnostics do not count as heard.
     async fn hear_for(&mut self, longest: Duration) -> bool {
         let heard = tokio::time::timeout(longest, self.collector.hear(&mut self.recorder)).await;
@@ -227,12 +256,8 @@ impl Run {
         heard.unwrap_or(false)
     }
 
-    /// Whether the run can go on: nobody has interrupted it, and every node lives.
+    /// Whether the run can go on: every node lives.
     fn check(&mut self) -> Result<(), Failure> {
-        // On a terminal the nodes have had the same signal, and their ends are no news.
-        if self.collector.is_interrupted() {
-            return Err(Failure::new("interrupted; what was mapped until then is written"));
-        }
         for node in &mut self.nodes {
             if let Some(status) = node.ended()? {
                 return Err(Failure::new(format!("the node {} ended: {status}", node.name()))
@@ -248,8 +273,7 @@ impl Run {
         let seen = self.collector.seen();
         self.losses(sent).is_empty()
             && seen.scans_decided >= sent.messages_on(&inputs.scan)
-            && self.recorder.incomplete_cycles() == 0
-            && seen.map.as_ref().map(|(stamp, _)| *stamp) == seen.last_cloud
+            && self.has_last_map()
     }
 
     async fn finish(
@@ -257,7 +281,8 @@ impl Run {
         playback: &Playback<'_>,
         trouble: Option<Failure>,
     ) -> Result<DdsRun, Failure> {
-        if trouble.is_some() {
+        let is_interrupted = self.interrupt.has_come();
+        if trouble.is_some() || is_interrupted {
             self.recorder.dropped("bag", "the run ended before the bag did", 1);
         }
         for node in [Stage::Detection.name(), visual::NODE] {
@@ -277,7 +302,10 @@ impl Run {
             }
         }
         let Seen { map, last_cloud, .. } = collector.close().await;
-        if map.as_ref().map(|(stamp, _)| *stamp) != last_cloud && trouble.is_none() {
+        if map.as_ref().map(|(stamp, _)| *stamp) != last_cloud
+            && trouble.is_none()
+            && !is_interrupted
+        {
             trouble = Some(
                 Failure::new("the last map did not arrive: the one that is written is older")
                     .fix(format!("a large map needs room on its way: `{RAISE_RECEIVE_BUFFER}`")),
@@ -291,6 +319,6 @@ impl Run {
         let static_map = map.map(|(_, points_m)| points_m).unwrap_or_default();
         let blind_scans = recorder.blind_scans();
         let record = recorder.finish(static_map, name);
-        Ok(DdsRun { record, blind_scans, lost, poses, trouble })
+        Ok(DdsRun { record, blind_scans, lost, poses, trouble, is_interrupted })
     }
 }

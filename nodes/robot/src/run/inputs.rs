@@ -2,7 +2,8 @@
 
 use bag_player::BagInfo;
 use clap::Args;
-use detection::shell::{DetectionParameters, ExtrinsicsSource};
+use detection::shell::DetectionParameters;
+use geometry::ExtrinsicsSource;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
@@ -151,7 +152,7 @@ impl Inputs {
 
     /// The same without what no node asks for with these parameters.
     pub(crate) fn needed_by(self, detection: &DetectionParameters) -> Self {
-        match detection.extrinsics {
+        match detection.config.pipeline.rig.extrinsics {
             ExtrinsicsSource::Parameters => Self { transforms: Vec::new(), ..self },
             ExtrinsicsSource::Tf => self,
         }

@@ -13,6 +13,7 @@ use super::inputs::{Inputs, PoseSource, TF_STATIC, ViewTopics};
 use super::parameters::PipelineParameters;
 use super::pipeline::{Pipeline, Sensors};
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::visual::FeedError;
 
@@ -23,6 +24,8 @@ pub(crate) struct LocalRun {
     pub(crate) blind_scans: usize,
     /// The poses of the visual odometry, where it was asked for.
     pub(crate) poses: Option<Vec<PoseStamped>>,
+    /// Whether a signal has ended it before the end of the bag.
+    pub(crate) is_interrupted: bool,
 }
 
 /// Runs a bag through the nodes.
@@ -31,7 +34,7 @@ pub(crate) fn run(
     inputs: &Inputs,
     parameters: &PipelineParameters,
     bag_name: &str,
-    progress: &Progress,
+    (progress, interrupt): (&Progress, &Interrupt),
 ) -> Result<LocalRun, Failure> {
     let failed = |error: NodeFailure| Failure::new(error.to_string());
     let input = match inputs.view {
@@ -48,7 +51,12 @@ pub(crate) fn run(
     let topics = topics.into_iter().collect();
     let selection = Selection { topics: Some(topics), ..Selection::default() };
     let mut messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
+    let mut is_interrupted = false;
     for message in &mut messages {
+        if interrupt.has_come() {
+            is_interrupted = true;
+            break;
+        }
         let message = message.map_err(|error| Failure::new(error.to_string()))?;
         let fed = pipeline.visual().map_or(Ok(()), |visual| visual.feed(&message));
         match fed.and_then(|()| publish(&message, inputs, pipeline.sensors())) {
@@ -61,7 +69,8 @@ pub(crate) fn run(
     let losses = messages.losses().to_vec();
     let blind_scans = pipeline.blind_scans();
     let poses = pipeline.visual().map(|visual| visual.poses().to_vec());
-    Ok(LocalRun { record: pipeline.finish(bag_name), losses, blind_scans, poses })
+    let record = pipeline.finish(bag_name);
+    Ok(LocalRun { record, losses, blind_scans, poses, is_interrupted })
 }
 
 fn publish(message: &BagMessage, inputs: &Inputs, sensors: &Sensors) -> Result<(), FeedError> {

@@ -6,24 +6,54 @@ use std::path::{Path, PathBuf};
 use geometry::{pcd, ply};
 use report::{RunRecord, Summary};
 
+use crate::existing::refuse_to_replace;
 use crate::failure::Failure;
 
 /// Clouds of what was removed, one a cycle.
 const DYNAMIC_FOLDER: &str = "dynamic";
 
-/// The output folder of a run.
+/// The parameters of the run, in the form that the nodes read.
+const PARAMETERS: &str = "parameters.yaml";
+
+/// What a run leaves in its folder.
+const RESULTS: [&str; 6] =
+    ["map.ply", "map.pcd", "summary.json", "report.html", PARAMETERS, "trajectory.txt"];
+
+/// Refuses a folder with the results of another run, unless `overwrite`.
+///
+/// # Errors
+/// With the first of them.
+pub fn refuse_results(out: &Path, overwrite: bool) -> Result<(), Failure> {
+    let results = RESULTS.map(|name| out.join(name));
+    let removed = fs::read_dir(out.join(DYNAMIC_FOLDER)).into_iter().flatten().flatten();
+    let removed = removed.map(|entry| entry.path()).filter(|path| is_removed_cloud(path));
+    refuse_to_replace(results.into_iter().chain(removed), overwrite, "--out")
+}
+
+/// The output folder of a run. Where nothing is written, nothing is left of it.
 pub(crate) struct OutputFolder {
     path: PathBuf,
+    /// Until there are results; the nodes of the run read it.
+    parameters: PathBuf,
+    is_new: bool,
 }
 
 impl OutputFolder {
     /// Makes the folder before the work starts, so that a place that cannot be written is found out
     /// first and not last. What an earlier run left there stays until this one has results.
-    pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
-        let folder = Self { path: path.to_owned() };
+    pub(crate) fn create(path: &Path, parameters_yaml: &str) -> Result<Self, Failure> {
+        let parameters = path.join(format!("{PARAMETERS}.part"));
+        let folder = Self { path: path.to_owned(), parameters, is_new: !path.exists() };
         let dynamic = path.join(DYNAMIC_FOLDER);
         fs::create_dir_all(&dynamic).map_err(|error| cannot_write(&dynamic, &error))?;
+        let file = folder.parameters();
+        fs::write(file, parameters_yaml).map_err(|error| cannot_write(file, &error))?;
         Ok(folder)
+    }
+
+    /// The file of the parameters while the run goes on.
+    pub(crate) fn parameters(&self) -> &Path {
+        &self.parameters
     }
 
     /// The removed clouds of an earlier run would mix with the new ones.
@@ -31,19 +61,11 @@ impl OutputFolder {
         let dynamic = self.path.join(DYNAMIC_FOLDER);
         for entry in fs::read_dir(&dynamic).map_err(|error| cannot_write(&dynamic, &error))? {
             let path = entry.map_err(|error| cannot_write(&dynamic, &error))?.path();
-            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-            if name.starts_with("cycle_") && name.ends_with(".ply") {
+            if is_removed_cloud(&path) {
                 fs::remove_file(&path).map_err(|error| cannot_write(&path, &error))?;
             }
         }
         Ok(())
-    }
-
-    /// Writes the parameters of a run, in the form that the nodes read; returns the file's path.
-    pub(crate) fn write_parameters(&self, yaml: &str) -> Result<PathBuf, Failure> {
-        const NAME: &str = "parameters.yaml";
-        self.write_file(NAME, yaml.as_bytes())?;
-        Ok(self.path.join(NAME))
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -52,6 +74,9 @@ impl OutputFolder {
 
     /// Writes all that a run found out: the map, the removed clouds, the summary and the report.
     pub(crate) fn write(&self, record: &RunRecord, summary: &Summary) -> Result<(), Failure> {
+        let parameters = self.path.join(PARAMETERS);
+        fs::rename(&self.parameters, &parameters)
+            .map_err(|error| cannot_write(&parameters, &error))?;
         self.write_file("map.ply", &ply::encode(&record.static_map))?;
         self.write_file("map.pcd", &pcd::encode(&record.static_map))?;
         self.clear_removed_clouds()?;
@@ -76,6 +101,22 @@ impl OutputFolder {
             .and_then(|()| fs::rename(&temporary, &path))
             .map_err(|error| cannot_write(&path, &error))
     }
+}
+
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        // None of them is there, or empty, where there are results.
+        let _ = fs::remove_file(&self.parameters);
+        let _ = fs::remove_dir(self.path.join(DYNAMIC_FOLDER));
+        if self.is_new {
+            let _ = fs::remove_dir(&self.path);
+        }
+    }
+}
+
+fn is_removed_cloud(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    name.starts_with("cycle_") && name.ends_with(".ply")
 }
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use detection::DetectionConfig;
 use detection::shell::DetectionParameters;
+use geometry::{Method, PipelineConfig};
 use node_shell::parameters::{self, Assignment};
 use pose::shell::PoseParameters;
 use reconstruction::ReconstructionConfig;
@@ -14,6 +16,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::recorder::Stage;
+use crate::console;
 use crate::failure::Failure;
 use crate::visual;
 
@@ -24,30 +27,34 @@ pub struct ParameterArgs {
     #[arg(long = "params-file", value_name = "FILE")]
     files: Vec<PathBuf>,
     /// The method of all three nodes, whatever the files say
-    #[arg(long, value_enum)]
-    method: Option<MethodName>,
+    #[arg(long, value_parser = method_parser())]
+    method: Option<Method>,
+    /// Edge of the voxels of a map of the depth images, in metres; 0 for a map of the reduced clouds
+    #[arg(long, value_name = "METRES")]
+    map_edge: Option<f64>,
 }
 
-/// The method of all three nodes.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, ValueEnum, Serialize)]
-#[value(rename_all = "snake_case")]
-#[serde(rename_all = "snake_case")]
-pub enum MethodName {
-    /// Rec-HV as published
-    RecHv,
-    /// Free space, tracks and rays
-    Stillmap,
-}
-
-impl MethodName {
-    /// As the parameter files have it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::RecHv => "rec_hv",
-            Self::Stillmap => "stillmap",
+/// Reads a method off the command line; its former name is accepted, with a note.
+pub fn method_parser() -> impl TypedValueParser<Value = Method> {
+    const RENAMED: &str = "stillmap";
+    let names = [
+        PossibleValue::new(Method::RecHv.name()).help("Rec-HV as published"),
+        PossibleValue::new(Method::FreeSpace.name())
+            .help("Free space, tracks and rays")
+            .alias(RENAMED),
+    ];
+    PossibleValuesParser::new(names).try_map(|name| {
+        if name == RENAMED {
+            console::note(format_args!("--method {name} is called {} now", Method::FreeSpace));
         }
-    }
+        Method::of_name(&name).ok_or(UnknownMethod)
+    })
 }
+
+/// A word that names no method.
+#[derive(Clone, Copy, Debug, thiserror::Error)]
+#[error("no such method")]
+pub struct UnknownMethod;
 
 impl ParameterArgs {
     /// The parameter files.
@@ -65,7 +72,7 @@ pub struct PipelineParameters {
 }
 
 impl PipelineParameters {
-    /// The parameters of the files, with the method that the command line names.
+    /// The parameters of the files, with the method and the edge of the map that the command line names.
     ///
     /// # Errors
     /// When a file cannot be read, is for none of the nodes, or has a parameter that is refused.
@@ -79,61 +86,46 @@ impl PipelineParameters {
             reconstruction: load(Stage::Reconstruction.name(), &args.files)?,
             pose: load(visual::NODE, &args.files)?,
         };
-        if let Some(method) = args.method {
-            parameters.set_method(method);
+        for pipeline in parameters.pipelines_mut() {
+            pipeline.method = args.method.unwrap_or(pipeline.method);
+            pipeline.map_edge_m = args.map_edge.unwrap_or(pipeline.map_edge_m);
         }
+        // The map of a run is that of its bag alone, and goes to the folder of the run.
+        parameters.reconstruction.map_file = String::new();
+        let checked = parameters.reconstruction.config.validate();
+        checked.map_err(|error| Failure::new(error.to_string()))?;
+        let [segmentation, reconstruction] =
+            [&parameters.segmentation.config.pipeline, &parameters.reconstruction.config.pipeline];
+        check_agreement(parameters.pipeline(), segmentation, reconstruction)?;
         Ok(parameters)
     }
 
-    /// The defaults of one method, with another edge of the voxels of the reduction and of the map where one
-    /// is given.
-    pub fn of_method(method: MethodName, voxel_edge_m: Option<f64>) -> Self {
+    /// The defaults of one method, with another edge of the voxels where one is given.
+    pub fn of_method(method: Method, voxel_edge_m: Option<f64>) -> Self {
+        let edge_m = voxel_edge_m.unwrap_or(PipelineConfig::default().voxel_edge_m);
         let mut parameters = Self {
             detection: DetectionParameters::default(),
             segmentation: SegmentationParameters::default(),
             reconstruction: ReconstructionParameters::default(),
             pose: PoseParameters::default(),
         };
-        parameters.set_method(method);
-        if let Some(edge_m) = voxel_edge_m {
-            parameters.detection.config.voxel_edge_m = edge_m;
-            // Rec-HV 3.2.6: the histogram's cells are those of the voxel grid.
-            parameters.segmentation.config.depth_cell_m = edge_m;
-            parameters.reconstruction.config.voxel_edge_m = edge_m;
+        for pipeline in parameters.pipelines_mut() {
+            *pipeline = PipelineConfig::new(method, edge_m);
         }
         parameters
     }
 
-    fn set_method(&mut self, method: MethodName) {
-        let (detection, segmentation, reconstruction) = match method {
-            MethodName::RecHv => (
-                detection::Method::RecHv,
-                segmentation::Method::RecHv,
-                reconstruction::Method::RecHv,
-            ),
-            MethodName::Stillmap => (
-                detection::Method::Stillmap,
-                segmentation::Method::Stillmap,
-                reconstruction::Method::Stillmap,
-            ),
-        };
-        self.detection.config.method = detection;
-        self.segmentation.config.method = segmentation;
-        self.reconstruction.config.method = reconstruction;
+    fn pipelines_mut(&mut self) -> [&mut PipelineConfig; 3] {
+        [
+            &mut self.detection.config.pipeline,
+            &mut self.segmentation.config.pipeline,
+            &mut self.reconstruction.config.pipeline,
+        ]
     }
 
-    /// The method by its name, for the report. Each node has its own; where they differ, the report says so.
-    pub fn method_name(&self) -> &'static str {
-        let of_stillmap = [
-            self.detection.config.method == detection::Method::Stillmap,
-            self.segmentation.config.method == segmentation::Method::Stillmap,
-            self.reconstruction.config.method == reconstruction::Method::Stillmap,
-        ];
-        match of_stillmap {
-            [true, true, true] => MethodName::Stillmap.name(),
-            [false, false, false] => MethodName::RecHv.name(),
-            _ => "mixed",
-        }
+    /// What the nodes share.
+    pub fn pipeline(&self) -> &PipelineConfig {
+        &self.detection.config.pipeline
     }
 
     /// The parameters of the node detection.
@@ -175,6 +167,44 @@ impl PipelineParameters {
         yaml.push_str(&section(visual::NODE, &self.pose)?);
         Ok(yaml)
     }
+}
+
+/// Refuses nodes that differ in what they must share, before they refuse each other's cycles.
+///
+/// # Errors
+/// With both values of each parameter that differs.
+pub(crate) fn check_agreement(
+    detection: &PipelineConfig,
+    segmentation: &PipelineConfig,
+    reconstruction: &PipelineConfig,
+) -> Result<(), Failure> {
+    let others = [
+        (Stage::Segmentation.name(), segmentation),
+        (Stage::Reconstruction.name(), reconstruction),
+    ];
+    for (node, own) in others {
+        let found = own.check(&detection.setup(), &detection.rig.rig_frame_id);
+        let mut differences: Vec<String> = found
+            .err()
+            .into_iter()
+            .flat_map(|mismatch| mismatch.differences)
+            .map(|one| {
+                format!(
+                    "{} is {} of detection and {} of {node}",
+                    one.parameter, one.of_cycle, one.own
+                )
+            })
+            .collect();
+        if detection.rig.extrinsics != own.rig.extrinsics {
+            differences.push(format!("extrinsics of detection is not that of {node}"));
+        }
+        if !differences.is_empty() {
+            return Err(Failure::new(differences.join("; ")).fix(
+                "state it once, in a section /** of the parameter file (config/pipeline.yaml)",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// A file that is for none of the nodes is a mistake: its sections are misspelt.

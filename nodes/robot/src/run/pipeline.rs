@@ -6,7 +6,7 @@ use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, ShellError};
-use reconstruction::StaticMap;
+use reconstruction::Map;
 use reconstruction::shell::Stage as Reconstruction;
 use report::{RunRecord, Transport};
 use segmentation::shell::Stage as Segmentation;
@@ -61,7 +61,7 @@ impl Pipeline {
                 parameters.reconstruction_node(),
             )?,
             collector: Collector::on(node("collector")?)?,
-            recorder: Recorder::new(parameters.reconstruction(), parameters.method_name())?,
+            recorder: Recorder::new(parameters.reconstruction())?,
             sensors: Sensors::on(&node("sensors")?)?,
             visual: None,
             host,
@@ -119,7 +119,7 @@ impl Pipeline {
     }
 
     /// The map so far.
-    pub fn map(&self) -> &StaticMap {
+    pub fn map(&self) -> &Map {
         self.reconstruction.map()
     }
 

@@ -5,9 +5,11 @@ mod partial_cycle;
 use std::collections::{BTreeMap, VecDeque};
 
 use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
-use geometry::{Cloud, DetectedCycle, MapPath, SegmentationCounts, Stamp, Track};
+use geometry::{
+    Cloud, DetectedCycle, MapPath, Method, PipelineConfig, SegmentationCounts, Stamp, Track,
+};
 use nalgebra::Point3;
-use reconstruction::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig, StaticMap};
+use reconstruction::{AtMaxVoxels, ConfigError, ReconstructionConfig, StaticMap};
 use report::{DropCount, RunRecord};
 
 use self::partial_cycle::PartialCycle;
@@ -56,8 +58,7 @@ struct MapAddition {
 
 /// Collects what the stages say of each cycle.
 pub(crate) struct Recorder {
-    voxel_edge_m: f64,
-    method_name: &'static str,
+    pipeline: PipelineConfig,
     unfiltered_map: StaticMap,
     cycles: BTreeMap<u32, PartialCycle>,
     way: Way,
@@ -68,24 +69,24 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// A recorder of a run whose map has these parameters, by a method of this name.
-    pub(crate) fn new(
-        map: &ReconstructionConfig,
-        method_name: &'static str,
-    ) -> Result<Self, ConfigError> {
+    /// A recorder of a run whose map has these parameters.
+    pub(crate) fn new(map: &ReconstructionConfig) -> Result<Self, ConfigError> {
         // What is never removed: points stay, whatever is seen through them.
         let unfiltered = ReconstructionConfig {
-            method: Method::RecHv,
+            pipeline: PipelineConfig {
+                method: Method::RecHv,
+                map_edge_m: 0.0,
+                ..map.pipeline.clone()
+            },
             // It is a figure of the report, and not worth a folder of tiles of its own.
             at_max_voxels: match map.at_max_voxels {
                 AtMaxVoxels::Spill => AtMaxVoxels::Refuse,
                 kept => kept,
             },
-            ..*map
+            ..map.clone()
         };
         Ok(Self {
-            method_name,
-            voxel_edge_m: map.voxel_edge_m,
+            pipeline: map.pipeline.clone(),
             unfiltered_map: StaticMap::new(unfiltered)?,
             cycles: BTreeMap::new(),
             way: Way::default(),
@@ -103,6 +104,8 @@ impl Recorder {
         let _ = self.unfiltered_map.add(&in_map);
         let told_map_from_rig = cycle.map_from_rig;
         self.way.bring_over(&mut cycle);
+        // A run's images are not to stay in memory.
+        cycle.depth = None;
         let partial = self.partial(cycle.index);
         partial.told_map_from_rig = told_map_from_rig;
         partial.detected = Some(cycle);
@@ -217,8 +220,8 @@ impl Recorder {
         RunRecord {
             bag_name: run.bag_name,
             transport: run.transport,
-            method: self.method_name.to_owned(),
-            voxel_edge_m: self.voxel_edge_m,
+            method: self.pipeline.method.name().to_owned(),
+            voxel_edge_m: self.pipeline.voxel_edge_m,
             map_frame_id: run.map_frame_id,
             cycles,
             drops,

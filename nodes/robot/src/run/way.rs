@@ -69,6 +69,7 @@ mod tests {
     fn cycle(seconds: f64, x_m: f64, map_frame_id: &str) -> DetectedCycle {
         let cloud = Cloud { stamp: at(seconds), frame_id: "rig".to_owned(), points_m: Vec::new() };
         DetectedCycle {
+            depth: None,
             index: 0,
             scan_stamp: at(seconds),
             reduced_cloud: cloud,
@@ -76,7 +77,7 @@ mod tests {
             points_before_reduction: 0,
             map_from_rig: along(x_m),
             map_frame_id: map_frame_id.to_owned(),
-            camera_in_rig_m: nalgebra::Point3::origin(),
+            setup: geometry::CycleSetup::default(),
             zones: Vec::new(),
         }
     }

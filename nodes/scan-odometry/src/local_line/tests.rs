@@ -4,8 +4,8 @@ use super::*;
 use crate::ScanOdometryConfig;
 use crate::testing::{Random, Scanner, World};
 
-fn lines(scan: &Scan) -> (Turn, Vec<Option<LocalLine>>) {
-    let turn = Turn::new(scan, &ScanOdometryConfig::default());
+fn lines(scan: &Scan) -> (ScanReturns, Vec<Option<LocalLine>>) {
+    let turn = ScanReturns::new(scan, &ScanOdometryConfig::default());
     let lines = local_lines(&turn, &turn.deskewed(&Default::default()));
     (turn, lines)
 }

@@ -4,7 +4,7 @@ use nalgebra::Point2;
 
 use super::{CELL_M, MapLine};
 
-/// A grid around the platform. The lines of a row of neighbouring cells stand in one slice.
+/// A grid around the platform. The lines of a row of neighbouring cells are in one slice.
 #[derive(Clone, Debug)]
 pub(crate) struct Cells {
     /// Cells along a side.
@@ -26,7 +26,7 @@ impl Cells {
 
     /// Puts the lines into the cells of a grid around a point, by counting. Lines beyond the grid are left out.
     pub(super) fn fill(&mut self, around_m: &Point2<f64>, lines: &[MapLine]) {
-        // At whole cells: a platform that stands does not shift the grid.
+        // At whole cells: a static platform does not shift the grid.
         let corner = |coordinate: f64| ((coordinate - self.reach_m) / CELL_M).floor() * CELL_M;
         self.origin_m = Point2::new(corner(around_m.x), corner(around_m.y));
         self.starts.fill(0);

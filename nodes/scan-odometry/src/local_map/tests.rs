@@ -29,23 +29,26 @@ fn nearest(map: &LocalMap, x: f64, y: f64) -> Option<Meeting> {
 fn the_line_next_to_a_return_is_found_with_its_distance() {
     let map = map_of(&wall(), &ScanOdometryConfig::default());
     assert_eq!(map.lines().len(), 21);
-    let met = nearest(&map, 0.52, 0.93).unwrap();
-    assert_eq!(met.line, 15);
+    let matched = nearest(&map, 0.52, 0.93).unwrap();
+    assert_eq!(matched.line, 15);
     // In front of the wall by 7 cm; the left of a normal that points to -y is +x.
-    assert!((met.residual_m - 0.07).abs() < 1e-12 && (met.along_m - 0.02).abs() < 1e-12, "{met:?}");
+    assert!(
+        (matched.residual_m - 0.07).abs() < 1e-12 && (matched.along_m - 0.02).abs() < 1e-12,
+        "{matched:?}"
+    );
     assert_eq!(nearest(&map, 0.5, 0.7), None);
     assert_eq!(nearest(&map, 1.25, 1.0), None);
 }
 
 #[test]
-fn lines_that_face_elsewhere_are_not_met() {
+fn lines_that_face_elsewhere_are_not_matched() {
     let map = map_of(&wall(), &ScanOdometryConfig::default());
-    let met = |direction: Vector2<f64>, normal: Vector2<f64>| {
+    let matched = |direction: Vector2<f64>, normal: Vector2<f64>| {
         map.nearest(&Point2::new(0.0, 1.0), &direction, Some(&normal), 1, 0.25).is_some()
     };
-    assert!(met(Vector2::y(), -Vector2::y()));
-    assert!(!met(-Vector2::y(), -Vector2::y()), "from behind");
-    assert!(!met(Vector2::y(), Vector2::x()), "a surface at right angles");
+    assert!(matched(Vector2::y(), -Vector2::y()));
+    assert!(!matched(-Vector2::y(), -Vector2::y()), "from behind");
+    assert!(!matched(Vector2::y(), Vector2::x()), "a surface at right angles");
 }
 
 #[test]
@@ -53,15 +56,15 @@ fn scans_refine_a_line_until_it_is_settled() {
     let mut map = map_of(&[line(0.0, 1.0)], &ScanOdometryConfig::default());
     // The wall is at 1.02 and rises by 0.1 to the right.
     let scan = |map: &mut LocalMap, shift_m: f64, number: u64| {
-        let met: Vec<_> = [-0.1, 0.0, 0.1]
+        let matched: Vec<_> = [-0.1, 0.0, 0.1]
             .iter()
             .map(|&x| {
                 let point = Point2::new(x, 1.02 + 0.1 * x + shift_m);
                 Some((map.nearest(&point, &Vector2::y(), None, 1, 0.25).unwrap(), 1e4))
             })
             .collect();
-        let now = Moment { scan: number, way_m: 0.0 };
-        map.take_in(&met, &[None; 3], &Isometry2::identity(), now);
+        let now = Moment { scan: number, travelled_m: 0.0 };
+        map.take_in(&matched, &[None; 3], &Isometry2::identity(), now);
     };
     for number in 1..60 {
         scan(&mut map, 0.0, number);
@@ -80,34 +83,46 @@ fn scans_refine_a_line_until_it_is_settled() {
 fn a_covered_place_gets_no_second_line() {
     let mut map = map_of(&wall(), &ScanOdometryConfig::default());
     let again: Vec<_> = (0..5).map(|index| line(0.01 + 0.1 * f64::from(index), 1.0)).collect();
-    let met: Vec<_> = again
+    let matched: Vec<_> = again
         .iter()
-        .map(|line| nearest(&map, line.unwrap().position_m.x, 1.0).map(|met| (met, 1e4)))
+        .map(|line| nearest(&map, line.unwrap().position_m.x, 1.0).map(|matched| (matched, 1e4)))
         .collect();
-    map.take_in(&met, &again, &Isometry2::identity(), Moment { scan: 1, way_m: 0.0 });
+    map.take_in(&matched, &again, &Isometry2::identity(), Moment { scan: 1, travelled_m: 0.0 });
     assert_eq!(map.lines().len(), 21);
 }
 
 #[test]
 fn what_is_far_or_old_or_never_seen_again_is_forgotten() {
-    let config =
-        ScanOdometryConfig { reach_m: 5.0, memory_way_m: 2.0, ..ScanOdometryConfig::default() };
+    let config = ScanOdometryConfig {
+        reach_m: 5.0,
+        memory_distance_m: 2.0,
+        ..ScanOdometryConfig::default()
+    };
     let left_after = |seen: u64, at: Isometry2<f64>, now: Moment| {
         let mut map = map_of(&[line(0.0, 1.0)], &config);
         for scan in 1..=seen {
-            let met = nearest(&map, 0.0, 1.0).map(|met| (met, 1e4));
-            map.take_in(&[met], &[None], &Isometry2::identity(), Moment { scan, way_m: 0.0 });
+            let matched = nearest(&map, 0.0, 1.0).map(|matched| (matched, 1e4));
+            map.take_in(
+                &[matched],
+                &[None],
+                &Isometry2::identity(),
+                Moment { scan, travelled_m: 0.0 },
+            );
         }
         map.take_in(&[], &[], &at, now);
         map.lines().len()
     };
     let here = Isometry2::identity();
-    assert_eq!(left_after(0, here, Moment { scan: 10, way_m: 0.0 }), 1);
-    assert_eq!(left_after(0, here, Moment { scan: 11, way_m: 0.0 }), 0, "seen once");
-    assert_eq!(left_after(5, here, Moment { scan: 1000, way_m: 1.9 }), 1, "proven");
-    assert_eq!(left_after(5, here, Moment { scan: 1000, way_m: 2.1 }), 0, "far along the way");
+    assert_eq!(left_after(0, here, Moment { scan: 10, travelled_m: 0.0 }), 1);
+    assert_eq!(left_after(0, here, Moment { scan: 11, travelled_m: 0.0 }), 0, "seen once");
+    assert_eq!(left_after(5, here, Moment { scan: 1000, travelled_m: 1.9 }), 1, "proven");
+    assert_eq!(
+        left_after(5, here, Moment { scan: 1000, travelled_m: 2.1 }),
+        0,
+        "far along the path"
+    );
     let far = Isometry2::translation(5.1, 0.0);
-    assert_eq!(left_after(5, far, Moment { scan: 10, way_m: 0.0 }), 0, "out of reach");
+    assert_eq!(left_after(5, far, Moment { scan: 10, travelled_m: 0.0 }), 0, "out of reach");
 }
 
 #[test]
@@ -115,7 +130,7 @@ fn the_longest_unseen_go_when_there_are_too_many() {
     let config = ScanOdometryConfig { max_lines: 100, ..ScanOdometryConfig::default() };
     let many = |y: f64| (0..80).map(|index| line(0.1 * f64::from(index), y)).collect::<Vec<_>>();
     let mut map = map_of(&many(1.0), &config);
-    let now = Moment { scan: 1, way_m: 0.0 };
+    let now = Moment { scan: 1, travelled_m: 0.0 };
     map.take_in(&vec![None; 80], &many(3.0), &Isometry2::identity(), now);
     assert_eq!(map.lines().len(), 100);
     assert_eq!(map.lines().iter().filter(|line| line.born == 1).count(), 80);

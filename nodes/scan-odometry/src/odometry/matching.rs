@@ -1,4 +1,4 @@
-//! A scan is laid onto the map, from the prediction or, where that leads nowhere, from wherever a search leads.
+//! A scan is registered to the map, from the prediction or, where that finds no match, from the result of a search.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -9,26 +9,26 @@ use crate::ScanOdometryConfig;
 use crate::local_line::{LocalLine, local_lines};
 use crate::registration::{Prior, Registration, View, register};
 use crate::scan_pose::Refusal;
+use crate::scan_returns::ScanReturns;
 use crate::search::{SearchWindow, search};
-use crate::turn::Turn;
 use crate::twist::{Twist, increment};
 use crate::uncertainty::carried;
 use crate::velocity::Velocity;
 
 /// With more of the returns on the map than this the prediction was good: 40 % may be of people.
 const GOOD_SHARE: f64 = 0.6;
-/// A return that lies on the map counts so much (as a natural logarithm of likelihood): the outermost one that Tukey's
+/// A return that is on the map counts this much (as a natural logarithm of likelihood): the outermost one that Tukey's
 /// weight knows is 3.66 away, but neighbours err together.
 const EVIDENCE_A_RETURN: f64 = 0.5;
 /// Degrees of freedom of Student's distribution for the errors of the predicted motion: the fewest with a variance.
 const STUDENT_FREEDOM: f64 = 3.0;
-/// By so much another pose must be more likely than where the prediction led: a thousand to one.
+/// By this much another pose must be more likely than the one found from the prediction: a thousand to one.
 const CLEARLY_MORE: f64 = 6.9;
 /// A search goes no farther than this to each side ...
 const WIDEST_SEARCH_M: f64 = 0.5;
 /// ... and turns no farther.
 const WIDEST_SEARCH_RAD: f64 = FRAC_PI_4;
-/// What a match may correct beside a motion: the noise of the pose before, and of the stamps.
+/// The correction that a match may make beside a motion: the noise of the pose before, and of the stamps.
 const STEP_SLACK_M: f64 = 0.3;
 const STEP_SLACK_RAD: f64 = 0.3;
 
@@ -42,7 +42,7 @@ pub(super) struct Prediction {
     pub(super) covariance_before: Matrix3<f64>,
     /// Of the motion since the scan before, in the scanner's frame.
     pub(super) motion_covariance: Matrix3<f64>,
-    /// What it adds to that of the pose.
+    /// The covariance that it adds to that of the pose.
     pub(super) drift_covariance: Matrix3<f64>,
     pub(super) velocity: Velocity,
     pub(super) passed_s: f64,
@@ -84,22 +84,28 @@ pub(super) struct Match {
     pub(super) lines: Vec<Option<LocalLine>>,
 }
 
-type Laid = (Registration, Vec<Option<LocalLine>>);
+type Registered = (Registration, Vec<Option<LocalLine>>);
 
 impl ScanOdometry {
-    /// Lays a scan onto the map.
-    pub(super) fn matched(&self, turn: &Turn, prediction: &Prediction) -> Result<Match, Refusal> {
+    /// Registers a scan to the map.
+    pub(super) fn matched(
+        &self,
+        turn: &ScanReturns,
+        prediction: &Prediction,
+    ) -> Result<Match, Refusal> {
         if let Some(refusal) = self.few_returns(turn) {
             return Err(refusal);
         }
         let mut twist = prediction.velocity.twist();
-        let mut matched = self.laid(turn, prediction, &twist, &prediction.prior.odom_from_middle);
+        let mut matched =
+            self.registered(turn, prediction, &twist, &prediction.prior.odom_from_middle);
         if matched.as_ref().is_none_or(|(found, _)| found.matched_share < GOOD_SHARE) {
-            let evidence = |laid: &Laid| self.evidence(&laid.0, turn, prediction);
-            let least = matched.as_ref().map_or(0.0, |laid| evidence(laid) + CLEARLY_MORE);
+            let evidence = |registered: &Registered| self.evidence(&registered.0, turn, prediction);
+            let least =
+                matched.as_ref().map_or(0.0, |registered| evidence(registered) + CLEARLY_MORE);
             let start = self.searched(turn, prediction);
-            let other = start.and_then(|start| self.laid(turn, prediction, &twist, &start));
-            matched = other.filter(|laid| evidence(laid) > least).or(matched);
+            let other = start.and_then(|start| self.registered(turn, prediction, &twist, &start));
+            matched = other.filter(|registered| evidence(registered) > least).or(matched);
         }
         let (mut registration, mut lines) = matched.ok_or(self.few_matched(0.0))?;
         // The turn is skewed by a velocity that is known only now: once more with that.
@@ -107,7 +113,7 @@ impl ScanOdometry {
         if found.parts_m(&twist, turn.half_s, turn.lever_m()) > SKEW_M {
             twist = found;
             let start = registration.odom_from_middle;
-            if let Some(again) = self.laid(turn, prediction, &twist, &start) {
+            if let Some(again) = self.registered(turn, prediction, &twist, &start) {
                 (registration, lines) = again;
             }
         }
@@ -115,13 +121,13 @@ impl ScanOdometry {
         Ok(Match { registration, lines })
     }
 
-    fn laid(
+    fn registered(
         &self,
-        turn: &Turn,
+        turn: &ScanReturns,
         prediction: &Prediction,
         twist: &Twist,
         start: &Isometry2<f64>,
-    ) -> Option<Laid> {
+    ) -> Option<Registered> {
         let sightings = turn.deskewed(twist);
         let lines = local_lines(turn, &sightings);
         let view = View { turn, sightings: &sightings, lines: &lines };
@@ -131,7 +137,12 @@ impl ScanOdometry {
 
     /// How much speaks for a pose: the returns on the map, less what speaks against such a motion. The errors of motions
     /// are taken to be of Student's distribution, since a platform that is knocked does not keep to any velocity.
-    fn evidence(&self, registration: &Registration, turn: &Turn, prediction: &Prediction) -> f64 {
+    fn evidence(
+        &self,
+        registration: &Registration,
+        turn: &ScanReturns,
+        prediction: &Prediction,
+    ) -> f64 {
         let Prior { odom_from_middle, covariance } = &prediction.prior;
         let off = increment(&odom_from_middle.inv_mul(&registration.odom_from_middle));
         let distance = covariance.try_inverse().map_or(0.0, |inverse| off.dot(&(inverse * off)));
@@ -139,7 +150,7 @@ impl ScanOdometry {
         EVIDENCE_A_RETURN * registration.matched_share * turn.returns.len() as f64 - against
     }
 
-    fn searched(&self, turn: &Turn, prediction: &Prediction) -> Option<Isometry2<f64>> {
+    fn searched(&self, turn: &ScanReturns, prediction: &Prediction) -> Option<Isometry2<f64>> {
         let Prediction { passed_s, .. } = *prediction;
         let window = SearchWindow {
             position_m: (STEP_SLACK_M + self.config.max_speed_m_per_s * passed_s)
@@ -176,7 +187,7 @@ impl ScanOdometry {
             return Err(self.few_matched(registration.matched_share));
         }
         if registration.observability.estimated() == 0 {
-            return Err(Refusal::NothingTold);
+            return Err(Refusal::Unconstrained);
         }
         let passed_s = prediction.passed_s;
         let step = prediction.step_to(&registration.odom_from_middle);

@@ -3,8 +3,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::local_line::local_lines;
 use crate::local_map::Moment;
+use crate::scan_returns::ScanReturns;
 use crate::testing::{Random, Scanner, World};
-use crate::turn::Turn;
 
 fn config() -> ScanOdometryConfig {
     ScanOdometryConfig::default()
@@ -13,7 +13,7 @@ fn config() -> ScanOdometryConfig {
 /// A map of one scan taken at `map_from`, and another scan taken at `scan_from`.
 struct Case {
     map: LocalMap,
-    turn: Turn,
+    turn: ScanReturns,
 }
 
 impl Case {
@@ -21,7 +21,7 @@ impl Case {
         let scanner = Scanner { noise_m: 0.002, ..Scanner::full_turn(720) };
         let mut random = Random::new(1);
         let mut turn = |pose: Isometry2<f64>| {
-            Turn::new(&scanner.scan(world, &|_| pose, 0, &mut random), &config())
+            ScanReturns::new(&scanner.scan(world, &|_| pose, 0, &mut random), &config())
         };
         let (first, turn) = (turn(*map_from), turn(*scan_from));
         let mut map = LocalMap::new(&config());
@@ -80,7 +80,7 @@ fn a_known_motion_is_found_from_a_prediction_that_is_off() {
 }
 
 #[test]
-fn what_a_wall_does_not_tell_keeps_the_prediction() {
+fn directions_that_a_wall_does_not_determine_keep_the_prediction() {
     let wall = World { walls: vec![[[-50.0, 2.0].into(), [50.0, 2.0].into()]], ..World::default() };
     let case = Case::new(&wall, &Isometry2::identity(), &Isometry2::translation(0.3, 0.1));
     let start = Isometry2::translation(0.05, 0.0);

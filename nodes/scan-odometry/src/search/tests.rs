@@ -2,15 +2,15 @@ use super::*;
 use crate::ScanOdometryConfig;
 use crate::local_line::local_lines;
 use crate::local_map::Moment;
+use crate::scan_returns::ScanReturns;
 use crate::testing::{Random, Scanner, World};
-use crate::turn::Turn;
 
 const WINDOW: SearchWindow = SearchWindow { position_m: 0.5, turn_rad: 0.7 };
 
-fn seen_from(pose: Isometry2<f64>) -> Turn {
+fn seen_from(pose: Isometry2<f64>) -> ScanReturns {
     let scanner = Scanner::full_turn(360);
     let scan = scanner.scan(&World::furnished(), &|_| pose, 0, &mut Random::new(1));
-    Turn::new(&scan, &ScanOdometryConfig::default())
+    ScanReturns::new(&scan, &ScanOdometryConfig::default())
 }
 
 #[test]

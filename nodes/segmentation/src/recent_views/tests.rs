@@ -11,6 +11,7 @@ const NEAR_M: f64 = 4.0;
 /// A cycle that shows these points of the rig frame.
 fn cycle_of(points_m: Vec<Point3<f32>>, x_m: f64) -> DetectedCycle {
     DetectedCycle {
+        depth: None,
         index: 0,
         scan_stamp: Stamp::default(),
         voxel_points: vec![1; points_m.len()],
@@ -18,7 +19,7 @@ fn cycle_of(points_m: Vec<Point3<f32>>, x_m: f64) -> DetectedCycle {
         reduced_cloud: Cloud { stamp: Stamp::default(), frame_id: "rig".to_owned(), points_m },
         map_from_rig: Translation3::new(x_m, 0.0, 0.0).into(),
         map_frame_id: "map".to_owned(),
-        camera_in_rig_m: Point3::origin(),
+        setup: geometry::CycleSetup::default(),
         zones: Vec::new(),
     }
 }

@@ -1,5 +1,7 @@
-use geometry::{Stamp, ZoneSource, homogeneous_from_pose_vector, pose_from_vector};
-use nalgebra::Isometry3;
+use geometry::{
+    CycleSetup, PipelineConfig, Stamp, ZoneSource, homogeneous_from_pose_vector, pose_from_vector,
+};
+use nalgebra::{Isometry3, Point3};
 use proptest::prelude::*;
 
 use super::*;
@@ -16,6 +18,7 @@ fn zone_deg(min: f64, max: f64) -> DynamicZone {
 
 fn cycle(points_m: Vec<Point3<f32>>, zones: Vec<DynamicZone>) -> DetectedCycle {
     DetectedCycle {
+        depth: None,
         index: 7,
         scan_stamp: Stamp::from_nanos(1_000),
         voxel_points: vec![1; points_m.len()],
@@ -27,14 +30,15 @@ fn cycle(points_m: Vec<Point3<f32>>, zones: Vec<DynamicZone>) -> DetectedCycle {
         },
         map_from_rig: Isometry3::identity(),
         map_frame_id: "map".to_owned(),
-        camera_in_rig_m: Point3::origin(),
+        setup: CycleSetup::default(),
         zones,
     }
 }
 
 /// The published method.
 fn rec_hv() -> SegmentationConfig {
-    SegmentationConfig { method: Method::RecHv, ..SegmentationConfig::default() }
+    let pipeline = PipelineConfig { method: Method::RecHv, ..PipelineConfig::default() };
+    SegmentationConfig { pipeline, ..SegmentationConfig::default() }
 }
 
 fn segmented(cycle: &DetectedCycle) -> Segmented {
@@ -156,10 +160,11 @@ fn numbers_that_mean_nothing_are_told() {
     lost.map_from_rig.translation.x = f64::NAN;
     let error = segmenter.step(&lost, |_| ()).unwrap_err();
     assert_eq!(error, SegmentationError::Pose { index: 7, source: UnusablePose::NotFinite });
-    for depth_cell_m in [0.0, -0.08, f64::NAN] {
-        let config = SegmentationConfig { depth_cell_m, ..rec_hv() };
+    for edge_m in [0.0, -0.08, f64::NAN] {
+        let mut config = rec_hv();
+        config.pipeline.voxel_edge_m = edge_m;
         let message = Segmenter::new(config).unwrap_err().to_string();
-        assert!(message.contains("depth_cell_m"), "{message}");
+        assert!(message.contains("voxel_edge_m"), "{message}");
     }
 }
 

@@ -1,7 +1,7 @@
 use std::time::Duration;
 
-use geometry::{Cloud, DetectedCycle, DynamicZone, Stamp, ZoneSource};
-use msgs::stillmap_msgs::StageReport;
+use geometry::{DynamicZone, Stamp, ZoneSource};
+use msgs::stillmap_msgs::{ReducedCloud, StageReport};
 use nalgebra::{Isometry3, Point3};
 use node_shell::{RosArguments, Transport};
 
@@ -30,6 +30,7 @@ async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
 fn cycle() -> DetectedCycle {
     let points_m = [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [1.0, 2.0, 0.0]].map(Point3::from).to_vec();
     DetectedCycle {
+        depth: None,
         index: 4,
         scan_stamp: Stamp::from_nanos(1_000),
         reduced_cloud: Cloud {
@@ -41,7 +42,7 @@ fn cycle() -> DetectedCycle {
         points_before_reduction: 9,
         map_from_rig: Isometry3::translation(10.0, 0.0, 0.0),
         map_frame_id: "map".to_owned(),
-        camera_in_rig_m: Point3::origin(),
+        setup: geometry::CycleSetup::default(),
         zones: vec![DynamicZone {
             azimuth_min_rad: -0.1,
             azimuth_max_rad: 0.1,
@@ -56,12 +57,7 @@ fn cycle() -> DetectedCycle {
 async fn a_cycle_comes_out_in_two_parts_with_its_report() {
     let (own, peer) = (node("segmentation"), node("peer"));
     let shutdown = own.shutdown_signal();
-    let served = tokio::spawn(async move {
-        let result = serve(&own, SegmentationParameters::default()).await;
-        own.close().await;
-        result
-    });
-    {
+    let heard = async {
         let cycles = peer.publisher::<ReducedCloud>("reduced_cloud", &Qos::reliable(5)).unwrap();
         let statics = peer.subscription::<PointCloud2>("static_cloud", &Qos::reliable(5)).unwrap();
         let dynamics =
@@ -73,6 +69,17 @@ async fn a_cycle_comes_out_in_two_parts_with_its_report() {
             statics.wait_for_publishers(1).await;
             dynamics.wait_for_publishers(1).await;
             reports.wait_for_publishers(1).await;
+            // What nobody listens to is not made: the node is to know of its listeners.
+            let is_heard = |one: &node_shell::Match| {
+                one.role == node_shell::Role::Publisher
+                    && ["static_cloud", "dynamic_cloud"]
+                        .iter()
+                        .any(|name| one.topic.ends_with(name))
+                    && one.peers > 0
+            };
+            while own.matches().iter().filter(|one| is_heard(one)).count() < 2 {
+                tokio::time::sleep(Duration::from_millis(10)).await;
+            }
         })
         .await;
 
@@ -113,9 +120,11 @@ async fn a_cycle_comes_out_in_two_parts_with_its_report() {
         cycles.publish(damaged).unwrap();
         let report = soon("the report of the drop", reports.next()).await.message;
         assert!(!report.processed && !report.drop_reason.is_empty(), "{report:?}");
-    }
-    shutdown.trigger();
-    soon("the end", served).await.unwrap().unwrap();
+        shutdown.trigger();
+    };
+    let (served, ()) = tokio::join!(serve(&own, SegmentationParameters::default()), heard);
+    served.unwrap();
+    own.close().await;
     peer.close().await;
 }
 

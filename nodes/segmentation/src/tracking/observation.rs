@@ -154,13 +154,13 @@ fn visible_centre_m(seen: &[Seen]) -> Option<Point3<f64>> {
 pub(super) fn is_hidden(cloud: &CycleCloud<'_>, place_in_map: &Point3<f64>) -> bool {
     let in_rig = cloud.cycle.map_from_rig.inverse_transform_point(place_in_map);
     let Some(direction) = slopes(cloud.cycle, &in_rig) else { return false };
-    let depth_m = in_rig.x - cloud.cycle.camera_in_rig_m.x;
+    let camera_x_m = cloud.cycle.setup.mounts.camera_in_rig_m().x;
+    let depth_m = in_rig.x - camera_x_m;
     let width = cloud.cell_m / depth_m;
     cloud.cycle.reduced_cloud.points_m.iter().any(|point| {
         let point = point.cast::<f64>();
         slopes(cloud.cycle, &point).is_some_and(|slope| {
-            (slope - direction).amax() <= width
-                && point.x - cloud.cycle.camera_in_rig_m.x < depth_m - HIDING_M
+            (slope - direction).amax() <= width && point.x - camera_x_m < depth_m - HIDING_M
         })
     })
 }

@@ -2,7 +2,6 @@ use geometry::{Cloud, DetectedCycle, View};
 use nalgebra::Isometry3;
 
 use super::*;
-use crate::Method;
 use crate::view;
 
 const CELL_M: f64 = 0.08;
@@ -26,6 +25,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
     }
     let stamp = Stamp::from_nanos(index * 143_000_000);
     let cycle = DetectedCycle {
+        depth: None,
         index: index as u32,
         scan_stamp: stamp,
         voxel_points: vec![1; points_m.len()],
@@ -33,7 +33,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
         reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m },
         map_from_rig: Isometry3::identity(),
         map_frame_id: "map".to_owned(),
-        camera_in_rig_m: Point3::origin(),
+        setup: geometry::CycleSetup::default(),
         zones: Vec::new(),
     };
     (cycle, groups)
@@ -60,7 +60,7 @@ fn follow(tracker: &mut Tracker, index: i64, screens: &[(f64, f64)]) -> Vec<Trac
 }
 
 fn tracker() -> Tracker {
-    Tracker::new(SegmentationConfig { method: Method::Stillmap, ..SegmentationConfig::default() })
+    Tracker::new(FreeSpaceConfig::default())
 }
 
 #[test]

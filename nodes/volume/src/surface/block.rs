@@ -27,6 +27,8 @@ pub(super) struct SurfaceBlock {
     pub(super) last_hit: u32,
     /// Where the camera was then, in the map.
     pub(super) hit_from_m: [f32; 3],
+    /// Nodes near the surface when they were counted last; see [`SurfaceBlock::count_near`].
+    pub(super) near_nodes: u16,
 }
 
 impl Default for SurfaceBlock {
@@ -40,6 +42,7 @@ impl Default for SurfaceBlock {
             last_seen: 0,
             last_hit: 0,
             hit_from_m: [0.0; 3],
+            near_nodes: 0,
         }
     }
 }
@@ -55,12 +58,22 @@ impl SurfaceBlock {
         self.evidence = Evidence::default();
         (self.first_seen, self.last_seen, self.last_hit) = (0, 0, 0);
         self.hit_from_m = [0.0; 3];
+        self.near_nodes = 0;
     }
 
     /// Whether some node is near a surface.
     pub(super) fn has_surface(&self) -> bool {
         let near = |(distance, weight): (&i16, &u16)| (*weight != 0) & (*distance < NO_SURFACE);
         self.distance.iter().zip(&self.weight).fold(false, |any, node| any | near(node))
+    }
+
+    /// How many nodes are no farther from a surface than `most`, in 32767ths of the truncation.
+    pub(super) fn count_near(&self, most: i16) -> u16 {
+        let near = |(distance, weight): (&i16, &u16)| {
+            (*weight != 0) & (*distance <= most) & (*distance >= -most)
+        };
+        let nodes = self.distance.iter().zip(&self.weight);
+        nodes.fold(0, |count, node| count + u16::from(near(node)))
     }
 
     pub(super) fn memory_bytes(&self) -> usize {

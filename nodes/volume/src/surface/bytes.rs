@@ -150,13 +150,19 @@ impl Surface {
         if self.layer.get(key).is_none() && self.layer.len() >= max_blocks {
             return Err(BlockFormatError::Full { max_blocks });
         }
-        self.layer.insert(key, Some(block));
+        self.count_near(&mut block);
+        if let Some(before) = self.layer.insert(key, Some(block)).flatten() {
+            self.near_nodes -= usize::from(before.near_nodes);
+        }
         Ok(key)
     }
 
     /// Removes a block. Returns whether there was one.
     pub fn remove_block(&mut self, key: BlockKey) -> bool {
-        self.layer.remove(key).is_some()
+        let removed = self.layer.remove(key);
+        let near_nodes = removed.iter().flatten().map(|block| usize::from(block.near_nodes));
+        self.near_nodes -= near_nodes.sum::<usize>();
+        removed.is_some()
     }
 
     /// The blocks that were seen longest ago, at most so many, the oldest first: what a store takes when the memory is full.

@@ -37,6 +37,8 @@ pub struct ChangeFollower {
 struct Told {
     index: u16,
     place: [u8; 3],
+    /// Some listeners know it elsewhere: it is told of again in any case.
+    is_stale: bool,
 }
 
 impl Told {
@@ -48,14 +50,14 @@ impl Told {
         };
         let Point3 { coords } = point.position_m;
         let place = [step(coords.x, x), step(coords.y, y), step(coords.z, z)];
-        Self { index: voxel_index(point.voxel) as u16, place }
+        Self { index: voxel_index(point.voxel) as u16, place, is_stale: false }
     }
 
     fn is_far_from(&self, other: &Self) -> bool {
         let untold = LISTENER_TOLERANCE_IN_EDGES * STEPS - 2.0;
         let squares =
             self.place.iter().zip(other.place).map(|(a, b)| f64::from(a.abs_diff(b)).powi(2));
-        squares.sum::<f64>() > untold * untold
+        other.is_stale || squares.sum::<f64>() > untold * untold
     }
 }
 
@@ -73,6 +75,30 @@ impl ChangeFollower {
             self.told.keys().copied().chain(surface.block_keys()).collect();
         keys.sort_unstable();
         keys.into_iter().for_each(|key| self.wait(key));
+    }
+
+    /// A block was removed, or put there, by hand.
+    pub fn follow_block(&mut self, key: BlockKey) {
+        self.wait(key);
+    }
+
+    /// A listener begins with the surface as it is now. What waits is told of in any case: a point that returns to where it was
+    /// told would stay elsewhere for that listener, and one that goes before it was told would stay.
+    pub fn show_whole(&mut self, surface: &Surface, rules: PointRules) {
+        let edge_m = surface.grid().edge_m();
+        let mut points = Vec::new();
+        for key in &self.waiting {
+            points.clear();
+            surface.points_of(*key, rules, &mut points);
+            let told = self.told.entry(*key).or_default();
+            told.extend(points.iter().map(|point| Told::of(point, edge_m)));
+            told.sort_unstable_by_key(|told| told.index);
+            told.dedup_by_key(|told| told.index);
+            told.iter_mut().for_each(|told| told.is_stale = true);
+            if told.is_empty() {
+                self.told.remove(key);
+            }
+        }
     }
 
     /// A block's points lie between its nodes and those of the next blocks: they change with these, too.

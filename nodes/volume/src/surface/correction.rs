@@ -6,8 +6,8 @@
 use geometry::Stamp;
 use nalgebra::{Isometry3, Point3, Vector3};
 
+use super::Surface;
 use super::block::SurfaceBlock;
-use super::{Surface, SurfaceConfigError};
 use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey, voxel_index};
 use crate::evidence::Evidence;
 
@@ -43,26 +43,31 @@ impl Seen {
 impl Surface {
     /// The surface as it is after a correction. `now_from_before` takes a point that was seen at a moment to where it is now;
     /// see [`geometry::PathCorrection::at`].
-    ///
-    /// # Errors
-    /// Never, as long as this surface's own parameters mean something.
-    pub fn corrected(
-        &self,
-        now_from_before: impl Fn(Stamp) -> Isometry3<f64>,
-    ) -> Result<Self, SurfaceConfigError> {
-        let mut corrected = Self::new(self.config)?;
+    #[must_use]
+    pub fn corrected(&self, now_from_before: impl Fn(Stamp) -> Isometry3<f64>) -> Self {
+        let mut corrected = self.emptied();
         corrected.ticks = self.ticks;
         for key in self.block_keys() {
             let Some(block) = self.block(key) else { continue };
-            let seen = self.ticks.stamp(block.first_seen).unwrap_or_default();
-            let motion = now_from_before(seen);
+            let seen = self.ticks.stamp(block.first_seen);
+            // What was seen at no moment was put there by hand, and stays.
+            let motion = seen.map_or_else(Isometry3::identity, &now_from_before);
             if motion == Isometry3::identity() {
                 corrected.join_block(key, block);
             } else if geometry::check_pose(&motion).is_ok() {
                 self.move_block(key, block, &motion, &mut corrected);
             }
         }
-        Ok(corrected)
+        corrected.near_nodes = 0;
+        for key in corrected.block_keys() {
+            let Some(mut block) = corrected.layer.get_mut(key).and_then(Option::take) else {
+                continue;
+            };
+            block.near_nodes = 0;
+            corrected.count_near(&mut block);
+            corrected.layer.insert(key, Some(block));
+        }
+        corrected
     }
 
     fn join_block(&mut self, key: BlockKey, block: &SurfaceBlock) {

@@ -84,6 +84,7 @@ fn labels(described: &Value, list: &str) -> Vec<String> {
 fn reduced_cloud(index: u32) -> ReducedCloud {
     let stamp = geometry::Stamp::from_nanos(1_000_000_000).plus_seconds(f64::from(index) * 0.1);
     convert::message_from_detected_cycle(&geometry::DetectedCycle {
+        depth: None,
         index,
         scan_stamp: stamp,
         reduced_cloud: geometry::Cloud {
@@ -95,7 +96,7 @@ fn reduced_cloud(index: u32) -> ReducedCloud {
         points_before_reduction: 1,
         map_from_rig: Isometry3::identity(),
         map_frame_id: "map".to_owned(),
-        camera_in_rig_m: Point3::origin(),
+        setup: geometry::CycleSetup::default(),
         zones: Vec::new(),
     })
 }
@@ -258,7 +259,7 @@ async fn the_suite_in_one_process_starts_by_itself_and_ends_as_it_is_asked() {
     let folder = tempfile::tempdir().unwrap();
     let map = folder.path().join("map.ply");
     let rule = format!("__ns:={}", place.namespace());
-    let save = format!("reconstruction:save_map_on_exit:={}", map.display());
+    let save = format!("reconstruction:map_file:={}", map.display());
     let waits = "segmentation:autostart:=false";
     let line = ["up", "--ros-args", "-r", &rule, "-p", &save, "-p", waits];
     let process = Running::start_on(place.domain_id(), line);

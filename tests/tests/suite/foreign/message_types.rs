@@ -58,6 +58,8 @@ macro_rules! for_each_message_type {
             msgs::std_msgs::String,
             msgs::stillmap_msgs::DynamicZone,
             msgs::stillmap_msgs::DynamicZones,
+            msgs::stillmap_msgs::CycleSetup,
+            msgs::stillmap_msgs::DepthFrame,
             msgs::stillmap_msgs::ReducedCloud,
             msgs::stillmap_msgs::SegmentedCloud,
             msgs::stillmap_msgs::StageReport,

@@ -121,7 +121,7 @@ async fn a_peer_reads_what_the_parameters_are() {
         |name: &str| &described["descriptors"][names.iter().position(|one| *one == name).unwrap()];
     assert_eq!(of("voxel_edge_m")["read_only"], true);
     assert_eq!(of("map_file")["read_only"], false);
-    assert!(of("method")["additional_constraints"].as_str().unwrap().contains("`stillmap`"));
+    assert!(of("method")["additional_constraints"].as_str().unwrap().contains("`free_space`"));
 
     let service = asked.service("get_parameter_types");
     let some =
@@ -133,7 +133,7 @@ async fn a_peer_reads_what_the_parameters_are() {
         asked.values(&["voxel_edge_m", "max_voxels", "method", "use_sim_time", "no_such"]).await;
     assert_eq!(values[0]["double_value"], 0.08);
     assert_eq!(values[1]["integer_value"], 1_000_000);
-    assert_eq!(values[2]["string_value"], "stillmap");
+    assert_eq!(values[2]["string_value"], "free_space");
     assert_eq!(values[3]["bool_value"], false);
     assert_eq!(values[4], serde_json::to_value(ParameterValue::default()).unwrap());
     asked.end().await;
@@ -174,7 +174,7 @@ async fn a_peer_sets_parameters_and_hears_of_it() {
         .set_atomically(&[text("map_file", "other.ply"), whole("map_update_max_points", 0)])
         .await;
     assert_eq!(refused["successful"], false);
-    assert!(refused["reason"].as_str().unwrap().contains("at least 1"), "{refused}");
+    assert!(refused["reason"].as_str().unwrap().contains("must be 1 or more, not 0"), "{refused}");
     assert_eq!(asked.values(&["map_file"]).await[0]["string_value"], "");
 
     // The node goes by what was set: it saves its map there.
@@ -230,7 +230,7 @@ fn nodes() -> [Node; 6] {
         live(
             "reconstruction",
             whole("map_update_max_points", 0),
-            "at least 1",
+            "must be 1 or more",
             whole("map_update_max_points", 7),
         ),
         fixed("pose", truth("publish_tf", false)),

@@ -78,8 +78,8 @@ fn clouds_that_never_arrive_whole_do_not_fill_the_memory() {
     let publish = format!("--topic points --bytes {CLOUD_BYTES} --hz 30 --seconds 120 --wait");
     let publisher = End::publish(&driver, &[], &publish);
     // However long it takes on a busy machine until so much has come: then the rests are dropped.
-    let dropped =
-        subscriber.wait_for_line(PATIENCE, |line| line.contains("their rests filled the memory"));
+    let dropped = subscriber
+        .wait_for_line(PATIENCE, |line| line.contains("incomplete messages filled the memory"));
     let published: Published = publisher.interrupt();
     let subscribed: Subscribed = subscriber.interrupt();
     println!(

@@ -69,7 +69,7 @@ fn long_runs_are_counted_in_full() {
 }
 
 #[test]
-fn what_stands_behind_the_image_is_left_alone() {
+fn data_behind_the_image_are_ignored() {
     let mut data = stream(&[3, 0, 4]);
     data.extend([0xFF; 9]);
     assert_eq!(decompress(&data, 3), Ok(vec![3, 0, 4]));

@@ -25,7 +25,7 @@ pub enum RecordError {
     /// The duration makes no sense.
     #[error("--duration must be a number of seconds above 0, not {value}")]
     Duration {
-        /// What it was.
+        /// The given value.
         value: f64,
     },
     /// The thread that writes the bag could not be started, or broke off.

@@ -1,4 +1,4 @@
-//! What the recorder can be told.
+//! The options of the recorder.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -29,7 +29,7 @@ pub struct RecordOptions {
 }
 
 impl RecordOptions {
-    /// All that comes up, until the end is asked for.
+    /// All that comes up, until the end is requested.
     #[must_use]
     pub fn new(output: PathBuf) -> Self {
         Self {
@@ -40,6 +40,15 @@ impl RecordOptions {
             overwrite: false,
             json: false,
         }
+    }
+
+    /// Refuses what cannot be recorded, before there is a node.
+    pub(super) fn check(&self) -> Result<(), RecordError> {
+        self.longest()?;
+        if self.output.exists() && !self.overwrite {
+            return Err(RecordError::Exists { path: self.output.clone() });
+        }
+        Ok(())
     }
 
     /// How long is recorded at most.

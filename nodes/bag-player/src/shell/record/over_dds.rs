@@ -13,7 +13,7 @@ use tokio::task::JoinHandle;
 use super::{RecordError, RecordOptions, RecordSummary, record};
 use crate::{Bag, BagMessage, OfferedQos, Selection};
 
-/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+/// Longer than anything takes on a busy machine; a test that waits this long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Until what was sent last has arrived.
 const SETTLING: Duration = Duration::from_millis(500);
@@ -73,7 +73,7 @@ async fn what_is_recorded_is_what_was_sent() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bag.mcap");
     let shutdown = graph.recorder.shutdown_signal();
-    // Before the recorder: what is kept for those who come late.
+    // Before the recorder: latched messages.
     let texts = graph.publisher::<Text>("/map_name", &Qos::latched());
     texts.publish(Text { data: "hall".into() }).unwrap();
     let hidden = graph.publisher::<Text>("/hidden", &Qos::reliable(5));
@@ -82,7 +82,7 @@ async fn what_is_recorded_is_what_was_sent() {
     let exclude =
         ["hidden", "/rosout", "/diagnostics", "/parameter_events"].map(str::to_owned).to_vec();
     let options = RecordOptions { exclude, ..RecordOptions::new(path.clone()) };
-    // Nobody here knows the definition of its type.
+    // The definition of its type is unknown here.
     let thing = [0, 1, 0, 0, 7, 6, 5, 4, 3, 2, 1, 0];
     let things =
         graph.driver.raw_publisher("/thing", "other_msgs/msg/Thing", &Qos::reliable(5)).unwrap();
@@ -121,8 +121,8 @@ async fn what_is_recorded_is_what_was_sent() {
         (&thing[..], "other_msgs/msg/Thing")
     );
     for message in &messages {
-        let way_s = message.log_time.seconds_since(message.publish_time);
-        assert!((-0.1..PATIENCE.as_secs_f64()).contains(&way_s), "{} {way_s} s", message.topic);
+        let delay_s = message.log_time.seconds_since(message.publish_time);
+        assert!((-0.1..PATIENCE.as_secs_f64()).contains(&delay_s), "{} {delay_s} s", message.topic);
     }
     let info = bag.info().unwrap();
     let qos = |topic: &str| info.topics.iter().find(|one| one.topic == topic).unwrap().qos;

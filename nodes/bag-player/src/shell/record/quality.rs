@@ -1,4 +1,4 @@
-//! How a topic is asked for, by what its publishers offer.
+//! How a topic is requested, by what its publishers offer.
 
 use node_shell::{DiscoveredEndpoint, Qos};
 
@@ -6,11 +6,11 @@ use crate::qos::{Durability, OfferedQos, Reliability};
 use crate::shell::offers::LARGE_TYPES;
 
 /// Small messages that may wait for the recorder: two seconds of an inertial unit.
-const WAITING_SMALL: usize = 500;
+pub(super) const WAITING_SMALL: usize = 500;
 /// Large ones, whose memory is the bound: 80 MB of the largest clouds.
 const WAITING_LARGE: usize = 8;
-/// The depths that the bag tells of its publishers, which nobody announces: the default of ROS 2, that of sensors, and that of
-/// what is kept for those who come late.
+/// The queue depths that the bag states for its publishers, which are not announced: the default of ROS 2, that of sensors, and that of
+/// latched topics.
 const DEPTH: u32 = 10;
 const SENSOR_DEPTH: u32 = 5;
 const LATCHED_DEPTH: u32 = 1;

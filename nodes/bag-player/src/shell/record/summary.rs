@@ -1,4 +1,4 @@
-//! What came of recording.
+//! The outcome of recording.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::writer::BagSummary;
 
-/// What came of recording a bag.
+/// The outcome of recording a bag.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct RecordSummary {
     /// The bag.
@@ -15,11 +15,11 @@ pub struct RecordSummary {
     pub duration_s: f64,
     /// The topics that came up, by name.
     pub topics: Vec<RecordedTopic>,
-    /// Topics that were asked for and never came up, or could not be recorded, as the log says.
+    /// Topics that were requested and never came up, or could not be recorded, as the log says.
     pub not_recorded: Vec<String>,
 }
 
-/// What came of one topic.
+/// The outcome of one topic.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct RecordedTopic {
     /// Its name.
@@ -79,7 +79,7 @@ impl fmt::Display for RecordSummary {
         for topic in topics {
             write!(f, "  {:width$}  {:>7} recorded", topic.topic, topic.recorded)?;
             if topic.lost > 0 {
-                write!(f, ", {} lost on their way", topic.lost)?;
+                write!(f, ", {} lost in transit", topic.lost)?;
             }
             if topic.before_clock > 0 {
                 write!(f, ", {} before the first tick of /clock", topic.before_clock)?;
@@ -87,7 +87,7 @@ impl fmt::Display for RecordSummary {
             writeln!(f)?;
         }
         for topic in not_recorded {
-            writeln!(f, "  {topic} was not recorded: nobody published it, or the log says why")?;
+            writeln!(f, "  {topic} was not recorded: it had no publisher, or the log says why")?;
         }
         if messages == 0 {
             writeln!(f, "nothing was recorded; `stillmap doctor` shows what is on the graph")?;

@@ -6,31 +6,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 
-use geometry::Stamp;
-use tokio::sync::mpsc::{self, Receiver, Sender};
+use node_shell::Throttle;
+use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::error::RecordError;
 use super::options::RecordOptions;
+use super::queue::{Job, Queue, WAITING_BYTES, Waiting};
 use crate::error::BagError;
-use crate::qos::OfferedQos;
 use crate::writer::{BagSummary, BagWriter, ChannelId};
-
-/// Messages that may wait for the disk; more wait in their subscriptions, and then the oldest are lost.
-const WAITING: usize = 64;
-
-/// What is to be written.
-pub(super) enum Job {
-    /// A topic has come up, and gets this number.
-    Topic {
-        number: usize,
-        topic: String,
-        type_name: String,
-        definition: String,
-        offered: OfferedQos,
-    },
-    /// A message of the topic of this number.
-    Message { number: usize, log_time: Stamp, publish_time: Stamp, encoded: Vec<u8> },
-}
 
 /// How much has been written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -42,7 +25,8 @@ pub(super) struct Written {
 
 /// The thread that writes the bag.
 pub(super) struct Writing {
-    queue: Sender<Job>,
+    queue: Queue,
+    behind: Throttle,
     written: Arc<Counts>,
     thread: JoinHandle<Result<BagSummary, BagError>>,
 }
@@ -56,23 +40,34 @@ struct Counts {
 impl Writing {
     /// Begins a bag.
     pub(super) fn start(options: &RecordOptions) -> Result<Self, RecordError> {
-        if options.output.exists() && !options.overwrite {
-            return Err(RecordError::Exists { path: options.output.clone() });
-        }
         let writer = BagWriter::create(&options.output)?;
-        let (queue, jobs) = mpsc::channel(WAITING);
+        let (queue, jobs) = Queue::new(WAITING_BYTES);
         let written = Arc::<Counts>::default();
         let counts = Arc::clone(&written);
         let thread = thread::Builder::new()
             .name("bag_writer".to_owned())
             .spawn(move || write_all(writer, jobs, &counts))
             .map_err(RecordError::Thread)?;
-        Ok(Self { queue, written, thread })
+        Ok(Self { queue, behind: Throttle::for_warnings(), written, thread })
     }
 
     /// Where to put what is to be written.
-    pub(super) fn queue(&self) -> Sender<Job> {
+    pub(super) fn queue(&self) -> Queue {
         self.queue.clone()
+    }
+
+    /// Says when messages come faster than they are written, before any of them are lost.
+    pub(super) fn warn_if_behind(&mut self) {
+        if self.queue.is_full()
+            && let Some(held_back) = self.behind.pass()
+        {
+            tracing::warn!(
+                "messages come faster than the bag is written: {} MB wait for the disk; when no more can wait, the oldest are \
+                 lost and counted. Record fewer topics (--topics, --exclude), or to a faster disk ({held_back} more since the \
+                 last warning)",
+                WAITING_BYTES / 1_000_000
+            );
+        }
     }
 
     /// Waits until nothing more can be written; for ever where all is well.
@@ -87,7 +82,7 @@ impl Writing {
         }
     }
 
-    /// Writes what waits still, and closes the bag. All other senders must be dropped by then.
+    /// Writes the waiting messages, and closes the bag. All other senders must be dropped by then.
     pub(super) async fn finish(self) -> Result<BagSummary, RecordError> {
         drop(self.queue);
         let joined = tokio::task::spawn_blocking(move || self.thread.join()).await;
@@ -98,14 +93,15 @@ impl Writing {
     }
 }
 
-/// Writes until nobody has anything more to write.
+/// Writes until all senders are dropped.
 fn write_all(
     mut writer: BagWriter,
-    mut jobs: Receiver<Job>,
+    mut jobs: UnboundedReceiver<Waiting>,
     counts: &Counts,
 ) -> Result<BagSummary, BagError> {
     let mut channels: BTreeMap<usize, ChannelId> = BTreeMap::new();
-    while let Some(job) = jobs.blocking_recv() {
+    // Its room is free when it is written.
+    while let Some(Waiting { job, _room }) = jobs.blocking_recv() {
         match job {
             Job::Topic { number, topic, type_name, definition, offered } => {
                 let offered = offered.to_yaml();
@@ -113,7 +109,7 @@ fn write_all(
                 channels.insert(number, channel);
             }
             Job::Message { number, log_time, publish_time, encoded } => {
-                // Its topic was told before it.
+                // Its topic was written before it.
                 let Some(channel) = channels.get(&number) else { continue };
                 writer.write_raw(*channel, log_time, publish_time, &encoded)?;
                 counts.messages.fetch_add(1, Ordering::Relaxed);

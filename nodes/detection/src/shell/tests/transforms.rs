@@ -1,5 +1,6 @@
 //! Where the scanner is, by tf over DDS.
 
+use geometry::ExtrinsicsSource;
 use geometry::pose_from_vector;
 use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use msgs::geometry_msgs::TransformStamped;
@@ -24,7 +25,7 @@ fn on_robot(child: &str, pose: [f64; 6]) -> TransformStamped {
 }
 
 fn camera() -> TransformStamped {
-    on_robot("camera_optical_frame", DetectionConfig::default().rig_from_camera)
+    on_robot("camera_optical_frame", DetectionConfig::default().pipeline.rig.rig_from_camera)
 }
 
 fn laser(yaw_rad: f64) -> TransformStamped {
@@ -65,15 +66,17 @@ async fn told(
     .await
 }
 
+/// With the scanner's mount by tf; a scan waits for it so long.
+fn by_tf(max_wait_s: f64) -> DetectionParameters {
+    let mut config = DetectionConfig { max_wait_s, ..DetectionConfig::default() };
+    config.pipeline.rig.extrinsics = ExtrinsicsSource::Tf;
+    DetectionParameters { config, ..DetectionParameters::default() }
+}
+
 /// A scan that comes before its transform waits for it, and is not lost.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_scan_waits_for_its_transform() {
-    let config = DetectionConfig { max_wait_s: 20.0, ..DetectionConfig::default() };
-    let parameters = DetectionParameters {
-        extrinsics: ExtrinsicsSource::Tf,
-        config,
-        ..DetectionParameters::default()
-    };
+    let parameters = by_tf(20.0);
     let bench = Bench::start_by("late_tf", parameters).await;
     let diagnostics =
         bench.peer.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(50)).unwrap();
@@ -98,12 +101,7 @@ async fn a_scan_waits_for_its_transform() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_scanner_is_where_tf_says_as_soon_as_it_does() {
     // Each scan that waits in vain does so for twice this time.
-    let config = DetectionConfig { max_wait_s: 0.1, ..DetectionConfig::default() };
-    let parameters = DetectionParameters {
-        extrinsics: ExtrinsicsSource::Tf,
-        config,
-        ..DetectionParameters::default()
-    };
+    let parameters = by_tf(0.1);
     let bench = Bench::start_by("tf", parameters).await;
     let diagnostics =
         bench.peer.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(50)).unwrap();

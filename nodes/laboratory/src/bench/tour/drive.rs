@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use detection::{CycleInput, DetectionConfig, Detector, MatchEvent, Matched, Matcher, View};
 use geometry::{CameraModel, DepthImage, DepthProjector, Scan, Stamp};
-use reconstruction::StaticMap;
+use reconstruction::Map;
 use segmentation::Segmenter;
 use simulator::Sample;
 
@@ -13,9 +13,10 @@ use super::super::usage::{Usage, own_cpu};
 use super::building::{LAP_S, lap};
 use super::minute::{Counts, CycleCost, Minute, MinuteRow};
 use super::{TourArgs, failure};
+use geometry::Method;
 use robot::Failure;
 use robot::Progress;
-use robot::run::parameters::{MethodName, PipelineParameters};
+use robot::run::parameters::PipelineParameters;
 
 /// The tour begins at some moment of 2023, as drivers stamp with the wall clock.
 const START: Stamp = Stamp::from_secs_nanos(1_700_000_000, 0);
@@ -28,7 +29,7 @@ const UPDATE_POINTS: usize = 10_000;
 /// Drives one method through the building.
 pub(super) fn drive(
     args: &TourArgs,
-    method: MethodName,
+    method: Method,
     progress: &Progress,
 ) -> Result<Vec<MinuteRow>, Failure> {
     let mut tour = Tour::new(args, method)?;
@@ -55,7 +56,7 @@ struct Tour {
     detector: Detector,
     projector: Option<(CameraModel, DepthProjector)>,
     segmenter: Segmenter,
-    map: StaticMap,
+    map: Map,
     cycles: u64,
     /// What the inputs of the next cycle have cost so far.
     spent: Spent,
@@ -64,16 +65,17 @@ struct Tour {
 }
 
 impl Tour {
-    fn new(args: &TourArgs, method: MethodName) -> Result<Self, Failure> {
+    fn new(args: &TourArgs, method: Method) -> Result<Self, Failure> {
         let parameters = PipelineParameters::of_method(method, None);
         let detection: DetectionConfig = parameters.detection().clone();
-        let mut map = args.map(*parameters.reconstruction())?;
+        let mut map = args.map(parameters.reconstruction().clone())?;
         map.follow_changes();
         Ok(Self {
             matcher: Matcher::new(&detection),
             detector: Detector::new(detection).map_err(failure)?,
             projector: None,
-            segmenter: Segmenter::new(parameters.segmentation_node().config).map_err(failure)?,
+            segmenter: Segmenter::new(parameters.segmentation_node().config.clone())
+                .map_err(failure)?,
             map,
             cycles: 0,
             spent: Spent::default(),

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use geometry::LidarCloud;
-use lidar_odometry::drawing::{DrawnView, DrawnWay, drawn};
+use lidar_odometry::drawing::{DrawnTrajectory, DrawnView, drawn};
 use lidar_odometry::panorama::PanoramaConfig;
 use lidar_odometry::recorded::revolution_from_cloud;
 use lidar_odometry::road_map::{RoadMap, RoadMapConfig};
@@ -87,7 +87,7 @@ impl StageTimes {
                 .map_err(|error| Failure::new(error.to_string()).fix("is the disk full?"))?;
             self.mapped.since(start);
             let start = Instant::now();
-            let way = DrawnWay { map_from_vehicle: way, truth: None, surroundings_m: &[] };
+            let way = DrawnTrajectory { map_from_vehicle: way, truth: None, surroundings_m: &[] };
             drop(drawn(&way, DrawnView::Whole, DRAWING_PX));
             self.drawing.since(start);
             let start = Instant::now();

@@ -8,7 +8,7 @@ use estimation::Executor;
 use geometry::{LidarCloud, Stamp};
 use lidar_odometry::loop_closing::{LoopCloser, LoopClosingConfig};
 use lidar_odometry::odometry::{
-    Follower, FollowerConfig, Guess, LidarPose, MotionHint, Way, deskewed_cloud,
+    Follower, FollowerConfig, Guess, LidarPose, MotionHint, OdometryMethod, deskewed_cloud,
 };
 use lidar_odometry::registration::{Method, RegistrationConfig};
 use lidar_odometry::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
@@ -83,9 +83,11 @@ impl Variant {
 
     /// Of a scanner of so many rays.
     fn config(self, rays: u16) -> FollowerConfig {
-        let way = match self {
-            Self::None | Self::Ours | Self::OursGround | Self::OursLoops => Way::LocalMap,
-            _ => Way::ScanToScan,
+        let odometry_method = match self {
+            Self::None | Self::Ours | Self::OursGround | Self::OursLoops => {
+                OdometryMethod::LocalMap
+            }
+            _ => OdometryMethod::ScanToScan,
         };
         let road = |deviations| {
             let filter = RoadIntensityFilter { deviations, ..RoadIntensityFilter::default() };
@@ -111,7 +113,13 @@ impl Variant {
             _ => Method::Generalised,
         };
         let registration = RegistrationConfig { method, ..RegistrationConfig::default() };
-        FollowerConfig { way, guess, points, registration, ..FollowerConfig::default() }
+        FollowerConfig {
+            method: odometry_method,
+            guess,
+            points,
+            registration,
+            ..FollowerConfig::default()
+        }
     }
 }
 

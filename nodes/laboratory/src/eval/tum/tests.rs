@@ -130,7 +130,9 @@ fn a_bag_is_a_sequence_and_a_simulated_counterpart_stands_in_its_table() {
     let bag = folder.path().join("desk-xyz.mcap");
     let line = ["simulate", "desk-xyz", "--seconds", "1", "--depth-size", "320", "240", "-o"];
     let line = line.into_iter().chain([bag.to_str().unwrap()]);
-    assert_eq!(simulate::run(&SimulateLine::parse_from(line).args).unwrap(), Outcome::Complete);
+    let simulated = SimulateLine::parse_from(line).args;
+    let outcome = simulate::run(&simulated, &Default::default()).unwrap();
+    assert_eq!(outcome, Outcome::Complete);
     let (found, failures) = found(&[folder.path().to_owned()]);
     assert_eq!((found.len(), failures.len()), (1, 0));
     let args = args(&[bag.to_str().unwrap(), "--runs", "1", "--modes", "inline"]);

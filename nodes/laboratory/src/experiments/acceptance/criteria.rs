@@ -11,7 +11,7 @@ use crate::experiments::figures::RunFigures;
 use crate::experiments::positions::Along;
 use crate::experiments::runs::Runs;
 use crate::experiments::table::{Cell, Figure, Unit};
-use crate::trial::MethodName;
+use geometry::Method;
 
 /// A figure and what it must be.
 pub(super) struct Criterion {
@@ -229,7 +229,7 @@ pub(super) fn ceiling() -> Criterion {
 
 impl Criterion {
     /// The figure of a case by a method; none where it was not run, or no seed has it.
-    pub(super) fn figure(&self, case: &Case, runs: &Runs, method: MethodName) -> Option<Figure> {
+    pub(super) fn figure(&self, case: &Case, runs: &Runs, method: Method) -> Option<Figure> {
         let of_run =
             |run| runs.of(run, method).and_then(|figures| (self.value)(&run.scenario, figures));
         let values: Vec<f64> = case.runs.iter().filter_map(of_run).collect();

@@ -5,7 +5,7 @@ use simulator::Scenario;
 use super::cases::PAUSE_S;
 use crate::experiments::figures::{RunFigures, Sighting};
 use crate::experiments::positions::{Along, MEAN_OF_POINTS, PositionErrors, TRACK};
-use crate::trial::MethodName;
+use geometry::Method;
 
 pub(super) fn found(_: &Scenario, run: &RunFigures) -> Option<f64> {
     run.object()?.found_or_removed_share()
@@ -18,8 +18,8 @@ pub(super) fn in_zone(_: &Scenario, run: &RunFigures) -> Option<f64> {
 /// By the position that the method has: the track, or the mean of points where nothing is tracked.
 pub(super) fn position(run: &RunFigures, along: Along) -> Option<PositionErrors> {
     let position_of = match run.method {
-        MethodName::RecHv => MEAN_OF_POINTS,
-        MethodName::Stillmap => TRACK,
+        Method::RecHv => MEAN_OF_POINTS,
+        Method::FreeSpace => TRACK,
     };
     PositionErrors::of(&run.object()?.sightings, position_of, along)
 }
@@ -50,7 +50,7 @@ pub(super) fn without_zone(_: &Scenario, run: &RunFigures) -> Option<f64> {
 /// rec_hv follows nothing, so it has no identities to keep.
 pub(super) fn keeps_identities(_: &Scenario, run: &RunFigures) -> Option<f64> {
     let kept = if run.identity_switches == 0 { 1.0 } else { 0.0 };
-    (run.method == MethodName::Stillmap).then_some(kept)
+    (run.method == Method::FreeSpace).then_some(kept)
 }
 
 /// A part of a crossing with a pause.

@@ -9,7 +9,7 @@ use reconstruction::{ReconstructionConfig, StaticMap};
 use segmentation::Segmenter;
 use simulator::{Sample, Scenario};
 
-use crate::trial::MethodName;
+use geometry::Method;
 use robot::Failure;
 use robot::run::parameters::PipelineParameters;
 
@@ -57,7 +57,7 @@ impl Recording {
     }
 
     /// What a cycle costs by a method with voxels of `edge_m`.
-    pub(super) fn cost(&self, method: MethodName, edge_m: f64) -> Result<Cost, Failure> {
+    pub(super) fn cost(&self, method: Method, edge_m: f64) -> Result<Cost, Failure> {
         let mut pipeline = Pipeline::new(method, edge_m)?;
         let projector = pipeline.detector.depth_projector(&self.camera).map_err(failure)?;
         let mut sum = Cost { cycle_ms: 0.0, segmentation_ms: 0.0, points: 0.0 };
@@ -83,13 +83,14 @@ struct Pipeline {
 }
 
 impl Pipeline {
-    fn new(method: MethodName, edge_m: f64) -> Result<Self, Failure> {
+    fn new(method: Method, edge_m: f64) -> Result<Self, Failure> {
         let parameters = PipelineParameters::of_method(method, Some(edge_m));
         let reconstruction =
-            ReconstructionConfig { max_voxels: MAX_VOXELS, ..*parameters.reconstruction() };
+            ReconstructionConfig { max_voxels: MAX_VOXELS, ..parameters.reconstruction().clone() };
         Ok(Self {
             detector: Detector::new(parameters.detection().clone()).map_err(failure)?,
-            segmenter: Segmenter::new(parameters.segmentation_node().config).map_err(failure)?,
+            segmenter: Segmenter::new(parameters.segmentation_node().config.clone())
+                .map_err(failure)?,
             map: StaticMap::new(reconstruction).map_err(failure)?,
         })
     }
@@ -140,11 +141,11 @@ mod tests {
         let scenario = for_scans(Scenario::empty(SceneName::B, 1), 4).with_depth_size(80, 60);
         let recording = Recording::of(&scenario).unwrap();
         assert_eq!(recording.cycles.len(), 3);
-        let cost = |edge_m| recording.cost(MethodName::Stillmap, edge_m).unwrap();
+        let cost = |edge_m| recording.cost(Method::FreeSpace, edge_m).unwrap();
         let (fine, coarse) = (cost(0.05), cost(0.16));
         assert!(fine.points > 1.5 * coarse.points && coarse.points > 0.0);
         assert!(fine.segmentation_ms > 0.0 && fine.cycle_ms > fine.segmentation_ms);
-        let unreduced = recording.cost(MethodName::RecHv, UNREDUCED_EDGE_M).unwrap();
+        let unreduced = recording.cost(Method::RecHv, UNREDUCED_EDGE_M).unwrap();
         assert!(unreduced.points > 0.8 * 80.0 * 60.0 * 0.9, "{unreduced:?}");
     }
 }

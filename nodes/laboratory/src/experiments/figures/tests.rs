@@ -47,7 +47,7 @@ pub(crate) fn run(cycles: usize, sightings: Vec<Sighting>) -> RunFigures {
     RunFigures {
         scenario: "B, robot on path A".to_owned(),
         seed: 1,
-        method: MethodName::Stillmap,
+        method: Method::FreeSpace,
         map,
         labels: None,
         identity_switches: 0,

@@ -37,7 +37,7 @@ fn datagrams(path: &Path, port: u16) -> Vec<Datagram> {
 }
 
 /// The limits of the independent decoder; and its calibration: angles are rounded to hundredths as the manual prints
-/// them, and all beams meet before the scanner, at a distance from its axis that the reference knows: 41.91 mm in a
+/// them, and all beams intersect before the scanner, at a distance from its axis that the reference has: 41.91 mm in a
 /// VLP-16, which is the vertical correction of its manual before that was rounded; the other manuals have none.
 fn as_the_reference(model: Model) -> DecoderConfig {
     let mut calibration = Calibration::of_data_sheet(model);
@@ -66,7 +66,7 @@ fn decode_all(path: &Path, config: DecoderConfig) -> Vec<DecodedPacket> {
     data.iter().map(|datagram| decoder.decode(&datagram.payload).unwrap()).collect()
 }
 
-/// How far apart the points are; the number and the intensities are the same. The reference rounds so many angles.
+/// How far apart the points are; the number and the intensities are the same. The reference rounds this many angles.
 fn compare(packets: &[DecodedPacket], reference: &[[f32; 4]], roundings: f32) -> f32 {
     let shots: Vec<_> = packets.iter().flat_map(|packet| &packet.shots).collect();
     assert_eq!(shots.len(), reference.len());

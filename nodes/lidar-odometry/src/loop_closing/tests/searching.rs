@@ -1,4 +1,4 @@
-//! Who looks for loops: in the caller's thread, or in another.
+//! The search for loops: in the caller's thread, or in another.
 
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -59,7 +59,7 @@ fn a_thread_of_its_own_finds_the_same_loops() {
 }
 
 #[test]
-fn nobody_waits_for_a_slow_search_and_what_comes_meanwhile_is_kept() {
+fn a_slow_search_blocks_nothing_and_places_in_between_are_kept() {
     let (drive, ..) = &*ROUND_A_BLOCK;
     let (mut search, hold) = held();
     // As long as it looks nothing is answered, and a bound is kept.
@@ -112,7 +112,7 @@ fn what_is_forgotten_while_it_is_looked_for_is_not_answered() {
 }
 
 #[test]
-fn a_search_that_nobody_waits_for_is_given_up() {
+fn a_search_that_is_no_longer_needed_is_aborted() {
     let (drive, _, outcomes) = &*ROUND_A_BLOCK;
     let looked = |outcome: &LoopOutcome| *outcome == LoopOutcome::Unconfirmed;
     let number = outcomes.iter().position(looked).unwrap();

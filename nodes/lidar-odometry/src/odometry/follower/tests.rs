@@ -24,11 +24,11 @@ fn follower(config: FollowerConfig) -> Follower {
 }
 
 #[test]
-fn both_ways_follow_a_street_and_begin_anew_when_told() {
+fn both_methods_follow_a_street_and_begin_anew_on_reset() {
     let coarse = CoarseConfig { every: 2, ..CoarseConfig::default() };
     let registration = RegistrationConfig { coarse, ..RegistrationConfig::default() };
-    for way in [Way::LocalMap, Way::ScanToScan] {
-        let mut follower = follower(FollowerConfig { way, registration, ..Default::default() });
+    for method in [OdometryMethod::LocalMap, OdometryMethod::ScanToScan] {
+        let mut follower = follower(FollowerConfig { method, registration, ..Default::default() });
         for round in 0..2 {
             for number in 0..5 {
                 let pose = follower.step(&cloud(number), &MotionHint::default()).unwrap();
@@ -36,13 +36,13 @@ fn both_ways_follow_a_street_and_begin_anew_when_told() {
                 let (metres, radians) = apart(&pose.odom_from_lidar, &expected);
                 assert!(
                     metres < 0.1 && radians < 0.01,
-                    "{way:?} {round} {number}: {metres} {radians}"
+                    "{method:?} {round} {number}: {metres} {radians}"
                 );
-                assert_eq!(pose.quality.trouble(), None, "{way:?} {number}");
+                assert_eq!(pose.quality.trouble(), None, "{method:?} {number}");
             }
             let earlier = follower.step(&cloud(0), &MotionHint::default());
             assert!(matches!(earlier, Err(FollowerError::Scan(Refusal::NotLater { .. }))));
-            assert_eq!(follower.local_map().is_empty(), way == Way::ScanToScan);
+            assert_eq!(follower.local_map().is_empty(), method == OdometryMethod::ScanToScan);
             follower.forget();
         }
     }
@@ -54,15 +54,15 @@ fn a_scan_of_another_place_is_a_trouble_with_its_reason() {
     for point in &mut lost.points_m {
         point.z += 500.0;
     }
-    for way in [Way::LocalMap, Way::ScanToScan] {
+    for method in [OdometryMethod::LocalMap, OdometryMethod::ScanToScan] {
         let local_map = LidarOdometryConfig { max_range_m: 1000.0, ..Default::default() };
-        let mut follower = follower(FollowerConfig { way, local_map, ..Default::default() });
+        let mut follower = follower(FollowerConfig { method, local_map, ..Default::default() });
         for number in 0..2 {
             follower.step(&cloud(number), &MotionHint::default()).unwrap();
         }
         let pose = follower.step(&lost, &MotionHint::default()).unwrap();
         let trouble = pose.quality.trouble().unwrap();
-        assert!(trouble.contains("do not overlap"), "{way:?}: {trouble}");
+        assert!(trouble.contains("do not overlap"), "{method:?}: {trouble}");
     }
 }
 

@@ -4,7 +4,7 @@ use super::{Calibration, LaserCalibration};
 use crate::packets::model::Model;
 
 impl Calibration {
-    /// What the manual of a model says of every scanner of it.
+    /// The calibration in the manual of a model, for every scanner of it.
     ///
     /// The lasers of an HDL-64E differ from scanner to scanner by degrees sideways and by decimetres in range: with
     /// these values, the nominal ones, its clouds are coarse. Its own calibration should be given.

@@ -10,11 +10,11 @@ pub enum CalibrationFileError {
     /// It is no such YAML.
     #[error("the calibration cannot be read: {reason}")]
     Yaml {
-        /// What the reader said, in a line.
+        /// The reader's error, in a line.
         reason: String,
     },
-    /// A laser is missing, or stands there twice.
-    #[error("laser {laser} stands {times} times among {lasers} lasers, not once")]
+    /// A laser is missing, or occurs twice.
+    #[error("laser {laser} occurs {times} times among {lasers} lasers, not once")]
     Laser {
         /// Which laser, from 0.
         laser: usize,
@@ -61,7 +61,7 @@ struct File {
     distance_resolution: f64,
 }
 
-/// What files of before `distance_resolution` was written mean.
+/// The resolution in files from before `distance_resolution` was written.
 fn two_millimetres() -> f64 {
     0.002
 }

@@ -74,10 +74,10 @@ fn a_file_of_ros_is_read() {
     assert_eq!(calibration.lasers[1], expected);
     for (text, part) in [
         ("lasers: 3", "cannot be read"),
-        ("lasers:\n- {laser_id: 1, vert_correction: 0}", "laser 0 stands 0 times among 1"),
+        ("lasers:\n- {laser_id: 1, vert_correction: 0}", "laser 0 occurs 0 times among 1"),
         (
             "lasers:\n- {laser_id: 0, vert_correction: 0}\n- {laser_id: 0, vert_correction: 0}",
-            "laser 0 stands 2 times",
+            "laser 0 occurs 2 times",
         ),
     ] {
         let error = Calibration::from_yaml(text).unwrap_err().to_string();

@@ -1,23 +1,23 @@
-//! What a packet alone does not tell.
+//! The settings that a packet alone does not contain.
 
 use serde::{Deserialize, Serialize};
 
 use crate::packets::calibration::{Calibration, CalibrationError};
 use crate::packets::model::{Model, ReturnMode};
 
-/// What a packet alone does not tell.
+/// The settings that a packet alone does not contain.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DecoderConfig {
-    /// The model, where the factory bytes do not tell it (firmware before they were there) or tell it wrongly.
+    /// The model, where the factory bytes do not name it (older firmware) or name it wrongly.
     pub model: Option<Model>,
     /// The return mode, likewise.
     pub return_mode: Option<ReturnMode>,
     /// The scanner's own calibration; the data sheet's where there is none.
     pub calibration: Option<Calibration>,
-    /// What is nearer is no return.
+    /// A nearer echo is no return.
     pub range_min_m: f64,
-    /// What is farther is no return.
+    /// A farther echo is no return.
     pub range_max_m: f64,
     /// No scanner turns faster: a larger step of the azimuth within a packet is an error.
     pub max_turn_rate_hz: f64,
@@ -31,7 +31,7 @@ impl Default for DecoderConfig {
             calibration: None,
             // All that the scanner sends: what is too near for the vehicle is the odometry's to say.
             range_min_m: 0.0,
-            // Beyond what a packet can tell (65535 steps of 4 mm).
+            // Beyond the range of a packet (65535 steps of 4 mm).
             range_max_m: 300.0,
             // 20 turns a second are the most of every model's manual, and a quarter for the encoder's steps.
             max_turn_rate_hz: 25.0,
@@ -53,7 +53,7 @@ pub enum DecoderConfigError {
         /// `range_max_m`.
         max_m: f64,
     },
-    /// The turn rate is none.
+    /// The turn rate is invalid.
     #[error("max_turn_rate_hz is {rate_hz}, not above 0")]
     TurnRate {
         /// `max_turn_rate_hz`.

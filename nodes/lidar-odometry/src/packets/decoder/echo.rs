@@ -6,9 +6,9 @@ use crate::packets::model::ReturnMode;
 /// Which echo of a shot a return is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Echo {
-    /// The strongest; another one came later, or was not asked for.
+    /// The strongest; another one came later, or was not requested.
     Strongest,
-    /// The last; another one was stronger, or was not asked for.
+    /// The last; another one was stronger, or was not requested.
     Last,
     /// The strongest is the last.
     StrongestAndLast,
@@ -16,7 +16,7 @@ pub enum Echo {
     SecondStrongest,
 }
 
-/// The blocks that tell the echoes of the same shots.
+/// The blocks that contain the echoes of the same shots.
 pub(super) struct Echoes<'a> {
     /// Of two, the one with the last echoes.
     pub(super) main: &'a Block<'a>,
@@ -25,7 +25,7 @@ pub(super) struct Echoes<'a> {
 }
 
 impl Echoes<'_> {
-    /// The laser in its bank, the echo, and what the packet tells of it, for the shots of a firing.
+    /// The laser in its bank, the echo, and its values in the packet, for the shots of a firing.
     pub(super) fn read(
         &self,
         shots: std::ops::Range<usize>,

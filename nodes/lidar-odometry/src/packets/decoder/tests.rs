@@ -30,7 +30,7 @@ fn plain_point(laser: &LaserCalibration, range_m: f64, azimuth_deg: f64) -> Vect
 fn every_model_and_mode_is_decoded_to_where_its_lasers_looked() {
     for (model, mode) in Model::ALL.into_iter().flat_map(|model| MODES.map(|mode| (model, mode))) {
         if model == Model::Hdl64e && mode == ReturnMode::Last {
-            // Its packets do not tell it from the strongest.
+            // Its packets do not distinguish it from the strongest.
             continue;
         }
         let encoder = Encoder::new(model, mode);
@@ -145,7 +145,7 @@ fn of_two_echoes_each_is_known() {
 }
 
 #[test]
-fn what_lies_outside_of_the_limits_is_no_return() {
+fn ranges_outside_of_the_limits_are_no_returns() {
     let config = DecoderConfig { range_min_m: 3.0, range_max_m: 7.0, ..DecoderConfig::default() };
     let encoder = Encoder::new(Model::Hdl32e, ReturnMode::Strongest);
     let bytes = encoder.packets(1, |_, laser| [Some((laser as f64 / 2.0, 1)), None]);
@@ -168,10 +168,10 @@ fn a_step_that_no_head_makes_is_an_error_with_its_numbers() {
         assert_eq!((block, to_deg), (7, f64::from(azimuth) / 100.0));
         assert!((limit_deg - 0.41472).abs() < 1e-9);
     }
-    // A head that stands still does not.
-    let mut still = Encoder::new(Model::Hdl32e, ReturnMode::Strongest);
-    still.turn_rate_hz = 0.0;
-    assert!(decoder().decode(&still.packets(1, |_, _| [None; 2])[0]).is_ok());
+    // A head that does not turn does not.
+    let mut static_scan = Encoder::new(Model::Hdl32e, ReturnMode::Strongest);
+    static_scan.turn_rate_hz = 0.0;
+    assert!(decoder().decode(&static_scan.packets(1, |_, _| [None; 2])[0]).is_ok());
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn a_configuration_that_does_not_hold_is_refused() {
     let calibration = Some(Calibration::of_data_sheet(Model::Vlp16));
     let wrong = DecoderConfig { model: Some(Model::Hdl32e), calibration, ..defaults() };
     assert!(of(wrong.clone()).contains("16 lasers"));
-    // Where the model is not stated, the first packet tells.
+    // Where the model is not stated, the first packet names it.
     let mut decoder = PacketDecoder::new(DecoderConfig { model: None, ..wrong }).unwrap();
     let packets = Encoder::new(Model::Hdl32e, ReturnMode::Strongest).packets(1, |_, _| [None; 2]);
     let error = decoder.decode(&packets[0]).unwrap_err();

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Rows of points 10 m off, so many a row, counterclockwise from forward.
+/// Rows of points 10 m off, this many a row, counterclockwise from forward.
 fn file(rows: usize, points: usize) -> Vec<u8> {
     let mut bytes = Vec::new();
     for row in 0..rows {

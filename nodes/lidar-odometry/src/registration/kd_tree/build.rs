@@ -6,7 +6,7 @@ use nalgebra::Point3;
 
 use super::{KdTree, LEAF_POINTS, Split, middle};
 
-/// A half is worth a thread of its own when it holds so many points.
+/// A half is worth a thread of its own when it holds this many points.
 const LEAST_SHARED: usize = 2048;
 
 impl KdTree {

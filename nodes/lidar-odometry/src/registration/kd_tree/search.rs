@@ -1,9 +1,9 @@
-//! How neighbours are found: from the root to the leaf of the place that is asked for, and then wherever a nearer point
+//! How neighbours are found: from the root to the leaf of the query, and then wherever a nearer point
 //! may still be. A half space is left out by its distance, which grows axis by axis (Arya and Mount 1993).
 
 use super::{KdTree, LEAF_POINTS, middle};
 
-/// No more neighbours can be asked for.
+/// No more neighbours can be requested.
 pub(crate) const MOST_NEIGHBOURS: usize = 32;
 
 /// The nearest points of a place, the nearest first.
@@ -54,7 +54,7 @@ impl Neighbours {
     }
 }
 
-/// What a search asks of the points of a leaf.
+/// The test of a search on the points of a leaf.
 trait Search {
     /// The square of the distance from which on points are of no use.
     fn limit_m2(&self) -> f32;
@@ -100,7 +100,7 @@ impl Search for Nearest {
     }
 }
 
-/// A node with the range of its points, and how far along each axis the place that is asked for lies outside of it.
+/// A node with the range of its points, and how far along each axis the query is outside of it.
 #[derive(Clone, Copy)]
 struct Visit {
     node: usize,

@@ -43,8 +43,8 @@ fn what_a_voxel_saw_long_ago_fades() {
 fn the_nearest_and_the_newest_are_kept() {
     let mut surface = VoxelSurface::new(1.0);
     for step in 0..20_u32 {
-        let way_m = f64::from(step) + 0.5;
-        surface.add(&Vector3::new(way_m, 0.5, 0.5), &Vector3::z(), 10, u64::from(step));
+        let travelled_m = f64::from(step) + 0.5;
+        surface.add(&Vector3::new(travelled_m, 0.5, 0.5), &Vector3::z(), 10, u64::from(step));
     }
     surface.keep_near(&Vector3::new(10.5, 0.5, 0.5), 5.1, 100);
     assert_eq!(surface.len(), 11);

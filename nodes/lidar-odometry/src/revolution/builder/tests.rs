@@ -69,7 +69,7 @@ fn revolutions_are_cut_where_the_head_passes_the_azimuth() {
 fn cells_hold_their_laser_and_their_time() {
     let model = Model::Hdl32e;
     let encoder = Encoder::new(model, ReturnMode::Strongest);
-    // Ranges tell the laser, intensities the firing; every third shot returns nothing.
+    // Ranges encode the laser, intensities the firing; every third shot returns nothing.
     let packets = encoder.packets(200, |firing, laser| {
         let returns = !(firing + laser).is_multiple_of(3);
         [returns.then_some((3.0 + laser as f64, (firing % 256) as u8)), None]
@@ -130,7 +130,7 @@ fn lost_packets_leave_their_columns_out() {
 }
 
 #[test]
-fn a_head_that_stands_still_fills_no_memory() {
+fn a_head_that_does_not_turn_fills_no_memory() {
     let mut encoder = Encoder::new(Model::Vlp16, ReturnMode::Strongest);
     encoder.turn_rate_hz = 0.0;
     let packets = encoder.packets(1000, |_, _| [None; 2]);
@@ -138,14 +138,14 @@ fn a_head_that_stands_still_fills_no_memory() {
     let longest = built.iter().map(|built| built.revolution.columns()).max().unwrap();
     assert!(longest <= 5426, "{longest}");
     assert!(built.iter().all(|built| !built.is_whole()));
-    // Nor where the clock stands still too.
+    // Nor where the clock has stopped too.
     let one = vec![packets[0].clone(); 1000];
     let longest = build(&one, builder()).iter().map(|built| built.revolution.columns()).max();
     assert!(longest.unwrap() <= 5426);
 }
 
 #[test]
-fn a_clock_that_is_set_gives_way_to_the_stamps() {
+fn after_a_clock_is_set_the_stamps_are_used() {
     let encoder = Encoder::new(Model::Hdl32e, ReturnMode::Strongest);
     let mut packets = encoder.packets(100, |_, _| [Some((5.0, 7)), None]);
     for packet in &mut packets[50..] {

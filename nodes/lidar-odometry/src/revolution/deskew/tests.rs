@@ -76,7 +76,7 @@ fn worst_m(revolution: &Revolution, start_from_reference: &Isometry3<f64>) -> f6
 fn every_point_lies_on_its_wall_again_whatever_the_moment() {
     let twist = fast_car_in_a_bend();
     let sweep = swept(&twist);
-    // The sweep is worth mending: 2.5 m of way, 5 degrees of turn.
+    // The skew is large: 2.5 m of translation, 5 degrees of rotation.
     assert!(worst_m(&sweep, &Isometry3::identity()) > 1.0);
     for reference_s in [0.0, 0.05, 0.1] {
         let still = deskewed(&sweep, &twist, reference_s);

@@ -1,4 +1,4 @@
-//! What of the node is chosen by a word.
+//! The choices among the node's parameters.
 
 geometry::choices! {
     /// Where the scans come from.

@@ -1,4 +1,4 @@
-//! What the core is given for the parameters.
+//! Converts the parameters to the configuration of the core.
 
 use std::net::IpAddr;
 use std::num::NonZeroUsize;
@@ -58,7 +58,7 @@ impl LidarOdometryParameters {
         Ok(DecoderConfig { model, calibration, ..DecoderConfig::default() })
     }
 
-    /// Where packets are listened for.
+    /// The address to listen on for packets.
     pub(in crate::shell) fn live(&self) -> Result<LiveConfig, NodeFailure> {
         let address = |name: &str, text: &str| {
             text.parse::<IpAddr>()
@@ -91,7 +91,7 @@ impl LidarOdometryParameters {
         local_map.preparation.voxel_edge_m = self.scan_voxel_edge_m;
         local_map.preparation.neighbours = self.neighbours;
         FollowerConfig {
-            way: self.way,
+            method: self.odometry_method,
             points: match self.filter {
                 FilterChoice::None => PointChoice::All,
                 FilterChoice::Rays => PointChoice::Rays(RayFilter {

@@ -10,7 +10,7 @@ use super::*;
 use crate::loop_closing::{LoopCloser, LoopClosingConfig};
 use crate::shell::BackgroundSearch;
 
-/// Along the street and back again, so many metres each way.
+/// Along the street and back again, this many metres in each direction.
 const FAR_M: f64 = 30.0;
 const SCANS: u32 = 60;
 
@@ -80,7 +80,7 @@ fn scans_are_answered_while_a_loop_is_looked_for() {
         assert_eq!(closed(&scene), 0);
     }
     drop(held);
-    // Once there is time, the next scans are told of the loop.
+    // Once there is time, the next scans have the correction of the loop.
     let until = Instant::now() + Duration::from_secs(60);
     let mut index = SCANS;
     while closed(&scene) == 0 {
@@ -92,7 +92,7 @@ fn scans_are_answered_while_a_loop_is_looked_for() {
 }
 
 #[test]
-fn without_the_parameter_nobody_hears_of_a_map() {
+fn without_the_parameter_there_is_no_map() {
     let mut scene = Scene::new(&LidarOdometryParameters::default());
     let transforms = scene.peer.subscription::<TFMessage>("/tf", &Qos::reliable(10)).unwrap();
     scene.is_right(0, 0);

@@ -1,19 +1,19 @@
 //! When the messages of a topic came, and whether they have ceased to.
 //!
-//! A publisher whose process was killed stays matched until its lease ends, 50 s at the most: that nothing comes any more
-//! tells of it sooner.
+//! A publisher whose process was killed stays matched until its lease ends, 50 s at the most: missing messages
+//! show it sooner.
 
 use std::time::{Duration, Instant};
 
-/// From so many messages on it is known how a topic comes.
+/// From this many messages on it is known how a topic comes.
 const LEAST_MESSAGES: u64 = 5;
-/// A topic has ceased when nothing has come for so many times its usual pause, ...
+/// A topic has ceased when nothing has come for this many times its usual pause, ...
 const USUAL_PAUSES: f64 = 10.0;
-/// ... and for so long at least: a busy machine may be late by a second.
+/// ... and for this long at least: a busy machine may be late by a second.
 const LEAST_SILENCE: Duration = Duration::from_millis(1500);
 /// How much of the usual pause the last one is: the mean of some twenty, ...
 const SHARE_OF_THE_LAST: f64 = 0.1;
-/// ... but a shorter one tells at once that the source is quicker than was thought.
+/// ... but a shorter one shows at once that the source is faster than expected.
 const SHARE_OF_A_SHORTER: f64 = 0.5;
 
 /// When the messages of one topic came.
@@ -86,7 +86,7 @@ mod tests {
         assert!(arrivals.silence(last + Duration::from_secs(11)).is_some());
     }
 
-    /// Regression: the pause of a source that was away made the next one seem usual, and it was told of seconds later.
+    /// Regression: the pause of a source that was away made the next one seem usual, and that was reported seconds later.
     #[test]
     fn a_silence_is_no_usual_pause() {
         let (mut arrivals, last) = arrivals(Duration::from_millis(100), 20);

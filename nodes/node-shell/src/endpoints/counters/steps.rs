@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// So many runs are looked back on: with the seven cycles a second of the RPLIDAR A1, a minute; enough for a 99th
+/// This many runs are looked back on: with the seven cycles a second of the RPLIDAR A1, a minute; enough for a 99th
 /// percentile.
 const RUNS_KEPT: usize = 500;
 
@@ -13,7 +13,7 @@ pub(super) struct StepTimes {
     last_s: VecDeque<f64>,
 }
 
-/// What they come to.
+/// Their percentiles.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Percentiles {
     pub(super) median_ms: f64,
@@ -29,7 +29,7 @@ impl StepTimes {
         self.last_s.push_back(duration.as_secs_f64());
     }
 
-    /// None before the first run. A percentile is the least duration that so many of a hundred runs do not exceed (nearest
+    /// None before the first run. A percentile is the least duration that this many of a hundred runs do not exceed (nearest
     /// rank).
     pub(super) fn percentiles(&self) -> Option<Percentiles> {
         let mut sorted: Vec<f64> = self.last_s.iter().copied().collect();
@@ -59,7 +59,7 @@ mod tests {
         {
             assert!((found - expected).abs() < 1e-9, "{found} {expected}");
         }
-        // The first runs give way.
+        // The oldest runs are dropped.
         for _ in 0..RUNS_KEPT {
             times.note(Duration::from_millis(7));
         }

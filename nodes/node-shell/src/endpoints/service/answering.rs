@@ -1,7 +1,7 @@
 //! How a response goes out: not before its client can hear it.
 //!
 //! A client asks as soon as it has found the service; by then the service need not have found the client's reader of
-//! responses, and what is sent to nobody is lost. So a response is held until the reader is there, as rmw_fastrtps and rmw_cyclonedds do
+//! responses, and a response sent to no reader is lost. So a response is held until the reader is there, as rmw_fastrtps and rmw_cyclonedds do
 //! for 0.1 s (`rmw_response.cpp`, `rmw_node.cpp`).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,19 +24,19 @@ const LONGEST_HOLD: Duration = Duration::from_secs(5);
 /// How many responses of one service may be held: as many as its requests that may wait, for ten clients.
 const MOST_HELD: usize = 100;
 
-/// After so long the first response to a reader of Cyclone DDS goes out again. Such a reader takes what the first heartbeat
-/// announces after it has found the writer for history, which it does not want; the response may be that. Clients pass over a
+/// After this long the first response to a reader of Cyclone DDS goes out again. Such a reader takes what the first heartbeat
+/// announces after it has found the writer for history, which it does not want; the response may be that. Clients ignore a
 /// response that they have.
 const AGAIN: Duration = Duration::from_millis(100);
 
-/// A reader is past that so long after its first response: another client of its participant may be answered meanwhile.
+/// A reader is past that this long after its first response: another client of its participant may be answered meanwhile.
 const SETTLED: Duration = Duration::from_secs(1);
 
-/// What a service has on the network.
+/// The network part of a service.
 pub(super) struct Ends {
     /// Takes all requests, and sends responses that say beside the message what they belong to.
     pub(super) server: Server<Body, Body>,
-    /// Sends responses to who knows them by the bytes in front of the message.
+    /// Sends responses to clients that recognise them by the bytes in front of the message.
     plain: ros2_client::Publisher<Body>,
     /// The largest message that `server` can send.
     pub(super) largest_whole: usize,
@@ -125,7 +125,7 @@ impl Ends {
         !readers.iter().all(|reader| answered.get(reader).is_some_and(is_settled))
     }
 
-    /// Notes who was answered, and forgets who has gone.
+    /// Notes the answered clients, and forgets those that have gone.
     fn note(&self, readers: &BTreeSet<GUID>) {
         let mut answered = self.answered.lock().unwrap_or_else(PoisonError::into_inner);
         for reader in readers {

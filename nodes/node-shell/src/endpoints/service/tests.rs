@@ -9,7 +9,7 @@ use ros2_client::{NodeName, NodeOptions};
 use super::*;
 use crate::{Host, Node, RosArguments, Transport};
 
-/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+/// Longer than anything takes on a busy machine; a test that waits this long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// How long a client waits before it asks again: the first requests may go out before the match.
 const ASK_AGAIN: Duration = Duration::from_millis(300);
@@ -110,7 +110,7 @@ async fn each_client_gets_the_answer_to_its_own_request() {
     node.close().await;
 }
 
-/// RustDDS sends what is asked for by its own client wrongly when it takes fragments, and its thread ends by that.
+/// RustDDS sends the request of its own client wrongly when it takes fragments, and its thread ends by that.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_response_that_would_be_sent_in_fragments_is_refused_and_the_next_one_goes_out() {
     let node = server_node("large");
@@ -148,7 +148,7 @@ async fn a_response_that_would_be_sent_in_fragments_is_refused_and_the_next_one_
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_request_that_is_none_is_passed_over() {
+async fn an_invalid_request_is_ignored() {
     let node = server_node("malformed");
     {
         let service = node.service::<SetBool>("~/switch").unwrap();
@@ -163,7 +163,7 @@ async fn a_request_that_is_none_is_passed_over() {
 }
 
 #[tokio::test]
-async fn on_no_network_nobody_asks() {
+async fn without_a_network_there_are_no_requests() {
     let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();
     let node = Host::in_process().node("server", &arguments).unwrap();
     let service = node.service::<SetBool>("~/switch").unwrap();

@@ -1,13 +1,13 @@
-//! How a request and its response look on the wire, which hangs on the client's middleware.
+//! How a request and its response look on the wire, which depends on the client's middleware.
 //!
-//! - *Enhanced* mapping of DDS-RPC (Fast DDS, Connext, RustDDS): the body is the message, and what belongs
-//!   together is told beside it, by the related sample identity.
-//! - Cyclone DDS: 16 bytes stand in front of the message, in requests and responses alike, by which the
+//! - *Enhanced* mapping of DDS-RPC (Fast DDS, Connext, RustDDS): the body is the message, and the request of a response
+//!   is given beside it, by the related sample identity.
+//! - Cyclone DDS: 16 bytes precede the message, in requests and responses alike, by which the
 //!   client knows its responses again; they say nothing to anyone else and go back as they came.
 //!
-//! What belongs together is told by parameters before the message. RustDDS 0.15.1 writes them wrongly into a message that
+//! The related sample identity is a parameter before the message. RustDDS 0.15.1 writes them wrongly into a message that
 //! it sends in fragments (`data_frag.rs`: a byte too many; built for debugging it ends its thread instead), and the peer
-//! passes the message over. So a client of Cyclone DDS gets responses without them, of any size, and all others get none
+//! ignores the message. So a client of Cyclone DDS gets responses without them, of any size, and all others get none
 //! that is sent in fragments.
 //!
 //! Nothing in a request says which of the two it is, but the first two bytes of its writer's identity are
@@ -23,10 +23,10 @@ const CYCLONE: [u8; 2] = [0x01, 0x10];
 /// Bytes that Cyclone DDS puts in front of a request: half an identity, and a number that counts.
 pub(super) const CYCLONE_HEADER: usize = 16;
 
-/// What the length of a body is padded to: Cyclone DDS 0.10.2 refuses a message in fragments otherwise.
+/// The length of a body is padded to a multiple of this: Cyclone DDS 0.10.2 refuses a message in fragments otherwise.
 pub(super) const PADDED_TO: usize = 4;
 
-/// What a datagram has besides its message, when it is sent whole by a reliable writer: headers of IP, UDP and RTPS, a
+/// The overhead of a datagram besides its message, when it is sent whole by a reliable writer: headers of IP, UDP and RTPS, a
 /// heartbeat, and what RustDDS holds the message's own header to be (`DATAGRAM_HEADER_OVERHEAD`,
 /// `HEARTBEAT_SUBMESSAGE_SERIALIZED_SIZE`, `DATA_SUBMESSAGE_OVERHEAD`).
 const OVERHEAD: usize = 48 + 32 + 48;
@@ -82,7 +82,7 @@ impl<'de> Visitor<'de> for AllBytes {
 /// A request cut into what its client wants back and the message.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Parts {
-    /// What the response must start with.
+    /// The bytes that the response must start with.
     pub(super) header: Vec<u8>,
     /// The request's body.
     pub(super) message: Vec<u8>,
@@ -142,7 +142,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_body_is_its_bytes_both_ways(bytes in proptest::collection::vec(any::<u8>(), 0..100)) {
+        fn a_body_is_its_bytes_in_both_directions(bytes in proptest::collection::vec(any::<u8>(), 0..100)) {
             let sent = CDRSerializerAdapter::<Body>::to_bytes(&Body(bytes.clone())).unwrap();
             prop_assert_eq!(&sent[..], &bytes[..]);
             for encoding in [RepresentationIdentifier::CDR_LE, RepresentationIdentifier::CDR_BE] {

@@ -39,7 +39,7 @@ fn a_mismatch_names_policy_offer_and_request() {
 }
 
 #[test]
-fn a_deadline_is_told_in_seconds() {
+fn a_deadline_is_reported_in_seconds() {
     let mut strict = subscription(Qos::sensor(5));
     let deadline = QosPolicyBuilder::new().deadline(Deadline(Duration::from_millis(100))).build();
     strict.policies = strict.policies.modify_by(&deadline);
@@ -56,7 +56,7 @@ fn what_an_endpoint_leaves_out_has_the_default_of_its_end() {
 }
 
 #[test]
-fn a_participant_tells_its_vendor() {
+fn a_participant_names_its_vendor() {
     let id = |first, second| {
         let mut prefix = [7; 12];
         prefix[..2].copy_from_slice(&[first, second]);

@@ -1,4 +1,4 @@
-//! The states of a managed node, and the ways between them, as the design of ROS 2 has them
+//! The states of a managed node, and the transitions between them, as the design of ROS 2 has them
 //! (<https://design.ros2.org/articles/node_lifecycle.html>) and `lifecycle_msgs` numbers them.
 
 use msgs::lifecycle_msgs::{self as wire, TransitionDescription};
@@ -33,7 +33,7 @@ use LifecycleState::{
     Inactive, ShuttingDown, Unconfigured,
 };
 
-/// Every state, in the order in which ROS 2 tells them.
+/// Every state, in the order in which ROS 2 lists them.
 const STATES: [LifecycleState; 10] = [
     Unconfigured,
     Inactive,
@@ -92,7 +92,7 @@ pub(crate) fn all_states() -> Vec<wire::State> {
     std::iter::once(unknown).chain(STATES.map(LifecycleState::to_message)).collect()
 }
 
-/// A way from one state to another.
+/// A transition from one state to another.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Step {
     id: u8,
@@ -111,7 +111,7 @@ const fn step(id: u8, label: &'static str, from: LifecycleState, to: LifecycleSt
 
 use wire::Transition as T;
 
-/// Every way there is, in the order in which ROS 2 tells them.
+/// Every transition, in the order in which ROS 2 lists them.
 const STEPS: [Step; 25] = [
     step(T::TRANSITION_CONFIGURE, "configure", Unconfigured, Configuring),
     step(T::TRANSITION_ON_CONFIGURE_SUCCESS, SUCCESS, Configuring, Inactive),
@@ -141,7 +141,7 @@ const STEPS: [Step; 25] = [
 ];
 
 impl Step {
-    /// The way that others ask for, out of a state: by its label where the request has one, or else by its number.
+    /// The transition that a client requests, out of a state: by its label where the request has one, or else by its number.
     pub(crate) fn wanted(from: LifecycleState, request: &T) -> Option<Self> {
         let is_it = |step: &&Self| {
             if request.label.is_empty() {
@@ -157,7 +157,7 @@ impl Step {
             .copied()
     }
 
-    /// The way by which this one ends well.
+    /// The transition by which this one ends successfully.
     pub(crate) fn success(self) -> Option<Self> {
         STEPS.iter().find(|step| step.from == self.to && step.label == SUCCESS).copied()
     }
@@ -175,17 +175,17 @@ impl Step {
     }
 }
 
-/// The ways out of a state.
+/// The transitions out of a state.
 pub(crate) fn available(from: LifecycleState) -> Vec<TransitionDescription> {
     STEPS.iter().filter(|step| step.from == from).map(|step| step.to_message()).collect()
 }
 
-/// Every way.
+/// Every transition.
 pub(crate) fn graph() -> Vec<TransitionDescription> {
     STEPS.iter().map(|step| step.to_message()).collect()
 }
 
-/// The ways of a node that starts by itself.
+/// The transitions of a node that starts by itself.
 pub(crate) fn start_up() -> impl Iterator<Item = Step> {
     ["configure", "activate"].into_iter().flat_map(|label| {
         let asked = STEPS.iter().find(|step| step.label == label).copied();
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn every_state_but_the_end_leads_somewhere_and_numbers_are_told_once() {
+    fn every_state_but_the_end_has_transitions_and_numbers_are_unique() {
         let states = all_states();
         assert_eq!(states.len(), 11);
         for state in STATES {
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_passes_through_every_state_on_the_way() {
+    fn a_start_passes_through_every_state_in_between() {
         let states: Vec<_> = start_up().map(|step| step.to).collect();
         assert_eq!(states, [Configuring, Inactive, Activating, Active]);
     }

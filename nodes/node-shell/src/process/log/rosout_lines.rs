@@ -23,7 +23,7 @@ const LINES_WAITING: usize = 256;
 /// The process' log, as far as it is for `/rosout`; none before it is started.
 static LINES: Mutex<Option<Lines>> = Mutex::new(None);
 
-/// Who gets the lines.
+/// The node that gets the lines.
 #[derive(Debug)]
 struct Lines {
     /// The logger of what is written outside of any node's span.
@@ -85,11 +85,11 @@ where
         let Some(lines) = lines.as_mut() else { return };
         let inboxes: Vec<Arc<Inbox>> = lines.nodes.iter().filter_map(Weak::upgrade).collect();
         let name = span.as_ref().map(|span| span.name());
-        // What is written outside of any node's span is told by the first node.
+        // Lines outside of any node's span are published by the first node.
         let its_own = inboxes.iter().find(|inbox| Some(inbox.node.as_str()) == name);
         if let Some(inbox) = its_own.or(inboxes.first()) {
             let name = name.unwrap_or(lines.logger.as_str()).to_owned();
-            // Where too many wait, the line is on stderr alone.
+            // When too many lines wait, the line is on stderr alone.
             let _ = inbox.lines.try_send(line(event, name));
         }
     }

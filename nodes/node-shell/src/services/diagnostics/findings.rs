@@ -1,4 +1,4 @@
-//! What is not as it should be, and how grave it is.
+//! The problems of a node, and their level.
 
 use std::fmt;
 
@@ -9,21 +9,21 @@ use crate::endpoints::counters::Snapshot;
 use crate::graph::{Match, Role, Trouble};
 use crate::node::life::LifecycleState;
 
-/// What is not as it should be.
+/// The problems of a node.
 pub(super) struct Findings<'a> {
     /// The state of a node that does not work.
     pub(super) idle: Option<LifecycleState>,
-    /// The subscriptions that nobody publishes to.
+    /// The subscriptions without a publisher.
     pub(super) missing: Vec<&'a str>,
     /// Those that used to get messages, and get none.
     pub(super) silent: Vec<Silent<'a>>,
     /// Peers that do not fit.
     pub(super) troubles: Vec<Trouble>,
-    /// What the kernel dropped of late.
+    /// The recent losses in the kernel.
     pub(super) loss: Option<Loss>,
-    /// What it dropped in all, where it tells.
+    /// The total of dropped messages, where the kernel reports it.
     pub(super) datagrams_dropped: Option<u64>,
-    /// What the node watches and is not as it should be.
+    /// The conditions of the node that are warnings.
     pub(super) warnings: Vec<String>,
 }
 
@@ -75,7 +75,7 @@ impl fmt::Display for Silent<'_> {
     }
 }
 
-/// The topics with a publisher that have ceased to come. One that nobody publishes is missing.
+/// The topics with a publisher that have ceased to come. One without a publisher is missing.
 pub(super) fn silent<'a>(matches: &[Match], snapshot: &'a Snapshot) -> Vec<Silent<'a>> {
     let is_published = |topic: &str| {
         matches
@@ -86,7 +86,7 @@ pub(super) fn silent<'a>(matches: &[Match], snapshot: &'a Snapshot) -> Vec<Silen
     silent.map(|(topic, silence)| Silent { topic, for_s: silence.as_secs_f64() }).collect()
 }
 
-/// The subscriptions that nobody publishes to, but for those that the node works without.
+/// The subscriptions without a publisher, except those that the node works without.
 pub(super) fn missing<'a>(matches: &'a [Match], snapshot: &Snapshot) -> Vec<&'a str> {
     let mut topics: Vec<_> = matches
         .iter()
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gravest_finding_sets_the_level_and_each_is_told() {
+    fn the_gravest_finding_sets_the_level_and_each_is_reported() {
         let trouble = |kind| Trouble { topic: "/scan".to_owned(), kind, text: "text".to_owned() };
         let mut findings = Findings {
             idle: None,

@@ -1,5 +1,5 @@
-//! Names what the kernel drops: how much, which topics suffer, what will be lost meanwhile, and what
-//! mends it.
+//! Names losses in the kernel: how much, which topics suffer, what will be lost meanwhile, and the
+//! fix.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -15,7 +15,7 @@ use crate::wire::transport::{GrantedBuffer, ReceiveHealth};
 /// How often the kernel's counters are read.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// How long a loss is told of after the last datagram was dropped: long enough to be seen.
+/// How long a loss is reported after the last datagram was dropped: long enough to be seen.
 const MEMORY: Duration = Duration::from_secs(5);
 
 /// A topic that has been silent for longer has not fallen silent by the loss at hand.
@@ -39,7 +39,7 @@ struct Counts {
     received: BTreeMap<String, u64>,
 }
 
-/// What was lost of late.
+/// The recent losses.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Loss {
     datagrams: u64,
@@ -57,7 +57,7 @@ impl LossWatch {
     }
 
     /// Looks at the kernel's counters, once a second at most, and warns of a new loss. Returns how many
-    /// datagrams were dropped in all, where the kernel tells, and the last loss.
+    /// datagrams were dropped in all, where the kernel reports it, and the last loss.
     pub(super) fn look(
         &mut self,
         now: Instant,
@@ -92,7 +92,7 @@ impl LossWatch {
             return None;
         };
         let elapsed = now.duration_since(*read);
-        // A report that comes early, since a peer came or went, is no time to tell who is silent.
+        // A report that comes early, since a peer came or went, is too early to name silent topics.
         if elapsed < PERIOD - PERIOD / 10 {
             return None;
         }
@@ -156,16 +156,16 @@ impl fmt::Display for Loss {
         if !topics.is_empty() {
             write!(formatter, ": {}", topics.join(", "))?;
         }
-        match self.granted.mend() {
-            Some(mend) => write!(
+        match self.granted.fix() {
+            Some(fix) => write!(
                 formatter,
                 "; most messages above {} kB will be lost meanwhile, while smaller ones and \
-                 compressed topics still arrive; {mend}, then start anew",
+                 compressed topics still arrive; {fix}, then restart",
                 self.granted.largest_safe_message() / 1000,
             ),
             None => formatter.write_str(
-                "; the buffer is as large as it is asked to be, so this process does not get the time \
-                 to empty it: take a load off this machine, or subscribe to compressed topics",
+                "; the buffer has the requested size, so this process lacks the CPU time \
+                 to empty it: reduce the load of this machine, or subscribe to compressed topics",
             ),
         }
     }

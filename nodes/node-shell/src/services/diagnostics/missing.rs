@@ -12,7 +12,7 @@ const WAITS: [Duration; 4] = [
     Duration::from_secs(300),
 ];
 
-/// When to warn of topics that nobody publishes.
+/// When to warn of topics without a publisher.
 #[derive(Debug, Default)]
 pub(super) struct MissingWarning {
     topics: Vec<String>,
@@ -22,7 +22,7 @@ pub(super) struct MissingWarning {
 
 impl MissingWarning {
     /// Whether to warn now of the topics that are missing. Topics that were not missing before start
-    /// the waits anew.
+    /// the waits again.
     pub(super) fn is_due(&mut self, missing: &[&str], now: Instant) -> bool {
         let more = missing.iter().any(|topic| !self.topics.iter().any(|known| known == topic));
         if more {
@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn a_topic_that_comes_back_is_warned_of_anew() {
+    fn a_topic_that_comes_back_causes_another_warning() {
         let missing =
             |second| -> &[&str] { if (30..40).contains(&second) { &[] } else { &["/scan"] } };
         assert_eq!(warnings(70, missing), [5, 20, 45, 60]);

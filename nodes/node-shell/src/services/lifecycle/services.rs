@@ -1,4 +1,4 @@
-//! The services of a managed node, and the topic on which it tells of its transitions.
+//! The services of a managed node, and the topic on which it publishes its transitions.
 
 use std::time::Duration;
 
@@ -26,7 +26,7 @@ const EVENTS: &str = "~/transition_event";
 /// Events that a subscriber may be behind, as ROS 2 has it.
 const EVENTS_KEPT: usize = 10;
 
-/// After the answer to whom has asked for the end, so much time for it to leave the machine.
+/// After the answer to the client that requested the end, this much time for it to leave the machine.
 const FAREWELL: Duration = Duration::from_millis(100);
 
 /// The services by which others manage a node.
@@ -39,7 +39,7 @@ pub(crate) struct LifecycleServices {
     graph: Service<GetAvailableTransitions>,
 }
 
-/// What brings the node from one state to another.
+/// Takes the node from one state to another.
 struct Manager {
     node_name: String,
     life: Life,
@@ -128,7 +128,7 @@ impl Manager {
     fn start(&mut self, autostart: bool) {
         if autostart {
             self.life.has_started();
-            start_up().for_each(|step| self.tell(step));
+            start_up().for_each(|step| self.announce(step));
             self.state = LifecycleState::Active;
         } else {
             self.life.enter(self.state);
@@ -168,7 +168,7 @@ impl Manager {
         let names: Vec<String> =
             available(self.state).into_iter().map(|one| one.transition.label).collect();
         tracing::warn!(
-            "{}: asked for the transition {:?} ({}), but it is {}; it takes {}",
+            "{}: the transition {:?} ({}) was requested, but the node is {}; possible: {}",
             self.node_name,
             wanted.label,
             wanted.id,
@@ -181,10 +181,10 @@ impl Manager {
     fn enter(&mut self, step: Step) {
         self.life.enter(step.to);
         self.state = step.to;
-        self.tell(step);
+        self.announce(step);
     }
 
-    fn tell(&self, step: Step) {
+    fn announce(&self, step: Step) {
         let now = self.clock.now();
         let seconds = u64::try_from(now.sec).unwrap_or(0);
         self.events.publish_or_warn(TransitionEvent {

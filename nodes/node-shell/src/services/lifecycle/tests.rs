@@ -1,4 +1,4 @@
-//! A managed node over real DDS; who manages it is the other end of the channel.
+//! A managed node over real DDS; its manager is the other end of the channel.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use tokio::time::timeout;
 
 use crate::{Host, LifecycleState, Node, PublishError, Qos, RosArguments, Transport};
 
-/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+/// Longer than anything takes on a busy machine; a test that waits this long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 fn text(data: &str) -> Text {
@@ -54,7 +54,7 @@ async fn a_node_that_waits_takes_nothing_in_and_publishes_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_came_while_a_node_did_not_work_is_passed_over() {
+async fn messages_that_came_while_a_node_was_inactive_are_ignored() {
     let host = host();
     let (node, peer) = (node(&host, "over", &[]), node(&host, "over", &[]));
     {
@@ -80,8 +80,8 @@ async fn what_came_while_a_node_did_not_work_is_passed_over() {
 }
 
 #[test]
-fn on_no_network_nobody_manages_a_node() {
+fn without_a_network_a_node_is_unmanaged() {
     let host = Host::in_process();
     let node = node(&host, "alone", &["-p", "autostart:=false"]);
-    assert!(node.manage().unwrap().is_active(), "who drives it says when it works");
+    assert!(node.manage().unwrap().is_active(), "its driver decides when it is active");
 }

@@ -14,7 +14,7 @@ use crate::settings::parameters::{
     AUTOSTART, NodeParameters, Overlay, ParameterError, Switches, USE_SIM_TIME, ValueOrigin,
 };
 
-/// What stands between the parts of a name.
+/// The separator of the parts of a name.
 const SEPARATOR: char = '.';
 
 pub(super) struct Store<P> {
@@ -59,7 +59,7 @@ impl<P: NodeParameters> Store<P> {
         self.descriptors.keys().map(one).collect::<Vec<_>>().join(", ")
     }
 
-    /// What each parameter is; one that the node does not have is not set.
+    /// The descriptor of each parameter; one that the node does not have is not set.
     pub(super) fn describe(&self, names: &[String]) -> Vec<ParameterDescriptor> {
         let unknown =
             |name: &String| ParameterDescriptor { name: name.clone(), ..Default::default() };
@@ -79,7 +79,7 @@ impl<P: NodeParameters> Store<P> {
         names.iter().map(|name| self.kind(name)).collect()
     }
 
-    /// The names below the prefixes that are no deeper than asked for, and the groups that they are in.
+    /// The names below the prefixes that are no deeper than requested, and the groups that they are in.
     pub(super) fn list(&self, request: &ListParametersRequest) -> ListParametersResult {
         let is_near = |rest: &str| {
             let depth = rest.matches(SEPARATOR).count() as u64;
@@ -123,7 +123,7 @@ impl<P: NodeParameters> Store<P> {
                 .map_err(|reason| format!("parameter `{name}`: {reason}"))?;
             candidate.set(name, value, ValueOrigin::Service).map_err(|error| error.to_string())?;
         }
-        candidate.parameters().validate().map_err(|error| error.to_string())?;
+        candidate.parameters().validate_node().map_err(|error| error.to_string())?;
         self.overlay = candidate;
         Ok(wanted.iter().map(|one| self.parameter(&one.name)).collect())
     }

@@ -2,7 +2,6 @@ use msgs::rcl_interfaces::{ListParametersRequest, ParameterType, ParameterValue}
 use serde_json::{Value, json};
 
 use super::*;
-use crate::process::failure::NodeFailure;
 use crate::settings::parameters::Switches;
 
 geometry::choices! {
@@ -52,13 +51,7 @@ impl Parameters {
     }
 }
 
-impl NodeParameters for Parameters {
-    const DECLARATIONS: &'static [geometry::parameter::Declaration] = Self::DECLARATIONS;
-
-    fn validate(&self) -> Result<(), NodeFailure> {
-        Ok(Self::validate(self)?)
-    }
-}
+impl NodeParameters for Parameters {}
 
 fn store() -> Store<Parameters> {
     let switches = Switches { use_sim_time: true, ..Switches::default() };
@@ -155,7 +148,7 @@ fn what_is_refused_changes_nothing_and_says_why() {
         (vec![("use_sim_time", json!(false))], "cannot change while the node runs"),
         (vec![("least_s", json!(2.5))], "least_s must be at most most_s (2), not 2.5"),
         (vec![("least_s", json!("x"))], "a number"),
-        (vec![("least_s", Value::Null)], "taken away"),
+        (vec![("least_s", Value::Null)], "deleted"),
         (vec![("input", json!("cloud"))], "`depth` or `points`"),
         (vec![("voxel.most", json!(-1))], "invalid value"),
         (vec![("voxel.most", json!(0))], "parameter voxel.most must be 1 to 4294967295, not 0"),

@@ -57,7 +57,7 @@ pub(super) fn of_message(message: &ParameterValue) -> Result<Value, &'static str
         Value::Array(elements.iter().cloned().map(Into::into).collect())
     }
     Ok(match message.r#type {
-        ParameterType::PARAMETER_NOT_SET => return Err("no parameter can be taken away"),
+        ParameterType::PARAMETER_NOT_SET => return Err("a parameter cannot be deleted"),
         ParameterType::PARAMETER_BOOL => message.bool_value.into(),
         ParameterType::PARAMETER_INTEGER => message.integer_value.into(),
         ParameterType::PARAMETER_DOUBLE => finite(message.double_value)?,

@@ -1,4 +1,4 @@
-//! What a node tells of frames on `/tf`.
+//! The transforms that a node publishes on `/tf`.
 
 use geometry::Stamp;
 use msgs::convert;
@@ -15,7 +15,7 @@ use crate::wire::error::ShellError;
 /// tf2's own.
 const TRANSFORMS_KEPT: usize = 100;
 
-/// Tells where frames that move are, as `map` to `odom` and `odom` to `base_link` (REP 105). The topic is absolute, as
+/// Publishes where moving frames are, as `map` to `odom` and `odom` to `base_link` (REP 105). The topic is absolute, as
 /// everywhere in ROS 2.
 pub struct TransformBroadcaster {
     publisher: Publisher<TFMessage>,
@@ -30,7 +30,7 @@ impl TransformBroadcaster {
         Ok(Self { publisher: node.publisher("/tf", &Qos::reliable(TRANSFORMS_KEPT))? })
     }
 
-    /// Tells that at the moment `stamp` `parent_from_child * point_in_child` was a point in the parent. A failure is told of
+    /// Publishes that at the moment `stamp` `parent_from_child * point_in_child` was a point in the parent. A failure is logged
     /// once in a while; the next transform comes soon.
     pub fn send(
         &self,
@@ -56,7 +56,7 @@ mod tests {
     use crate::{Host, RosArguments, TransformListener};
 
     #[test]
-    fn a_listener_hears_the_chain_that_two_broadcasters_tell() {
+    fn a_listener_receives_the_chain_that_two_broadcasters_publish() {
         let host = Host::in_process();
         let node = |name| host.node(name, &RosArguments::parse([] as [&str; 0]).unwrap()).unwrap();
         let (map, odometry, user) = (node("map"), node("odometry"), node("user"));

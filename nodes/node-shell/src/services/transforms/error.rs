@@ -1,4 +1,4 @@
-//! Why a transform was not taken in, or there is none.
+//! Why a transform was not added, or there is none.
 
 use geometry::{PoseLookupError, PosePushError, UnusablePose};
 
@@ -15,9 +15,9 @@ pub enum TransformRefused {
         /// The child.
         child: String,
     },
-    /// The parent hangs on the child already, or is it.
+    /// The parent is already a descendant of the child, or the child itself.
     #[error(
-        "a transform from {child:?} to {parent:?} came, and {parent:?} hangs on {child:?}: frames form a tree"
+        "a transform from {child:?} to {parent:?} came, and {parent:?} is a descendant of {child:?}: frames form a tree"
     )]
     Loop {
         /// The parent.
@@ -56,7 +56,7 @@ pub enum TransformRefused {
 /// There is no transform.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum TransformError {
-    /// Nobody has told of a frame.
+    /// A frame is in no transform.
     #[error("no transform names frame {frame:?}; {}", known(.frames))]
     UnknownFrame {
         /// The one that is missing.
@@ -64,22 +64,22 @@ pub enum TransformError {
         /// Those that are known, some of them.
         frames: Vec<String>,
     },
-    /// Both are known, and nothing ties them together.
+    /// Both are known, and no chain of transforms connects them.
     #[error(
-        "frames {target:?} and {source_frame:?} are not connected: the one hangs on {target_root:?}, the other on \
+        "frames {target:?} and {source_frame:?} are not connected: the root of the one is {target_root:?}, that of the other \
          {source_root:?}"
     )]
     NotConnected {
-        /// Where points were to go.
+        /// The frame to transform to.
         target: String,
         /// Where they are.
         source_frame: String,
-        /// The frame on which the target hangs at last.
+        /// The root of the target.
         target_root: String,
         /// The same of the source.
         source_root: String,
     },
-    /// The way leads over a transform that is not known for the moment.
+    /// The chain contains a transform that is not known for the moment.
     #[error("the transform from {child:?} to {parent:?} is not known for this moment: {source}")]
     Time {
         /// The parent.
@@ -91,7 +91,7 @@ pub enum TransformError {
     },
 }
 
-/// So many frames an error names.
+/// This many frames an error names.
 pub(super) const FRAMES_NAMED: usize = 12;
 
 fn known(frames: &[String]) -> String {

@@ -1,4 +1,4 @@
-//! What is heard on `/tf_static` and `/tf`.
+//! Receives `/tf_static` and `/tf`.
 
 use std::sync::Arc;
 
@@ -66,7 +66,7 @@ impl TransformListener {
         fixed.or_else(|| Some(TransformArrival::Timed(self.timed.try_next()?.message)))
     }
 
-    /// Takes in what a message tells. What is of no use is left out, and told of once in a while.
+    /// Adds the transforms of a message. Invalid ones are left out, and logged once in a while.
     pub fn take(&mut self, arrival: &TransformArrival) {
         let (message, is_fixed) = match arrival {
             TransformArrival::Fixed(message) => (message, true),

@@ -14,9 +14,9 @@ fn along_x(x_m: f64) -> Isometry3<f64> {
 
 #[track_caller]
 fn check_near(got: &Isometry3<f64>, expected: &Isometry3<f64>) {
-    let way_m = (got.translation.vector - expected.translation.vector).norm();
+    let offset_m = (got.translation.vector - expected.translation.vector).norm();
     let turn_rad = got.rotation.angle_to(&expected.rotation);
-    assert!(way_m < 1e-9 && turn_rad < 1e-7, "{got} is not {expected}");
+    assert!(offset_m < 1e-9 && turn_rad < 1e-7, "{got} is not {expected}");
 }
 
 /// base_link with a laser, and a camera on a mast, each fixed to its parent.
@@ -43,7 +43,7 @@ fn transforms_chain_up_and_down_the_tree() {
 }
 
 #[test]
-fn what_moves_is_interpolated_and_never_carried_on() {
+fn moving_transforms_are_interpolated_and_never_extrapolated() {
     let mut tree = robot();
     for (seconds, x_m) in [(1.0, 2.0), (2.0, 4.0), (1.5, 3.5), (9.0, 9.0)] {
         tree.insert_timed(at_s(seconds), "odom", "base_link", &along_x(x_m)).unwrap();
@@ -86,7 +86,7 @@ fn what_is_missing_is_named() {
     );
     tree.insert_fixed("world", "tripod", &along_x(1.0)).unwrap();
     let message = error_of(&tree, "camera", "tripod").to_string();
-    assert!(message.contains("on \"base_link\"") && message.contains("on \"world\""), "{message}");
+    assert!(message.contains("\"base_link\"") && message.contains("\"world\""), "{message}");
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn what_is_no_tree_is_refused() {
     }
     let refused = tree.insert_fixed("base_link", "laser", &along_x(f64::NAN)).unwrap_err();
     assert!(matches!(refused, TransformRefused::Unusable { .. }), "{refused}");
-    // The last one decides what a frame hangs on.
+    // The last one decides the parent of a frame.
     tree.insert_fixed("mast", "laser", &along_x(7.0)).unwrap();
     check_near(&tree.lookup("mast", "laser", at_s(0.0)).unwrap(), &along_x(7.0));
     assert_eq!(tree.len(), 3);
@@ -134,9 +134,9 @@ fn pose() -> impl Strategy<Value = Isometry3<f64>> {
 }
 
 proptest! {
-    /// A tree in which each frame hangs on an earlier one, some of them moving.
+    /// A tree in which the parent of each frame is an earlier one, some of them moving.
     #[test]
-    fn ways_chain_and_turn_round(
+    fn transforms_chain_and_invert(
         frames in prop::collection::vec((any::<prop::sample::Index>(), pose(), any::<bool>()), 1..12),
         places in prop::array::uniform3(any::<prop::sample::Index>()),
         x_m in -3.0..3.0_f64,

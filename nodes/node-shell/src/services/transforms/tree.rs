@@ -1,4 +1,4 @@
-//! Frames, each with its parent, and the way from one to another.
+//! Frames, each with its parent, and the transform from one to another.
 
 use std::collections::BTreeMap;
 
@@ -53,7 +53,7 @@ impl TransformTree {
         Ok(())
     }
 
-    /// Takes in where `child` was in `parent` at a moment. One of a stamp that is known is passed over: broadcasters
+    /// Takes in where `child` was in `parent` at a moment. One of a known stamp is ignored: broadcasters
     /// repeat themselves.
     ///
     /// # Errors
@@ -90,18 +90,18 @@ impl TransformTree {
     /// between two of a moving frame it is interpolated, and never carried on beyond the last one.
     ///
     /// # Errors
-    /// When a frame is missing, the two are not connected, or the way is not known for the moment.
+    /// When a frame is missing, the two are not connected, or the transform is not known for the moment.
     pub fn lookup(
         &self,
         target: &str,
         source: &str,
         stamp: Stamp,
     ) -> Result<Isometry3<f64>, TransformError> {
-        self.way(target, source, Some(stamp))
+        self.transform_chain(target, source, Some(stamp))
     }
 
-    /// The same by what was told last of each frame, of whatever moment: for frames that hardly move, and are told of
-    /// later than they are asked for.
+    /// The same by the last transform of each frame, of whatever moment: for frames that hardly move, and are published
+    /// later than they are requested.
     ///
     /// # Errors
     /// When a frame is missing, or the two are not connected.
@@ -110,10 +110,10 @@ impl TransformTree {
         target: &str,
         source: &str,
     ) -> Result<Isometry3<f64>, TransformError> {
-        self.way(target, source, None)
+        self.transform_chain(target, source, None)
     }
 
-    fn way(
+    fn transform_chain(
         &self,
         target: &str,
         source: &str,
@@ -156,7 +156,7 @@ impl TransformTree {
         self.edges.is_empty()
     }
 
-    /// The names without what does not belong to them, if the child may hang on the parent in this pose.
+    /// The names without what does not belong to them, if the child may have this parent in this pose.
     fn check(
         &self,
         parent: &str,
@@ -232,7 +232,7 @@ fn pose_at(poses: &PoseBuffer, stamp: Option<Stamp>) -> Result<Isometry3<f64>, P
     Ok(pose.map_from_rig)
 }
 
-/// How many steps lead from each of the two to the first frame that both hang on.
+/// How many steps lead from each of the two to the first common ancestor.
 fn meeting(to_target: &[&str], to_source: &[&str]) -> Option<(usize, usize)> {
     to_target.iter().enumerate().find_map(|(up_target, frame)| {
         let up_source = to_source.iter().position(|other| other == frame)?;

@@ -1,4 +1,4 @@
-//! Data that wait for their transform, which may be told later than they come.
+//! Data that wait for their transform, which may be published later than they arrive.
 
 use std::collections::VecDeque;
 
@@ -51,7 +51,7 @@ impl<T> TransformWait<T> {
         self.waiting.is_empty()
     }
 
-    /// What waits, which has nothing more to wait for: other moments come now.
+    /// Drops and returns all waiting data: the stamps begin anew.
     pub fn start_anew(&mut self) -> Vec<T> {
         self.newest = None;
         std::mem::take(&mut self.waiting).into_iter().map(|(_, data)| data).collect()
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn data_wait_until_others_are_later_by_so_much() {
+    fn data_wait_until_others_are_later_by_this_much() {
         let mut wait = TransformWait::new(0.5, 10);
         for milliseconds in [0, 300, 600] {
             wait.push(at(milliseconds), milliseconds);

@@ -1,4 +1,4 @@
-//! What is wrong with an argument, and what is accepted.
+//! The errors of arguments, with what is accepted.
 
 use crate::settings::names::NameError;
 
@@ -14,12 +14,12 @@ pub enum ArgumentError {
         /// The argument.
         argument: String,
     },
-    /// An option stands at the end, without its value.
+    /// An option is at the end, without its value.
     #[error("`{option}` must be followed by {accepted}")]
     NoValue {
         /// The option.
         option: String,
-        /// What its value looks like.
+        /// The form of its value.
         accepted: &'static str,
     },
     /// The value of an option has another form.
@@ -29,7 +29,7 @@ pub enum ArgumentError {
         option: String,
         /// Its value.
         value: String,
-        /// What its value looks like.
+        /// The form of its value.
         accepted: &'static str,
     },
     /// A name in a remapping breaks the rules for names.

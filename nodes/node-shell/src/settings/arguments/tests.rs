@@ -5,7 +5,7 @@ fn parse(line: &str) -> Result<RosArguments, ArgumentError> {
 }
 
 #[test]
-fn what_stands_outside_belongs_to_the_program() {
+fn arguments_outside_belong_to_the_program() {
     let parsed =
         parse("bag.mcap --rate 2 --ros-args -r a:=b -- --loop --ros-args -p x:=1").unwrap();
     assert_eq!(parsed.own, ["bag.mcap", "--rate", "2", "--loop"]);

@@ -1,6 +1,6 @@
 //! All that is declared of a node's parameters, those of every node included.
 
-use geometry::parameter::{Declaration, all_parameters};
+use geometry::parameter::{Declaration, Parameters, all_parameters};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -11,9 +11,9 @@ use super::{AUTOSTART, NodeParameters, ParameterError, Switches};
 pub struct DeclaredParameter {
     /// Its full name, as ROS 2 has it: `frame.points.levels`.
     pub name: String,
-    /// What it is.
+    /// Its declaration.
     pub declaration: Declaration,
-    /// What it is unless it is set.
+    /// Its default.
     pub default: Value,
 }
 
@@ -22,22 +22,21 @@ pub struct DeclaredParameter {
 /// # Errors
 /// When a default cannot be written as a value.
 pub fn declared<P: NodeParameters>() -> Result<Vec<DeclaredParameter>, ParameterError> {
-    let mut all = with_defaults::<P>(P::DECLARATIONS)?;
-    let mut of_every_node = with_defaults::<Switches>(Switches::DECLARATIONS)?;
+    let mut all = declared_of::<P>()?;
+    let mut of_every_node = declared_of::<Switches>()?;
     of_every_node.retain(|one| P::IS_MANAGED || one.name != AUTOSTART);
     all.append(&mut of_every_node);
     Ok(all)
 }
 
-fn with_defaults<P: Serialize + Default>(
-    declarations: &[Declaration],
-) -> Result<Vec<DeclaredParameter>, ParameterError> {
+fn declared_of<P: Parameters + Serialize + Default>()
+-> Result<Vec<DeclaredParameter>, ParameterError> {
     let defaults = default_values::<P>()?;
     let with_default = |name: String, declaration| {
         let default = name.split('.').fold(&defaults, |group, part| &group[part]).clone();
         DeclaredParameter { name, declaration, default }
     };
-    let all = all_parameters(declarations).into_iter();
+    let all = all_parameters(P::DECLARATIONS).into_iter();
     Ok(all.map(|one| with_default(one.name, one.declaration)).collect())
 }
 

@@ -1,9 +1,9 @@
-//! What is wrong with a parameter or a file of them, where it stood, and what is accepted.
+//! The errors of a parameter or a file of them, with the place and what is accepted.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Where a value stood.
+/// The place of a value.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum ValueOrigin {
     /// In a parameter file.
@@ -47,7 +47,7 @@ pub enum ParameterError {
     NotYaml {
         /// The file.
         path: PathBuf,
-        /// What the parser says.
+        /// The parser's error.
         reason: String,
     },
     /// The file is YAML, but no parameter file.
@@ -70,9 +70,9 @@ pub enum ParameterError {
     Unknown {
         /// The parameter.
         key: String,
-        /// Where it stood.
+        /// Its place.
         origin: ValueOrigin,
-        /// What it may have been meant to be.
+        /// A similar name.
         hint: String,
     },
     /// The value does not fit.
@@ -80,9 +80,9 @@ pub enum ParameterError {
     BadValue {
         /// The parameter.
         key: String,
-        /// Where it stood.
+        /// Its place.
         origin: ValueOrigin,
-        /// What stood there.
+        /// The text there.
         found: String,
         /// What is accepted.
         accepted: String,

@@ -15,7 +15,7 @@ pub(super) struct FileParameter {
     /// The parameter, with dots between its parts.
     pub(super) key: String,
     pub(super) value: Value,
-    /// Where the value stands, from 1.
+    /// The line of the value, from 1.
     pub(super) line: u64,
     /// Whether its section names the node; one such as `/**` or `/robot/*` is for others as well, and has what they know.
     pub(super) names_the_node: bool,
@@ -102,7 +102,7 @@ fn collect_sections<'a>(
                 sections.push((parent.to_owned(), section));
             }
             _ if key == SECTION && parent.is_empty() => {
-                return malformed("stands outside of any node");
+                return malformed("is outside of any node");
             }
             Node::Leaf(Value::Null) if key == SECTION => {}
             Node::Leaf(_) if key == SECTION => return malformed("holds no names with values"),
@@ -111,7 +111,7 @@ fn collect_sections<'a>(
                 collect_sections(inner, &pattern, sections)?;
             }
             Node::Leaf(_) => {
-                return malformed("stands where a node or `ros__parameters` is expected");
+                return malformed("is where a node or `ros__parameters` is expected");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Values laid over the defaults, one by one, each checked by itself so that an error names its key.
+//! Values that override the defaults, one by one, each checked by itself so that an error names its key.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -6,7 +6,10 @@ use serde_json::Value;
 
 use super::{ParameterError, ValueOrigin};
 
-/// The parameters so far: as a tree of values, and as the struct that it stands for.
+/// A message lists the parameters of a node that has no more than this; what it has to say would be lost among more.
+const MAX_LISTED: usize = 20;
+
+/// The parameters so far: as a tree of values, and as the struct of it.
 #[derive(Clone)]
 pub(crate) struct Overlay<P> {
     defaults: Value,
@@ -92,20 +95,25 @@ where
         }
         let mut candidate = self.tree.clone();
         let found = value.clone();
-        let place = key.split('.').try_fold(&mut candidate, |group, part| {
-            group.as_object_mut().and_then(|group| group.get_mut(part))
-        });
-        if let Some(place) = place {
+        if let Some(place) = at_mut(&mut candidate, key) {
             *place = value;
         }
-        match serde_json::from_value(candidate.clone()) {
-            Ok(parameters) => {
-                self.parameters = parameters;
-                self.tree = candidate;
-                Ok(())
+        let parameters: P = serde_json::from_value(candidate.clone())
+            .map_err(|error| bad(&found, error.to_string()))?;
+        // A struct that takes a word and has another one for it has renamed it.
+        if found.is_string() {
+            let renamed =
+                serde_json::to_value(&parameters).ok().and_then(|now| at(&now, key).cloned());
+            if let Some(now) = renamed.filter(|now| *now != found) {
+                tracing::warn!("parameter {key} {origin}: {found} is called {now} now");
+                if let Some(place) = at_mut(&mut candidate, key) {
+                    *place = now;
+                }
             }
-            Err(error) => Err(bad(&found, error.to_string())),
         }
+        self.parameters = parameters;
+        self.tree = candidate;
+        Ok(())
     }
 
     fn default_of(&self, key: &str) -> Option<&Value> {
@@ -123,6 +131,9 @@ where
         let hint = match nearest {
             Some((_, leaf)) => format!("did you mean `{leaf}`?"),
             None if known.is_empty() => "this node has no parameters".to_owned(),
+            None if known.len() > MAX_LISTED => {
+                format!("--help lists the {} that the node has", known.len())
+            }
             None => format!("accepted are {}", known.join(", ")),
         };
         ParameterError::Unknown { key: key.to_owned(), origin, hint }
@@ -131,6 +142,10 @@ where
 
 fn at<'a>(tree: &'a Value, key: &str) -> Option<&'a Value> {
     key.split('.').try_fold(tree, |group, part| group.as_object()?.get(part))
+}
+
+fn at_mut<'a>(tree: &'a mut Value, key: &str) -> Option<&'a mut Value> {
+    key.split('.').try_fold(tree, |group, part| group.as_object_mut()?.get_mut(part))
 }
 
 fn collect_leaves<'a>(value: &'a Value, key: String, leaves: &mut Vec<(String, &'a Value)>) {

@@ -211,6 +211,25 @@ fn a_mistake_in_a_file_has_its_line() {
     }
 }
 
+/// A node with many parameters does not bury the message in their names.
+#[test]
+fn a_message_lists_few_parameters_and_refers_to_the_help_for_many() {
+    #[derive(Clone, Serialize, Deserialize)]
+    struct Gains<const COUNT: usize>(std::collections::BTreeMap<String, f64>);
+    impl<const COUNT: usize> Default for Gains<COUNT> {
+        fn default() -> Self {
+            Self((0..COUNT).map(|index| (format!("gain_{index}"), 0.0)).collect())
+        }
+    }
+    fn message<const COUNT: usize>() -> String {
+        let parameters = Overlay::<Gains<COUNT>>::new().unwrap();
+        parameters.unknown("completely_other", ValueOrigin::CommandLine).to_string()
+    }
+    let (few, many) = (message::<20>(), message::<21>());
+    assert!(few.contains("accepted are gain_0, gain_1, "), "{few}");
+    assert!(many.ends_with("--help lists the 21 that the node has"), "{many}");
+}
+
 /// What a section for several nodes says is for those that know it.
 #[test]
 fn a_section_for_several_nodes_may_hold_what_others_know() {

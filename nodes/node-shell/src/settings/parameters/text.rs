@@ -1,6 +1,9 @@
-//! What people read of parameters: the parameter file with every default, and the help text.
+//! The texts about parameters: the parameter file with every default, and the help text.
 
-use geometry::parameter::{Declaration, Kind, Range};
+use std::collections::BTreeSet;
+
+use geometry::parameter::{Declaration, Kind, Parameters, Range, all_parameters};
+use serde::Serialize;
 use serde_json::Value;
 
 use super::declared::{declared, default_values};
@@ -24,14 +27,14 @@ pub fn type_name(kind: Kind) -> &'static str {
     }
 }
 
-/// What the numbers of a parameter may be, `0 or more`; nothing where all finite ones are accepted.
+/// The accepted numbers of a parameter, `0 or more`; nothing where all finite ones are accepted.
 #[must_use]
 pub fn accepted_numbers(declaration: &Declaration) -> Option<String> {
     let is_number = matches!(declaration.kind, Kind::Whole | Kind::Real | Kind::Reals(_));
     (is_number && declaration.range != Range::FINITE).then(|| declaration.range.to_string())
 }
 
-/// What a parameter means, with the meaning of each text that it may be, in one line.
+/// The meaning of a parameter, with that of each text that it accepts, in one line.
 #[must_use]
 pub fn meaning(declaration: &Declaration) -> String {
     let mut text = declaration.doc.to_owned();
@@ -45,53 +48,98 @@ pub fn meaning(declaration: &Declaration) -> String {
     text
 }
 
-/// The text of a parameter file for a node of this name, with every parameter at its default.
+/// Parameters that several nodes share, in a parameter file of their own.
+#[derive(Clone, Copy, Debug)]
+pub struct SharedParameters<'a> {
+    /// The file.
+    pub file: &'a str,
+    /// Its contents.
+    pub declarations: &'a [Declaration],
+}
+
+/// The text of a parameter file for a node of this name, with every parameter at its default but those that are shared.
 ///
 /// # Errors
 /// When a default cannot be written as a value.
-pub fn parameter_file<P: NodeParameters>(node: &str) -> Result<String, ParameterError> {
+pub fn parameter_file<P: NodeParameters>(
+    node: &str,
+    shared: Option<SharedParameters<'_>>,
+) -> Result<String, ParameterError> {
     let program = node.replace('_', "-");
+    let (mut first, mut about, mut left_out) = (String::new(), String::new(), BTreeSet::new());
+    if let Some(SharedParameters { file, declarations }) = shared {
+        first = format!(" --params-file config/{file}");
+        about = format!("# What it shares with other nodes is in {file}.\n");
+        left_out = all_parameters(declarations).into_iter().map(|one| one.name).collect();
+    }
     let mut text = format!(
         "# The parameters of the node `{node}`, each with its default: a starting point to copy and change.\n\
-         #   {program} --ros-args --params-file config/{node}.yaml\n\
+         #   {program} --ros-args{first} --params-file config/{node}.yaml\n\
+         {about}\
          # The section is for a node of this name in any namespace.\n\
          /**/{node}:\n  ros__parameters:\n"
     );
-    write_members(&mut text, P::DECLARATIONS, &default_values::<P>()?, None, "    ");
+    let mut writer = Writer { text: &mut text, left_out };
+    writer.members(P::DECLARATIONS, &default_values::<P>()?, None, "    ");
     Ok(text)
 }
 
-fn write_members(
-    text: &mut String,
-    members: &[Declaration],
-    defaults: &Value,
-    group: Option<&Declaration>,
-    indentation: &str,
-) {
-    let lead = format!("{indentation}# ");
-    for member in members {
-        let mut member = *member;
-        member.is_changeable |= group.is_some_and(|group| group.is_changeable);
-        member.read_with = member.read_with.or(group.and_then(|group| group.read_with));
-        if let Kind::Group { members, is_flat: true } = member.kind {
-            write_members(text, members, defaults, Some(&member), indentation);
-            continue;
-        }
-        let notes = notes(&member);
-        let comment = match notes.is_empty() {
-            true => member.doc.to_owned(),
-            false => format!("{} ({})", member.doc, notes.join("; ")),
-        };
-        wrap(text, &comment, &lead, &lead, FILE_WIDTH);
-        for choice in choices(&member) {
-            wrap(text, &choice, &format!("{lead}  "), &format!("{lead}    "), FILE_WIDTH);
-        }
-        let value = &defaults[member.name];
-        if let Kind::Group { members, .. } = member.kind {
-            text.push_str(&format!("{indentation}{}:\n", member.name));
-            write_members(text, members, value, Some(&member), &format!("{indentation}  "));
-        } else {
-            text.push_str(&format!("{indentation}{}: {}\n", member.name, yaml(value)));
+/// The text of a parameter file for all nodes with parameters that several of them share, below a comment.
+///
+/// # Errors
+/// When a default cannot be written as a value.
+pub fn shared_parameter_file<P: Parameters + Serialize + Default>(
+    comment: &str,
+) -> Result<String, ParameterError> {
+    let mut text = format!("{comment}/**:\n  ros__parameters:\n");
+    let mut writer = Writer { text: &mut text, left_out: BTreeSet::new() };
+    writer.members(P::DECLARATIONS, &default_values::<P>()?, None, "    ");
+    Ok(text)
+}
+
+/// Writes parameters in YAML, each below its meaning.
+struct Writer<'a> {
+    text: &'a mut String,
+    /// Parameters that are not written.
+    left_out: BTreeSet<String>,
+}
+
+impl Writer<'_> {
+    fn members(
+        &mut self,
+        members: &[Declaration],
+        defaults: &Value,
+        group: Option<&Declaration>,
+        indentation: &str,
+    ) {
+        let lead = format!("{indentation}# ");
+        for member in members {
+            if self.left_out.contains(member.name) {
+                continue;
+            }
+            let mut member = *member;
+            member.is_changeable |= group.is_some_and(|group| group.is_changeable);
+            member.read_with = member.read_with.or(group.and_then(|group| group.read_with));
+            if let Kind::Group { members, is_flat: true } = member.kind {
+                self.members(members, defaults, Some(&member), indentation);
+                continue;
+            }
+            let notes = notes(&member);
+            let comment = match notes.is_empty() {
+                true => member.doc.to_owned(),
+                false => format!("{} ({})", member.doc, notes.join("; ")),
+            };
+            wrap(self.text, &comment, &lead, &lead, FILE_WIDTH);
+            for choice in choices(&member) {
+                wrap(self.text, &choice, &format!("{lead}  "), &format!("{lead}    "), FILE_WIDTH);
+            }
+            let (name, value) = (member.name, &defaults[member.name]);
+            if let Kind::Group { members, .. } = member.kind {
+                self.text.push_str(&format!("{indentation}{name}:\n"));
+                self.members(members, value, Some(&member), &format!("{indentation}  "));
+            } else {
+                self.text.push_str(&format!("{indentation}{name}: {}\n", yaml(value)));
+            }
         }
     }
 }
@@ -106,29 +154,12 @@ fn yaml(value: &Value) -> String {
     }
 }
 
-/// Names and defaults of parameters that are not declared one by one.
-fn write_defaults(text: &mut String, group: &str, defaults: &Value) {
-    let Value::Object(members) = defaults else { return };
-    for (name, default) in members {
-        match default {
-            Value::Object(_) => write_defaults(text, &format!("{group}{name}."), default),
-            default => {
-                let line = format!("{group}{name} (default {})", yaml(default));
-                wrap(text, &line, "  ", "    ", HELP_WIDTH);
-            }
-        }
-    }
-}
-
 /// The parameters of a node for its help text: each with its type, range, default and meaning.
 ///
 /// # Errors
 /// When a default cannot be written as a value.
 pub(crate) fn help<P: NodeParameters>() -> Result<String, ParameterError> {
     let mut text = String::new();
-    if P::DECLARATIONS.is_empty() {
-        write_defaults(&mut text, "", &default_values::<P>()?);
-    }
     for one in declared::<P>()? {
         let mut facts = vec![type_name(one.declaration.kind).to_owned()];
         facts.extend(notes(&one.declaration));
@@ -142,7 +173,7 @@ pub(crate) fn help<P: NodeParameters>() -> Result<String, ParameterError> {
     Ok(text)
 }
 
-/// What is to be known of a parameter besides its meaning.
+/// The remarks on a parameter besides its meaning.
 fn notes(declaration: &Declaration) -> Vec<String> {
     let mut notes = Vec::new();
     let unit = declaration.unit().map(|unit| format!("in {unit}"));
@@ -166,7 +197,7 @@ fn choices(declaration: &Declaration) -> Vec<String> {
     declaration.choices().iter().map(line).collect()
 }
 
-/// Appends a text in lines of this width; `lead` stands before the first line, `next` before the others.
+/// Appends a text in lines of this width; `lead` comes before the first line, `next` before the others.
 fn wrap(text: &mut String, words: &str, lead: &str, next: &str, width: usize) {
     let mut line = lead.to_owned();
     let mut is_empty = true;
@@ -213,7 +244,7 @@ mod tests {
     geometry::parameters! {
         /// Of a node.
         #[derive(Clone, PartialEq, Debug)]
-        struct Parameters {
+        struct OfNode {
             /// Where images come from.
             input: Input = Input::Camera;
             /// Where it is, of so many words that they do not all fit into one line of a help text, whatever they may say,
@@ -226,13 +257,8 @@ mod tests {
         }
     }
 
-    impl NodeParameters for Parameters {
-        const DECLARATIONS: &'static [Declaration] = Self::DECLARATIONS;
+    impl NodeParameters for OfNode {
         const IS_MANAGED: bool = false;
-
-        fn validate(&self) -> Result<(), crate::process::failure::NodeFailure> {
-            Ok(Self::validate(self)?)
-        }
     }
 
     #[test]
@@ -257,7 +283,17 @@ mod tests {
       # Its edge. (above 0, in m)
       edge_m: 0.08
 ";
-        assert_eq!(parameter_file::<Parameters>("a_node").unwrap(), expected);
+        assert_eq!(parameter_file::<OfNode>("a_node", None).unwrap(), expected);
+    }
+
+    #[test]
+    fn what_is_shared_has_a_file_of_its_own() {
+        let shared = SharedParameters { file: "all.yaml", declarations: Voxel::DECLARATIONS };
+        let own = parameter_file::<OfNode>("a_node", Some(shared)).unwrap();
+        assert!(own.contains("voxel:\n") && !own.contains("edge_m"), "{own}");
+        assert!(own.contains("--params-file config/all.yaml --params-file config/a_node.yaml"));
+        let expected = "# Shared.\n/**:\n  ros__parameters:\n    # Its edge. (above 0, in m)\n    edge_m: 0.08\n";
+        assert_eq!(shared_parameter_file::<Voxel>("# Shared.\n").unwrap(), expected);
     }
 
     #[test]
@@ -277,6 +313,6 @@ mod tests {
   use_sim_time (bool; default false)
       Whether the node goes by the time of /clock.
 ";
-        assert_eq!(help::<Parameters>().unwrap(), expected);
+        assert_eq!(help::<OfNode>().unwrap(), expected);
     }
 }

@@ -6,7 +6,7 @@ use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::{Number, Value};
 use serde_saphyr::Spanned;
 
-/// A group or a value, and where it stands.
+/// A group or a value, and its place.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Located {
     pub(super) node: Node,
@@ -14,7 +14,7 @@ pub(super) struct Located {
     pub(super) line: u64,
 }
 
-/// What stands in a place of the document.
+/// The value at a place of the document.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Node {
     /// A mapping, in its order.

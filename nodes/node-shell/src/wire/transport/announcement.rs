@@ -4,7 +4,7 @@
 use std::net::SocketAddrV4;
 use std::time::Duration;
 
-/// What the library announces; `the_library_announces_the_same` compares byte by byte.
+/// The library's announcement; `the_library_announces_the_same` compares byte by byte.
 const HEADER_VERSION: [u8; 2] = [2, 4];
 const PROTOCOL_VERSION: [u8; 2] = [2, 3];
 const VENDOR: [u8; 2] = [0x01, 0x12];
@@ -13,11 +13,11 @@ const VENDOR: [u8; 2] = [0x01, 0x12];
 /// publications, subscriptions and topics, writer and reader of liveliness messages.
 const BUILTIN_ENDPOINTS: u32 = 0x1800_0c3f;
 
-/// After how long without an announcement a peer is given up: five of the library's periods.
+/// After how long without an announcement a peer is dropped: five of the library's periods.
 pub(super) const LEASE: Duration = Duration::from_secs(50);
 
 /// The library counts its own announcements from 1. These numbers are far above, so that none is taken
-/// for a repetition of the library's. A peer that only takes rising numbers then passes over the
+/// for a repetition of the library's. A peer that only takes rising numbers then ignores the
 /// library's, and so its farewell: hence [`Participant::farewell`].
 const FIRST_NUMBER: i64 = 1 << 32;
 
@@ -28,7 +28,7 @@ const WITH_DATA: u8 = 0x04;
 const WITH_KEY: u8 = 0x08;
 const ANY_READER: [u8; 4] = [0; 4];
 const PARTICIPANT_WRITER: [u8; 4] = [0x00, 0x01, 0x00, 0xc2];
-/// From the start of the field that tells the offset of the inline QoS to the inline QoS.
+/// From the start of the field that holds the offset of the inline QoS to the inline QoS.
 const OCTETS_TO_INLINE_QOS: u16 = 16;
 /// Parameter list, little-endian, no options.
 const ENCAPSULATION: [u8; 4] = [0x00, 0x03, 0x00, 0x00];
@@ -51,7 +51,7 @@ mod parameter {
     pub(super) const STATUS_INFO: u16 = 0x0071;
 }
 
-/// What is to be known of a participant.
+/// The announced data of a participant.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Participant {
     pub(super) guid: [u8; 16],

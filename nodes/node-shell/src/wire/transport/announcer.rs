@@ -1,9 +1,9 @@
-//! Makes the participant known to those whom the DDS library does not reach by itself.
+//! Makes the participant known to peers that the DDS library does not reach by itself.
 //!
 //! The library announces its participant by multicast every ten seconds, and on this machine to the first
 //! twelve participants. The announcer sends the same message to the further participants of this machine,
 //! to the static peers, and by multicast more often: a network that comes back is used within a few seconds.
-//! One side is enough: who hears of a participant answers it directly.
+//! One side is enough: a peer that discovers a participant answers it directly.
 
 use std::collections::BTreeSet;
 use std::net::{Ipv4Addr, SocketAddrV4, ToSocketAddrs, UdpSocket};
@@ -24,7 +24,7 @@ const REACHED_BY_THE_LIBRARY: u16 = 12;
 /// implementations.
 const PARTICIPANTS_OF_A_PEER: u16 = 32;
 
-/// The pauses after the first announcements: a peer that starts at the same time is met soon.
+/// The pauses after the first announcements: a peer that starts at the same time is found soon.
 const FIRST_PAUSES: [Duration; 4] = [
     Duration::from_millis(100),
     Duration::from_millis(300),
@@ -38,7 +38,7 @@ const PAUSE: Duration = Duration::from_secs(3);
 /// How often a name is looked up that could not be found, or may have got another address.
 const LOOKUP_PERIOD: Duration = Duration::from_secs(30);
 
-/// To whom to announce.
+/// The destinations of announcements.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Audience {
     pub(super) domain: u16,
@@ -47,13 +47,13 @@ pub(super) struct Audience {
     pub(super) this_machine: bool,
     /// The addresses of the interfaces to announce from by multicast.
     pub(super) multicast_from: Vec<Ipv4Addr>,
-    /// Whether to listen there too, since the participant does not: for whoever announces by multicast is
-    /// one more to announce to.
+    /// Whether to listen there too, since the participant does not: for a peer that announces by multicast is
+    /// one more destination.
     pub(super) listens: bool,
     pub(super) peers: Vec<StaticPeer>,
 }
 
-/// The ways out: one for all unicast destinations, and one for each interface that carries multicast.
+/// The sending sockets: one for all unicast destinations, and one for each interface that carries multicast.
 struct Sockets {
     unicast: UdpSocket,
     multicast: Vec<UdpSocket>,
@@ -75,7 +75,7 @@ impl Sockets {
             let own = participant.prefix();
             MulticastListener::open(audience.domain, own, &audience.multicast_from)
                 .inspect_err(|error| {
-                    tracing::warn!("who announces by multicast is not heard: {error}");
+                    tracing::warn!("peers that announce by multicast are not received: {error}");
                 })
                 .ok()
         });
@@ -114,7 +114,7 @@ impl Announcer {
         let names = audience.host_names();
         let (resolved, addresses) = channel();
         if !names.is_empty() {
-            // It is not joined: a lookup may take many seconds. It ends when nobody listens.
+            // It is not joined: a lookup may take many seconds. It ends when nothing receives its results.
             std::thread::Builder::new()
                 .name("lookup of static peers".to_owned())
                 .spawn(move || look_up(&names, &resolved))?;
@@ -206,14 +206,14 @@ fn announce(
 
 fn send(socket: &UdpSocket, message: &[u8], destinations: &[SocketAddrV4]) {
     for destination in destinations {
-        // Most are nobody's, and a network may be down for a while: the next round tries again.
+        // Most are unused, and a network may be down for a while: the next round tries again.
         if let Err(error) = socket.send_to(message, destination) {
             tracing::trace!("announcement to {destination}: {error}");
         }
     }
 }
 
-/// Looks the names up again and again, until nobody takes their addresses any more.
+/// Looks the names up again and again, until their addresses are no longer received.
 fn look_up(names: &[String], resolved: &Sender<Vec<Ipv4Addr>>) {
     let mut warned = BTreeSet::new();
     loop {

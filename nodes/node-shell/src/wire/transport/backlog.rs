@@ -19,7 +19,7 @@ const MUCH: u64 = 8;
 const LONGEST_BACKLOG: Duration = Duration::from_millis(200);
 /// How often sockets are looked at.
 const LOOK: Duration = Duration::from_millis(50);
-/// How often they are while much waits in one of them: often enough to meet the moments at which it does not.
+/// How often they are while much waits in one of them: often enough to observe the moments at which it does not.
 const BUSY_LOOK: Duration = Duration::from_millis(10);
 /// The kernel makes the least of it that it allows.
 const CLOSED: usize = 0;
@@ -44,7 +44,7 @@ impl BacklogWatch {
     /// Watches `sockets`.
     ///
     /// # Errors
-    /// When there is no thread to be had.
+    /// When no thread can be started.
     pub(super) fn start(sockets: Vec<ReceivingSocket>) -> std::io::Result<Self> {
         let (stop, stopped) = channel();
         let mut watched: Vec<_> = sockets.into_iter().filter_map(Watched::new).collect();
@@ -123,8 +123,8 @@ impl Watched {
             None => Ok(()),
             Some(Turn::Close) => {
                 tracing::debug!(
-                    "this node has had no CPU time to take what arrived for {LONGEST_BACKLOG:?}: what \
-                     arrives is dropped until it has"
+                    "this node has had no CPU time to read its sockets for {LONGEST_BACKLOG:?}: data \
+                     are dropped until it has"
                 );
                 self.handle.set_receive_buffer(CLOSED)
             }
@@ -133,7 +133,7 @@ impl Watched {
     }
 }
 
-/// What waits in a socket.
+/// The bytes that wait in a socket.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Waiting {
     Nothing,
@@ -141,7 +141,7 @@ enum Waiting {
     Much,
 }
 
-/// What is known of the backlog of one socket.
+/// The state of the backlog of one socket.
 #[derive(Clone, Copy, Default, Debug)]
 struct Backlog {
     /// Since when much has waited.
@@ -149,7 +149,7 @@ struct Backlog {
     closed: bool,
 }
 
-/// What is to be done with a socket.
+/// The action on a socket.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Turn {
     Close,

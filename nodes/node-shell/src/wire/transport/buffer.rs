@@ -8,7 +8,7 @@ use super::WANTED_RECEIVE_BUFFER;
 /// 64 kB and therefore waste less of the buffer than those of 1.4 kB (measured).
 const LOOPBACK_GAIN: f64 = 1.9;
 
-/// What lets the kernel grant the receive buffer that is asked for.
+/// The setting that lets the kernel grant the receive buffer that is requested.
 pub const RAISE_RECEIVE_BUFFER: &str = "sudo sysctl -w net.core.rmem_max=33554432";
 
 /// The receive buffer that the kernel grants, and so what size of message arrives whole.
@@ -30,7 +30,7 @@ impl GrantedBuffer {
         self.bytes
     }
 
-    /// What was asked for.
+    /// The requested size.
     #[must_use]
     pub const fn asked(&self) -> usize {
         self.asked
@@ -45,7 +45,7 @@ impl GrantedBuffer {
     /// Whether a message of `bytes` arrives whole.
     ///
     /// # Errors
-    /// When it does not; the error says how to mend that.
+    /// When it does not; the error says how to fix that.
     pub fn check(&self, topic: &str, bytes: usize) -> Result<(), MessageTooLarge> {
         if bytes <= self.largest_safe_message() {
             return Ok(());
@@ -57,15 +57,15 @@ impl GrantedBuffer {
         })
     }
 
-    /// What makes the buffer larger, in words; `None` when it is as large as this suite ever asks for.
+    /// How to make the buffer larger, in words; `None` when it is as large as this suite ever asks for.
     #[must_use]
-    pub fn mend(&self) -> Option<String> {
+    pub fn fix(&self) -> Option<String> {
         if self.bytes >= WANTED_RECEIVE_BUFFER {
             None
         } else if self.bytes < self.asked {
             Some(format!("raise the kernel's limit on this machine: {RAISE_RECEIVE_BUFFER}"))
         } else {
-            Some("unset STILLMAP_RECEIVE_BUFFER_KIB, which asks for no more".to_owned())
+            Some("unset STILLMAP_RECEIVE_BUFFER_KIB, which limits it".to_owned())
         }
     }
 }
@@ -75,7 +75,7 @@ impl fmt::Display for GrantedBuffer {
         let kib = |bytes: usize| bytes / 1024;
         write!(formatter, "{} KiB", kib(self.bytes))?;
         if self.bytes < self.asked {
-            write!(formatter, " of {} KiB asked for", kib(self.asked))?;
+            write!(formatter, " of {} KiB requested", kib(self.asked))?;
         }
         Ok(())
     }
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_message_that_does_not_fit_comes_with_its_mend() {
+    fn a_message_that_does_not_fit_comes_with_its_fix() {
         let small = GrantedBuffer::new(208 * 1024, WANTED_RECEIVE_BUFFER, false);
         assert!(small.check("/scan", 5_000).is_ok());
         let error = small.check("/depth/image", 614_400).unwrap_err().to_string();
@@ -115,17 +115,17 @@ mod tests {
     }
 
     #[test]
-    fn the_mend_fits_what_limits_the_buffer() {
-        let mend = |bytes, asked| GrantedBuffer::new(bytes, asked, false).mend();
-        assert!(mend(4 << 20, WANTED_RECEIVE_BUFFER).unwrap().contains("sysctl"));
-        assert!(mend(1 << 20, 1 << 20).unwrap().contains("STILLMAP_RECEIVE_BUFFER_KIB"));
-        assert_eq!(mend(WANTED_RECEIVE_BUFFER, WANTED_RECEIVE_BUFFER), None);
+    fn the_fix_fits_the_limit_of_the_buffer() {
+        let fix = |bytes, asked| GrantedBuffer::new(bytes, asked, false).fix();
+        assert!(fix(4 << 20, WANTED_RECEIVE_BUFFER).unwrap().contains("sysctl"));
+        assert!(fix(1 << 20, 1 << 20).unwrap().contains("STILLMAP_RECEIVE_BUFFER_KIB"));
+        assert_eq!(fix(WANTED_RECEIVE_BUFFER, WANTED_RECEIVE_BUFFER), None);
     }
 
     #[test]
     fn what_was_not_granted_is_shown() {
         let shown = |bytes| GrantedBuffer::new(bytes, WANTED_RECEIVE_BUFFER, false).to_string();
         assert_eq!(shown(WANTED_RECEIVE_BUFFER), "32768 KiB");
-        assert_eq!(shown(208 * 1024), "208 KiB of 32768 KiB asked for");
+        assert_eq!(shown(208 * 1024), "208 KiB of 32768 KiB requested");
     }
 }

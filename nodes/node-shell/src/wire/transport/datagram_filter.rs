@@ -36,7 +36,7 @@ impl DatagramFilter {
     pub(super) fn on<'a>(sockets: impl Iterator<Item = &'a SocketHandle> + Clone) -> Self {
         if sockets.clone().next().is_none() {
             return Self::Off(
-                "the sockets of this process are not to be had (pidfd_getfd, Linux 5.6)".to_owned(),
+                "the sockets of this process are not available (pidfd_getfd, Linux 5.6)".to_owned(),
             );
         }
         let mut reason = String::new();

@@ -1,4 +1,4 @@
-//! What the environment says about the transport. The only place of the suite that reads it.
+//! The environment's settings of the transport. The only place of the suite that reads it.
 
 use std::borrow::Cow;
 use std::net::Ipv4Addr;
@@ -14,7 +14,7 @@ const RECEIVE_BUFFER: &str = "STILLMAP_RECEIVE_BUFFER_KIB";
 /// As many as ROS 2 takes.
 const MOST_STATIC_PEERS: usize = 32;
 
-/// The environment, or what stands in for it, asks for something that cannot be had.
+/// The environment, or its substitute, requests something impossible.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{variable}={value}: accepted is {accepted}")]
 pub struct TransportError {
@@ -22,7 +22,7 @@ pub struct TransportError {
     pub variable: &'static str,
     /// Its value.
     pub value: String,
-    /// What is accepted.
+    /// The accepted values.
     pub accepted: Cow<'static, str>,
 }
 
@@ -46,7 +46,7 @@ pub(super) fn read(
     }
     if let Some(value) = read(RANGE) {
         transport.range = match value.to_ascii_uppercase().as_str() {
-            // The default of the system is that nobody has configured anything else.
+            // The default of the system is where nothing else is configured.
             "SUBNET" | "SYSTEM_DEFAULT" => DiscoveryRange::Subnet,
             "LOCALHOST" => DiscoveryRange::Localhost,
             "OFF" => DiscoveryRange::Off,
@@ -61,7 +61,7 @@ pub(super) fn read(
     }
     match read(LOCALHOST_ONLY).as_deref() {
         None | Some("0") => {}
-        // It is the older way to say so, and in ROS 2 it wins over the two newer variables.
+        // It is the older variable, and in ROS 2 it wins over the two newer variables.
         Some("1") => {
             if transport.range != DiscoveryRange::Localhost || !transport.static_peers.is_empty() {
                 tracing::debug!("{LOCALHOST_ONLY}=1 wins over {RANGE} and {STATIC_PEERS}");

@@ -4,7 +4,7 @@ use std::net::{Ipv4Addr, UdpSocket};
 
 use super::{Transport, ports};
 
-/// Above 101 the ports are among those that the kernel gives out to whoever asks for any.
+/// Above 101 the ports are among those that the kernel gives out to any process that asks for one.
 const DOMAINS: std::ops::Range<u16> = 1..101;
 
 /// A domain that no other of these is on as long as this lives.

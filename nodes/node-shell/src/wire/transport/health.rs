@@ -13,7 +13,7 @@ use crate::process::throttle::Throttle;
 pub struct ReceiveHealth {
     granted: GrantedBuffer,
     filter: DatagramFilter,
-    /// What each of the participant's sockets has dropped, by inode; `None` where the kernel does not list
+    /// The drops of each of the participant's sockets, by inode; `None` where the kernel does not list
     /// them.
     dropped: Option<Mutex<BTreeMap<u64, u64>>>,
     /// Warnings that name the topics that suffer.
@@ -52,7 +52,7 @@ impl ReceiveHealth {
     }
 
     /// How many datagrams the kernel dropped so far because a receive buffer was full, or because the filter refused them;
-    /// `None` where the kernel does not tell.
+    /// `None` where the kernel does not report it.
     #[must_use]
     pub fn dropped_datagrams(&self) -> Option<u64> {
         let mut dropped = self.dropped.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! Which network interfaces a transport uses, for those who look for a fault.
+//! Which network interfaces a transport uses, for diagnostics.
 
 use std::net::Ipv4Addr;
 
@@ -14,7 +14,7 @@ pub struct InterfaceInUse {
     pub addresses: Vec<Ipv4Addr>,
     /// Whether it carries multicast.
     pub multicast: bool,
-    /// The largest datagram that it carries in one piece, where the system tells.
+    /// The largest datagram that it carries in one piece, where the system reports it.
     pub mtu_bytes: Option<u32>,
 }
 
@@ -30,7 +30,7 @@ impl Transport {
     /// The network interfaces that a node on this transport uses.
     ///
     /// # Errors
-    /// When an interface that was asked for is not there.
+    /// When an interface that was requested is not there.
     pub fn interfaces_in_use(&self) -> Result<Vec<InterfaceInUse>, TransportError> {
         let present = interfaces::of_this_machine();
         let plan = self.plan(&present)?;
@@ -57,10 +57,10 @@ impl Transport {
         !self.static_peers.is_empty()
     }
 
-    /// What the kernel would grant a node on this transport; found out without anybody hearing of it.
+    /// The buffer that the kernel would grant a node on this transport; found out without sending anything.
     ///
     /// # Errors
-    /// When there are no sockets to be had.
+    /// When there are no sockets available.
     pub fn probe_receive_buffer(&self) -> Result<GrantedBuffer, ShellError> {
         let loopback_only = self.plan(&interfaces::of_this_machine())?.is_loopback_only();
         let alone = self.clone().with_range(super::DiscoveryRange::Off);

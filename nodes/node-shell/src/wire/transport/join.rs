@@ -24,7 +24,7 @@ const MULTICAST_ATTEMPTS: usize = 3;
 /// One participant on the network.
 pub struct Joined {
     // The announcer says farewell, so it goes first.
-    /// Makes the participant known beyond what the DDS library does; `None` where nobody else is to
+    /// Makes the participant known beyond what the DDS library does; `None` where no other participant is to
     /// know of it.
     pub announcer: Option<Announcer>,
     /// The participant.
@@ -33,20 +33,20 @@ pub struct Joined {
     pub granted: GrantedBuffer,
     /// How well the participant receives.
     pub health: Arc<ReceiveHealth>,
-    /// Keeps the participant from reading for ever; `None` where its sockets are not to be had.
+    /// Keeps the participant from reading for ever; `None` where its sockets are not available.
     pub backlog: Option<BacklogWatch>,
     /// The threads by which the library serves the participant.
     pub(crate) threads: LibraryThreads,
 }
 
-/// What the settings mean on this machine.
+/// The settings as applied to this machine.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Plan {
     /// The addresses to use; `None` means all.
     networks: Option<Vec<Ipv4Addr>>,
     /// Whether to announce by multicast.
     multicast: bool,
-    /// Whether to offer peers to send by multicast. Who does is sent to by multicast alone, so this is
+    /// Whether to offer peers to send by multicast. Such a peer is sent to by multicast alone, so this is
     /// not for networks that may not carry it, as those are for which somebody lists static peers.
     offers_multicast: bool,
     this_machine: bool,
@@ -73,7 +73,7 @@ impl Plan {
             .collect()
     }
 
-    /// What is to be announced of the participant; `None` when nobody is to know of it.
+    /// The announcement of the participant; `None` when it is not announced.
     fn announced(
         &self,
         participant: &DomainParticipant,
@@ -119,7 +119,7 @@ impl Transport {
         Ok(self.join_announcing()?.0)
     }
 
-    /// Joins the network; tells what is announced, too.
+    /// Joins the network; returns what is announced, too.
     pub(super) fn join_announcing(&self) -> Result<(Joined, Option<Participant>), ShellError> {
         let present = interfaces::of_this_machine();
         let plan = self.plan(&present)?;
@@ -153,7 +153,7 @@ impl Transport {
         let offered = possible && bar.is_none();
         let mut participant = self.build(plan)?;
         for _ in 1..MULTICAST_ATTEMPTS {
-            if !offered || self.hears_multicast(before) {
+            if !offered || self.receives_multicast(before) {
                 break;
             }
             // Another process has just barred the ports for itself.
@@ -161,7 +161,7 @@ impl Transport {
             participant = self.build(plan)?;
         }
         drop(bar);
-        let offered = offered && self.hears_multicast(before);
+        let offered = offered && self.receives_multicast(before);
         Ok((participant, offered))
     }
 
@@ -180,7 +180,7 @@ impl Transport {
 
     /// Whether this process has opened a socket for multicast since `before`; taken for granted where the
     /// kernel does not list sockets.
-    fn hears_multicast(&self, before: &BTreeMap<u64, i32>) -> bool {
+    fn receives_multicast(&self, before: &BTreeMap<u64, i32>) -> bool {
         let port = [ports::discovery_multicast(self.domain_id)];
         sockets::own_at(&port, before).is_ok_and(|found| !found.is_empty())
             || sockets::list().is_err()

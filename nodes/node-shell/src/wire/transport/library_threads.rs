@@ -1,11 +1,11 @@
 //! The threads by which the DDS library serves a participant, and when they rest.
 //!
-//! RustDDS 0.15.1 stands still for ever where an endpoint is made at the wrong moment. Its discovery thread locks
-//! its database for reading while it tells the event loop, through a queue of 32, whom a new endpoint meets; the
-//! event loop, which empties the queue, reads the database for each participant that it is told of; and who
-//! makes the next endpoint waits to write to the database, which holds up every reader after it. Some twenty
-//! participants that start together on a busy machine are enough: one of them hears and says nothing more. The
-//! library's interface does not tell when the discovery thread is done with an endpoint, but the kernel does: when
+//! RustDDS 0.15.1 deadlocks where an endpoint is made at the wrong moment. Its discovery thread locks
+//! its database for reading while it sends the event loop, through a queue of 32, the matches of a new endpoint; the
+//! event loop, which empties the queue, reads the database for each participant that it is sent; and the thread that
+//! creates the next endpoint waits to write to the database, which holds up every reader after it. Some twenty
+//! participants that start together on a busy machine are enough: one of them neither receives nor sends any more. The
+//! library's interface does not show when the discovery thread is done with an endpoint, but the kernel does: when
 //! that thread and the event loop sleep at one moment, the queue is empty and nothing is locked.
 
 use std::collections::BTreeSet;
@@ -17,8 +17,8 @@ const NAME: &str = "RustDDS";
 /// The pause between two looks. The threads need some 0.1 ms for an endpoint.
 const PAUSE: Duration = Duration::from_micros(100);
 
-/// After so long the next endpoint is made in any case: an event loop that data keep busy never rests, and of 24 nodes that
-/// start at once on two cores two endpoints in three wait so long. By then the discovery thread is done with the one before:
+/// After this long the next endpoint is made in any case: an event loop that data keep busy never rests, and of 24 nodes that
+/// start at once on two cores two endpoints in three wait this long. By then the discovery thread is done with the one before:
 /// ten such starts of ten went well.
 const LONGEST: Duration = Duration::from_millis(250);
 
@@ -33,7 +33,7 @@ pub(crate) struct LibraryThreads {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Look {
     sleeps: bool,
-    /// How often it has left the processor: whoever woke in between has.
+    /// How often it has left the processor: a thread that woke in between has.
     switches: u64,
 }
 

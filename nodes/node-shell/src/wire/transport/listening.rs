@@ -1,4 +1,4 @@
-//! Hears who announces by multicast, for a participant that has its multicast barred.
+//! Receives multicast announcements, for a participant that has its multicast barred.
 
 use std::collections::BTreeSet;
 use std::net::{IpAddr, Ipv4Addr, SocketAddrV4, UdpSocket};
@@ -13,18 +13,18 @@ const MOST_MACHINES: usize = 256;
 /// How many datagrams are looked at in one go: more than a full site sends between two looks.
 const MOST_DATAGRAMS: usize = 4096;
 
-/// What every message starts with, and where the sender's name is in it.
+/// The start of every message, and where the sender's name is in it.
 const PROTOCOL: &[u8] = b"RTPS";
 const SENDER: std::ops::Range<usize> = 8..20;
 
-/// Listens for announcements. It does not read them: whoever sends one is announced to in turn, and so
+/// Listens for announcements. It does not read them: the sender is announced to in turn, and so
 /// finds this participant, and answers it directly.
 #[derive(Debug)]
 pub(super) struct MulticastListener {
     socket: UdpSocket,
     /// The participant's own name, by which its own announcements are known.
     own: [u8; 12],
-    /// The machine's own addresses: who is on this machine is found in another way.
+    /// The machine's own addresses: peers on this machine are found by other means.
     here: Vec<Ipv4Addr>,
     machines: BTreeSet<Ipv4Addr>,
 }

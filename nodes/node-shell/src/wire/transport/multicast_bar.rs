@@ -1,6 +1,6 @@
 //! Keeps a participant from hearing multicast, and so from offering it to its peers.
 //!
-//! The DDS library sends to whom offers multicast by multicast alone. Where the network does not carry
+//! The DDS library sends to a peer that offers multicast by multicast alone. Where the network does not carry
 //! it, as many wireless ones do not, such a peer is found and then nothing arrives. The library has no
 //! switch for it, but does without multicast when the ports for it are taken.
 

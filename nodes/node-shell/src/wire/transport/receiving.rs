@@ -15,15 +15,15 @@ pub(super) struct Receiving {
     pub(super) granted: GrantedBuffer,
     /// The sockets, where the kernel lists them.
     pub(super) inodes: Option<BTreeSet<u64>>,
-    /// Keeps the participant from reading for ever; `None` where its sockets are not to be had.
+    /// Keeps the participant from reading for ever; `None` where its sockets are not available.
     pub(super) backlog: Option<BacklogWatch>,
     /// Whether what arrives is judged before the library gets it.
     pub(super) filter: DatagramFilter,
 }
 
 impl Transport {
-    /// Filters what arrives, asks for more buffer where that may be had, and watches what data comes by: the sockets that
-    /// participant `number` has opened since `before`. With `loopback` nothing else is heard than what comes by that.
+    /// Filters what arrives, asks for more buffer where possible, and watches the sockets that data arrive on: the sockets that
+    /// participant `number` has opened since `before`. With `loopback` only datagrams from the loopback interface are received.
     pub(super) fn receiving(
         &self,
         number: u16,
@@ -88,7 +88,7 @@ impl Transport {
     }
 }
 
-/// Shuts out what comes by another interface: the library's sockets are open to all.
+/// Refuses datagrams from another interface: the library's sockets are open to all.
 fn hear_only(interface: &Interface, sockets: &[(u16, ReceivingSocket)]) {
     for (port, socket) in sockets {
         if let Err(error) = socket.handle.bind_to(&interface.name) {
@@ -101,7 +101,7 @@ fn hear_only(interface: &Interface, sockets: &[(u16, ReceivingSocket)]) {
 fn handles(found: &[(UdpSocketEntry, i32)]) -> Vec<(u16, ReceivingSocket)> {
     let handle = |(entry, number): &(UdpSocketEntry, i32)| {
         let handle = SocketHandle::of(*number)
-            .inspect_err(|error| tracing::debug!("a socket is not to be had: {error}"));
+            .inspect_err(|error| tracing::debug!("a socket is not available: {error}"));
         Some((entry.port, ReceivingSocket { inode: entry.inode, handle: handle.ok()? }))
     };
     found.iter().filter_map(handle).collect()

@@ -1,5 +1,5 @@
 //! The UDP sockets of this process, which the DDS library keeps to itself: what the kernel grants and
-//! drops is read from the kernel, and what it did not grant is asked for again where that may be had.
+//! drops is read from the kernel, and what it did not grant is requested again where possible.
 
 use std::collections::BTreeMap;
 
@@ -10,13 +10,13 @@ use super::datagram_filter::Instruction;
 pub(super) struct UdpSocketEntry {
     pub(super) port: u16,
     pub(super) inode: u64,
-    /// What waits to be read, in bytes of the kernel's memory, as it counts them against the receive buffer.
+    /// The data waiting to be read, in bytes of the kernel's memory, as it counts them against the receive buffer.
     pub(super) waiting_bytes: u64,
     /// Datagrams that found the receive buffer full.
     pub(super) dropped: u64,
 }
 
-/// Reads the kernel's list of UDP sockets. Lines that are not understood are passed over.
+/// Reads the kernel's list of UDP sockets. Lines that are not understood are ignored.
 pub(super) fn parse_list(list: &str) -> Vec<UdpSocketEntry> {
     list.lines().skip(1).filter_map(parse_line).collect()
 }
@@ -49,7 +49,7 @@ pub(super) fn own() -> std::io::Result<BTreeMap<u64, i32>> {
     let mut own = BTreeMap::new();
     for entry in std::fs::read_dir("/proc/self/fd")? {
         let entry = entry?;
-        // What was closed meanwhile is no socket of the participant.
+        // A socket that was closed meanwhile is not the participant's.
         let Ok(target) = std::fs::read_link(entry.path()) else { continue };
         let inode = target
             .to_str()
@@ -87,7 +87,7 @@ impl SocketHandle {
     /// A handle of the socket that has this number.
     ///
     /// # Errors
-    /// Where there is none to be had, as in some containers.
+    /// Where there is none available, as in some containers.
     pub(super) fn of(number: i32) -> std::io::Result<Self> {
         use rustix::process::{PidfdFlags, PidfdGetfdFlags, getpid, pidfd_getfd, pidfd_open};
 
@@ -98,7 +98,7 @@ impl SocketHandle {
     /// The receive buffer, in bytes.
     ///
     /// # Errors
-    /// Where the kernel does not tell.
+    /// Where the kernel does not report it.
     pub(super) fn receive_buffer(&self) -> std::io::Result<usize> {
         // Linux reports the double, for its bookkeeping.
         Ok(rustix::net::sockopt::socket_recv_buffer_size(&self.0)? / 2)
@@ -108,7 +108,7 @@ impl SocketHandle {
     /// that needs the right to administrate the network.
     ///
     /// # Errors
-    /// Where the kernel does not tell.
+    /// Where the kernel does not report it.
     pub(super) fn grown_receive_buffer(&self, wanted: usize) -> std::io::Result<Grown> {
         let before = self.receive_buffer()?;
         if before >= wanted
@@ -143,7 +143,7 @@ impl SocketHandle {
         socket2::SockRef::from(&self.0).attach_filter(&program)
     }
 
-    /// Lets only what comes by this interface arrive.
+    /// Accepts only datagrams from this interface.
     ///
     /// # Errors
     /// Where the kernel refuses: before Linux 5.7 it takes the right to use raw sockets.
@@ -194,7 +194,7 @@ pub(super) struct Grown {
 /// Asks a new socket for a buffer and reads back what it got: the kernel clamps in silence.
 ///
 /// # Errors
-/// When there is no socket to be had.
+/// When there is no socket available.
 pub(super) fn read_back(wanted: usize) -> std::io::Result<usize> {
     use socket2::{Domain, Protocol, Socket, Type};
 

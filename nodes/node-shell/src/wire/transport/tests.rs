@@ -1,7 +1,7 @@
 use super::*;
 
 #[test]
-fn the_transport_tells_where_it_reaches() {
+fn the_transport_reports_its_reach() {
     let transport = Transport::on_domain(3).unwrap();
     assert_eq!(transport.to_string(), "domain 3, all networks");
     let local = transport.clone().loopback_only();

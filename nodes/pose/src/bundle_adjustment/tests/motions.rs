@@ -1,4 +1,4 @@
-//! What odometry adds to what keyframes show.
+//! The contribution of odometry besides the observations of keyframes.
 
 use nalgebra::Translation3;
 
@@ -81,35 +81,35 @@ fn depths_of_a_view_that_are_off_alike_do_not_drag_it_along() {
 }
 
 #[test]
-fn odometry_of_a_map_is_told_from_keyframe_to_keyframe_and_leg_by_leg() {
+fn odometry_of_a_map_is_given_from_keyframe_to_keyframe_and_leg_by_leg() {
     let frame = blank_frame(4, 0);
     let mut map = Map::new(MapConfig::default());
     let legs = [(0, 0.0), (0, 1.0), (0, 2.0), (1, 0.0), (1, 0.5)];
     let ids: Vec<KeyframeId> = legs
         .iter()
-        .map(|(leg, way_m)| {
+        .map(|(leg, travelled_m)| {
             let by_odometry = Some(ByOdometry {
                 leg: *leg,
-                camera_from_odom: Isometry3::translation(-way_m, 0.0, 0.0),
-                way_m: *way_m,
+                camera_from_odom: Isometry3::translation(-travelled_m, 0.0, 0.0),
+                travelled_m: *travelled_m,
                 turned_rad: 0.0,
             });
             map.insert_keyframe(NewKeyframe { by_odometry, ..blank(&frame) }).unwrap()
         })
         .collect();
     let config = WindowConfig::default();
-    let told = |map: &Map| -> Vec<(usize, usize, f64)> {
+    let ties = |map: &Map| -> Vec<(usize, usize, f64)> {
         let all = Window::full(map, &config).bundle.motions;
         all.iter().map(|by| (by.from, by.to, by.to_from_from.translation.x)).collect()
     };
-    assert_eq!(told(&map), [(0, 1, -1.0), (1, 2, -1.0), (3, 4, -0.5)]);
-    // What went is passed by: the way is as long, and as unsure, as it was.
+    assert_eq!(ties(&map), [(0, 1, -1.0), (1, 2, -1.0), (3, 4, -0.5)]);
+    // A removed keyframe is skipped: the distance and its uncertainty are as before.
     map.cull_keyframe(ids[1]).unwrap();
     let motions = Window::full(&map, &config).bundle.motions;
     assert_eq!(motions[0].to_from_from.translation.x, -2.0);
     let MotionConfig { shift_m, drift_per_m, .. } = config.motions;
     assert!((motions[0].std_dev.shift_m - (shift_m + 2.0 * drift_per_m)).abs() < 1e-12);
-    // A window of one has what is beside it on the way, held.
+    // A window of one contains its neighbours on the path, held.
     let window = Window::local(&map, ids[2], &config).unwrap();
     assert_eq!(window.keyframes(), [ids[0], ids[2]]);
     assert!(window.bundle.poses[0].is_fixed && !window.bundle.poses[1].is_fixed);

@@ -7,7 +7,7 @@ use estimation::executor::map;
 
 use super::gradient::{Gradient, GradientField, LEAST_SIDE_PX};
 
-/// Anchors are told apart by strength to a quarter of a gray level: 8 units.
+/// Anchors are sorted by strength to a quarter of a gray level: 8 units.
 const STRENGTH_SHIFT: u32 = 3;
 
 /// The pixels whose gradient is a maximum across the edge (Edge Drawing, step 3): the strongest first, and row by
@@ -43,7 +43,7 @@ struct Search<'a> {
     interval: usize,
 }
 
-/// What a row's pixels are compared by.
+/// The values by which a row's pixels are compared.
 #[derive(Clone, Default)]
 struct Row {
     magnitudes: Vec<u16>,

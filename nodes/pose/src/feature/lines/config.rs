@@ -1,6 +1,6 @@
-//! What line segments are found by.
+//! The parameters of the detection of line segments.
 
-/// What `|Gx| + |Gy|` is at most: 6 times 255.
+/// The largest `|Gx| + |Gy|`: 6 times 255.
 const LARGEST_GRADIENT: f64 = 1530.0;
 /// No image has longer edges.
 const LONGEST_PX: i64 = 100_000;

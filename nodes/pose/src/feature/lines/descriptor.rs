@@ -1,4 +1,4 @@
-//! What a line segment looks like.
+//! The descriptor of a line segment.
 
 use super::detector::LineDetector;
 use super::gradient::GradientField;
@@ -20,15 +20,15 @@ const BAND_SIGMA_ROWS: f32 = BAND_ROWS as f32;
 const SAMPLE_STEP_PX: f32 = 2.0;
 /// More samples of a row than this say nothing new about a mean.
 const MOST_SAMPLES: usize = 24;
-/// What is told of each band: the mean and the deviation, over rows, of the sums of gradients to the left, to the
+/// The values of each band: the mean and the deviation, over rows, of the sums of gradients to the left, to the
 /// right, ahead and back.
 const NUMBERS: usize = 8;
 /// Pairs of bands that are compared: all 36 but the four that lie farthest apart.
 const PAIRS: usize = 32;
-/// Positions within a pixel, as fractions of so many bits.
+/// Positions within a pixel, as fractions of this many bits.
 const FRACTION_BITS: u32 = 16;
 
-/// What the surroundings of a segment look like: a binary line band descriptor, of 256 bits.
+/// The descriptor of a segment's surroundings: a binary line band descriptor, of 256 bits.
 ///
 /// Each bit says whether one band along the segment has more of some gradient than another band has. It does not depend
 /// on brightness or contrast, nor on where the segment lies or how it is turned, within what pixels allow; of two scales
@@ -52,12 +52,12 @@ impl LineDescriptor {
 pub struct LineFeature {
     /// Where it is.
     pub segment: LineSegment,
-    /// What it looks like.
+    /// Its descriptor.
     pub descriptor: LineDescriptor,
 }
 
 impl LineDetector {
-    /// What these segments look like in the image that was last given to [`detect`](Self::detect).
+    /// The descriptors of these segments in the image that was last given to [`detect`](Self::detect).
     #[must_use]
     pub fn describe(&self, segments: &[LineSegment]) -> Vec<LineFeature> {
         let weights = Weights::new();

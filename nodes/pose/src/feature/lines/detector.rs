@@ -68,7 +68,7 @@ impl LineDetector {
         self.detect_in_steps(image, |_| ())
     }
 
-    /// The same, calling `done` after each step: so that the steps can be timed, by whoever has a clock.
+    /// The same, calling `done` after each step: so that the steps can be timed, by a caller with a clock.
     pub fn detect_in_steps(
         &mut self,
         image: &GrayImage,

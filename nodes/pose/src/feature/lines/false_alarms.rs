@@ -7,7 +7,7 @@ use super::growing::StraightEdge;
 
 /// A gradient of noise points anywhere; it is aligned with a line's normal within 22.5 degrees by one chance in eight.
 const ALIGNED_BY_CHANCE: f64 = 0.125;
-/// Positions within a pixel, as fractions of so many bits.
+/// Positions within a pixel, as fractions of this many bits.
 const FRACTION_BITS: u32 = 32;
 /// tan(22.5 degrees).
 const ALIGNED_TAN: f32 = 0.414_213_57;

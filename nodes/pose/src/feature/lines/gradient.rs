@@ -43,7 +43,7 @@ impl Gradient {
     }
 }
 
-/// The gradients of all pixels, row by row. Those of the outermost pixels are 0: whoever walks along gradients stays
+/// The gradients of all pixels, row by row. Those of the outermost pixels are 0: a walk along gradients stays
 /// off the border, where a pixel lacks neighbours.
 #[derive(Clone, Default, Debug)]
 pub(super) struct GradientField {

@@ -6,15 +6,15 @@ use super::LineConfig;
 use super::gradient::GradientField;
 use super::moments::{FittedLine, Moments};
 
-/// While a line grows it is fitted anew each time that it has grown by an eighth.
+/// While a line grows it is fitted again each time that it has grown by an eighth.
 const REFIT_SHIFT: u32 = 3;
-/// The peak of a gradient lies at most so far from the pixel that is the largest: farther, the three pixels are no peak.
+/// The peak of a gradient lies at most this far from the pixel that is the largest: farther, the three pixels are no peak.
 const FARTHEST_PEAK_PX: f64 = 1.0;
 
 /// Neighbouring pixels' points of an edge are no farther apart: a diagonal, and a half to each.
 const CLOSED_PX: f64 = 2.5;
 
-/// Where an edge turns, the smoothing bends it, over so many pixels: 5 of the kernel and 3 of the operator, half of them
+/// Where an edge turns, the smoothing bends it, over this many pixels: 5 of the kernel and 3 of the operator, half of them
 /// on each side.
 const BENT_ENDS_PX: usize = 3;
 
@@ -109,7 +109,7 @@ fn next_line(
     Some((StraightEdge { moments, line, start_along_px, end_along_px }, end))
 }
 
-/// The first so many consecutive points that lie on a line: which, and their moments.
+/// The first run of this many consecutive points on a line: which, and their moments.
 fn first_seed(
     points: &[Point2<f64>],
     from: usize,
@@ -133,7 +133,7 @@ fn first_seed(
 struct Growth {
     moments: Moments,
     line: FittedLine,
-    /// After how many more points it is fitted anew.
+    /// After how many more points it is fitted again.
     refit_in: usize,
 }
 
@@ -162,7 +162,7 @@ impl Growth {
         reached
     }
 
-    /// The moments of the points that are on the line now, whether they were when they were met or not; without those
+    /// The moments of the points that are on the line now, whether they were when they were reached or not; without those
     /// at the ends, if what remains is a seed or more.
     fn settled(&self, points: &[Point2<f64>], config: &LineConfig) -> Moments {
         let bent = if points.len() >= config.seed_px + 2 * BENT_ENDS_PX { BENT_ENDS_PX } else { 0 };

@@ -71,8 +71,8 @@ pub enum NoLineInSpace {
 ///
 /// The inverse of the depth of a straight line is a straight line over the image; and the deviation of a structured
 /// light or stereo camera's depth, which grows with its square, is the same everywhere for the inverse (Khoshelham and
-/// Elberink 2012). So the line is fitted to inverse depths: what most of the pairs agree on, then least squares over
-/// what agrees with it. The rays are exact in comparison.
+/// Elberink 2012). So the line is fitted to inverse depths: the consensus of most of the pairs, then least squares over
+/// its inliers. The rays are exact in comparison.
 ///
 /// # Errors
 /// When too few places have a depth, or these do not lie on a straight line.

@@ -6,9 +6,9 @@ use super::LineConfig;
 use super::false_alarms::FalseAlarms;
 use super::growing::StraightEdge;
 
-/// The ends of two parts may lie so far beside each other: each is fitted with an uncertainty of its own.
+/// The ends of two parts may lie this far beside each other: each is fitted with an uncertainty of its own.
 const MOST_BESIDE_PX: f64 = 3.0;
-/// A part may begin so far before the end of the one that it continues: an edge that a crossing one has bent.
+/// A part may begin this far before the end of the one that it continues: an edge that a crossing one has bent.
 const MOST_OVERLAP_PX: f64 = 4.0;
 /// A cell of the grid that starts are looked up in is no smaller than this.
 const LEAST_CELL_PX: f64 = 16.0;

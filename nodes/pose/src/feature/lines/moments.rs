@@ -73,7 +73,7 @@ impl Moments {
         }
     }
 
-    /// Whether the points deviate from their line by at most so much, squared and in the mean: whether the smaller
+    /// Whether the points deviate from their line by at most this much, squared and in the mean: whether the smaller
     /// eigenvalue of their scatter is no larger. It is larger just if the scatter less this much is still positive
     /// definite, which takes no root.
     pub(super) fn lie_within(&self, mean_square_px2: f64) -> bool {
@@ -107,7 +107,7 @@ impl FittedLine {
         self.direction.perp(&(point - self.centroid_px))
     }
 
-    /// The point so far along.
+    /// The point at this distance along the line.
     pub(super) fn at(&self, along_px: f64) -> Point2<f64> {
         self.centroid_px + along_px * self.direction
     }

@@ -16,7 +16,7 @@ pub(super) struct EdgeChains {
     drawn: Vec<bool>,
 }
 
-/// Which way an edge is followed.
+/// The direction in which an edge is followed.
 #[derive(Clone, Copy, PartialEq)]
 enum Heading {
     /// The brighter side on the left.
@@ -26,11 +26,11 @@ enum Heading {
 }
 
 impl EdgeChains {
-    /// Draws an edge through each anchor that no edge has reached yet, both ways, as far as gradients have
+    /// Draws an edge through each anchor that no edge has reached yet, in both directions, as far as gradients have
     /// `least_magnitude`. Chains of fewer than `least_pixels` are not kept.
     ///
-    /// Edge Drawing ("smart routing") remembers from where it came and looks for the way on. Here the gradient itself
-    /// says it: who keeps the brighter side on the left has one way to go, also where an edge turns from running along
+    /// Edge Drawing ("smart routing") remembers from where it came and searches for the next pixel. Here the gradient itself
+    /// gives it: with the brighter side on the left there is one direction to follow, also where an edge turns from running along
     /// rows to running along columns, and never steps over to an edge of the other polarity beside it.
     pub(super) fn draw(
         &mut self,

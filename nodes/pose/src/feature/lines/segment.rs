@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 /// A straight piece of an edge.
 ///
-/// It is directed: whoever looks from its start to its end has the brighter side on the left (with columns to the right
+/// It is directed: seen from its start to its end the brighter side is on the left (with columns to the right
 /// and rows downwards, as an image is looked at).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LineSegment {
@@ -46,7 +46,7 @@ impl LineSegment {
         [0.5 * (self.start_px[0] + self.end_px[0]), 0.5 * (self.start_px[1] + self.end_px[1])]
     }
 
-    /// The other way round.
+    /// The reversed segment.
     #[must_use]
     pub fn reversed(&self) -> Self {
         Self { start_px: self.end_px, end_px: self.start_px, ..*self }

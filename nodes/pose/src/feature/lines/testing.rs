@@ -157,7 +157,7 @@ pub(crate) fn end_errors_px(segment: &LineSegment, [from, to]: [Point2<f64>; 2])
     [distance(segment.start_px, from), distance(segment.end_px, to)]
 }
 
-/// Whether two segments have the same ends, within so many pixels.
+/// Whether two segments have the same ends, within this many pixels.
 pub(crate) fn are_alike(one: &LineSegment, other: &LineSegment, within_px: f64) -> bool {
     let ends = [other.start_px, other.end_px].map(|end| Point2::from(end.map(f64::from)));
     end_errors_px(one, ends).into_iter().all(|error| error <= within_px)

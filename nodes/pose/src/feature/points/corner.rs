@@ -5,7 +5,7 @@ use nalgebra::Point2;
 /// The bits of a descriptor.
 pub const DESCRIPTOR_BITS: usize = 256;
 
-/// What the surroundings of a corner look like, as 256 comparisons of brightness. Two views of one thing differ in few.
+/// The descriptor of a corner: 256 comparisons of brightness of its surroundings. Two views of one thing differ in few.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Descriptor(pub [u64; DESCRIPTOR_BITS / u64::BITS as usize]);
 
@@ -30,6 +30,6 @@ pub struct Corner {
     pub angle_rad: f32,
     /// The largest threshold below which the segment test finds this corner, in gray levels.
     pub response: f32,
-    /// What its surroundings look like, turned by `angle_rad`.
+    /// The descriptor of its surroundings, rotated by `angle_rad`.
     pub descriptor: Descriptor,
 }

@@ -76,7 +76,7 @@ fn compare(patch: &[u8; PATCH_PIXELS], direction: Direction) -> Descriptor {
 }
 
 /// Adding this to a number of a few digits leaves the number, rounded to a whole one, in the last bits of the float:
-/// 1.5 * 2^23. The patch's middle is added on the way.
+/// 1.5 * 2^23. The patch's middle is added in the same step.
 const ROUNDING: f32 = 12_582_912.0 + PATCH_RADIUS_PX as f32;
 
 /// Where a pixel of the pattern lies in the patch after the turn.

@@ -41,7 +41,7 @@ impl Candidate {
     }
 }
 
-/// What a thread works on.
+/// The scratch memory of a thread.
 #[derive(Clone, Default, Debug)]
 pub(super) struct Scratch {
     /// Strengths of the band's rows and of one above and below.

@@ -32,7 +32,7 @@ pub struct PointExtractor {
     scratches: Vec<Scratch>,
 }
 
-/// What a thread works on.
+/// The scratch memory of a thread.
 #[derive(Clone, Default, Debug)]
 struct Scratch {
     detection: detection::Scratch,

@@ -25,7 +25,7 @@ struct Level {
 }
 
 impl Pyramid {
-    /// A pyramid for images of a size (columns, rows): as many levels as asked for, as long as they have room for a
+    /// A pyramid for images of a size (columns, rows): as many levels as requested, as long as they have room for a
     /// corner.
     pub(super) fn new(size_px: (usize, usize), levels: usize, scale_factor: f64) -> Self {
         let sizes = (0..levels as i32).map(|level| {

@@ -8,7 +8,7 @@ use crate::image::GrayImage;
 /// The radius of the disc that the centroid is taken of, in pixels of the level: half of the patch of 31 pixels
 /// (Rublee et al. 2011).
 pub(super) const PATCH_RADIUS_PX: usize = 15;
-/// A row of the disc is read as so many pixels.
+/// A row of the disc is read as this many pixels.
 const READ_PX: usize = 32;
 
 /// A direction in the image, as a unit vector: x right, y down.

@@ -6,7 +6,7 @@ use multiversion::multiversion;
 pub(super) const RING_RADIUS_PX: usize = 3;
 /// Columns that are worked on at once: the test has no branch within, so that a compiler makes vectors of it.
 pub(super) const BLOCK_PX: usize = 32;
-/// What a block reads of each row.
+/// The pixels that a block reads of each row.
 const SPAN_PX: usize = BLOCK_PX + 2 * RING_RADIUS_PX;
 /// Rows that the ring touches.
 const RING_ROWS: usize = 2 * RING_RADIUS_PX + 1;
@@ -103,7 +103,7 @@ fn block_strengths(window: &Window, threshold: u8, output: &mut [u8]) {
     }
 }
 
-/// The best of the sixteen arcs of nine pixels: the darkest pixel of the brightest arc, or the other way round. Two
+/// The best of the sixteen arcs of nine pixels: the darkest pixel of the brightest arc, or the reverse. Two
 /// arcs each share eight pixels, and differ in the one at either end. Plain loops of a known length: closures would
 /// not become vectors.
 #[inline(always)]

@@ -126,7 +126,7 @@ fn the_corners_of_squares_are_where_they_were_drawn() {
             let truth = Point2::new((x + dx) as f32, (y + dy) as f32);
             let near = found.iter().filter(|corner| (corner.pixel - truth).norm() < 4.0);
             let nearest = near.map(|corner| (corner.pixel - truth).norm()).fold(f32::MAX, f32::min);
-            // FAST's corner lies a pixel or two inside of where the edges meet.
+            // FAST's corner lies a pixel or two inside of where the edges intersect.
             assert!(nearest < 2.0, "{truth}: {nearest}");
         }
     }
@@ -157,7 +157,7 @@ fn the_number_of_threads_changes_nothing() {
 }
 
 #[test]
-fn as_many_corners_as_asked_for_wherever_there_are_so_many() {
+fn as_many_corners_as_requested_wherever_there_are_enough() {
     let image = view(&picture(), &similarity(0.0, 2.0, VIEW_PX, PICTURE_PX), VIEW_PX);
     for max_corners in [1, 7, 50, 333] {
         let found = corners(&image, PointConfig { max_corners, ..config() });

@@ -36,7 +36,7 @@ pub enum PixelEncoding {
      bayer_{{rggb,bggr,gbrg,grbg}}{{8,16}}, yuv422, uyvy, yuv422_yuy2 and yuyv are"
 )]
 pub struct UnknownEncoding {
-    /// What it is called.
+    /// Its name.
     pub name: String,
 }
 
@@ -68,7 +68,7 @@ impl FromStr for PixelEncoding {
     }
 }
 
-/// What a row consists of.
+/// The layout of a row.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Samples {
     Gray { bytes: usize },

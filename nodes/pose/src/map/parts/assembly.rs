@@ -24,7 +24,7 @@ impl Map {
         let mut points = Vec::with_capacity(counts.1);
         for (index, point) in parts.points.into_iter().enumerate() {
             check_point(&point).ok_or(PartsError::Number { what: "point", index })?;
-            let sightings = seen_by_nobody(point.born, point.times);
+            let sightings = unobserved(point.born, point.times);
             let point = MapPoint { position_m: point.position_m, look: point.look, sightings };
             points.push(map.points.insert(point).ok_or(PartsError::Full)?);
         }
@@ -33,7 +33,7 @@ impl Map {
             let [start_m, end_m] = line.ends_m;
             PluckerLine::through(&start_m, &end_m)
                 .ok_or(PartsError::Number { what: "line", index })?;
-            let sightings = seen_by_nobody(line.born, line.times);
+            let sightings = unobserved(line.born, line.times);
             let line = MapLine { start_m, end_m, descriptor: line.descriptor, sightings };
             lines.push(map.lines.insert(line).ok_or(PartsError::Full)?);
         }
@@ -98,11 +98,11 @@ impl Map {
         Ok(())
     }
 
-    /// A keyframe hangs on another one, and is the end of loops.
+    /// Sets the parent of a keyframe, and its loops.
     fn tie(&mut self, index: usize, rest: &Rest, ids: &[KeyframeId]) -> Result<(), PartsError> {
         if let Some(parent) = rest.parent {
             let parent = found(ids, parent, (index, "parent"))?;
-            self.hang(rest.id, parent);
+            self.set_parent(rest.id, parent);
         }
         let mut loops = BTreeMap::new();
         for (other, camera_from_other) in &rest.loops {
@@ -119,7 +119,7 @@ impl Map {
     }
 }
 
-/// What a keyframe is to know of others, when these are there.
+/// The references of a keyframe to others, set when these exist.
 struct Rest {
     id: KeyframeId,
     points: Vec<Option<u32>>,
@@ -128,7 +128,7 @@ struct Rest {
     loops: Vec<(u32, Isometry3<f64>)>,
 }
 
-fn seen_by_nobody(born: u64, times: FoundTimes) -> Sightings {
+fn unobserved(born: u64, times: FoundTimes) -> Sightings {
     Sightings { by_keyframe: BTreeMap::new(), born, times }
 }
 

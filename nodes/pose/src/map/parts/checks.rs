@@ -1,4 +1,4 @@
-//! What must hold of each part by itself.
+//! The invariants of each part by itself.
 
 use estimation::perturbation::is_finite;
 use nalgebra::Isometry3;
@@ -24,19 +24,19 @@ pub(super) fn check_point(point: &PointPart) -> Option<()> {
 pub(super) fn check_keyframe(index: usize, part: &KeyframePart) -> Result<(), PartsError> {
     let KeyframePart { camera, camera_from_map, frame, points, lines, loops, .. } = part;
     camera.validate().map_err(|source| PartsError::Camera { index, source })?;
-    for (features, told) in [
+    for (features, listed) in [
         (frame.corners.len(), points.len()),
         (frame.corners.len(), frame.corner_depths.len()),
         (frame.lines.len(), lines.len()),
         (frame.lines.len(), frame.lines_in_space.len()),
     ] {
-        if features != told {
-            return Err(PartsError::Features { index, features, told });
+        if features != listed {
+            return Err(PartsError::Features { index, features, listed });
         }
     }
     let poses = loops.iter().map(|(_, pose)| pose).chain([camera_from_map]);
     let is_odometry = part.by_odometry.iter().all(|by| {
-        is_pose(&by.camera_from_odom) && by.way_m.is_finite() && by.turned_rad.is_finite()
+        is_pose(&by.camera_from_odom) && by.travelled_m.is_finite() && by.turned_rad.is_finite()
     });
     if poses.into_iter().all(is_pose) && is_odometry && is_frame(frame) {
         Ok(())

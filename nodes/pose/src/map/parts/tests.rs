@@ -6,9 +6,9 @@ use super::*;
 use crate::map::testing::{Fuzz, PLACE_M, blank_map};
 
 /// What a map says under indices in the place of ids, by its own questions.
-type Told = (Vec<Vec<(u32, usize)>>, Vec<Vec<(u32, u32)>>, Vec<Vec<u32>>, Vec<Option<u32>>);
+type Description = (Vec<Vec<(u32, usize)>>, Vec<Vec<(u32, u32)>>, Vec<Vec<u32>>, Vec<Option<u32>>);
 
-fn told(map: &Map) -> Told {
+fn described(map: &Map) -> Description {
     let keyframes = ranks(&map.keyframes);
     let points = map.points.iter().map(|(_, point)| point.sightings().clone());
     let lines = map.lines.iter().map(|(_, line)| line.sightings().clone());
@@ -39,7 +39,7 @@ proptest! {
         let parts = fuzz.map.parts();
         let again = Map::from_parts(parts.clone()).unwrap();
         prop_assert_eq!(again.check(), Ok(()));
-        prop_assert_eq!(told(&again), told(&fuzz.map));
+        prop_assert_eq!(described(&again), described(&fuzz.map));
         prop_assert_eq!(again.parts(), parts);
     }
 }
@@ -103,7 +103,7 @@ fn parts_that_are_none_of_a_map_are_refused_by_name() {
     assert!(matches!(camera, PartsError::Camera { index: 1, .. }), "{camera}");
     assert_eq!(
         error(|parts| parts.keyframes[1].points.truncate(9)),
-        PartsError::Features { index: 1, features: 10, told: 9 }
+        PartsError::Features { index: 1, features: 10, listed: 9 }
     );
     assert_eq!(
         error(|parts| parts.keyframes[1].points[0] = Some(1)),

@@ -16,7 +16,7 @@ pub(crate) struct Fuzz {
 }
 
 impl Fuzz {
-    /// Begins with so many keyframes that see nothing.
+    /// Begins with this many keyframes that see nothing.
     pub(crate) fn new(keyframes: usize, seed: u64) -> Self {
         let (map, _) = blank_map(keyframes);
         Self { map, random: Random::new(seed), refused: 0, done: [0; 8] }
@@ -85,11 +85,11 @@ impl Fuzz {
         let frame = blank_frame(10, 5);
         let points = [self.pick(&self.map.points.clone()), self.pick(&self.map.points.clone())];
         let points: Vec<_> = points.into_iter().flatten().enumerate().collect();
-        let way_m = self.random.between(-1.0, 1.0);
-        let by_odometry = (way_m > 0.0).then(|| ByOdometry {
+        let travelled_m = self.random.between(-1.0, 1.0);
+        let by_odometry = (travelled_m > 0.0).then(|| ByOdometry {
             leg: 3,
-            camera_from_odom: Isometry3::translation(way_m, 0.0, 0.0),
-            way_m,
+            camera_from_odom: Isometry3::translation(travelled_m, 0.0, 0.0),
+            travelled_m,
             turned_rad: 0.5,
         });
         let new = NewKeyframe { points: &points, by_odometry, ..blank(&frame) };

@@ -1,4 +1,4 @@
-//! Long ways: a corridor about a block of rooms, and floors that look alike.
+//! Long paths: a corridor about a block of rooms, and floors that look alike.
 
 use super::*;
 
@@ -16,9 +16,9 @@ fn at(place: Vector3<f64>, heading_rad: f64) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(place), turn).inverse()
 }
 
-/// Things on both walls along a way, so many a metre.
-fn walls(way: &[Isometry3<f64>], per_m: f64, random: &mut Random) -> World {
-    let points = way.iter().flat_map(|camera_from_map| {
+/// Landmarks on both walls along a path, this many a metre.
+fn walls(path: &[Isometry3<f64>], per_m: f64, random: &mut Random) -> World {
+    let points = path.iter().flat_map(|camera_from_map| {
         let things = (per_m * STEP_M) as usize;
         let place = |random: &mut Random| {
             let side = if random.between(-1.0, 1.0) < 0.0 { -HALF_WIDTH_M } else { HALF_WIDTH_M };
@@ -34,8 +34,8 @@ fn walls(way: &[Isometry3<f64>], per_m: f64, random: &mut Random) -> World {
 }
 
 /// What is near enough before each camera.
-fn near(world: &World, way: &[Isometry3<f64>]) -> Vec<World> {
-    let near = way.iter().map(|camera_from_map| {
+fn near(world: &World, path: &[Isometry3<f64>]) -> Vec<World> {
+    let near = path.iter().map(|camera_from_map| {
         let is_near = |place: &Point3<f64>| (camera_from_map * place).coords.norm() < SEEN_TO_M;
         let points = world.points.iter().filter(|(place, _)| is_near(place)).copied().collect();
         World { points, lines: Vec::new(), noise: world.noise }
@@ -58,37 +58,37 @@ fn rms_m(trip: &Trip) -> f64 {
 
 /// Once about a block of 10 by 5 m, and on till the first side has been seen again.
 fn about_a_block() -> Vec<Isometry3<f64>> {
-    let mut way = Vec::new();
+    let mut path = Vec::new();
     let (mut place, mut heading_rad) = (Vector3::zeros(), 0.0_f64);
     for side_m in [10.0, 5.0, 10.0, 5.0, 9.0] {
         let steps = (side_m / STEP_M) as usize;
         for _ in 0..steps {
             place += STEP_M * Vector3::new(heading_rad.sin(), 0.0, heading_rad.cos());
-            way.push(at(place, heading_rad));
+            path.push(at(place, heading_rad));
         }
         for _ in 0..9 {
             heading_rad += 10.0_f64.to_radians();
-            way.push(at(place, heading_rad));
+            path.push(at(place, heading_rad));
         }
     }
-    way
+    path
 }
 
 fn block(seed: u64) -> Trip {
-    let way = about_a_block();
-    let first_round = &way[..way.len() - 30 - 9];
+    let path = about_a_block();
+    let first_round = &path[..path.len() - 30 - 9];
     let world = walls(first_round, 60.0, &mut Random::new(1000 + seed));
-    let shown = near(&world, &way);
-    walk(&way, &|frame| &shown[frame], ODOMETRY, seed)
+    let shown = near(&world, &path);
+    walk(&path, &|frame| &shown[frame], ODOMETRY, seed)
 }
 
 #[test]
-fn the_way_about_a_block_is_closed() {
+fn the_loop_around_a_block_is_closed() {
     for seed in 0..SEEDS {
         let trip = block(seed);
         let (kept, rms_m) = (trip.kept.len(), rms_m(&trip));
         println!("seed {seed}: {kept} kept, {} closed, {rms_m:.4} m", trip.closed.len());
-        // 0.3 % of the way.
+        // 0.3 % of the distance.
         assert!(!trip.closed.is_empty() && rms_m < 0.003 * 30.0, "{seed}: {rms_m}");
     }
 }
@@ -101,7 +101,7 @@ fn floors(seed: u64) -> Trip {
     let up: Vec<_> = (1..=10)
         .map(|step| at(Vector3::new(0.0, -HEIGHT_M * f64::from(step) / 10.0, along[29]), 0.0))
         .collect();
-    // Backwards, looking the same way as on the ground.
+    // Backwards, looking in the same direction as on the ground floor.
     let above: Vec<_> =
         along.iter().rev().map(|z| at(Vector3::new(0.0, -HEIGHT_M, *z), 0.0)).collect();
     let mut random = Random::new(2000 + seed);
@@ -122,8 +122,8 @@ fn floors(seed: u64) -> Trip {
     shown.extend(near(&stairs, &up));
     shown.extend(near(&with_stairs(&lifted), &above[..6]));
     shown.extend(near(&lifted, &above[6..]));
-    let way: Vec<_> = ground.iter().chain(&up).chain(&above).copied().collect();
-    walk(&way, &|frame| &shown[frame], ODOMETRY, seed)
+    let path: Vec<_> = ground.iter().chain(&up).chain(&above).copied().collect();
+    walk(&path, &|frame| &shown[frame], ODOMETRY, seed)
 }
 
 #[test]

@@ -30,7 +30,7 @@ geometry::parameters! {
 pub struct ProjectedLineConfig {
     /// When two segments are alike.
     pub matching: LineMatchConfig,
-    /// A segment's ends lie at most so far from where its line was foreseen.
+    /// A segment's ends lie at most this far from where its line was predicted.
     pub max_offset_px: f64,
     /// Along the line, the two share at least this much of the shorter one.
     pub min_overlap: f64,
@@ -40,7 +40,7 @@ impl Default for ProjectedLineConfig {
     fn default() -> Self {
         Self {
             matching: LineMatchConfig::default(),
-            // ORB-SLAM searches 15 pixels around a point that the motion model foresees.
+            // ORB-SLAM searches 15 pixels around a point that the motion model predicts.
             max_offset_px: 15.0,
             // Segments break; what shares less than a half may be the next one on the same wall.
             min_overlap: 0.5,

@@ -4,7 +4,7 @@ use std::f32::consts::{PI, TAU};
 
 use crate::feature::lines::LineFeature;
 
-/// So many sets, of 10 degrees each (PL-SLAM).
+/// This many sets, of 10 degrees each (PL-SLAM).
 const BINS: usize = 36;
 const BIN_RAD: f32 = TAU / BINS as f32;
 

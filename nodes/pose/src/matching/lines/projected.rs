@@ -1,4 +1,4 @@
-//! Matching of lines whose place is foreseen.
+//! Matching of lines whose place is predicted.
 
 use nalgebra::{Point2, Vector2};
 
@@ -17,11 +17,11 @@ pub struct ProjectedLine {
     pub start_px: Point2<f64>,
     /// Where the other end should be.
     pub end_px: Point2<f64>,
-    /// What it looks like.
+    /// Its descriptor.
     pub descriptor: LineDescriptor,
 }
 
-/// Which segment is which of the lines: of those of about its direction, near where it is foreseen and beside it rather
+/// Which segment is which of the lines: of those of about its direction, near where it is predicted and beside it rather
 /// than ahead of it, the one that is most alike, and clearly more so than the second. In the order of the lines; no
 /// segment is taken twice.
 ///
@@ -73,7 +73,7 @@ fn on_one_line(one: &LineSegment, other: &LineSegment) -> bool {
         let axis = Axis::new(point(one.start_px), point(one.end_px));
         axis.is_some_and(|axis| axis.distance_px(other) <= SAME_LINE_PX)
     };
-    // By the longer one: a short one says little of where a line goes on.
+    // By the longer one: a short one determines the line's direction badly.
     if one.length_px() >= other.length_px() { lies_on(one, other) } else { lies_on(other, one) }
 }
 

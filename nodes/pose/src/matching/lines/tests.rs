@@ -26,7 +26,7 @@ fn look(number: u64) -> LineDescriptor {
     }))
 }
 
-/// The same look with so many bits another.
+/// The same descriptor with this many bits changed.
 fn changed(mut look: LineDescriptor, bits: u32) -> LineDescriptor {
     for bit in 0..bits as usize {
         let bit = bit * 11 % 256;
@@ -100,7 +100,7 @@ fn what_is_too_different_too_alike_to_another_or_taken_is_no_match() {
     let twins = [at(50.0, changed(look(1), 40)), at(58.0, changed(look(1), 45))];
     assert_eq!(match_lines(&one, &twins, &config), []);
     assert_eq!(guided(&[projected(&one[0])], &twins), []);
-    // Pieces of one line are no rivals where the line is foreseen.
+    // Pieces of one line are no rivals where the line is predicted.
     let pieces = [
         feature([10.0, 50.0], [45.0, 50.0], changed(look(1), 45)),
         feature([50.0, 50.5], [90.0, 50.5], changed(look(1), 40)),
@@ -116,7 +116,7 @@ fn what_is_too_different_too_alike_to_another_or_taken_is_no_match() {
 }
 
 #[test]
-fn a_line_is_sought_where_it_is_foreseen() {
+fn a_line_is_searched_for_where_it_is_predicted() {
     let line = projected(&feature([100.0, 100.0], [200.0, 100.0], look(1)));
     let finds = |start: [f32; 2], end: [f32; 2]| {
         !guided(&[line], &[feature(start, end, look(1))]).is_empty()
@@ -125,7 +125,7 @@ fn a_line_is_sought_where_it_is_foreseen() {
     // Beside it, turned a little, longer, a piece of it.
     assert!(finds([100.0, 114.0], [200.0, 114.0]) && finds([110.0, 92.0], [190.0, 104.0]));
     assert!(finds([0.0, 101.0], [400.0, 101.0]) && finds([150.0, 99.0], [170.0, 99.0]));
-    // Too far beside it, turned too much, the other way round, ahead of it.
+    // Too far beside it, rotated too much, reversed, ahead of it.
     assert!(!finds([100.0, 116.0], [200.0, 116.0]) && !finds([130.0, 93.0], [170.0, 107.0]));
     assert!(!finds([200.0, 100.0], [100.0, 100.0]) && !finds([190.0, 100.0], [290.0, 100.0]));
     // What is nowhere is not found.

@@ -65,7 +65,7 @@ fn measure(descriptor: &Descriptor, others: &[Descriptor], distances: &mut [u16]
     }
 }
 
-/// The nearest by these distances, and the same the other way round: `back` of each of the others learns of the
+/// The nearest by these distances, and the same in reverse: `back` of each of the others is updated by the
 /// corner `index`. Of equally near ones the first counts.
 fn choose(distances: &[u16], index: u32, back: &mut [Nearest]) -> Nearest {
     let mut nearest = Nearest::default();

@@ -6,7 +6,7 @@ use crate::feature::points::Corner;
 
 /// The side of a bucket: a few corners each, with a thousand in an image of 640 x 480 pixels.
 const BUCKET_PX: f32 = 32.0;
-/// An image wider or higher has buckets only up to here; what lies beyond is in the last ones.
+/// An image wider or higher has buckets only up to here; positions beyond are in the last ones.
 const MOST_BUCKETS: usize = 256;
 
 /// Corners in square buckets over the image, so that those near a position are found without looking at all.
@@ -21,7 +21,7 @@ pub struct CornerGrid<'a> {
     order: Vec<u32>,
 }
 
-/// The bucket of a coordinate among so many.
+/// The bucket of a coordinate among this many.
 fn bucket(coordinate_px: f32, buckets: usize) -> usize {
     // A negative coordinate, or none, becomes 0.
     ((coordinate_px / BUCKET_PX) as usize).min(buckets.saturating_sub(1))

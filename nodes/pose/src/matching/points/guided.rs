@@ -16,21 +16,21 @@ pub struct PredictedCorner {
     pub level: u8,
     /// Its angle in the image that it was last seen in, if the check of turns is to consider it.
     pub angle_rad: Option<f32>,
-    /// What its surroundings look like.
+    /// The descriptor of its surroundings.
     pub descriptor: Descriptor,
 }
 
-/// The parameters of guided matching. Every default stands in [`GuidedConfig::default`] and nowhere else.
+/// The parameters of guided matching. Every default is in [`GuidedConfig::default`] and nowhere else.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct GuidedConfig {
-    /// When two descriptors are taken for the same. The ratio is asked for between corners of the same level only.
+    /// When two descriptors are taken for the same. The ratio is tested between corners of the same level only.
     pub matching: MatchConfig,
     /// How far from its prediction a corner of level 0 may be found, in pixels.
     pub radius_px: f32,
     /// How much farther on each further level: the factor between the levels of the pyramid.
     pub scale_factor: f32,
-    /// It may be found so many levels above or below the predicted one.
+    /// It may be found this many levels above or below the predicted one.
     pub level_tolerance: u8,
 }
 

@@ -146,7 +146,7 @@ fn nothing_matches_nothing() {
     assert!(invalid.validate().unwrap_err().to_string().contains("radius_px"));
 }
 
-/// A descriptor with so many bits set.
+/// A descriptor with this many bits set.
 fn bits(count: u32) -> Descriptor {
     Descriptor([u64::MAX.checked_shr(64 - count).unwrap_or(0), 0, 0, 0])
 }
@@ -156,7 +156,7 @@ fn prediction(descriptor: Descriptor) -> PredictedCorner {
 }
 
 #[test]
-fn two_corners_alike_are_told_apart_only_on_different_levels() {
+fn two_corners_alike_are_distinguished_only_on_different_levels() {
     let sought = [prediction(bits(0))];
     let (near, rival) = (corner(bits(20)), corner(bits(21)));
     let matched = |corners: &[Corner]| {

@@ -1,4 +1,4 @@
-//! What the map holds in memory to records, and back.
+//! Converts the map in memory to records, and back.
 
 use std::sync::Arc;
 
@@ -106,13 +106,13 @@ impl From<SavedKeyframe> for KeyframePart {
 
 impl SavedOdometry {
     fn of(by: &ByOdometry) -> Self {
-        let ByOdometry { leg, camera_from_odom, way_m, turned_rad } = *by;
-        Self { leg, camera_from_odom: Pose::of(&camera_from_odom), way_m, turned_rad }
+        let ByOdometry { leg, camera_from_odom, travelled_m, turned_rad } = *by;
+        Self { leg, camera_from_odom: Pose::of(&camera_from_odom), travelled_m, turned_rad }
     }
 
     fn by_odometry(self) -> ByOdometry {
-        let Self { leg, camera_from_odom, way_m, turned_rad } = self;
-        ByOdometry { leg, camera_from_odom: camera_from_odom.isometry(), way_m, turned_rad }
+        let Self { leg, camera_from_odom, travelled_m, turned_rad } = self;
+        ByOdometry { leg, camera_from_odom: camera_from_odom.isometry(), travelled_m, turned_rad }
     }
 }
 
@@ -207,7 +207,7 @@ impl From<&PointPart> for SavedPoint {
             towards_cameras: towards_cameras.into(),
             nearest_and_farthest_m: [nearest_m, farthest_m],
             born: part.born,
-            foreseen_and_found: [part.times.foreseen, part.times.found],
+            predicted_and_found: [part.times.expected, part.times.found],
         }
     }
 }
@@ -221,8 +221,8 @@ impl From<SavedPoint> for PointPart {
             nearest_m,
             farthest_m,
         };
-        let [foreseen, found] = saved.foreseen_and_found;
-        let times = FoundTimes { foreseen, found };
+        let [expected, found] = saved.predicted_and_found;
+        let times = FoundTimes { expected, found };
         Self { position_m: Point3::from(saved.position_m), look, born: saved.born, times }
     }
 }
@@ -233,19 +233,19 @@ impl From<&LinePart> for SavedLine {
             ends_m: part.ends_m.map(Into::into),
             descriptor: bytes_of(&part.descriptor.0),
             born: part.born,
-            foreseen_and_found: [part.times.foreseen, part.times.found],
+            predicted_and_found: [part.times.expected, part.times.found],
         }
     }
 }
 
 impl From<SavedLine> for LinePart {
     fn from(saved: SavedLine) -> Self {
-        let [foreseen, found] = saved.foreseen_and_found;
+        let [expected, found] = saved.predicted_and_found;
         Self {
             ends_m: saved.ends_m.map(Point3::from),
             descriptor: LineDescriptor(words_of(&saved.descriptor)),
             born: saved.born,
-            times: FoundTimes { foreseen, found },
+            times: FoundTimes { expected, found },
         }
     }
 }

@@ -24,7 +24,7 @@ impl Stage {
         Ok((file, saved))
     }
 
-    /// Puts the map of the file in the place of the map. Odometry goes on; the camera is looked for in the new map. When it
+    /// Puts the map of the file in the place of the map. Odometry continues; the camera is searched for in the new map. When it
     /// fails, all is as it was. Returns what was done.
     ///
     /// # Errors
@@ -35,24 +35,24 @@ impl Stage {
         }
         let file = self.map_file.as_ref().ok_or(NO_MAP_FILE)?;
         let saved = file.load()?;
-        let told = file.loaded(&saved);
+        let message = file.loaded(&saved);
         let tracker = self.follower.tracker().clone();
         let world_from_map = saved.world_from_map;
         self.follower = Follower::new(&self.parameters, Some(saved.map), Some(tracker))?;
         self.output.reset(Some(&world_from_map));
-        self.forget_way();
-        tracing::info!("{told}");
-        Ok(told)
+        self.reset_trajectory();
+        tracing::info!("{message}");
+        Ok(message)
     }
 
-    /// Begins anew: the next image is the first one. A map that the camera is only placed in stays, and the camera is looked for
+    /// Begins anew: the next image is the first one. A map that is only used for localisation stays, and the camera is searched for
     /// in it. Returns what was done.
     ///
     /// # Errors
-    /// When there is no thread to be had for the new map.
+    /// When no thread can be started for the new map.
     pub(in crate::shell) fn begin_anew(&mut self) -> Result<String, NodeFailure> {
         let kept = self.follower.map().filter(|_| self.parameters.localisation_only);
-        let told = match &kept {
+        let message = match &kept {
             Some(map) => {
                 format!("looks for the camera in the map of {} keyframes", map.keyframes().len())
             }
@@ -61,10 +61,10 @@ impl Stage {
         let world_from_map = kept.is_some().then(|| *self.output.frames().world_from_map());
         self.follower = Follower::new(&self.parameters, kept.map(|map| (*map).clone()), None)?;
         self.output.reset(world_from_map.as_ref());
-        self.forget_way();
+        self.reset_trajectory();
         self.forget_inputs();
-        tracing::info!("{told}");
-        Ok(told)
+        tracing::info!("{message}");
+        Ok(message)
     }
 
     /// Saves the map where the parameter `save_map_on_exit` says, if it does.

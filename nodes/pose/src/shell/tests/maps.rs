@@ -9,7 +9,7 @@ use nalgebra::Isometry3;
 
 use super::*;
 
-/// Within so many images the camera is found: a third of a second.
+/// Within this many images the camera is found: a third of a second.
 const SOON: u32 = 10;
 /// Where the rig was set off on the second day, in its odometry's frame.
 const SET_OFF: [f64; 6] = [4.0, -3.0, 0.0, 1.0, 0.0, 0.0];
@@ -30,8 +30,8 @@ fn saved_map() -> (tempfile::TempDir, String) {
             scene.is_right(index);
         }
         let (file, saved) = scene.stage.to_be_saved().unwrap();
-        let told = file.save(&saved).unwrap();
-        assert!(told.contains("keyframes") && told.contains(&path), "{told}");
+        let message = file.save(&saved).unwrap();
+        assert!(message.contains("keyframes") && message.contains(&path), "{message}");
         std::fs::read(&path).unwrap()
     });
     std::fs::write(&path, bytes).unwrap();
@@ -40,7 +40,7 @@ fn saved_map() -> (tempfile::TempDir, String) {
 
 /// A camera that was found in the map.
 struct Found {
-    /// After so many images.
+    /// After this many images.
     after: u32,
     /// How far off the last pose in the map was.
     off_m: f64,
@@ -48,7 +48,7 @@ struct Found {
     odom: Isometry3<f64>,
 }
 
-/// Shows these images; what became of them, if any had a pose in the map.
+/// Shows these images; the last result with a pose in the map, if any.
 fn found(scene: &mut Scene, images: std::ops::Range<u32>) -> Option<Found> {
     let poses = scene.peer.subscription::<PoseStamped>("pose", &Qos::reliable(100)).unwrap();
     let first = images.start;
@@ -83,15 +83,15 @@ fn a_camera_is_found_in_a_map_of_another_day_within_a_third_of_a_second() {
     assert_eq!(before, std::fs::read(&path).unwrap());
     let Found { after, off_m, odom } = found(&mut scene, 20..20 + SOON).unwrap();
     assert!(after < SOON && off_m < 0.01, "{after} {off_m}");
-    // Odometry begins where it was set off, and goes on from there.
+    // Odometry begins at its start, and continues from there.
     let went = pose_from_vector(&SET_OFF).inverse() * odom;
     let went_m = right_m(SOON - 1);
     assert!((went.translation.y + went_m).abs() < 0.01, "{went}");
-    // The map is the map of that day still.
+    // The map is unchanged.
     assert_eq!(map(&scene), before);
-    // Begun anew it is looked for again, in the same map.
-    let told = scene.stage.begin_anew().unwrap();
-    assert!(told.contains("in the map of"), "{told}");
+    // After a restart it is searched for again, in the same map.
+    let message = scene.stage.begin_anew().unwrap();
+    assert!(message.contains("in the map of"), "{message}");
     scene.calibrate();
     let Found { after, off_m, .. } = found(&mut scene, 40..40 + SOON).unwrap();
     assert!(after < SOON && off_m < 0.01, "{after} {off_m}");
@@ -99,7 +99,7 @@ fn a_camera_is_found_in_a_map_of_another_day_within_a_third_of_a_second() {
 }
 
 #[test]
-fn the_way_is_told_in_the_frame_of_the_map_with_the_first_pose() {
+fn the_trajectory_is_published_in_the_frame_of_the_map_with_the_first_pose() {
     let mut scene = Scene::with(PoseParameters { initial_pose: SET_OFF, ..with_map() });
     let poses = scene.peer.subscription::<PoseStamped>("pose", &Qos::reliable(100)).unwrap();
     let paths = scene.peer.subscription::<nav_msgs::Path>("map_path", &Qos::reliable(9)).unwrap();
@@ -129,8 +129,8 @@ fn a_map_that_was_loaded_grows_when_the_camera_was_found_in_it() {
     let Found { after, off_m, .. } = found(&mut scene, 25..70).unwrap();
     assert!(after < SOON && off_m < 0.01, "{after} {off_m}");
     assert!(keyframes(&scene) > before, "{} after {before}", keyframes(&scene));
-    let told = scene.stage.begin_anew().unwrap();
-    assert!(told.contains("with nothing"), "{told}");
+    let message = scene.stage.begin_anew().unwrap();
+    assert!(message.contains("with nothing"), "{message}");
     let error = scene.stage.to_be_saved().unwrap_err().to_string();
     assert!(error.contains("there is no map yet"), "{error}");
 }
@@ -141,8 +141,8 @@ fn a_map_is_loaded_while_the_camera_goes_on_and_odometry_does_not_jump() {
     let parameters = PoseParameters { map_file: path, initial_pose: SET_OFF, ..with_map() };
     let mut scene = Scene::with(parameters);
     let odom_before = found(&mut scene, 10..16).unwrap().odom;
-    let told = scene.stage.load_map().unwrap();
-    assert!(told.contains("loaded a map of"), "{told}");
+    let message = scene.stage.load_map().unwrap();
+    assert!(message.contains("loaded a map of"), "{message}");
     let Found { after, off_m, odom } = found(&mut scene, 16..16 + SOON).unwrap();
     assert!(after < SOON && off_m < 0.01, "{after} {off_m}");
     let went = odom_before.inverse() * odom;
@@ -150,7 +150,7 @@ fn a_map_is_loaded_while_the_camera_goes_on_and_odometry_does_not_jump() {
 }
 
 #[test]
-fn what_cannot_be_loaded_or_saved_is_told_and_changes_nothing() {
+fn a_failure_to_load_or_save_is_reported_and_changes_nothing() {
     let (folder, path) = saved_map();
     let parameters =
         PoseParameters { map_file: path.clone(), load_map_on_start: true, ..with_map() };
@@ -207,4 +207,21 @@ fn to_localise_alone_without_a_map_is_refused_by_what_is_missing() {
     assert!(refused(without_file).contains("load_map_on_start needs map_file"));
     let exit = PoseParameters { save_map_on_exit: "map".to_owned(), ..PoseParameters::default() };
     assert!(refused(exit).contains("save_map_on_exit needs slam"));
+}
+
+#[test]
+fn a_map_of_fewer_keyframes_keeps_the_file_as_a_version() {
+    let (folder, path) = saved_map();
+    let before = std::fs::read(&path).unwrap();
+    let mut scene = Scene::with(with_map());
+    scene.see(0);
+    let done = scene.stage.save_map_to(Path::new(&path)).unwrap();
+    assert!(done.contains("1 keyframes") && done.contains("is kept as"), "{done}");
+    let files = || std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(files(), 2);
+    let version = done.rsplit("kept as ").next().unwrap();
+    assert!(std::fs::read(version).unwrap() == before);
+    // The same map again, or a larger one, replaces it.
+    let done = scene.stage.save_map_to(Path::new(&path)).unwrap();
+    assert!(!done.contains("is kept as") && files() == 2, "{done}");
 }

@@ -1,4 +1,4 @@
-//! What the node takes and tells beside images and poses.
+//! The inputs and outputs of the node beside images and poses.
 
 use geometry::pose_from_vector;
 use msgs::geometry_msgs::{PoseStamped, Vector3 as Vector3Message};
@@ -29,8 +29,8 @@ fn path_and_transforms_are_those_of_the_odometry() {
             (&transform.header, &transform.child_frame_id),
             (&odometry.header, &odometry.child_frame_id)
         );
-        let (told, by_tf) = (&odometry.pose.pose.position, &transform.transform.translation);
-        assert_eq!((told.x, told.y, told.z), (by_tf.x, by_tf.y, by_tf.z));
+        let (by_topic, by_tf) = (&odometry.pose.pose.position, &transform.transform.translation);
+        assert_eq!((by_topic.x, by_topic.y, by_topic.z), (by_tf.x, by_tf.y, by_tf.z));
     }
     // At once, and then once a second.
     let paths = heard(&paths);
@@ -112,7 +112,7 @@ fn what_a_track_covers_is_left_out_and_drawn_so() {
         // The middle of the image is the box' edge.
         assert!(columns.len() > 500 && columns.iter().all(|column| *column > 150));
     }
-    // Half a second later nobody knows where it is.
+    // Half a second later its position is unknown.
     assert_eq!(left_out(&scene.see(26)), 0);
     tracks.publish(right_half(27, "map")).unwrap();
     assert_eq!(left_out(&scene.see(27)), 0);
@@ -130,10 +130,10 @@ fn turning_left(from: u32, to: u32, rate_rad_per_s: f64) -> impl Iterator<Item =
 }
 
 #[test]
-fn a_gyroscope_tells_how_the_camera_turns() {
+fn a_gyroscope_gives_the_cameras_rotation() {
     let parameters = PoseParameters {
         use_imu: true,
-        // Its x is the rig's y: what it reads about z is about the rig's z still.
+        // Its x is the rig's y: what it reads about z is also about the rig's z.
         rig_from_imu: [0.0, 0.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0],
         ..PoseParameters::default()
     };
@@ -168,7 +168,7 @@ fn a_node_with_gyroscope_and_wheels_follows_as_one_without() {
         wheels.publish(odometry).unwrap();
         scene.is_right(index);
     }
-    // A jump of 30 cm between two images, as the wheels have it: nothing else could foresee it.
+    // A jump of 30 cm between two images, as the wheels have it: nothing else could predict it.
     let jumped_m = right_m(20) + 0.3;
     let at = nalgebra::Isometry3::translation(0.0, -jumped_m, 0.0);
     let mut odometry = Odometry { header: scene.header(20), ..Odometry::default() };

@@ -48,7 +48,7 @@ fn in_one_room() -> Drive {
     Drive { map_from_camera: on_the_spot, round_s: SPOT_ROUND_S, rooms: vec![room] }
 }
 
-/// Through four rooms and back, looking ahead, each time on a way of its own.
+/// Through four rooms and back, looking ahead, each time on another path.
 fn through_the_flat(time_s: f64) -> Isometry3<f64> {
     let along_rad = time_s / FLAT_ROUND_S * TAU;
     let out_m = 2.5 + 0.3 * (0.31 * time_s).sin();
@@ -75,7 +75,7 @@ fn in_a_flat() -> Drive {
     Drive { map_from_camera: through_the_flat, round_s: FLAT_ROUND_S, rooms: rooms.collect() }
 }
 
-/// What there was after so many rounds.
+/// The state after this many rounds.
 #[derive(Clone, Copy, Debug)]
 struct Size {
     keyframes: usize,

@@ -6,7 +6,7 @@ use nalgebra::{Point2, Point3, Vector3};
 use super::PluckerLine;
 
 impl PluckerLine {
-    /// The points of a line of the camera frame that belong to the ends of the segment seen of it: where the line meets the
+    /// The points of a line of the camera frame that belong to the ends of the segment seen of it: where the line intersects the
     /// plane through the camera's centre and through the straight line of the image that crosses the segment at right
     /// angles at its end (PL-SLAM, Figure 9).
     ///
@@ -26,7 +26,7 @@ impl PluckerLine {
             let (a, b, c) = (along.x, along.y, -along.dot(&pixel.coords));
             let (by_column, by_row) = (camera.fx_px * a, camera.fy_px * b);
             let normal = Vector3::new(by_column, by_row, camera.cx_px * a + camera.cy_px * b + c);
-            self.meets(&normal).filter(|point| point.z > 0.0)
+            self.intersection(&normal).filter(|point| point.z > 0.0)
         };
         Some([end(start_px)?, end(end_px)?])
     }

@@ -7,7 +7,7 @@ use super::PluckerLine;
 /// A line as a rotation of space and one of the plane (Bartoli and Sturm 2005, section 4.1): as many numbers to correct as
 /// a line has freedoms.
 ///
-/// The columns of the first are the directions of the moment, of the line, and of their cross product; the second tells
+/// The columns of the first are the directions of the moment, of the line, and of their cross product; the second gives
 /// the sizes of moment and direction, `(cos, sin)`, whose ratio is the distance from the origin.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct OrthonormalLine {

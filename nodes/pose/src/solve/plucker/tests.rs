@@ -130,5 +130,5 @@ fn what_is_no_line_and_what_has_no_image_is_said() {
     assert_eq!(towards_camera.distance_px(&kinect(), &pixel), None);
     let line = PluckerLine::through(&point, &Point3::new(2.0, 2.0, 3.0)).unwrap();
     assert_eq!(line.ends_of(&kinect(), &pixel, &pixel), None);
-    assert_eq!(line.meets(&Vector3::y()), None);
+    assert_eq!(line.intersection(&Vector3::y()), None);
 }

@@ -1,4 +1,4 @@
-//! Levenberg-Marquardt within the directions that are told.
+//! Levenberg-Marquardt within the observable directions.
 
 use estimation::Observability;
 use estimation::covariance::scaled;
@@ -26,7 +26,7 @@ pub(crate) struct Plan<'a> {
     /// By what all variances are multiplied.
     pub(crate) noise: f64,
     /// No step is taken along the directions that this projects to (in units of the limits); without it, along those that
-    /// are not told at the pose where the step begins.
+    /// are not observable at the pose where the step begins.
     pub(crate) held: Option<&'a Matrix6<f64>>,
     /// Steps, at most.
     pub(crate) steps: usize,

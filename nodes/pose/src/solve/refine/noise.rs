@@ -10,14 +10,14 @@ use crate::solve::term::MAX_ROWS;
 
 /// Variances are taken for no smaller than this share of the stated ones: without any noise none would be left.
 const LEAST_FACTOR: f64 = 0.0025;
-/// Beyond so many rounds the median hardly changes, with as many outliers as there may be.
+/// Beyond this many rounds the median hardly changes, with as many outliers as there may be.
 const MEDIAN_ROUNDS: usize = 5;
 /// Steps of the table by leverage.
 const LEVERAGES: usize = 8;
 /// The coordinates of a pose.
 const COORDINATES: f64 = 6.0;
 
-/// What the errors of inliers are like, by how many errors an observation has.
+/// The distribution of the inliers' errors, by how many errors an observation has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gates {
     limits: [f64; MAX_ROWS + 1],
@@ -56,8 +56,8 @@ impl Gates {
 
     /// The variance of an inlier's errors, which are cut off at the limit.
     ///
-    /// So much of its information an inlier is worth, too: that its errors are cut off makes the pose no better. Of an
-    /// estimate that sets the sum of the cut errors to zero the information is their mean square over all that is right
+    /// The share of its information that an inlier keeps: cutting off its errors makes the pose no better. Of an
+    /// estimate that sets the sum of the cut errors to zero the information is their mean square over all inliers
     /// (Huber 1981, section 3.2: the slope of their mean squared over their variance, and by Stein's lemma both are the same
     /// number); here it is shared out to the inliers. `leverage` is the share by which the pose follows the observation.
     pub(super) fn variance(&self, rows: usize, leverage: f64) -> f64 {

@@ -9,7 +9,7 @@ use crate::solve::config::{RefineConfig, RobustKernel};
 use crate::solve::observation::{LineObservation, PointObservation, Verdict};
 use crate::solve::term::{Errors, LineTerm, MAX_ROWS, PIXEL_ROWS, Placed, PointTerm, Term};
 
-/// What an observation costs that a pose has behind the camera, in squared standard deviations: more than any pose should
+/// The cost of an observation that a pose has behind the camera, in squared standard deviations: more than any pose should
 /// gain by it.
 const BEHIND_CHI2: f64 = 1e4;
 
@@ -23,7 +23,7 @@ pub(crate) struct Problem<'a> {
     lines: Vec<Option<LineTerm>>,
 }
 
-/// What each observation is used for.
+/// The use of each observation.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Uses {
     pub(crate) points: Vec<Verdict>,
@@ -95,7 +95,7 @@ impl<'a> Problem<'a> {
         Uses { points: all(&self.points), lines: all(&self.lines) }
     }
 
-    /// What a pose explains when all variances are multiplied by `noise`.
+    /// The inliers of a pose when all variances are multiplied by `noise`.
     pub(crate) fn judged(&self, pose: &Isometry3<f64>, noise: f64) -> Uses {
         let placed = Placed::new(pose);
         Uses {
@@ -152,14 +152,14 @@ impl<'a> Problem<'a> {
         sums: &mut Linearised,
     ) {
         for (term, most) in used(terms, verdicts) {
-            let doubt = noise * self.gates.limit(term.rows().min(most));
+            let kernel_limit = noise * self.gates.limit(term.rows().min(most));
             let block = term.block(self.camera, placed);
             let finite = block.map(|block| (block, block.chi2(most)));
             let Some((block, chi2)) = finite.filter(|(_, chi2)| *chi2 < f64::INFINITY) else {
-                sums.cost += kernel.loss_and_weight(BEHIND_CHI2, doubt).0;
+                sums.cost += kernel.loss_and_weight(BEHIND_CHI2, kernel_limit).0;
                 continue;
             };
-            let (loss, weight) = kernel.loss_and_weight(chi2, doubt);
+            let (loss, weight) = kernel.loss_and_weight(chi2, kernel_limit);
             sums.cost += loss;
             for (error, jacobian) in block.rows(most) {
                 sums.information.add(error, jacobian, weight);
@@ -167,7 +167,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// What the inliers tell of the pose, by the stated variances.
+    /// The information of the inliers about the pose, by the stated variances.
     pub(super) fn information_of_inliers(
         &self,
         pose: &Isometry3<f64>,
@@ -249,7 +249,7 @@ impl<'a> Problem<'a> {
         squares.into_iter().fold((0.0, 0), sum)
     }
 
-    /// What a pose misses: the squared errors of the points among `uses`, each no more than its limit. Gives up where the
+    /// The truncated cost of a pose: the squared errors of the points among `uses`, each no more than its limit. Stops where the
     /// sum reaches `least`. With the number of points below their limits.
     pub(crate) fn truncated_cost(
         &self,

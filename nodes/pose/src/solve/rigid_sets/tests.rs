@@ -10,7 +10,7 @@ const FRAME_S: f64 = 1.0 / 30.0;
 /// A person's pace (Rec-HV, Figure 2).
 const WALK_M_PER_S: f64 = 1.4;
 
-/// A room, and a person 2 m away who fills so many of the features and walks across. The map is from the frame before:
+/// A room, and a person 2 m away who has this share of the features and walks across. The map is from the frame before:
 /// features on the person are where the person was.
 struct Scene {
     view: View,
@@ -88,7 +88,7 @@ fn split(scene: &Scene, prediction: Option<&PoseGuess>) -> RigidSplit {
 fn a_person_who_fills_most_of_the_image_does_not_carry_the_camera_along() {
     for walk in [Vector3::x(), Vector3::new(0.7, 0.0, 0.7), -Vector3::z()] {
         // Three quarters of the points on a person who comes nearer by less than four deviations of a depth in a frame: too few
-        // are left to tell.
+        // are left to decide.
         let most = if walk.z < -0.9 { 0.6 } else { 0.75 };
         for share in [0.3, 0.6, most] {
             let mut worst: f64 = 0.0;
@@ -155,7 +155,7 @@ fn a_prediction_that_is_wrong_does_not_win_against_a_room() {
 fn two_people_are_two_sets() {
     let one = scene(200, 0.4, WALK_M_PER_S * Vector3::x(), 8);
     let mut both = one.view.clone();
-    // Half of the person's points walk the other way.
+    // Half of the person's points walk in the other direction.
     let back =
         both.camera_from_map.rotation.inverse() * (2.0 * WALK_M_PER_S * FRAME_S * Vector3::x());
     for point in &mut both.points[..40] {

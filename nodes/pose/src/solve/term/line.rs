@@ -13,7 +13,7 @@ use super::{is_finite_point, is_std_dev};
 use crate::solve::{LineObservation, PluckerLine, plucker};
 
 /// The sine of the angle at which a line must be seen: 6 degrees. A line that runs nearly through the camera has an image that
-/// swings about with the slightest step; what is off by chance would seem to tell the pose to a hair.
+/// swings about with the slightest step; random errors would seem to determine the pose very accurately.
 const SHALLOWEST: f64 = 0.1;
 /// Half of that during a descent: a line that is used must not come and go with every step.
 const SHALLOWEST_USED: f64 = 0.05;
@@ -60,7 +60,7 @@ impl LineTerm {
             && is_finite_point(&seen.end_in_map_m)
             && PluckerLine::through(&seen.start_in_map_m, &seen.end_in_map_m).is_some();
         let length_px = (seen.end_px - seen.start_px).norm();
-        // Ends that cannot be told apart are not two.
+        // Ends that cannot be distinguished are not two.
         let segment_usable = is_std_dev(seen.pixel_std_dev_px)
             && length_px.is_finite()
             && length_px > seen.pixel_std_dev_px;

@@ -8,7 +8,7 @@ use super::*;
 /// Runs that differ in their noise.
 const RUNS: u64 = 200;
 
-/// The mean squared error in standard deviations after so many frames.
+/// The mean squared error in standard deviations after this many frames.
 fn mean_errors2<const COUNT: usize>(room: &Thing, frames: [u32; COUNT]) -> [f64; COUNT] {
     let mut sums = [0.0; COUNT];
     for seed in 0..RUNS {

@@ -1,4 +1,4 @@
-//! A camera in a room that stands still.
+//! A camera in a static room.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! What moves does not carry the camera along.
+//! Moving objects are excluded from the camera's pose.
 
 use nalgebra::{Translation3, Vector3};
 
@@ -32,7 +32,7 @@ fn rms_m(with_walker: bool, hints: impl Fn(f64) -> Vec<MovingThing>) -> (f64, us
         let tracked = tracker.step(&frame, &camera.model, &hints);
         let pose = tracked.pose.unwrap_or_else(|| panic!("{index}: {:?}", tracked.trouble));
         squares += error(&pose.camera_from_map, &looking_about(time_s)).0.powi(2);
-        left_out += tracked.count(Fate::LeftOut);
+        left_out += tracked.count(FeatureStatus::LeftOut);
     }
     ((squares / f64::from(FRAMES)).sqrt(), left_out)
 }

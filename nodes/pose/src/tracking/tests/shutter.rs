@@ -19,7 +19,7 @@ fn the_time_that_a_camera_takes_to_read_an_image_is_found() {
     for readout_s in [0.0, 0.015, 0.03] {
         let (found_s, _, off_m) = run(readout_s, FollowConfig::default());
         assert!((found_s - readout_s).abs() < 0.003, "{found_s} of {readout_s}");
-        // What was mapped before the time was known is put right as far as it leant evenly.
+        // Landmarks that were mapped before the time was known are corrected as far as their shift was common.
         assert!(off_m < 0.06, "{readout_s} {off_m}");
     }
 }

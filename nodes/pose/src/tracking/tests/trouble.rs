@@ -1,4 +1,4 @@
-//! What goes wrong is said, and does not last.
+//! Problems are reported, and do not last.
 
 use super::*;
 use crate::tracking::testing::stamp;

@@ -17,33 +17,41 @@ fn cloud(tile: u8) -> Cloud {
     }
 }
 
+fn add(map: &mut Map, tile: u8) {
+    let Map::Means(map) = map else { panic!("of depth images") };
+    map.add(&cloud(tile)).unwrap();
+}
+
 #[test]
 fn the_warning_goes_once_the_store_has_not_failed_for_a_while() {
     let store = MemoryStore::default();
     let config = ReconstructionConfig {
-        voxel_edge_m: 1.0,
+        pipeline: geometry::PipelineConfig {
+            voxel_edge_m: 1.0,
+            ..geometry::PipelineConfig::default()
+        },
         max_voxels: 64,
         at_max_voxels: AtMaxVoxels::Spill,
         spill_tile_edge_m: 4.0,
         ..ReconstructionConfig::default()
     };
-    let mut map = StaticMap::with_tile_store(config, Box::new(store.clone())).unwrap();
+    let mut map = Map::new(config, Some(Box::new(store.clone()))).unwrap();
     let mut watch = SpillWatch::new(Counters::default());
     let start = Instant::now();
-    let mut look = |map: &mut StaticMap, seconds: u64| {
+    let mut look = |map: &mut Map, seconds: u64| {
         watch.condition(map, start + Duration::from_secs(seconds)).unwrap()
     };
-    map.add(&cloud(0)).unwrap();
+    add(&mut map, 0);
     assert!(!look(&mut map, 0).1);
     store.fail(true);
     // As long as it fails, and is asked.
     for seconds in [10, 30, 50, 70] {
-        map.add(&cloud(1)).unwrap();
+        add(&mut map, 1);
         let (text, is_warning) = look(&mut map, seconds);
         assert!(is_warning && text.contains("1 failures"), "{text}");
     }
     store.fail(false);
-    map.add(&cloud(1)).unwrap();
+    add(&mut map, 1);
     assert!(look(&mut map, 99).1);
     let (text, is_warning) = look(&mut map, 101);
     assert!(!is_warning && text.contains("1 failures"), "the number stays: {text}");

@@ -4,22 +4,17 @@ use msgs::std_srvs::{TriggerRequest, TriggerResponse};
 use ros2_client::dds::{Client, Context, ContextOptions, ServiceMapping};
 use ros2_client::qos::{History, Reliability, WhenFull};
 use ros2_client::{Name, NodeName, NodeOptions, QosProfile, ServiceTypeName};
+use serde::{Deserialize, Serialize};
 
 use super::*;
-use crate::Method;
 
 /// So rare that no test sees it.
 const NEVER_S: f64 = 1e6;
 
-/// Points stay: those of the tests stand before each other.
 fn parameters() -> ReconstructionParameters {
     ReconstructionParameters {
         map_publish_period_s: NEVER_S,
-        config: ReconstructionConfig {
-            method: Method::RecHv,
-            voxel_edge_m: 1.0,
-            ..ReconstructionConfig::default()
-        },
+        config: ReconstructionConfig { pipeline: pipeline(), ..ReconstructionConfig::default() },
         ..ReconstructionParameters::default()
     }
 }

@@ -19,7 +19,7 @@ async fn a_map_is_corrected_before_the_clouds_that_wait_and_is_published_whole()
     // On no network: what is published is there at once.
     let host = Host::in_process();
     let (node, peer) = (test.node(&host, "reconstruction"), test.node(&host, "peer"));
-    let config = ReconstructionConfig { voxel_edge_m: 1.0, ..ReconstructionConfig::default() };
+    let config = ReconstructionConfig { pipeline: pipeline(), ..ReconstructionConfig::default() };
     let parameters = ReconstructionParameters { config, ..ReconstructionParameters::default() };
     let mut stage = Stage::new(&node, &parameters).unwrap();
     let clouds = peer.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(5)).unwrap();

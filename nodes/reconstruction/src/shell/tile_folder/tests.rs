@@ -117,7 +117,10 @@ fn a_map_larger_than_the_memory_is_whole_and_a_spoilt_file_is_told() {
     let folder = TileFolder::new(parent.path().to_str().unwrap()).unwrap();
     let files = folder.folder.clone();
     let config = ReconstructionConfig {
-        voxel_edge_m: 1.0,
+        pipeline: geometry::PipelineConfig {
+            voxel_edge_m: 1.0,
+            ..geometry::PipelineConfig::default()
+        },
         max_voxels: 64,
         at_max_voxels: AtMaxVoxels::Spill,
         spill_tile_edge_m: 4.0,

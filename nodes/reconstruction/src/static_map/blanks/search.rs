@@ -1,6 +1,6 @@
 //! Where a cycle looks for what has gone: in the cubes of voxels with a part in an open direction.
 
-use geometry::{DepthByDirection, NEAREST_SEEN_M, Sight, VoxelGrid, VoxelKey};
+use geometry::{CloudView, DepthByDirection, NEAREST_SEEN_M, VoxelGrid, VoxelKey};
 use nalgebra::{Matrix3, Point3, Vector2, Vector3};
 
 use super::super::blocks::{BLOCK_EDGE_VOXELS, block_of};
@@ -15,7 +15,7 @@ const HALF_DIAGONAL_OF_CUBE: f64 = 1.733;
 /// Where a cycle looks for what has gone.
 pub(super) struct Search<'a> {
     pub(super) blanks: &'a Blanks,
-    pub(super) sight: &'a Sight,
+    pub(super) sight: &'a CloudView,
     open: OpenDirections,
     reach_m: f64,
     /// From the grid's numbers to metres along the rig's axes, and from the camera to the grid's origin.
@@ -24,7 +24,7 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn of(blanks: &'a Blanks, sight: &'a Sight) -> Self {
+    pub(super) fn of(blanks: &'a Blanks, sight: &'a CloudView) -> Self {
         let open = OpenDirections::of(sight.nearest(), &blanks.farthest, &blanks.view);
         let rig_from_map = sight.map_from_rig.inverse();
         Self {

@@ -1,9 +1,9 @@
-use geometry::Stamp;
+use geometry::{Method, PipelineConfig, Stamp};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::super::testing;
 use super::*;
-use crate::{AtMaxVoxels, Method, ReconstructionConfig};
+use crate::{AtMaxVoxels, ReconstructionConfig};
 
 const EDGE_M: f64 = 0.08;
 /// Where something stood; no other returns come from behind it.
@@ -11,8 +11,7 @@ const GHOST: [f32; 3] = [3.02, 0.02, 0.02];
 
 fn map() -> StaticMap {
     StaticMap::new(ReconstructionConfig {
-        method: Method::Stillmap,
-        voxel_edge_m: EDGE_M,
+        pipeline: PipelineConfig::new(Method::FreeSpace, EDGE_M),
         max_voxels: 100_000,
         at_max_voxels: AtMaxVoxels::Refuse,
         ..ReconstructionConfig::default()
@@ -145,7 +144,7 @@ fn poses_and_points_without_measure_do_no_harm() {
         let far = [f32::MAX, f32::MIN, 1.0];
         map.integrate(&seen_from(at(x_m, 0.0), &[GHOST, far])).unwrap();
         let mut nowhere = seen(&[GHOST, far, [0.11, 1e30, -1e30]]);
-        nowhere.camera_in_rig_m = Point3::new(x_m, 0.0, 0.0);
+        nowhere.setup = testing::camera_at(Point3::new(x_m, 0.0, 0.0));
         map.integrate(&nowhere).unwrap();
     }
     assert!(map.voxel(map.grid().key(&GHOST.into())).is_some());

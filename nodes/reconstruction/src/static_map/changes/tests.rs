@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use geometry::{Cloud, Stamp};
+use geometry::{Cloud, Method, PipelineConfig, Stamp};
 use proptest::prelude::*;
 
 use super::super::testing;
@@ -16,7 +16,7 @@ fn grid() -> VoxelGrid {
 
 fn empty_map(max_voxels: usize) -> StaticMap {
     let config = ReconstructionConfig {
-        voxel_edge_m: EDGE_M,
+        pipeline: PipelineConfig::new(Method::FreeSpace, EDGE_M),
         max_voxels,
         ..ReconstructionConfig::default()
     };
@@ -26,7 +26,7 @@ fn empty_map(max_voxels: usize) -> StaticMap {
 /// A map of which one full tile, of 4 voxels an axis, is in memory, and where the others go.
 fn spilling_map() -> (StaticMap, MemoryStore) {
     let config = ReconstructionConfig {
-        voxel_edge_m: EDGE_M,
+        pipeline: PipelineConfig::new(Method::FreeSpace, EDGE_M),
         max_voxels: 64,
         at_max_voxels: AtMaxVoxels::Spill,
         spill_tile_edge_m: 4.0 * EDGE_M,

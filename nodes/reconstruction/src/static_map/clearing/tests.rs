@@ -3,18 +3,17 @@ mod scenes;
 
 use std::collections::BTreeSet;
 
-use geometry::{Cloud, Stamp};
+use geometry::{Cloud, Method, PipelineConfig, Stamp};
 use nalgebra::{Isometry3, Translation3};
 use proptest::prelude::*;
 
-use super::super::testing;
+use super::super::testing::{self, camera_at};
 use super::*;
-use crate::{AtMaxVoxels, Method, ReconstructionConfig};
+use crate::{AtMaxVoxels, ReconstructionConfig};
 
 fn map_with(max_voxels: usize, at_max_voxels: AtMaxVoxels) -> StaticMap {
     let config = ReconstructionConfig {
-        method: Method::Stillmap,
-        voxel_edge_m: 1.0,
+        pipeline: PipelineConfig::new(Method::FreeSpace, 1.0),
         max_voxels,
         at_max_voxels,
         ..ReconstructionConfig::default()
@@ -29,7 +28,7 @@ fn map() -> StaticMap {
 /// A cycle of a rig at the origin of the map.
 fn cycle(still: &[[f32; 3]], moving: &[[f32; 3]]) -> SegmentedCycle {
     SegmentedCycle {
-        camera_in_rig_m: Point3::new(0.5, 0.5, 0.5),
+        setup: camera_at(Point3::new(0.5, 0.5, 0.5)),
         ..testing::cycle(Stamp::from_nanos(1), still, moving)
     }
 }
@@ -105,9 +104,9 @@ fn what_has_no_measure_does_no_harm() {
     let mut bad = cycle(&[at(5.5), huge, [f32::NAN; 3]], &[huge, [f32::INFINITY; 3]]);
     let addition = map.integrate(&bad).unwrap();
     assert_eq!((addition.added_points, addition.not_finite_points), (2, 1));
-    bad.camera_in_rig_m = Point3::new(f64::NAN, 0.0, 0.0);
+    bad.setup = camera_at(Point3::new(f64::NAN, 0.0, 0.0));
     map.integrate(&bad).unwrap();
-    bad.camera_in_rig_m = Point3::new(1e300, 0.0, 0.0);
+    bad.setup = camera_at(Point3::new(1e300, 0.0, 0.0));
     map.integrate(&bad).unwrap();
     assert_eq!(map.len(), 2);
 }
@@ -135,8 +134,9 @@ fn a_full_map_drops_what_was_seen_longest_ago() {
 
 #[test]
 fn rec_hv_hangs_on_the_static_cloud_alone() {
-    let config = ReconstructionConfig { method: Method::RecHv, ..ReconstructionConfig::default() };
-    let mut maps = [(); 2].map(|()| StaticMap::new(config).unwrap());
+    let pipeline = PipelineConfig { method: Method::RecHv, ..PipelineConfig::default() };
+    let config = ReconstructionConfig { pipeline, ..ReconstructionConfig::default() };
+    let mut maps = [(); 2].map(|()| StaticMap::new(config.clone()).unwrap());
     for x in [0.5_f32, 3.5, 9.5, 9.5, 9.5, 9.5, 9.5] {
         let cycle = cycle(&[at(x)], &[at(12.0)]);
         let [by_cycle, by_cloud] = &mut maps;
@@ -150,7 +150,7 @@ fn rec_hv_hangs_on_the_static_cloud_alone() {
 /// The voxels that the cycle's rays pass, as the module's first page says it, of a map with these voxels.
 fn passed_plainly(map: &StaticMap, cycle: &SegmentedCycle) -> BTreeSet<VoxelKey> {
     let grid = map.grid;
-    let camera = cycle.camera_in_rig_m;
+    let camera = cycle.setup.mounts.camera_in_rig_m();
     let returns: Vec<_> =
         cycle.static_cloud.points_m.iter().chain(&cycle.dynamic_cloud.points_m).copied().collect();
     let aside = |end: &Point3<f32>, point: &Point3<f32>| {

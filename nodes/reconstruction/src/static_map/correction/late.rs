@@ -2,15 +2,14 @@
 
 use std::borrow::Cow;
 
-use geometry::{Cloud, SegmentedCycle, Stamp};
-use nalgebra::Isometry3;
+use geometry::{Cloud, SegmentedCycle};
 
 use super::super::StaticMap;
 
 impl StaticMap {
     /// The cloud where the map has it by now.
     pub(in super::super) fn cloud_brought_over<'a>(&mut self, cloud: &'a Cloud) -> Cow<'a, Cloud> {
-        match self.missed_at(cloud.stamp) {
+        match self.corrections.missed_at(cloud.stamp) {
             None => Cow::Borrowed(cloud),
             Some(missed) => Cow::Owned(cloud.transformed(&missed, &cloud.frame_id)),
         }
@@ -22,7 +21,7 @@ impl StaticMap {
         cycle: &'a SegmentedCycle,
     ) -> Cow<'a, SegmentedCycle> {
         let cloud = &cycle.static_cloud;
-        match self.missed_at(cloud.stamp) {
+        match self.corrections.missed_at(cloud.stamp) {
             None => Cow::Borrowed(cycle),
             Some(missed) => Cow::Owned(SegmentedCycle {
                 static_cloud: cloud.transformed(&missed, &cloud.frame_id),
@@ -30,11 +29,5 @@ impl StaticMap {
                 ..cycle.clone()
             }),
         }
-    }
-
-    fn missed_at(&mut self, stamp: Stamp) -> Option<Isometry3<f64>> {
-        let missed = self.corrections.late.missed_at(stamp);
-        self.corrections.counts.late_cycles += u64::from(missed.is_some());
-        missed
     }
 }

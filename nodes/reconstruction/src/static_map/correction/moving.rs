@@ -61,9 +61,7 @@ impl StaticMap {
             self.move_in_memory(&moves)
         };
         self.changed.clear();
-        if let Some(blanks) = &mut self.blanks {
-            blanks.forget_places();
-        }
+        self.behaviour.map_moved();
         if self.changes.is_some() {
             self.follow_changes_anew();
         }

@@ -1,13 +1,15 @@
 mod building;
 
-use geometry::{Cloud, MapPath, PathVertex, SegmentedCycle, Stamp, pose_from_vector};
+use geometry::{
+    Cloud, MapPath, Method, PathVertex, PipelineConfig, SegmentedCycle, Stamp, pose_from_vector,
+};
 use nalgebra::{Isometry3, Point3};
 use proptest::prelude::*;
 
 use super::super::{Addition, StaticMap, testing};
 use super::*;
 use crate::tiles::testing::MemoryStore;
-use crate::{AtMaxVoxels, Method, ReconstructionConfig};
+use crate::{AtMaxVoxels, ReconstructionConfig};
 
 fn at(seconds: f64) -> Stamp {
     Stamp::from_secs_nanos(1_700_000_000, 0).plus_seconds(seconds)
@@ -39,11 +41,11 @@ fn cycle(seconds: f64, points: &[[f32; 3]]) -> SegmentedCycle {
 
 fn config(at_max_voxels: AtMaxVoxels) -> ReconstructionConfig {
     ReconstructionConfig {
-        method: Method::Stillmap,
-        voxel_edge_m: 1.0,
+        pipeline: PipelineConfig::new(Method::FreeSpace, 1.0),
         max_voxels: 1000,
         at_max_voxels,
         spill_tile_edge_m: 4.0,
+        ..ReconstructionConfig::default()
     }
 }
 
@@ -217,7 +219,7 @@ fn rays_clear_what_was_moved_where_it_is_now() {
     map.follow_path(&moved_by(1.0, pose_from_vector(&[0.0, 4.0, 0.0, 0.0, 0.0, 0.0]))).unwrap();
     let seen = |seconds, y: f32| {
         let mut seen = cycle(seconds, &[[9.5, y, 0.5]]);
-        seen.camera_in_rig_m = Point3::new(0.5, f64::from(y), 0.5);
+        seen.setup = testing::camera_at(Point3::new(0.5, f64::from(y), 0.5));
         seen
     };
     let cleared = |map: &mut StaticMap, y| -> usize {

@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use geometry::{SegmentedCycle, Stamp};
+use geometry::{Method, PipelineConfig, SegmentedCycle, Stamp};
 use nalgebra::Point3;
 use proptest::prelude::*;
 
@@ -8,18 +8,18 @@ use super::super::{StaticMap, testing};
 use super::*;
 use crate::tiles::testing::MemoryStore;
 use crate::tiles::{TileFormatError, TileStoreError};
-use crate::{AtMaxVoxels, ConfigError, Method, ReconstructionConfig};
+use crate::{AtMaxVoxels, ConfigError, ReconstructionConfig};
 
 /// Of a tile of 4 voxels an axis, the least there is.
 const MOST: usize = 64;
 
 fn config(method: Method) -> ReconstructionConfig {
     ReconstructionConfig {
-        method,
-        voxel_edge_m: 1.0,
+        pipeline: PipelineConfig::new(method, 1.0),
         max_voxels: MOST,
         at_max_voxels: AtMaxVoxels::Spill,
         spill_tile_edge_m: 4.0,
+        ..ReconstructionConfig::default()
     }
 }
 
@@ -41,7 +41,7 @@ fn unbounded(method: Method) -> StaticMap {
 
 fn cycle(camera_m: [f64; 3], still: &[[f32; 3]], moving: &[[f32; 3]]) -> SegmentedCycle {
     SegmentedCycle {
-        camera_in_rig_m: camera_m.into(),
+        setup: testing::camera_at(camera_m.into()),
         ..testing::cycle(Stamp::from_nanos(1), still, moving)
     }
 }
@@ -94,7 +94,7 @@ fn what_does_not_fit_goes_to_the_store_and_comes_back() {
 
 #[test]
 fn a_ray_reaches_what_was_spilled() {
-    let (mut map, _store) = spilling(Method::Stillmap);
+    let (mut map, _store) = spilling(Method::FreeSpace);
     map.integrate(&cycle([0.5; 3], &[[5.5, 0.5, 0.5]], &[])).unwrap();
     for wall in walls(16).iter().skip(8) {
         map.integrate(wall).unwrap();
@@ -112,7 +112,7 @@ fn a_ray_reaches_what_was_spilled() {
 fn a_loaded_map_may_be_larger_than_the_memory() {
     let points: Vec<Point3<f32>> =
         (0..400_u16).map(|x| Point3::new(f32::from(x) + 0.5, 0.5, 0.5)).collect();
-    let (mut map, _store) = spilling(Method::Stillmap);
+    let (mut map, _store) = spilling(Method::FreeSpace);
     map.replace(&points, "map").unwrap();
     assert_eq!((map.points(), map.len()), (points.clone(), 400));
     assert!(map.voxels.len() <= MOST);
@@ -132,7 +132,7 @@ fn a_broken_or_missing_tile_is_told_and_the_map_goes_on() {
     ];
     let lost = TileKey::default();
     let check = |spoil: &dyn Fn(&MemoryStore), expected: TileError| {
-        let (mut map, store) = spilling(Method::Stillmap);
+        let (mut map, store) = spilling(Method::FreeSpace);
         map.follow_changes();
         let walls = walls(6);
         for wall in &walls {
@@ -273,10 +273,16 @@ fn tiles_have_an_edge_a_store_and_room() {
     };
     let good = config(Method::RecHv);
     for spill_tile_edge_m in [0.0, -1.0, f64::NAN, f64::INFINITY, 1001.0] {
-        check(ReconstructionConfig { spill_tile_edge_m, ..good }, "spill_tile_edge_m must be");
+        check(
+            ReconstructionConfig { spill_tile_edge_m, ..good.clone() },
+            "spill_tile_edge_m must be",
+        );
     }
-    check(ReconstructionConfig { max_voxels: 63, ..good }, "64 voxels, and max_voxels is 63");
-    assert_eq!(StaticMap::new(good).unwrap_err(), ConfigError::NoTileStore);
+    check(
+        ReconstructionConfig { max_voxels: 63, ..good.clone() },
+        "spill_tile_edge_m (64), not 63",
+    );
+    assert_eq!(StaticMap::new(good.clone()).unwrap_err(), ConfigError::NoTileStore);
     let unused = ReconstructionConfig { at_max_voxels: AtMaxVoxels::Refuse, max_voxels: 1, ..good };
     assert!(StaticMap::new(unused).is_ok());
 }
@@ -316,7 +322,7 @@ proptest! {
     fn the_map_is_that_of_unbounded_memory(
         cycles in cycles(),
         takes in prop::collection::vec(0..60_usize, 14),
-        method in prop_oneof![Just(Method::RecHv), Just(Method::Stillmap)],
+        method in prop_oneof![Just(Method::RecHv), Just(Method::FreeSpace)],
     ) {
         let ((mut map, _store), mut twin) = (spilling(method), unbounded(method));
         map.follow_changes();
@@ -340,7 +346,7 @@ proptest! {
     fn a_tile_survives_its_bytes(cycles in cycles(), edge_m in 1e-3..10.0_f64, blocks in 1..6_u16) {
         let layout = TileLayout { edge_voxels: 4 * blocks, grid: VoxelGrid::new(edge_m).unwrap() };
         let config = ReconstructionConfig {
-            voxel_edge_m: edge_m,
+            pipeline: PipelineConfig::new(Method::FreeSpace, edge_m),
             at_max_voxels: AtMaxVoxels::Refuse,
             ..ReconstructionConfig::default()
         };

@@ -113,7 +113,7 @@ impl StaticMap {
                 return Err(error);
             }
         }
-        let WholeMap { points_m, unreadable } = self.whole();
+        let WholeMap { points_m, unreadable, .. } = self.whole();
         let Some(spill) = &mut self.spill else { return Ok(points_m) };
         let mut first_failure = None;
         let mut some_are_lost = false;

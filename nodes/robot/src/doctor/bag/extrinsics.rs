@@ -5,8 +5,8 @@ use bag_player::Bag;
 use calibration::{
     CalibrationConfig, Cycle, DepthOptics, DriftConfig, DriftMonitor, Extrinsics, RigMounts,
 };
-use detection::shell::{DetectionParameters, ExtrinsicsSource};
-use geometry::{RayTable, pose_from_vector, pose_vector};
+use detection::shell::DetectionParameters;
+use geometry::{ExtrinsicsSource, RayTable, pose_vector};
 
 use super::reading::BagFacts;
 use crate::calibrate::reader::{self, Choosing, Topics};
@@ -36,7 +36,7 @@ pub(super) fn finding(
         most_motion_m: STILL_M,
         max_pose_gap_s: config.max_pose_gap_s,
         max_image_offset_s: config.max_cloud_offset_s,
-        beam_order: config.stillmap.beam_order,
+        beam_order: config.free_space.beam_order,
     };
     let topics = Topics {
         scan: inputs.scan.clone(),
@@ -54,9 +54,8 @@ pub(super) fn finding(
     }
     let rays = RayTable::new(&camera).ok()?;
     let optics = DepthOptics { camera: &camera, rays: &rays };
-    let rig_from_camera = pose_from_vector(&config.rig_from_camera);
-    let by_parameters =
-        RigMounts { rig_from_camera, rig_from_lidar: pose_from_vector(&config.rig_from_lidar) };
+    let by_parameters = config.pipeline.rig.mounts();
+    let rig_from_camera = by_parameters.rig_from_camera;
     let by_tf = mount_of_tf(facts, inputs).map(|camera_from_lidar| RigMounts {
         rig_from_camera,
         rig_from_lidar: rig_from_camera * camera_from_lidar,
@@ -64,7 +63,7 @@ pub(super) fn finding(
     let limit_m = parameters.extrinsics_limit_m;
     let judged = |mounts: &RigMounts| judge(&cycles, optics, mounts, limit_m);
     let tf = by_tf.map(|mounts| (judged(&mounts), mounts));
-    told(judged(&by_parameters), tf, parameters.extrinsics)
+    told(judged(&by_parameters), tf, config.pipeline.rig.extrinsics)
 }
 
 fn mount_of_tf(facts: &BagFacts, inputs: &Inputs) -> Option<nalgebra::Isometry3<f64>> {

@@ -91,7 +91,7 @@ pub(super) fn receive_buffer(buffer: &ReceiveBuffer, limits: &KernelLimits) -> V
     let safe = buffer.largest_safe_bytes;
     let mut size = kib(buffer.granted_bytes as u64);
     if buffer.granted_bytes < buffer.asked_bytes {
-        size = format!("{size} of {} asked for", kib(buffer.asked_bytes as u64));
+        size = format!("{size} of {} requested", kib(buffer.asked_bytes as u64));
     }
     let lost: Vec<_> = [
         ("raw depth images of 640x480", DEPTH_IMAGE_BYTES),

@@ -1,7 +1,5 @@
 //! The bag that a capture becomes.
 
-use std::path::PathBuf;
-
 use bag_player::BagSummary;
 use geometry::Stamp;
 use lidar_odometry::capture::Datagram;
@@ -12,6 +10,7 @@ use msgs::std_msgs::Header;
 use msgs::velodyne_msgs::{VelodynePacket, VelodyneScan};
 
 use super::VelodyneArgs;
+use crate::existing::BagOutput;
 use crate::failure::Failure;
 use crate::sensor_bag::SensorBag;
 
@@ -28,7 +27,7 @@ pub(super) struct RecordingCounts {
 pub(super) struct Recording {
     /// From the first packet on, so that what holds none leaves no bag.
     bag: Option<SensorBag>,
-    output: PathBuf,
+    output: BagOutput,
     assembly: RevolutionAssembly,
     broken_positions: u64,
     partial: bool,
@@ -98,7 +97,7 @@ impl Recording {
     fn bag(&mut self) -> Result<&mut SensorBag, Failure> {
         match &mut self.bag {
             Some(bag) => Ok(bag),
-            empty => Ok(empty.insert(SensorBag::create(&self.output)?)),
+            empty => Ok(empty.insert(self.output.create()?)),
         }
     }
 

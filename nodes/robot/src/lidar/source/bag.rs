@@ -11,6 +11,7 @@ use msgs::{RosMessage, std_msgs};
 
 use super::{LidarArgs, Losses, Sensed, assembly, cloud_of, packet_losses};
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::sensor_bag;
 
 /// The topics of a bag.
@@ -94,6 +95,7 @@ impl BagSource {
 
     pub(super) fn each(
         &self,
+        interrupt: &Interrupt,
         take: &mut impl FnMut(Sensed) -> Result<(), Failure>,
     ) -> Result<Losses, Failure> {
         let mut assembly = assembly(&self.decoder)?;
@@ -103,6 +105,9 @@ impl BagSource {
         let failed = |error: bag_player::BagError| Failure::new(error.to_string());
         let mut messages = self.bag.messages(&selection).map_err(failed)?;
         for message in &mut messages {
+            if interrupt.has_come() {
+                break;
+            }
             let message = message.map_err(failed)?;
             let topic = &*message.topic;
             if topic == self.topic && self.is_packets {

@@ -11,12 +11,13 @@ use crate::visual;
 const LONGEST_DISCOVERY: Duration = Duration::from_secs(30);
 
 impl Run {
-    /// Waits until every node has found those that it sends to and receives from, this process included.
+    /// Waits until every node has found those that it sends to and receives from, this process included; or until it is
+    /// interrupted.
     pub(super) async fn wait_for_discovery(&mut self) -> Result<(), Failure> {
         let deadline = Instant::now() + LONGEST_DISCOVERY;
         loop {
             let missing = self.undiscovered();
-            if missing.is_empty() {
+            if missing.is_empty() || self.interrupt.has_come() {
                 return Ok(());
             }
             self.check()?;

@@ -11,6 +11,7 @@ fn at(seconds: f64) -> Stamp {
 fn detected(index: u32, x_m: f64) -> DetectedCycle {
     let stamp = at(f64::from(index));
     DetectedCycle {
+        depth: None,
         index,
         scan_stamp: stamp,
         reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m: Vec::new() },
@@ -18,7 +19,7 @@ fn detected(index: u32, x_m: f64) -> DetectedCycle {
         points_before_reduction: 0,
         map_from_rig: Isometry3::translation(x_m, 0.0, 0.0),
         map_frame_id: "map".to_owned(),
-        camera_in_rig_m: Point3::origin(),
+        setup: geometry::CycleSetup::default(),
         zones: Vec::new(),
     }
 }
@@ -53,7 +54,7 @@ fn finish(recorder: Recorder) -> RunRecord {
 }
 
 fn recorder() -> Recorder {
-    Recorder::new(&ReconstructionConfig::default(), "stillmap").unwrap()
+    Recorder::new(&ReconstructionConfig::default()).unwrap()
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Where the walls do not tell where one is.
+//! Scenes whose walls do not determine the pose.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -23,13 +23,13 @@ fn assert_along(found: &Found, azimuth_rad: f64) {
 
 #[test]
 fn the_axis_of_a_corridor_is_said_and_keeps_the_prediction() {
-    // The ends are out of reach. For the first 2 m a cupboard tells the way.
+    // The ends are out of reach. For the first 2 m a cupboard determines the position along the corridor.
     let corridor = World::default().with_box([-50.0, -1.0], [50.0, 1.0]);
     let with_cupboard = corridor.clone().with_box([-2.0, -1.0], [-1.0, -0.5]);
     let scanner = Scanner { reach_m: 3.5, ..Scanner::full_turn(720) };
     let found = follow(&scanner, &with_cupboard, &driving, 150, 1);
     assert!(found[2..40].iter().all(|one| one.pose.quality.degenerate.is_empty()));
-    // What is told stays right, and what is not goes on with the velocity: 5 m without any measurement.
+    // Observable directions stay right, and the others are extrapolated with the velocity: 5 m without any measurement.
     for one in &found[60..] {
         assert_along(one, -0.3);
         let off = driving(0.0).rotation * one.error().translation.vector;
@@ -40,7 +40,7 @@ fn the_axis_of_a_corridor_is_said_and_keeps_the_prediction() {
         assert!(one.pose.step_covariance.m11.sqrt() < 0.2, "{}", one.pose.step_covariance);
     }
     println!("after 5 m without any measurement: {}", found[149].error());
-    // Nothing ever tells the way.
+    // Nothing ever determines the position along the corridor.
     let found = follow(&scanner, &corridor, &driving, 20, 1);
     for one in &found[1..] {
         assert_eq!(one.pose.quality.outcome, MatchOutcome::Matched);
@@ -57,7 +57,7 @@ fn a_corridor_with_its_end_in_view_is_not_degenerate() {
 }
 
 #[test]
-fn one_wall_tells_of_its_normal() {
+fn one_wall_determines_its_normal() {
     let wall = World { walls: vec![[[-50.0, 2.0].into(), [50.0, 2.0].into()]], ..World::default() };
     let scanner =
         Scanner { reach_m: 5.0, order: BeamOrder::FirstToLast, ..Scanner::full_turn(720) };
@@ -68,7 +68,7 @@ fn one_wall_tells_of_its_normal() {
 }
 
 #[test]
-fn the_middle_of_a_round_room_does_not_tell_of_turns() {
+fn the_middle_of_a_round_room_does_not_determine_rotation() {
     // A polygon of 64 sides: corners of less than 6 degrees.
     let corner = |index: usize| {
         let angle_rad = TAU * index as f64 / 64.0;
@@ -99,14 +99,14 @@ fn own_posts(time_s: f64) -> Vec<Post> {
 
 #[test]
 fn the_platforms_own_body_does_not_hold_it() {
-    // A cupboard every 4 m tells the way, by fewer returns than the body has.
+    // A cupboard every 4 m determines the position along the corridor, by fewer returns than the body has.
     let mut world = World::default().with_box([-50.0, -1.5], [50.0, 1.5]).with_walker(own_posts);
     for cupboard in -5..10 {
         let x = 4.0 * f64::from(cupboard);
         world = world.with_box([x, 1.0], [x + 0.6, 1.5]);
     }
     let scanner = Scanner::full_turn(720);
-    let way_m = |body_radius_m: f64| {
+    let travelled_m = |body_radius_m: f64| {
         let config = ScanOdometryConfig {
             beam_order: scanner.order,
             body_radius_m,
@@ -118,7 +118,7 @@ fn the_platforms_own_body_does_not_hold_it() {
             (0..200).map(|scan| odometry.step(&scanner.scan(&world, &driving, scan, &mut random)));
         poses.last().unwrap().odom_from_lidar.translation.vector.norm()
     };
-    let (with_body, without) = (way_m(0.0), way_m(0.4));
+    let (with_body, without) = (travelled_m(0.0), travelled_m(0.4));
     println!("{without} m, with the body {with_body} m, of 9.95 m");
     assert!((without - 0.5 * 19.9).abs() < 0.3, "{without}");
     assert!(with_body < 5.0, "the case is too easy: {with_body}");

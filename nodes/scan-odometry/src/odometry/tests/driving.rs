@@ -75,8 +75,8 @@ fn scanners_of_all_kinds_do() {
 fn deskewing_pays_when_the_order_of_the_beams_is_known() {
     let world = World::furnished();
     let scanner = Scanner::full_turn(720);
-    let error = |believed: BeamOrder| {
-        let config = ScanOdometryConfig { beam_order: believed, ..ScanOdometryConfig::default() };
+    let error = |used: BeamOrder| {
+        let config = ScanOdometryConfig { beam_order: used, ..ScanOdometryConfig::default() };
         let mut odometry = ScanOdometry::new(config).unwrap();
         let (mut random, start) = (Random::new(1), swaying(scanner.middle_s(0)));
         let mut squares = 0.0;

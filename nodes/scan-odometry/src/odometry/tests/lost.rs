@@ -65,7 +65,7 @@ fn after_a_second_of_blindness_it_stands_until_it_sees_something_new() {
     let blind: Vec<ScanPose> = (20..50).map(|scan| run.step(&World::default(), scan)).collect();
     assert_eq!(blind[29].odom_from_lidar, blind[15].odom_from_lidar);
     assert!(blind[29].covariance.m11.sqrt() > 0.5);
-    // Another room: the map begins anew where the platform is thought to be.
+    // Another room: the map begins anew at the predicted pose.
     let other = World::default().with_box([-1.5, -2.5], [7.0, 1.5]);
     let begun = run.step(&other, 50);
     assert!(matches!(begun.quality.outcome, MatchOutcome::BegunAnew(_)), "{:?}", begun.quality);

@@ -1,4 +1,4 @@
-//! A platform that stands.
+//! A static platform.
 
 use super::*;
 use crate::MatchOutcome;

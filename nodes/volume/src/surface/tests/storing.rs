@@ -19,6 +19,51 @@ fn seen() -> Surface {
 }
 
 #[test]
+fn points_with_normals_give_the_surface_that_they_are_of() {
+    let camera = testing::camera(320, 240);
+    let mut seen = surface(0.03);
+    for step in 0..3 {
+        let view = testing::view_of_scene(
+            &Scene::room(),
+            &camera,
+            &Isometry3::identity(),
+            f64::from(step),
+        );
+        seen.integrate(&view, &Serial);
+    }
+    let before = points(&seen);
+    let mut put = surface(0.03);
+    let refused = put.put_points(before.iter().map(|point| (point.position_m, point.normal)));
+    assert_eq!(refused, 0);
+    let after = points(&put);
+    let off = |point: &SurfacePoint| Scene::room().nearest(&point.position_m.cast()).0;
+    let mean_m =
+        |points: &[SurfacePoint]| points.iter().map(off).sum::<f64>() / points.len() as f64;
+    assert!(mean_m(&after) < mean_m(&before) + 0.002, "{} and {}", mean_m(&after), mean_m(&before));
+    // Each point that was there is there again.
+    let grid: std::collections::HashSet<_> = after.iter().map(|point| point.voxel).collect();
+    let kept = before.iter().filter(|point| grid.contains(&point.voxel)).count();
+    assert!(kept as f64 > 0.95 * before.len() as f64, "{kept} of {}", before.len());
+    assert!(
+        (after.len() as f64) < 1.15 * before.len() as f64,
+        "{} of {}",
+        after.len(),
+        before.len()
+    );
+    // A map that is corrected leaves it where it is.
+    let moved = put.corrected(|_| Isometry3::translation(1.0, 0.0, 0.0));
+    assert_eq!(points(&moved), after);
+    let nothing = [
+        (Point3::origin(), nalgebra::Vector3::zeros()),
+        (Point3::new(f32::NAN, 0.0, 0.0), nalgebra::Vector3::x()),
+    ];
+    assert_eq!((put.put_points(nothing), put.blocks()), (0, put.blocks()));
+    let mut small = Surface::new(SurfaceConfig { max_blocks: 3, ..config(0.03) }).unwrap();
+    assert!(small.put_points(before.iter().map(|point| (point.position_m, point.normal))) > 0);
+    assert_eq!(small.blocks(), 3);
+}
+
+#[test]
 fn a_surface_comes_back_from_its_bytes_to_the_bit() {
     let mut before = seen();
     let mut after = surface(0.05);
@@ -63,10 +108,10 @@ fn bytes_that_are_no_block_are_refused() {
 #[test]
 fn a_correction_moves_the_surface_and_keeps_what_stays() {
     let before = seen();
-    let stays = before.corrected(|_| Isometry3::identity()).unwrap();
+    let stays = before.corrected(|_| Isometry3::identity());
     assert!(contents(&before) == contents(&stays));
     let motion = testing::pose([0.23, -0.11, 0.07], [0.02, -0.05, 0.1]);
-    let moved = before.corrected(|_| motion).unwrap();
+    let moved = before.corrected(|_| motion);
     let (old, new) = (points(&before), points(&moved));
     let ratio = new.len() as f64 / old.len() as f64;
     assert!((0.9..1.1).contains(&ratio), "{} points, then {}", old.len(), new.len());
@@ -79,9 +124,8 @@ fn a_correction_moves_the_surface_and_keeps_what_stays() {
     assert!(errors_m[errors_m.len() / 2] < 0.003, "{}", errors_m[errors_m.len() / 2]);
     assert!(errors_m[errors_m.len() * 95 / 100] < 0.02, "{}", errors_m[errors_m.len() * 95 / 100]);
     // Only what was seen from the second image on.
-    let later = before
+    let kept = before
         .corrected(|stamp| if stamp > Stamp::default() { motion } else { Isometry3::identity() });
-    let kept = later.unwrap();
     let first = contents(&before).into_iter().filter(|(_, block)| block.first_seen == 1).count();
     assert!(first > 0 && kept.blocks() >= first);
 }

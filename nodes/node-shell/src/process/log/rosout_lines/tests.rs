@@ -11,7 +11,7 @@ fn a_line_goes_to_the_node_in_whose_span_it_is_written() {
     let mut segmentation = NodeLines::of("segmentation").unwrap();
     tracing::subscriber::with_default(subscriber, || {
         tracing::error_span!("segmentation").in_scope(|| tracing::warn!("of {}", "segmentation"));
-        tracing::info!(beams = 3, "of nobody");
+        tracing::info!(beams = 3, "of no node");
     });
     let line = segmentation.waiting.try_recv().unwrap();
     assert_eq!(
@@ -24,10 +24,10 @@ fn a_line_goes_to_the_node_in_whose_span_it_is_written() {
     let line = detection.waiting.try_recv().unwrap();
     assert_eq!(
         (line.level, line.name.as_str(), line.msg.as_str()),
-        (Log::INFO, "stillmap", "of nobody beams=3")
+        (Log::INFO, "stillmap", "of no node beams=3")
     );
 
-    // Who has gone gets nothing; many lines at a time cost lines, not memory.
+    // A closed receiver gets nothing; many lines at a time cost lines, not memory.
     drop(detection);
     let subscriber = tracing_subscriber::registry().with(RosoutLayer::start("other"));
     tracing::subscriber::with_default(subscriber, || {

@@ -27,7 +27,7 @@ fn seconds(count: f64) -> Duration {
 }
 
 #[test]
-fn a_loss_is_named_with_topics_limits_and_mend() {
+fn a_loss_is_named_with_topics_limits_and_fix() {
     let mut watch = watch(208 * 1024);
     let (start, peers) = (Instant::now(), matches(&[DEPTH, SCAN]));
     assert_eq!(watch.take(start, 40, &peers, &counted(&[(SCAN, 7)], &[])), None);
@@ -82,7 +82,7 @@ fn without_drops_there_is_no_loss_and_an_old_one_is_forgotten() {
     };
     assert_eq!(look(0.0, 10), (false, false));
     assert_eq!(look(1.0, 10), (false, false));
-    assert_eq!(look(1.2, 20), (false, false), "too soon to tell");
+    assert_eq!(look(1.2, 20), (false, false), "too early to decide");
     assert_eq!(look(2.0, 20), (true, true));
     assert_eq!(look(3.0, 20), (false, true));
     assert_eq!(look(7.0, 20), (false, true));
@@ -90,10 +90,10 @@ fn without_drops_there_is_no_loss_and_an_old_one_is_forgotten() {
 }
 
 #[test]
-fn a_full_buffer_of_full_size_has_another_mend() {
+fn a_full_buffer_of_full_size_has_another_fix() {
     let mut watch = watch(32 << 20);
     let (start, nothing) = (Instant::now(), counted(&[], &[]));
     watch.take(start, 0, &[], &nothing);
     let text = watch.take(start + seconds(1.0), 1, &[], &nothing).unwrap().to_string();
-    assert!(!text.contains("sysctl") && text.contains("take a load off"), "{text}");
+    assert!(!text.contains("sysctl") && text.contains("reduce the load"), "{text}");
 }

@@ -50,7 +50,7 @@ pub(super) mod code {
     pub(in super::super) const OF_X: u16 = 0x08;
     /// The second operand of a jump or a calculation is X.
     pub(in super::super) const BY_X: u16 = 0x08;
-    /// What is returned is A.
+    /// Returns A.
     pub(in super::super) const OF_A: u16 = 0x10;
     pub(in super::super) const A_TO_X: u16 = 0x00;
     pub(in super::super) const X_TO_A: u16 = 0x80;
@@ -60,7 +60,7 @@ pub(super) mod code {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Label(usize);
 
-/// What a jump compares A with.
+/// The operand that a jump compares A with.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Test {
     Equals(u32),

@@ -3,7 +3,7 @@
 
 use super::assembler::{Assembler, AssemblyError, Instruction, Label, Scratch, Test};
 
-/// What of a submessage is refused.
+/// The submessages that are refused.
 pub(super) mod limits {
     /// A heartbeat or a gap may name a range of this many times 65,536 sequence numbers: RustDDS 0.15 lists each
     /// missing number of a heartbeat (8 bytes each) and each number of a gap (some 40 bytes). A writer that keeps the last
@@ -60,7 +60,7 @@ const POSITION: Scratch = Scratch(1);
 /// A number that is compared with another.
 const NUMBER: Scratch = Scratch(2);
 
-/// The program that walks up to `submessages` submessages; what a datagram has behind these is cut off. Who sends
+/// The program that walks up to `submessages` submessages; what a datagram has behind these is cut off. A peer that sends
 /// reliably sends that again, from the first that is missing.
 ///
 /// # Errors
@@ -193,7 +193,7 @@ fn judge_fragment(to: &mut Assembler, advance: Label, exits: Exits) {
     to.jump(advance);
 }
 
-/// A request for fragments: the library keeps a bit for each up to the first one asked for, and numbers begin at 1.
+/// A request for fragments: the library keeps a bit for each up to the first one requested, and numbers begin at 1.
 fn judge_request(to: &mut Assembler, advance: Label, exits: Exits) {
     let little = to.label();
     to.load_word_at_x(offset::FRAGMENT_BASE);

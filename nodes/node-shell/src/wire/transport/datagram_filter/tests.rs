@@ -144,13 +144,13 @@ proptest! {
     }
 }
 
-/// How many submessages a filter of this process looks at, and what of these datagrams its socket gets; `None` where there is no filter to be had.
+/// How many submessages a filter of this process looks at, and what of these datagrams its socket gets; `None` where there is no filter available.
 fn received(datagrams: &[Vec<u8>]) -> Option<(usize, Vec<Vec<u8>>)> {
     use std::os::fd::AsRawFd;
 
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let handle = SocketHandle::of(socket.as_raw_fd())
-        .inspect_err(|error| println!("skipped: no handle of a socket is to be had ({error})"))
+        .inspect_err(|error| println!("skipped: no handle of a socket is available ({error})"))
         .ok()?;
     let filter = DatagramFilter::on([&handle].into_iter());
     let DatagramFilter::On { submessages } = filter else { panic!("{filter}") };

@@ -8,7 +8,7 @@ use msgs::std_msgs::Bool;
 use crate::wire::transport::free_domain::FreeDomain;
 use crate::{Node, Publisher, Qos, RosArguments, Subscription};
 
-/// No test needs so long, on the busiest of machines.
+/// No test needs this long, on the busiest of machines.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 const STATUS: &str = "Name:\tRustDDS discove\nUmask:\t0022\nState:\tS (sleeping)\nTgid:\t2409\nThreads:\t7\n\
@@ -53,9 +53,9 @@ fn nodes_that_start_together_all_find_each_other() {
 
     let domain = FreeDomain::new();
     let over = Arc::new(AtomicBool::new(false));
-    let (tell, told) = mpsc::channel();
+    let (sender, receiver) = mpsc::channel();
     let start = |number: usize| {
-        let (transport, over, tell) = (domain.transport(), Arc::clone(&over), tell.clone());
+        let (transport, over, sender) = (domain.transport(), Arc::clone(&over), sender.clone());
         std::thread::spawn(move || {
             let runtime =
                 tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
@@ -67,7 +67,7 @@ fn nodes_that_start_together_all_find_each_other() {
                 for (_, subscription) in &ends {
                     subscription.wait_for_publishers(NODES - 1).await;
                 }
-                tell.send(()).unwrap();
+                sender.send(()).unwrap();
                 while !over.load(Ordering::Relaxed) {
                     tokio::time::sleep(Duration::from_millis(20)).await;
                 }
@@ -80,7 +80,7 @@ fn nodes_that_start_together_all_find_each_other() {
     let begun = Instant::now();
     for met in 0..NODES {
         let left = PATIENCE.saturating_sub(begun.elapsed());
-        assert!(told.recv_timeout(left).is_ok(), "{met} of {NODES} have met all the others");
+        assert!(receiver.recv_timeout(left).is_ok(), "{met} of {NODES} have found all the others");
     }
     over.store(true, Ordering::Relaxed);
     threads.into_iter().for_each(|thread| thread.join().unwrap());

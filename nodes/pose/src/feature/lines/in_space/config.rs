@@ -2,7 +2,7 @@
 
 use geometry::{ParameterError, parameter};
 
-/// What the depths of a camera are worth.
+/// The accuracy of a camera's depths.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct DepthSensor {
     /// Standard deviation of the inverse of a depth, in 1/m: that of a depth of `z` metres is `z^2` times this.
@@ -51,7 +51,7 @@ geometry::parameters! {
         /// The least share of all places along the segment that have a depth on the line.
         min_support: f64 = 0.5, share;
         /// The least share of the places with a depth whose depth is on the line.
-        // More than a half: of two lines that meet neither is the segment.
+        // More than a half: of two lines that intersect neither is the segment.
         min_agreement: f64 = 0.6, share;
     }
     check = Self::check_sides;

@@ -1,12 +1,12 @@
 //! A straight line through inverse depths.
 
-/// Pairs that lines are laid through are taken from so many samples, evenly spread.
+/// Pairs that lines are fitted through are taken from this many samples, evenly spread.
 const MOST_ENDS: usize = 8;
-/// What a line is judged by: so many samples, evenly spread.
+/// A line is judged by this many samples, evenly spread.
 const MOST_JUDGES: usize = 32;
 /// Rounds of least squares over what is on the line: the set hardly ever changes after the second.
 const ROUNDS: usize = 3;
-/// An arc is sought in what lies within so many times the tolerance: the ends of an arc are off its line.
+/// An arc is searched for among the samples within this many times the tolerance: the ends of an arc are off its line.
 const ARC_REACH: f64 = 3.0;
 
 /// An inverse depth at a place along a segment.
@@ -99,7 +99,7 @@ impl Straight {
         of_sample * ((1.0 + off_px * off_px / self.spread_px2) / self.count as f64).sqrt()
     }
 
-    /// By how much the middle of what lies near the line is off the line through its ends: the arc, by a parabola
+    /// How far the middle of the samples near the line is off the line through its ends: the arc, by a parabola
     /// through the residuals.
     pub(super) fn bend(&self, samples: &[Sample], tolerance: f64) -> f64 {
         let near: Vec<&Sample> = samples
@@ -122,7 +122,7 @@ impl Straight {
     }
 }
 
-/// At most so many of them, evenly spread, the first and the last among them.
+/// At most this many of them, evenly spread, the first and the last among them.
 fn evenly(samples: &[Sample], most: usize) -> impl Iterator<Item = &Sample> {
     let count = samples.len().min(most);
     let last = samples.len().saturating_sub(1);

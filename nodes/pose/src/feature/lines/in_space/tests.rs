@@ -213,7 +213,7 @@ fn a_line_over_a_curved_surface_is_refused() {
 }
 
 #[test]
-fn two_lines_that_meet_are_not_one() {
+fn two_lines_that_intersect_are_not_one() {
     // The inner corner of a room: the middle is far, the ends are near.
     let corner = |pixel: Point2<f64>| {
         let x = camera().ray(&pixel)?.x;

@@ -29,7 +29,7 @@ fn a_rectangle_has_four_sides_with_the_bright_side_on_their_left() {
             assert_eq!(segments.len(), 4, "{turn_deg}: {segments:?}");
             for [from, to] in rectangle.sides() {
                 let segment = the_one_along(&segments, [from, to]);
-                // The inside is on the left of a side; where it is dark the segment goes the other way.
+                // The inside is on the left of a side; where it is dark the segment is reversed.
                 let side = if level > 120.0 { [from, to] } else { [to, from] };
                 let across_px = off_line_px(&segment, side);
                 println!("ACR {turn_deg} {across_px:.3}");

@@ -1,4 +1,4 @@
-//! What must not matter.
+//! Changes of the image that must not matter.
 
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ fn an_image_turned_by_a_quarter_has_the_segments_turned() {
 }
 
 #[test]
-fn the_negative_has_the_same_segments_the_other_way_round() {
+fn the_negative_has_the_same_segments_reversed() {
     let picture = busy_picture(240, 180, 6);
     let segments = detect(&picture.image());
     let negative = detect(&picture.map(|level| 255.0 - level).image());

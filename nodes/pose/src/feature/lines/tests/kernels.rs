@@ -149,7 +149,7 @@ fn chains_are_paths_along_edges_with_the_bright_side_on_the_left() {
             let gradient = [step[0], step[1]].map(|pixel| field.gradients[pixel]);
             assert!(gradient[0].agrees(gradient[1]), "another edge");
             // Left of (dx, dy) is (dy, -dx). Of one of the two pixels at least: back from the anchor it is the second
-            // one that says the way.
+            // one that gives the direction.
             let is_left = |g: Gradient| i32::from(g.x) * dy - i32::from(g.y) * dx > 0;
             assert!(gradient.into_iter().any(is_left), "the bright side is on the right");
         }

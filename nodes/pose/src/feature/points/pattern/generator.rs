@@ -3,7 +3,7 @@
 //! Pairs of pixels are drawn from a normal distribution about the patch's middle, as Calonder et al. 2010 found best
 //! (their "G II", with a variance of a 25th of the patch's side squared). Of many, 256 are chosen as Rublee et al. 2011 do,
 //! section 4.3: those whose outcome over many corners is nearest to a tossed coin's come first, and each that is
-//! too much like one before it is passed over. The corners are those of pictures of discs of all sizes that lie upon
+//! too much like one before it is skipped. The corners are those of pictures of discs of all sizes that lie upon
 //! each other (dead leaves), which share the statistics of natural images (Lee, Mumford and Huang 2001), so that the table
 //! favours no scene.
 

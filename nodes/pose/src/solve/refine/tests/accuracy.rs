@@ -76,9 +76,9 @@ fn mean_nees(
 }
 
 const DRAWS: u32 = 300;
-/// The standard deviation of the mean of so many chi-square numbers of 6 degrees of freedom.
+/// The standard deviation of the mean of this many chi-square numbers of 6 degrees of freedom.
 const OF_MEAN: f64 = 3.464 / 17.32;
-/// 99 % of normal numbers lie within so many standard deviations: 95 % of all five series.
+/// 99 % of normal numbers lie within this many standard deviations: 95 % of all five series.
 const ONE_OF_FIVE: f64 = 2.58;
 /// 95 % do.
 const ALONE: f64 = 1.96;
@@ -121,7 +121,7 @@ fn noise_that_is_stated_wrong_is_estimated() {
 
 #[test]
 fn the_errors_reach_the_bound_of_cramer_and_rao() {
-    // What the true inliers would tell of the pose with nothing cut off: no estimate without a bias is better.
+    // The information of the true inliers about the pose with nothing cut off: no estimate without a bias is better.
     let config = RefineConfig { inlier_probability: 0.999, ..RefineConfig::default() };
     let view = View::room(200, 60, KINECT_NOISE, 21);
     let bound = refined(&view, &Vector6::zeros(), &config).covariance;
@@ -141,7 +141,7 @@ fn the_errors_reach_the_bound_of_cramer_and_rao() {
 fn outliers_do_not_carry_the_pose_away() {
     for (kernel, shares) in [
         (RobustKernel::Cauchy, [0.3, 0.5, 0.7, 0.8]),
-        // Has one minimum, which so many outliers shift.
+        // Has one minimum, which this many outliers shift.
         (RobustKernel::Huber, [0.2, 0.3, 0.4, 0.5]),
     ] {
         for share in shares {

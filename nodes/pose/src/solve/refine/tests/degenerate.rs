@@ -13,7 +13,7 @@ fn refined(view: &View, guess: &Isometry3<f64>) -> PoseEstimate {
     refine_pose(&kinect(), &guess, &view.points, &view.lines, &RefineConfig::default()).unwrap()
 }
 
-/// The way from a guess to a pose, along a direction that is not estimated, in units of its limit: nothing.
+/// The motion from a guess to a pose, along a direction that is not estimated, in units of its limit: nothing.
 fn check_held(guess: &Isometry3<f64>, found: &PoseEstimate) {
     let limits = RefineConfig::default().limits();
     let way = perturbation_between(guess, &found.camera_from_map).component_div(&limits);
@@ -36,7 +36,7 @@ fn parallel_lines(noise: Noise, seed: u64) -> View {
 }
 
 #[test]
-fn parallel_lines_do_not_tell_the_way_along_them() {
+fn parallel_lines_do_not_determine_the_position_along_them() {
     for noise in [NO_DEPTH, KINECT_NOISE] {
         for seed in 0..20 {
             let view = parallel_lines(noise, seed).noisy(1.0, seed);
@@ -51,7 +51,7 @@ fn parallel_lines_do_not_tell_the_way_along_them() {
             let error = perturbation_between(&view.camera_from_map, &found.camera_from_map);
             let of_guess = perturbation_between(&view.camera_from_map, &guess);
             assert!(error.y.abs() < 0.01 && (error.x - of_guess.x).abs() < 0.002, "{error}");
-            // The covariance says so: nobody vouches for the guess.
+            // The covariance says so: nothing supports the guess.
             assert!((found.covariance[(0, 0)].sqrt() - 1.0).abs() < 0.01);
             assert!(found.covariance[(1, 1)].sqrt() < 0.01);
         }
@@ -69,7 +69,7 @@ fn what_is_not_seen_has_the_covariance_of_the_guess() {
 }
 
 #[test]
-fn a_plane_of_points_tells_all_but_a_plane_without_texture_says_what_it_hides() {
+fn a_plane_of_points_determines_all_and_a_plane_without_texture_reports_its_weak_directions() {
     // A poster on a wall: all six, with depths and without, also when the camera looks at it straight.
     for noise in [KINECT_NOISE, NO_DEPTH] {
         let mut view = View::empty(5);
@@ -83,7 +83,7 @@ fn a_plane_of_points_tells_all_but_a_plane_without_texture_says_what_it_hides() 
         let (off_m, off_rad) = view.error(&found.camera_from_map);
         assert!(off_m < 0.02 && off_rad < 0.01, "{off_m} {off_rad}");
     }
-    // One far corner of a picture: where it is tells of the turns, not of shifts.
+    // One far corner of a picture: its position determines rotations, not translations.
     let mut view = View::empty(8);
     let mut random = Random::new(8);
     for _ in 0..60 {
@@ -99,7 +99,7 @@ fn a_plane_of_points_tells_all_but_a_plane_without_texture_says_what_it_hides() 
 }
 
 #[test]
-fn few_features_tell_what_they_tell() {
+fn few_features_determine_some_directions() {
     // A point with depth gives a place: three directions. Two hide the turn about the line between them.
     for (points, lines, noise, expected) in [
         (1, 0, NO_DEPTH, 2),
@@ -112,7 +112,7 @@ fn few_features_tell_what_they_tell() {
         (0, 2, KINECT_NOISE, 6),
         (1, 1, KINECT_NOISE, 6),
     ] {
-        // Limits that any number of observations would meet: what remains is geometry.
+        // Limits that any number of observations would reach: geometry alone remains.
         let config = RefineConfig {
             max_std_dev_m: 3.0,
             max_std_dev_rad: 1.5,
@@ -149,7 +149,7 @@ fn a_weak_direction_is_weak_by_the_limits_that_are_asked_for() {
 
 #[test]
 fn the_directions_are_those_of_the_camera_frame() {
-    // A wall without texture but for vertical edges, before a turned camera: the way up is hidden, wherever up is.
+    // A wall without texture but for vertical edges, before a rotated camera: the vertical direction is unobservable, wherever up is.
     let mut view = View::empty(4);
     let up = Vector3::new(0.3, 1.0, 0.1).normalize();
     let mut random = Random::new(4);
@@ -170,7 +170,7 @@ fn what_outliers_have_moved_before_they_were_known_is_taken_back() {
         for _ in 0..6 {
             view.see_point(ray_point(&any_pixel(&mut random), random.between(2.0, 4.0)), NO_DEPTH);
         }
-        // All the points there are lie elsewhere, each in its own way: they pull along the lines at first.
+        // All the points there are wrong, each in its own direction: they pull along the lines at first.
         view.points.iter_mut().for_each(|point| point.pixel_px.x += random.between(8.0, 60.0));
         let guess = view.guess(&random.perturbation(0.005, 0.002));
         let found = refined(&view, &guess);

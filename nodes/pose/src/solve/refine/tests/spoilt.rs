@@ -1,4 +1,4 @@
-//! Input that means nothing, and what comes of it.
+//! Invalid input, and its results.
 
 use geometry::Distortion;
 use nalgebra::{Isometry3, Matrix6, Point2, Point3, Translation3, Vector3};
@@ -53,7 +53,7 @@ fn a_camera_and_a_guess_that_cannot_be_used_are_refused() {
 }
 
 #[test]
-fn what_cannot_be_used_and_what_lies_behind_changes_nothing() {
+fn unusable_and_behind_observations_change_nothing() {
     let view = View::room(60, 20, KINECT_NOISE, 3).noisy(1.0, 3);
     let guess = guess_at(view.guess(&Random::new(3).perturbation(0.02, 0.01)));
     let config = RefineConfig::default();

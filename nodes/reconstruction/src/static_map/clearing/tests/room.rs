@@ -194,10 +194,11 @@ pub(super) fn see(
         points_m: grid.reduce(&points),
     });
     SegmentedCycle {
+        depth: None,
         index: cycle,
         static_cloud: in_rig.transformed(&known_pose, "map"),
         dynamic_cloud: dynamic,
         map_from_rig: known_pose,
-        camera_in_rig_m: Point3::origin(),
+        setup: geometry::CycleSetup::default(),
     }
 }

@@ -6,8 +6,10 @@ use super::room::{EDGE_M, Numbers, Platform, Shape, is_thin, room, see, see_trul
 use super::*;
 
 fn room_map(method: Method) -> StaticMap {
-    let config =
-        ReconstructionConfig { method, voxel_edge_m: EDGE_M, ..ReconstructionConfig::default() };
+    let config = ReconstructionConfig {
+        pipeline: PipelineConfig::new(method, EDGE_M),
+        ..ReconstructionConfig::default()
+    };
     StaticMap::new(config).unwrap()
 }
 
@@ -34,7 +36,7 @@ const MOST_LOST_OF_THIN: f64 = 0.03;
 /// Sees the empty room so often, and checks that it is still there.
 #[track_caller]
 fn check_that_the_room_stays(platform: Platform, cycles: u32) {
-    let (mut map, mut all) = (room_map(Method::Stillmap), room_map(Method::RecHv));
+    let (mut map, mut all) = (room_map(Method::FreeSpace), room_map(Method::RecHv));
     let mut numbers = Numbers::new(7);
     let shapes = room();
     let mut cleared = 0;
@@ -76,7 +78,7 @@ fn a_room_and_its_thin_things_stay() {
 /// voxels there were, and how many are left after each cycle without it.
 fn ghosts(thing: Shape, platform: Platform, hits: u32) -> (usize, Vec<usize>) {
     let mut numbers = Numbers::new(3);
-    let mut map = room_map(Method::Stillmap);
+    let mut map = room_map(Method::FreeSpace);
     let mut empty = room_map(Method::RecHv);
     let shapes = room();
     let with_thing: Vec<Shape> = shapes.iter().copied().chain([thing]).collect();

@@ -63,7 +63,7 @@ fn a_small_receive_buffer_costs_depth_images_and_is_an_error() {
     let findings = receive_buffer(&buffer(212_992, 32 << 20), &limits);
     assert_eq!(findings.len(), 1);
     let parts = [
-        "208 KiB of 32768 KiB asked for",
+        "208 KiB of 32768 KiB requested",
         "messages above 212 kB",
         "raw depth images of 640x480 (614 kB)",
         "(4915 kB)",

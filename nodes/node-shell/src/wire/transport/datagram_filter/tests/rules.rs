@@ -2,10 +2,10 @@
 
 use super::super::program::{kind, limits};
 
-/// What becomes of a datagram.
+/// The verdict on a datagram.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Verdict {
-    /// So many of its bytes are taken.
+    /// This many of its bytes are accepted.
     Taken(usize),
     Refused,
 }

@@ -1,0 +1,213 @@
+//! The recorder's subscriptions: one for each topic, opened when its first publisher comes up.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use geometry::Stamp;
+use msgs::builtin_interfaces::Time;
+use msgs::convert::stamp_from_time;
+use node_shell::{DiscoveredEndpoint, Node, NodeClock, RawSubscription, ReceivedBytes, Role};
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+
+use super::error::RecordError;
+use super::options::RecordOptions;
+use super::quality::{Quality, WAITING_SMALL};
+use super::queue::{Job, Queue};
+use super::summary::RecordedTopic;
+
+/// All of them.
+pub(super) struct Subscriptions<'a> {
+    node: &'a Node,
+    wanted: Wanted,
+    queue: Queue,
+    /// The topics that are recorded, and those that cannot be, with their types.
+    known: BTreeMap<String, String>,
+    /// Those with publishers of another type, which was logged.
+    of_two_types: BTreeSet<String>,
+    recorded: usize,
+    stop: watch::Sender<bool>,
+    listening: JoinSet<RecordedTopic>,
+}
+
+/// The topics to record, by their absolute names.
+pub(super) enum Wanted {
+    Only(BTreeSet<String>),
+    AllBut(BTreeSet<String>),
+}
+
+impl Wanted {
+    pub(super) fn new(node: &Node, options: &RecordOptions) -> Result<Self, RecordError> {
+        let resolve = |names: &[String]| -> Result<BTreeSet<String>, RecordError> {
+            names.iter().map(|name| Ok(node.resolve(name)?)).collect()
+        };
+        Ok(if options.topics.is_empty() {
+            Self::AllBut(resolve(&options.exclude)?)
+        } else {
+            Self::Only(resolve(&options.topics)?)
+        })
+    }
+
+    fn contains(&self, topic: &str) -> bool {
+        match self {
+            Self::Only(topics) => topics.contains(topic),
+            Self::AllBut(topics) => !topics.contains(topic),
+        }
+    }
+}
+
+impl<'a> Subscriptions<'a> {
+    pub(super) fn new(node: &'a Node, wanted: Wanted, queue: Queue) -> Self {
+        Self {
+            node,
+            wanted,
+            queue,
+            known: BTreeMap::new(),
+            of_two_types: BTreeSet::new(),
+            recorded: 0,
+            stop: watch::Sender::new(false),
+            listening: JoinSet::new(),
+        }
+    }
+
+    /// Subscribes to what has come up since.
+    pub(super) fn open_more(&mut self, survey: &[DiscoveredEndpoint]) {
+        let publishers = || survey.iter().filter(|one| one.role == Role::Publisher);
+        for publisher in publishers() {
+            let DiscoveredEndpoint { topic, type_name, .. } = publisher;
+            match self.known.get(topic) {
+                None if self.wanted.contains(topic) => {
+                    let of_topic = publishers()
+                        .filter(|one| one.topic == *topic && one.type_name == *type_name);
+                    self.open(topic, type_name, Quality::of(type_name, of_topic));
+                }
+                Some(known) if known != type_name && self.of_two_types.insert(topic.clone()) => {
+                    tracing::warn!(
+                        "{topic} is published as {known} and as {type_name}: only {known} is recorded"
+                    );
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn open(&mut self, topic: &str, type_name: &str, quality: Quality) {
+        self.known.insert(topic.to_owned(), type_name.to_owned());
+        // A peer that is no node of ROS 2 may have other names; and a rule may be for this one.
+        if self.node.resolve(topic).as_deref().ok() != Some(topic) {
+            tracing::warn!(
+                "{topic} is no name that a topic of ROS 2 can have here: it is not recorded"
+            );
+            return;
+        }
+        let subscription = match self.node.raw_subscription(topic, type_name, &quality.asked) {
+            Ok(subscription) => subscription,
+            Err(error) => {
+                tracing::warn!("{topic} is not recorded: {error}");
+                return;
+            }
+        };
+        let definition = msgs::schema_of(type_name);
+        let is_defined = definition.is_some();
+        if is_defined {
+            tracing::info!("recording {topic} ({type_name})");
+        } else {
+            tracing::warn!(
+                "recording {topic} ({type_name}), whose definition is not known here: it can be played, and viewers \
+                 must know the type"
+            );
+        }
+        let number = self.recorded;
+        let announced = Job::Topic {
+            number,
+            topic: topic.to_owned(),
+            type_name: type_name.to_owned(),
+            definition: definition.unwrap_or_default(),
+            offered: quality.offered,
+        };
+        let ear = Ear {
+            subscription,
+            type_name: type_name.to_owned(),
+            is_defined,
+            number,
+            clock: self.node.clock(),
+            queue: self.queue.clone(),
+        };
+        self.recorded += 1;
+        self.listening.spawn(ear.listen(announced, self.stop.subscribe()));
+    }
+
+    /// Takes the messages that have arrived, and ends the subscriptions. Returns the outcome of each, by name, and which of the topics that
+    /// were requested have none.
+    pub(super) async fn close(self) -> (Vec<RecordedTopic>, Vec<String>) {
+        let Self { stop, listening, wanted, .. } = self;
+        stop.send_replace(true);
+        let mut topics = listening.join_all().await;
+        topics.sort_by(|one, other| one.topic.cmp(&other.topic));
+        let is_recorded = |name: &String| topics.iter().any(|one| one.topic == *name);
+        let not_recorded = match wanted {
+            Wanted::AllBut(_) => Vec::new(),
+            Wanted::Only(names) => names.into_iter().filter(|name| !is_recorded(name)).collect(),
+        };
+        (topics, not_recorded)
+    }
+}
+
+/// One topic that is recorded.
+struct Ear {
+    subscription: RawSubscription,
+    type_name: String,
+    is_defined: bool,
+    /// By which its messages are known to be of it.
+    number: usize,
+    clock: NodeClock,
+    queue: Queue,
+}
+
+impl Ear {
+    async fn listen(self, announced: Job, mut stop: watch::Receiver<bool>) -> RecordedTopic {
+        let mut topic =
+            RecordedTopic::new(self.subscription.topic(), &self.type_name, self.is_defined);
+        let mut goes_on = self.queue.put(announced).await;
+        while goes_on {
+            let received = tokio::select! {
+                biased;
+                // The sender of the stop is gone: that is the end, too.
+                _ = stop.wait_for(|stop| *stop) => break,
+                received = self.subscription.next() => received,
+            };
+            goes_on = self.write(received, &mut topic).await;
+        }
+        // What has come by the end is written, however long the disk takes; what comes meanwhile came after the end.
+        let mut rest = Vec::new();
+        while rest.len() < WAITING_SMALL
+            && let Some(received) = self.subscription.try_next()
+        {
+            rest.push(received);
+        }
+        for received in rest {
+            goes_on = goes_on && self.write(received, &mut topic).await;
+        }
+        topic.lost = self.subscription.lost_count();
+        topic
+    }
+
+    /// Hands a message to the writer; `false` where nothing is written any more.
+    async fn write(&self, received: ReceivedBytes, topic: &mut RecordedTopic) -> bool {
+        let now = self.clock.now();
+        if now == Time::default() {
+            topic.before_clock += 1;
+            return true;
+        }
+        let log_time = stamp_from_time(now);
+        // The publisher's clock may give any time; a bag knows none before 1970.
+        let publish_time = received.sent.filter(|sent| *sent >= Stamp::default());
+        let job = Job::Message {
+            number: self.number,
+            log_time,
+            publish_time: publish_time.unwrap_or(log_time),
+            encoded: received.encoded,
+        };
+        topic.recorded += 1;
+        self.queue.put(job).await
+    }
+}

@@ -1,0 +1,75 @@
+//! The two methods: each a whole implementation, chosen once.
+
+mod free_space;
+mod variability;
+
+use geometry::{MapPath, Method};
+use nalgebra::Isometry3;
+
+use self::free_space::FreeSpaceFinder;
+use self::variability::VariabilityFinder;
+use super::cycle::{CycleInput, Step};
+use super::found::Found;
+use crate::aperture::{Beam, ScanAnglesError};
+use crate::config::DetectionConfig;
+
+/// Finds the zones of a cycle by one of the methods.
+#[derive(Clone, Debug)]
+pub(super) enum Finder {
+    RecHv(VariabilityFinder),
+    FreeSpace(Box<FreeSpaceFinder>),
+}
+
+impl Finder {
+    /// One that has seen nothing yet, of a scanner with this mount; `config` has been validated.
+    pub(super) fn new(config: &DetectionConfig, rig_from_lidar: Isometry3<f64>) -> Self {
+        match config.pipeline.method {
+            Method::RecHv => Self::RecHv(VariabilityFinder::new(config)),
+            Method::FreeSpace => {
+                Self::FreeSpace(Box::new(FreeSpaceFinder::new(config, rig_from_lidar)))
+            }
+        }
+    }
+
+    /// The zones of a cycle whose scan has these beams in the aperture. `observe` is called at the end of each stage.
+    ///
+    /// # Errors
+    /// When the scan's angles mean nothing.
+    pub(super) fn find(
+        &mut self,
+        input: &CycleInput<'_>,
+        in_aperture: &[Beam],
+        observe: &mut impl FnMut(Step),
+    ) -> Result<Found, ScanAnglesError> {
+        match self {
+            Self::RecHv(finder) => Ok(finder.find(input.scan, in_aperture, observe)),
+            Self::FreeSpace(finder) => finder.find(input, in_aperture, observe),
+        }
+    }
+
+    /// The scan's geometry is another than before.
+    pub(super) fn clear_window(&mut self) {
+        match self {
+            Self::RecHv(finder) => finder.clear_window(),
+            // It looks at the whole turn, and sees by itself whether that is another.
+            Self::FreeSpace(_) => {}
+        }
+    }
+
+    /// Forgets all that was seen.
+    pub(super) fn clear(&mut self) {
+        match self {
+            Self::RecHv(finder) => finder.clear(),
+            Self::FreeSpace(finder) => finder.clear(),
+        }
+    }
+
+    /// Takes the trajectory of the platform as the map of its poses has it by now.
+    pub(super) fn follow_path(&mut self, path: MapPath) {
+        match self {
+            // It asks for no pose.
+            Self::RecHv(_) => {}
+            Self::FreeSpace(finder) => finder.follow_path(path),
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! The method `free_space` ([`crate::free_space`]) on the whole turn of the scanner, in a frame that does not jump.
+
+use geometry::{ContinuousFrame, MapPath};
+use nalgebra::Isometry3;
+
+use super::super::cycle::{CycleInput, Step};
+use super::super::found::Found;
+use super::super::surround::Surround;
+use crate::aperture::{Beam, ScanAnglesError};
+use crate::config::DetectionConfig;
+use crate::free_space::{MotionFinder, MotionInput};
+
+/// Finds the zones by the free space that was observed before.
+#[derive(Clone, Debug)]
+pub(in crate::detector) struct FreeSpaceFinder {
+    rig_from_lidar: Isometry3<f64>,
+    motion: MotionFinder,
+    surround: Option<Surround>,
+    continuous: ContinuousFrame,
+}
+
+impl FreeSpaceFinder {
+    pub(super) fn new(config: &DetectionConfig, rig_from_lidar: Isometry3<f64>) -> Self {
+        Self {
+            rig_from_lidar,
+            motion: MotionFinder::new(config, rig_from_lidar),
+            surround: None,
+            continuous: ContinuousFrame::default(),
+        }
+    }
+
+    pub(super) fn find(
+        &mut self,
+        input: &CycleInput<'_>,
+        in_aperture: &[Beam],
+        observe: &mut impl FnMut(Step),
+    ) -> Result<Found, ScanAnglesError> {
+        let continuous_from_rig = self.continuous_from_rig(input);
+        let surround = match &mut self.surround {
+            Some(surround) if surround.fits(input.scan) => surround,
+            other => {
+                self.motion.clear_window();
+                other.insert(Surround::new(input.scan, &self.rig_from_lidar, in_aperture)?)
+            }
+        };
+        let beams = surround.beams(input.scan);
+        observe(Step::GapFill);
+        let motion_input = MotionInput {
+            scan: input.scan,
+            beams: &beams,
+            map_from_rig: &continuous_from_rig,
+            map_frame_id: input.map_frame_id,
+            pose_stamp: input.view.stamp(),
+        };
+        let deviations = self.motion.take_in(&motion_input);
+        observe(Step::Variability);
+        let search = self.motion.find(&deviations, surround.within());
+        observe(Step::ZoneSearch);
+        Ok(Found::by_free_space(search))
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.surround = None;
+        self.continuous.clear();
+        self.motion.clear();
+    }
+
+    /// Where the map was corrected the pose jumps, and the platform has not moved: motion is looked for in a frame that does
+    /// not jump ([`ContinuousFrame`]). Without a path, and as long as none has moved, that is the map, to the bit.
+    pub(super) fn follow_path(&mut self, path: MapPath) {
+        self.continuous.take(path);
+    }
+
+    /// Where the platform is in the frame in which motion is looked for.
+    fn continuous_from_rig(&mut self, input: &CycleInput<'_>) -> Isometry3<f64> {
+        match self.continuous.map_from_continuous(input.view.stamp(), input.map_frame_id) {
+            None => *input.map_from_rig,
+            Some(map_from_continuous) => map_from_continuous.inverse() * input.map_from_rig,
+        }
+    }
+}

@@ -1,0 +1,360 @@
+//! Detection of moving objects by observed free space: on a platform that may move itself, of any number of objects,
+//! with gaps in the scan and objects that stop.
+//!
+//! The ranges alone (Rec-HV 3.2) cannot distinguish the object that comes from the background that it uncovers:
+//! both change the range of a beam. The space can: a place that rays have passed in several cycles was
+//! free, and a return that ends there is newly occupied. What was behind an object was never passed,
+//! so that it is background when it is uncovered. An object that stops is in observed free space as long as the
+//! evidence is remembered. One of which no free space tells is followed over the scans: an isolated, narrow segment that
+//! has travelled is moving.
+//!
+//! | module | what |
+//! |---|---|
+//! | `platform_motion` | the twist of the platform, the noise of its poses, jumps |
+//! | `deskewed_scan` | the beams of one scan in the map's plane, with the errors of their places |
+//! | `scan_window` | the deviation of the ranges with earlier scans seen from the present place (eq. 2, 3) |
+//! | `clearance` | how far each beam shows free space for sure |
+//! | `evidence` | the evidence, a rolling grid; the class of each return |
+//! | `moving_runs` | which runs of beams in free space are objects |
+//! | `tracker` | which object of the scans before each of them is, and whether it has travelled |
+//! | `zones` | their zones; zones of objects lost from sight |
+
+mod clearance;
+mod deskewed_scan;
+mod evidence;
+mod moving_runs;
+mod platform_motion;
+mod scan_window;
+mod tracker;
+mod zones;
+
+use std::ops::Range;
+
+use geometry::{DynamicZone, Scan, Stamp, ZoneSource};
+use nalgebra::Isometry3;
+
+use crate::aperture::Beam;
+use crate::config::DetectionConfig;
+use crate::zone_finder::Unmeasured;
+use deskewed_scan::{DeskewInput, DeskewedScan, Return};
+use evidence::{EvidenceGrid, ReturnClass, ReturnLabel};
+use moving_runs::moving_runs;
+use platform_motion::PlatformMotion;
+use scan_window::{ScanWindow, is_newly_occupied};
+use tracker::{MAX_SPEED_M_PER_S, MotionEvidence, Tracker, motion_evidence};
+use zones::{CycleView, MovingBeams, ZoneMaker};
+
+/// A scan with fewer returns in the aperture says nothing, as in Rec-HV, which needs two for a line.
+const LEAST_RETURNS: usize = 2;
+
+/// A new return beside a moving object is background, come into sight by chance, once in four times.
+const RATE_BESIDE_AN_OBJECT: f64 = 0.25;
+
+/// A return of an object that travels is background, associated by mistake, at most once in ten times. Two of them are
+/// no object by that alone: in floating point their product is a hair above the bound of module `moving_runs`. With a
+/// bound that lets them pass, recordings of people show more zones, and no more of the people's legs in them.
+const RATE_OF_TRAVELLING_OBJECT: f64 = 0.1;
+
+/// Background so near to an object may be its own, missed before: the width of a chair.
+const CLUTTER_M: f64 = 0.5;
+
+/// What the method looks at in one cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct MotionInput<'a> {
+    /// The scan.
+    pub scan: &'a Scan,
+    /// All its beams, by azimuth: those behind the rig see free space too.
+    pub beams: &'a [Beam],
+    /// The pose of the rig.
+    pub map_from_rig: &'a Isometry3<f64>,
+    /// The frame of the pose.
+    pub map_frame_id: &'a str,
+    /// When the rig was there: the stamp of the cycle's cloud.
+    pub pose_stamp: Stamp,
+}
+
+/// The deviations of a cycle, and what [`MotionFinder::find`] needs beside them.
+#[derive(Clone, Debug)]
+pub struct Deviations {
+    scan: DeskewedScan,
+    std_dev_m: Option<Vec<Option<f32>>>,
+    now_ms: u32,
+    platform_moves: bool,
+}
+
+/// What the method finds in one cycle.
+#[derive(Clone, PartialEq, Debug)]
+pub struct MotionSearch {
+    /// The zones by azimuth, measured or held.
+    pub zones: Vec<DynamicZone>,
+    /// Why none was measured, if none was.
+    pub unmeasured: Option<Unmeasured>,
+    /// The largest deviation in the aperture, where there are deviations.
+    pub max_std_dev_m: Option<f32>,
+    /// Beams of the aperture whose deviation exceeds `min_std_dev_m`.
+    pub high_variability_beams: usize,
+    /// Beams of the aperture in measured zones that end where free space was seen.
+    pub moving_beams: usize,
+    /// Beams of the aperture without a return.
+    pub unknown_beams: usize,
+}
+
+/// Finds what moves by the free space it stands in.
+///
+/// Memory: [`crate::FreeSpaceConfig::evidence_bytes`] and the scans of the window.
+#[derive(Clone, Debug)]
+pub struct MotionFinder {
+    rig_from_lidar: Isometry3<f64>,
+    config: DetectionConfig,
+    motion: PlatformMotion,
+    window: ScanWindow,
+    evidence: EvidenceGrid,
+    tracker: Tracker,
+    zone_maker: ZoneMaker,
+    /// The stamp that the evidence's time counts from, and the last time.
+    epoch: Option<(Stamp, u32)>,
+}
+
+impl MotionFinder {
+    /// A finder that has seen nothing yet; `config` has been validated.
+    #[must_use]
+    pub fn new(config: &DetectionConfig, rig_from_lidar: Isometry3<f64>) -> Self {
+        Self {
+            rig_from_lidar,
+            motion: PlatformMotion::new(&config.free_space),
+            window: ScanWindow::new(config.window_scans),
+            evidence: EvidenceGrid::new(&config.free_space),
+            tracker: Tracker::default(),
+            zone_maker: ZoneMaker::new(config),
+            epoch: None,
+            config: config.clone(),
+        }
+    }
+
+    /// Forgets the evidence, the scans and the zones.
+    pub fn clear(&mut self) {
+        self.motion.clear();
+        self.clear_scene();
+    }
+
+    /// Forgets the scans of the window alone: another geometry of the scan changes nothing in the world.
+    pub fn clear_window(&mut self) {
+        self.window.clear();
+    }
+
+    fn clear_scene(&mut self) {
+        self.window.clear();
+        self.evidence.clear();
+        self.tracker.clear();
+        self.epoch = None;
+    }
+
+    /// Deskews the scan and takes the deviations of its beams over the window. A pose that jumps starts
+    /// everything anew.
+    pub fn take_in(&mut self, input: &MotionInput<'_>) -> Deviations {
+        let motion = self.motion.advance(input.pose_stamp, input.map_from_rig, input.map_frame_id);
+        if motion.jumped {
+            self.clear_scene();
+        }
+        let turn_input = DeskewInput {
+            scan: input.scan,
+            beams: input.beams,
+            rig_from_lidar: &self.rig_from_lidar,
+            map_from_rig: input.map_from_rig,
+            pose_stamp: input.pose_stamp,
+            motion: &motion,
+        };
+        let scan = DeskewedScan::new(&turn_input, &self.config.free_space);
+        let now_ms = self.now_ms(input.scan.stamp);
+        if scan.beams.iter().any(|beam| beam.hit.is_some()) {
+            self.window.push(scan.clone());
+        }
+        Deviations {
+            std_dev_m: self.window.std_dev_m(),
+            scan,
+            now_ms,
+            platform_moves: motion.moves,
+        }
+    }
+
+    /// The zones of the cycle, and the evidence that it adds.
+    pub fn find(&mut self, deviations: &Deviations, within: &Range<usize>) -> MotionSearch {
+        let Deviations { scan, std_dev_m, now_ms, platform_moves } = deviations;
+        if let Some(beam) = scan.beams.first() {
+            self.evidence.center_on(&beam.origin_m);
+        }
+        let mut classes: Vec<Option<ReturnClass>> = scan
+            .beams
+            .iter()
+            .map(|beam| beam.hit.as_ref().map(|hit| self.classify(hit, *now_ms)))
+            .collect();
+        // Runs are looked for all round: what moves behind the rig is no background either.
+        let runs = self.runs(scan, &classes, within);
+        self.tracker.update(scan, &classes, &runs, *now_ms, *platform_moves);
+        for (beam, _) in self.tracker.travelling().flat_map(|beams| scan.returns_of_object(beams)) {
+            if let Some(class @ (ReturnClass::Unknown | ReturnClass::Ambiguous)) =
+                &mut classes[beam]
+            {
+                *class = ReturnClass::InFreeSpace { background_rate: RATE_OF_TRAVELLING_OBJECT };
+            }
+        }
+        let runs = self.runs(scan, &classes, within);
+        let runs = self.moving(scan, runs, *now_ms, *platform_moves);
+
+        let mut labels = vec![ReturnLabel::Background; scan.beams.len()];
+        // Who walks away would find his own returns of a scan ago for background: poses are not exact.
+        self.tracker.under_way().for_each(|beams| labels[beams].fill(ReturnLabel::Undecided));
+        for run in &runs {
+            let label =
+                if run.has_travelled { ReturnLabel::Moving } else { ReturnLabel::Undecided };
+            labels[run.beams.clone()].fill(label);
+        }
+        self.evidence.integrate(scan, &labels, *now_ms);
+
+        let is_in_aperture =
+            |run: &MovingBeams| within.start <= run.beams.start && run.beams.end <= within.end;
+        let measured: Vec<MovingBeams> = runs.into_iter().filter(is_in_aperture).collect();
+        let none = Vec::new();
+        let std_dev_m = std_dev_m.as_ref().unwrap_or(&none);
+        let unknown = vec![None; scan.beams.len()];
+        let known_m: &[Option<f32>] =
+            if std_dev_m.len() == scan.beams.len() { std_dev_m } else { &unknown };
+        let view = CycleView { scan, classes: &classes, within, platform_moves: *platform_moves };
+        let objects = self.tracker.objects_mut();
+        let zones = self.zone_maker.zones(&view, &measured, objects, known_m);
+        self.search(&classes, zones, &measured, known_m, within)
+    }
+
+    /// The runs of beams in free space, in the aperture and outside of it.
+    fn runs(
+        &self,
+        scan: &DeskewedScan,
+        classes: &[Option<ReturnClass>],
+        within: &Range<usize>,
+    ) -> Vec<Range<usize>> {
+        let smallest_m = self.config.free_space.smallest_object_m;
+        [0..within.start, within.clone(), within.end..scan.beams.len()]
+            .into_iter()
+            .flat_map(|part| moving_runs(scan, classes, part, smallest_m))
+            .map(|run| run.beams)
+            .collect()
+    }
+
+    /// The runs that count as moving: all of them from a static platform.
+    fn moving(
+        &self,
+        scan: &DeskewedScan,
+        runs: Vec<Range<usize>>,
+        now_ms: u32,
+        platform_moves: bool,
+    ) -> Vec<MovingBeams> {
+        let moving = |beams: Range<usize>| {
+            let object = self.tracker.object_of(&beams);
+            let evidence = match object.and_then(|object| self.tracker.object(object)) {
+                _ if !platform_moves => MotionEvidence::Travelled,
+                Some(object) => motion_evidence(object, scan, &beams, || {
+                    self.is_in_clutter(scan, &beams, now_ms)
+                }),
+                None => MotionEvidence::Insufficient,
+            };
+            let has_travelled = match evidence {
+                MotionEvidence::Travelled => true,
+                MotionEvidence::InEmptySpace => false,
+                MotionEvidence::Insufficient => return None,
+            };
+            Some(MovingBeams { beams, object, has_travelled })
+        };
+        runs.into_iter().filter_map(moving).collect()
+    }
+
+    fn is_in_clutter(&self, scan: &DeskewedScan, beams: &Range<usize>, now_ms: u32) -> bool {
+        scan.beams[beams.clone()]
+            .iter()
+            .filter_map(|beam| beam.hit)
+            .any(|hit| self.evidence.has_background_near(&hit.in_map_m, CLUTTER_M, now_ms))
+    }
+
+    /// What the evidence says of a return; where there is none, what the objects of the cycle before say.
+    ///
+    /// Before black or far surfaces no ray ever comes back, and no free space is seen. An object that goes on
+    /// into such a place is known to be near: a return that was not there a cycle ago, no farther from it
+    /// than it can have gone, is most likely its own, and so is one where its front was. What it uncovers
+    /// was hidden behind it, and is not newly occupied.
+    fn classify(&self, hit: &Return, now_ms: u32) -> ReturnClass {
+        let class = self.evidence.classify(hit, now_ms);
+        let follows_an_object = || {
+            let distance_m = self.tracker.distance_to_zones_m(&hit.in_map_m);
+            let reach_m = hit.error_m + MAX_SPEED_M_PER_S * self.tracker.elapsed_s(now_ms);
+            let is_new =
+                || self.window.previous().is_some_and(|earlier| is_newly_occupied(earlier, hit));
+            distance_m <= hit.error_m || (distance_m <= reach_m && is_new())
+        };
+        if class == ReturnClass::Unknown && follows_an_object() {
+            return ReturnClass::InFreeSpace { background_rate: RATE_BESIDE_AN_OBJECT };
+        }
+        class
+    }
+
+    fn search(
+        &self,
+        classes: &[Option<ReturnClass>],
+        zones: Vec<DynamicZone>,
+        measured: &[MovingBeams],
+        std_dev_m: &[Option<f32>],
+        within: &Range<usize>,
+    ) -> MotionSearch {
+        let in_aperture = &std_dev_m[within.clone()];
+        let largest = |most: Option<f32>, next_m: &f32| Some(most.unwrap_or(0.0).max(*next_m));
+        let max_std_dev_m = in_aperture.iter().flatten().fold(None, largest);
+        let least_m = self.config.min_std_dev_m as f32;
+        let high_variability_beams =
+            in_aperture.iter().flatten().filter(|deviation_m| **deviation_m > least_m).count();
+        let is_moving =
+            |beam: &usize| matches!(classes[*beam], Some(ReturnClass::InFreeSpace { .. }));
+        let moving_beams =
+            measured.iter().flat_map(|run| run.beams.clone()).filter(is_moving).count();
+        let unknown_beams = classes[within.clone()].iter().filter(|class| class.is_none()).count();
+        let returns = within.len() - unknown_beams;
+        let is_measured = zones.iter().any(|zone| zone.source == ZoneSource::Measured);
+        let unmeasured = if is_measured {
+            None
+        } else if returns < LEAST_RETURNS {
+            Some(Unmeasured::TooFewReturns { returns })
+        } else if self.window.len() < self.config.window_scans {
+            let window_scans = self.config.window_scans;
+            Some(Unmeasured::WindowFilling { scans: self.window.len(), window_scans })
+        } else {
+            Some(Unmeasured::NothingInFreeSpace { returns })
+        };
+        MotionSearch {
+            zones,
+            unmeasured,
+            max_std_dev_m,
+            high_variability_beams,
+            moving_beams,
+            unknown_beams,
+        }
+    }
+
+    /// The evidence's time: milliseconds from its first scan, from 1 on, and later with every cycle.
+    fn now_ms(&mut self, stamp: Stamp) -> u32 {
+        let Some((first, last_ms)) = self.epoch else {
+            self.epoch = Some((stamp, 1));
+            return 1;
+        };
+        // The cast saturates: after 49 days the clock of the evidence stands, and starts anew.
+        let now_ms = (stamp.seconds_since(first) * 1e3) as u32;
+        if now_ms >= u32::MAX - 1 {
+            self.clear_scene();
+            return self.now_ms(stamp);
+        }
+        let now_ms = now_ms.max(last_ms.saturating_add(1));
+        self.epoch = Some((first, now_ms));
+        now_ms
+    }
+}
+
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;

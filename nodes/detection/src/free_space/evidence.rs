@@ -1,0 +1,222 @@
+//! Where the map's plane was observed free, and where background was observed.
+
+mod cell;
+mod grid;
+
+use nalgebra::Point2;
+
+use super::clearance::clear_distances_m;
+use super::deskewed_scan::{DeskewedBeam, DeskewedScan, Return};
+use crate::config::FreeSpaceConfig;
+use grid::RollingGrid;
+
+/// Cells are looked at in steps of this share of their edge, both ways. No place is then farther than 0.495
+/// edges from a step, so that none is stepped over.
+const SAMPLES_PER_CELL: f64 = 0.7;
+/// Two beams show the space between them free only where they are no farther apart: about a body's narrow
+/// side, which could stand between them otherwise. Beams of 1 degree are that far apart at 8.6 m.
+const WIDEST_WEDGE_M: f64 = 0.15;
+/// Above this rate a place is background, or may be: one end near it in five looks at it.
+const MAX_BACKGROUND_RATE: f64 = 0.2;
+/// Above this rate it is background as likely as not.
+const BACKGROUND_RATE: f64 = 0.5;
+/// Half of an observation of each kind is what is believed before any (Krichevsky and Trofimov).
+const PRIOR: f64 = 0.5;
+/// Evidence marks surfaces of at most so many cells between two returns: it bounds the work.
+const MOST_CELLS_BETWEEN: f64 = 64.0;
+
+/// What a return is, by the evidence.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum ReturnClass {
+    /// It is in observed free space.
+    InFreeSpace {
+        /// How probable a return of the background is here.
+        background_rate: f64,
+    },
+    /// Neither was its place seen free for sure, nor was background seen near by.
+    Unknown,
+    /// The evidence does not say.
+    Ambiguous,
+    /// It is where background was seen.
+    Background,
+}
+
+/// What a return is taken for when the evidence is updated.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum ReturnLabel {
+    /// What is static.
+    Background,
+    /// What may move or not: it does not update the evidence.
+    Undecided,
+    /// A moving object.
+    Moving,
+}
+
+/// The evidence of free space around the platform.
+#[derive(Clone, Debug)]
+pub(super) struct EvidenceGrid {
+    grid: RollingGrid,
+    reach_m: f64,
+    min_passes: f32,
+    memory_ms: u32,
+    stopped_ms: u32,
+}
+
+impl EvidenceGrid {
+    /// No evidence yet.
+    pub(super) fn new(config: &FreeSpaceConfig) -> Self {
+        Self {
+            grid: RollingGrid::new(config.evidence_cell_m, config.evidence_cells_a_side()),
+            reach_m: config.evidence_reach_m,
+            // Counts fade a little below the whole number.
+            min_passes: config.min_passes as f32 - 0.5,
+            memory_ms: (config.evidence_memory_s * 1e3) as u32,
+            stopped_ms: (config.stopped_object_s * 1e3) as u32,
+        }
+    }
+
+    /// Forgets everything.
+    pub(super) fn clear(&mut self) {
+        self.grid.clear();
+    }
+
+    /// Rolls along with the platform.
+    pub(super) fn center_on(&mut self, origin_m: &Point2<f64>) {
+        self.grid.center_on(origin_m);
+    }
+
+    /// What the evidence before this cycle says of a return.
+    ///
+    /// Its own cell must have been free for sure in several cycles, and no background may have been seen as
+    /// near as the return's error reaches: the rate of static returns there, estimated from all that was
+    /// counted (a thin surface is hit now in this cell and now in that one), must be small. The passes need no margin of
+    /// their own: they were counted with one.
+    pub(super) fn classify(&self, hit: &Return, now_ms: u32) -> ReturnClass {
+        if f64::from(hit.range_m) > self.reach_m {
+            return ReturnClass::Ambiguous;
+        }
+        let center = self.grid.key_of(&hit.in_map_m);
+        let passes = self.grid.cell(center).map_or(0.0, |cell| cell.passes(now_ms, self.memory_ms));
+        let radius_m = hit.error_m + 0.5 * self.grid.edge_m();
+        let ends: f32 = self.ends_around(&hit.in_map_m, radius_m, now_ms).sum();
+        let (passed, ended) = (f64::from(passes), f64::from(ends));
+        let background_rate = (ended + PRIOR) / (passed + ended + 2.0 * PRIOR);
+        if passes >= self.min_passes && background_rate <= MAX_BACKGROUND_RATE {
+            ReturnClass::InFreeSpace { background_rate }
+        } else if ended < PRIOR {
+            ReturnClass::Unknown
+        } else if background_rate > BACKGROUND_RATE {
+            ReturnClass::Background
+        } else {
+            ReturnClass::Ambiguous
+        }
+    }
+
+    /// Whether background was seen within `radius_m` of a place: an end at least as it counts for one.
+    pub(super) fn has_background_near(
+        &self,
+        place_m: &Point2<f64>,
+        radius_m: f64,
+        now_ms: u32,
+    ) -> bool {
+        self.ends_around(place_m, radius_m, now_ms).any(|ends| f64::from(ends) >= PRIOR)
+    }
+
+    /// How often something ended in each of the cells around a place.
+    fn ends_around(
+        &self,
+        place_m: &Point2<f64>,
+        radius_m: f64,
+        now_ms: u32,
+    ) -> impl Iterator<Item = f32> {
+        let center = self.grid.key_of(place_m);
+        let around = (radius_m / self.grid.edge_m()).min(MOST_CELLS_BETWEEN).floor() as i64;
+        (-around..=around)
+            .flat_map(move |y| (-around..=around).map(move |x| [x, y]))
+            .filter(move |[x, y]| x * x + y * y <= around * around)
+            .filter_map(move |[x, y]| self.grid.cell([center[0] + x, center[1] + y]))
+            .map(move |cell| cell.ends(now_ms, self.memory_ms))
+    }
+
+    /// Takes in a scan; `hit` says of each beam what it hit.
+    pub(super) fn integrate(&mut self, scan: &DeskewedScan, labels: &[ReturnLabel], now_ms: u32) {
+        self.take_ends(scan, labels, now_ms);
+        self.take_passes(scan, now_ms);
+    }
+
+    fn take_ends(&mut self, scan: &DeskewedScan, labels: &[ReturnLabel], now_ms: u32) {
+        let (memory_ms, stopped_ms) = (self.memory_ms, self.stopped_ms);
+        for (index, beam) in scan.beams.iter().enumerate() {
+            let Some(hit) = &beam.hit else { continue };
+            let key = self.grid.key_of(&hit.in_map_m);
+            if let Some(cell) = self.grid.cell_mut(key) {
+                match labels[index] {
+                    ReturnLabel::Moving => cell.claim(now_ms, memory_ms, stopped_ms),
+                    ReturnLabel::Background => cell.end(now_ms, memory_ms),
+                    ReturnLabel::Undecided => {}
+                }
+            }
+            // Background goes on between two beams that hit one surface: a later scan, from elsewhere, will
+            // end between them.
+            if let Some(next) = scan.next(index)
+                && let Some(next_hit) = &scan.beams[next].hit
+                && labels[index] == ReturnLabel::Background
+                && labels[next] == ReturnLabel::Background
+                && scan.is_one_surface(hit, next_hit)
+            {
+                self.end_between(&hit.in_map_m, &next_hit.in_map_m, now_ms);
+            }
+        }
+    }
+
+    fn end_between(&mut self, from_m: &Point2<f64>, to_m: &Point2<f64>, now_ms: u32) {
+        let offset_m = to_m - from_m;
+        let samples = (offset_m.norm() / (SAMPLES_PER_CELL * self.grid.edge_m()))
+            .min(MOST_CELLS_BETWEEN)
+            .floor();
+        for sample in 1..=samples as u32 {
+            let point_m = from_m + offset_m * (f64::from(sample) / (samples + 1.0));
+            let key = self.grid.key_of(&point_m);
+            let memory_ms = self.memory_ms;
+            if let Some(cell) = self.grid.cell_mut(key) {
+                cell.end(now_ms, memory_ms);
+            }
+        }
+    }
+
+    /// The space between each beam and the next, as far as both show it free.
+    fn take_passes(&mut self, scan: &DeskewedScan, now_ms: u32) {
+        // A cell is free where its middle is, and half of its diagonal around it.
+        let margin_m = std::f64::consts::FRAC_1_SQRT_2 * self.grid.edge_m();
+        let clear_m = clear_distances_m(scan, margin_m, self.reach_m);
+        for (index, beam) in scan.beams.iter().enumerate() {
+            if let Some(next) = scan.next(index) {
+                let far_m = clear_m[index].min(clear_m[next]);
+                self.pass_between(beam, &scan.beams[next], far_m, now_ms);
+            }
+        }
+    }
+
+    fn pass_between(&mut self, right: &DeskewedBeam, left: &DeskewedBeam, far_m: f64, now_ms: u32) {
+        let sample_m = SAMPLES_PER_CELL * self.grid.edge_m();
+        let memory_ms = self.memory_ms;
+        let spread = (left.direction - right.direction).norm();
+        let far_m = far_m.min(WIDEST_WEDGE_M / spread);
+        for ring in 0..(far_m / sample_m) as u32 {
+            let along_m = f64::from(ring) * sample_m;
+            let from_m = right.origin_m + right.direction * along_m;
+            let offset_m = (left.origin_m + left.direction * along_m) - from_m;
+            let samples = (spread * along_m / sample_m).ceil().max(1.0);
+            for sample in 0..samples as u32 {
+                let point_m = from_m + offset_m * (f64::from(sample) / samples);
+                let key = self.grid.key_of(&point_m);
+                if let Some(cell) = self.grid.cell_mut(key) {
+                    cell.pass(now_ms, memory_ms);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,79 @@
+use super::super::testing::{StaticPlatform, static_scan};
+use super::*;
+
+fn evidence() -> EvidenceGrid {
+    EvidenceGrid::new(&FreeSpaceConfig::default())
+}
+
+/// Takes in `cycles` scans with these ranges, from time `from_ms` on.
+fn see(evidence: &mut EvidenceGrid, ranges_m: &[f32], from_ms: u32, cycles: u32) {
+    let scan = static_scan(&StaticPlatform::default(), ranges_m);
+    for cycle in 0..cycles {
+        evidence.center_on(&scan.beams[0].origin_m);
+        evidence.integrate(&scan, &[ReturnLabel::Background; 360], from_ms + cycle * 100);
+    }
+}
+
+fn class(evidence: &EvidenceGrid, beam: usize, range_m: f32, now_ms: u32) -> ReturnClass {
+    let mut ranges_m = vec![f32::INFINITY; 360];
+    ranges_m[beam] = range_m;
+    let scan = static_scan(&StaticPlatform::default(), &ranges_m);
+    evidence.classify(&scan.beams[beam].hit.unwrap(), now_ms)
+}
+
+#[test]
+fn what_ends_in_space_seen_free_is_moving_and_what_ends_at_the_wall_is_not() {
+    let mut evidence = evidence();
+    let wall_m = vec![4.0_f32; 360];
+    see(&mut evidence, &wall_m, 1, 2);
+    // Two cycles are too few.
+    assert_eq!(class(&evidence, 180, 2.0, 300), ReturnClass::Unknown);
+    see(&mut evidence, &wall_m, 201, 10);
+    for beam in 0..360 {
+        for range_m in [0.3, 1.0, 2.0, 3.0, 3.6] {
+            let class = class(&evidence, beam, range_m, 1300);
+            assert!(
+                matches!(class, ReturnClass::InFreeSpace { background_rate } if background_rate < 0.1),
+                "{beam} {range_m}"
+            );
+        }
+        assert_eq!(class(&evidence, beam, 4.0, 1300), ReturnClass::Background, "{beam}");
+        for range_m in [3.9, 4.1] {
+            let class = class(&evidence, beam, range_m, 1300);
+            assert!(!matches!(class, ReturnClass::InFreeSpace { .. }), "{beam} {range_m}");
+        }
+        // Behind the wall nothing was seen.
+        assert_eq!(class(&evidence, beam, 5.0, 1300), ReturnClass::Unknown);
+    }
+}
+
+#[test]
+fn a_beam_without_a_return_shows_nothing() {
+    let mut evidence = evidence();
+    let mut ranges_m = vec![4.0_f32; 360];
+    ranges_m[170..190].fill(f32::INFINITY);
+    see(&mut evidence, &ranges_m, 1, 20);
+    assert_eq!(class(&evidence, 180, 2.0, 2100), ReturnClass::Unknown);
+    assert!(matches!(class(&evidence, 150, 2.0, 2100), ReturnClass::InFreeSpace { .. }));
+}
+
+#[test]
+fn beside_an_object_nothing_is_sure() {
+    let mut evidence = evidence();
+    let mut ranges_m = vec![4.0_f32; 360];
+    ranges_m[175..185].fill(2.0);
+    see(&mut evidence, &ranges_m, 1, 20);
+    // The first beam past the object, at the object's depth and behind, is worn off.
+    assert_eq!(class(&evidence, 185, 2.6, 2100), ReturnClass::Unknown);
+    assert!(matches!(class(&evidence, 188, 2.6, 2100), ReturnClass::InFreeSpace { .. }));
+}
+
+#[test]
+fn evidence_leaves_with_the_window_and_with_time() {
+    let mut evidence = evidence();
+    see(&mut evidence, &[4.0; 360], 1, 20);
+    assert_eq!(class(&evidence, 180, 2.0, 130_000), ReturnClass::Unknown);
+    evidence.center_on(&Point2::new(30.0, 0.0));
+    evidence.center_on(&Point2::new(0.3, -0.2));
+    assert_eq!(class(&evidence, 180, 2.0, 2100), ReturnClass::Unknown);
+}

@@ -1,0 +1,263 @@
+//! How the platform moves, and how well its poses are known.
+
+use std::collections::VecDeque;
+
+use geometry::Stamp;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use crate::config::FreeSpaceConfig;
+
+/// Poses farther apart in time do not tell the velocity between them.
+const LONGEST_TWIST_S: f64 = 1.0;
+/// A step that any pose source may make, whatever the time: its noise, and a small correction.
+const JUMP_SLACK_M: f64 = 0.3;
+/// The same of the rotation.
+const JUMP_SLACK_RAD: f64 = 0.3;
+/// A platform moves that has moved within so long: what it saw meanwhile is as unsure as its poses were.
+const LOOK_BACK_S: f64 = 1.5;
+/// Places of that time at most: more than any scanner gives.
+const MOST_PLACES: usize = 256;
+/// A platform that has not gone farther is static: its poses waver by so much.
+const STANDS_M: f64 = 0.05;
+/// The same of the rotation: five standard deviations of half a degree.
+const STANDS_RAD: f64 = 0.045;
+/// Steps of the pose that tell whether it is noisy: a second and a half at 7 Hz.
+const STEPS_KEPT: usize = 10;
+
+/// The velocity of the rig in its own frame.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Twist {
+    /// Of the rig's origin.
+    pub(super) linear_m_per_s: Vector3<f64>,
+    /// The rotation's axis times its rate.
+    pub(super) angular_rad_per_s: Vector3<f64>,
+}
+
+impl Twist {
+    const ZERO: Self = Self {
+        linear_m_per_s: Vector3::new(0.0, 0.0, 0.0),
+        angular_rad_per_s: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    pub(super) fn is_zero(&self) -> bool {
+        *self == Self::ZERO
+    }
+
+    /// Where the rig is `after_s` later, in its present frame.
+    pub(super) fn after(&self, after_s: f64) -> Isometry3<f64> {
+        Isometry3::from_parts(
+            Translation3::from(self.linear_m_per_s * after_s),
+            UnitQuaternion::from_scaled_axis(self.angular_rad_per_s * after_s),
+        )
+    }
+}
+
+/// What is known of the platform's motion in one cycle.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Motion {
+    /// The pose does not follow from the one before: what was seen from there is lost.
+    pub(super) jumped: bool,
+    /// The velocity between the last two cycles.
+    pub(super) twist: Twist,
+    /// How much the velocity differs from the one before: what a constant twist may be wrong by.
+    pub(super) twist_change: Twist,
+    /// Whether the platform has moved or turned in the last while.
+    pub(super) moves: bool,
+    /// Standard deviation of the position.
+    pub(super) pose_noise_m: f64,
+    /// Standard deviation of the heading.
+    pub(super) pose_noise_rad: f64,
+}
+
+/// Follows the poses of the cycles.
+#[derive(Clone, Debug)]
+pub(super) struct PlatformMotion {
+    max_speed_m_per_s: f64,
+    max_turn_rad_per_s: f64,
+    longest_gap_s: f64,
+    noise_m: f64,
+    noise_rad: f64,
+    previous: Option<Previous>,
+    /// Length and angle of the last steps.
+    steps: VecDeque<(f64, f64)>,
+    /// Where it was in the last while.
+    places: VecDeque<(Stamp, Isometry3<f64>)>,
+}
+
+#[derive(Clone, Debug)]
+struct Previous {
+    stamp: Stamp,
+    map_from_rig: Isometry3<f64>,
+    map_frame_id: String,
+    twist: Twist,
+}
+
+impl PlatformMotion {
+    pub(super) fn new(config: &FreeSpaceConfig) -> Self {
+        Self {
+            max_speed_m_per_s: config.max_platform_speed_m_per_s,
+            max_turn_rad_per_s: config.max_platform_turn_rad_per_s,
+            longest_gap_s: config.evidence_memory_s,
+            noise_m: config.pose_noise_m,
+            noise_rad: config.pose_noise_rad,
+            previous: None,
+            steps: VecDeque::new(),
+            places: VecDeque::new(),
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.previous = None;
+        self.steps.clear();
+        self.places.clear();
+    }
+
+    /// Takes in the pose of the next cycle.
+    ///
+    /// The noise of the poses cannot be larger than their steps: a pose that does not change is exact
+    /// from cycle to cycle, so that a static platform pays nothing for the noise of a moving one.
+    pub(super) fn advance(
+        &mut self,
+        stamp: Stamp,
+        map_from_rig: &Isometry3<f64>,
+        map_frame_id: &str,
+    ) -> Motion {
+        let mut motion = Motion {
+            jumped: false,
+            twist: Twist::ZERO,
+            twist_change: Twist::ZERO,
+            moves: false,
+            pose_noise_m: 0.0,
+            pose_noise_rad: 0.0,
+        };
+        if let Some(previous) = &self.previous {
+            let passed_s = stamp.seconds_since(previous.stamp);
+            // The product of a pose with its own inverse is not the identity to the bit.
+            let step = if previous.map_from_rig == *map_from_rig {
+                Isometry3::identity()
+            } else {
+                previous.map_from_rig.inv_mul(map_from_rig)
+            };
+            let (step_m, step_rad) = (step.translation.vector.norm(), step.rotation.angle());
+            let most_m = JUMP_SLACK_M + self.max_speed_m_per_s * passed_s;
+            let most_rad = JUMP_SLACK_RAD + self.max_turn_rad_per_s * passed_s;
+            motion.jumped = !(0.0..=self.longest_gap_s).contains(&passed_s)
+                || step_m > most_m
+                || step_rad > most_rad
+                || previous.map_frame_id != map_frame_id;
+            if motion.jumped {
+                self.steps.clear();
+                self.places.clear();
+            } else {
+                if self.steps.len() == STEPS_KEPT {
+                    self.steps.pop_front();
+                }
+                self.steps.push_back((step_m, step_rad));
+                if passed_s > 0.0 && passed_s <= LONGEST_TWIST_S {
+                    motion.twist = Twist {
+                        linear_m_per_s: step.translation.vector / passed_s,
+                        angular_rad_per_s: step.rotation.scaled_axis() / passed_s,
+                    };
+                    motion.twist_change = Twist {
+                        linear_m_per_s: motion.twist.linear_m_per_s - previous.twist.linear_m_per_s,
+                        angular_rad_per_s: motion.twist.angular_rad_per_s
+                            - previous.twist.angular_rad_per_s,
+                    };
+                }
+            }
+        }
+        let largest = |of: fn(&(f64, f64)) -> f64| self.steps.iter().map(of).fold(0.0, f64::max);
+        motion.pose_noise_m = self.noise_m.min(largest(|step| step.0));
+        motion.pose_noise_rad = self.noise_rad.min(largest(|step| step.1));
+        let is_old =
+            |(then, _): &(Stamp, _)| !(0.0..=LOOK_BACK_S).contains(&stamp.seconds_since(*then));
+        while self.places.front().is_some_and(is_old) || self.places.len() >= MOST_PLACES {
+            self.places.pop_front();
+        }
+        self.places.push_back((stamp, *map_from_rig));
+        motion.moves = self.places.iter().any(|(_, place)| {
+            let displacement = place.inv_mul(map_from_rig);
+            displacement.translation.vector.norm() > STANDS_M
+                || displacement.rotation.angle() > STANDS_RAD
+        });
+        self.previous = Some(Previous {
+            stamp,
+            map_from_rig: *map_from_rig,
+            map_frame_id: map_frame_id.to_owned(),
+            twist: motion.twist,
+        });
+        motion
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use geometry::pose_from_vector;
+
+    use super::*;
+
+    fn at(cycle: u32) -> Stamp {
+        Stamp::default().plus_seconds(f64::from(cycle) * 0.1)
+    }
+
+    #[test]
+    fn a_pose_that_does_not_change_is_static_and_exact() {
+        let mut motion = PlatformMotion::new(&FreeSpaceConfig::default());
+        let pose = pose_from_vector(&[1.1, -2.7, 0.3, 0.777, 0.01, -0.02]);
+        for cycle in 0..4 {
+            let reported = motion.advance(at(cycle), &pose, "map");
+            assert!(!reported.jumped && reported.twist.is_zero());
+            assert_eq!((reported.pose_noise_m, reported.pose_noise_rad), (0.0, 0.0));
+        }
+    }
+
+    #[test]
+    fn the_twist_leads_from_pose_to_pose() {
+        let mut motion = PlatformMotion::new(&FreeSpaceConfig::default());
+        let poses = [0.0, 0.05].map(|yaw| pose_from_vector(&[yaw, 0.0, 0.0, yaw, 0.0, 0.0]));
+        motion.advance(at(0), &poses[0], "map");
+        let reported = motion.advance(at(1), &poses[1], "map");
+        assert!((reported.twist.angular_rad_per_s.z - 0.5).abs() < 1e-9);
+        assert!((reported.twist.linear_m_per_s.x - 0.5).abs() < 1e-9);
+        let forward = poses[0] * reported.twist.after(0.1);
+        assert!((forward.translation.vector - poses[1].translation.vector).norm() < 1e-9);
+        assert_eq!(reported.pose_noise_m, 0.01);
+    }
+
+    #[test]
+    fn jumps_of_place_heading_frame_and_time_are_reported() {
+        let same = pose_from_vector(&[0.0; 6]);
+        let aside = pose_from_vector(&[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+        let turned = pose_from_vector(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+        for (stamp, pose, frame) in [
+            (at(1), aside, "map"),
+            (at(1), turned, "map"),
+            (at(1), same, "odom"),
+            (Stamp::from_nanos(-1), same, "map"),
+            (at(10_000), same, "map"),
+        ] {
+            let mut motion = PlatformMotion::new(&FreeSpaceConfig::default());
+            assert!(!motion.advance(at(0), &same, "map").jumped);
+            assert!(motion.advance(stamp, &pose, frame).jumped);
+        }
+    }
+
+    /// Regression: the last ten poses were looked at, a quarter of a second of a scanner of 40 Hz.
+    #[test]
+    fn a_platform_moves_or_stands_whatever_the_rate_of_its_poses() {
+        for rate_hz in [7.0, 40.0] {
+            let mut motion = PlatformMotion::new(&FreeSpaceConfig::default());
+            let moves: Vec<bool> = (0..(6.0 * rate_hz) as u32)
+                .map(|cycle| {
+                    let time_s = f64::from(cycle) / rate_hz;
+                    let x_m = 0.15 * time_s.min(3.0);
+                    let stamp = Stamp::default().plus_seconds(time_s);
+                    let pose = pose_from_vector(&[x_m, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                    motion.advance(stamp, &pose, "map").moves
+                })
+                .collect();
+            let at = |time_s: f64| moves[(time_s * rate_hz) as usize];
+            assert!(!at(0.1) && at(1.0) && at(3.5) && !at(5.5), "{rate_hz} Hz: {moves:?}");
+        }
+    }
+}

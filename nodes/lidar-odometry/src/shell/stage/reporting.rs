@@ -1,0 +1,91 @@
+//! The node's own state: in its log, its diagnostics and its reports.
+
+use geometry::LidarCloud;
+use msgs::convert::PointTimes;
+use msgs::std_msgs::Header;
+use node_shell::{NodeFailure, StepTimer};
+
+use super::{Stage, TIMES, TRACKING};
+use crate::odometry::{LidarPose, Outcome};
+
+impl Stage {
+    pub(super) fn bad_input(&self, topic: &str, error: &NodeFailure) {
+        self.counters.count_drop(&format!("unusable message on {topic}"));
+        if let Some(held_back) = self.bad_input.pass() {
+            tracing::warn!("{topic}: {error} ({held_back} more since the last warning)");
+        }
+    }
+
+    /// Says how the times of points were understood, when that changes.
+    pub(super) fn report_times(&mut self, times: PointTimes) {
+        let is_same = match (&self.times, &times) {
+            // The span is another one each time.
+            (Some(PointTimes::NoRevolution { .. }), PointTimes::NoRevolution { .. }) => true,
+            (before, now) => *before == Some(*now),
+        };
+        if is_same {
+            return;
+        }
+        let is_warning = !matches!(times, PointTimes::Known { .. } | PointTimes::AllTheSame { .. });
+        self.counters.note_condition(TIMES, &times.to_string(), is_warning);
+        if is_warning {
+            tracing::warn!("{times}");
+        } else {
+            tracing::info!("{times}");
+        }
+        self.times = Some(times);
+    }
+
+    /// Reports the state, in the diagnostics and, where it changes, in the log.
+    pub(super) fn report_state(&mut self, pose: &LidarPose) {
+        if let Some(trouble) = pose.quality.trouble() {
+            self.note_trouble(&format!("degraded: {trouble}"));
+            self.last_trouble = Some(trouble);
+            return;
+        }
+        if pose.quality.outcome == Outcome::Started {
+            let text = format!("initialising: one scan of {} points", pose.quality.points);
+            self.counters.note_condition(TRACKING, &text, false);
+            return;
+        }
+        self.counters.note_condition(TRACKING, "tracking", false);
+        if self.in_trouble {
+            tracing::info!("tracking");
+        }
+        self.in_trouble = false;
+    }
+
+    pub(super) fn note_trouble(&mut self, text: &str) {
+        self.counters.note_condition(TRACKING, text, true);
+        if !self.in_trouble {
+            tracing::warn!("{text}");
+        } else if let Some(held_back) = self.troubles.pass() {
+            tracing::warn!("{text} ({held_back} more since the last warning)");
+        }
+        self.in_trouble = true;
+    }
+
+    pub(super) fn report(&mut self, cloud: &LidarCloud, pose: &LidarPose, timer: &StepTimer) {
+        let number = self.next_scan;
+        self.next_scan = self.next_scan.wrapping_add(1);
+        let count = |count: usize| count as u64;
+        let quality = &pose.quality;
+        let is_held = matches!(quality.outcome, Outcome::Held(_) | Outcome::BegunAnew(_));
+        let counts = [
+            ("received_scans", self.inputs.received()),
+            ("measured_points", count(cloud.points_m.len())),
+            ("thinned_points", count(quality.points)),
+            ("map_voxels", count(quality.map_voxels)),
+            ("iterations", count(quality.iterations)),
+            ("overlap_percent", (100.0 * quality.overlap) as u64),
+            ("predicted_directions", count(quality.degenerate.len())),
+            ("held", u64::from(is_held)),
+            ("closed_loops", count(self.loops().map_or(0, |known| known.closed))),
+        ];
+        self.counters.note_fill("map voxels", quality.map_voxels, self.max_map_voxels);
+        let (path_poses, most) = self.output.path_fill();
+        self.counters.note_fill("path poses", path_poses, most);
+        let header: Header = self.output.frames().header(pose.stamp);
+        self.reporter.processed(header, number, &counts, timer);
+    }
+}

@@ -1,0 +1,74 @@
+//! Whether the cycles that a node receives were made with its own configuration of the pipeline.
+
+use geometry::{CycleSetup, PipelineConfig, PipelineMismatch};
+
+use crate::endpoints::counters::Counters;
+
+/// The name on `/diagnostics`.
+const CONDITION: &str = "pipeline";
+
+/// Checks what each cycle was made with, and reports on `/diagnostics` what does not fit.
+pub struct PipelineWatch {
+    config: PipelineConfig,
+    counters: Counters,
+    /// The result for the last cycle; none before the first.
+    last: Option<Result<(), PipelineMismatch>>,
+}
+
+impl PipelineWatch {
+    /// The cause of a drop, for [`StageReporter::dropped`](crate::StageReporter::dropped): the cycle was made with another
+    /// configuration.
+    pub const MISMATCH: &'static str = "made with another configuration of the pipeline";
+
+    /// Watches for a node that has this configuration.
+    #[must_use]
+    pub fn new(config: PipelineConfig, counters: Counters) -> Self {
+        counters.note_condition(CONDITION, "no cycle yet", false);
+        Self { config, counters, last: None }
+    }
+
+    /// Whether a cycle in the rig's frame `rig_frame_id` fits.
+    ///
+    /// # Errors
+    /// With both values of each parameter that differs.
+    pub fn check(
+        &mut self,
+        setup: &CycleSetup,
+        rig_frame_id: &str,
+    ) -> Result<(), PipelineMismatch> {
+        let found = self.config.check(setup, rig_frame_id);
+        if self.last.as_ref() != Some(&found) {
+            match &found {
+                Ok(()) => self.counters.note_condition(CONDITION, "as of the cycles", false),
+                Err(mismatch) => {
+                    self.counters.note_condition(CONDITION, &mismatch.to_string(), true);
+                }
+            }
+            self.last = Some(found.clone());
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn diagnostics_has_both_values_while_cycles_do_not_fit() {
+        let counters = Counters::default();
+        let mut watch = PipelineWatch::new(PipelineConfig::default(), counters.clone());
+        let mut setup = CycleSetup::default();
+        assert_eq!(watch.check(&setup, "rig"), Ok(()));
+        assert_eq!(counters.snapshot().warnings, Vec::<String>::new());
+        setup.voxel_edge_m = 0.05;
+        assert!(watch.check(&setup, "rig").is_err());
+        let warnings = counters.snapshot().warnings;
+        assert!(
+            warnings[0].contains("voxel_edge_m is 0.05 in the cycle and 0.08 here"),
+            "{warnings:?}"
+        );
+        assert_eq!(watch.check(&CycleSetup::default(), "rig"), Ok(()));
+        assert_eq!(counters.snapshot().warnings, Vec::<String>::new());
+    }
+}

@@ -1,0 +1,214 @@
+//! The static map of either kind: chosen once, by the parameters.
+
+use geometry::{Cloud, MapPath, SegmentedCycle, VoxelGrid};
+use nalgebra::{Point3, Vector3};
+
+use crate::static_map::{SpillCounts, WholeMap};
+use crate::surface_map::SurfaceMap;
+use crate::tiles::{TileError, TileStore};
+use crate::{
+    Addition, ConfigError, CorrectionCounts, CorrectionError, LoadError, MapChanges, MapCorrection,
+    MapError, ReconstructionConfig, StaticMap,
+};
+
+/// The static map: of the means of the reduced clouds, or, where `map_edge_m` is set, of the depth images.
+#[derive(Debug)]
+pub enum Map {
+    /// Of the reduced clouds, with voxels of `voxel_edge_m`.
+    Means(Box<StaticMap>),
+    /// Of the depth images, with voxels of `map_edge_m`.
+    Surface(Box<SurfaceMap>),
+}
+
+impl From<StaticMap> for Map {
+    fn from(map: StaticMap) -> Self {
+        Self::Means(Box::new(map))
+    }
+}
+
+/// Calls the same method of either kind.
+macro_rules! of_either {
+    ($map:expr, $kind:ident => $call:expr) => {
+        match $map {
+            Map::Means($kind) => $call,
+            Map::Surface($kind) => $call,
+        }
+    };
+}
+
+impl Map {
+    /// The empty map that the parameters ask for. `store` takes the tiles of one that spills.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range, or the map spills and there is no store.
+    pub fn new(
+        config: ReconstructionConfig,
+        store: Option<Box<dyn TileStore>>,
+    ) -> Result<Self, ConfigError> {
+        config.validate()?;
+        if let Some(surface) = config.surface() {
+            let map = SurfaceMap::new(surface, config.at_max_voxels)?;
+            return Ok(Self::Surface(Box::new(map)));
+        }
+        let map = match store {
+            Some(store) => StaticMap::with_tile_store(config, store)?,
+            None => StaticMap::new(config)?,
+        };
+        Ok(map.into())
+    }
+
+    /// Takes in one cycle: [`StaticMap::integrate`], [`SurfaceMap::integrate`].
+    ///
+    /// # Errors
+    /// When the cycle does not fit the map; the map is then as it was.
+    pub fn integrate(&mut self, cycle: &SegmentedCycle) -> Result<Addition, MapError> {
+        of_either!(self, map => map.integrate(cycle))
+    }
+
+    /// Takes the trajectory of the platform as the map of the poses has it by now: [`StaticMap::follow_path`].
+    ///
+    /// # Errors
+    /// When the map cannot follow it, now or at all.
+    pub fn follow_path(&mut self, path: &MapPath) -> Result<MapCorrection, CorrectionError> {
+        of_either!(self, map => map.follow_path(path))
+    }
+
+    /// Puts these points in the place of the whole map: [`StaticMap::replace`], which needs no normals, and
+    /// [`SurfaceMap::replace`].
+    ///
+    /// # Errors
+    /// When they do not fit, or have no normals where these are needed.
+    pub fn replace(
+        &mut self,
+        points_m: &[Point3<f32>],
+        normals: &[Vector3<f32>],
+        frame_id: &str,
+    ) -> Result<Addition, LoadError> {
+        match self {
+            Self::Means(map) => map.replace(points_m, frame_id),
+            Self::Surface(map) => map.replace(points_m, normals, frame_id),
+        }
+    }
+
+    /// Gives the frame of the map another name. The points stay.
+    pub fn rename_frame(&mut self, frame_id: &str) {
+        of_either!(self, map => map.rename_frame(frame_id));
+    }
+
+    /// Empties the map.
+    pub fn clear(&mut self) {
+        of_either!(self, map => map.clear());
+    }
+
+    /// All points: [`StaticMap::whole`].
+    #[must_use]
+    pub fn whole(&self) -> WholeMap {
+        of_either!(self, map => map.whole())
+    }
+
+    /// All points that can be read.
+    #[must_use]
+    pub fn points(&self) -> Vec<Point3<f32>> {
+        self.whole().points_m
+    }
+
+    /// Follows the changes from now on: [`StaticMap::follow_changes`].
+    pub fn follow_changes(&mut self) {
+        of_either!(self, map => map.follow_changes());
+    }
+
+    /// There are no listeners any more.
+    pub fn unfollow_changes(&mut self) {
+        of_either!(self, map => map.unfollow_changes());
+    }
+
+    /// The next changes: [`StaticMap::take_changes`].
+    pub fn take_changes(&mut self, most_points: usize) -> MapChanges {
+        of_either!(self, map => map.take_changes(most_points))
+    }
+
+    /// The map for a listener to start with: [`StaticMap::cloud_for_listeners`].
+    ///
+    /// # Errors
+    /// When a spilled tile cannot be read for now.
+    pub fn cloud_for_listeners(&mut self) -> Result<Cloud, TileError> {
+        match self {
+            Self::Means(map) => map.cloud_for_listeners(),
+            Self::Surface(map) => Ok(map.cloud_for_listeners()),
+        }
+    }
+
+    /// How many points the map has; of a map of depth images about: [`SurfaceMap::len`].
+    #[must_use]
+    pub fn len(&self) -> usize {
+        of_either!(self, map => map.len())
+    }
+
+    /// Whether nothing is in the map.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        of_either!(self, map => map.is_empty())
+    }
+
+    /// What is bounded, how much of it there is, and the bound.
+    #[must_use]
+    pub fn fill(&self) -> (&'static str, usize, usize) {
+        match self {
+            Self::Means(map) => ("voxels", map.len(), map.max_voxels()),
+            Self::Surface(map) => {
+                let surface = map.surface();
+                ("map blocks", surface.blocks(), surface.config().max_blocks)
+            }
+        }
+    }
+
+    /// So many voxels an octomap may have that is to be loaded; none into a map of depth images, since it has no normals.
+    #[must_use]
+    pub fn max_voxels(&self) -> usize {
+        match self {
+            Self::Means(map) => map.max_voxels(),
+            Self::Surface(_) => 0,
+        }
+    }
+
+    /// The grid of the map's voxels.
+    #[must_use]
+    pub fn grid(&self) -> &VoxelGrid {
+        of_either!(self, map => map.grid())
+    }
+
+    /// The frame of the map, which the first cycle sets.
+    #[must_use]
+    pub fn frame_id(&self) -> Option<&str> {
+        of_either!(self, map => map.frame_id())
+    }
+
+    /// About how many bytes the map takes now.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        of_either!(self, map => map.memory_bytes())
+    }
+
+    /// What the corrections did since the map was empty.
+    #[must_use]
+    pub fn correction_counts(&self) -> CorrectionCounts {
+        of_either!(self, map => map.correction_counts())
+    }
+
+    /// How the tiles are; `None` where none are spilled.
+    #[must_use]
+    pub fn spill_counts(&self) -> Option<SpillCounts> {
+        match self {
+            Self::Means(map) => map.spill_counts(),
+            Self::Surface(_) => None,
+        }
+    }
+
+    /// What went wrong with a tile since this was asked last.
+    pub fn take_tile_error(&mut self) -> Option<TileError> {
+        match self {
+            Self::Means(map) => map.take_tile_error(),
+            Self::Surface(_) => None,
+        }
+    }
+}

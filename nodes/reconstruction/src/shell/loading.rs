@@ -1,0 +1,73 @@
+//! The map of the file takes the place of the node's, at the start and on request.
+
+use node_shell::NodeFailure;
+use tokio::time::Instant;
+
+use super::Stage;
+use super::map_file::MapFile;
+use super::saving::{NO_MAP_FILE, Unsaved};
+
+/// The frame of the world whose origin is the same one after each start (REP-105), alone or behind a prefix (`robot/map`).
+/// A map that was loaded is in it. Others, as `odom`, have their origin where the node that publishes the poses was started.
+const FIXED_FRAME: &str = "map";
+
+impl Stage {
+    /// Begins with the map of the file, where there is one and the map has not begun; see [`Self::clean_up`].
+    ///
+    /// # Errors
+    /// When the file cannot be read, is no map, or does not fit the parameters: a node that went on without it would replace it.
+    pub(super) fn begin_with(&mut self, file: Option<&MapFile>) -> Result<(), NodeFailure> {
+        if std::mem::replace(&mut self.has_begun, true) {
+            return Ok(());
+        }
+        let Some(file) = file.filter(|file| file.exists()) else { return Ok(()) };
+        self.load(Some(file)).map_err(|error| {
+            let path = file.path().display();
+            format!("{error}; with {path} moved away the node starts with an empty map")
+        })?;
+        self.unsaved.is_changed = false;
+        Ok(())
+    }
+
+    /// Drops the map, which is in its file; a node that is activated again begins with it.
+    pub(super) fn clean_up(&mut self) {
+        self.reset();
+        self.unsaved.is_changed = false;
+        self.has_begun = false;
+    }
+
+    pub(super) fn load(&mut self, file: Option<&MapFile>) -> Result<String, NodeFailure> {
+        let file = file.ok_or(NO_MAP_FILE)?;
+        let frame_id = self.map.frame_id().unwrap_or(FIXED_FRAME).to_owned();
+        let awaits_frame = self.loaded_awaits_frame || self.map.frame_id().is_none();
+        let loaded = file.load(&mut self.map, &frame_id);
+        // Where tiles could not be spilled, the map has gone.
+        if loaded.is_ok() || self.map.is_empty() {
+            self.loaded_awaits_frame = awaits_frame && loaded.is_ok();
+            self.unsaved = Unsaved::ANOTHER_MAP;
+            self.schedule.map_replaced(Instant::now());
+        }
+        let voxels = loaded?;
+        let path = file.path().display();
+        Ok(format!("loaded a map of {voxels} voxels in frame {frame_id:?} from {path}"))
+    }
+
+    /// The poses are in this frame. A map that was loaded before goes on growing where the frame is a `map`; in another
+    /// one its points have another origin, and a new map begins.
+    pub(super) fn settle_frame(&mut self, frame_id: &str) {
+        if !std::mem::take(&mut self.loaded_awaits_frame) {
+            return;
+        }
+        if frame_id.rsplit('/').next() == Some(FIXED_FRAME) {
+            self.map.rename_frame(frame_id);
+            return;
+        }
+        tracing::warn!(
+            "the poses are in the frame {frame_id:?}, and the loaded map of {} points is in {FIXED_FRAME:?}: it is not \
+             continued, an empty map begins, and the file is kept as a numbered version when that one is saved. A map \
+             goes on growing where the poses are in {FIXED_FRAME:?}, with the same origin after each start",
+            self.map.len()
+        );
+        self.reset();
+    }
+}

@@ -1,0 +1,269 @@
+//! The map is saved, and loaded at the next start.
+
+use std::path::{Path, PathBuf};
+
+use super::*;
+use crate::shell::map_file::{MapFile, Snapshot};
+use crate::{Map, StaticMap};
+
+#[test]
+fn what_cannot_be_saved_is_found_out_at_the_start() {
+    for (path, part) in
+        [("map.obj", ".ply, .pcd or"), ("map", "or .bt"), ("/no/such/m.ply", "folder")]
+    {
+        let error = MapFile::new("map_file", path).err().unwrap().to_string();
+        assert!(error.contains(part) && error.contains("map_file"), "{path}: {error}");
+    }
+    assert!(MapFile::new("map_file", "").unwrap().is_none());
+    assert!(MapFile::new("map_file", "map.PLY").unwrap().is_some());
+}
+
+fn map_of(voxel_edge_m: f64, max_voxels: usize) -> Map {
+    let config = ReconstructionConfig {
+        pipeline: PipelineConfig { voxel_edge_m, ..PipelineConfig::default() },
+        max_voxels,
+        ..ReconstructionConfig::default()
+    };
+    StaticMap::new(config).unwrap().into()
+}
+
+#[test]
+fn a_map_that_was_saved_is_loaded() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = [[-0.03_f32, 0.5, 0.02], [1.0, -2.0, 0.3], [0.07, 0.07, 9.0]].map(Point3::from);
+    let mut map = map_of(0.08, 10);
+    map.replace(&points, &[], "map").unwrap();
+    let keys =
+        |map: &Map| -> Vec<_> { map.points().iter().map(|point| map.grid().key(point)).collect() };
+    for name in ["m.ply", "m.pcd", "m.bt"] {
+        let path = folder.path().join(name);
+        let file = MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap();
+        assert_eq!(save(&file, &map), 3);
+        let mut loaded = map_of(0.08, 3);
+        loaded.replace(&[Point3::origin()], &[], "map").unwrap();
+        assert_eq!(file.load(&mut loaded, "odom").unwrap(), 3);
+        assert_eq!((keys(&loaded), loaded.frame_id()), (keys(&map), Some("odom")));
+        if name != "m.bt" {
+            assert_eq!(loaded.points(), map.points());
+        }
+        // Too many: the path and the cause are told, and the map is as it was.
+        let mut small = map_of(0.08, 2);
+        small.replace(&points[..1], &[], "map").unwrap();
+        let error = file.load(&mut small, "map").unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains('2'), "{error}");
+        assert_eq!(small.points(), points[..1]);
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3, "nothing temporary is left");
+    let path = folder.path().join("m.bt");
+    let file = MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap();
+    let error = file.load(&mut map_of(0.05, 10), "map").unwrap_err().to_string();
+    assert!(error.contains("0.08") && error.contains("0.05"), "{error}");
+    std::fs::remove_file(&path).unwrap();
+    let error = file.load(&mut map, "map").unwrap_err().to_string();
+    assert!(error.contains("m.bt"), "{error}");
+    assert_eq!(map.points(), {
+        let mut sorted = map_of(0.08, 10);
+        sorted.replace(&points, &[], "map").unwrap();
+        sorted.points()
+    });
+}
+
+fn save(file: &MapFile, map: &Map) -> usize {
+    file.write(&Snapshot::of(map).unwrap(), false).unwrap().points
+}
+
+/// One start of a node after another, on no network, with one folder of files.
+struct Starts {
+    test: Place,
+    host: Host,
+    folder: tempfile::TempDir,
+}
+
+/// One start of the node.
+struct Start {
+    stage: Stage,
+    saving: Saving<'static>,
+    stamp_ns: i64,
+}
+
+impl Starts {
+    fn new(test: &str) -> Self {
+        let (test, host) = (Place::new(test), Host::in_process());
+        Self { test, host, folder: tempfile::tempdir().unwrap() }
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.path().join("map.ply")
+    }
+
+    fn start(&self) -> Result<Start, NodeFailure> {
+        let node = self.test.node(&self.host, "reconstruction");
+        let parameters = ReconstructionParameters {
+            map_file: self.path().to_str().unwrap().to_owned(),
+            config: ReconstructionConfig {
+                pipeline: pipeline(),
+                ..ReconstructionConfig::default()
+            },
+            ..ReconstructionParameters::default()
+        };
+        let settings = Settings::of(&parameters)?;
+        let mut stage = Stage::new(&node, &parameters)?;
+        stage.begin_with(settings.file.as_ref())?;
+        let saving = Saving::new(&settings, node.counters());
+        Ok(Start { stage, saving, stamp_ns: 0 })
+    }
+
+    /// The points of the file and of its versions, by ascending name of the version.
+    fn points(&self) -> (usize, Vec<usize>) {
+        let entries = std::fs::read_dir(self.folder.path()).unwrap();
+        let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+        paths.sort();
+        let points =
+            |path: &Path| geometry::ply::decode(&std::fs::read(path).unwrap()).unwrap().len();
+        let is_map = |path: &PathBuf| *path == self.path();
+        let versions = paths.iter().filter(|path| !is_map(path)).map(|path| points(path)).collect();
+        (points(&self.path()), versions)
+    }
+}
+
+impl Start {
+    /// A cloud with a point in each of these voxels of a row.
+    fn take(&mut self, frame_id: &str, voxels: std::ops::Range<u8>) {
+        let points: Vec<[f32; 3]> = voxels.map(|x| [f32::from(x) + 0.5, 0.5, 0.5]).collect();
+        self.stamp_ns += 1;
+        let message = cloud(self.stamp_ns, frame_id, &points);
+        self.stage.take(&node_shell::Arrived::Message(std::sync::Arc::new(message)));
+    }
+
+    async fn save(&mut self) -> Option<String> {
+        self.saving.save_now(&mut self.stage).await.unwrap()
+    }
+}
+
+#[tokio::test]
+async fn a_map_goes_on_growing_after_each_start_and_one_that_did_not_change_is_not_written() {
+    let starts = Starts::new("growing");
+    let mut first = starts.start().unwrap();
+    first.take("map", 0..3);
+    assert!(first.save().await.unwrap().contains("3 points"));
+    first.take("map", 3..4);
+    first.save().await.unwrap();
+    assert_eq!(starts.points(), (4, vec![]), "grown in one run: nothing is kept of what it was");
+
+    let before = std::fs::metadata(starts.path()).unwrap().modified().unwrap();
+    let mut blind = starts.start().unwrap();
+    assert_eq!(blind.stage.map.len(), 4);
+    assert_eq!(blind.save().await, None);
+    assert_eq!(std::fs::metadata(starts.path()).unwrap().modified().unwrap(), before);
+
+    let mut third = starts.start().unwrap();
+    third.take("robot/map", 2..6);
+    assert_eq!(third.stage.map.frame_id(), Some("robot/map"));
+    let done = third.save().await.unwrap();
+    assert!(done.contains("a map of 6 points"), "{done}");
+    assert!(
+        done.contains("the file had 4 points, and is kept as") && done.contains("version-1"),
+        "{done}"
+    );
+    third.take("robot/map", 6..7);
+    third.save().await.unwrap();
+    assert_eq!(starts.points(), (7, vec![4]), "one version for each start");
+}
+
+#[tokio::test]
+async fn poses_with_another_origin_begin_a_new_map_and_the_former_is_kept() {
+    let starts = Starts::new("origin");
+    let mut first = starts.start().unwrap();
+    first.take("odom", 0..5);
+    first.save().await.unwrap();
+    let mut second = starts.start().unwrap();
+    assert_eq!(second.stage.map.len(), 5, "shown until the frame of the poses is known");
+    second.take("odom", 10..12);
+    assert_eq!((second.stage.map.len(), second.stage.map.frame_id()), (2, Some("odom")));
+    let done = second.save().await.unwrap();
+    assert!(done.contains("a map of 2 points") && done.contains("the file had 5 points"), "{done}");
+    assert_eq!(starts.points(), (2, vec![5]));
+}
+
+#[tokio::test]
+async fn an_emptied_map_and_one_of_less_than_half_keep_the_former_as_a_version() {
+    let starts = Starts::new("emptied");
+    let mut start = starts.start().unwrap();
+    start.take("map", 0..9);
+    start.save().await.unwrap();
+    start.stage.reset();
+    let done = start.save().await.unwrap();
+    assert!(done.contains("a map of 0 points") && done.contains("the file had 9 points"), "{done}");
+    assert_eq!(starts.points(), (0, vec![9]));
+    start.take("map", 0..9);
+    start.save().await.unwrap();
+    // As rays that clear: the same map with fewer voxels. Five are more than half of nine, four are not.
+    for (voxels, versions) in [(5, vec![9]), (4, vec![9, 5])] {
+        let row = |x: u8| Point3::new(f32::from(x) + 0.5, 0.5, 0.5);
+        let points: Vec<Point3<f32>> = (0..voxels).map(row).collect();
+        start.stage.map.replace(&points, &[], "map").unwrap();
+        start.stage.unsaved.is_changed = true;
+        start.save().await.unwrap();
+        assert_eq!(starts.points(), (usize::from(voxels), versions));
+    }
+}
+
+#[tokio::test]
+async fn a_file_that_is_no_map_ends_the_start_and_stays() {
+    let starts = Starts::new("no_map");
+    std::fs::write(starts.path(), "dear diary").unwrap();
+    let error = starts.start().err().unwrap().to_string();
+    assert!(error.contains("map.ply") && error.contains("moved away"), "{error}");
+    assert_eq!(std::fs::read(starts.path()).unwrap(), b"dear diary");
+}
+
+#[tokio::test]
+async fn a_node_that_was_cleaned_up_begins_with_its_map_again() {
+    let starts = Starts::new("cleaned");
+    let mut start = starts.start().unwrap();
+    start.take("map", 0..3);
+    start.save().await.unwrap();
+    start.stage.clean_up();
+    assert!(start.stage.map.is_empty());
+    assert_eq!(start.save().await, None, "what was cleaned up is no map to save");
+    let file = start.saving.file().cloned();
+    start.stage.begin_with(file.as_ref()).unwrap();
+    assert_eq!(start.stage.map.len(), 3);
+    // Only once: the map that goes on is not replaced by the file's.
+    start.take("map", 3..4);
+    start.stage.begin_with(file.as_ref()).unwrap();
+    assert_eq!(start.stage.map.len(), 4);
+}
+
+/// A period that is over; no test waits for it.
+const SOON: Duration = Duration::from_secs(31);
+
+#[tokio::test]
+async fn what_has_changed_is_saved_once_in_a_period_beside_the_work() {
+    let starts = Starts::new("period");
+    let mut start = starts.start().unwrap();
+    start.saving.look(&mut start.stage, Instant::now() + SOON);
+    assert!(start.saving.is_idle(), "nothing has changed");
+    start.take("map", 0..2);
+    start.saving.look(&mut start.stage, Instant::now());
+    assert!(start.saving.is_idle(), "not due");
+    start.saving.look(&mut start.stage, Instant::now() + SOON);
+    assert!(!start.saving.is_idle());
+    // The map changes while it is being written.
+    start.take("map", 2..3);
+    let saved = start.saving.finish().await;
+    start.saving.finished(saved, &mut start.stage);
+    assert_eq!(starts.points(), (2, vec![]));
+    assert!(start.saving.is_idle() && start.stage.unsaved.is_changed);
+    // Where it cannot be written, it is tried again.
+    std::fs::remove_file(starts.path()).unwrap();
+    std::fs::create_dir(starts.path()).unwrap();
+    start.saving.look(&mut start.stage, Instant::now() + SOON);
+    let saved = start.saving.finish().await;
+    assert!(saved.is_err());
+    start.saving.finished(saved, &mut start.stage);
+    assert!(start.saving.is_idle() && start.stage.unsaved.is_changed);
+    std::fs::remove_dir(starts.path()).unwrap();
+    assert!(start.save().await.is_some());
+    assert_eq!(starts.points(), (3, vec![]));
+}

@@ -1,0 +1,85 @@
+//! Files that are there already are replaced only where that was asked for.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::failure::Failure;
+use crate::sensor_bag::SensorBag;
+
+/// Refuses to replace the first of `paths` that is there, unless `overwrite`. `option` is what names another place.
+///
+/// # Errors
+/// With the path, and what to do.
+pub fn refuse_to_replace(
+    paths: impl IntoIterator<Item = PathBuf>,
+    overwrite: bool,
+    option: &str,
+) -> Result<(), Failure> {
+    let is_there = |path: &PathBuf| path.is_file() || path.is_dir();
+    match paths.into_iter().find(|path| !overwrite && is_there(path)) {
+        None => Ok(()),
+        Some(path) => Err(Failure::new(format!("{} is there already", path.display())).fix(
+            format!("the same command with --overwrite replaces it; {option} names another place"),
+        )),
+    }
+}
+
+/// A bag that a subcommand writes.
+#[derive(Args, Clone, Debug)]
+pub struct BagOutput {
+    /// The bag to write
+    #[arg(short, long, value_name = "BAG")]
+    output: PathBuf,
+    /// Replace a bag of this name
+    #[arg(long)]
+    overwrite: bool,
+}
+
+impl BagOutput {
+    /// A bag that replaces none.
+    #[must_use]
+    pub fn new(output: PathBuf) -> Self {
+        Self { output, overwrite: false }
+    }
+
+    /// Where it goes.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.output
+    }
+
+    /// Refuses to replace a bag, before any work is done.
+    ///
+    /// # Errors
+    /// When there is one and `--overwrite` was not given.
+    pub fn check(&self) -> Result<(), Failure> {
+        refuse_to_replace([self.output.clone()], self.overwrite, "-o")
+    }
+
+    /// Begins the bag.
+    ///
+    /// # Errors
+    /// When its file cannot be made.
+    pub fn create(&self) -> Result<SensorBag, Failure> {
+        SensorBag::create(&self.output)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_there_is_replaced_only_where_that_was_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, none) = (folder.path().join("a.txt"), folder.path().join("b.txt"));
+        std::fs::write(&file, "").unwrap();
+        let paths = || [none.clone(), file.clone()];
+        let refused = refuse_to_replace(paths(), false, "--out").unwrap_err().to_string();
+        assert!(refused.contains("a.txt is there already"), "{refused}");
+        assert!(refused.contains("--overwrite") && refused.contains("--out"), "{refused}");
+        refuse_to_replace(paths(), true, "--out").unwrap();
+        refuse_to_replace([none], false, "--out").unwrap();
+    }
+}

@@ -1,0 +1,364 @@
+mod corrected_map;
+mod room;
+mod score;
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use estimation::Random;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use self::room::{CYCLE_S, Solid, furnished, look, person, rig_at, robot, table_in_front};
+use self::score::{Run, Score};
+use super::*;
+use crate::{SegmentationConfig, Segmented, Segmenter};
+
+fn config() -> SegmentationConfig {
+    SegmentationConfig::default()
+}
+
+/// A way across the view, at a speed, from a second on.
+fn across_m(time_s: f64, from_m: f64, speed_m_per_s: f64) -> f64 {
+    from_m + speed_m_per_s * (time_s - 1.0).max(0.0)
+}
+
+/// A person who goes along y.
+fn walker(id: u16, x_m: f64, y_m: f64) -> Vec<Solid> {
+    person(id, x_m, y_m, y_m)
+}
+
+fn run(room: Vec<Solid>, moving: &dyn Fn(f64) -> Vec<Solid>, cycles: u32) -> Run<'_> {
+    Run {
+        config: config(),
+        room,
+        moving,
+        is_zoned: &|_| true,
+        room_from_rig: &|_| rig_at(0.0, 0.0, 0.0),
+        cycles,
+        pose_noise: (0.0, 0.0),
+    }
+}
+
+fn check(score: &Score, name: &str) {
+    check_to(score, name, 0.03);
+}
+
+fn check_to(score: &Score, name: &str, most_off_m: f64) {
+    println!("{name}: {score:?}");
+    assert!(score.recall() >= 0.98, "{name}: recall {}", score.recall());
+    assert!(score.pixel_recall() >= 0.98, "{name}: pixels {:?}", score.pixels);
+    assert!(score.rim_recall() >= 0.95, "{name}: pixels of the rim {:?}", score.rim_pixels);
+    assert!(score.room_masked() <= 0.06, "{name}: pixels of the room {:?}", score.room_pixels);
+    assert!(score.precision() >= 0.97, "{name}: precision {}", score.precision());
+    assert!(score.static_lost() < 0.005, "{name}: static points lost {}", score.static_lost());
+    assert!(score.centre_rmse_m() <= most_off_m, "{name}: centre {} m", score.centre_rmse_m());
+    // The first cycle of an object has no track yet, nor has its last sliver always.
+    assert!(score.unfollowed <= 3 * score.ids.len().max(1), "{name}: {}", score.unfollowed);
+}
+
+#[test]
+fn a_robot_and_a_person_are_cut_out_over_their_whole_crossings() {
+    for seed in 0..3 {
+        let by_robot = |time_s: f64| robot(1, 2.4, across_m(time_s, 2.5, -0.98));
+        check(&run(furnished(), &by_robot, 45).score(seed), "robot");
+        let by_person = |time_s: f64| walker(2, 2.9, across_m(time_s, -2.5, 1.4));
+        check(&run(furnished(), &by_person, 36).score(seed), "person");
+    }
+}
+
+#[test]
+fn a_wall_close_behind_is_left() {
+    let near_wall = |time_s: f64| walker(1, 4.18, across_m(time_s, -2.8, 1.4).min(0.4));
+    check(&run(furnished()[..4].to_vec(), &near_wall, 40).score(5), "near the wall");
+}
+
+#[test]
+fn a_table_in_front_is_left_and_does_not_take_the_objects_place() {
+    let mut room = furnished();
+    room.extend(table_in_front());
+    let behind_table = |time_s: f64| walker(1, 2.4, across_m(time_s, 2.5, -0.98));
+    // 0.0300 m was measured, just above the 0.03 m that whole crossings are to keep: what the table hides
+    // comes and goes by whole voxels.
+    check_to(&run(room, &behind_table, 45).score(6), "behind a table", 0.035);
+}
+
+/// Regression: feet on a floor that is too dark to be seen were floor, and stayed in the map for ever, since no ray
+/// ever passes them.
+#[test]
+fn feet_on_a_floor_that_no_ray_comes_back_from_are_the_persons() {
+    let mut room = furnished()[..4].to_vec();
+    // So much of the floor is seen; beyond, it is black.
+    room[0].max_m[0] = 3.9;
+    let by_person = |time_s: f64| walker(2, 4.15, across_m(time_s, -2.8, 1.4));
+    check(&run(room, &by_person, 40).score(4), "dark floor");
+}
+
+/// A level patch of points, a voxel apart, 1.09 m below the camera.
+fn patch(from_x_m: f32, until_x_m: f32) -> Vec<Point3<f32>> {
+    const STEP_M: f32 = 0.08;
+    let columns = ((until_x_m - from_x_m) / STEP_M) as usize;
+    (0..columns)
+        .flat_map(|x| (0..20).map(move |y| (x as f32, y as f32)))
+        .map(|(x, y)| Point3::new(from_x_m + STEP_M * x, STEP_M * (y - 10.0) + 0.04, -1.09))
+        .collect()
+}
+
+/// A cycle that shows these points, and no zone.
+fn with_points(like: &DetectedCycle, index: u32, points_m: Vec<Point3<f32>>) -> DetectedCycle {
+    let mut cycle = like.clone();
+    cycle.index = index;
+    cycle.reduced_cloud.stamp = Stamp::from_nanos(0).plus_seconds(f64::from(index) * CYCLE_S);
+    cycle.voxel_points = vec![1; points_m.len()];
+    cycle.points_before_reduction = points_m.len();
+    cycle.reduced_cloud.points_m = points_m;
+    cycle.zones.clear();
+    cycle
+}
+
+/// Regression: where rays to what is farther away have passed over a black floor, its places were free, and a foot on
+/// them was floor.
+#[test]
+fn a_foot_on_a_black_floor_that_rays_have_passed_over_is_no_floor() {
+    let floor = [patch(1.5, 2.6), patch(3.24, 4.5)].concat();
+    let foot = Point3::new(3.0, 0.04, -1.09);
+    let mut segmenter = Segmenter::new(config()).unwrap();
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
+    let mut step = |index: u32, points_m: Vec<Point3<f32>>| {
+        segmenter.step(&with_points(&view.cycle, index, points_m), |_| ()).unwrap().cycle
+    };
+    for index in 0..10 {
+        assert!(step(index, floor.clone()).dynamic_cloud.points_m.is_empty());
+    }
+    let with_foot = step(10, [floor, vec![foot]].concat());
+    assert_eq!(with_foot.dynamic_cloud.points_m, [foot]);
+}
+
+/// An upright grid of points, a voxel apart.
+fn upright(x_m: f32, y_m: [f32; 2], z_m: [f32; 2]) -> Vec<Point3<f32>> {
+    const STEP_M: f32 = 0.08;
+    let steps = |[from, until]: [f32; 2]| ((until - from) / STEP_M).round() as usize;
+    (0..steps(y_m))
+        .flat_map(|y| (0..steps(z_m)).map(move |z| (y as f32, z as f32)))
+        .map(|(y, z)| Point3::new(x_m, y_m[0] + STEP_M * y, z_m[0] + STEP_M * z))
+        .collect()
+}
+
+/// Regression: of what goes out of view the last sliver stood where nothing was known, had nothing to grow from, and
+/// stayed in the map for ever, since no ray passes there any more.
+#[test]
+fn the_last_sliver_of_an_object_is_the_objects_for_one_cycle_more() {
+    // Rays to the wall pass up to 0.4 m to each side where the body goes, and none where it is last. There a pole stands
+    // beside, so that its place is not known to have been empty.
+    let wall = upright(4.52, [-0.6, 0.6], [-0.6, 0.6]);
+    let room = [wall, upright(3.0, [0.6, 0.68], [-0.36, 0.36])].concat();
+    let body = |step: u32| {
+        let right_m = -0.44 + 0.08 * step as f32;
+        upright(3.0, [right_m, right_m + 0.48], [-0.36, 0.36])
+    };
+    let last: Vec<_> = body(7).into_iter().filter(|point| point.y > 0.5).collect();
+    let mut segmenter = Segmenter::new(config()).unwrap();
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
+    let mut cut = |index: u32, points_m: Vec<Point3<f32>>| {
+        let cycle = with_points(&view.cycle, index, points_m);
+        segmenter.step(&cycle, |_| ()).unwrap().cycle.dynamic_cloud.points_m
+    };
+    for index in 0..10 {
+        assert!(cut(index, room.clone()).is_empty());
+    }
+    for step in 0..8 {
+        let cut = cut(10 + step, [room.clone(), body(step)].concat());
+        assert_eq!(cut.len(), body(step).len(), "step {step}");
+    }
+    assert_eq!(cut(18, [room.clone(), last.clone()].concat()), last);
+    // What stays there is no object's for ever.
+    assert!(cut(19, [room, last].concat()).is_empty());
+}
+
+/// Regression: who stood in a doorway with nothing behind it when all began was background there, which no ray passed
+/// after he had left, and the next one was half left in the map for as long as he came through it.
+#[test]
+fn who_stands_before_nothing_takes_no_part_of_those_who_come_after() {
+    let frame =
+        [upright(4.52, [-1.6, -0.6], [-0.6, 0.6]), upright(4.52, [0.6, 1.6], [-0.6, 0.6])].concat();
+    let body = upright(3.0, [-0.24, 0.24], [-0.56, 0.56]);
+    let in_doorway = [frame.clone(), body.clone()].concat();
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
+    let cut_of_the_next = |stayed: u32, away: u32| {
+        let mut segmenter = Segmenter::new(config()).unwrap();
+        let mut cut = |index: u32, points_m: &[Point3<f32>]| {
+            let cycle = with_points(&view.cycle, index, points_m.to_vec());
+            segmenter.step(&cycle, |_| ()).unwrap().cycle.dynamic_cloud.points_m.len()
+        };
+        for index in 0..stayed {
+            assert_eq!(cut(index, &in_doorway), 0);
+        }
+        for index in stayed..stayed + away {
+            assert_eq!(cut(index, &frame), 0);
+        }
+        cut(stayed + away, &in_doorway)
+    };
+    const STOOD: u32 = 8;
+    const FOR_LONG: u32 = 80;
+    assert_eq!(cut_of_the_next(STOOD, 24), body.len());
+    assert_eq!(cut_of_the_next(STOOD, 12), 0, "it may be dark and seen now and then");
+    assert_eq!(cut_of_the_next(FOR_LONG, 24), 0, "it belongs there, and was not seen for a while");
+}
+
+/// Regression: before a robot that drove on, the floor, which was too slanting to be seen from farther away, had arrived
+/// where nothing was; it was cut out of the map, and taken for an object that grew with each cycle.
+#[test]
+fn a_floor_that_comes_into_range_has_not_arrived() {
+    const SEEN_UNTIL_M: f32 = 3.0;
+    let floor = patch(1.5, 6.5);
+    let wall = upright(7.0, [-0.6, 0.6], [0.2, 0.9]);
+    let mut segmenter = Segmenter::new(config()).unwrap();
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
+    for index in 0..40 {
+        let driven_m = 0.4 * CYCLE_S as f32 * index as f32;
+        let from_here = |point: &Point3<f32>| Point3::new(point.x - driven_m, point.y, point.z);
+        let floor = floor.iter().map(from_here);
+        let floor = floor.filter(|point| (1.5..SEEN_UNTIL_M).contains(&point.x));
+        let points_m = floor.chain(wall.iter().map(from_here)).collect();
+        let mut cycle = with_points(&view.cycle, index, points_m);
+        cycle.map_from_rig = Translation3::new(f64::from(driven_m), 0.0, 0.0).into();
+        let cut = segmenter.step(&cycle, |_| ()).unwrap().cycle.dynamic_cloud.points_m;
+        assert!(cut.is_empty(), "cycle {index}: {cut:?}");
+    }
+}
+
+#[test]
+fn an_object_in_view_from_the_first_cycle_is_cut_out_and_what_it_uncovers_is_none() {
+    let from_the_start = |time_s: f64| walker(1, 2.4, 0.8 - 0.98 * time_s);
+    let score = run(furnished(), &from_the_start, 30).score(7);
+    println!("from the start: {score:?}");
+    assert!(score.recall() >= 0.98 && score.precision() >= 0.97, "{score:?}");
+    // From 3 s on it is out of view.
+    assert!(score.cut_of_cycle[22..].iter().all(|cut| *cut == 0), "{score:?}");
+}
+
+#[test]
+fn an_empty_room_has_no_object() {
+    let score = run(furnished(), &|_| Vec::new(), 30).score(8);
+    assert_eq!(score.cut, 0, "{score:?}");
+}
+
+/// Walks in, stands from 3.5 s to 13.5 s, and goes on.
+fn pausing(time_s: f64) -> Vec<Solid> {
+    let walking_s = time_s.min(3.5) + (time_s - 13.5).max(0.0);
+    walker(1, 2.6, across_m(walking_s, -2.5, 1.0))
+}
+
+#[test]
+fn an_object_that_pauses_stays_dynamic_without_any_zone() {
+    let is_walking = |time_s: f64| !(3.6..13.5).contains(&time_s);
+    let pause = Run { is_zoned: &is_walking, ..run(furnished(), &pausing, 120) };
+    let score = pause.score(9);
+    check(&score, "pausing");
+    assert_eq!(score.ids[&1].len(), 1, "{:?}", score.ids);
+}
+
+#[test]
+fn an_object_that_stays_beyond_the_longest_stop_becomes_static() {
+    let is_walking = |time_s: f64| !(3.6..13.5).contains(&time_s);
+    let free_space = FreeSpaceConfig { max_stop_s: 3.0, ..FreeSpaceConfig::default() };
+    let short = SegmentationConfig { free_space, ..config() };
+    let pause = Run { config: short, is_zoned: &is_walking, ..run(furnished(), &pausing, 90) };
+    let score = pause.score(9);
+    // At 5 s it stands there and is dynamic; from 8 s on it is not, and stays so.
+    assert!(score.cut_of_cycle[35] > 50, "{:?}", score.cut_of_cycle);
+    assert!(score.cut_of_cycle[56..].iter().all(|cut| *cut <= 3), "{:?}", score.cut_of_cycle);
+}
+
+#[test]
+fn three_crossing_objects_keep_their_numbers() {
+    let crossing = |time_s: f64| {
+        let mut solids = walker(1, 1.9, across_m(time_s, -1.8, 1.0));
+        solids.extend(walker(2, 2.6, across_m(time_s, 2.0, -1.1)));
+        solids.extend(walker(3, 3.3, across_m(time_s, -2.2, 1.4)));
+        solids
+    };
+    let kept = (0..10)
+        .filter(|&seed| {
+            let score = run(furnished()[..4].to_vec(), &crossing, 32).score(seed);
+            println!(
+                "crossing: ids {:?}, recall {}, precision {}, centre {}",
+                score.ids,
+                score.recall(),
+                score.precision(),
+                score.centre_rmse_m()
+            );
+            assert!(score.recall() >= 0.98 && score.precision() >= 0.97);
+            score.ids.len() == 3 && score.ids.values().all(|ids| ids.len() == 1)
+        })
+        .count();
+    assert!(kept >= 9, "kept in {kept} of 10");
+}
+
+#[test]
+fn on_a_moving_platform_with_an_unsure_pose_the_same_holds() {
+    let rig = |time_s: f64| rig_at(0.3 * time_s, 0.0, 0.3 * (0.8 * time_s).sin());
+    let crossing = |time_s: f64| walker(1, 3.4, across_m(time_s, -2.5, 1.0));
+    let moving =
+        Run { room_from_rig: &rig, pose_noise: (0.005, 0.002), ..run(furnished(), &crossing, 40) };
+    let score = moving.score(10);
+    println!("moving platform: {score:?}");
+    assert!(score.recall() >= 0.98, "recall {}", score.recall());
+    assert!(score.precision() >= 0.97, "precision {}", score.precision());
+    assert!(score.static_lost() < 0.005, "lost {}", score.static_lost());
+    let empty = Run { moving: &|_| Vec::new(), ..moving }.score(11);
+    // One point of depth noise in ten thousand may wait for a cycle; none is an object.
+    assert!(empty.static_lost() < 1e-4 && empty.ids.is_empty(), "{empty:?}");
+}
+
+#[test]
+fn the_same_cycles_give_the_same_and_another_run_starts_anew() {
+    let crossing = |time_s: f64| walker(1, 2.4, 0.8 - 0.98 * time_s);
+    let mut segmenter = Segmenter::new(config()).unwrap();
+    let mut runs: Vec<Vec<Segmented>> = Vec::new();
+    for _ in 0..2 {
+        let mut random = Random::new(3);
+        let mut all = Vec::new();
+        for index in 0..12 {
+            let mut solids = furnished();
+            solids.extend(crossing(f64::from(index) * CYCLE_S));
+            let rig = rig_at(0.0, 0.0, 0.0);
+            let view = look(&solids, index, &rig, Isometry3::identity(), &mut random);
+            all.push(segmenter.step(&view.cycle, |_| ()).unwrap());
+        }
+        runs.push(all);
+    }
+    for (first, second) in runs[0].iter().zip(&runs[1]) {
+        assert_eq!(first.cycle, second.cycle);
+        // All is as it was, but no number is used again.
+        assert!(first.tracks.iter().zip(&second.tracks).all(|(a, b)| a.id < b.id));
+    }
+    assert!(!runs[0][11].tracks.is_empty());
+}
+
+#[test]
+fn strange_cycles_do_no_harm() {
+    let mut segmenter = Segmenter::new(config()).unwrap();
+    let strange = [f32::NAN, f32::INFINITY, f32::MAX, -1e6, 0.0, 1.0];
+    let points_m: Vec<Point3<f32>> =
+        strange.iter().flat_map(|&x| strange.map(|y| Point3::new(x, y, x))).collect();
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
+    for nanos in [0, i64::MAX, i64::MIN, 5] {
+        for points_m in [points_m.clone(), Vec::new()] {
+            let mut cycle = view.cycle.clone();
+            cycle.reduced_cloud.stamp = Stamp::from_nanos(nanos);
+            cycle.reduced_cloud.points_m = points_m.clone();
+            cycle.setup.mounts.rig_from_camera.translation.vector =
+                Vector3::new(f64::NAN, 0.0, 1e300);
+            let segmented = segmenter.step(&cycle, |_| ()).unwrap();
+            let counts = segmented.counts;
+            let still = segmented.cycle.static_cloud.points_m.len();
+            assert_eq!(counts.reduced, points_m.len());
+            assert_eq!(still + segmented.cycle.dynamic_cloud.points_m.len(), points_m.len());
+        }
+    }
+}

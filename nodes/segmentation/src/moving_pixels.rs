@@ -1,0 +1,224 @@
+//! The verdict on voxels as a mask on the pixels of the depth image.
+//!
+//! The reduced cloud has a point a voxel, and a voxel at the border of an object holds both the object and what is behind or
+//! below it: it is judged as a whole, by its mean. So
+//! 1. the pixels of the voxels that move are the object, and the mask grows from them to the object's edge: to neighbouring
+//!    pixels whose depths join on, as far as a voxel judged the other way may reach;
+//! 2. a margin is added, whatever the depths: a camera sees, at the edge of an object, depths between it and the background.
+//!
+//! The mask may cover too much by as much: the map sees that surface when the object has gone on. What it leaves out of an
+//! object would stay in the map.
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::HashSet;
+use std::ops::Range;
+
+use geometry::{
+    BuildVoxelHasher, CameraModel, DepthCameraError, DepthFrame, DepthLimits, DepthPixels,
+    DepthProjector, RayTable, VoxelGrid, VoxelKey,
+};
+use nalgebra::{Isometry3, Point3};
+use volume::DepthNoise;
+
+/// The mask grows by so many edges of the reduction's voxels: a pixel of the voxel beside one that moves lies no farther.
+const REACH_IN_EDGES: f64 = 2.0;
+/// Depths of one surface differ by so many standard deviations of the noise, ...
+const NOISE_SIGMAS: f32 = 4.0;
+/// ... and, from one pixel to the next, by what a slope of 75 degrees adds.
+const STEEPEST_SLOPE: f32 = 3.7;
+/// Pixels added around the mask. Of 640 columns the mixed depths of structured light span one or two.
+const MARGIN_PX: usize = 2;
+
+/// Makes the masks of a pipeline's cycles. Keeps what belongs to the camera from one to the next.
+#[derive(Clone, Debug)]
+pub(crate) struct MovingPixels {
+    grid: VoxelGrid,
+    noise: DepthNoise,
+    known: Option<KnownCamera>,
+}
+
+#[derive(Clone, Debug)]
+struct KnownCamera {
+    rig_from_camera: Isometry3<f64>,
+    projector: DepthProjector,
+}
+
+impl MovingPixels {
+    /// For clouds that were reduced by this grid.
+    pub(crate) fn new(grid: VoxelGrid) -> Self {
+        Self { grid, noise: DepthNoise::default(), known: None }
+    }
+
+    /// Which pixels show what moves: row by row. `moving` are the points of the reduced cloud, in the rig frame, that do.
+    ///
+    /// # Errors
+    /// When the image is not of the camera's size, as that of a frame is.
+    pub(crate) fn mask<'a>(
+        &mut self,
+        frame: &DepthFrame,
+        rig_from_camera: &Isometry3<f64>,
+        moving: impl Iterator<Item = &'a Point3<f32>> + Clone,
+    ) -> Result<Vec<bool>, DepthCameraError> {
+        let grid = self.grid;
+        let mut is_moving = vec![false; frame.image().pixels().len()];
+        let voxels: HashSet<VoxelKey, BuildVoxelHasher> =
+            moving.clone().map(|point| grid.key(point)).collect();
+        let DepthPixels::Millimetres(depths_mm) = frame.image().pixels() else {
+            return Ok(is_moving);
+        };
+        let Some(known) = self.known_camera(frame.camera(), rig_from_camera) else {
+            return Ok(is_moving);
+        };
+        let rows_px = rows_of(frame.camera(), rig_from_camera, moving, grid.edge_m());
+        let mut object = Vec::new();
+        let (mut last, mut is_last_moving) = (VoxelKey::default(), false);
+        known.projector.for_each_voxel(frame.image(), rows_px, &grid, |pixel, voxel| {
+            if voxel != last || object.is_empty() {
+                (last, is_last_moving) = (voxel, voxels.contains(&voxel));
+            }
+            if is_last_moving {
+                is_moving[pixel] = true;
+                object.push(pixel as u32);
+            }
+        })?;
+        let growth = Growth {
+            depths_mm,
+            camera: frame.camera(),
+            noise: self.noise,
+            reach_m: (REACH_IN_EDGES * grid.edge_m()) as f32,
+        };
+        growth.grow(&mut is_moving, object);
+        widen(&mut is_moving, frame.camera().width_px);
+        Ok(is_moving)
+    }
+
+    /// Where the pixels of this camera are in the rig. `None` where the numbers describe no camera.
+    fn known_camera(
+        &mut self,
+        camera: &CameraModel,
+        rig_from_camera: &Isometry3<f64>,
+    ) -> Option<&KnownCamera> {
+        let is_known = |known: &KnownCamera| {
+            known.projector.rays().camera() == camera && known.rig_from_camera == *rig_from_camera
+        };
+        if !self.known.as_ref().is_some_and(is_known) {
+            let rays = RayTable::new(camera).ok()?;
+            let limits = DepthLimits::default();
+            let projector = DepthProjector::new(rays, limits, rig_from_camera, "");
+            self.known = Some(KnownCamera { rig_from_camera: *rig_from_camera, projector });
+        }
+        self.known.as_ref()
+    }
+}
+
+/// The rows that the voxels of these points may be seen in.
+fn rows_of<'a>(
+    camera: &CameraModel,
+    rig_from_camera: &Isometry3<f64>,
+    points_in_rig: impl Iterator<Item = &'a Point3<f32>>,
+    edge_m: f64,
+) -> Range<usize> {
+    let all = 0..camera.height_px;
+    if !camera.distortion.is_none() {
+        return all;
+    }
+    // From a point of a voxel to any other.
+    let reach_m = 3.0_f64.sqrt() * edge_m;
+    let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+    for point in points_in_rig {
+        let point = rig_from_camera.inverse_transform_point(&point.cast::<f64>());
+        if point.z <= 2.0 * reach_m {
+            return all;
+        }
+        let slope = point.y / point.z;
+        let aside = (1.0 + slope.abs()) * reach_m / (point.z - reach_m);
+        first = first.min(camera.cy_px + camera.fy_px * (slope - aside));
+        last = last.max(camera.cy_px + camera.fy_px * (slope + aside));
+    }
+    if first > last {
+        return 0..0;
+    }
+    // The casts saturate.
+    (first.floor() as usize).min(camera.height_px)..(last.ceil() as usize + 1).min(camera.height_px)
+}
+
+/// How the mask grows.
+struct Growth<'a> {
+    depths_mm: &'a [u16],
+    camera: &'a CameraModel,
+    noise: DepthNoise,
+    reach_m: f32,
+}
+
+impl Growth<'_> {
+    /// Grows from the pixels of the object, a pixel to each side at a time.
+    fn grow(&self, is_moving: &mut [bool], object: Vec<u32>) {
+        let focal_px = self.camera.fx_px.max(self.camera.fy_px) as f32;
+        let width_px = self.camera.width_px;
+        let mut border = object;
+        let mut next = Vec::new();
+        for grown_px in 0_u32.. {
+            for &pixel in &border {
+                let pixel = pixel as usize;
+                let depth_m = self.depth_m(pixel);
+                if grown_px as f32 * depth_m > self.reach_m * focal_px {
+                    continue;
+                }
+                let steepest_m = STEEPEST_SLOPE * depth_m / focal_px;
+                let joins_m = NOISE_SIGMAS * self.noise.sigma_m(depth_m) + steepest_m;
+                let column_px = pixel % width_px;
+                let beside = [
+                    (column_px > 0).then(|| pixel - 1),
+                    (column_px + 1 < width_px).then(|| pixel + 1),
+                    pixel.checked_sub(width_px),
+                    Some(pixel + width_px),
+                ];
+                for beside in beside.into_iter().flatten() {
+                    let Some(is_moving) = is_moving.get_mut(beside) else { continue };
+                    let other_m = self.depth_m(beside);
+                    if !*is_moving && other_m > 0.0 && (other_m - depth_m).abs() <= joins_m {
+                        *is_moving = true;
+                        next.push(beside as u32);
+                    }
+                }
+            }
+            if next.is_empty() {
+                return;
+            }
+            std::mem::swap(&mut border, &mut next);
+            next.clear();
+        }
+    }
+
+    /// 0 where nothing was measured.
+    fn depth_m(&self, pixel: usize) -> f32 {
+        self.depths_mm.get(pixel).map_or(0.0, |depth_mm| f32::from(*depth_mm) / 1e3)
+    }
+}
+
+/// Adds the margin, along the rows and then along the columns.
+fn widen(is_moving: &mut [bool], width_px: usize) {
+    let Some(first) = is_moving.iter().position(|is_moving| *is_moving) else { return };
+    let last = is_moving.iter().rposition(|is_moving| *is_moving).unwrap_or(first);
+    let rows = is_moving.len() / width_px.max(1);
+    let first_row = (first / width_px).saturating_sub(MARGIN_PX);
+    let last_row = (last / width_px + MARGIN_PX).min(rows.saturating_sub(1));
+    let part = &mut is_moving[first_row * width_px..(last_row + 1) * width_px];
+    for row in part.chunks_mut(width_px) {
+        let before = row.to_vec();
+        for (column, _) in before.iter().enumerate().filter(|(_, is_moving)| **is_moving) {
+            let last = (column + MARGIN_PX).min(width_px - 1);
+            row[column.saturating_sub(MARGIN_PX)..=last].fill(true);
+        }
+    }
+    let before = part.to_vec();
+    for step in 1..=MARGIN_PX {
+        let shift = step * width_px;
+        let below = part.iter_mut().skip(shift).zip(&before);
+        below.for_each(|(to, from)| *to |= *from);
+        let above = part.iter_mut().zip(before.iter().skip(shift));
+        above.for_each(|(to, from)| *to |= *from);
+    }
+}

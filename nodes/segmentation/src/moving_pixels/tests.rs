@@ -1,0 +1,92 @@
+use geometry::{DepthImage, Distortion, Stamp, pose_from_vector};
+
+use super::*;
+
+const WIDTH_PX: usize = 64;
+const HEIGHT_PX: usize = 48;
+const EDGE_M: f64 = 0.08;
+
+fn camera(distortion: Distortion) -> CameraModel {
+    let (width_px, height_px) = (WIDTH_PX, HEIGHT_PX);
+    let (fx_px, fy_px, cx_px, cy_px) = (60.0, 60.0, 31.5, 23.5);
+    CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion }
+}
+
+/// An object of 20 x 30 pixels at 1.5 m before a wall at 3 m.
+fn depths_mm() -> Vec<u16> {
+    (0..WIDTH_PX * HEIGHT_PX).map(|pixel| if is_object(pixel) { 1500 } else { 3000 }).collect()
+}
+
+fn is_object(pixel: usize) -> bool {
+    let (column, row) = (pixel % WIDTH_PX, pixel / WIDTH_PX);
+    (20..40).contains(&column) && (10..40).contains(&row)
+}
+
+fn frame(depths_mm: Vec<u16>, distortion: Distortion) -> DepthFrame {
+    let pixels = DepthPixels::Millimetres(depths_mm);
+    let size_px = (WIDTH_PX, HEIGHT_PX);
+    let image = DepthImage::new(Stamp::default(), "camera".to_owned(), size_px, pixels).unwrap();
+    DepthFrame::new(&image, camera(distortion)).unwrap()
+}
+
+/// Optical axes in the rig's.
+fn rig_from_camera() -> Isometry3<f64> {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    pose_from_vector(&[0.0, 0.0, 0.0, -quarter, 0.0, -quarter])
+}
+
+/// The points, in the rig, of the object's pixels that are far from its edge.
+fn middle(distortion: Distortion, columns: Range<usize>) -> Vec<Point3<f32>> {
+    let rays = RayTable::new(&camera(distortion)).unwrap();
+    let pixels = (14..36).flat_map(|row| columns.clone().map(move |column| (column, row)));
+    pixels
+        .map(|(column, row)| {
+            let ray = rays.ray(column, row).unwrap();
+            let in_camera = Point3::new(ray.x * 1.5, ray.y * 1.5, 1.5).cast::<f64>();
+            (rig_from_camera() * in_camera).cast::<f32>()
+        })
+        .collect()
+}
+
+fn mask(frame: &DepthFrame, moving: &[Point3<f32>]) -> Vec<bool> {
+    let mut masks = MovingPixels::new(VoxelGrid::new(EDGE_M).unwrap());
+    masks.mask(frame, &rig_from_camera(), moving.iter()).unwrap()
+}
+
+#[test]
+fn the_mask_reaches_the_edge_of_the_object_and_a_margin_beyond() {
+    for distortion in [Distortion::None, Distortion::PlumbBob([0.05, -0.02, 0.001, 0.0, 0.0])] {
+        let is_moving = mask(&frame(depths_mm(), distortion), &middle(distortion, 24..36));
+        for (pixel, is_moving) in is_moving.iter().enumerate() {
+            let (column, row) = (pixel % WIDTH_PX, pixel / WIDTH_PX);
+            let with_margin = (20 - MARGIN_PX..40 + MARGIN_PX).contains(&column)
+                && (10 - MARGIN_PX..40 + MARGIN_PX).contains(&row);
+            assert_eq!(*is_moving, with_margin, "column {column}, row {row}");
+        }
+    }
+}
+
+#[test]
+fn nothing_that_moves_makes_no_mask_and_pixels_without_a_depth_stop_the_growth() {
+    let depths_mm = depths_mm();
+    let whole = frame(depths_mm.clone(), Distortion::None);
+    assert!(!mask(&whole, &[]).contains(&true));
+    let holes: Vec<u16> = depths_mm
+        .iter()
+        .enumerate()
+        .map(|(pixel, depth_mm)| if pixel % WIDTH_PX == 36 { 0 } else { *depth_mm })
+        .collect();
+    let is_moving = mask(&frame(holes, Distortion::None), &middle(Distortion::None, 24..34));
+    // What is left of the column without depths has a margin; beyond, nothing.
+    assert!(is_moving[20 * WIDTH_PX + 35 + MARGIN_PX]);
+    assert!(!is_moving[20 * WIDTH_PX + 36 + MARGIN_PX]);
+    let blind = frame(vec![0; depths_mm.len()], Distortion::None);
+    assert!(!mask(&blind, &middle(Distortion::None, 24..36)).contains(&true));
+}
+
+#[test]
+fn an_object_right_before_the_lens_is_masked_and_one_behind_it_is_not() {
+    let near = frame(vec![100; WIDTH_PX * HEIGHT_PX], Distortion::None);
+    assert!(mask(&near, &[Point3::new(0.1, 0.0, 0.0)]).iter().all(|is_moving| *is_moving));
+    assert!(!mask(&near, &[Point3::new(-3.0, 0.0, 0.0)]).contains(&true));
+}

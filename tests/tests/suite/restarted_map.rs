@@ -1,0 +1,150 @@
+//! The service is stopped, started and killed: its map grows on.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use geometry::{VoxelGrid, VoxelKey, ply};
+use msgs::convert;
+use msgs::sensor_msgs::PointCloud2;
+use msgs::stillmap_msgs::StageReport;
+use nalgebra::Point3;
+use node_shell::{Node, Qos, RosArguments, Transport};
+use rustix::process::Signal;
+use tokio::time::timeout;
+
+use crate::bags::small_room;
+use crate::program::Running;
+
+/// Longer than anything here takes on a busy machine; reached only by a fault.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// What has not come yet is looked for again after so long.
+const LOOK_AGAIN: Duration = Duration::from_millis(50);
+/// So many cycles make a map.
+const CYCLES: usize = 20;
+
+/// The service as it is shipped, in a folder of its own on a domain of its own.
+struct Service {
+    folder: tempfile::TempDir,
+    domain_id: u16,
+}
+
+impl Service {
+    fn new() -> Self {
+        let domain_id = (1 + std::process::id().wrapping_mul(23) % 100) as u16;
+        Self { folder: tempfile::tempdir().unwrap(), domain_id }
+    }
+
+    fn start(&self) -> Running {
+        let unit = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/systemd/stillmap.service");
+        let unit = std::fs::read_to_string(unit).unwrap();
+        let command = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
+        let words = command.split(' ').skip(1);
+        // A map that is saved more often, so that the test need not wait for half a minute.
+        let often = ["-p", "reconstruction:map_save_period_s:=0.3"];
+        Running::start_in(self.folder.path(), self.domain_id, words.chain(often))
+    }
+
+    fn node(&self, name: &str) -> Node {
+        let transport = Transport::on_domain(self.domain_id).unwrap();
+        Node::start_on(transport, name, &RosArguments::parse(["x"]).unwrap()).unwrap()
+    }
+
+    /// The robot drives until so many cycles have become a part of the map.
+    async fn drive(&self, bag: &Path) {
+        let node = self.node("ear");
+        let reports =
+            node.subscription::<StageReport>("reconstruction/report", &Qos::reliable(200)).unwrap();
+        timeout(PATIENCE, reports.wait_for_publishers(1)).await.unwrap();
+        let player = Running::start_on(
+            self.domain_id,
+            ["play", bag.to_str().unwrap(), "--wait-for=/scan,/pose,/camera/depth/image_raw"],
+        );
+        let mut cycles = 0;
+        while cycles < CYCLES {
+            let report = timeout(PATIENCE, reports.next()).await.unwrap().message;
+            cycles += usize::from(report.processed);
+        }
+        drop(player);
+        drop(reports);
+        node.close().await;
+    }
+
+    /// The map that a newcomer is shown.
+    async fn shown(&self) -> Vec<Point3<f32>> {
+        let node = self.node("viewer");
+        let maps = node.subscription::<PointCloud2>("static_map", &Qos::latched()).unwrap();
+        let map = timeout(PATIENCE, maps.next()).await.unwrap().message;
+        drop(maps);
+        node.close().await;
+        convert::cloud_from_message(&map).unwrap().points_m
+    }
+
+    fn map(&self) -> PathBuf {
+        self.folder.path().join("map.ply")
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        std::fs::read(self.map()).unwrap()
+    }
+
+    /// What is beside the map.
+    fn others(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder.path()).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name != "map.ply").collect()
+    }
+}
+
+fn points(bytes: &[u8]) -> Vec<Point3<f32>> {
+    ply::decode(bytes).unwrap()
+}
+
+fn voxels(points_m: &[Point3<f32>]) -> BTreeSet<VoxelKey> {
+    let grid = VoxelGrid::new(0.08).unwrap();
+    points_m.iter().map(|point| grid.key(point)).collect()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_service_as_shipped_goes_on_with_its_map_after_each_end() {
+    let bags = tempfile::tempdir().unwrap();
+    let bag = small_room(bags.path());
+    let service = Service::new();
+
+    let running = service.start();
+    service.drive(&bag).await;
+    assert!(running.end(Signal::TERM).success());
+    let first = service.bytes();
+    let count = points(&first).len();
+    assert!(count > 100, "{count}");
+    assert_eq!(service.others(), Vec::<String>::new());
+
+    // No sensor is connected: the map is there, and stays.
+    let running = service.start();
+    assert_eq!(service.shown().await, points(&first));
+    assert!(running.end(Signal::TERM).success());
+    assert!(service.bytes() == first);
+    assert_eq!(service.others(), Vec::<String>::new());
+
+    // It is killed once it has saved what it has added.
+    let running = service.start();
+    service.drive(&bag).await;
+    let saved = async {
+        while service.bytes() == first {
+            tokio::time::sleep(LOOK_AGAIN).await;
+        }
+    };
+    timeout(PATIENCE, saved).await.expect("the map is saved while the service runs");
+    running.kill();
+    let killed = service.bytes();
+    let (before, after) = (voxels(&points(&first)), voxels(&points(&killed)));
+    let lost = before.difference(&after).count();
+    println!("{} voxels, then {}: {lost} of the former were cleared", before.len(), after.len());
+    assert!(lost * 20 < before.len(), "{lost} of {}", before.len());
+    assert!(std::fs::read(service.folder.path().join("map.version-1.ply")).unwrap() == first);
+
+    let running = service.start();
+    assert_eq!(service.shown().await, points(&killed));
+    assert!(running.end(Signal::TERM).success());
+    assert!(service.bytes() == killed);
+}
