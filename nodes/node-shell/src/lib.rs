@@ -48,7 +48,7 @@
 //! | `graph` | who is at the other end: messages within the process, peers outside of it |
 //! | `wire` | sockets, discovery, encoded messages, and the errors of all that |
 //! | `settings` | arguments, names, parameters, quality of service |
-//! | `process` | log, signals, warnings that do not repeat, files written whole |
+//! | `process` | log, signals, warnings that do not repeat, files written whole, spilled files |
 //!
 //! Absent: clients of services, and actions.
 //! They come when a node needs them.
@@ -84,6 +84,7 @@ pub use node::life::LifecycleState;
 pub use process::failure::NodeFailure;
 pub use process::log;
 pub use process::shutdown::Shutdown;
+pub use process::spill_folder::{SpillFolder, SpillFolderError};
 pub use process::throttle::{Throttle, WARNING_PERIOD};
 pub use process::versions::{VERSIONS_KEPT, keep_version};
 pub use process::whole_file::{folder_of, write_whole_file};

@@ -1,10 +1,11 @@
-//! The parts of a process that do not depend on ROS: its log, its memory, its end, warnings that are not repeated at each message,
-//! files that are written whole, and their versions.
+//! The parts of a process that do not depend on ROS: its log, its memory, its end; warnings that are not repeated at
+//! each message; files that are written whole, and their versions; the folder of what has no room in memory.
 
 pub(crate) mod failure;
 pub mod log;
 pub(crate) mod memory;
 pub(crate) mod shutdown;
+pub(crate) mod spill_folder;
 pub(crate) mod throttle;
 pub(crate) mod versions;
 pub(crate) mod whole_file;

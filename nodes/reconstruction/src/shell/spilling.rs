@@ -3,14 +3,14 @@
 #[cfg(test)]
 mod tests;
 
+use std::path::Path;
 use std::time::Duration;
 
-use node_shell::{Counters, NodeFailure, Throttle};
+use node_shell::{Counters, NodeFailure, SpillFolder, SpillFolderError, Throttle};
 use tokio::time::Instant;
 
 use super::ReconstructionParameters;
-use super::tile_folder::TileFolder;
-use crate::tiles::TileStore;
+use crate::tiles::{TileKey, TileStore, TileStoreError};
 use crate::{AtMaxVoxels, Map};
 
 /// The name of the tiles on `/diagnostics`.
@@ -24,12 +24,49 @@ pub fn empty_map(parameters: &ReconstructionParameters) -> Result<Map, NodeFailu
     parameters.config.validate()?;
     let store = match parameters.config.at_max_voxels {
         AtMaxVoxels::Spill => {
-            let store = TileFolder::new(&parameters.spill_folder)?;
-            Some(Box::new(store) as Box<dyn TileStore>)
+            Some(Box::new(store_in(&parameters.spill_folder)?) as Box<dyn TileStore>)
         }
         AtMaxVoxels::Refuse | AtMaxVoxels::DropOldest => None,
     };
     Ok(Map::new(parameters.config.clone(), store)?)
+}
+
+/// The store of this run below the value of `spill_folder`.
+fn store_in(spill_folder: &str) -> Result<SpillFolder, NodeFailure> {
+    if spill_folder.is_empty() {
+        return Err("parameter spill_folder is empty: with at_max_voxels spill it must name a folder, which is \
+                    made if it is not there"
+            .into());
+    }
+    SpillFolder::below(Path::new(spill_folder))
+        .map_err(|error| format!("parameter spill_folder: {error}").into())
+}
+
+/// Tiles as files: `X_Y_Z.tile`, the tile's key in its name.
+impl TileStore for SpillFolder {
+    fn write(&mut self, tile: TileKey, bytes: &[u8]) -> Result<(), TileStoreError> {
+        Self::write(self, &file_name(tile), bytes).map_err(failed)
+    }
+
+    fn read(&self, tile: TileKey) -> Result<Vec<u8>, TileStoreError> {
+        Self::read(self, &file_name(tile)).map_err(failed)?.ok_or(TileStoreError::Missing)
+    }
+
+    fn another(&self) -> Result<Box<dyn TileStore>, TileStoreError> {
+        Ok(Box::new(self.beside().map_err(failed)?))
+    }
+
+    fn clear(&mut self) -> Result<(), TileStoreError> {
+        Self::clear(self).map_err(failed)
+    }
+}
+
+fn file_name(tile: TileKey) -> String {
+    format!("{}_{}_{}.tile", tile.x, tile.y, tile.z)
+}
+
+fn failed(error: SpillFolderError) -> TileStoreError {
+    TileStoreError::Failed { reason: error.to_string() }
 }
 
 /// So long a warning stands on `/diagnostics` after something went wrong with a tile: long enough for somebody who looks

@@ -7,11 +7,12 @@ use lidar_odometry::odometry::deskewed_cloud;
 use lidar_odometry::road_map::{RoadMap, RoadMapConfig};
 use nalgebra::Isometry3;
 
-use super::files::TileFolder;
 use super::follower::FollowedScan;
+use super::road_tiles::RoadTiles;
 use crate::failure::Failure;
 
-/// A map that grows by scans. Each is laid out as the vehicle moved meanwhile, which for the first one the second tells.
+/// A map that scans are added to. Each scan is corrected for the motion of the vehicle during it; the motion during the first
+/// one is known only with the second.
 pub(super) struct DriveMap {
     map: RoadMap,
     base_from_lidar: Isometry3<f64>,
@@ -20,13 +21,15 @@ pub(super) struct DriveMap {
 }
 
 impl DriveMap {
-    /// An empty one; what memory has no room for waits in the folder.
+    /// An empty map; voxels beyond the memory limit are kept in files below the folder of the results.
     pub(super) fn new(
         config: RoadMapConfig,
         base_from_lidar: Isometry3<f64>,
-        folder: &Path,
+        out: &Path,
     ) -> Result<Self, Failure> {
-        let map = RoadMap::new(config, Box::new(TileFolder::create(folder)?)).map_err(|error| {
+        let tiles = RoadTiles::below(out)
+            .map_err(|failure| failure.fix("give a folder that can be written with --out"))?;
+        let map = RoadMap::new(config, Box::new(tiles)).map_err(|error| {
             Failure::new(error.to_string()).fix("see --road-voxel and --road-memory")
         })?;
         Ok(Self { map, base_from_lidar, first: None, last: None })
@@ -36,7 +39,7 @@ impl DriveMap {
         &self.map
     }
 
-    /// Takes in the next scan, at its place in the map.
+    /// Adds the next scan at its pose in the map.
     pub(super) fn take(
         &mut self,
         cloud: &LidarCloud,
@@ -55,13 +58,13 @@ impl DriveMap {
         Ok(())
     }
 
-    /// A recording of one scan has a map, too.
+    /// Adds the scan of a recording with only one.
     pub(super) fn finish(&mut self) -> Result<(), Failure> {
         let Some((cloud, first, place)) = self.first.take() else { return Ok(()) };
         self.add(&cloud, &first, &place, (&first, &first))
     }
 
-    /// While the vehicle moved as between two poses.
+    /// Adds a scan, with the motion between two poses as the motion during it.
     fn add(
         &mut self,
         cloud: &LidarCloud,

@@ -1,47 +1,47 @@
-//! The road map as files, written tile by tile: whatever its size, a tile at a time is in memory.
+//! The road map as files, written tile by tile: only one tile at a time is in memory.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use las::{Builder, Color, Point, Transform, Vector, Writer};
 use lidar_odometry::panorama::ColourMap;
-use lidar_odometry::road_map::{RoadMap, RoadPoint, RoadTileKey, RoadTileStore, TileStoreFailure};
+use lidar_odometry::road_map::{RoadMap, RoadPoint};
 
 use crate::failure::Failure;
 
 /// What a map is coloured by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
 pub(crate) enum RoadColour {
-    /// By what came back to the scanner
+    /// By the intensity of the returns
     #[default]
     Intensity,
     /// By the height
     Height,
 }
 
-/// What of a map must be known before a point of it has a colour.
+/// The properties of a map that determine the colours of its points.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct RoadExtent {
     /// Points.
     pub points: u64,
-    /// From the darkest to the brightest, but for a hundredth at each end.
+    /// The lowest and the highest intensity, without a hundredth at each end.
     pub intensities: [f32; 2],
-    /// From the lowest to the highest, likewise.
+    /// The lowest and the greatest height, likewise.
     pub heights_m: [f64; 2],
     /// The corners, in metres.
     pub low_m: [f64; 3],
     pub high_m: [f64; 3],
 }
 
-/// Of a map with more points so many are looked at for the quantiles.
-const LOOKED_AT: usize = 200_000;
+/// About how many points of a map are sampled for the quantiles, at most.
+const MOST_SAMPLES: usize = 200_000;
 
 impl RoadExtent {
     pub(crate) fn of(map: &RoadMap) -> Result<Self, Failure> {
         let (mut points, mut low_m, mut high_m) = (0, [f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         let (mut intensities, mut heights_m) = (Vec::new(), Vec::new());
-        // Every second one of those kept goes when there are too many.
+        // If there are too many samples, every second one is dropped.
         let mut stride = 1_u64;
         for_each(map, |point| {
             for (axis, value_m) in point.position_m.iter().enumerate() {
@@ -53,7 +53,7 @@ impl RoadExtent {
             if points % stride == 0 {
                 intensities.push(f64::from(point.intensity));
                 heights_m.push(point.position_m.z);
-                if intensities.len() > LOOKED_AT {
+                if intensities.len() > MOST_SAMPLES {
                     stride *= 2;
                     every_second(&mut intensities);
                     every_second(&mut heights_m);
@@ -90,7 +90,7 @@ fn every_second(values: &mut Vec<f64>) {
     });
 }
 
-/// The first and the last hundredth.
+/// The values at the first and the last hundredth.
 fn middle(values: &mut [f64]) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);
@@ -109,7 +109,7 @@ pub(crate) fn for_each(
     Ok(())
 }
 
-/// Writes PLY: x, y, z, intensity and a colour; as seen from the map's origin in single precision.
+/// Writes PLY: x, y, z, intensity and a colour; coordinates in the map frame in single precision.
 pub(crate) fn write_ply(
     path: &Path,
     map: &RoadMap,
@@ -159,7 +159,7 @@ fn write(
     file.flush().and_then(|()| fs::rename(&temporary, path)).map_err(failed)
 }
 
-/// Steps of a LAS file's coordinates.
+/// The resolution of the coordinates of a LAS file.
 const LAS_STEP_M: f64 = 0.001;
 
 /// Writes LAS 1.4 with intensities and colours: of both, 16 bits for what the extent spans.
@@ -218,59 +218,6 @@ fn part_of(path: &Path) -> PathBuf {
 pub(super) fn cannot_write(path: &Path, error: &io::Error) -> Failure {
     Failure::new(format!("cannot write {}: {error}", path.display()))
         .fix("give a folder that can be written with --out")
-}
-
-/// Tiles in a folder, a file each. The folder is the map's alone, and goes with it.
-#[derive(Debug)]
-pub struct TileFolder {
-    folder: PathBuf,
-}
-
-impl TileFolder {
-    /// An empty folder: what an earlier run left there goes.
-    pub fn create(folder: &Path) -> Result<Self, Failure> {
-        if folder.exists() {
-            fs::remove_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
-        }
-        fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
-        Ok(Self { folder: folder.to_owned() })
-    }
-
-    fn path(&self, tile: RoadTileKey) -> PathBuf {
-        self.folder.join(format!("{}_{}.tile", tile.x, tile.y))
-    }
-}
-
-impl Drop for TileFolder {
-    fn drop(&mut self) {
-        // What stays there does no harm but take up room.
-        let _ = fs::remove_dir_all(&self.folder);
-    }
-}
-
-impl RoadTileStore for TileFolder {
-    fn append(&mut self, tile: RoadTileKey, bytes: &[u8]) -> Result<(), TileStoreFailure> {
-        let path = self.path(tile);
-        let failed = |error: io::Error| TileStoreFailure {
-            tile,
-            reason: format!("cannot write {}: {error}", path.display()),
-        };
-        let mut file = OpenOptions::new().create(true).append(true).open(&path).map_err(failed)?;
-        let before = file.seek(SeekFrom::End(0)).map_err(failed)?;
-        file.write_all(bytes).map_err(|error| {
-            // Half a part is none.
-            let _ = file.set_len(before);
-            failed(error)
-        })
-    }
-
-    fn read(&self, tile: RoadTileKey) -> Result<Vec<u8>, TileStoreFailure> {
-        let path = self.path(tile);
-        fs::read(&path).map_err(|error| TileStoreFailure {
-            tile,
-            reason: format!("cannot read {}: {error}", path.display()),
-        })
-    }
 }
 
 #[cfg(test)]

@@ -3,10 +3,11 @@ use lidar_odometry::road_map::RoadMapConfig;
 use nalgebra::{Isometry3, Point3};
 
 use super::*;
+use crate::lidar::RoadTiles;
 
 fn map(folder: &Path, max_voxels: usize) -> RoadMap {
     let config = RoadMapConfig { max_voxels, min_range_m: 0.0, ..RoadMapConfig::default() };
-    let store = Box::new(TileFolder::create(folder).unwrap());
+    let store = Box::new(RoadTiles::below(folder).unwrap());
     let mut map = RoadMap::new(config, store).unwrap();
     for step in 0..60 {
         let points: Vec<Point3<f32>> = (0..400_u16)
@@ -22,7 +23,7 @@ fn map(folder: &Path, max_voxels: usize) -> RoadMap {
 }
 
 #[test]
-fn a_map_that_was_spilled_is_read_from_every_file_with_all_its_points() {
+fn a_spilled_map_is_written_with_all_its_points_to_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let tiles = folder.path().join("tiles");
     let map = map(&tiles, 2_000);
@@ -50,17 +51,18 @@ fn a_map_that_was_spilled_is_read_from_every_file_with_all_its_points() {
         (las.iter().map(|it| it.intensity).min(), las.iter().map(|it| it.intensity).max());
     assert_eq!((dark, bright), (Some(0), Some(u16::MAX)));
     drop(map);
-    assert!(!tiles.exists());
+    assert_eq!(fs::read_dir(&tiles).unwrap().count(), 0);
 }
 
 #[test]
-fn a_tile_that_is_gone_is_an_error_that_names_it() {
+fn a_missing_tile_is_an_error_that_names_it() {
     let folder = tempfile::tempdir().unwrap();
     let tiles = folder.path().join("tiles");
     let map = map(&tiles, 2_000);
-    let any = fs::read_dir(&tiles).unwrap().next().unwrap().unwrap().path();
-    fs::remove_file(&any).unwrap();
+    let own = fs::read_dir(&tiles).unwrap().next().unwrap().unwrap().path();
+    let files = fs::read_dir(own).unwrap().map(|entry| entry.unwrap().path());
+    fs::remove_file(files.into_iter().find(|path| path.extension().is_some()).unwrap()).unwrap();
     let error = RoadExtent::of(&map).unwrap_err().to_string();
-    assert!(error.contains("cannot read") && error.contains(".tile"), "{error}");
-    assert!(TileFolder::create(Path::new("/proc/none")).is_err());
+    assert!(error.contains("is missing") && error.contains(".tile"), "{error}");
+    assert!(RoadTiles::below(Path::new("/proc/none")).is_err());
 }
