@@ -5,6 +5,7 @@ mod bench;
 mod demo;
 mod eval;
 mod experiments;
+mod published_file;
 mod simulate;
 mod trial;
 mod truth;

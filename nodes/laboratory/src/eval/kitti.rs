@@ -99,10 +99,10 @@ pub(crate) fn run(args: &KittiArgs) -> Result<Outcome, Failure> {
             .map_err(|error| Failure::new(format!("cannot print the figures: {error}")))?;
         console::print(json)?;
     } else {
-        table::lines(&evaluation).iter().try_for_each(console::print)?;
+        table::lines(&evaluation)?.iter().try_for_each(console::print)?;
     }
     for loss in &evaluation.losses {
-        console::complain(&Failure::new(loss.as_str()));
+        console::print_failure(&Failure::new(loss.as_str()));
     }
     let is_whole = evaluation.losses.is_empty();
     Ok(if is_whole { Outcome::Complete } else { Outcome::WithLosses })
@@ -124,7 +124,7 @@ fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
         .collect::<Result<_, _>>()?;
     let mut truth: Vec<(Stamp, Isometry3<f64>)> = Vec::new();
     let mut scans: Vec<Stamp> = Vec::new();
-    let mut stages = StageTimes::new()?;
+    let mut stages = StageTimes::below(&std::env::temp_dir())?;
     let mut way: Vec<Isometry3<f64>> = Vec::new();
     let progress = Progress::new("following", source.steps());
     let losses = source.each(&Interrupt::default(), |sensed| {

@@ -2,16 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use bag_player::{Bag, BagError, Selection};
+use bag_player::Bag;
 use clap::Args;
-use evaluation::{CloudDistance, Correlation, cloud_distance, correlation};
-use geometry::{VoxelGrid, pcd, ply};
-use msgs::RosMessage;
-use msgs::convert::cloud_from_message;
-use msgs::sensor_msgs::PointCloud2;
+use evaluation::{Correlation, ReducedClouds, correlation};
+use geometry::{pcd, ply};
 use nalgebra::Point3;
+use report::CloudDistance;
 use serde::Serialize;
 
+use crate::truth;
 use robot::console;
 use robot::sensor_bag::TRUE_EMPTY_SCENE;
 use robot::{Failure, Outcome};
@@ -25,7 +24,8 @@ use robot::{Failure, Outcome};
 The second takes the empty scene from the bag that the map was made of: `stillmap simulate` writes it to
 /truth/empty_scene, in the frame of the bag's own poses.
 
-Both clouds are reduced to one point a voxel first, so that how often a place was seen does not count.")]
+Both clouds are reduced to one point a voxel first, so that how often a place was seen does not count. With
+--edge 0.05 the distances are those that `stillmap run` prints of a bag with the truth.")]
 pub struct MapArgs {
     /// The map, a .ply or .pcd file
     map: PathBuf,
@@ -45,12 +45,12 @@ pub struct MapArgs {
 
 /// What is printed.
 #[derive(Serialize)]
-struct MapScore {
+pub(crate) struct MapScore {
     edge_m: f64,
     map_points: usize,
     reference_points: usize,
     correlation: Correlation,
-    distance: CloudDistance,
+    pub(crate) distance: CloudDistance,
 }
 
 pub(crate) fn run(args: &MapArgs) -> Result<Outcome, Failure> {
@@ -65,20 +65,18 @@ pub(crate) fn run(args: &MapArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Complete)
 }
 
-fn score(args: &MapArgs) -> Result<MapScore, Failure> {
-    let grid =
-        VoxelGrid::new(args.edge).map_err(|error| Failure::new(format!("--edge: {error}")))?;
-    let map = grid.reduce(&read(&args.map)?);
-    let reference = grid.reduce(&read_reference(&args.reference)?);
+pub(crate) fn score(args: &MapArgs) -> Result<MapScore, Failure> {
+    let (map_m, reference_m) = (read(&args.map)?, read_reference(&args.reference)?);
+    let clouds = ReducedClouds::of(&reference_m, &map_m, args.edge)
+        .map_err(|error| Failure::new(format!("--edge: {error}")))?;
     let tolerance_m = args.tolerance.unwrap_or(args.edge);
     Ok(MapScore {
         edge_m: args.edge,
-        map_points: map.len(),
-        reference_points: reference.len(),
-        correlation: correlation(&reference, &map, args.edge)
+        map_points: clouds.map_m.len(),
+        reference_points: clouds.reference_m.len(),
+        correlation: correlation(&clouds.reference_m, &clouds.map_m, args.edge)
             .map_err(|error| Failure::new(error.to_string()))?,
-        distance: cloud_distance(&reference, &map, tolerance_m)
-            .map_err(|error| Failure::new(error.to_string()))?,
+        distance: clouds.distance(tolerance_m).map_err(|error| Failure::new(error.to_string()))?,
     })
 }
 
@@ -94,23 +92,16 @@ fn read_reference(path: &Path) -> Result<Vec<Point3<f32>>, Failure> {
 
 /// The cloud that a bag has of its scene without what moves.
 fn empty_scene_of_bag(path: &Path) -> Result<Vec<Point3<f32>>, Failure> {
-    let in_bag = |error: BagError| Failure::new(error.to_string());
-    let lacks = || {
+    let unusable = |error: &dyn std::error::Error| {
+        Failure::new(format!("{} on {TRUE_EMPTY_SCENE}: {error}", path.display()))
+    };
+    let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
+    let scene = truth::empty_scene(&bag).map_err(|error| unusable(&error))?;
+    scene.map(|scene| scene.points_m).ok_or_else(|| {
         Failure::new(format!("{} has no cloud on {TRUE_EMPTY_SCENE}", path.display())).fix(
             "only a bag of `stillmap simulate` has the empty scene; for others give a .ply or .pcd file of it",
         )
-    };
-    let bag = Bag::open(path).map_err(in_bag)?;
-    let info = bag.info().map_err(in_bag)?;
-    let is_cloud = |topic: &&bag_player::TopicInfo| topic.type_name == PointCloud2::TYPE_NAME;
-    let topic = info.topic(TRUE_EMPTY_SCENE).filter(is_cloud).ok_or_else(lacks)?;
-    let selection = Selection { topics: Some(vec![topic.topic.clone()]), ..Selection::default() };
-    // Of a latched topic the last message is the one that holds.
-    let message = bag.messages(&selection).map_err(in_bag)?.last().ok_or_else(lacks)?;
-    let cloud = message.map_err(in_bag)?.decode::<PointCloud2>().map_err(in_bag)?;
-    let unusable =
-        |error| Failure::new(format!("{} on {TRUE_EMPTY_SCENE}: {error}", path.display()));
-    Ok(cloud_from_message(&cloud).map_err(unusable)?.points_m)
+    })
 }
 
 fn read(path: &Path) -> Result<Vec<Point3<f32>>, Failure> {

@@ -224,7 +224,7 @@ impl<'a> Watch<'a> {
         let nothing = Cloud { stamp, frame_id: String::new(), points_m: Vec::new() };
         let input = CycleInput {
             scan,
-            view: View::PointsInRig(&nothing),
+            view: View::PointsInCamera(&nothing),
             map_from_rig: &map_from_rig,
             map_frame_id: ODOM_FRAME,
         };

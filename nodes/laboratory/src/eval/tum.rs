@@ -13,7 +13,7 @@ use clap::Args;
 use serde::{Serialize, Serializer};
 
 use follow::{Mode, Run};
-use published::{Published, SEQUENCES};
+use published::{PUBLISHED, Published, PublishedSequence};
 use robot::Progress;
 use robot::console;
 use robot::import::tum::parse_intrinsics;
@@ -77,7 +77,7 @@ struct Followed {
     alone: usize,
     scores: Vec<Score>,
     #[serde(skip)]
-    published: Option<&'static Published>,
+    published: Option<&'static PublishedSequence>,
     #[serde(skip)]
     is_bag: bool,
 }
@@ -115,16 +115,17 @@ struct Printed<'a> {
     max_difference_s: f64,
     sequences: &'a [Followed],
     /// Of the thesis' ten, those that are not there, and where they are had.
-    absent: Vec<(&'static str, String)>,
+    absent: Vec<(&'a str, String)>,
     /// What could not be followed, and why.
     failures: &'a [String],
 }
 
 pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
-    let (folders, mut failures) = found(&args.folders);
+    let tables = PUBLISHED.get()?;
+    let (folders, mut failures) = found(&args.folders, tables);
     let mut all = Vec::new();
     for folder in &folders {
-        match followed(folder, args) {
+        match followed(folder, args, tables) {
             Ok(one) => {
                 if !args.json {
                     tables::of_sequence(&one).iter().try_for_each(console::print)?;
@@ -135,14 +136,15 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
             Err(failure) => failures.push(failure),
         }
     }
-    let is_there = |published: &&Published| !all.iter().any(|one| one.name == published.name);
+    let is_absent =
+        |published: &&PublishedSequence| !all.iter().any(|one| one.name == published.name);
     // Who comes with nothing but bags has not come for the data set.
     let has_bags_alone = !all.is_empty() && all.iter().all(|one| one.is_bag);
-    let absent: Vec<&Published> =
-        SEQUENCES.iter().filter(|one| !has_bags_alone && is_there(one)).collect();
+    let absent = tables.sequences.iter().filter(|one| !has_bags_alone && is_absent(one));
     let told: Vec<String> = failures.iter().map(ToString::to_string).collect();
     if args.json {
-        let absent = absent.iter().map(|published| (published.name, published.address())).collect();
+        let absent =
+            absent.map(|published| (published.name.as_str(), published.address())).collect();
         let printed = Printed {
             max_pair_gap_s: args.max_pair_gap,
             max_difference_s: args.max_difference,
@@ -155,7 +157,7 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
         console::print(json)?;
     } else {
         if all.iter().any(|one| one.published.is_some()) {
-            tables::of_all(&all).iter().try_for_each(console::print)?;
+            tables::of_all(&all, tables).iter().try_for_each(console::print)?;
         }
         if all.iter().any(|one| published::is_counterpart(&one.name)) {
             tables::of_counterparts(&all).iter().try_for_each(console::print)?;
@@ -172,12 +174,12 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
         let first = failures.into_iter().next();
         return Err(first.unwrap_or_else(|| Failure::new("no sequence").fix(HOW_TO_GET)));
     }
-    failures.iter().for_each(console::complain);
+    failures.iter().for_each(console::print_failure);
     Ok(if failures.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }
 
 /// The sequences among these folders and in them, and what is none.
-fn found(folders: &[PathBuf]) -> (Vec<PathBuf>, Vec<Failure>) {
+fn found(folders: &[PathBuf], tables: &Published) -> (Vec<PathBuf>, Vec<Failure>) {
     let (mut found, mut failures) = (Vec::new(), Vec::new());
     for folder in folders {
         let inner = inner_sequences(folder);
@@ -186,7 +188,7 @@ fn found(folders: &[PathBuf]) -> (Vec<PathBuf>, Vec<Failure>) {
         } else if inner.is_empty() {
             let missing = if folder.exists() { "is no sequence" } else { "is not there" };
             let failure = Failure::new(format!("{} {missing}", folder.display()));
-            failures.push(failure.fix(how_to_get(folder)));
+            failures.push(failure.fix(how_to_get(folder, tables)));
         } else {
             found.extend(inner);
         }
@@ -194,8 +196,8 @@ fn found(folders: &[PathBuf]) -> (Vec<PathBuf>, Vec<Failure>) {
     (found, failures)
 }
 
-fn how_to_get(folder: &Path) -> String {
-    match published::of(&Sequence::name_of(folder)) {
+fn how_to_get(folder: &Path, tables: &Published) -> String {
+    match tables.of(&Sequence::name_of(folder)) {
         Some(published) => format!("it is at {}; tar -xzf unpacks it", published.address()),
         None => format!("it needs rgb.txt, depth.txt and groundtruth.txt; {HOW_TO_GET}"),
     }
@@ -209,7 +211,11 @@ fn inner_sequences(folder: &Path) -> Vec<PathBuf> {
     inner
 }
 
-fn followed(folder: &Path, args: &TumArgs) -> Result<Followed, Failure> {
+fn followed(
+    folder: &Path,
+    args: &TumArgs,
+    tables: &'static Published,
+) -> Result<Followed, Failure> {
     let pairing = Pairing { max_gap_s: args.max_pair_gap, first: args.first };
     let sequence = Sequence::open(folder, args.intrinsics, args.truth.as_deref(), pairing)?;
     let steps = sequence.pairs() as u64 * args.runs.get() * args.modes.len() as u64;
@@ -229,7 +235,7 @@ fn followed(folder: &Path, args: &TumArgs) -> Result<Followed, Failure> {
     }
     progress.finish();
     Ok(Followed {
-        published: published::of(&sequence.name),
+        published: tables.of(&sequence.name),
         is_bag: sequence.is_bag(),
         pairs: sequence.pairs(),
         alone: sequence.alone(),

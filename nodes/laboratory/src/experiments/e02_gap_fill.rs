@@ -8,7 +8,7 @@ use report::{Chart, Marks};
 use simulator::{CrossingObject, PathName, Scenario, SceneName};
 
 use super::charts::{Caption, chart_of_values, series};
-use super::published::gap_fill as published;
+use super::published::{FilledPiece, TABLES, gap_fill as published};
 use super::scans::{ForwardScan, for_scans, forward_scans};
 use super::section::{Section, Shown, Words};
 use super::settings::Settings;
@@ -36,7 +36,7 @@ pub(crate) fn present(settings: &Settings) -> Result<Section, Failure> {
     charts.extend(crossings.first().map(window::shape_chart));
     charts.extend(scene_b.first().map(|scans| window::mean_chart(scans)));
     let tables =
-        vec![fill_table(&scene_b), readings_table(), window::table(&crossings, &settings.windows)];
+        vec![fill_table(&scene_b), readings_table()?, window::table(&crossings, &settings.windows)];
     let shown = Shown { tables, charts, ..Shown::default() };
     Ok(Section::new(words(settings), shown))
 }
@@ -84,11 +84,11 @@ fn fill_table(scene_b: &[Vec<ForwardScan>]) -> Table {
 }
 
 /// Table 4: every reading that was filled.
-fn readings_table() -> Table {
+fn readings_table() -> Result<Table, Failure> {
     let mut rows = Vec::new();
-    for piece in &published::PIECES {
+    for piece in &TABLES.get()?.gap_fill {
         let ours_m = filled_as_here(piece);
-        for (place, (read_m, published_m)) in piece.read_m.iter().zip(piece.filled_m).enumerate() {
+        for (place, (read_m, published_m)) in piece.read_m.iter().zip(&piece.filled_m).enumerate() {
             if read_m.is_some() {
                 continue;
             }
@@ -99,7 +99,7 @@ fn readings_table() -> Table {
             rows.push(Row::new(name, [metres(*published_m), ours]));
         }
     }
-    Table::new("Filled readings of Table 4", ["published", "rec_hv here"], rows)
+    Ok(Table::new("Filled readings of Table 4", ["published", "rec_hv here"], rows))
 }
 
 /// Figure 31: the scan with the most gaps.
@@ -125,7 +125,7 @@ fn fill_chart(scans: &[ForwardScan]) -> Option<Chart> {
     Some(chart)
 }
 
-fn filled_as_here(piece: &published::Piece) -> Option<Vec<f32>> {
+fn filled_as_here(piece: &FilledPiece) -> Option<Vec<f32>> {
     /// The scanner of the thesis (3.4.1).
     const LIMITS: RangeLimits = RangeLimits { min_m: 0.15, max_m: 8.0 };
     let beam = |(index, range_m): (usize, &Option<f32>)| Beam {
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn table_4_comes_out_as_printed() {
-        let table = readings_table();
+        let table = readings_table().unwrap();
         assert_eq!(table.rows.len(), 6 + 8);
         for row in &table.rows {
             let [Cell::Figure(published), Cell::Figure(ours)] = &row.cells[..] else {

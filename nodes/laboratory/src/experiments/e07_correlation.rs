@@ -1,7 +1,7 @@
 //! Experiment 7: the map against the empty scene, cycle by cycle (Rec-HV 3.1.7, 4.7).
 
 use evaluation::Correlation;
-use report::{Chart, Marks};
+use report::{Chart, DynamicScoreRules, Marks};
 use simulator::{CrossingObject, PathName, SceneName};
 
 use super::charts::{Caption, chart_of_values, class, medians, series};
@@ -33,6 +33,8 @@ pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failu
         let ours = |method| Cell::median(Unit::Share, runs.all(&of, method).filter_map(value));
         Row::new(name, [vec![published], METHODS.map(ours).to_vec()].concat())
     };
+    let tolerance_cm = 1e2 * DynamicScoreRules::default().surface_tolerance_m;
+    let f_score = format!("F-score of the map at {tolerance_cm:.0} cm");
     let rows = vec![
         row(
             "front view, mean of 25 cycles",
@@ -45,9 +47,7 @@ pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failu
         row("front view, at the end", Cell::Absent, |run| Some(run.map.correlation?.front)),
         row("view from above, at the end", Cell::Absent, |run| Some(run.map.correlation?.top)),
         row("view from the side, at the end", Cell::Absent, |run| Some(run.map.correlation?.side)),
-        row("F-score of the map at one voxel edge", Cell::Absent, |run| {
-            Some(run.map.distance?.f_score)
-        }),
+        row(&f_score, Cell::Absent, |run| Some(run.map.surface?.f_score)),
     ];
     let table = Table::new("Correlation with the empty scene", AGAINST_THE_THESIS, rows);
     let first = |method| runs.all(&of, method).next();

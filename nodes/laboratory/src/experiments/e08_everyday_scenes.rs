@@ -5,8 +5,7 @@ use simulator::{CrossingObject, PathName, SceneName};
 
 use super::figures::{CycleFigures, RunFigures};
 use super::map_pictures::{Face, map_pictures};
-use super::published::CYCLES_OF_A_TEST;
-use super::published::everyday::{ROWS, Row as Published};
+use super::published::{CYCLES_OF_A_TEST, EverydayRow, TABLES};
 use super::runs::{METHODS, Run, Runs};
 use super::section::{Section, Shown, Words};
 use super::settings::Settings;
@@ -27,7 +26,7 @@ pub(crate) fn plan(settings: &Settings) -> Vec<Run> {
 struct Column {
     caption: &'static str,
     unit: Unit,
-    published: fn(&Published) -> f64,
+    published: fn(&EverydayRow) -> f64,
     ours: fn(&RunFigures) -> Option<f64>,
 }
 
@@ -113,7 +112,8 @@ fn mean_with_zone(run: &RunFigures, part: fn(&CycleFigures) -> usize) -> Option<
 }
 
 pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failure> {
-    let published = |scene: SceneName| ROWS.iter().find(|row| row.scene == scene);
+    let published_rows = &TABLES.get()?.everyday;
+    let published = |scene: SceneName| published_rows.iter().find(|row| row.scene == scene);
     let table = |column: &Column| {
         let row = |scene: &SceneName| {
             let of = crossings(settings, *scene);

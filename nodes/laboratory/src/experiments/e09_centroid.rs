@@ -7,7 +7,7 @@ use simulator::{CrossingObject, PathName, SceneName};
 use super::charts::{Caption, chart_of_values, series};
 use super::figures::Sighting;
 use super::positions::{Along, MEAN_OF_POINTS, PositionErrors, PositionOf, TRACK};
-use super::published::centroid as published;
+use super::published::{CentroidRun, CentroidRuns, TABLES};
 use super::runs::{METHODS, Run, Runs};
 use super::scenarios::Direction;
 use super::section::{Section, Shown, Words};
@@ -22,26 +22,18 @@ const SCENE: SceneName = SceneName::B;
 struct Group {
     name: String,
     runs: Vec<Run>,
-    published: Option<&'static published::Run>,
+    /// The crossings of Table 7 that these are to be compared with.
+    published: Option<Direction>,
 }
 
 fn groups(settings: &Settings) -> Vec<Group> {
     let mut groups = Vec::new();
     for (object, name) in [(CrossingObject::Robot, "robot"), (CrossingObject::Person, "person")] {
         for direction in Direction::BOTH {
-            let published = match (object, direction) {
-                (CrossingObject::Robot, Direction::LeftToRight) => {
-                    Some(&published::LEFT_TO_RIGHT_MEAN)
-                }
-                (CrossingObject::Robot, Direction::RightToLeft) => {
-                    Some(&published::RIGHT_TO_LEFT_MEAN)
-                }
-                _ => None,
-            };
             groups.push(Group {
                 name: format!("{name}, path A, {}", direction.text()),
                 runs: settings.crossings_towards(direction, SCENE, object, PathName::A),
-                published,
+                published: (object == CrossingObject::Robot).then_some(direction),
             });
         }
         for path in [PathName::B, PathName::C] {
@@ -68,9 +60,11 @@ const POSITIONS: [(&str, Method, PositionOf); 3] = [
 
 pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failure> {
     let groups = groups(settings);
+    let published = &TABLES.get()?.centroid;
     let table = |caption: &str, along, unit, rows: &[Line]| {
         let columns = ["published"].into_iter().chain(POSITIONS.map(|(name, ..)| name));
-        let of_group = |group| rows.iter().map(move |line| line.row(group, runs, along, unit));
+        let of_group =
+            |group| rows.iter().map(move |line| line.row((group, published), runs, along, unit));
         Table::new(caption, columns, groups.iter().flat_map(of_group).collect())
     };
     let tables = vec![
@@ -80,7 +74,7 @@ pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failu
     let details = vec![
         table("Error in the plane", Along::Plane, Unit::Metres, &ERRORS),
         table("Cycles in view with a position", Along::Depth, Unit::Share, &GIVEN),
-        published_table(),
+        published_table(published),
     ];
     let charts = groups.iter().take(3).enumerate().filter_map(|(index, group)| {
         let [rec_hv, free_space] = METHODS.map(|method| runs.all(&group.runs, method).next());
@@ -121,7 +115,7 @@ fn words(settings: &Settings) -> Words {
 /// A row that each group has.
 struct Line {
     name: &'static str,
-    published: Option<fn(&published::Run) -> f64>,
+    published: Option<fn(&CentroidRun) -> f64>,
     ours: fn(&PositionErrors) -> f64,
 }
 
@@ -134,10 +128,18 @@ const GIVEN: [Line; 1] =
     [Line { name: "given", published: None, ours: |errors| errors.given_share }];
 
 impl Line {
-    fn row(&self, group: &Group, runs: &Runs, along: Along, unit: Unit) -> Row {
+    fn row(
+        &self,
+        (group, published): (&Group, &CentroidRuns),
+        runs: &Runs,
+        along: Along,
+        unit: Unit,
+    ) -> Row {
         // The thesis has the depth alone.
         let published = match (group.published, self.published) {
-            (Some(run), Some(of)) if along == Along::Depth => Cell::published(unit, of(run)),
+            (Some(direction), Some(of)) if along == Along::Depth => {
+                Cell::published(unit, of(&published.side(direction).mean))
+            }
             _ => Cell::Absent,
         };
         let ours = POSITIONS.map(|(_, method, position_of)| {
@@ -163,16 +165,17 @@ fn identity_table(groups: &[Group], runs: &Runs) -> Table {
 }
 
 /// Table 7, run by run.
-fn published_table() -> Table {
-    let side = |name: &'static str, runs: &'static [published::Run]| {
+fn published_table(published: &CentroidRuns) -> Table {
+    let side = |name: &'static str, direction| {
+        let runs = &published.side(direction).runs;
         runs.iter().enumerate().map(move |(index, run)| {
             let metres = |value| Cell::published(Unit::Metres, value);
             let cells = [metres(run.max_m), metres(run.mean_m), metres(run.rmse_m)];
             Row::new(format!("{name}, run {}", index + 1), cells)
         })
     };
-    let rows = side("left to right", &published::LEFT_TO_RIGHT)
-        .chain(side("right to left", &published::RIGHT_TO_LEFT));
+    let rows = side("left to right", Direction::LeftToRight)
+        .chain(side("right to left", Direction::RightToLeft));
     Table::new("Table 7 as published", ["largest", "mean", "RMSE"], rows.collect())
 }
 

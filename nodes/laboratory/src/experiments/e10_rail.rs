@@ -1,20 +1,21 @@
 //! Experiment 10: visual odometry on a rail (Rec-HV 3.1.10, 4.10, Table 8). Not run: there is no visual odometry
 //! of our own yet.
 
-use super::published::rail as published;
+use super::published::TABLES;
 use super::section::{Section, Shown, Words};
 use super::table::{Cell, Row, Table, Unit, Verdict};
+use robot::Failure;
 
-pub(crate) fn present() -> Section {
+pub(crate) fn present() -> Result<Section, Failure> {
     let names = ["largest", "mean", "RMSE", "standard deviation"];
-    let rows = published::AXES.iter().flat_map(|axis| {
+    let rows = TABLES.get()?.rail.iter().flat_map(|axis| {
         names.iter().zip(axis.errors_m).map(|(name, error_m)| {
             let cells = [Cell::published(Unit::Metres, error_m), Cell::Verdict(Verdict::NotRun)];
-            Row::new(format!("{}: {name}", axis.name), cells)
+            Row::new(format!("{}: {name}", axis.axis), cells)
         })
     });
     let table = Table::new("Error of the pose on the rail", ["published", "here"], rows.collect());
-    Section::new(words(), Shown { tables: vec![table], ..Shown::default() })
+    Ok(Section::new(words(), Shown { tables: vec![table], ..Shown::default() }))
 }
 
 fn words() -> Words {

@@ -4,9 +4,10 @@ mod of_trial;
 
 use std::collections::BTreeMap;
 
-use evaluation::{CloudDistance, Correlation};
+use evaluation::Correlation;
 use geometry::Stamp;
 use nalgebra::Point3;
+use report::CloudDistance;
 use serde::Serialize;
 
 use geometry::Method;
@@ -46,7 +47,8 @@ pub(crate) struct MapFigures {
     /// The same of all that was seen, with nothing removed: in a scene in which nothing moves, two measurements of
     /// one thing, and so the most that any map can be expected to reach.
     pub(crate) unfiltered_correlation_with_measured: Option<Correlation>,
-    pub(crate) distance: Option<CloudDistance>,
+    /// From the true surface, as `stillmap run` has it.
+    pub(crate) surface: Option<CloudDistance>,
 }
 
 /// The dynamic label of the points, and what it left in the map.

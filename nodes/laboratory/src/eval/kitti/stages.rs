@@ -1,5 +1,6 @@
 //! What the stages of the thesis' table 4.2 take here, besides the transform.
 
+use std::path::Path;
 use std::time::Instant;
 
 use geometry::LidarCloud;
@@ -10,7 +11,7 @@ use lidar_odometry::road_map::{RoadMap, RoadMapConfig};
 use nalgebra::Isometry3;
 
 use robot::Failure;
-use robot::lidar::TileFolder;
+use robot::lidar::RoadTiles;
 
 /// The stages that need not be timed at each scan are at one of so many.
 const EVERY: usize = 10;
@@ -47,9 +48,15 @@ impl Mean {
 }
 
 impl StageTimes {
-    pub(super) fn new() -> Result<Self, Failure> {
-        let folder = std::env::temp_dir().join(format!("stillmap-eval-{}", std::process::id()));
-        let map = RoadMap::new(RoadMapConfig::default(), Box::new(TileFolder::create(&folder)?))
+    /// No times yet. The tiles of the map wait in a folder of their own below `temporary`, which goes with it.
+    ///
+    /// # Errors
+    /// When nothing can be written there.
+    pub(super) fn below(temporary: &Path) -> Result<Self, Failure> {
+        let tiles = RoadTiles::below(temporary).map_err(|failure| {
+            failure.fix("name a folder that can be written in the environment variable TMPDIR")
+        })?;
+        let map = RoadMap::new(RoadMapConfig::default(), Box::new(tiles))
             .map_err(|error| Failure::new(error.to_string()))?;
         Ok(Self {
             map,

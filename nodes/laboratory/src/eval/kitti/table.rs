@@ -1,9 +1,11 @@
 //! What is told of an evaluation.
 
+use robot::Failure;
+
 use super::{Evaluation, published};
 
 /// The lines: a table of all that was scored, then the thesis' tables beside it.
-pub(super) fn lines(evaluation: &Evaluation) -> Vec<String> {
+pub(super) fn lines(evaluation: &Evaluation) -> Result<Vec<String>, Failure> {
     let Evaluation { figures, stages, scans, true_poses, way_m, .. } = evaluation;
     let mut lines = vec![format!("{scans} scans, {true_poses} true poses over {way_m:.1} m")];
     let head = [
@@ -41,8 +43,8 @@ pub(super) fn lines(evaluation: &Evaluation) -> Vec<String> {
         lines.push(format!("{name:<20}{cells}"));
     }
     lines.push(String::new());
-    lines.extend(published::beside(figures, stages));
-    lines
+    lines.extend(published::beside(figures, stages)?);
+    Ok(lines)
 }
 
 pub(super) fn number(value: Option<f64>, digits: usize) -> String {

@@ -1,5 +1,7 @@
 mod folder;
 
+use std::path::Path;
+
 use nalgebra::Vector3;
 
 use super::score::{at, scored};
@@ -11,6 +13,19 @@ fn drive(scale: f64) -> Vec<(Stamp, Isometry3<f64>)> {
         (stamp, Isometry3::translation(scale * f64::from(index), 0.0, 0.0))
     };
     (0..1001).map(at).collect()
+}
+
+/// Their folder was one for all users, which the first one owned, and stayed.
+#[test]
+fn the_tiles_of_the_timed_map_leave_nothing_and_what_fails_names_the_folder_to_change() {
+    let temporary = tempfile::tempdir().unwrap();
+    let entries = || std::fs::read_dir(temporary.path()).unwrap().count();
+    let stages = StageTimes::below(temporary.path()).unwrap();
+    assert_eq!(entries(), 1);
+    drop(stages);
+    assert_eq!(entries(), 0);
+    let error = StageTimes::below(Path::new("/proc/none")).err().unwrap().to_string();
+    assert!(error.contains("TMPDIR") && !error.contains("--out"), "{error}");
 }
 
 #[test]
@@ -32,7 +47,7 @@ fn a_drive_that_is_a_hundredth_too_long_has_the_figures_of_it() {
     );
     assert!(figures.ate_rmse_m < rms_m);
     assert_eq!((figures.milliseconds_median, figures.milliseconds_mean), (Some(3.0), Some(3.0)));
-    let lines = published::beside(&[figures], &StageMs::default());
+    let lines = published::beside(&[figures], &StageMs::default()).unwrap();
     let of_kitti = lines.iter().find(|line| line.contains("GICP, intensity filter")).unwrap();
     assert!(of_kitti.contains("35426.0 -> 3.0") && of_kitti.contains("1.756 -> 5.7"), "{of_kitti}");
 }

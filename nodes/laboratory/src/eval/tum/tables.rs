@@ -3,7 +3,7 @@
 use estimation::quantile::median_of_sorted;
 
 use super::follow::{Mode, Run};
-use super::published::{COUNTERPARTS, MEAN_TIMES_S, OTHERS, Published, SEQUENCES};
+use super::published::{COUNTERPARTS, Published, PublishedSequence};
 use super::{Followed, Score};
 
 const HEAD: [&str; 8] =
@@ -58,11 +58,11 @@ fn memory(score: &Score) -> Option<String> {
 }
 
 /// Tables 14 to 16, of all ten sequences.
-pub(super) fn of_all(all: &[Followed]) -> Vec<String> {
-    let found = |published: &Published| all.iter().find(|one| one.name == published.name);
+pub(super) fn of_all(all: &[Followed], tables: &Published) -> Vec<String> {
+    let found = |published: &PublishedSequence| all.iter().find(|one| one.name == published.name);
     let mut lines = vec!["Table 14: means of all runs; metres, seconds".to_owned()];
     lines.push(format!("{:<46}{:<14}{}", "", "", heads()));
-    for published in &SEQUENCES {
+    for published in &tables.sequences {
         let mut row = |who: &str, numbers: &[f64; 8]| {
             lines.push(format!("{:<46}{who:<14}{}", published.name, cells(numbers)));
         };
@@ -74,18 +74,18 @@ pub(super) fn of_all(all: &[Followed]) -> Vec<String> {
     lines.push(String::new());
     lines.push("Table 15: ATE RMSE in centimetres, mean of all runs".to_owned());
     let modes = [Mode::Odometry, Mode::Inline, Mode::Background];
-    let others: String = OTHERS.iter().map(|other| format!("{other:>12}")).collect();
+    let others: String = tables.others.iter().map(|other| format!("{other:>12}")).collect();
     let ours: String = modes.iter().map(|mode| format!("{:>12}", name(*mode))).collect();
     lines.push(format!("{:<46}{:>12}{others}{:>24}{:>8}{ours}", "", "the thesis", "best", "aim"));
-    for published in &SEQUENCES {
+    for published in &tables.sequences {
         let cell = |value: Option<f64>| {
             value.map_or_else(|| format!("{:>12}", "-"), |value| format!("{value:>12.3}"))
         };
         let [thesis_m, ..] = published.thesis;
         let others: String = published.others_cm.iter().map(|value| cell(*value)).collect();
-        let best = published.best.map_or_else(
+        let best = published.best.as_ref().map_or_else(
             || "-".to_owned(),
-            |(best_m, who)| format!("{:.1} ({who})", 100.0 * best_m),
+            |best| format!("{:.1} ({})", 100.0 * best.rmse_m, best.of),
         );
         let scores = found(published).map(|one| &one.scores[..]).unwrap_or_default();
         let ours = modes.iter().map(|mode| {
@@ -106,7 +106,7 @@ pub(super) fn of_all(all: &[Followed]) -> Vec<String> {
     let pair = |of: [f64; 2]| format!("{:>10.4}{:>10.4}", of[0], of[1]);
     let heads: String = modes.iter().map(|mode| format!("{:>20}", name(*mode))).collect();
     lines.push(format!("{:<46}{:>20}{heads}", "", "the thesis"));
-    for published in &SEQUENCES {
+    for published in &tables.sequences {
         let [.., median_s, mean_s] = published.thesis;
         let mut line = format!("{:<46}{}", published.name, pair([median_s, mean_s]));
         let scores = found(published).map(|one| &one.scores[..]).unwrap_or_default();
@@ -120,7 +120,7 @@ pub(super) fn of_all(all: &[Followed]) -> Vec<String> {
         }
         lines.push(line);
     }
-    let mut line = format!("{:<46}{}", "mean", pair(MEAN_TIMES_S));
+    let mut line = format!("{:<46}{}", "mean", pair(tables.mean_times_s));
     for (_, times) in &means {
         let count = times.len() as f64;
         let mean = |at: usize| times.iter().filter_map(|pair| pair.get(at)).sum::<f64>() / count;

@@ -86,7 +86,8 @@ fn a_sequence_is_followed_in_each_way_and_stands_in_the_tables() {
     let intrinsics = write_desk(&folder);
     let path = folder.to_str().unwrap();
     let args = args(&[path, "--runs", "2", "--intrinsics", &intrinsics, "--first", "12"]);
-    let followed = followed(&folder, &args).unwrap();
+    let published = PUBLISHED.get().unwrap();
+    let followed = followed(&folder, &args, published).unwrap();
     assert_eq!((followed.pairs, followed.alone), (12, 0));
     let modes: Vec<Mode> = followed.scores.iter().map(|score| score.mode).collect();
     assert_eq!(modes, [Mode::Odometry, Mode::Inline, Mode::Background]);
@@ -106,7 +107,7 @@ fn a_sequence_is_followed_in_each_way_and_stands_in_the_tables() {
     assert!(lines.contains("Table 9: freiburg3_structure_texture_near: 12 pairs"), "{lines}");
     assert!(lines.contains("the thesis    0.026747"), "{lines}");
     let ours_cm = format!("{:>12.3}", 100.0 * followed.scores[1].mean[0]);
-    let all = tables::of_all(&[followed]);
+    let all = tables::of_all(&[followed], published);
     let row = all.iter().find(|line| line.contains("1.545")).unwrap();
     assert!(row.contains("2.675") && row.contains(&ours_cm), "{row}");
     let json =
@@ -114,7 +115,8 @@ fn a_sequence_is_followed_in_each_way_and_stands_in_the_tables() {
     let shorter = TumArgs { first: Some(5), modes: vec![Mode::Inline], ..json.args };
     assert_eq!(run(&shorter).unwrap(), Outcome::Complete);
     // The same seed, the same poses.
-    let twice = [(); 2].map(|()| super::followed(&folder, &shorter).unwrap().scores[0].mean[0]);
+    let twice =
+        [(); 2].map(|()| super::followed(&folder, &shorter, published).unwrap().scores[0].mean[0]);
     assert_eq!(twice[0], twice[1]);
 }
 
@@ -133,10 +135,11 @@ fn a_bag_is_a_sequence_and_a_simulated_counterpart_stands_in_its_table() {
     let simulated = SimulateLine::parse_from(line).args;
     let outcome = simulate::run(&simulated, &Default::default()).unwrap();
     assert_eq!(outcome, Outcome::Complete);
-    let (found, failures) = found(&[folder.path().to_owned()]);
+    let published = PUBLISHED.get().unwrap();
+    let (found, failures) = found(&[folder.path().to_owned()], published);
     assert_eq!((found.len(), failures.len()), (1, 0));
     let args = args(&[bag.to_str().unwrap(), "--runs", "1", "--modes", "inline"]);
-    let followed = followed(&found[0], &args).unwrap();
+    let followed = followed(&found[0], &args, published).unwrap();
     assert_eq!((followed.name.as_str(), followed.pairs, followed.alone), ("desk-xyz", 30, 0));
     let run = &followed.scores[0].runs[0];
     assert_eq!(run.poses, 30);
@@ -172,7 +175,8 @@ fn folders_of_sequences_are_looked_through() {
             fs::write(parent.path().join(name).join(list), "").unwrap();
         }
     }
-    let (folders, failures) = found(&[parent.path().to_owned(), parent.path().join("other")]);
+    let (folders, failures) =
+        found(&[parent.path().to_owned(), parent.path().join("other")], PUBLISHED.get().unwrap());
     assert_eq!(folders, ["a", "b"].map(|name| parent.path().join(name)));
     assert_eq!(failures.len(), 1);
 }
@@ -180,16 +184,17 @@ fn folders_of_sequences_are_looked_through() {
 /// The tables' own means, as printed, agree with each other.
 #[test]
 fn the_published_numbers_are_those_of_the_tables() {
-    let tables: std::collections::BTreeSet<u8> = SEQUENCES.iter().map(|one| one.table).collect();
-    assert_eq!(tables, (4..=13).collect());
-    let mean = |at: usize| SEQUENCES.iter().map(|one| one.thesis[at]).sum::<f64>() / 10.0;
-    for (at, printed_s) in [(6, published::MEAN_TIMES_S[0]), (7, published::MEAN_TIMES_S[1])] {
+    let published = PUBLISHED.get().unwrap();
+    let sequences = &published.sequences;
+    let tables: std::collections::BTreeSet<u8> = sequences.iter().map(|one| one.table).collect();
+    assert_eq!((tables, sequences.len()), ((4..=13).collect(), 10));
+    let mean = |at: usize| sequences.iter().map(|one| one.thesis[at]).sum::<f64>() / 10.0;
+    for (at, printed_s) in [6, 7].into_iter().zip(published.mean_times_s) {
         assert!((mean(at) - printed_s).abs() < 1e-4, "{} {printed_s}", mean(at));
     }
     for counterpart in &published::COUNTERPARTS {
-        assert!(published::of(counterpart.of).is_some(), "{counterpart:?}");
+        assert!(published.of(counterpart.of).is_some(), "{counterpart:?}");
     }
-    let aims: Vec<f64> = SEQUENCES.iter().map(Published::aim_m).collect();
-    assert!(aims.iter().zip(&SEQUENCES).all(|(aim, one)| *aim <= one.thesis[0]));
-    assert_eq!(published::of("freiburg3_walking_halfsphere").unwrap().aim_m(), 0.025);
+    assert!(sequences.iter().all(|one| one.aim_m() <= one.thesis[0]));
+    assert_eq!(published.of("freiburg3_walking_halfsphere").unwrap().aim_m(), 0.025);
 }

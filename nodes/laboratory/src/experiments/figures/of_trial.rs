@@ -47,7 +47,7 @@ impl RunFigures {
                 correlation: trial.correlation,
                 correlation_with_measured: with_measured(&record.static_map),
                 unfiltered_correlation_with_measured: with_measured(&record.unfiltered_map),
-                distance: trial.distance,
+                surface: score.and_then(|score| score.map.surface),
             },
             labels: score.map(LabelFigures::of),
             identity_switches: score_identities(identities).switches,

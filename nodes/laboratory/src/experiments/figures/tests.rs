@@ -42,7 +42,7 @@ pub(crate) fn run(cycles: usize, sightings: Vec<Sighting>) -> RunFigures {
         correlation: None,
         correlation_with_measured: None,
         unfiltered_correlation_with_measured: None,
-        distance: None,
+        surface: None,
     };
     RunFigures {
         scenario: "B, robot on path A".to_owned(),

@@ -113,7 +113,7 @@ fn a_folder_laid_out_as_kitti_has_all_tables() {
     for (one, other) in rays.iter().zip(&rays[1..]) {
         assert_ne!(one.rms_3d_m, other.rms_3d_m, "{} {}", one.name, other.name);
     }
-    let lines = table::lines(&evaluation);
+    let lines = table::lines(&evaluation).unwrap();
     for number in 1..=6 {
         let title = format!("Table 4.{number}");
         assert_eq!(lines.iter().filter(|line| line.starts_with(&title)).count(), 1, "{lines:#?}");
