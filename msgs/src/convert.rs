@@ -28,7 +28,7 @@ mod track;
 mod zone;
 
 pub use camera::{camera_from_message, message_from_camera};
-pub use cloud::{cloud_from_message, message_from_cloud};
+pub use cloud::{cloud_from_message, message_from_cloud, organised_cloud_from_message};
 pub use compressed_depth::{
     COMPRESSED_DEPTH_TOPIC, DepthCodec, InverseDepth, MetresAs, RvlError,
     compressed_depth_from_message, compressed_message_from_depth,

@@ -57,7 +57,7 @@ pub struct CycleSetup {
 }
 ros_message!(CycleSetup, "stillmap_msgs");
 
-/// A depth image with its camera, for a map that is finer than the reduced cloud.
+/// A depth image with its camera. Segmentation's evidence of free space and the map of the depth images are computed from it.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct DepthFrame {
     /// The depths in whole millimetres, 0 where nothing was measured: RVL, without loss.
@@ -90,7 +90,7 @@ pub struct ReducedCloud {
     pub cloud: PointCloud2,
     /// How many points each of the cloud's is the mean of, in their order.
     pub voxel_points: Vec<u32>,
-    /// The depth image of the cloud, where the map is made of depth images; otherwise none.
+    /// The depth image of the cloud, or one that was made of the cloud, with the method free_space; otherwise none.
     pub depth: Vec<DepthFrame>,
 }
 ros_message!(ReducedCloud, "stillmap_msgs");
@@ -110,7 +110,7 @@ pub struct SegmentedCloud {
     pub static_cloud: PointCloud2,
     /// The moving objects, in the rig frame.
     pub dynamic_cloud: PointCloud2,
-    /// The depth image of the clouds, where the map is made of depth images; otherwise none.
+    /// The depth image of the clouds, as [`ReducedCloud`] had it; otherwise none.
     pub depth: Vec<DepthFrame>,
     /// Which of its pixels show something that moves, or may: a bit for each, row by row, the lowest bit of a byte first.
     #[serde(with = "serde_bytes")]

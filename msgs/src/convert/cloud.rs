@@ -4,7 +4,8 @@ pub(super) mod layout;
 #[cfg(test)]
 mod tests;
 
-use geometry::Cloud;
+use geometry::{Cloud, OrganisedCloud};
+use nalgebra::Point3;
 
 use super::rows::Rows;
 use super::{ConvertError, stamp_from_time, time_from_stamp};
@@ -34,6 +35,23 @@ pub fn cloud_from_message(message: &PointCloud2) -> Result<Cloud, ConvertError> 
         frame_id: message.header.frame_id.clone(),
         points_m,
     })
+}
+
+/// The cloud of a message with the pixel of each point: `width` and `height` are those of the camera's image.
+///
+/// # Errors
+/// As [`cloud_from_message`].
+pub fn organised_cloud_from_message(message: &PointCloud2) -> Result<OrganisedCloud, ConvertError> {
+    let mut points_m: Vec<Point3<f32>> = Vec::new();
+    if message.width > 0 && message.height > 0 {
+        let layout = Layout::of(message)?;
+        let rows = Rows::checked(&message.data, &message.into())?;
+        points_m.reserve_exact(rows.records());
+        layout.append_points(&rows, &mut points_m);
+    }
+    let stamp = stamp_from_time(message.header.stamp);
+    let frame_id = message.header.frame_id.clone();
+    Ok(OrganisedCloud::from_rows(stamp, frame_id, message.width as usize, &points_m))
 }
 
 /// Bytes of a coordinate that this crate writes.

@@ -8,9 +8,10 @@ mod surround;
 use std::sync::Arc;
 
 use geometry::{
-    CameraModel, CameraModelError, Cloud, CycleSetup, DepthCameraError, DepthFrame, DepthLimits,
-    DepthProjector, DetectedCycle, MapPath, ParameterError, RayTable, ReducedDepth, RigConfig,
-    RigMounts, Scan, VoxelAccumulator, check_pose, pose_vector,
+    CameraModel, CameraModelError, Cloud, CloudCamera, CycleSetup, DepthCameraError, DepthFrame,
+    DepthFrameError, DepthLimits, DepthProjector, DetectedCycle, MapPath, ParameterError,
+    PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts, Scan, VoxelAccumulator,
+    check_pose, pose_vector,
 };
 use nalgebra::Isometry3;
 
@@ -27,6 +28,7 @@ pub struct Detector {
     aperture: Option<Aperture>,
     finder: Finder,
     voxels: VoxelAccumulator,
+    cloud_camera: CloudCamera,
     next_index: u32,
 }
 
@@ -44,6 +46,7 @@ impl Detector {
             aperture: None,
             finder: Finder::new(&config, mounts.rig_from_lidar),
             voxels: VoxelAccumulator::new(grid),
+            cloud_camera: CloudCamera::default(),
             next_index: 0,
             config,
         })
@@ -79,7 +82,7 @@ impl Detector {
         mut observe: impl FnMut(Step),
     ) -> Result<Detected, DetectionError> {
         check_pose(input.map_from_rig)?;
-        let depth = self.depth_for_map(input.view)?;
+        let (depth, not_pinhole) = self.depth_frame(input.view)?;
 
         // 3.2.1, eq. 1: the beams of the aperture.
         let (beams, window_restarted) = self.crop(input.scan)?;
@@ -120,14 +123,16 @@ impl Detector {
             unknown_beams: found.unknown_beams,
             unmeasured: found.unmeasured,
             window_restarted,
+            not_pinhole,
         };
         Ok(Detected { cycle, statistics })
     }
 
-    /// Forgets the scans and the zones of the past, as after a jump of the clock. The cycles count on.
+    /// Forgets the scans, the zones and the clouds of the past, as after a jump of the clock. The cycles count on.
     pub fn forget(&mut self) {
         self.aperture = None;
         self.finder.clear();
+        self.cloud_camera = CloudCamera::default();
     }
 
     /// Takes another pose of the scanner in the rig than the configuration's. What was seen is forgotten; the cycles
@@ -164,37 +169,45 @@ impl Detector {
         Ok((beams, window_restarted))
     }
 
-    /// The depth image, where the map is made of them.
-    fn depth_for_map(&self, view: View<'_>) -> Result<Option<Arc<DepthFrame>>, DetectionError> {
+    /// The depth image of the cycle, or one that is made of its cloud; and why the points of an organised cloud were rendered.
+    fn depth_frame(
+        &mut self,
+        view: View<'_>,
+    ) -> Result<(Option<Arc<DepthFrame>>, Option<PinholeFitError>), DepthFrameError> {
         if !self.config.pipeline.needs_depth() {
-            return Ok(None);
+            return Ok((None, None));
         }
-        let View::Depth { image, projector } = view else {
-            let map_edge_m = self.config.pipeline.map_edge_m;
-            return Err(DetectionError::NoDepthImage { map_edge_m });
+        let camera = &mut self.cloud_camera;
+        let mut not_pinhole = None;
+        let frame = match view {
+            View::Depth { image, projector } => DepthFrame::new(image, *projector.rays().camera())?,
+            View::PointsInCamera(cloud) => camera.frame_of_points(cloud),
+            View::OrganisedPoints(cloud) => {
+                camera.frame_of_organised(cloud).unwrap_or_else(|error| {
+                    not_pinhole = Some(error);
+                    camera.frame_of_points(cloud.cloud())
+                })
+            }
         };
-        Ok(Some(Arc::new(DepthFrame::new(image, *projector.rays().camera())?)))
+        Ok((Some(Arc::new(frame)), not_pinhole))
     }
 
     /// The reduced cloud in the rig frame.
     fn reduce(&mut self, view: View<'_>) -> Result<ReducedDepth, DepthCameraError> {
         let frame_id = &self.config.pipeline.rig.rig_frame_id;
-        let moved;
-        let cloud = match view {
+        let in_camera = match view {
             View::Depth { image, projector } => {
                 return projector.reduce(image, &mut self.voxels);
             }
-            View::PointsInRig(cloud) => cloud,
-            View::PointsInCamera(cloud) => {
-                moved = cloud.transformed(&self.mounts.rig_from_camera, frame_id);
-                &moved
-            }
+            View::PointsInCamera(cloud) => cloud,
+            View::OrganisedPoints(cloud) => cloud.cloud(),
         };
+        let cloud = in_camera.transformed(&self.mounts.rig_from_camera, frame_id);
         self.voxels.clear();
         self.voxels.push_all(&cloud.points_m);
         let (points_m, voxel_points) = self.voxels.finish_counted();
         let points_before_reduction = cloud.points_m.len();
-        let cloud = Cloud { stamp: cloud.stamp, frame_id: frame_id.clone(), points_m };
+        let cloud = Cloud { points_m, ..cloud };
         Ok(ReducedDepth { cloud, voxel_points, points_before_reduction })
     }
 }

@@ -29,8 +29,8 @@ pub struct DetectedCycle {
     pub map_frame_id: String,
     /// Zones with moving objects; empty when there are none.
     pub zones: Vec<DynamicZone>,
-    /// The depth image of the cloud, with its stamp; absent where the map does not need it
-    /// ([`PipelineConfig::needs_depth`](crate::PipelineConfig::needs_depth)) and where the cloud is of no image.
+    /// The depth image of the cloud, or one that is made of the cloud, with its stamp; absent where the method has no use for it
+    /// ([`PipelineConfig::needs_depth`](crate::PipelineConfig::needs_depth)).
     pub depth: Option<Arc<DepthFrame>>,
 }
 

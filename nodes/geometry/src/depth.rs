@@ -99,8 +99,17 @@ impl DepthImage {
 
     /// The same image with other pixels, as many.
     pub(crate) fn with_millimetres(&self, pixels: Vec<u16>) -> Self {
-        let (width_px, height_px) = (self.width_px, self.height_px);
-        let (stamp, frame_id) = (self.stamp, self.frame_id.clone());
+        let size_px = (self.width_px, self.height_px);
+        Self::of_millimetres(self.stamp, self.frame_id.clone(), size_px, pixels)
+    }
+
+    /// The image of `width_px * height_px` pixels: the caller has as many.
+    pub(crate) fn of_millimetres(
+        stamp: Stamp,
+        frame_id: String,
+        (width_px, height_px): (usize, usize),
+        pixels: Vec<u16>,
+    ) -> Self {
         Self { stamp, frame_id, width_px, height_px, pixels: DepthPixels::Millimetres(pixels) }
     }
 

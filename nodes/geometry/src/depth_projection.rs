@@ -45,6 +45,23 @@ pub struct DepthCameraError {
     pub camera_height_px: usize,
 }
 
+/// A rectangle of an image.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct PixelArea {
+    /// Its columns.
+    pub columns_px: Range<usize>,
+    /// Its rows.
+    pub rows_px: Range<usize>,
+}
+
+impl PixelArea {
+    /// All of an image of this size.
+    #[must_use]
+    pub fn whole(width_px: usize, height_px: usize) -> Self {
+        Self { columns_px: 0..width_px, rows_px: 0..height_px }
+    }
+}
+
 /// Turns the depth images of one camera into clouds of one frame.
 #[derive(Clone, PartialEq, Debug)]
 pub struct DepthProjector {
@@ -95,14 +112,13 @@ impl DepthProjector {
     /// When the image is of another size than the camera.
     pub fn cloud(&self, image: &DepthImage) -> Result<Cloud, DepthCameraError> {
         let mut points_m = Vec::with_capacity(image.width_px() * image.height_px());
-        self.for_each_block(image, 0..image.height_px(), |block| {
-            points_m.extend(block.finite_points());
-        })?;
+        let whole = PixelArea::whole(image.width_px(), image.height_px());
+        self.for_each_block(image, whole, |_, block| points_m.extend(block.finite_points()))?;
         let frame_id = self.target_frame_id.clone();
         Ok(Cloud { stamp: image.stamp, frame_id, points_m })
     }
 
-    /// Tells the voxel of each pixel of some rows that has a depth, in the order of the pixels: its index in the image and the
+    /// Calls `take` for each pixel of an area that has a depth, in the order of the pixels: with its index in the image and the
     /// voxel that [`reduce`](Self::reduce) with this grid puts its point into.
     ///
     /// # Errors
@@ -110,21 +126,14 @@ impl DepthProjector {
     pub fn for_each_voxel(
         &self,
         image: &DepthImage,
-        rows_px: Range<usize>,
+        area: PixelArea,
         grid: &VoxelGrid,
         mut take: impl FnMut(usize, VoxelKey),
     ) -> Result<(), DepthCameraError> {
-        let width_px = image.width_px();
-        let (mut row_px, mut column_px) = (rows_px.start, 0);
-        self.for_each_block(image, rows_px, |block| {
+        self.for_each_block(image, area, |first, block| {
             let (keys, finite) = (block.keys(grid.edge_m()), block.finite_places());
-            let first = row_px * width_px + column_px;
             for place in (0..block.len.min(PointBlock::CAPACITY)).filter(|place| finite[*place]) {
                 take(first + place, keys[place]);
-            }
-            column_px += block.len;
-            if column_px >= width_px {
-                (row_px, column_px) = (row_px + 1, 0);
             }
         })
     }
@@ -141,8 +150,8 @@ impl DepthProjector {
         accumulator: &mut VoxelAccumulator,
     ) -> Result<ReducedDepth, DepthCameraError> {
         accumulator.clear();
-        let rows_px = 0..image.height_px();
-        self.for_each_block(image, rows_px, |block| accumulator.push_block(block))?;
+        let whole = PixelArea::whole(image.width_px(), image.height_px());
+        self.for_each_block(image, whole, |_, block| accumulator.push_block(block))?;
         let points_before_reduction = accumulator.points() as usize;
         let (points_m, voxel_points) = accumulator.finish_counted();
         let frame_id = self.target_frame_id.clone();
@@ -150,12 +159,12 @@ impl DepthProjector {
         Ok(ReducedDepth { cloud, voxel_points, points_before_reduction })
     }
 
-    /// Calls `take` with the points of the image's rows, a stretch of a row at a time.
+    /// Calls `take` with the points of an area, a part of a row at a time, and the index of the first one's pixel.
     pub(crate) fn for_each_block(
         &self,
         image: &DepthImage,
-        rows_px: Range<usize>,
-        mut take: impl FnMut(&PointBlock),
+        area: PixelArea,
+        mut take: impl FnMut(usize, &PointBlock),
     ) -> Result<(), DepthCameraError> {
         let (width_px, height_px) = (image.width_px(), image.height_px());
         if (width_px, height_px) != (self.rays.width_px(), self.rays.height_px()) {
@@ -168,15 +177,17 @@ impl DepthProjector {
         }
         let mut block = PointBlock::default();
         let mut depths_m = [0.0; PointBlock::CAPACITY];
+        let PixelArea { columns_px, rows_px } = area;
+        let end_px = columns_px.end.min(width_px);
         for row_px in rows_px.start..rows_px.end.min(height_px) {
             let Some(rays) = self.rays.row(row_px) else { break };
-            for first_px in (0..width_px).step_by(PointBlock::CAPACITY) {
-                let columns = first_px..width_px.min(first_px + PointBlock::CAPACITY);
+            for first_px in (columns_px.start..end_px).step_by(PointBlock::CAPACITY) {
+                let columns = first_px..end_px.min(first_px + PointBlock::CAPACITY);
                 let pixels = row_px * width_px + columns.start..row_px * width_px + columns.end;
                 let depths_m = &mut depths_m[..columns.len()];
                 image.pixels().load_m(pixels, depths_m);
                 self.fill(&mut block, depths_m, rays.part(columns));
-                take(&block);
+                take(row_px * width_px + first_px, &block);
             }
         }
         Ok(())

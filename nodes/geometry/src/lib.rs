@@ -39,6 +39,7 @@ mod label;
 mod lidar_cloud;
 mod map_path;
 mod method;
+mod organised_cloud;
 pub mod parameter;
 pub mod pcd;
 mod pipeline;
@@ -64,14 +65,17 @@ pub use cloud_view::{
 };
 pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
 pub use depth::{DepthImage, DepthPixels, DepthSizeError};
-pub use depth_frame::{DepthFrame, DepthFrameError, MaskedDepth};
-pub use depth_projection::{DepthCameraError, DepthLimits, DepthProjector, ReducedDepth};
+pub use depth_frame::{CloudCamera, DepthFrame, DepthFrameError, MaskedDepth, PinholeFitError};
+pub use depth_projection::{
+    DepthCameraError, DepthLimits, DepthProjector, PixelArea, ReducedDepth,
+};
 pub use label::{LabelImage, LabelSizeError};
 pub use lidar_cloud::LidarCloud;
 pub use map_path::{
     ContinuousFrame, LateCorrections, MapPath, MapPathError, PathCorrection, PathKnot, PathVertex,
 };
 pub use method::Method;
+pub use organised_cloud::OrganisedCloud;
 pub use parameter::ParameterError;
 pub use pipeline::{CycleSetup, PipelineConfig, PipelineDifference, PipelineMismatch};
 pub use point_file::{OrientedPoints, PointFileError};

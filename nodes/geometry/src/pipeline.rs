@@ -21,10 +21,9 @@ crate::parameters! {
         // t_vg. Rec-HV experiment 4 and section 5: the edge chosen out of 0.05 .. 0.16 m. Rec-HV 3.3.3.1 and 3.3.4: the
         // histogram and the map have the same.
         voxel_edge_m: f64 = 0.08, positive;
-        /// Edge of the voxels of a map that is made of the depth images: a surface, with a point and a normal a voxel. Each cycle
-        /// then carries its image, and detection's input is depth images. 0 for a map that is made of the reduced clouds. From
-        /// 0.001 on, by the method free_space alone.
-        // 0 until such a map has what the other has: tiles on the disk, clouds as input.
+        /// Edge of the voxels of a map that is made of the depth images: a surface, with a point and a normal a voxel. 0 for a map
+        /// that is made of the reduced clouds. From 0.001 on, by the method free_space alone.
+        // 0 until such a map has what the other has: tiles on the disk.
         map_edge_m: f64 = 0.0, between(0.0, 10.0);
         /// Frames and mounts.
         rig: RigConfig as flatten;
@@ -121,10 +120,16 @@ impl PipelineConfig {
         )
     }
 
-    /// Whether the map is made of depth images, so that each cycle carries its own.
+    /// Whether each cycle carries a depth image: its own, or one that is made of its cloud.
     #[must_use]
     pub fn needs_depth(&self) -> bool {
-        self.map_edge_m > 0.0
+        self.method == Method::FreeSpace
+    }
+
+    /// The edge of the voxels of a map of depth images; `None` where the map is of the means of the reduced clouds.
+    #[must_use]
+    pub fn depth_map_edge_m(&self) -> Option<f64> {
+        (self.needs_depth() && self.map_edge_m > 0.0).then_some(self.map_edge_m)
     }
 
     /// The setup of a cycle whose mounts are those of the parameters.

@@ -9,7 +9,7 @@ use std::ops::Range;
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
-use crate::{DepthCameraError, DepthImage, DepthLimits, DepthProjector, RayTable, Scan};
+use crate::{DepthCameraError, DepthImage, DepthLimits, DepthProjector, PixelArea, RayTable, Scan};
 
 /// Which pixels belong to the scan.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -196,7 +196,8 @@ impl ScanCutter {
     pub fn cut(&self, image: &DepthImage) -> Result<Scan, DepthCameraError> {
         let mut scan = Scan { stamp: image.stamp, ..self.empty.clone() };
         let (lowest_m, highest_m) = self.heights_m;
-        self.projector.for_each_block(image, self.rows_px.clone(), |block| {
+        let area = PixelArea { rows_px: self.rows_px.clone(), columns_px: 0..image.width_px() };
+        self.projector.for_each_block(image, area, |_, block| {
             for point in block.finite_points() {
                 let range_m = point.x.hypot(point.y);
                 // A pixel shows a patch, not a point: far away the rows lie farther apart than a thin

@@ -146,6 +146,21 @@ impl Layout {
         }
     }
 
+    /// Appends the points of `rows`, in order, those that are not finite too.
+    pub(super) fn append_points(&self, rows: &Rows<'_>, points_m: &mut Vec<Point3<f32>>) {
+        let plain = self.offset_of_plain_floats();
+        for row in rows.iter() {
+            points_m.extend(row.chunks_exact(self.point_bytes).filter_map(|record| {
+                // The layout lies within the record: there is no record without a point.
+                let point = match plain {
+                    Some(offset) => plain_floats(record, offset),
+                    None => self.read(record),
+                };
+                point.map(Point3::from)
+            }));
+        }
+    }
+
     /// The offset of three consecutive little-endian floats x, y, z, as nearly all drivers
     /// write them.
     fn offset_of_plain_floats(&self) -> Option<usize> {

@@ -316,6 +316,20 @@ fn sizes_that_lie_are_named() {
 }
 
 #[test]
+fn points_of_an_organised_cloud_keep_their_pixels() {
+    let none = [f64::NAN; 3];
+    let points = [[1.0, 2.0, 3.0], none, none, none, [4.0, 5.0, 6.0], none];
+    let rows = Writing { width: 3, height: 2, row_padding: 5, ..Writing::floats(6, 16) };
+    let fields = vec![("x", 4, 7), ("y", 0, 7), ("z", 8, 7)];
+    for writing in [rows.clone(), Writing { fields, big_endian: true, ..rows }] {
+        let cloud = organised_cloud_from_message(&writing.write(&points)).unwrap();
+        assert_eq!((cloud.width_px(), cloud.height_px()), (3, 2));
+        let kept: Vec<_> = cloud.with_pixels().map(|(point, pixel)| (point.z, pixel)).collect();
+        assert_eq!(kept, [(3.0, [0, 0]), (6.0, [1, 1])]);
+    }
+}
+
+#[test]
 fn the_fast_path_and_the_careful_path_agree_around_the_block() {
     for count in [0, 1, 63, 64, 65, 127, 128, 129, 640] {
         let points: Vec<_> = (0..count)
@@ -342,7 +356,10 @@ proptest! {
             frame_id: "map".to_owned(),
             points_m: points.into_iter().map(Point3::from).collect(),
         };
-        prop_assert_eq!(cloud_from_message(&message_from_cloud(&cloud)), Ok(cloud));
+        let message = message_from_cloud(&cloud);
+        let organised = organised_cloud_from_message(&message).unwrap();
+        prop_assert_eq!(organised.cloud(), &cloud);
+        prop_assert_eq!(cloud_from_message(&message), Ok(cloud));
     }
 
     #[test]
@@ -365,6 +382,8 @@ proptest! {
             data,
             ..PointCloud2::default()
         };
+        let organised = organised_cloud_from_message(&message);
+        prop_assert_eq!(organised.map(|organised| organised.cloud().clone()), cloud_from_message(&message));
         if let Ok(cloud) = cloud_from_message(&message) {
             prop_assert!(cloud.points_m.capacity() <= message.data.len());
             prop_assert!(cloud.points_m.iter().all(|point| point.coords.iter().all(|v| v.is_finite())));

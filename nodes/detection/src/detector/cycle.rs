@@ -1,8 +1,8 @@
 //! What goes into one cycle of detection, and what comes out of it.
 
 use geometry::{
-    Cloud, DepthCameraError, DepthFrameError, DepthImage, DepthProjector, DetectedCycle, Scan,
-    Stamp, UnusablePose,
+    Cloud, DepthCameraError, DepthFrameError, DepthImage, DepthProjector, DetectedCycle,
+    OrganisedCloud, PinholeFitError, Scan, Stamp, UnusablePose,
 };
 use nalgebra::Isometry3;
 
@@ -14,8 +14,8 @@ use crate::zone_finder::Unmeasured;
 pub enum View<'a> {
     /// Points in the camera's optical frame.
     PointsInCamera(&'a Cloud),
-    /// Points in the rig frame.
-    PointsInRig(&'a Cloud),
+    /// Points of a camera's pixels, in its optical frame.
+    OrganisedPoints(&'a OrganisedCloud),
     /// A depth image, with the projector of its camera from [`Detector::depth_projector`](super::Detector::depth_projector).
     Depth {
         /// The image.
@@ -29,7 +29,8 @@ impl View<'_> {
     /// When it was seen: the cycle's pose is that of this moment.
     pub(super) fn stamp(&self) -> Stamp {
         match self {
-            Self::PointsInCamera(cloud) | Self::PointsInRig(cloud) => cloud.stamp,
+            Self::PointsInCamera(cloud) => cloud.stamp,
+            Self::OrganisedPoints(cloud) => cloud.cloud().stamp,
             Self::Depth { image, .. } => image.stamp,
         }
     }
@@ -105,6 +106,9 @@ pub struct CycleStatistics {
     /// The scan's angles or number of beams are not those of the scan before: the window has started
     /// anew.
     pub window_restarted: bool,
+    /// Why the cycle's depth image was rendered from the points of an organised cloud, if it was: no pinhole camera is known
+    /// that the cloud was computed with.
+    pub not_pinhole: Option<PinholeFitError>,
 }
 
 impl CycleStatistics {
@@ -124,18 +128,9 @@ pub enum DetectionError {
     /// The depth image does not fit the camera.
     #[error(transparent)]
     DepthCamera(#[from] DepthCameraError),
-    /// The depth image cannot go to the map.
+    /// The depth image cannot go on to segmentation and the map.
     #[error(transparent)]
     DepthFrame(#[from] DepthFrameError),
-    /// The map is made of depth images, and the cycle has none.
-    #[error(
-        "map_edge_m is {map_edge_m}: that map is made of depth images, and this is a cloud; set map_edge_m to 0, or input to \
-         depth"
-    )]
-    NoDepthImage {
-        /// The parameter.
-        map_edge_m: f64,
-    },
     /// The pose cannot carry a cloud.
     #[error(transparent)]
     Pose(#[from] UnusablePose),

@@ -1,7 +1,10 @@
+mod depth_images;
+
 use std::f64::consts::{PI, TAU};
 
 use geometry::{
-    DepthImage, DepthPixels, Distortion, Method, PipelineConfig, Stamp, UnusablePose, ZoneSource,
+    DepthImage, DepthPixels, Distortion, Method, OrganisedCloud, PipelineConfig, Stamp,
+    UnusablePose, ZoneSource,
 };
 use nalgebra::Point3;
 
@@ -53,7 +56,7 @@ fn step_with(
 }
 
 fn step(detector: &mut Detector, scan: &Scan) -> Detected {
-    step_with(detector, scan, View::PointsInRig(&cloud(vec![]))).unwrap()
+    step_with(detector, scan, View::PointsInCamera(&cloud(vec![]))).unwrap()
 }
 
 /// The published method.
@@ -196,7 +199,7 @@ fn gaps_are_filled_and_counted() {
 #[test]
 fn clouds_are_reduced_in_the_rig_frame() {
     // Two points of one voxel and one of another, 2 m ahead and a little to the left and above.
-    let in_rig = vec![
+    let in_rig = [
         Point3::new(2.01, 0.33, 0.09),
         Point3::new(2.03, 0.35, 0.11),
         Point3::new(3.01, 0.33, 0.09),
@@ -204,8 +207,9 @@ fn clouds_are_reduced_in_the_rig_frame() {
     let expected = [Point3::new(2.02, 0.34, 0.10), Point3::new(3.01, 0.33, 0.09)];
     // The optical frame: x right, y down, z forward.
     let in_camera = in_rig.iter().map(|p| Point3::new(-p.y, -p.z, p.x)).collect();
-    let (in_rig, in_camera) = (cloud(in_rig), cloud(in_camera));
-    for view in [View::PointsInRig(&in_rig), View::PointsInCamera(&in_camera)] {
+    let in_camera = cloud(in_camera);
+    let organised = organised(3, &in_camera.points_m);
+    for view in [View::OrganisedPoints(&organised), View::PointsInCamera(&in_camera)] {
         let cycle = step_with(&mut detector(), &scan(None), view).unwrap().cycle;
         assert_eq!(
             (&*cycle.reduced_cloud.frame_id, cycle.reduced_cloud.stamp),
@@ -218,6 +222,10 @@ fn clouds_are_reduced_in_the_rig_frame() {
         assert_eq!((cycle.scan_stamp, &*cycle.map_frame_id), (Stamp::from_nanos(1), "map"));
         assert_eq!(cycle.map_from_rig, Isometry3::translation(1.0, 2.0, 3.0));
     }
+}
+
+fn organised(width_px: usize, points_m: &[Point3<f32>]) -> OrganisedCloud {
+    OrganisedCloud::from_rows(Stamp::from_nanos(2), "camera".to_owned(), width_px, points_m)
 }
 
 /// A camera of 4 x 2 pixels whose rays are easily told.
@@ -261,14 +269,14 @@ fn what_means_nothing_is_told_and_takes_no_number() {
     let still = scan(None);
     let input = CycleInput {
         scan: &still,
-        view: View::PointsInRig(&nothing),
+        view: View::PointsInCamera(&nothing),
         map_from_rig: &no_pose,
         map_frame_id: "map",
     };
     assert_eq!(detector.step(&input, |_| ()), Err(DetectionError::Pose(UnusablePose::NotFinite)));
 
     let aimless = Scan { angle_increment_rad: 0.0, ..scan(None) };
-    let error = step_with(&mut detector, &aimless, View::PointsInRig(&nothing)).unwrap_err();
+    let error = step_with(&mut detector, &aimless, View::PointsInCamera(&nothing)).unwrap_err();
     assert!(matches!(error, DetectionError::ScanAngles(_)));
 
     let projector = detector.depth_projector(&CAMERA).unwrap();
@@ -286,7 +294,7 @@ fn the_stages_are_told_in_their_order() {
     let (still, nothing, map_from_rig) = (scan(None), cloud(vec![]), Isometry3::identity());
     let input = CycleInput {
         scan: &still,
-        view: View::PointsInRig(&nothing),
+        view: View::PointsInCamera(&nothing),
         map_from_rig: &map_from_rig,
         map_frame_id: "map",
     };

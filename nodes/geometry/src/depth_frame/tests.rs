@@ -1,0 +1,31 @@
+mod organised;
+mod rendered;
+
+use super::*;
+use crate::{DepthPixels, Distortion, Stamp};
+
+fn camera() -> CameraModel {
+    let (width_px, height_px, distortion) = (3, 2, Distortion::None);
+    let (fx_px, fy_px, cx_px, cy_px) = (3.0, 3.0, 1.0, 0.5);
+    CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion }
+}
+
+fn image(size_px: (usize, usize), pixels: DepthPixels) -> DepthImage {
+    DepthImage::new(Stamp::from_nanos(7), "camera".to_owned(), size_px, pixels).unwrap()
+}
+
+#[test]
+fn metres_become_whole_millimetres_and_what_is_no_depth_becomes_none() {
+    let metres = vec![1.0004, f32::NAN, f32::INFINITY, -1.0, 0.0, 80.0];
+    let frame = DepthFrame::new(&image((3, 2), DepthPixels::Metres(metres)), camera()).unwrap();
+    let expected = DepthPixels::Millimetres(vec![1000, 0, 0, 0, 0, u16::MAX]);
+    assert_eq!(frame.image(), &image((3, 2), expected));
+}
+
+#[test]
+fn an_image_of_another_size_than_its_camera_is_refused() {
+    let depths = DepthPixels::Millimetres(vec![1000; 6]);
+    assert!(DepthFrame::new(&image((3, 2), depths.clone()), camera()).is_ok());
+    let error = DepthFrame::new(&image((2, 3), depths), camera()).unwrap_err();
+    assert!(error.to_string().contains("2 x 3"), "{error}");
+}
