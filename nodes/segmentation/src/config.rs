@@ -1,6 +1,9 @@
 //! The parameters of segmentation, their defaults, and where these come from.
 
+use std::ops::RangeInclusive;
+
 use geometry::{Method, ParameterError, PipelineConfig, parameter};
+use volume::OccupancyConfig;
 
 /// A length or a time beyond this is a mistake.
 const MUCH: f64 = 1e6;
@@ -16,20 +19,20 @@ geometry::parameters! {
         /// What only the method `free_space` reads; `rec_hv` has no parameters of its own.
         free_space: FreeSpaceConfig as flatten, read_with("method", "free_space");
     }
-    check = Self::check_rays;
+    check = Self::check_edge;
 }
 
 geometry::parameters! {
     /// The parameters that only the method `free_space` reads.
     #[derive(Clone, Copy, PartialEq, Debug)]
     pub struct FreeSpaceConfig {
-        /// The most voxels of evidence that are kept, which bounds the memory.
-        // 24 MiB, and as much again for a moment while the table is rebuilt. A room of 5 x 6 x 2.6 m has 152,000 voxels; 100
-        // million are some 6 GB.
-        max_evidence_voxels: usize = 500_000, whole(1_000, 100_000_000);
+        /// The most blocks of evidence, of 8 voxels an axis, that are kept, which bounds the memory.
+        // 80 MB if each voxel of them has a history of its own; of most the free ones share one. A view of 8 m has 600 of the
+        // thesis' edge, an office floor of 1,000 m2 10,000.
+        max_evidence_blocks: usize = 10_000, whole(100, 10_000_000);
         /// Farther from the camera there is neither evidence nor motion.
-        // A Kinect measures to some 6 m; beyond, its depth error is wider than the voxel.
-        evidence_reach_m: f64 = 8.0, between(LITTLE, MUCH);
+        // A Kinect measures to some 6 m; beyond, its depth error is wider than the voxel. Depths begin at 0.3 m (`DepthRange`).
+        evidence_reach_m: f64 = 8.0, between(0.5, 1000.0);
         /// What has been in its place for less than this is not background yet.
         // At 1 m/s, the slower speed of Rec-HV 3.4.1, something 0.64 m wide leaves a place in 0.65 s.
         min_background_s: f64 = 1.0, between(0.0, MUCH);
@@ -60,19 +63,25 @@ geometry::parameters! {
 }
 
 impl SegmentationConfig {
-    /// The most voxels along a ray: a cycle's time goes with them.
-    pub const MAX_RAY_VOXELS: u32 = 2_000;
+    /// The edges that evidence may have, in metres: [`volume::OccupancyConfig`].
+    const EDGES_M: RangeInclusive<f64> = 0.001..=10.0;
 
-    fn check_rays(&self) -> Result<(), ParameterError> {
-        let (reach_m, edge_m) = (self.free_space.evidence_reach_m, self.pipeline.voxel_edge_m);
-        let is_short = reach_m / edge_m <= f64::from(Self::MAX_RAY_VOXELS);
-        let holds = is_short || self.pipeline.method != Method::FreeSpace;
-        parameter::check(
-            "evidence_reach_m",
-            ("at most 2000 times voxel_edge_m", edge_m),
-            reach_m,
-            holds,
-        )
+    fn check_edge(&self) -> Result<(), ParameterError> {
+        let edge_m = self.pipeline.voxel_edge_m;
+        let holds = self.pipeline.method != Method::FreeSpace || Self::EDGES_M.contains(&edge_m);
+        parameter::check("voxel_edge_m", "0.001 to 10 with the method free_space", edge_m, holds)
+    }
+}
+
+impl FreeSpaceConfig {
+    /// The parameters of the evidence, with voxels of an edge.
+    pub(crate) fn occupancy(&self, edge_m: f64) -> OccupancyConfig {
+        OccupancyConfig {
+            edge_m,
+            reach_m: self.evidence_reach_m,
+            max_blocks: self.max_evidence_blocks,
+            max_blocks_per_image: self.max_evidence_blocks,
+        }
     }
 }
 
@@ -97,9 +106,9 @@ mod tests {
         type Spoil = fn(&mut SegmentationConfig);
         let cases: [(&str, Spoil); 13] = [
             ("voxel_edge_m", |c| c.pipeline.voxel_edge_m = -1.0),
-            ("max_evidence_voxels", |c| c.free_space.max_evidence_voxels = 0),
+            ("max_evidence_blocks", |c| c.free_space.max_evidence_blocks = 0),
             ("evidence_reach_m", |c| c.free_space.evidence_reach_m = f64::NAN),
-            ("evidence_reach_m", |c| c.pipeline.voxel_edge_m = 1e-9),
+            ("voxel_edge_m", |c| c.pipeline.voxel_edge_m = 1e-9),
             ("min_background_s", |c| c.free_space.min_background_s = -0.1),
             ("max_object_width_m", |c| c.free_space.max_object_width_m = 0.0),
             ("max_object_height_m", |c| c.free_space.max_object_height_m = -2.0),

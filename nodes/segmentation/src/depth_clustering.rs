@@ -24,7 +24,7 @@ pub fn depth_groups(depths_x_m: impl IntoIterator<Item = f32>, cell_m: f64) -> V
     sorted_m.sort_unstable_by(f32::total_cmp);
     let cell = |x_m: f32| (f64::from(x_m) / cell_m).floor();
     sorted_m
-        // Not of one cell and not of neighbouring ones: an empty cell lies between.
+        // Not of one cell and not of neighbouring ones: an empty cell is between.
         .chunk_by(|near_m, far_m| cell(*far_m) - cell(*near_m) <= 1.0)
         .filter_map(|group_m| {
             let (min_x_m, max_x_m) = (*group_m.first()?, *group_m.last()?);

@@ -10,7 +10,7 @@ const INLIER_M: f64 = 0.05;
 const MIN_POINTS: usize = 40;
 /// And reaches at least so far along x and along y, which no seat and no shelf board does.
 const MIN_REACH_M: f64 = 0.8;
-/// Nothing stands so far below a floor; what does, beside a few points of noise, proves it a table.
+/// Nothing is so far below a floor: where more than a few points of noise are, the plane is a table.
 const BELOW_M: f64 = 0.12;
 /// The share of points that may lie below.
 const MAX_SHARE_BELOW: f64 = 0.01;

@@ -1,7 +1,7 @@
-//! The method `free_space`: what moves is what stands where free space was seen.
+//! The method `free_space`: what moves is what is in observed free space.
 //!
-//! A ray that passed a place says that it was free; what stands there later has come. What is behind an
-//! object that goes away was never seen free: it is background uncovered, not an object.
+//! A place before all that the depth image shows is free; what is there later is newly occupied. What is behind an object
+//! that goes away was never observed free: it is background that becomes visible, not an object.
 
 #[cfg(test)]
 mod tests;
@@ -10,66 +10,85 @@ use std::collections::HashSet;
 
 use geometry::{AS_NEAR, DetectedCycle, LONGEST_STAY_S, Stamp, View, VoxelGrid, VoxelKey};
 use nalgebra::{Point3, distance};
+use volume::{DepthInput, DepthNoise, DepthRange, DepthView, Occupancy, Place};
 
-use crate::evidence::{Evidence, EvidenceLimits, Known};
 use crate::floor::Floor;
-use crate::growth::{Candidates, Standing};
+use crate::growth::{Candidates, PointClass};
 use crate::recent_views::RecentViews;
 use crate::seeds::{Seeds, seeds_of};
-use crate::segmenter::Judged;
-use crate::tracking::{CycleCloud, Followings, MovingGroup, Tracker};
+use crate::segmenter::{Judged, SegmenterError};
+use crate::tracking::{CycleCloud, MovingGroup, Tracker, TrackerOutput};
 use crate::view;
 use crate::{FreeSpaceConfig, Step};
 
 /// A stamp so much before the last one is the start of another run, not a late message.
 const ANOTHER_RUN_S: f64 = 1.0;
 
-/// What comes into range goes on from what was seen of its surface before. A camera at 0.5 m/s and 7 Hz comes a
-/// voxel of the thesis closer in a cycle, and a surface is known by two.
+/// A surface that comes into range continues what was seen of it before. A camera at 0.5 m/s and 7 Hz comes a voxel of the
+/// thesis closer in a cycle, and a surface is known after two.
 const BORDER_VOXELS: i32 = 3;
 
-/// Tells moving points by what earlier cycles saw.
+/// What is known of the place of a point.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Known {
+    /// Nothing, or not enough.
+    Unknown,
+    /// It was seen free, cycle after cycle.
+    Free,
+    /// Something has been there for long.
+    Background,
+}
+
+/// Finds the points that move by what earlier cycles saw.
 #[derive(Clone, Debug)]
 pub struct FreeSpaceSegmenter {
     config: FreeSpaceConfig,
     grid: VoxelGrid,
-    evidence: Evidence,
+    occupancy: Occupancy,
+    depth_view: DepthView,
     tracker: Tracker,
     view: View,
     recent_views: RecentViews,
     floor: Option<Floor>,
     /// Where objects had points a cycle ago, in the map.
-    of_objects: HashSet<VoxelKey>,
+    last_object_voxels: HashSet<VoxelKey>,
     last: Option<Stamp>,
+    evidence_is_whole: bool,
 }
 
 impl FreeSpaceSegmenter {
-    /// One that has seen nothing, of cycles whose points are means of the voxels of `grid`; `config` has been validated.
-    #[must_use]
-    pub fn new(config: FreeSpaceConfig, grid: VoxelGrid) -> Self {
-        Self {
+    /// One that has seen nothing, of cycles whose points are means of the voxels of `grid`.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub fn new(config: FreeSpaceConfig, grid: VoxelGrid) -> Result<Self, SegmenterError> {
+        // What is farther shows that it is free up to here.
+        let range = DepthRange { max_m: config.evidence_reach_m as f32, ..DepthRange::default() };
+        Ok(Self {
             config,
             grid,
-            evidence: evidence_of(&config, grid),
+            occupancy: Occupancy::new(config.occupancy(grid.edge_m()))?,
+            depth_view: DepthView::new(range, DepthNoise::default())?,
             tracker: Tracker::new(config),
             view: View::default(),
             recent_views: RecentViews::default(),
             floor: None,
-            of_objects: HashSet::new(),
+            last_object_voxels: HashSet::new(),
             last: None,
-        }
+            evidence_is_whole: true,
+        })
     }
 
-    /// The bound on the memory that the evidence takes, in bytes.
+    /// Whether all that the last cycle's image showed has joined the evidence; otherwise the bound was met.
     #[must_use]
-    pub fn max_evidence_bytes(&self) -> usize {
-        self.evidence.max_bytes()
+    pub fn evidence_is_whole(&self) -> bool {
+        self.evidence_is_whole
     }
 
-    /// Voxels of evidence held now.
+    /// Blocks of evidence held now.
     #[must_use]
-    pub fn evidence_voxels(&self) -> usize {
-        self.evidence.voxels()
+    pub fn evidence_blocks(&self) -> usize {
+        self.occupancy.blocks()
     }
 
     /// Judges the points of a cycle, whose pose and zones are checked, and learns from it.
@@ -85,69 +104,110 @@ impl FreeSpaceSegmenter {
         let camera_in_map = cycle.map_from_rig * cycle.setup.mounts.camera_in_rig_m();
         view::widen(&mut self.view, cycle);
         self.floor = self.floor_under(&points_in_map, &camera_in_map);
-        self.forget_what_has_gone(&points_in_map, &camera_in_map);
-        let standings = self.standings(&points_in_map, &camera_in_map);
+        self.clear_stale_background(&points_in_map, &camera_in_map);
+        let classes = self.classes(&points_in_map, &camera_in_map);
         observe(Step::Evidence);
 
         let voxels: Vec<VoxelKey> =
             points_in_map.iter().map(|point| self.grid.key(&point.cast::<f32>())).collect();
-        let candidates = Candidates::new(&standings, &voxels);
-        let expected = self.tracker.expect(stamp);
-        let seeds =
-            seeds_of(&self.config, cycle, &points_in_map, &standings, &candidates, &expected);
+        let candidates = Candidates::new(&classes, &voxels);
+        let expected = self.tracker.predict(stamp);
+        let seeds = seeds_of(&self.config, cycle, &points_in_map, &classes, &candidates, &expected);
         observe(Step::Angular);
 
-        let groups = self.groups(&points_in_map, &standings, &candidates, &seeds);
+        let groups = self.groups(&points_in_map, &classes, &candidates, &seeds);
         observe(Step::DepthClustering);
 
         let cell_m = self.grid.edge_m();
         let points_in_map = &points_in_map;
         let cloud = CycleCloud { cycle, points_in_map, camera_in_map, view: self.view, cell_m };
-        let Followings { tracks, settled } = self.tracker.follow(&cloud, &groups);
+        let TrackerOutput { tracks, settled } = self.tracker.update(&cloud, &groups);
         observe(Step::Tracking);
 
-        let mut is_dynamic = vec![false; standings.len()];
+        let mut is_dynamic = vec![false; classes.len()];
         for &point in groups.iter().flat_map(|group| &group.points) {
             is_dynamic[point] = true;
         }
-        for point in self.lingering(points_in_map, &standings, &voxels) {
+        for point in self.kept_from_last_cycle(points_in_map, &classes, &voxels) {
             is_dynamic[point] = true;
         }
         for &point in &settled {
             is_dynamic[point] = false;
         }
-        // What lingers is not among them: it would stay for ever.
+        // Without the points that were kept from the last cycle: they would be kept for ever.
         let of_groups = groups.iter().flat_map(|group| &group.points);
-        self.of_objects = of_groups.map(|&point| voxels[point]).collect();
-        let arrived = (0..standings.len())
-            .filter(|&point| is_dynamic[point] && standings[point] == Standing::Arrived)
+        self.last_object_voxels = of_groups.map(|&point| voxels[point]).collect();
+        let newly_occupied = (0..classes.len())
+            .filter(|&point| is_dynamic[point] && classes[point] == PointClass::SeenEmpty)
             .map(|point| &points_in_map[point]);
-        self.evidence.take_for_free(arrived);
+        newly_occupied.for_each(|point| self.occupancy.take_for_free(point));
         self.recent_views.remember(cycle, cell_m);
-        self.evidence.record(&camera_in_map, points_in_map, &is_dynamic);
-        // What has come to a place is no background before it has stayed: it ends there in the evidence, and
-        // is left out of the static scene until that knows it.
-        for (dynamic, standing) in is_dynamic.iter_mut().zip(&standings) {
-            *dynamic |= standing.came_alone();
+        self.record(cycle, (points_in_map, &camera_in_map), &is_dynamic);
+        // What is newly occupied is not background before it has stayed: it counts as a hit in the evidence, and is left
+        // out of the static scene until the evidence says background.
+        for (dynamic, class) in is_dynamic.iter_mut().zip(&classes) {
+            *dynamic |= class.is_apart_from_surfaces();
         }
         for &point in &settled {
             is_dynamic[point] = false;
         }
-        self.evidence.adopt(settled.iter().map(|&point| &points_in_map[point]));
+        let long_ago = stamp.plus_seconds(-self.config.min_background_s);
+        for &point in &settled {
+            self.occupancy.take_for_occupied(&points_in_map[point], long_ago);
+        }
         observe(Step::Evidence);
         Judged { is_dynamic, tracks, in_zone: seeds.in_zone }
     }
 
     fn begin(&mut self, stamp: Stamp) {
         if self.last.is_some_and(|last| last.seconds_since(stamp) > ANOTHER_RUN_S) {
-            self.evidence = evidence_of(&self.config, self.grid);
+            self.occupancy.clear();
             self.tracker.forget();
             (self.view, self.floor) = (View::default(), None);
-            self.of_objects.clear();
+            self.last_object_voxels.clear();
             self.recent_views.clear();
         }
         self.last = Some(stamp);
-        self.evidence.begin_cycle(stamp);
+        self.occupancy.begin_cycle(stamp);
+    }
+
+    /// Learns from a cycle: where static points end, and what is free before all that the image shows.
+    fn record(
+        &mut self,
+        cycle: &DetectedCycle,
+        (points_in_map, camera_in_map): (&[Point3<f64>], &Point3<f64>),
+        is_dynamic: &[bool],
+    ) {
+        let filled = cycle.depth.as_ref().map(|frame| {
+            self.depth_view.fill(&DepthInput {
+                image: frame.image(),
+                // Space is free before what moves as before anything else.
+                is_moving: None,
+                colour: None,
+                camera: frame.camera(),
+                map_from_camera: &(cycle.map_from_rig * cycle.setup.mounts.rig_from_camera),
+            })
+        });
+        // Without an image, or when the mount's pose is not finite, nothing is observed free.
+        if !matches!(filled, Some(Ok(()))) {
+            self.depth_view.clear();
+        }
+        let is_static = |(point, is_dynamic): (_, &bool)| (!is_dynamic).then_some(point);
+        let of_static = points_in_map.iter().zip(is_dynamic).filter_map(is_static);
+        let update = self.occupancy.integrate(camera_in_map, &self.depth_view, of_static);
+        self.evidence_is_whole = !update.is_incomplete;
+    }
+
+    fn known(&self, point_in_map: &Point3<f64>) -> Known {
+        match self.occupancy.place(point_in_map) {
+            Place::Free { .. } => Known::Free,
+            Place::Occupied { since, .. } if self.is_long_ago(since) => Known::Background,
+            Place::Occupied { .. } | Place::Unknown => Known::Unknown,
+        }
+    }
+
+    fn is_long_ago(&self, since: Stamp) -> bool {
+        self.last.is_some_and(|now| now.seconds_since(since) >= self.config.min_background_s)
     }
 
     /// The floor that this cycle shows, or else the one known, unless things lie below that.
@@ -160,22 +220,21 @@ impl FreeSpaceSegmenter {
         Floor::of(&near).or(self.floor.filter(|known| known.is_under(&near)))
     }
 
-    /// Takes the places of points for unknown where the background has gone and left nothing that rays come back from:
-    /// someone stood there before a doorway or a hall. What is there now is another.
-    fn forget_what_has_gone(&mut self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) {
+    /// Stale background is cleared where no return lies behind it: someone was there before a doorway or a hall, and left.
+    /// What is there now is another object.
+    fn clear_stale_background(&mut self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) {
         for point in points_in_map {
-            let has_gone = self.evidence.stay(point).is_some_and(|stay| {
-                stay.lasted_s <= LONGEST_STAY_S
-                    && self.recent_views.has_gone(point, stay.last_met, camera)
-            });
-            if has_gone {
-                self.evidence.forget(point);
+            let Place::Occupied { since, last } = self.occupancy.place(point) else { continue };
+            let is_short_background =
+                self.is_long_ago(since) && last.seconds_since(since) <= LONGEST_STAY_S;
+            if is_short_background && self.recent_views.has_gone(point, last, camera) {
+                self.occupancy.forget(point);
             }
         }
     }
 
-    /// How each point stands to what is known of its place.
-    fn standings(&self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) -> Vec<Standing> {
+    /// What each point is, by what is known of its place.
+    fn classes(&self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) -> Vec<PointClass> {
         // A foot's lowest voxel holds more of the floor than of the foot.
         let sole_m = self.grid.edge_m() / 2.0;
         points_in_map
@@ -185,60 +244,61 @@ impl FreeSpaceSegmenter {
                 let is_floor =
                     self.floor.is_some_and(|floor| floor.height_above_m(point).abs() <= sole_m);
                 if !in_reach {
-                    return Standing::Still;
+                    return PointClass::Background;
                 }
                 if is_floor {
-                    // Where the floor itself is too dark to be seen, all of that voxel is the foot's: no floor has
-                    // been met there or beside, whether or not rays to what is behind have passed over it.
-                    let is_foot = self.evidence.known(point) != Known::Background
-                        && self.has_arrived(point, camera);
-                    return if is_foot { Standing::Arrived } else { Standing::Still };
+                    // Where the floor itself is too dark to be seen, all of that voxel is the foot's: no floor was hit
+                    // there or beside, whether or not rays to what is behind have passed over it.
+                    let is_foot = self.known(point) != Known::Background
+                        && self.was_seen_empty(point, camera);
+                    return if is_foot { PointClass::SeenEmpty } else { PointClass::Background };
                 }
-                match self.evidence.known(point) {
-                    Known::Background => Standing::Still,
-                    Known::Unknown if self.has_arrived(point, camera) => Standing::Arrived,
-                    Known::Unknown => Standing::New,
-                    Known::Free if self.evidence.is_beside_surface(point) => {
-                        Standing::CameBesideSurface
+                match self.known(point) {
+                    Known::Background => PointClass::Background,
+                    Known::Unknown if self.was_seen_empty(point, camera) => PointClass::SeenEmpty,
+                    Known::Unknown => PointClass::Unknown,
+                    Known::Free if self.occupancy.is_near_surface(point, 1) => {
+                        PointClass::InFreeSpaceBesideSurface
                     }
-                    Known::Free => Standing::Came,
+                    Known::Free => PointClass::InFreeSpace,
                 }
             })
             .collect()
     }
 
-    fn has_arrived(&self, point_in_map: &Point3<f64>, camera: &Point3<f64>) -> bool {
+    /// Whether the camera would have seen in earlier cycles what is there now.
+    fn was_seen_empty(&self, point_in_map: &Point3<f64>, camera: &Point3<f64>) -> bool {
         let was_empty = |blank_reach_m: f64| {
             self.recent_views.was_empty(point_in_map, &self.view, blank_reach_m)
         };
-        self.evidence.is_untouched(point_in_map)
+        self.occupancy.is_untouched(point_in_map)
             && was_empty(f64::INFINITY)
             && (was_empty(AS_NEAR * distance(point_in_map, camera))
-                || !self.evidence.is_near_surface(point_in_map, BORDER_VOXELS))
+                || !self.occupancy.is_near_surface(point_in_map, BORDER_VOXELS))
     }
 
-    /// Points where an object had some a cycle ago, of whose places nothing else is known: the last sliver of one that
-    /// goes out of view, a foot that was floor for once. They are the object's for this one cycle.
-    fn lingering(
+    /// Points where an object had some a cycle ago, and of whose places nothing else is known: the last sliver of one that
+    /// leaves the view, a foot that was taken for floor in one cycle. They belong to the object for this one cycle.
+    fn kept_from_last_cycle(
         &self,
         points_in_map: &[Point3<f64>],
-        standings: &[Standing],
+        classes: &[PointClass],
         voxels: &[VoxelKey],
     ) -> Vec<usize> {
-        let lingers = |&point: &usize| {
-            matches!(standings[point], Standing::New | Standing::Still)
-                && self.of_objects.contains(&voxels[point])
-                && self.evidence.known(&points_in_map[point]) != Known::Background
+        let is_kept = |&point: &usize| {
+            matches!(classes[point], PointClass::Unknown | PointClass::Background)
+                && self.last_object_voxels.contains(&voxels[point])
+                && self.known(&points_in_map[point]) != Known::Background
         };
-        (0..standings.len()).filter(lingers).collect()
+        (0..classes.len()).filter(is_kept).collect()
     }
 
-    /// Grows the objects from their seeds. Through what has come they grow without bound; through places of
-    /// which nothing is known only as far as a body reaches.
+    /// Grows the objects from their seeds. In observed free space they grow without bound; through places of which nothing
+    /// is known only as far as a body reaches.
     fn groups(
         &self,
         points_in_map: &[Point3<f64>],
-        standings: &[Standing],
+        classes: &[PointClass],
         candidates: &Candidates<'_>,
         seeds: &Seeds,
     ) -> Vec<MovingGroup> {
@@ -257,27 +317,18 @@ impl FreeSpaceSegmenter {
         candidates
             .grown_from(&seeds.points, |index| {
                 let point = &points_in_map[index];
-                standings[index].came() || (is_low_enough(point) && within_a_body(point))
+                classes[index].is_in_free_space() || (is_low_enough(point) && within_a_body(point))
             })
             .into_iter()
             .map(|points| {
-                let is_alone = |point: &&usize| standings[**point].came_alone();
-                let came = points.iter().filter(is_alone).count();
+                let is_alone = |point: &&usize| classes[**point].is_apart_from_surfaces();
+                let in_free_space = points.iter().filter(is_alone).count();
                 MovingGroup {
                     in_zone: points.iter().any(|&point| seeds.is_of_zone[point]),
-                    came: 2 * came >= points.len(),
+                    in_free_space: 2 * in_free_space >= points.len(),
                     points,
                 }
             })
             .collect()
     }
-}
-
-fn evidence_of(config: &FreeSpaceConfig, grid: VoxelGrid) -> Evidence {
-    Evidence::new(&EvidenceLimits {
-        grid,
-        reach_m: config.evidence_reach_m,
-        min_background_s: config.min_background_s,
-        max_voxels: config.max_evidence_voxels,
-    })
 }

@@ -5,83 +5,83 @@ mod tests;
 
 use geometry::VoxelKey;
 
-/// How a point of the cycle stands to what is known of its place.
+/// What a point of the cycle is, by what is known of its place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Standing {
+pub enum PointClass {
     /// Background or floor, or out of reach: growth stops there.
-    Still,
+    Background,
     /// Nothing is known of its place.
-    New,
-    /// The camera would have seen it there before (module `recent_views`), though its place was not seen free; or it is
-    /// at the height of a floor that is not seen.
-    Arrived,
-    /// In a place that was seen free, with a surface in a voxel beside it: what the noise of depth and
-    /// of the pose throws off a surface, or an object that stands close to one.
-    CameBesideSurface,
-    /// In a place that was seen free, all by itself.
-    Came,
+    Unknown,
+    /// The camera would have seen it there before (module [`crate::recent_views`]), though its place was not observed free; or
+    /// it is at the height of a floor that is not seen.
+    SeenEmpty,
+    /// In observed free space, with a surface in a voxel beside it: what the noise of depth and of the pose throws off a
+    /// surface, or an object that is close to one.
+    InFreeSpaceBesideSurface,
+    /// In observed free space, with no surface beside it.
+    InFreeSpace,
 }
 
-impl Standing {
-    /// Whether it stands where free space was seen.
+impl PointClass {
+    /// Whether it is in observed free space.
     #[must_use]
-    pub fn came(self) -> bool {
-        matches!(self, Self::Came | Self::CameBesideSurface)
+    pub fn is_in_free_space(self) -> bool {
+        matches!(self, Self::InFreeSpace | Self::InFreeSpaceBesideSurface)
     }
 
-    /// Whether it was not there before, by rays or by what the camera would have seen.
+    /// Whether it was not there before, by observed free space or by what the camera would have seen.
     #[must_use]
-    pub fn is_newcomer(self) -> bool {
-        self.came() || self == Self::Arrived
+    pub fn is_newly_occupied(self) -> bool {
+        self.is_in_free_space() || self == Self::SeenEmpty
     }
 
     /// Whether it was not there before, and no surface is beside it that noise may have thrown it off.
     #[must_use]
-    pub fn came_alone(self) -> bool {
-        matches!(self, Self::Came | Self::Arrived)
+    pub fn is_apart_from_surfaces(self) -> bool {
+        matches!(self, Self::InFreeSpace | Self::SeenEmpty)
     }
 
     /// How many voxels lie between it and what it is linked to, at most, and one. The reduced cloud leaves
-    /// an empty voxel here and there within a surface; only in space known to be free is it certain that
-    /// what lies across the gap is no background.
+    /// an empty voxel here and there within a surface; only in observed free space is it certain that what is across the
+    /// gap is no background.
     fn reach_voxels(self) -> i32 {
-        if self == Self::Came { 2 } else { 1 }
+        if self == Self::InFreeSpace { 2 } else { 1 }
     }
 }
 
-/// The points that are not still, found by their voxels.
+/// The points that are no background, found by their voxels.
 #[derive(Clone, Debug)]
 pub struct Candidates<'a> {
-    standings: &'a [Standing],
+    classes: &'a [PointClass],
     voxels: &'a [VoxelKey],
     /// Voxel and index of each candidate, sorted.
     by_voxel: Vec<(VoxelKey, usize)>,
 }
 
 impl<'a> Candidates<'a> {
-    /// The candidates among points, whose standings and voxels are given in the same order.
+    /// The candidates among points, whose classes and voxels are given in the same order.
     #[must_use]
-    pub fn new(standings: &'a [Standing], voxels: &'a [VoxelKey]) -> Self {
-        let mut by_voxel: Vec<_> = standings
+    pub fn new(classes: &'a [PointClass], voxels: &'a [VoxelKey]) -> Self {
+        let mut by_voxel: Vec<_> = classes
             .iter()
             .zip(voxels)
             .enumerate()
-            .filter(|(_, (standing, _))| **standing != Standing::Still)
+            .filter(|(_, (class, _))| **class != PointClass::Background)
             .map(|(index, (_, voxel))| (*voxel, index))
             .collect();
         by_voxel.sort_unstable();
-        Self { standings, voxels, by_voxel }
+        Self { classes, voxels, by_voxel }
     }
 
     /// The connected groups of candidates that hold a seed: each in ascending order of the points, the
     /// groups by their first seed. Growth enters only points that `may_take` accepts; seeds are taken
     /// whatever it says.
     ///
-    /// Two points are linked when their voxels touch, or lie one apart where both are `Came`.
+    /// Two points are linked when their voxels touch, or are one apart and both are [`PointClass::InFreeSpace`].
     #[must_use]
     pub fn grown_from(&self, seeds: &[usize], may_take: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
-        let mut seen = vec![false; self.standings.len()];
-        let mut is_seed = vec![false; self.standings.len()];
+        let mut seen = vec![false; self.classes.len()];
+        let mut is_seed = vec![false; self.classes.len()];
         for &seed in seeds {
             is_seed[seed] = true;
         }
@@ -108,7 +108,7 @@ impl<'a> Candidates<'a> {
     }
 
     fn for_each_linked(&self, from: usize, mut visit: impl FnMut(usize)) {
-        let reach = self.standings[from].reach_voxels();
+        let reach = self.classes[from].reach_voxels();
         let VoxelKey { x, y, z } = self.voxels[from];
         let beside = |value: i32, by: i32| value.saturating_add(by);
         for dx in -reach..=reach {
@@ -120,7 +120,7 @@ impl<'a> Candidates<'a> {
                 for &(voxel, to) in self.by_voxel[first..].iter().take_while(|(v, _)| *v <= high) {
                     let dz = voxel.z.saturating_sub(z);
                     let apart = dx.abs().max(dy.abs()).max(dz.saturating_abs());
-                    if apart <= self.standings[to].reach_voxels() {
+                    if apart <= self.classes[to].reach_voxels() {
                         visit(to);
                     }
                 }

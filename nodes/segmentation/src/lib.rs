@@ -7,15 +7,15 @@
 //! | `two_stages` | both in turn | 3.3.3 |
 //! | [`segmenter`] | the method chosen, then the static part in the map frame | eq. 7, 8 |
 //!
-//! The method `free_space` tells what moves by what earlier cycles saw:
+//! The method `free_space` finds what moves by what earlier cycles saw:
 //!
 //! | module | step |
 //! |---|---|
-//! | [`evidence`] | which places of the map were seen free, and where something has stood for long |
+//! | `volume::Occupancy` (another crate) | which places of the map were seen free, and where something has been for long |
 //! | [`recent_views`] | which places the last cycles would have shown taken |
 //! | [`view`] | what the camera can see |
 //! | [`floor`] | the lowest horizontal plane |
-//! | [`seeds`] | where objects are known to be: by zones, by tracks, by what has come into free space |
+//! | [`seeds`] | where objects are known to be: by zones, by tracks, by what is in observed free space |
 //! | [`growth`] | the objects grown from the seeds through the cloud |
 //! | [`tracking`] | the objects followed over the cycles |
 //! | `continuous` | all of them in a frame that does not jump when the map is corrected |
@@ -51,7 +51,6 @@ pub mod angular;
 pub mod config;
 mod continuous;
 pub mod depth_clustering;
-pub mod evidence;
 pub mod floor;
 pub mod free_space;
 pub mod growth;
@@ -66,4 +65,4 @@ mod two_stages;
 pub mod view;
 
 pub use config::{FreeSpaceConfig, SegmentationConfig};
-pub use segmenter::{Judged, SegmentationError, Segmented, Segmenter, Step};
+pub use segmenter::{Judged, SegmentationError, Segmented, Segmenter, SegmenterError, Step};

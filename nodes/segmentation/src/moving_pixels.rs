@@ -3,11 +3,11 @@
 //! The reduced cloud has a point a voxel, and a voxel at the border of an object holds both the object and what is behind or
 //! below it: it is judged as a whole, by its mean. So
 //! 1. the pixels of the voxels that move are the object, and the mask grows from them to the object's edge: to neighbouring
-//!    pixels whose depths join on, as far as a voxel judged the other way may reach;
+//!    pixels of continuous depth, as far as a voxel that was judged static may reach;
 //! 2. a margin is added, whatever the depths: a camera sees, at the edge of an object, depths between it and the background.
 //!
-//! The mask may cover too much by as much: the map sees that surface when the object has gone on. What it leaves out of an
-//! object would stay in the map.
+//! So the mask may cover some background: the map sees that surface when the object has moved on. Pixels of an object that
+//! were missing from it would stay in the map.
 
 #[cfg(test)]
 mod tests;
@@ -17,12 +17,12 @@ use std::ops::Range;
 
 use geometry::{
     BuildVoxelHasher, CameraModel, DepthCameraError, DepthFrame, DepthLimits, DepthPixels,
-    DepthProjector, RayTable, VoxelGrid, VoxelKey,
+    DepthProjector, PixelArea, RayTable, VoxelGrid, VoxelKey,
 };
 use nalgebra::{Isometry3, Point3};
 use volume::DepthNoise;
 
-/// The mask grows by so many edges of the reduction's voxels: a pixel of the voxel beside one that moves lies no farther.
+/// The mask grows by so many edges of the reduction's voxels: a pixel of the voxel beside one that moves is no farther.
 const REACH_IN_EDGES: f64 = 2.0;
 /// Depths of one surface differ by so many standard deviations of the noise, ...
 const NOISE_SIGMAS: f32 = 4.0;
@@ -71,10 +71,10 @@ impl MovingPixels {
         let Some(known) = self.known_camera(frame.camera(), rig_from_camera) else {
             return Ok(is_moving);
         };
-        let rows_px = rows_of(frame.camera(), rig_from_camera, moving, grid.edge_m());
+        let area = area_of(frame.camera(), rig_from_camera, moving, grid.edge_m());
         let mut object = Vec::new();
         let (mut last, mut is_last_moving) = (VoxelKey::default(), false);
-        known.projector.for_each_voxel(frame.image(), rows_px, &grid, |pixel, voxel| {
+        known.projector.for_each_voxel(frame.image(), area, &grid, |pixel, voxel| {
             if voxel != last || object.is_empty() {
                 (last, is_last_moving) = (voxel, voxels.contains(&voxel));
             }
@@ -113,35 +113,65 @@ impl MovingPixels {
     }
 }
 
-/// The rows that the voxels of these points may be seen in.
-fn rows_of<'a>(
+/// The pixels that the voxels of these points may be seen in.
+fn area_of<'a>(
     camera: &CameraModel,
     rig_from_camera: &Isometry3<f64>,
     points_in_rig: impl Iterator<Item = &'a Point3<f32>>,
     edge_m: f64,
-) -> Range<usize> {
-    let all = 0..camera.height_px;
+) -> PixelArea {
+    let whole = PixelArea::whole(camera.width_px, camera.height_px);
     if !camera.distortion.is_none() {
-        return all;
+        return whole;
     }
     // From a point of a voxel to any other.
     let reach_m = 3.0_f64.sqrt() * edge_m;
-    let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut columns_px = Bounds::default();
+    let mut rows_px = Bounds::default();
     for point in points_in_rig {
         let point = rig_from_camera.inverse_transform_point(&point.cast::<f64>());
         if point.z <= 2.0 * reach_m {
-            return all;
+            return whole;
         }
-        let slope = point.y / point.z;
-        let aside = (1.0 + slope.abs()) * reach_m / (point.z - reach_m);
-        first = first.min(camera.cy_px + camera.fy_px * (slope - aside));
-        last = last.max(camera.cy_px + camera.fy_px * (slope + aside));
+        let aside = |slope: f64| (1.0 + slope.abs()) * reach_m / (point.z - reach_m);
+        let CameraModel { fx_px, fy_px, cx_px, cy_px, .. } = *camera;
+        let (x, y) = (point.x / point.z, point.y / point.z);
+        columns_px.join(cx_px + fx_px * x, fx_px * aside(x));
+        rows_px.join(cy_px + fy_px * y, fy_px * aside(y));
     }
-    if first > last {
-        return 0..0;
+    PixelArea {
+        columns_px: columns_px.within(camera.width_px),
+        rows_px: rows_px.within(camera.height_px),
     }
-    // The casts saturate.
-    (first.floor() as usize).min(camera.height_px)..(last.ceil() as usize + 1).min(camera.height_px)
+}
+
+/// The least and the greatest of some coordinates of the image, in pixels.
+struct Bounds {
+    least_px: f64,
+    most_px: f64,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { least_px: f64::INFINITY, most_px: f64::NEG_INFINITY }
+    }
+}
+
+impl Bounds {
+    fn join(&mut self, middle_px: f64, aside_px: f64) {
+        self.least_px = self.least_px.min(middle_px - aside_px);
+        self.most_px = self.most_px.max(middle_px + aside_px);
+    }
+
+    /// The whole pixels; none where nothing was joined.
+    fn within(&self, size_px: usize) -> Range<usize> {
+        if self.least_px > self.most_px {
+            return 0..0;
+        }
+        // The casts saturate.
+        (self.least_px.floor() as usize).min(size_px)
+            ..(self.most_px.ceil() as usize).saturating_add(1).min(size_px)
+    }
 }
 
 /// How the mask grows.

@@ -4,67 +4,68 @@ use geometry::{DetectedCycle, DynamicZone, ReturnSpan};
 use nalgebra::{Point3, Vector3};
 
 use crate::depth_clustering::{depth_groups, nearest_group};
-use crate::growth::{Candidates, Standing};
-use crate::tracking::Expected;
+use crate::growth::{Candidates, PointClass};
+use crate::tracking::Prediction;
 use crate::{FreeSpaceConfig, angular::points_in_zone};
 
-/// The scanner's beam meets something this far above or below the points that are taken for the same thing,
-/// where nothing is known of the space around: a hand's breadth of the camera's rows.
+/// Where nothing is known of the space around, points within this height above or below the scanner's plane are taken for
+/// what the beam hit: a hand's breadth of the camera's rows.
 const SCAN_BAND_M: f64 = 0.25;
 /// Scanner and camera see the object up to half a cycle apart; it moves a cell or two meanwhile.
 const RANGE_TOLERANCE_CELLS: f64 = 1.5;
-/// A body is wider below or above than where the scanner meets it by so much at each side: the arms, the foot of a
-/// pole.
+/// A body is wider above or below the scanner's plane by so much at each side: the arms, the foot of a pole.
 const ASIDE_M: f64 = 0.3;
-/// So many points of a zone must be newcomers to their places for the others to be left to the growth.
-const MIN_CAME: usize = 3;
+/// With so many newly occupied points in a zone, the others are left to the growth.
+const MIN_NEWLY_OCCUPIED: usize = 3;
 
 /// The points that growth starts from.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Seeds {
     /// All of them, ascending.
     pub points: Vec<usize>,
-    /// For each point of the cycle, whether it is a seed since a zone lies on it or beside it.
+    /// For each point of the cycle, whether it is a seed since a zone covers it or is beside it.
     pub is_of_zone: Vec<bool>,
     /// Points of the cycle within a zone, whatever their distance.
     pub in_zone: usize,
 }
 
 /// The seeds of a cycle: by its zones, by the objects expected in it, and by the number of points that
-/// stand together where free space was seen.
+/// are connected in observed free space.
 #[must_use]
 pub fn seeds_of(
     config: &FreeSpaceConfig,
     cycle: &DetectedCycle,
     points_in_map: &[Point3<f64>],
-    standings: &[Standing],
+    classes: &[PointClass],
     candidates: &Candidates<'_>,
-    expected: &[Expected],
+    expected: &[Prediction],
 ) -> Seeds {
-    let mut is_seed = vec![false; standings.len()];
-    let mut is_of_zone = vec![false; standings.len()];
-    let mut is_in_zone = vec![false; standings.len()];
+    let mut is_seed = vec![false; classes.len()];
+    let mut is_of_zone = vec![false; classes.len()];
+    let mut is_in_zone = vec![false; classes.len()];
     for zone in &cycle.zones {
         let in_zone = points_in_zone(&cycle.reduced_cloud.points_m, zone);
         for &point in &in_zone {
             is_in_zone[point] = true;
         }
-        let beside = points_beside(cycle, zone, standings);
-        for point in zone_seeds(cycle, zone, &[in_zone, beside].concat(), standings) {
+        let beside = points_beside(cycle, zone, classes);
+        for point in zone_seeds(cycle, zone, &[in_zone, beside].concat(), classes) {
             is_seed[point] = true;
             is_of_zone[point] = true;
         }
     }
     for expected in expected {
         let half_m = expected.half_extent_m + Vector3::repeat(cycle.setup.voxel_edge_m);
-        for (point, standing) in standings.iter().enumerate() {
-            let may = standing.is_newcomer() || (expected.may_be_new && *standing == Standing::New);
+        for (point, class) in classes.iter().enumerate() {
+            let may = class.is_newly_occupied()
+                || (expected.may_take_unknown && *class == PointClass::Unknown);
             let offset_m = (points_in_map[point] - expected.centre_m).abs();
             is_seed[point] |= may && offset_m <= half_m;
         }
     }
-    for group in came_groups(standings, candidates) {
-        let alone = group.iter().filter(|&&point| standings[point] == Standing::Came).count();
+    for group in groups_in_free_space(classes, candidates) {
+        let alone =
+            group.iter().filter(|&&point| classes[point] == PointClass::InFreeSpace).count();
         if alone >= config.min_unzoned_points {
             group.iter().for_each(|&point| is_seed[point] = true);
         }
@@ -79,11 +80,11 @@ fn zone_seeds(
     cycle: &DetectedCycle,
     zone: &DynamicZone,
     in_zone: &[usize],
-    standings: &[Standing],
+    classes: &[PointClass],
 ) -> Vec<usize> {
     let point = |index: usize| &cycle.reduced_cloud.points_m[index];
     let moving: Vec<usize> =
-        in_zone.iter().copied().filter(|&index| standings[index] != Standing::Still).collect();
+        in_zone.iter().copied().filter(|&index| classes[index] != PointClass::Background).collect();
     let at_range: Vec<usize> = match zone.returns {
         Some(ReturnSpan { nearest_m, farthest_m }) => {
             let tolerance_m = RANGE_TOLERANCE_CELLS * cycle.setup.voxel_edge_m;
@@ -91,11 +92,15 @@ fn zone_seeds(
             let distance_m = |index: usize| f64::from(point(index).x.hypot(point(index).y));
             moving.into_iter().filter(|&index| span.contains(&distance_m(index))).collect()
         }
-        // Rec-HV 3.2.6: the nearest group is the object; of what has come, where something has.
+        // Rec-HV 3.2.6: the nearest group is the object; among what is newly occupied, where there is such.
         None => {
-            let newcomers: Vec<usize> =
-                moving.iter().copied().filter(|&index| standings[index].is_newcomer()).collect();
-            let among = if newcomers.len() >= MIN_CAME { newcomers } else { moving };
+            let newly_occupied: Vec<usize> = moving
+                .iter()
+                .copied()
+                .filter(|&index| classes[index].is_newly_occupied())
+                .collect();
+            let among =
+                if newly_occupied.len() >= MIN_NEWLY_OCCUPIED { newly_occupied } else { moving };
             let depths_m = among.iter().map(|&index| point(index).x);
             let groups = depth_groups(depths_m, cycle.setup.voxel_edge_m);
             let farthest_m = nearest_group(&groups).map(|group| group.max_x_m);
@@ -104,12 +109,12 @@ fn zone_seeds(
             among.into_iter().filter(is_nearest).collect()
         }
     };
-    let newcomers: Vec<usize> =
-        at_range.iter().copied().filter(|&index| standings[index].is_newcomer()).collect();
-    if newcomers.len() >= MIN_CAME {
-        return newcomers;
+    let newly_occupied: Vec<usize> =
+        at_range.iter().copied().filter(|&index| classes[index].is_newly_occupied()).collect();
+    if newly_occupied.len() >= MIN_NEWLY_OCCUPIED {
+        return newly_occupied;
     }
-    // Nothing was known to be free here: what the beam met, at the beam's own height.
+    // Nothing was known to be free here: what the beam hit, at the beam's own height.
     at_range
         .into_iter()
         .filter(|&index| {
@@ -118,8 +123,8 @@ fn zone_seeds(
         .collect()
 }
 
-/// The newcomers beside a zone, away from any surface.
-fn points_beside(cycle: &DetectedCycle, zone: &DynamicZone, standings: &[Standing]) -> Vec<usize> {
+/// The newly occupied points beside a zone, away from any surface.
+fn points_beside(cycle: &DetectedCycle, zone: &DynamicZone, classes: &[PointClass]) -> Vec<usize> {
     let Some(ReturnSpan { nearest_m, .. }) = zone.returns else { return Vec::new() };
     let aside_rad = ASIDE_M.atan2(f64::from(nearest_m));
     let widened = DynamicZone {
@@ -131,14 +136,14 @@ fn points_beside(cycle: &DetectedCycle, zone: &DynamicZone, standings: &[Standin
     let in_zone = points_in_zone(points_m, zone);
     points_in_zone(points_m, &widened)
         .into_iter()
-        .filter(|point| standings[*point].came_alone())
+        .filter(|point| classes[*point].is_apart_from_surfaces())
         .filter(|point| in_zone.binary_search(point).is_err())
         .collect()
 }
 
-/// The connected groups of points that stand where free space was seen.
-fn came_groups(standings: &[Standing], candidates: &Candidates<'_>) -> Vec<Vec<usize>> {
+/// The connected groups of points in observed free space.
+fn groups_in_free_space(classes: &[PointClass], candidates: &Candidates<'_>) -> Vec<Vec<usize>> {
     let alone: Vec<usize> =
-        (0..standings.len()).filter(|&point| standings[point] == Standing::Came).collect();
-    candidates.grown_from(&alone, |point| standings[point].came())
+        (0..classes.len()).filter(|&point| classes[point] == PointClass::InFreeSpace).collect();
+    candidates.grown_from(&alone, |point| classes[point].is_in_free_space())
 }

@@ -7,6 +7,8 @@ use geometry::{
     Method, ParameterError, SegmentationCounts, SegmentedCycle, Track, UnusablePose, check_pose,
 };
 
+use volume::{OccupancyConfigError, ViewError};
+
 use crate::config::SegmentationConfig;
 use crate::continuous::ContinuousSegmenter;
 use crate::free_space::FreeSpaceSegmenter;
@@ -26,7 +28,7 @@ pub enum Step {
     Tracking,
     /// The static part taken to the map frame (3.2.7).
     Transform,
-    /// The verdict as a mask on the depth image; where the map is made of depth images.
+    /// The verdict as a mask on the depth image, where the map is made of depth images.
     Mask,
 }
 
@@ -85,10 +87,24 @@ pub enum SegmentationError {
     },
 }
 
+/// A segmenter cannot be made with these parameters.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum SegmenterError {
+    /// One is out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// There is no evidence with them.
+    #[error(transparent)]
+    Occupancy(#[from] OccupancyConfigError),
+    /// There is no range of depths with them.
+    #[error(transparent)]
+    View(#[from] ViewError),
+}
+
 /// What one cycle's points are.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Judged {
-    /// For each point of the reduced cloud, whether it moves, or has come to its place so lately that it may.
+    /// For each point of the reduced cloud, whether it moves, or is newly occupied and may move.
     pub is_dynamic: Vec<bool>,
     /// The objects followed, by rising number.
     pub tracks: Vec<Track>,
@@ -100,7 +116,8 @@ pub struct Judged {
 #[derive(Clone, Debug)]
 pub struct Segmenter {
     implementation: Implementation,
-    moving_pixels: MovingPixels,
+    /// Where the map is made of depth images.
+    moving_pixels: Option<MovingPixels>,
 }
 
 /// The two methods: each a whole implementation, chosen once.
@@ -115,18 +132,19 @@ impl Segmenter {
     ///
     /// # Errors
     /// When a parameter is out of its range.
-    pub fn new(config: SegmentationConfig) -> Result<Self, ParameterError> {
+    pub fn new(config: SegmentationConfig) -> Result<Self, SegmenterError> {
         config.validate()?;
         let edge_m = config.pipeline.voxel_edge_m;
         let grid = config.pipeline.voxel_grid()?;
         let implementation = match config.pipeline.method {
             Method::RecHv => Implementation::RecHv(TwoStages { cell_m: edge_m }),
             Method::FreeSpace => Implementation::FreeSpace(Box::new(ContinuousSegmenter {
-                segmenter: FreeSpaceSegmenter::new(config.free_space, grid),
+                segmenter: FreeSpaceSegmenter::new(config.free_space, grid)?,
                 frame: ContinuousFrame::default(),
             })),
         };
-        Ok(Self { implementation, moving_pixels: MovingPixels::new(grid) })
+        let moving_pixels = config.pipeline.depth_map_edge_m().map(|_| MovingPixels::new(grid));
+        Ok(Self { implementation, moving_pixels })
     }
 
     /// Takes the trajectory of the platform as the map of its poses has it by now: a map that is corrected is no motion, and
@@ -139,12 +157,22 @@ impl Segmenter {
         }
     }
 
-    /// Voxels of evidence held now, at most `max_evidence_voxels`; the method of Rec-HV holds none.
+    /// Blocks of evidence held now, at most `max_evidence_blocks`; the method of Rec-HV holds none.
     #[must_use]
-    pub fn evidence_voxels(&self) -> usize {
+    pub fn evidence_blocks(&self) -> usize {
         match &self.implementation {
             Implementation::RecHv(_) => 0,
-            Implementation::FreeSpace(free_space) => free_space.segmenter.evidence_voxels(),
+            Implementation::FreeSpace(free_space) => free_space.segmenter.evidence_blocks(),
+        }
+    }
+
+    /// Whether all that the last cycle's image showed has joined the evidence. Otherwise the view has more blocks than
+    /// `max_evidence_blocks`, and what moves is not found everywhere.
+    #[must_use]
+    pub fn evidence_is_whole(&self) -> bool {
+        match &self.implementation {
+            Implementation::RecHv(_) => true,
+            Implementation::FreeSpace(free_space) => free_space.segmenter.evidence_is_whole(),
         }
     }
 
@@ -169,16 +197,16 @@ impl Segmenter {
         let static_cloud = static_in_rig.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
         let dynamic_cloud = part_of(&cycle.reduced_cloud, &is_dynamic, true);
         observe(Step::Transform);
-        let depth = match &cycle.depth {
-            None => None,
-            Some(frame) => {
+        let depth = match (&cycle.depth, &mut self.moving_pixels) {
+            (Some(frame), Some(moving_pixels)) => {
                 let frame = Arc::clone(frame);
                 let rig_from_camera = &cycle.setup.mounts.rig_from_camera;
                 let moving = dynamic_cloud.points_m.iter();
-                let is_moving = self.moving_pixels.mask(&frame, rig_from_camera, moving)?;
+                let is_moving = moving_pixels.mask(&frame, rig_from_camera, moving)?;
                 observe(Step::Mask);
                 Some(MaskedDepth { frame, is_moving })
             }
+            _ => None,
         };
 
         let counts = SegmentationCounts {

@@ -6,7 +6,7 @@ mod tests;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use geometry::{Cloud, DetectedCycle, SegmentedCycle};
+use geometry::{Cloud, DetectedCycle, Method, SegmentedCycle};
 use msgs::convert;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
@@ -40,7 +40,7 @@ const FAILED: &str = "segmentation failed";
 /// seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
 
-/// Each path tells the whole way.
+/// Each path holds the whole trajectory.
 const PATHS_KEPT: usize = 5;
 
 /// A viewer needs the latest markers alone.
@@ -88,6 +88,9 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
     Ok(())
 }
 
+/// The condition of the evidence on free space.
+const EVIDENCE: &str = "evidence";
+
 /// What makes a cycle take less time.
 const REMEDY: &str = "raise the pipeline's voxel_edge_m, or lower evidence_reach_m";
 
@@ -96,6 +99,7 @@ pub struct Stage {
     cycles: ValueSubscription<DetectedCycle>,
     paths: Subscription<Path>,
     bad_paths: Throttle,
+    partial_evidence: Throttle,
     pipeline: PipelineWatch,
     config: SegmentationConfig,
     segmenter: Segmenter,
@@ -120,6 +124,7 @@ impl Stage {
         Ok(Self {
             paths,
             bad_paths: Throttle::for_warnings(),
+            partial_evidence: Throttle::for_warnings(),
             pipeline: PipelineWatch::new(parameters.config.pipeline.clone(), node.counters()),
             config: parameters.config.clone(),
             segmenter: Segmenter::new(parameters.config.clone())?,
@@ -197,6 +202,7 @@ impl Stage {
             .check(&cycle.setup, &cycle.reduced_cloud.frame_id)
             .map_err(|mismatch| (PipelineWatch::MISMATCH, mismatch.to_string()))?;
         timer.end_of("convert");
+        let has_depth = cycle.depth.is_some();
         let Segmented { cycle, tracks, counts } = self
             .segmenter
             .step(&cycle, |step| timer.end_of(step.name()))
@@ -211,12 +217,7 @@ impl Stage {
         self.markers
             .publish_if_awaited(|| convert::markers_from_tracks(map.stamp, &map.frame_id, &tracks));
         timer.end_of("publish");
-        let evidence = self.segmenter.evidence_voxels();
-        self.counters.note_fill(
-            "evidence voxels",
-            evidence,
-            self.config.free_space.max_evidence_voxels,
-        );
+        self.note_evidence(cycle.index, has_depth);
         Ok([
             ("points_reduced", counts.reduced as u64),
             ("points_in_zone", counts.in_zone as u64),
@@ -224,5 +225,31 @@ impl Stage {
             ("points_static", cycle.static_cloud.points_m.len() as u64),
             ("tracks", tracks.len() as u64),
         ])
+    }
+
+    /// Reports how much evidence there is, and why there is less than a cycle should give.
+    fn note_evidence(&mut self, cycle: u32, has_depth: bool) {
+        if self.config.pipeline.method != Method::FreeSpace {
+            return;
+        }
+        let most = self.config.free_space.max_evidence_blocks;
+        self.counters.note_fill("evidence blocks", self.segmenter.evidence_blocks(), most);
+        let lack = if !has_depth {
+            Some("has no depth image: nothing is observed free".to_owned())
+        } else if !self.segmenter.evidence_is_whole() {
+            Some(format!(
+                "shows more than the {most} blocks of max_evidence_blocks: free space is observed in a part of the view; raise \
+                 it or voxel_edge_m, or lower evidence_reach_m"
+            ))
+        } else {
+            None
+        };
+        let text = lack.as_deref().unwrap_or("whole");
+        self.counters.note_condition(EVIDENCE, text, lack.is_some());
+        if let Some(lack) = &lack
+            && let Some(held_back) = self.partial_evidence.pass()
+        {
+            tracing::warn!("cycle {cycle} {lack} ({held_back} more since the last warning)");
+        }
     }
 }

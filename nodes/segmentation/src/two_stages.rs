@@ -48,7 +48,7 @@ impl TwoStages {
         }
     }
 
-    /// Marks the points of one zone: the object up to x_max, and what lies behind it.
+    /// Marks the points of one zone: the object up to x_max, and what is behind it.
     fn mark_object(&self, points_m: &[Point3<f32>], in_zone: &[usize], parts: &mut [Part]) {
         let groups = depth_groups(in_zone.iter().map(|index| points_m[*index].x), self.cell_m);
         let x_max_m = nearest_group(&groups).map(|object| object.max_x_m);

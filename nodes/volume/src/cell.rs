@@ -109,6 +109,12 @@ impl Cell {
         self.hits >= LEAST_HITS_OF_SURFACE && hits * PASSES_PER_HIT_WHERE_OCCUPIED >= passes
     }
 
+    /// Whether it was hit in enough cycles to mean something.
+    #[must_use]
+    pub fn was_hit(&self) -> bool {
+        self.hits >= LEAST_HITS
+    }
+
     /// Cycles in which it was hit; fading.
     #[must_use]
     pub fn hits(&self) -> u8 {

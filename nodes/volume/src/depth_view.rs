@@ -241,6 +241,11 @@ impl DepthView {
         self.tiles.refill(self.levels.finest(), width_px, height_px);
     }
 
+    /// Empties it.
+    pub fn clear(&mut self) {
+        self.levels.clear();
+    }
+
     /// Whether it holds no image.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -1,12 +1,13 @@
 //! What is known of each place: free, occupied or unknown, and since when.
 //!
-//! - **Hits.** A pixel that shows what does not move hits the voxel that its point is in. Of a fine image every second, third or
-//!   fourth pixel is looked at, so that a voxel at the end of the reach has two or more an axis.
+//! - **Hits.** A point of the cycle that does not move hits the voxel that it is in. It is the mean of a voxel's depths: the noise
+//!   of single pixels would make each surface voxels thick.
 //! - **Passes.** A voxel is passed where all pixels that it may cover show something farther away, by an edge at least. A ray
 //!   through its middle alone would say too much: rays over a floor pass through the voxels that the floor is in (the
 //!   discretisation of Hornung et al., "OctoMap", 2013, section 5.1). So surfaces at a low angle are not cleared.
 //! - **No return.** Where most pixels of a tile show nothing, nothing is known: something dark may be there.
 //! - **What moves** hits nothing; what is before it is free.
+//! - **A hit outweighs** the passes of its cycle.
 //!
 //! A block of which each voxel has been free for long is one cell: free space costs little memory. See [`crate::Cell`] for what
 //! is made of hits and passes.
@@ -20,12 +21,10 @@ use nalgebra::Point3;
 
 use crate::block::{BlockKey, voxel_index};
 use crate::cell::{Cell, CellState};
-use crate::depth_view::{DepthView, with_projection};
 use crate::layer::Layer;
 use crate::ticks::Ticks;
 use block::OccupancyBlock;
 pub use config::{OccupancyConfig, OccupancyConfigError};
-use update::ToVoxels;
 
 /// What is known of a place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -58,7 +57,7 @@ pub struct OccupancyUpdate {
 }
 
 /// Evidence on space. See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Occupancy {
     config: OccupancyConfig,
     grid: VoxelGrid,
@@ -86,6 +85,15 @@ impl Occupancy {
         })
     }
 
+    /// Sets the moment that what follows is of. What is known is forgotten when more time has passed since the first moment
+    /// than the moments of voxels can say, 497 days: a clock that began at 0 and was set, for the most part.
+    pub fn begin_cycle(&mut self, stamp: Stamp) {
+        if self.ticks.are_over_at(stamp) {
+            self.clear();
+        }
+        self.now = self.ticks.at(stamp);
+    }
+
     /// What is known of the place of a point of the map.
     #[must_use]
     pub fn place(&self, point_in_map: &Point3<f64>) -> Place {
@@ -110,6 +118,13 @@ impl Occupancy {
         block.map_or_else(Cell::default, |block| block.cell(voxel_index(voxel)))
     }
 
+    /// Whether hardly anything ever ended in a place, and no surface is beside it.
+    #[must_use]
+    pub fn is_untouched(&self, point_in_map: &Point3<f64>) -> bool {
+        let was_hit = self.voxel(point_in_map).is_some_and(|voxel| self.cell(voxel).was_hit());
+        !was_hit && !self.is_near_surface(point_in_map, 1)
+    }
+
     /// Whether one of the voxels no more than `steps` away along each axis is of a surface, or may be. Of a surface not all
     /// voxels are hit in each cycle, so that a place beside one is free only for what is part of something larger.
     #[must_use]
@@ -118,31 +133,6 @@ impl Occupancy {
             let beside = voxel.within(steps).filter(|beside| *beside != voxel);
             beside.into_iter().any(|beside| self.cell(beside).may_be_surface())
         })
-    }
-
-    /// Calls `visit` with each `step`-th pixel of each `step`-th row that shows a depth: its index, its point in the map, and
-    /// what was known of that place before the image is joined.
-    pub fn for_each_pixel(
-        &self,
-        view: &DepthView,
-        step: usize,
-        mut visit: impl FnMut(usize, &Point3<f64>, Place),
-    ) {
-        let mut last: Option<(BlockKey, Option<&OccupancyBlock>)> = None;
-        let to_voxels = ToVoxels::of(view, self.config.edge_m);
-        with_projection!(view.kind, projection => {
-            update::for_each_depth(view, &projection, step, |pixel, _, point_m| {
-                let (voxel, point) = (to_voxels.voxel(&point_m), to_voxels.in_map_m(&point_m));
-                let key = BlockKey::of(voxel);
-                let block = match last {
-                    Some((last_key, block)) if last_key == key => block,
-                    _ => self.layer.get(key),
-                };
-                last = Some((key, block));
-                let cell = block.map_or_else(Cell::default, |block| block.cell(voxel_index(voxel)));
-                visit(pixel, &point, self.place_of(&cell));
-            });
-        });
     }
 
     /// Takes a place for free: the camera would have seen what is there now.
@@ -164,14 +154,8 @@ impl Occupancy {
 
     fn change(&mut self, point_in_map: &Point3<f64>, change: impl FnOnce(&mut Cell)) {
         let Some(voxel) = self.voxel(point_in_map) else { return };
-        let key = BlockKey::of(voxel);
-        if self.layer.get(key).is_none() {
-            if self.layer.len() >= self.config.max_blocks {
-                return;
-            }
-            self.layer.insert(key, OccupancyBlock::default());
-        }
-        if let Some(block) = self.layer.get_mut(key) {
+        let slot = self.slot_or_new(BlockKey::of(voxel), &mut OccupancyUpdate::default());
+        if let Some(block) = slot.and_then(|slot| self.layer.at_mut(slot)) {
             change(block.cell_mut(voxel_index(voxel)));
         }
     }

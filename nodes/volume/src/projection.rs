@@ -69,6 +69,7 @@ pub(crate) trait Project: Copy + Sync {
     fn pixel_slope(&self) -> f32;
 
     /// The point of the camera frame that a pixel shows at a depth.
+    #[cfg(test)]
     fn point_m(&self, column: usize, row: usize, depth_m: f32) -> [f32; 3];
 
     /// Points of the camera frame whose hull holds all that the image shows up to a depth.

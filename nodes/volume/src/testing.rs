@@ -3,6 +3,7 @@
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
+use crate::projection::Project;
 use crate::{DepthInput, DepthNoise, DepthRange, DepthView};
 
 /// A Kinect with an image of so many pixels.
@@ -173,4 +174,16 @@ pub(crate) fn plain_span(view: &DepthView, columns: [u32; 2], rows: [u32; 2]) ->
         }
     }
     (free_to_m, known_to_m)
+}
+
+/// The points of the pixels that show what is static, in the map.
+pub(crate) fn static_points_in_map(view: &DepthView) -> Vec<Point3<f64>> {
+    let crate::depth_view::Kind::Pinhole(projection) = view.kind else { return Vec::new() };
+    let (width_px, _) = view.levels.size();
+    let pixels = view.levels.finest().iter().enumerate().filter(|(_, depth_m)| **depth_m > 0.0);
+    let point = |(pixel, depth_m): (usize, &f32)| {
+        let point_m = projection.point_m(pixel % width_px, pixel / width_px, *depth_m);
+        view.map_from_camera * Point3::from(point_m).cast::<f64>()
+    };
+    pixels.map(point).collect()
 }

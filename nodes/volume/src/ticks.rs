@@ -19,6 +19,12 @@ impl Ticks {
         ((stamp.seconds_since(start) / TICK_S).round() as u32).saturating_add(1)
     }
 
+    /// Whether a moment is later than the last one that can be told apart.
+    pub(crate) fn are_over_at(&self, stamp: Stamp) -> bool {
+        let elapsed_s = self.start.map_or(0.0, |start| stamp.seconds_since(start));
+        elapsed_s >= f64::from(u32::MAX - 1) * TICK_S
+    }
+
     /// `None` for 0, which is no moment.
     pub(crate) fn stamp(&self, tick: u32) -> Option<Stamp> {
         let ticks = tick.checked_sub(1)?;

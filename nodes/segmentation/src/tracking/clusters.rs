@@ -1,5 +1,4 @@
-//! Groups of points to objects: what hangs together above another group's gap is one, and one group that two
-//! objects are expected in is two.
+//! Groups of points to objects: fragments of one body are joined, and a group in which two objects are predicted is split.
 
 use nalgebra::Point3;
 
@@ -7,21 +6,21 @@ use super::observation::CycleCloud;
 
 /// Groups whose footprints are nearer than this are one object: legs and trunk with a table between.
 const JOIN_M: f64 = 0.2;
-/// What hangs in the air is carried: a group above another belongs to it across a gap of this, half of what a body is
-/// wide. Between them are black trousers, or a pole that is too thin.
-const CARRIED_M: f64 = 0.4;
+/// A group above another belongs to the same object across a gap of this, half the width of a body: between them are black
+/// trousers, or a pole that is too thin.
+const GAP_ABOVE_M: f64 = 0.4;
 /// An object is expected in a group when a point of it is horizontally so near to its centre: a body's depth,
 /// and what it may have swerved.
 const CLAIM_M: f64 = 0.3;
 /// A part with fewer points is no object of its own.
 const MIN_PART_POINTS: usize = 4;
 
-/// The points of one object, as far as the cycle tells.
+/// The points of one object, as far as the cycle shows.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Cluster {
     /// Its points, ascending.
     pub(super) points: Vec<usize>,
-    /// Whether expectations parted it from others.
+    /// Whether predictions split it from others.
     pub(super) is_split: bool,
 }
 
@@ -38,7 +37,7 @@ fn horizontal_m(a: &Point3<f64>, b: &Point3<f64>) -> f64 {
     (a.xy() - b.xy()).norm()
 }
 
-/// Joins groups whose footprints come near each other, and one that hangs above another with it.
+/// Joins groups whose footprints come near each other, and those above another across a gap.
 fn joined(cloud: &CycleCloud<'_>, groups: &[&[usize]]) -> Vec<Vec<usize>> {
     let place = |index: usize| &cloud.points_in_map[index];
     let heights_m = |group: &[usize]| {
@@ -52,7 +51,7 @@ fn joined(cloud: &CycleCloud<'_>, groups: &[&[usize]]) -> Vec<Vec<usize>> {
     let touch = |a: &[usize], b: &[usize]| {
         let (least_a, most_a) = heights_m(a);
         let (least_b, most_b) = heights_m(b);
-        let gap_m = if least_a > most_b || least_b > most_a { CARRIED_M } else { JOIN_M };
+        let gap_m = if least_a > most_b || least_b > most_a { GAP_ABOVE_M } else { JOIN_M };
         a.iter().any(|&i| b.iter().any(|&j| horizontal_m(place(i), place(j)) <= gap_m))
     };
     let mut left: Vec<&[usize]> = groups.to_vec();

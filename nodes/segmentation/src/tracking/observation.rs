@@ -33,7 +33,7 @@ pub(super) struct Observation {
     /// Its edge lengths along the axes of the map, a voxel included.
     pub(super) extent_m: Vector3<f64>,
     /// From the centre to the least and to the largest coordinates along the axes of the map, a half of a voxel
-    /// included. The centre is that of the pixels, and not in the middle of what stands behind them.
+    /// included. The centre is the mean of the pixels, not the middle of the box.
     pub(super) reach_m: Reach,
     /// The horizontal direction in the map from its right to its left, seen from the camera.
     pub(super) across: Vector3<f64>,
@@ -106,7 +106,7 @@ impl Observation {
         })
     }
 
-    /// Marks the ends at which `other` stands before this.
+    /// Marks the ends at which `other` hides this.
     pub(super) fn hide_behind(&mut self, other: &Self, cell_m: f64) {
         if other.distance_m > self.distance_m - HIDING_M {
             return;
@@ -149,7 +149,7 @@ fn visible_centre_m(seen: &[Seen]) -> Option<Point3<f64>> {
     (count > 0.0).then(|| Point3::from(sum_m / count))
 }
 
-/// Whether something stands before a place of the map: points of the cycle, clearly nearer, in the same
+/// Whether something hides a place of the map: points of the cycle, clearly nearer, in the same
 /// direction to the width of a voxel.
 pub(super) fn is_hidden(cloud: &CycleCloud<'_>, place_in_map: &Point3<f64>) -> bool {
     let in_rig = cloud.cycle.map_from_rig.inverse_transform_point(place_in_map);

@@ -21,7 +21,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
             }
         }
         let points = (first..points_m.len()).collect();
-        groups.push(MovingGroup { points, in_zone: true, came: true });
+        groups.push(MovingGroup { points, in_zone: true, in_free_space: true });
     }
     let stamp = Stamp::from_nanos(index * 143_000_000);
     let cycle = DetectedCycle {
@@ -51,12 +51,12 @@ fn cloud<'a>(cycle: &'a DetectedCycle, points_in_map: &'a [Point3<f64>]) -> Cycl
     CycleCloud { cycle, points_in_map, camera_in_map: Point3::origin(), view, cell_m: CELL_M }
 }
 
-fn follow(tracker: &mut Tracker, index: i64, screens: &[(f64, f64)]) -> Vec<Track> {
+fn update(tracker: &mut Tracker, index: i64, screens: &[(f64, f64)]) -> Vec<Track> {
     let (cycle, groups) = cycle(index, screens);
     let points_in_map = in_map(&cycle);
     let cloud = cloud(&cycle, &points_in_map);
-    tracker.expect(cycle.reduced_cloud.stamp);
-    tracker.follow(&cloud, &groups).tracks
+    tracker.predict(cycle.reduced_cloud.stamp);
+    tracker.update(&cloud, &groups).tracks
 }
 
 fn tracker() -> Tracker {
@@ -68,7 +68,7 @@ fn an_object_is_a_track_from_its_second_cycle_and_its_velocity_is_found() {
     let mut tracker = tracker();
     let mut tracks = Vec::new();
     for index in 0..12 {
-        tracks = follow(&mut tracker, index, &[(2.0, -0.8 + 0.143 * index as f64)]);
+        tracks = update(&mut tracker, index, &[(2.0, -0.8 + 0.143 * index as f64)]);
         assert_eq!(tracks.len(), usize::from(index > 0));
     }
     assert_eq!((tracks[0].id, tracks[0].unseen_cycles), (0, 0));
@@ -81,22 +81,22 @@ fn an_object_is_a_track_from_its_second_cycle_and_its_velocity_is_found() {
 #[test]
 fn one_that_is_seen_once_is_none_and_one_that_is_gone_ends() {
     let mut tracker = tracker();
-    follow(&mut tracker, 0, &[(2.0, 0.0)]);
+    update(&mut tracker, 0, &[(2.0, 0.0)]);
     for index in 1..5 {
-        assert_eq!(follow(&mut tracker, index, &[]), []);
+        assert_eq!(update(&mut tracker, index, &[]), []);
     }
     for index in 5..8 {
-        follow(&mut tracker, index, &[(2.0, 0.5)]);
+        update(&mut tracker, index, &[(2.0, 0.5)]);
     }
-    let unseen = follow(&mut tracker, 8, &[]);
+    let unseen = update(&mut tracker, 8, &[]);
     assert_eq!((unseen[0].id, unseen[0].unseen_cycles), (0, 1));
     for index in 9..30 {
-        follow(&mut tracker, index, &[]);
+        update(&mut tracker, index, &[]);
     }
-    assert_eq!(follow(&mut tracker, 30, &[]), []);
+    assert_eq!(update(&mut tracker, 30, &[]), []);
     // A number is used once.
-    follow(&mut tracker, 31, &[(2.0, 0.5)]);
-    assert_eq!(follow(&mut tracker, 32, &[(2.0, 0.5)])[0].id, 1);
+    update(&mut tracker, 31, &[(2.0, 0.5)]);
+    assert_eq!(update(&mut tracker, 32, &[(2.0, 0.5)])[0].id, 1);
 }
 
 /// Regression: a person of whom a hand and a foot came into view first was two objects for as long as it was seen, each
@@ -104,15 +104,15 @@ fn one_that_is_seen_once_is_none_and_one_that_is_gone_ends() {
 #[test]
 fn a_body_whose_ends_come_into_view_first_is_one() {
     let mut tracker = tracker();
-    follow(&mut tracker, 0, &[(2.0, -1.0), (2.0, -0.3)]);
-    assert_eq!(tracker.followed.len(), 2);
+    update(&mut tracker, 0, &[(2.0, -1.0), (2.0, -0.3)]);
+    assert_eq!(tracker.objects.len(), 2);
     for index in 1..8 {
         let y_m = -0.65 + 0.143 * index as f64;
         let body = [(2.0, y_m - 0.35), (2.0, y_m), (2.0, y_m + 0.35)];
-        let tracks = follow(&mut tracker, index, &body);
+        let tracks = update(&mut tracker, index, &body);
         assert_eq!(tracks.len(), 1, "cycle {index}: {tracks:?}");
         assert!((tracks[0].position_m.y - y_m).abs() < 1e-6, "cycle {index}: {tracks:?}");
-        assert_eq!(tracker.followed.len(), 1);
+        assert_eq!(tracker.objects.len(), 1);
     }
 }
 
@@ -125,7 +125,7 @@ fn one_behind_another_coasts_and_keeps_its_number() {
         let hidden = (5..9).contains(&index);
         let screens: &[(f64, f64)] =
             if hidden { &[(1.5, -0.1)] } else { &[(1.5, -0.1), far(index)] };
-        let tracks = follow(&mut tracker, index, screens);
+        let tracks = update(&mut tracker, index, screens);
         if index > 1 {
             assert_eq!(tracks.iter().map(|track| track.id).collect::<Vec<_>>(), [0, 1]);
             let off_m = (tracks[1].position_m.y - far(index).1).abs();
@@ -138,11 +138,11 @@ fn one_behind_another_coasts_and_keeps_its_number() {
 fn two_that_meet_in_one_group_are_parted_by_where_they_are_expected() {
     let mut tracker = tracker();
     let places = |index: i64| {
-        let way_m = 0.143 * index as f64;
-        [(2.0, -1.0 + way_m), (2.45, 1.0 - way_m)]
+        let travelled_m = 0.143 * index as f64;
+        [(2.0, -1.0 + travelled_m), (2.45, 1.0 - travelled_m)]
     };
     for index in 0..15 {
-        let tracks = follow(&mut tracker, index, &places(index));
+        let tracks = update(&mut tracker, index, &places(index));
         if index > 1 {
             assert_eq!(tracks.iter().map(|track| track.id).collect::<Vec<_>>(), [0, 1]);
             assert!(tracks[0].velocity_m_per_s.y > 0.3 && tracks[1].velocity_m_per_s.y < -0.3);
@@ -151,7 +151,7 @@ fn two_that_meet_in_one_group_are_parted_by_where_they_are_expected() {
 }
 
 /// Regression: the screen of a robot whose pole no ray meets was one object, and its base, farther back, another that
-/// nobody followed; the track's position was that of the screen.
+/// nobody tracked; the track's position was that of the screen.
 #[test]
 fn what_hangs_above_a_group_belongs_to_it_and_what_stands_beside_it_does_not() {
     let column = |x_m: f64, from_m: f64| {
@@ -188,9 +188,9 @@ fn all_of_what_was_seen_is_expected_wherever_most_of_its_pixels_are() {
     let points_in_map = in_map(&cycle);
     let cloud = cloud(&cycle, &points_in_map);
     let mut tracker = tracker();
-    tracker.expect(cycle.reduced_cloud.stamp);
-    tracker.follow(&cloud, &groups);
-    let expected = tracker.expect(cycle.reduced_cloud.stamp)[0];
+    tracker.predict(cycle.reduced_cloud.stamp);
+    tracker.update(&cloud, &groups);
+    let expected = tracker.predict(cycle.reduced_cloud.stamp)[0];
     for &point in &groups[0].points {
         let offset_m = (points_in_map[point] - expected.centre_m).abs();
         assert!(offset_m <= expected.half_extent_m, "{point}: {offset_m} of {expected:?}");

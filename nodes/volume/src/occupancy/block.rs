@@ -52,15 +52,16 @@ impl OccupancyBlock {
         }
     }
 
-    /// A point of this image is in a voxel.
-    #[inline]
-    pub(super) fn mark_hit(&mut self, index: usize, image: u32) {
-        if self.image != image {
-            (self.hits, self.image) = (Bits::default(), image);
+    /// A point of this image is in a voxel. Returns whether it is the first one in this block.
+    pub(super) fn mark_hit(&mut self, index: usize, image: u32) -> bool {
+        let is_first = self.image != image;
+        if is_first {
+            (self.hits, self.image, self.seen_by) = (Bits::default(), image, image);
         }
         if let Some(bits) = self.hits.get_mut(index / 64) {
             *bits |= 1 << (index % 64);
         }
+        is_first
     }
 
     /// Joins the hits of this image.
@@ -68,12 +69,14 @@ impl OccupancyBlock {
         if self.image == image {
             let hits = self.hits;
             self.for_each_of(&hits, |cell| cell.hit(now));
-            self.seen_by = image;
         }
     }
 
-    /// All of it was free.
+    /// All of it was free, but for what is hit.
     pub(super) fn pass_all(&mut self, image: u32, now: u32) {
+        if self.image == image {
+            return self.pass(&[u64::MAX; BLOCK_VOXELS / 64], image, now);
+        }
         self.seen_by = image;
         match &mut self.cells {
             Cells::Same(cell) => cell.pass(now),
@@ -87,11 +90,15 @@ impl OccupancyBlock {
         }
     }
 
-    /// Some voxels were free.
+    /// Some voxels were free, but for what is hit.
     pub(super) fn pass(&mut self, voxels: &Bits, image: u32, now: u32) {
-        if *voxels != Bits::default() {
+        let mut free = *voxels;
+        if self.image == image {
+            free.iter_mut().zip(self.hits).for_each(|(free, hits)| *free &= !hits);
+        }
+        if free != Bits::default() {
             self.seen_by = image;
-            self.for_each_of(voxels, |cell| cell.pass(now));
+            self.for_each_of(&free, |cell| cell.pass(now));
         }
     }
 

@@ -1,7 +1,10 @@
+use std::collections::HashSet;
+
 use nalgebra::Isometry3;
 use proptest::prelude::*;
 
 use super::*;
+use crate::depth_view::DepthView;
 use crate::projection::{CameraBox, Extent, Project};
 use crate::testing::{self, Scene};
 
@@ -9,12 +12,19 @@ fn occupancy(edge_m: f64) -> Occupancy {
     Occupancy::new(OccupancyConfig { edge_m, reach_m: 4.0, ..OccupancyConfig::default() }).unwrap()
 }
 
+/// Each pixel is a point of its own.
+fn join(occupancy: &mut Occupancy, view: &DepthView) -> OccupancyUpdate {
+    let camera_in_map = view.map_from_camera.translation.vector.into();
+    occupancy.begin_cycle(view.stamp());
+    occupancy.integrate(&camera_in_map, view, &testing::static_points_in_map(view))
+}
+
 fn see(occupancy: &mut Occupancy, scene: &Scene, stamps_s: impl Iterator<Item = u32>) {
     let camera = testing::camera(160, 120);
     for stamp_s in stamps_s {
         let pose = Isometry3::identity();
         let view = testing::view_of_scene(scene, &camera, &pose, f64::from(stamp_s));
-        occupancy.integrate(&view);
+        join(occupancy, &view);
     }
 }
 
@@ -35,29 +45,6 @@ fn a_place_is_free_before_a_wall_occupied_at_it_and_unknown_behind() {
     assert_eq!(known.place(&Point3::new(f64::NAN, 0.0, 1.0)), Place::Unknown);
     assert!(known.is_near_surface(&Point3::new(0.02, 0.02, 2.92), 1));
     assert!(!known.is_near_surface(&Point3::new(0.02, 0.02, 2.6), 1));
-}
-
-#[test]
-fn pixels_are_told_what_was_known_of_their_places() {
-    let mut known = occupancy(0.08);
-    see(&mut known, &Scene::wall(3.0), 0..10);
-    let camera = testing::camera(160, 120);
-    let scene = Scene { balls: vec![(Point3::new(0.0, 0.0, 2.0), 0.3)], ..Scene::wall(3.0) };
-    let view = testing::view_of_scene(&scene, &camera, &Isometry3::identity(), 20.0);
-    let (mut free, mut occupied, mut unknown) = (0, 0, 0);
-    known.for_each_pixel(&view, 1, |pixel, point, place| {
-        assert!(pixel < 160 * 120);
-        match place {
-            Place::Free { .. } => {
-                free += 1;
-                assert!(point.z < 2.3);
-            }
-            Place::Occupied { .. } => occupied += 1,
-            Place::Unknown => unknown += 1,
-        }
-    });
-    assert!(free > 1000, "{free} of the ball");
-    assert!(occupied > 15_000 && unknown < 700, "{occupied} of the wall, {unknown} unknown");
 }
 
 #[test]
@@ -90,7 +77,7 @@ fn what_moves_is_neither_and_what_it_hides_stays() {
             depths_m.clone(),
             Some(&is_moving),
         );
-        known.integrate(&view);
+        join(&mut known, &view);
     }
     let place = |z_m: f64| known.place(&Point3::new(0.02, 0.02, z_m));
     assert_eq!(place(2.0), Place::Free { since: stamp(2) }, "no hit");
@@ -108,7 +95,7 @@ fn where_nothing_comes_back_nothing_is_known() {
             // The left half gives nothing, and one pixel of six of the rest.
             *depth_m = if pixel % 160 < 80 || pixel % 6 == 0 { 0.0 } else { *depth_m };
         }
-        known.integrate(&testing::view_of(&camera, &pose, f64::from(stamp_s), depths_m, None));
+        join(&mut known, &testing::view_of(&camera, &pose, f64::from(stamp_s), depths_m, None));
     }
     assert_eq!(known.place(&Point3::new(-0.5, 0.0, 1.5)), Place::Unknown);
     assert_eq!(known.place(&Point3::new(0.5, 0.0, 1.5)), Place::Free { since: stamp(2) });
@@ -125,7 +112,7 @@ fn rays_that_graze_a_floor_do_not_pass_it() {
     let mut known = occupancy(0.08);
     let look = |known: &mut Occupancy, pose: Isometry3<f64>, stamps_s: std::ops::Range<u32>| {
         for stamp_s in stamps_s {
-            known.integrate(&testing::view_of_scene(&floor, &camera, &pose, f64::from(stamp_s)));
+            join(known, &testing::view_of_scene(&floor, &camera, &pose, f64::from(stamp_s)));
         }
     };
     look(&mut known, testing::pose([0.0, -1.2, 0.0], [-0.5, 0.0, 0.0]), 0..5);
@@ -151,7 +138,7 @@ fn the_bounds_of_memory_and_time_are_kept_and_reported() {
     for step in 0..40 {
         let pose = testing::pose([0.0, 0.0, 0.0], [0.0, 0.2 * f64::from(step), 0.0]);
         let view = testing::view_of_scene(&scene, &camera, &pose, f64::from(step));
-        let update = known.integrate(&view);
+        let update = join(&mut known, &view);
         dropped += update.dropped_blocks;
         is_incomplete |= update.is_incomplete;
         assert!(known.blocks() <= 40);
@@ -161,7 +148,7 @@ fn the_bounds_of_memory_and_time_are_kept_and_reported() {
         let config = OccupancyConfig { max_blocks_per_image: 500, edge_m, ..config };
         let mut known = Occupancy::new(config).unwrap();
         let update =
-            known.integrate(&testing::view_of_scene(&scene, &camera, &Isometry3::identity(), 0.0));
+            join(&mut known, &testing::view_of_scene(&scene, &camera, &Isometry3::identity(), 0.0));
         assert!(update.seen_blocks <= 500);
         assert_eq!(update.is_incomplete, edge_m < 1.0);
     }
@@ -191,8 +178,62 @@ fn a_place_may_be_told_what_it_is() {
     assert_eq!((known.place(&free), known.blocks()), (Place::Unknown, 0));
 }
 
-/// The passes and hits of one image once more, voxel by voxel.
-fn plain(known: &Occupancy, view: &DepthView, voxel: VoxelKey) -> (bool, bool) {
+/// Regression: hits were in reach of the pose of the last image, and without one were lost on a platform that had driven on.
+#[test]
+fn hits_are_in_reach_of_the_camera_without_an_image() {
+    let mut known = occupancy(0.08);
+    see(&mut known, &Scene::wall(3.0), 0..1);
+    let mut blind = testing::view_of_scene(
+        &Scene::wall(3.0),
+        &testing::camera(16, 12),
+        &Isometry3::identity(),
+        0.0,
+    );
+    blind.clear();
+    let (camera, near) = (Point3::new(100.0, 0.0, 0.0), Point3::new(102.0, 0.0, 0.0));
+    for stamp_s in 1..10 {
+        known.begin_cycle(stamp(stamp_s));
+        known.integrate(&camera, &blind, &[near, Point3::new(106.0, 0.0, 0.0)]);
+    }
+    assert_eq!(known.place(&near), Place::Occupied { since: stamp(1), last: stamp(9) });
+    assert_eq!(known.place(&Point3::new(106.0, 0.0, 0.0)), Place::Unknown, "out of reach");
+    assert_eq!(known.place(&Point3::new(101.0, 0.0, 0.0)), Place::Unknown, "nothing is passed");
+}
+
+/// Regression: 497 days after the first moment all were the same one, so that a clock which began at 0 and was set made
+/// background of what was seen for the first time.
+#[test]
+fn a_clock_that_is_set_forward_by_years_begins_anew() {
+    const YEARS_S: u32 = 50 * 365 * 86_400;
+    let mut known = occupancy(0.08);
+    see(&mut known, &Scene::wall(3.0), 0..10);
+    let wall = Point3::new(0.0, 0.0, 3.01);
+    known.begin_cycle(stamp(YEARS_S));
+    assert_eq!(known.place(&wall), Place::Unknown);
+    see(&mut known, &Scene::wall(3.0), YEARS_S..YEARS_S + 10);
+    let (since, last) = (stamp(YEARS_S), stamp(YEARS_S + 9));
+    assert_eq!(known.place(&wall), Place::Occupied { since, last });
+}
+
+#[test]
+fn a_place_is_taken_for_occupied_when_all_blocks_are_in_use() {
+    let config = OccupancyConfig { max_blocks: 40, reach_m: 4.0, ..OccupancyConfig::default() };
+    let mut known = Occupancy::new(config).unwrap();
+    see(&mut known, &Scene::wall(3.0), 0..3);
+    assert!(known.blocks() >= 30, "{}", known.blocks());
+    let nothing = Scene { planes: Vec::new(), balls: Vec::new() };
+    for x in 0..20 {
+        let place = Point3::new(20.0 + f64::from(x), 0.0, 0.0);
+        // What the last image shows is kept: another one is of elsewhere.
+        see(&mut known, &nothing, 4 + x..5 + x);
+        known.take_for_occupied(&place, stamp(1));
+        assert!(matches!(known.place(&place), Place::Occupied { .. }), "{x}");
+        assert!(known.blocks() <= 40);
+    }
+}
+
+/// Whether one image passes a voxel, decided for it alone.
+fn plain_pass(known: &Occupancy, view: &DepthView, voxel: VoxelKey) -> bool {
     let crate::depth_view::Kind::Pinhole(projection) = view.kind else { unreachable!() };
     let edge_m = known.config.edge_m;
     let margins = crate::descent::Margins { before_m: edge_m as f32, behind_m: 0.0, reach_m: 4.0 };
@@ -201,19 +242,21 @@ fn plain(known: &Occupancy, view: &DepthView, voxel: VoxelKey) -> (bool, bool) {
     let half_m =
         [0, 1, 2].map(|axis: usize| 0.5 * steps.iter().map(|step| step[axis].abs()).sum::<f32>());
     let middle_m = judge.in_camera_m(&known.grid.middle_m(voxel));
-    let is_passed = match projection.extent(&CameraBox { middle_m, half_m }) {
+    match projection.extent(&CameraBox { middle_m, half_m }) {
         Extent::Within(covered) if !covered.is_cut && covered.farthest_m <= 4.0 => {
             let span = testing::plain_span(view, covered.columns, covered.rows);
             covered.farthest_m + (edge_m as f32) < span.0
         }
         _ => false,
-    };
-    let mut is_hit = false;
-    update::for_each_depth(view, &projection, known.pixel_step(view), |_, depth_m, point_m| {
-        let point_voxel = update::ToVoxels::of(view, edge_m).voxel(&point_m);
-        is_hit |= depth_m > 0.0 && depth_m <= 4.0 && point_voxel == voxel;
-    });
-    (is_hit, is_passed)
+    }
+}
+
+/// The voxels that one image hits.
+fn plain_hits(known: &Occupancy, view: &DepthView) -> HashSet<VoxelKey> {
+    let camera_from_map = view.map_from_camera.inverse();
+    let mut points = testing::static_points_in_map(view);
+    points.retain(|point| (camera_from_map * point).coords.norm() <= 4.0);
+    points.iter().filter_map(|point| known.voxel(point)).collect()
 }
 
 proptest! {
@@ -240,18 +283,17 @@ proptest! {
         }
         let view = testing::view_of(&camera, &pose, 0.0, depths_m, Some(&is_moving));
         let mut known = occupancy(0.16);
-        known.integrate(&view);
+        join(&mut known, &view);
+        let hits = plain_hits(&known, &view);
         let mut passes = 0;
         for z in -6..28 {
             for y in -16..16 {
                 for x in -16..16 {
                     let voxel = VoxelKey { x, y, z };
-                    let (is_hit, is_passed) = plain(&known, &view, voxel);
                     let mut expected = Cell::default();
-                    if is_hit {
+                    if hits.contains(&voxel) {
                         expected.hit(1);
-                    }
-                    if is_passed {
+                    } else if plain_pass(&known, &view, voxel) {
                         expected.pass(1);
                         passes += 1;
                     }

@@ -1,7 +1,6 @@
 //! How an image is joined to the evidence.
 
-use geometry::VoxelKey;
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use super::block::{Bits, OccupancyBlock};
 use super::{Occupancy, OccupancyUpdate};
@@ -13,121 +12,50 @@ use crate::projection::Project;
 /// What is nearer than all that is seen by so many edges is free: the noise of depth and of poses, and the surface's own
 /// voxels.
 const FREE_BEFORE_IN_EDGES: f64 = 1.0;
-/// A voxel at the end of the reach has so many of the pixels that are looked at along each axis.
-const PIXELS_A_VOXEL: f64 = 2.0;
-/// More pixels are not passed over.
-const MOST_STEP: usize = 4;
 /// The share of the blocks that is dropped when there is no room, so that dropping is rare.
 const DROPPED_SHARE: usize = 4;
 
-/// Calls `visit` with each `step`-th pixel of each `step`-th row that shows something static or moving: its index, its depth,
-/// negative where it moves, and its point in the camera's frame.
-pub(super) fn for_each_depth<P: Project>(
-    view: &DepthView,
-    projection: &P,
-    step: usize,
-    mut visit: impl FnMut(usize, f32, Point3<f32>),
-) {
-    let (width_px, height_px) = view.levels.size();
-    let depths_m = view.levels.finest();
-    for row in (0..height_px).step_by(step.max(1)) {
-        for column in (0..width_px).step_by(step.max(1)) {
-            let pixel = row * width_px + column;
-            let depth_m = depths_m.get(pixel).copied().unwrap_or(0.0);
-            if depth_m != 0.0 {
-                let point_m = projection.point_m(column, row, depth_m.abs());
-                visit(pixel, depth_m, point_m.into());
-            }
-        }
-    }
-}
-
-/// Takes points of the camera's frame to voxels: twelve products, in place of a quaternion's and three divisions.
-pub(super) struct ToVoxels {
-    rotation: Matrix3<f64>,
-    origin: Vector3<f64>,
-    edge_m: f64,
-}
-
-impl ToVoxels {
-    pub(super) fn of(view: &DepthView, edge_m: f64) -> Self {
-        let rotation = view.map_from_camera.rotation.to_rotation_matrix().into_inner() / edge_m;
-        Self { rotation, origin: view.map_from_camera.translation.vector / edge_m, edge_m }
-    }
-
-    #[inline]
-    fn in_edges(&self, point_m: &Point3<f32>) -> Vector3<f64> {
-        self.rotation * point_m.coords.cast::<f64>() + self.origin
-    }
-
-    #[inline]
-    pub(super) fn voxel(&self, point_m: &Point3<f32>) -> VoxelKey {
-        let along = self.in_edges(point_m).map(|along| {
-            // `floor` without the call that some targets make of it. The cast saturates, and takes NaN to 0.
-            let toward_zero = along as i32;
-            toward_zero.saturating_sub(i32::from(along < f64::from(toward_zero)))
-        });
-        VoxelKey { x: along.x, y: along.y, z: along.z }
-    }
-
-    pub(super) fn in_map_m(&self, point_m: &Point3<f32>) -> Point3<f64> {
-        (self.in_edges(point_m) * self.edge_m).into()
-    }
-}
-
 impl Occupancy {
-    /// Joins an image. An empty view changes nothing.
-    pub fn integrate(&mut self, view: &DepthView) -> OccupancyUpdate {
+    /// Joins a cycle of a camera at `camera_in_map`: the points of it that are static, each the mean of a voxel's depths, and
+    /// the image that they are of. An empty view shows nothing free.
+    pub fn integrate<'a>(
+        &mut self,
+        camera_in_map: &Point3<f64>,
+        view: &DepthView,
+        static_points_in_map: impl IntoIterator<Item = &'a Point3<f64>>,
+    ) -> OccupancyUpdate {
         let mut update = OccupancyUpdate::default();
-        if view.is_empty() {
-            return update;
-        }
-        self.now = self.ticks.at(view.stamp);
         self.image = self.image.wrapping_add(1);
-        with_projection!(view.kind, projection => {
-            self.hit(view, &projection, &mut update);
-            self.pass(view, projection, &mut update);
-        });
+        self.hit(camera_in_map, static_points_in_map, &mut update);
+        if !view.is_empty() {
+            with_projection!(view.kind, projection => self.pass(view, projection, &mut update));
+        }
         update
     }
 
-    fn hit<P: Project>(&mut self, view: &DepthView, projection: &P, update: &mut OccupancyUpdate) {
+    fn hit<'a>(
+        &mut self,
+        camera_in_map: &Point3<f64>,
+        points_in_map: impl IntoIterator<Item = &'a Point3<f64>>,
+        update: &mut OccupancyUpdate,
+    ) {
         let (image, now) = (self.image, self.now);
-        let step = self.pixel_step(view);
-        let reach_m = self.config.reach_m as f32;
-        let to_voxels = ToVoxels::of(view, self.config.edge_m);
         let mut blocks: Vec<BlockKey> = Vec::new();
-        let mut last = None;
-        for_each_depth(view, projection, step, |_, depth_m, point_m| {
-            if depth_m < 0.0 || depth_m > reach_m {
-                return;
-            }
-            let voxel = to_voxels.voxel(&point_m);
+        for point in points_in_map {
+            let is_in_reach = nalgebra::distance(point, camera_in_map) <= self.config.reach_m;
+            let Some(voxel) = self.voxel(point).filter(|_| is_in_reach) else { continue };
             let key = BlockKey::of(voxel);
-            let slot = match last {
-                Some((last_key, slot)) if last_key == key => slot,
-                _ => self.slot_or_new(key, update),
-            };
-            last = Some((key, slot));
-            let Some(block) = slot.and_then(|slot| self.layer.at_mut(slot)) else { return };
-            if block.seen_by != image {
-                block.seen_by = image;
+            let slot = self.slot_or_new(key, update);
+            let Some(block) = slot.and_then(|slot| self.layer.at_mut(slot)) else { continue };
+            if block.mark_hit(voxel_index(voxel), image) {
                 blocks.push(key);
             }
-            block.mark_hit(voxel_index(voxel), image);
-        });
+        }
         for key in blocks {
             if let Some(block) = self.layer.get_mut(key) {
                 block.join_hits(image, now);
             }
         }
-    }
-
-    /// So many pixels may be passed over that a voxel at the end of the reach is not.
-    pub(super) fn pixel_step(&self, view: &DepthView) -> usize {
-        let pixel_m = f64::from(view.pixel_slope()) * self.config.reach_m;
-        // The cast saturates.
-        ((self.config.edge_m / (PIXELS_A_VOXEL * pixel_m)) as usize).clamp(1, MOST_STEP)
     }
 
     fn pass<P: Project>(&mut self, view: &DepthView, projection: P, update: &mut OccupancyUpdate) {
@@ -225,7 +153,7 @@ impl Occupancy {
         }
     }
 
-    fn slot_or_new(
+    pub(super) fn slot_or_new(
         &mut self,
         key: BlockKey,
         update: &mut OccupancyUpdate,

@@ -96,6 +96,7 @@ impl Project for Pinhole {
     }
 
     #[inline]
+    #[cfg(test)]
     fn point_m(&self, column: usize, row: usize, depth_m: f32) -> [f32; 3] {
         let x = (column as f32 - self.cx_px) / self.fx_px;
         let y = (row as f32 - self.cy_px) / self.fy_px;

@@ -146,6 +146,7 @@ impl Project for Spherical {
         1.0 / self.columns_per_rad.max(self.rows_per_rad)
     }
 
+    #[cfg(test)]
     fn point_m(&self, column: usize, row: usize, depth_m: f32) -> [f32; 3] {
         let azimuth = PI - (column as f32 + 0.5) / self.columns_per_rad;
         let elevation = self.top_rad - (row as f32 + 0.5) / self.rows_per_rad;

@@ -28,7 +28,8 @@ impl Default for SurfaceConfig {
             edge_m: 0.02,
             // At 2 cm 8 cm, three standard deviations of the Kinect's noise at 4 m.
             truncation_in_edges: 4.0,
-            reach_m: 5.0,
+            // A Kinect measures to some 6 m.
+            reach_m: 8.0,
             // 400 MB.
             max_blocks: 200_000,
             // A view of a room has 2,500 at 2 cm, and 12,000 at 1 cm.

@@ -205,6 +205,29 @@ pub(super) fn look(
     View { cycle, ids, is_border, centres_m, ids_of_pixels }
 }
 
+/// The image that shows squares of a voxel's edge in the places of points, upright and across the view.
+pub(super) fn frame_of_squares(stamp: Stamp, points_m: &[Point3<f32>]) -> DepthFrame {
+    let mut depths_m = vec![0.0_f32; (SIZE_PX.0 * SIZE_PX.1) as usize];
+    for point in points_m.iter().map(|point| point.cast::<f64>()) {
+        let pixels = |along_m: f64, half_view: f64, size_px: i32| {
+            let at =
+                |along_m: f64| (1.0 - along_m / point.x / half_view) * f64::from(size_px) / 2.0;
+            let (first, end) = (at(along_m + CELL_M / 2.0), at(along_m - CELL_M / 2.0));
+            // The casts saturate.
+            (first.round() as i32).max(0)..(end.round() as i32).min(size_px)
+        };
+        for row in pixels(point.z, HALF_VIEW.1, SIZE_PX.1) {
+            for column in pixels(point.y, HALF_VIEW.0, SIZE_PX.0) {
+                let depth_m = &mut depths_m[(row * SIZE_PX.0 + column) as usize];
+                if *depth_m == 0.0 || point.x < f64::from(*depth_m) {
+                    *depth_m = point.x as f32;
+                }
+            }
+        }
+    }
+    frame(stamp, depths_m)
+}
+
 /// The image with the camera that sees half of [`HALF_VIEW`] to each side.
 fn frame(stamp: Stamp, depths_m: Vec<f32>) -> DepthFrame {
     let (width_px, height_px) = (SIZE_PX.0 as usize, SIZE_PX.1 as usize);

@@ -1,9 +1,9 @@
-//! One object that is followed.
+//! One tracked object.
 
 use geometry::Track;
 use nalgebra::{Matrix2, Matrix3, Point3, Vector3};
 
-use super::Expected;
+use super::Prediction;
 use super::kalman::Filter;
 use super::observation::{Observation, Reach};
 
@@ -18,17 +18,17 @@ const END_NOISE_M: f64 = 0.08;
 const CUT_NOISE_M: f64 = 0.25;
 /// Points beyond which the mean gets no better: their errors are not independent.
 const INDEPENDENT_POINTS: usize = 16;
-/// What the visible centre may jump by when other parts come into view, for telling objects apart.
+/// What the visible centre may jump by when other parts come into view, for the association.
 const APPEARANCE_NOISE_M: f64 = 0.12;
 /// The share of a new size that the estimate takes over.
 const SIZE_GAIN: f64 = 0.2;
-/// An object that stays within this of a place has not left it.
+/// An object that remains within this of a place has not left it.
 const STAY_M: f64 = 0.3;
 /// A group so near to an object, beyond its size, is a part of it that the cloud has torn off.
 const FRAGMENT_M: f64 = 0.2;
 
 #[derive(Clone, Debug)]
-pub(super) struct Followed {
+pub(super) struct TrackedObject {
     /// Its number, once it has passed its trial.
     pub(super) id: Option<u32>,
     /// The body's fixed point.
@@ -54,17 +54,17 @@ pub(super) struct Followed {
     missed_cycles: u32,
     is_in_view: bool,
     hidden_s: f64,
-    birthplace_m: Point3<f64>,
-    /// The place that it has not left since `stays_since_s`.
-    stays_at_m: Point3<f64>,
-    stays_since_s: f64,
+    first_position_m: Point3<f64>,
+    /// The place that it has not left since `stopped_since_s`.
+    stopped_at_m: Point3<f64>,
+    stopped_since_s: f64,
     /// Something shows that it moves, or moved.
-    is_proven: bool,
-    zoned_s: f64,
+    has_moved: bool,
+    last_zone_s: f64,
     is_ended: bool,
 }
 
-impl Followed {
+impl TrackedObject {
     pub(super) fn new(observation: &Observation, now_s: f64, cell_m: f64) -> Self {
         let centre_m = observation.centre_m;
         let centre_along_m = observation.across.dot(&centre_m.coords);
@@ -89,11 +89,11 @@ impl Followed {
             missed_cycles: 0,
             is_in_view: true,
             hidden_s: 0.0,
-            birthplace_m: centre_m,
-            stays_at_m: centre_m,
-            stays_since_s: now_s,
-            is_proven: false,
-            zoned_s: now_s,
+            first_position_m: centre_m,
+            stopped_at_m: centre_m,
+            stopped_since_s: now_s,
+            has_moved: false,
+            last_zone_s: now_s,
             is_ended: false,
         }
     }
@@ -107,13 +107,13 @@ impl Followed {
         self.filter.position_m() + self.visible_offset_m
     }
 
-    pub(super) fn expected(&self) -> Expected {
+    pub(super) fn expected(&self) -> Prediction {
         let Reach { down_m, up_m } = self.reach_m;
-        Expected {
+        Prediction {
             centre_m: self.visible_centre_m() + (down_m + up_m) / 2.0,
             half_extent_m: (up_m - down_m) / 2.0,
             // What was uncovered by an object that went on, or while it was hidden, is none of it.
-            may_be_new: !self.is_proven && self.unseen_cycles == 0,
+            may_take_unknown: !self.has_moved && self.unseen_cycles == 0,
         }
     }
 
@@ -158,7 +158,7 @@ impl Followed {
         self.visible_offset_m = centre_m - fixed_m;
         self.seen_at_m = centre_m;
         if !is_sure && !observation.is_split {
-            // The end that is seen now tells the fixed point from here on, if it did not yet.
+            // From now on the end that is seen gives the fixed point, if it did not yet.
             let fixed_along_m = across.dot(&self.filter.position_m().coords);
             if !left.is_cut {
                 self.from_left_m.get_or_insert(fixed_along_m - left.along_m);
@@ -172,22 +172,21 @@ impl Followed {
         self.seen_cycles = self.seen_cycles.saturating_add(1);
         (self.unseen_cycles, self.missed_cycles, self.hidden_s) = (0, 0, 0.0);
         self.is_in_view = true;
-        if (self.filter.position_m() - self.stays_at_m).xy().norm() > STAY_M {
-            (self.stays_at_m, self.stays_since_s) = (self.filter.position_m(), now_s);
+        if (self.filter.position_m() - self.stopped_at_m).xy().norm() > STAY_M {
+            (self.stopped_at_m, self.stopped_since_s) = (self.filter.position_m(), now_s);
         }
     }
 
     /// All of it is in view: the fixed point becomes the centre, and the ends learn where it is.
-    fn become_whole(&mut self, observation: &Observation, told_by_end_m: Option<f64>) {
+    fn become_whole(&mut self, observation: &Observation, by_end_m: Option<f64>) {
         let across = observation.across;
         let centre_along_m = across.dot(&observation.centre_m.coords);
         if !self.was_whole {
             // Until now the fixed point was where the centre of the first sliver was.
-            let told_m =
-                told_by_end_m.unwrap_or_else(|| across.dot(&self.filter.position_m().coords));
-            self.filter.shift(&(across * (centre_along_m - told_m)));
-            self.stays_at_m += across * (centre_along_m - told_m);
-            self.birthplace_m += across * (centre_along_m - told_m);
+            let former_m = by_end_m.unwrap_or_else(|| across.dot(&self.filter.position_m().coords));
+            self.filter.shift(&(across * (centre_along_m - former_m)));
+            self.stopped_at_m += across * (centre_along_m - former_m);
+            self.first_position_m += across * (centre_along_m - former_m);
             (self.from_left_m, self.from_right_m) = (None, None);
             self.was_whole = true;
         }
@@ -198,7 +197,7 @@ impl Followed {
         self.from_right_m = learn(self.from_right_m, centre_along_m - observation.right.along_m);
     }
 
-    /// What is seen whole tells the size; a part of it only that it is no smaller.
+    /// An object that is seen whole gives the size; a part of it only a lower bound.
     fn take_size(&mut self, observation: &Observation, is_sure: bool) {
         let Reach { down_m, up_m } = observation.reach_m;
         if is_sure {
@@ -225,24 +224,24 @@ impl Followed {
         }
     }
 
-    /// Takes the evidence that it moves: a zone on it while most of it stands where free space was seen, or
-    /// a way that it went. Free space alone may be a pose that jumped.
-    pub(super) fn believe(&mut self, came: bool, in_zone: bool, now_s: f64) {
-        let way_m = (self.filter.position_m() - self.birthplace_m).xy().norm();
-        self.is_proven |= (came && in_zone) || way_m > STAY_M;
+    /// Takes the evidence that it moves: a zone on it while most of it is in observed free space, or a distance that it
+    /// travelled. Free space alone may be a pose that jumped.
+    pub(super) fn add_motion_evidence(&mut self, in_free_space: bool, in_zone: bool, now_s: f64) {
+        let travelled_m = (self.filter.position_m() - self.first_position_m).xy().norm();
+        self.has_moved |= (in_free_space && in_zone) || travelled_m > STAY_M;
         if in_zone {
-            self.zoned_s = now_s;
+            self.last_zone_s = now_s;
         }
     }
 
     /// For how long it has not left its place.
-    pub(super) fn stayed_s(&self, now_s: f64) -> f64 {
-        now_s - self.stays_since_s
+    pub(super) fn stopped_s(&self, now_s: f64) -> f64 {
+        now_s - self.stopped_since_s
     }
 
     /// For how long nothing has shown that it moves; 0 once something has.
-    pub(super) fn doubted_s(&self, now_s: f64) -> f64 {
-        if self.is_proven { 0.0 } else { now_s - self.zoned_s }
+    pub(super) fn unconfirmed_s(&self, now_s: f64) -> f64 {
+        if self.has_moved { 0.0 } else { now_s - self.last_zone_s }
     }
 
     pub(super) fn end(&mut self) {
@@ -259,12 +258,12 @@ impl Followed {
         self.unseen_cycles > LOST_CYCLES
     }
 
-    pub(super) fn earns_number(&self, min_seen_cycles: u32) -> bool {
+    pub(super) fn gets_id(&self, min_seen_cycles: u32) -> bool {
         self.id.is_none() && self.seen_cycles >= min_seen_cycles && !self.is_ended
     }
 
-    /// Whether it is still followed.
-    pub(super) fn lives(
+    /// Whether it is still tracked.
+    pub(super) fn is_kept(
         &self,
         max_unseen_cycles: u32,
         max_hidden_s: f64,
@@ -277,7 +276,7 @@ impl Followed {
         !(self.is_ended || failed || has_left || is_gone)
     }
 
-    /// Whether an observation lies within it, or right beside.
+    /// Whether an observation is within it, or right beside.
     pub(super) fn covers(&self, observation: &Observation) -> bool {
         let offset_m = (observation.centre_m - self.visible_centre_m()).abs();
         let reach_m = self.extent_m / 2.0 + Vector3::repeat(FRAGMENT_M);
@@ -285,7 +284,7 @@ impl Followed {
     }
 
     /// Whether it is expected within what is seen, or right beside.
-    pub(super) fn lies_within(&self, observation: &Observation) -> bool {
+    pub(super) fn is_within(&self, observation: &Observation) -> bool {
         let offset_m = self.visible_centre_m() - observation.centre_m;
         let Reach { down_m, up_m } = observation.reach_m;
         let is_within = |axis: usize| {
