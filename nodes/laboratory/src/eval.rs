@@ -1,7 +1,7 @@
 //! `stillmap eval`: scores of results against a reference.
 
 mod kitti;
-mod map;
+pub(crate) mod map;
 mod scans;
 mod trajectory;
 mod tum;

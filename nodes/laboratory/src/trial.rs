@@ -6,7 +6,7 @@ mod play;
 #[cfg(test)]
 mod tests;
 
-use evaluation::{CloudDistance, Correlation, cloud_distance, correlation};
+use evaluation::{Correlation, correlation};
 use geometry::{Method, Track, VoxelGrid};
 use nalgebra::Point3;
 use report::{DynamicScore, DynamicScoreRules, RunRecord};
@@ -37,7 +37,7 @@ pub(crate) struct Trial {
     pub(crate) seed: u64,
     /// The cycles and the final map.
     pub(crate) record: RunRecord,
-    /// Against the labels of every pixel; `None` where that was not asked for.
+    /// Against the labels of every pixel and the true surface; `None` where that was not asked for.
     pub(crate) score: Option<DynamicScore>,
     /// One for each cycle of the record, in that order.
     pub(crate) cycles: Vec<TrialCycle>,
@@ -46,8 +46,6 @@ pub(crate) struct Trial {
     pub(crate) empty_scene_m: Vec<Point3<f32>>,
     /// The final map against the empty scene; `None` where one of them has no point.
     pub(crate) correlation: Option<Correlation>,
-    /// The same, by distances; what lies within a voxel's edge is the same.
-    pub(crate) distance: Option<CloudDistance>,
 }
 
 /// What is true of a cycle, and what was said of it.
@@ -72,11 +70,11 @@ pub(crate) fn run_trial(
     interrupt: &Interrupt,
 ) -> Result<Option<Vec<Trial>>, Failure> {
     let samples = scenario.samples().map_err(failure)?;
-    let empty_scene = scenario.static_scene_cloud().map_err(failure)?.points_m;
+    let surface_m = scenario.static_scene_cloud().map_err(failure)?.points_m;
     let mut truth = Truth::new(options.score_labels);
     let mut plays = Vec::new();
     for &method in &options.methods {
-        plays.push(Play::start(method, options, &empty_scene)?);
+        plays.push(Play::start(method, options, &surface_m)?);
     }
     for sample in samples {
         if interrupt.has_come() {

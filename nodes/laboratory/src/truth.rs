@@ -1,22 +1,26 @@
 //! The truth that a bag carries beside its sensor data.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 
-use bag_player::{Bag, BagError, BagMessage, Messages, Selection};
+use bag_player::{Bag, BagError, BagMessage, Messages, Selection, TopicInfo};
 use evaluation::{TruthFrame, TruthFrameError};
 use geometry::{
-    CameraModel, CameraModelError, DepthImage, DepthLimits, LabelImage, RayTable, Stamp,
+    CameraModel, CameraModelError, Cloud, DepthImage, DepthLimits, LabelImage, RayTable, Stamp,
 };
+use msgs::RosMessage;
 use msgs::convert::{self, ConvertError};
-use msgs::sensor_msgs::{CameraInfo, Image};
+use msgs::sensor_msgs::{CameraInfo, Image, PointCloud2};
 use msgs::std_msgs;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 use report::{DynamicScore, DynamicScoreRules, RunRecord};
 
 use robot::Failure;
 use robot::run::inputs::{Inputs, ViewTopics};
 use robot::run::parameters::PipelineParameters;
-use robot::sensor_bag::TRUE_OBJECT_NAMES;
+use robot::sensor_bag::{TRUE_EMPTY_SCENE, TRUE_OBJECT_NAMES};
 
 /// The score of a run against the truth that its bag carries, if it carries any.
 ///
@@ -37,14 +41,21 @@ pub fn score(
     let Some(mut truth) = truth else { return Ok(None) };
     let names = object_names(bag).map_err(|error| wrong(&error))?;
     let rules = DynamicScoreRules::default();
-    evaluation::score_dynamic(record, &rules, &names, |stamp| truth.at(stamp))
+    // It is in the frame of the bag's poses: that of a visual odometry begins at its first camera, whatever its name.
+    let surface_m = if inputs.has_poses_of_bag() {
+        surface_in(&record.map_frame_id, bag).map_err(|error| wrong(&error))?
+    } else {
+        None
+    };
+    let at = |stamp| truth.at(stamp);
+    evaluation::score_dynamic(record, &rules, &names, surface_m.as_deref(), at)
         .map(Some)
         .map_err(|error| wrong(&error))
 }
 
 /// The truth of a bag cannot be read.
 #[derive(Debug, thiserror::Error)]
-enum TruthError {
+pub(crate) enum TruthError {
     #[error(transparent)]
     Bag(#[from] BagError),
     #[error(transparent)]
@@ -165,6 +176,30 @@ impl TruthReader {
         }
         Ok(())
     }
+}
+
+/// The surface of the scene without what moves, where the bag has it in this frame.
+fn surface_in(frame_id: &str, bag: &Bag) -> Result<Option<Vec<Point3<f32>>>, TruthError> {
+    let scene = empty_scene(bag)?.filter(|scene| scene.frame_id == frame_id);
+    Ok(scene.map(|scene| scene.points_m))
+}
+
+/// The surface of the scene without what moves, where the bag has it.
+///
+/// # Errors
+/// When the bag cannot be read, or the cloud is none.
+pub(crate) fn empty_scene(bag: &Bag) -> Result<Option<Cloud>, TruthError> {
+    let is_scene = |topic: &TopicInfo| {
+        topic.topic == TRUE_EMPTY_SCENE && topic.type_name == PointCloud2::TYPE_NAME
+    };
+    if !bag.topics()?.iter().any(is_scene) {
+        return Ok(None);
+    }
+    let topics = Some(vec![TRUE_EMPTY_SCENE.to_owned()]);
+    let selection = Selection { topics, ..Selection::default() };
+    // Of a latched topic the last message is the one that holds.
+    let Some(message) = bag.messages(&selection)?.last() else { return Ok(None) };
+    Ok(Some(convert::cloud_from_message(&message?.decode::<PointCloud2>()?)?))
 }
 
 /// What the true objects are called, where the bag says it.

@@ -100,9 +100,20 @@ fn truth_sentences(score: &DynamicScore, sentences: &mut Vec<String>) {
             counted(identities.switches, "identity switch", "identity switches"),
         ));
     }
+    if let Some(surface) = &score.map.surface {
+        sentences.push(format!(
+            "The points of the map are {:.1} mm from the true surface in the mean ({} within {:.0} cm), and {} of the true surface \
+             has a point of the map within {:.0} cm.",
+            1e3 * surface.accuracy_m,
+            percent(Some(surface.precision)),
+            1e2 * surface.tolerance_m,
+            percent(Some(surface.recall)),
+            1e2 * surface.tolerance_m,
+        ));
+    }
     sentences.push(format!(
-        "{} of the voxels in which the static scene was seen in {} cycles or more are in the map ({} of \
-         those that the map without removal holds), and {} of its points were removed wrongly.",
+        "{} of the voxels in which the static scene was seen in {} cycles or more have a point of the map within one edge ({} of \
+         those that have one of the map without removal), and {} of its points were removed wrongly.",
         percent(score.map.static_confirmed.kept_share),
         score.rules.confirming_cycles,
         percent(score.map.static_confirmed.kept_share_of_unfiltered),

@@ -44,6 +44,7 @@ pub use summary::{
 };
 pub use timing::{DurationStatistics, StepTiming, Timing};
 pub use truth_score::{
-    CycleScore, DynamicScore, DynamicScoreRules, FirstFound, IDENTITY_GATE_M, IdentityScore,
-    LabelScore, MapAccuracy, MapScore, ObjectCycleScore, ObjectScore, RemovedPoints, StaticVoxels,
+    CloudDistance, CycleScore, DynamicScore, DynamicScoreRules, FirstFound, IDENTITY_GATE_M,
+    IdentityScore, LabelScore, MapAccuracy, MapScore, ObjectCycleScore, ObjectScore, RemovedPoints,
+    StaticVoxels,
 };

@@ -17,6 +17,18 @@ pub struct DynamicScoreRules {
     /// A voxel of the map is confirmed as one of the static scene when static points touched it in at least
     /// this many cycles.
     pub confirming_cycles: u32,
+    /// Points of the map and of the true surface that are nearer to each other than this are the same. Both are compared
+    /// with a point a voxel of this edge.
+    // Summaries that were written before there was one have none.
+    #[serde(default = "default_surface_tolerance_m")]
+    pub surface_tolerance_m: f64,
+}
+
+/// The completeness of maps of RGB-D cameras is stated for 5 cm (Sucar et al. 2021, iMAP, section 4.1).
+const SURFACE_TOLERANCE_M: f64 = 0.05;
+
+fn default_surface_tolerance_m() -> f64 {
+    SURFACE_TOLERANCE_M
 }
 
 /// Noise throws a point of a surface into a voxel behind or before it, now here, now there: it seldom hits the
@@ -32,6 +44,7 @@ impl Default for DynamicScoreRules {
             found_share_in_zone: 0.5,
             removed_share: 0.5,
             confirming_cycles: CONFIRMING_CYCLES,
+            surface_tolerance_m: SURFACE_TOLERANCE_M,
         }
     }
 }
@@ -71,7 +84,9 @@ pub struct DynamicScore {
     pub map: MapScore,
     /// The accuracies by points.
     pub by_points: MapAccuracy,
-    /// The accuracies by voxels: rankings of methods differ between the two.
+    /// The accuracies by voxels: rankings of methods differ between the two. A static voxel is kept when the final map has
+    /// a point in this very voxel, which a map of surfaces has not in those beside the surface that noise touched:
+    /// [`MapScore::static_kept_share`] measures such a map and one of means alike.
     pub by_voxels: MapAccuracy,
     /// Each scored cycle.
     pub per_cycle: Vec<CycleScore>,
@@ -117,30 +132,56 @@ pub struct MapAccuracy {
     pub associated_accuracy: Option<f64>,
 }
 
-/// The final map against the truth, in voxels of the map frame.
+/// What the distances of a map to its reference come to.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct CloudDistance {
+    /// Two points nearer than this are the same.
+    pub tolerance_m: f64,
+    /// Accuracy: the mean distance of the map's points to the reference, none counted farther than five
+    /// tolerances.
+    pub accuracy_m: f64,
+    /// Completeness: the mean distance of the reference's points to the map, likewise.
+    pub completeness_m: f64,
+    /// Chamfer distance: the mean of the two.
+    pub chamfer_m: f64,
+    /// Share of the map's points within the tolerance of the reference.
+    pub precision: f64,
+    /// Share of the reference's points within the tolerance of the map.
+    pub recall: f64,
+    /// The harmonic mean of the two shares.
+    pub f_score: f64,
+}
+
+/// The final map against the truth, in voxels of the map frame of the edge of the reduction, whatever the edge of the map is.
+///
+/// A voxel of the static scene is kept when the map has a point within one edge of the mean of the static points that touched
+/// the voxel: noise puts some of them into the voxels beside a surface, where a map of the surface has no point.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct MapScore {
     /// Voxels that objects touched and no static point ever did.
     pub object_only: usize,
     /// Of these, voxels that the map without removal holds.
     pub object_only_without_removal: usize,
-    /// Of `object_only`, voxels that the final map still holds.
+    /// Of `object_only`, voxels that the final map still has a point in.
     pub object_only_left: usize,
     /// Voxels that static points ever touched, if only in one cycle: what the static accuracy of the benchmarks
     /// counts.
     pub static_scene: usize,
-    /// Of these, voxels that the map without removal holds: fewer, since the reduction leaves one point
-    /// a voxel of the rig's grid, which need not be that of the map.
+    /// Of these, voxels that the map without removal keeps.
     pub static_without_removal: usize,
-    /// Of `static_scene`, voxels that the final map holds.
+    /// Of `static_scene`, voxels that the final map keeps.
     pub static_kept: usize,
     /// `static_kept / static_scene`; none without a static point.
     pub static_kept_share: Option<f64>,
-    /// `static_kept / static_without_removal`: the loss of the static scene by the removal alone.
+    /// Of `static_without_removal`, the share that the final map keeps: the loss of the static scene by the removal alone.
+    /// `static_kept` has besides what the final map alone keeps.
     pub static_kept_share_of_unfiltered: Option<f64>,
     /// Of `static_scene`, the voxels that are more than noise: see
     /// [`DynamicScoreRules::confirming_cycles`].
     pub static_confirmed: StaticVoxels,
+    /// How far map and true surface are apart, where the truth has a surface in the frame of the map.
+    #[serde(default)]
+    pub surface: Option<CloudDistance>,
 }
 
 /// Voxels of the static scene, by outcome.
@@ -148,13 +189,14 @@ pub struct MapScore {
 pub struct StaticVoxels {
     /// How many.
     pub voxels: usize,
-    /// Of these, voxels that the map without removal holds.
+    /// Of these, voxels that the map without removal keeps.
     pub without_removal: usize,
-    /// Of these, voxels that the final map holds.
+    /// Of these, voxels that the final map keeps.
     pub kept: usize,
     /// `kept / voxels`; none without a voxel.
     pub kept_share: Option<f64>,
-    /// `kept / without_removal`: the loss by the removal alone.
+    /// Of `without_removal`, the share that the final map keeps: the loss by the removal alone. `kept` has besides what the
+    /// final map alone keeps.
     pub kept_share_of_unfiltered: Option<f64>,
 }
 

@@ -8,31 +8,11 @@ use std::collections::HashMap;
 
 use geometry::{VoxelEdgeError, VoxelGrid, VoxelKey, is_finite};
 use nalgebra::Point3;
-use serde::{Deserialize, Serialize};
+use report::CloudDistance;
 
 /// Points farther from the other cloud than so many tolerances count as that far: one stray point must not
 /// outweigh a room.
 const FARTHEST_IN_TOLERANCES: i32 = 5;
-
-/// What the distances of a map to its reference come to.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub struct CloudDistance {
-    /// Two points nearer than this are the same.
-    pub tolerance_m: f64,
-    /// Accuracy: the mean distance of the map's points to the reference, none counted farther than five
-    /// tolerances.
-    pub accuracy_m: f64,
-    /// Completeness: the mean distance of the reference's points to the map, likewise.
-    pub completeness_m: f64,
-    /// Chamfer distance: the mean of the two.
-    pub chamfer_m: f64,
-    /// Share of the map's points within the tolerance of the reference.
-    pub precision: f64,
-    /// Share of the reference's points within the tolerance of the map.
-    pub recall: f64,
-    /// The harmonic mean of the two shares.
-    pub f_score: f64,
-}
 
 /// There is nothing to compare.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
@@ -48,11 +28,40 @@ pub enum CloudDistanceError {
     Tolerance(#[from] VoxelEdgeError),
 }
 
-/// The distances of `map_m` to `reference_m`, both in one frame. Points that are not finite are left out.
-///
-/// # Errors
-/// When a cloud is empty, or the tolerance is not a positive number.
-pub fn cloud_distance(
+/// A map and its reference in one frame, both reduced to one point a voxel: how often a place was seen does not count,
+/// and the time of a comparison goes with the surface, not with the points on it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ReducedClouds {
+    /// The reference: the mean of its points in each voxel.
+    pub reference_m: Vec<Point3<f32>>,
+    /// The map, likewise.
+    pub map_m: Vec<Point3<f32>>,
+}
+
+impl ReducedClouds {
+    /// The two clouds, reduced to voxels of an edge. Points that are not finite are left out.
+    ///
+    /// # Errors
+    /// When the edge is not a positive number.
+    pub fn of(
+        reference_m: &[Point3<f32>],
+        map_m: &[Point3<f32>],
+        edge_m: f64,
+    ) -> Result<Self, VoxelEdgeError> {
+        let grid = VoxelGrid::new(edge_m)?;
+        Ok(Self { reference_m: grid.reduce(reference_m), map_m: grid.reduce(map_m) })
+    }
+
+    /// The distances of the two.
+    ///
+    /// # Errors
+    /// When a cloud is empty, or the tolerance is not a positive number.
+    pub fn distance(&self, tolerance_m: f64) -> Result<CloudDistance, CloudDistanceError> {
+        cloud_distance(&self.reference_m, &self.map_m, tolerance_m)
+    }
+}
+
+fn cloud_distance(
     reference_m: &[Point3<f32>],
     map_m: &[Point3<f32>],
     tolerance_m: f64,

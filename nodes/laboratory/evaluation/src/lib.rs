@@ -4,13 +4,13 @@
 //! No ROS, no files, no clock: the same input gives the same figures.
 //!
 //! ```
-//! use evaluation::cloud_distance;
+//! use evaluation::ReducedClouds;
 //! use nalgebra::Point3;
 //!
 //! // The map lacks one point of the reference, and has another 1 cm off.
 //! let reference_m = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]].map(Point3::from);
 //! let map_m = [[0.0, 0.0, 0.0], [1.01, 0.0, 0.0]].map(Point3::from);
-//! let distance = cloud_distance(&reference_m, &map_m, 0.05)?;
+//! let distance = ReducedClouds::of(&reference_m, &map_m, 0.05)?.distance(0.05)?;
 //! assert_eq!(distance.precision, 1.0);
 //! assert!((distance.accuracy_m - 0.005).abs() < 1e-6);
 //! # Ok::<(), evaluation::CloudDistanceError>(())
@@ -28,7 +28,7 @@ mod testing;
 pub mod trajectory;
 mod truth;
 
-pub use cloud_distance::{CloudDistance, CloudDistanceError, cloud_distance};
+pub use cloud_distance::{CloudDistanceError, ReducedClouds};
 pub use correlation::{Correlation, CorrelationError, LocalisedView, correlation};
 pub use dynamic_score::{ScoreError, score_dynamic};
 pub use identity::{IdentityCycle, score_identities};

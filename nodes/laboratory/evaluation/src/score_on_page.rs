@@ -48,7 +48,10 @@ fn example() -> (RunRecord, Summary) {
     let truth_at =
         |_| Ok::<_, Infallible>(Some(TruthFrame::from_points((640, 480), truth.clone())));
     let names = BTreeMap::from([(1, "person".to_owned())]);
-    let score = score_dynamic(&run, &DynamicScoreRules::default(), &names, truth_at).unwrap();
+    // A map that is where it should be.
+    let surface_m = Some(run.static_map.as_slice());
+    let score =
+        score_dynamic(&run, &DynamicScoreRules::default(), &names, surface_m, truth_at).unwrap();
     let summary = Summary::of_run(&run, Some(score), true).unwrap();
     (run, summary)
 }
@@ -79,11 +82,31 @@ fn the_page_tells_how_tracks_keep_to_their_objects_and_when_an_object_was_found(
 fn the_static_scene_is_what_several_cycles_saw() {
     let (run, summary) = example();
     let sentences = headline(&summary);
-    let kept = "100.0\u{a0}% of the voxels in which the static scene was seen in 3 cycles or more are in the map";
+    let kept = "100.0\u{a0}% of the voxels in which the static scene was seen in 3 cycles or more have a point of the map";
     assert!(sentences.iter().any(|sentence| sentence.starts_with(kept)), "{sentences:?}");
     let page = report_html(&run, &summary).unwrap();
     assert!(page.contains("when static points touched it in 3 cycles or more"));
     assert!(page.contains("static scene, touched at all"));
+    assert!(page.contains("Map and true surface"));
+    let surface = "The points of the map are 0.0 mm from the true surface in the mean";
+    assert!(sentences.iter().any(|sentence| sentence.starts_with(surface)), "{sentences:?}");
+}
+
+/// The rules had one more, and no summary.json of an earlier version could be read.
+#[test]
+fn a_summary_from_before_the_map_was_compared_with_the_surface_is_read() {
+    let (_, summary) = example();
+    let mut json: serde_json::Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
+    let remove = |value: &mut serde_json::Value, key: &str| {
+        value.as_object_mut().unwrap().remove(key).unwrap();
+    };
+    remove(&mut json["truth"]["rules"], "surface_tolerance_m");
+    remove(&mut json["truth"]["map"], "surface");
+    let read: Summary = serde_json::from_value(json).unwrap();
+    let mut expected = summary;
+    let score = expected.truth.as_mut().unwrap();
+    assert!(score.map.surface.take().is_some());
+    assert_eq!(read, expected);
 }
 
 #[test]

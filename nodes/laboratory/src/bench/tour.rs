@@ -219,7 +219,7 @@ fn line(row: &MinuteRow) -> Vec<String> {
         row.dropped_voxels.to_string(),
         counts.spill.map_or_else(|| "-".to_owned(), |spill| spill.read.to_string()),
         megabytes(counts.map_bytes as f64),
-        counts.evidence_voxels.to_string(),
+        counts.evidence_blocks.to_string(),
         row.most_tracks.to_string(),
         counts.rss_bytes.map_or_else(|| "-".to_owned(), |bytes| megabytes(bytes as f64)),
     ]
@@ -268,7 +268,7 @@ mod tests {
         // 2.4 s at 7 Hz, but for those at the end whose image or pose would be later.
         assert!((14..=16).contains(&row.cycles), "{row:?}");
         assert_eq!((row.counts.voxels, row.scans_dropped), (500, 0));
-        assert!(row.dropped_voxels > 100 && row.counts.evidence_voxels > 1000, "{row:?}");
+        assert!(row.dropped_voxels > 100 && row.counts.evidence_blocks > 100, "{row:?}");
         let report = MethodReport { method: Method::FreeSpace, flatness: None, minutes: rows };
         assert!(text(&report).contains("says nothing"));
     }

@@ -60,6 +60,9 @@ pub(super) struct Play<'a> {
     tracks: Subscription<Tracks>,
     /// It is what the subscription belongs to.
     _listener: Node,
+    /// A point a pixel.
+    surface_m: &'a [Point3<f32>],
+    /// A point a voxel of the map's edge.
     empty_scene_m: Vec<Point3<f32>>,
     options: &'a TrialOptions,
     cycles: BTreeMap<u32, SeenCycle>,
@@ -76,7 +79,7 @@ impl<'a> Play<'a> {
     pub(super) fn start(
         method: Method,
         options: &'a TrialOptions,
-        empty_scene: &[Point3<f32>],
+        surface_m: &'a [Point3<f32>],
     ) -> Result<Self, Failure> {
         let parameters = PipelineParameters::of_method(method, options.voxel_edge_m);
         let pipeline = Pipeline::new(CloudInput::Depth, &[], &parameters).map_err(failure)?;
@@ -90,7 +93,8 @@ impl<'a> Play<'a> {
             pipeline,
             tracks,
             _listener: listener,
-            empty_scene_m: grid.reduce(empty_scene),
+            surface_m,
+            empty_scene_m: grid.reduce(surface_m),
             options,
             cycles: BTreeMap::new(),
             reached: None,
@@ -167,7 +171,9 @@ impl<'a> Play<'a> {
             let names = names.map(|object| (object.id, object.name.clone())).collect();
             let rules = DynamicScoreRules::default();
             let at = |stamp| truth.frame_at(stamp, &rig_from_camera);
-            Some(evaluation::score_dynamic(&record, &rules, &names, at).map_err(failure)?)
+            let surface_m = Some(self.surface_m);
+            let score = evaluation::score_dynamic(&record, &rules, &names, surface_m, at);
+            Some(score.map_err(failure)?)
         } else {
             None
         };
@@ -178,7 +184,6 @@ impl<'a> Play<'a> {
             score,
             cycles,
             correlation: correlation(&self.empty_scene_m, &record.static_map, edge_m).ok(),
-            distance: cloud_distance(&self.empty_scene_m, &record.static_map, edge_m).ok(),
             empty_scene_m: self.empty_scene_m,
             record,
         })

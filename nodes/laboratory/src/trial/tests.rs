@@ -1,3 +1,4 @@
+use evaluation::ReducedClouds;
 use simulator::{CrossingObject, PathName, SceneName};
 
 use super::*;
@@ -40,6 +41,18 @@ fn both_methods_see_the_same_cycles_with_their_truth() {
     }
     assert!(rec_hv.cycles.iter().all(|cycle| cycle.tracks.is_empty()));
     assert!(free_space.cycles.iter().any(|cycle| !cycle.tracks.is_empty()));
+}
+
+/// The surface was one of 8 cm here, and in the score of a bag one of a point a pixel.
+#[test]
+fn the_distance_from_the_surface_is_that_of_run_and_eval_map() {
+    let scenario = short_crossing();
+    let trial = trials(&options(&[Method::FreeSpace])).remove(0);
+    let surface_m = scenario.static_scene_cloud().unwrap().points_m;
+    let tolerance_m = DynamicScoreRules::default().surface_tolerance_m;
+    let clouds = ReducedClouds::of(&surface_m, &trial.record.static_map, tolerance_m).unwrap();
+    let surface = trial.score.unwrap().map.surface;
+    assert_eq!(surface, Some(clouds.distance(tolerance_m).unwrap()));
 }
 
 #[test]

@@ -148,7 +148,8 @@ fn truth_section(score: &DynamicScore) -> Markup {
                 (IDENTITY_GATE_M) " m, and "
                 "an identity switch is an object that gets another track than it had (CLEAR MOT). A voxel of the map is the objects' own when they touched it and "
                 "no static point ever did. A voxel of the static scene is confirmed when static points touched it in "
-                (rules.confirming_cycles) " cycles or more: what they touched less often is mostly noise of the depth. "
+                (rules.confirming_cycles) " cycles or more: what they touched less often is mostly noise of the depth. It is kept when the map has a "
+                "point within one edge of the mean of these points. "
                 (grouped(score.cycles_scored)) " cycles were compared, "
                 (grouped(score.cycles_without_truth)) " have no truth."
             }
@@ -209,20 +210,36 @@ fn truth_section(score: &DynamicScore) -> Markup {
                         (row("objects' own, in the map without removal", grouped(map.object_only_without_removal)))
                         (row("objects' own, left in the map", grouped(map.object_only_left)))
                         (row("static scene, confirmed", grouped(confirmed.voxels)))
-                        (row("confirmed, in the map without removal", grouped(confirmed.without_removal)))
-                        (row("confirmed, in the map", grouped(confirmed.kept)))
+                        (row("confirmed, kept by the map without removal", grouped(confirmed.without_removal)))
+                        (row("confirmed, kept", grouped(confirmed.kept)))
                         (row("confirmed kept", percent(confirmed.kept_share)))
                         (row("confirmed kept, of the map without removal", percent(confirmed.kept_share_of_unfiltered)))
                         (row("static scene, touched at all", grouped(map.static_scene)))
-                        (row("touched at all, in the map without removal", grouped(map.static_without_removal)))
-                        (row("touched at all, in the map", grouped(map.static_kept)))
+                        (row("touched at all, kept by the map without removal", grouped(map.static_without_removal)))
+                        (row("touched at all, kept", grouped(map.static_kept)))
                         (row("touched at all, kept", percent(map.static_kept_share)))
                         (row("touched at all, kept, of the map without removal", percent(map.static_kept_share_of_unfiltered)))
+                    }
+                }
+                @if let Some(surface) = &map.surface {
+                    table {
+                        caption { "Map and true surface" }
+                        tbody {
+                            (row("mean distance of a point of the map (accuracy)", millimetres(surface.accuracy_m)))
+                            (row("mean distance of a point of the surface (completeness)", millimetres(surface.completeness_m)))
+                            (row(&format!("points of the map within {} m", surface.tolerance_m), percent(Some(surface.precision))))
+                            (row(&format!("surface within {} m of the map", surface.tolerance_m), percent(Some(surface.recall))))
+                            (row("F-score", percent(Some(surface.f_score))))
+                        }
                     }
                 }
             }
         }
     }
+}
+
+fn millimetres(length_m: f64) -> String {
+    format!("{:.1}\u{a0}mm", 1e3 * length_m)
 }
 
 /// "2nd (cycle 31)": which of the cycles in view it was, and its number.

@@ -47,6 +47,18 @@ fn without_points_there_is_nothing_to_compare() {
 }
 
 #[test]
+fn a_reference_with_many_points_in_a_voxel_counts_each_place_once() {
+    // Half of the surface was seen a hundred times as often: still half of it is in the map.
+    let often = (0..100).flat_map(|_| line(10, 0.0));
+    let rare = line(10, 5.0);
+    let reference: Vec<_> = often.chain(rare.clone()).collect();
+    let clouds = ReducedClouds::of(&reference, &rare, 0.1).unwrap();
+    assert_eq!((clouds.reference_m.len(), clouds.map_m.len()), (20, 10));
+    assert_eq!(clouds.distance(0.1).unwrap().recall, 0.5);
+    assert!(ReducedClouds::of(&reference, &rare, 0.0).is_err());
+}
+
+#[test]
 fn rings_fill_a_cube_and_share_no_cell() {
     let centre = VoxelKey { x: 1, y: -2, z: 3 };
     let cells: Vec<VoxelKey> = (0..=2).flat_map(|ring| ring_of(centre, ring)).collect();

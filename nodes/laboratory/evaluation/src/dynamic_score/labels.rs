@@ -30,10 +30,12 @@ pub(super) fn accuracy_by_points(
     accuracy(static_points.share.map(|removed| 1.0 - removed), object_points.share)
 }
 
-/// By voxels of the final map, where each counts once however many points it has.
-pub(super) fn accuracy_by_voxels(map: &MapScore) -> MapAccuracy {
+/// By voxels of the final map, where each counts once however many points it has. `static_with_points` are those of the
+/// static scene that have one.
+pub(super) fn accuracy_by_voxels(map: &MapScore, static_with_points: usize) -> MapAccuracy {
     let left = share(map.object_only_left as u64, map.object_only as u64);
-    accuracy(map.static_kept_share, left.map(|left| 1.0 - left))
+    let kept = share(static_with_points as u64, map.static_scene as u64);
+    accuracy(kept, left.map(|left| 1.0 - left))
 }
 
 fn accuracy(static_accuracy: Option<f64>, dynamic_accuracy: Option<f64>) -> MapAccuracy {

@@ -1,39 +1,77 @@
 //! The final map against the truth.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
-use geometry::{VoxelGrid, VoxelKey};
+use geometry::{BuildVoxelHasher, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 use report::{MapScore, RunRecord, StaticVoxels};
 
 use super::tally::{ObjectTally, SceneTally, share};
 
-fn static_voxels<'k>(keys: impl Iterator<Item = &'k VoxelKey>, map: &MapVoxels) -> StaticVoxels {
-    let (mut voxels, mut without_removal, mut kept) = (0, 0, 0);
-    for key in keys {
+fn static_voxels(means_m: impl Iterator<Item = Point3<f32>>, map: &MapVoxels) -> StaticVoxels {
+    let (mut voxels, mut without_removal, mut kept, mut kept_by_both) = (0, 0, 0, 0);
+    for mean_m in means_m {
+        let is_near = [&map.unfiltered, &map.filtered].map(|points| points.is_near(&mean_m));
         voxels += 1;
-        without_removal += usize::from(map.unfiltered.contains(key));
-        kept += usize::from(map.filtered.contains(key));
+        without_removal += usize::from(is_near[0]);
+        kept += usize::from(is_near[1]);
+        // Each map has its own means: the final one may have a point near enough where the other has none.
+        kept_by_both += usize::from(is_near == [true; 2]);
     }
     StaticVoxels {
         voxels,
         without_removal,
         kept,
         kept_share: share(kept as u64, voxels as u64),
-        kept_share_of_unfiltered: share(kept as u64, without_removal as u64),
+        kept_share_of_unfiltered: share(kept_by_both as u64, without_removal as u64),
     }
 }
 
-/// The voxels that the two final maps hold.
+/// The voxels of the static scene, touched at all, in which the final map has a point.
+pub(super) fn static_voxels_with_points(scene: &SceneTally, map: &MapVoxels) -> usize {
+    scene.voxels().filter(|key| map.filtered.contains(key)).count()
+}
+
+/// The points of the two final maps.
 pub(super) struct MapVoxels {
-    pub(super) filtered: HashSet<VoxelKey>,
-    pub(super) unfiltered: HashSet<VoxelKey>,
+    pub(super) filtered: MapPoints,
+    pub(super) unfiltered: MapPoints,
+}
+
+/// The points of a map by the voxel that they lie in.
+pub(super) struct MapPoints {
+    // Looked up by key alone: the order of hashing reaches no result.
+    voxels: HashMap<VoxelKey, Vec<Point3<f32>>, BuildVoxelHasher>,
+    grid: VoxelGrid,
 }
 
 impl MapVoxels {
     pub(super) fn of(run: &RunRecord, grid: &VoxelGrid) -> Self {
-        let voxels = |points: &[Point3<f32>]| points.iter().map(|point| grid.key(point)).collect();
-        Self { filtered: voxels(&run.static_map), unfiltered: voxels(&run.unfiltered_map) }
+        let points = |points_m: &[Point3<f32>]| MapPoints::of(points_m, *grid);
+        Self { filtered: points(&run.static_map), unfiltered: points(&run.unfiltered_map) }
+    }
+}
+
+impl MapPoints {
+    fn of(points_m: &[Point3<f32>], grid: VoxelGrid) -> Self {
+        let mut voxels: HashMap<_, Vec<_>, _> = HashMap::default();
+        for point_m in points_m {
+            voxels.entry(grid.key(point_m)).or_default().push(*point_m);
+        }
+        Self { voxels, grid }
+    }
+
+    /// Whether a point lies in a voxel.
+    pub(super) fn contains(&self, key: &VoxelKey) -> bool {
+        self.voxels.contains_key(key)
+    }
+
+    /// Whether a point lies within one edge of a place.
+    fn is_near(&self, place_m: &Point3<f32>) -> bool {
+        let edge_m = self.grid.edge_m() as f32;
+        let is_within = |point_m: &Point3<f32>| (point_m - place_m).norm() <= edge_m;
+        let around = self.grid.key(place_m).with_neighbours();
+        around.into_iter().any(|key| self.voxels.get(&key).into_iter().flatten().any(is_within))
     }
 }
 
@@ -49,11 +87,11 @@ pub(super) fn map_score(
         .flat_map(|tally| tally.region.voxels())
         .filter(|key| !scene.contains(key))
         .collect();
-    let count_in = |voxels: &HashSet<VoxelKey>, keys: &HashSet<&VoxelKey>| {
-        keys.iter().filter(|key| voxels.contains(**key)).count()
+    let count_in = |map: &MapPoints, keys: &HashSet<&VoxelKey>| {
+        keys.iter().filter(|key| map.contains(key)).count()
     };
     // Touched at all.
-    let touched = static_voxels(scene.touched_in(1), map);
+    let touched = static_voxels(scene.means_of_voxels(1), map);
     MapScore {
         object_only: object_only.len(),
         object_only_without_removal: count_in(&map.unfiltered, &object_only),
@@ -63,6 +101,7 @@ pub(super) fn map_score(
         static_kept: touched.kept,
         static_kept_share: touched.kept_share,
         static_kept_share_of_unfiltered: touched.kept_share_of_unfiltered,
-        static_confirmed: static_voxels(scene.touched_in(confirming_cycles), map),
+        static_confirmed: static_voxels(scene.means_of_voxels(confirming_cycles), map),
+        surface: None,
     }
 }

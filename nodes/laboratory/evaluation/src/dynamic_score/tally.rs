@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use geometry::{DynamicZone, VoxelKey};
+use geometry::{BuildVoxelHasher, DynamicZone, VoxelKey};
 use nalgebra::{Point3, Vector3};
 use report::{DynamicScoreRules, ObjectCycleScore, RemovedPoints};
 
@@ -56,43 +56,49 @@ impl RegionTally {
 #[derive(Default)]
 pub(super) struct SceneTally {
     // Asked for single keys and counted, so that the order of hashing reaches no result.
-    voxels: HashMap<VoxelKey, Touches>,
+    voxels: HashMap<VoxelKey, Touches, BuildVoxelHasher>,
     /// Counted from 1: 0 is before the first.
     cycle: u32,
-    latest: Option<VoxelKey>,
 }
 
+#[derive(Default)]
 struct Touches {
     cycles: u32,
     last_cycle: u32,
+    points: u64,
+    sum_m: Vector3<f64>,
 }
 
 impl SceneTally {
     /// What is touched from now on is touched in another cycle.
     pub(super) fn begin_cycle(&mut self) {
         self.cycle += 1;
-        self.latest = None;
     }
 
-    pub(super) fn touch(&mut self, key: VoxelKey) {
-        if self.latest == Some(key) {
-            return;
-        }
-        self.latest = Some(key);
+    pub(super) fn touch(&mut self, key: VoxelKey, point_in_map: &Point3<f32>) {
         let cycle = self.cycle;
-        let touches = self.voxels.entry(key).or_insert(Touches { cycles: 0, last_cycle: 0 });
+        let touches = self.voxels.entry(key).or_default();
         if touches.last_cycle != cycle {
-            *touches = Touches { cycles: touches.cycles + 1, last_cycle: cycle };
+            touches.cycles += 1;
+            touches.last_cycle = cycle;
         }
+        touches.points += 1;
+        touches.sum_m += point_in_map.coords.cast::<f64>();
     }
 
     pub(super) fn contains(&self, key: &VoxelKey) -> bool {
         self.voxels.contains_key(key)
     }
 
-    /// The voxels that were touched in at least so many cycles.
-    pub(super) fn touched_in(&self, cycles: u32) -> impl Iterator<Item = &VoxelKey> {
-        self.voxels.iter().filter(move |(_, touches)| touches.cycles >= cycles).map(|(key, _)| key)
+    /// The voxels that were touched at all.
+    pub(super) fn voxels(&self) -> impl Iterator<Item = &VoxelKey> {
+        self.voxels.keys()
+    }
+
+    /// The mean of the points that touched a voxel, of each voxel that was touched in at least `cycles` cycles.
+    pub(super) fn means_of_voxels(&self, cycles: u32) -> impl Iterator<Item = Point3<f32>> {
+        let touched = self.voxels.values().filter(move |touches| touches.cycles >= cycles);
+        touched.map(|touches| Point3::from((touches.sum_m / touches.points as f64).cast::<f32>()))
     }
 }
 

@@ -40,10 +40,19 @@ fn with_removed(index: u32, zones: Vec<DynamicZone>, removed: &[Point3<f32>]) ->
 
 /// Scores `run` against one truth for each of its cycles.
 fn score(run: &RunRecord, truths: &[Vec<LabelledPoint>]) -> DynamicScore {
+    scored_with_surface(run, truths, None)
+}
+
+fn scored_with_surface(
+    run: &RunRecord,
+    truths: &[Vec<LabelledPoint>],
+    surface_m: Option<&[Point3<f32>]>,
+) -> DynamicScore {
     let mut truths = truths.iter();
     let truth_at =
         |_| Ok::<_, Infallible>(truths.next().map(|t| TruthFrame::from_points(VGA_PX, t.clone())));
-    score_dynamic(run, &DynamicScoreRules::default(), &BTreeMap::new(), truth_at).unwrap()
+    let rules = DynamicScoreRules::default();
+    score_dynamic(run, &rules, &BTreeMap::new(), surface_m, truth_at).unwrap()
 }
 
 #[test]
@@ -212,6 +221,67 @@ fn the_map_is_judged_by_who_touched_its_voxels() {
     assert_eq!(map.static_kept_share_of_unfiltered, Some(1.0));
 }
 
+/// The floor of a room, a point every 2.5 cm; measured with noise, so that half of it is in the voxels below.
+#[test]
+fn a_map_of_the_surface_keeps_the_voxels_beside_it_that_noise_touched() {
+    let floor = |z_m: f32| -> Vec<Point3<f32>> {
+        let place = |index: u16| {
+            [f32::from(index / 40), f32::from(index % 40)].map(|step| 0.025 * step + 2.0)
+        };
+        (0..1600).map(place).map(|[x, y]| Point3::new(x, y, z_m)).collect()
+    };
+    let measured = |z_m: f32| floor(z_m).iter().flat_map(|point| points(0, 1, *point)).collect();
+    let truths: Vec<Vec<_>> = [0.03, -0.03, 0.03, -0.03, 0.03, -0.03].map(measured).to_vec();
+    let mut run = run((0..6).map(cycle).collect());
+    run.static_map = floor(0.004);
+    run.unfiltered_map = floor(-0.03);
+    let scored = |run: &RunRecord, surface_m: Option<&[Point3<f32>]>| {
+        scored_with_surface(run, &truths, surface_m).map
+    };
+    let map = scored(&run, Some(&floor(0.0)));
+    assert_eq!((map.static_scene, map.static_kept, map.static_without_removal), (200, 200, 200));
+    // The benchmarks' accuracy is of the voxels themselves, and half of them have no point.
+    let accuracies = scored_with_surface(&run, &truths, None).by_voxels;
+    assert_eq!(accuracies.static_accuracy, Some(0.5));
+    let surface = map.surface.unwrap();
+    assert!((surface.accuracy_m - 0.004).abs() < 1e-6 && surface.f_score == 1.0, "{surface:?}");
+    assert_eq!(surface.tolerance_m, 0.05);
+    // Half of the map is elsewhere.
+    run.static_map = [&floor(0.0)[..800], &floor(1.0)[800..]].concat();
+    let map = scored(&run, Some(&floor(0.0)));
+    assert!((100..=120).contains(&map.static_kept), "{} voxels", map.static_kept);
+    let surface = map.surface.unwrap();
+    assert!(
+        (surface.precision - 0.5).abs() < 1e-6 && (0.5..0.56).contains(&surface.recall),
+        "{surface:?}"
+    );
+    assert_eq!(scored(&run, None).surface, None);
+    // A surface without a finite point, or a map without one, has no distance. It once cost the whole score.
+    let nowhere = [Point3::new(f32::NAN, 0.0, 0.0)];
+    assert_eq!(scored(&run, Some(&nowhere)), scored(&run, None));
+    assert_eq!(scored(&run, Some(&[])), scored(&run, None));
+    run.static_map = nowhere.to_vec();
+    assert_eq!(scored(&run, Some(&floor(0.0))).surface, None);
+    run.static_map.clear();
+    assert_eq!(scored(&run, Some(&floor(0.0))).surface, None);
+}
+
+/// The share was more than 1, and the loss negative, where the final map kept what the other one did not.
+#[test]
+fn what_the_final_map_alone_keeps_is_not_counted_among_what_both_keep() {
+    let [a, b, c] = [0, 9, 18].map(|y| voxel(40, y, 0));
+    let mut run = run((0..3).map(cycle).collect());
+    run.unfiltered_map = vec![a, b];
+    run.static_map = vec![b, c];
+    let truth = [a, b, c].map(|at| points(0, 1, at)).concat();
+    let map = score(&run, &vec![truth; 3]).map;
+    assert_eq!((map.static_scene, map.static_without_removal, map.static_kept), (3, 2, 2));
+    assert_eq!(map.static_kept_share_of_unfiltered, Some(0.5));
+    let confirmed = map.static_confirmed;
+    assert_eq!((confirmed.voxels, confirmed.without_removal, confirmed.kept), (3, 2, 2));
+    assert_eq!(confirmed.kept_share_of_unfiltered, Some(0.5));
+}
+
 #[test]
 fn what_noise_touched_once_or_twice_is_no_part_of_the_confirmed_scene() {
     let (wall, gone) = (voxel(40, 0, 0), voxel(40, 9, 0));
@@ -270,7 +340,7 @@ fn two_objects_are_told_apart_and_a_voxel_of_both_is_counted_once_in_the_map() {
     let truth = [points(3, 250, a), points(9, 300, a), points(9, 50, b)].concat();
     let names = BTreeMap::from([(9, "robot".to_owned())]);
     let truth_at = |_| Ok::<_, Infallible>(Some(TruthFrame::from_points(VGA_PX, truth.clone())));
-    let score = score_dynamic(&run, &DynamicScoreRules::default(), &names, truth_at).unwrap();
+    let score = score_dynamic(&run, &DynamicScoreRules::default(), &names, None, truth_at).unwrap();
     let labels: Vec<_> =
         score.objects.iter().map(|o| (o.object_id, o.name.as_deref(), o.points.points)).collect();
     assert_eq!(labels, [(3, None, 250), (9, Some("robot"), 350)]);
@@ -296,8 +366,14 @@ fn the_truth_is_asked_for_at_the_clouds_stamp() {
         asked.push(stamp);
         Ok::<_, Infallible>(None)
     };
-    score_dynamic(&run(vec![late]), &DynamicScoreRules::default(), &BTreeMap::new(), truth_at)
-        .unwrap();
+    score_dynamic(
+        &run(vec![late]),
+        &DynamicScoreRules::default(),
+        &BTreeMap::new(),
+        None,
+        truth_at,
+    )
+    .unwrap();
     assert_eq!(asked, [Stamp::from_nanos(123)]);
 }
 
@@ -317,11 +393,16 @@ fn what_goes_wrong_is_told_with_its_cycle() {
     #[error("the label image is missing")]
     struct Missing;
     let rules = DynamicScoreRules::default();
-    let error = score_dynamic(&run(vec![cycle(5)]), &rules, &BTreeMap::new(), |_| Err(Missing));
+    let error =
+        score_dynamic(&run(vec![cycle(5)]), &rules, &BTreeMap::new(), None, |_| Err(Missing));
     assert!(error.unwrap_err().to_string().contains("cycle 5"));
     let mut no_edge = run(vec![]);
     no_edge.voxel_edge_m = 0.0;
     let truth_at = |_| Ok::<_, Infallible>(None);
-    let error = score_dynamic(&no_edge, &rules, &BTreeMap::new(), truth_at);
+    let error = score_dynamic(&no_edge, &rules, &BTreeMap::new(), None, truth_at);
     assert!(matches!(error, Err(ScoreError::Edge(_))));
+    let rules = DynamicScoreRules { surface_tolerance_m: -1.0, ..rules };
+    let wall = [voxel(1, 0, 0)];
+    let error = score_dynamic(&run(vec![]), &rules, &BTreeMap::new(), Some(&wall), truth_at);
+    assert!(matches!(error, Err(ScoreError::Surface(CloudDistanceError::Tolerance(_)))));
 }

@@ -161,7 +161,7 @@ impl Tour {
             voxels: self.map.len(),
             map_bytes: self.map.memory_bytes(),
             spill: self.map.spill_counts(),
-            evidence_voxels: self.segmenter.evidence_voxels(),
+            evidence_blocks: self.segmenter.evidence_blocks(),
             waiting: self.matcher.waiting_scans() + self.matcher.waiting_clouds(),
             rss_bytes: Usage::of_this_process().rss_bytes,
         };

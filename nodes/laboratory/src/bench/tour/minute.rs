@@ -24,7 +24,7 @@ pub(super) struct Counts {
     /// Of the map; absent where none of it is spilled. `written` and `read` count from the start.
     pub(super) spill: Option<SpillCounts>,
     /// Of segmentation; 0 where the method keeps none.
-    pub(super) evidence_voxels: usize,
+    pub(super) evidence_blocks: usize,
     /// Scans and images that wait to be matched.
     pub(super) waiting: usize,
     /// Of the process, the simulation's included; absent where the system does not tell.
@@ -109,7 +109,7 @@ pub(super) mod tests {
         voxels: 7,
         map_bytes: 700,
         spill: None,
-        evidence_voxels: 0,
+        evidence_blocks: 0,
         waiting: 1,
         rss_bytes: None,
     };
