@@ -1,7 +1,7 @@
 //! Long work is interrupted: it ends in order, and what was made until then is written.
 
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use bag_player::Bag;
@@ -30,19 +30,34 @@ fn start(arguments: &[&str]) -> Child {
 }
 
 /// Interrupts the program once `has_begun`, as Ctrl-C does. Returns what it said.
-fn interrupt(child: Child, has_begun: impl Fn() -> bool) -> String {
-    let begun = Instant::now();
+fn interrupt(mut child: Child, has_begun: impl Fn() -> bool) -> String {
+    let started = Instant::now();
     while !has_begun() {
-        assert!(begun.elapsed() < PATIENCE, "it does not begin");
+        if started.elapsed() >= PATIENCE || child.try_wait().unwrap().is_some() {
+            let _ = child.kill();
+            let (status, said) = end_of(child);
+            panic!("it did not begin within {:?}: {status}: {said}", started.elapsed());
+        }
         std::thread::sleep(LOOK_AGAIN);
     }
     let pid = Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
     kill_process(pid, Signal::INT).unwrap();
+    let interrupted = Instant::now();
+    let (status, said) = end_of(child);
+    let (before, after) = (interrupted - started, interrupted.elapsed());
+    assert_eq!(
+        status.code(),
+        Some(130),
+        "{before:?} before the signal, {after:?} after it: {said}"
+    );
+    assert!(said.contains("interrupted"), "{said}");
+    said
+}
+
+/// How the program ended, and what it wrote on stderr.
+fn end_of(child: Child) -> (ExitStatus, String) {
     let Output { status, stderr, .. } = child.wait_with_output().unwrap();
-    let stderr = String::from_utf8(stderr).unwrap();
-    assert_eq!(status.code(), Some(130), "{stderr}");
-    assert!(stderr.contains("interrupted"), "{stderr}");
-    stderr
+    (status, String::from_utf8(stderr).unwrap())
 }
 
 /// No temporary file is left below a folder.
