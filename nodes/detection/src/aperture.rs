@@ -1,4 +1,4 @@
-//! The forward aperture: which beams of a scan are looked at, and where they point in the rig frame.
+//! The forward aperture: the beams of a scan that are used, and their directions in the rig frame.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,19 +8,19 @@ use nalgebra::{Isometry3, Vector3};
 /// Beams this close to a bound count as lying on it: the angles of a scan are sums of 32-bit steps.
 const ROUNDING_RAD: f64 = 1e-5;
 
-/// A beam of the aperture, with what it measured in one scan.
+/// A beam of the aperture, with its range in one scan.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Beam {
     /// Its index in the scan.
     pub index: usize,
     /// Its direction in the rig's XY plane, from x towards y, in `[-pi, pi)`.
     pub azimuth_rad: f64,
-    /// What it measured; `None` where the scan has Inf, -Inf or NaN, or a range outside the scanner's
+    /// Its range; `None` where the scan has Inf, -Inf or NaN, or a range outside the scanner's
     /// limits.
     pub range_m: Option<f32>,
 }
 
-/// The angles of a scan do not say where its beams point.
+/// The angles of a scan are not valid.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 #[error(
     "a scan of {beams} beams from angle_min {angle_min_rad} rad in steps of {angle_increment_rad} rad points \
@@ -40,8 +40,8 @@ pub struct ScanAnglesError {
 ///
 /// The direction of a beam is turned into the rig frame by the scanner's mount, so that it does not
 /// matter whether the scanner counts from -pi or from 0, turns clockwise, or is mounted backwards or
-/// upside down. The offset of the mount is not used: the method takes the two sensors for concentric
-/// in the XY plane (Rec-HV 3.3.3.1) and pays with the zone's tolerance.
+/// upside down. The offset of the mount is not used: the method assumes that the two sensors are concentric
+/// in the XY plane (Rec-HV 3.3.3.1); the tolerance of the zone covers the error.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Aperture {
     angles: ScanAngles,
@@ -134,7 +134,7 @@ fn azimuth_in_rig_rad(azimuth_in_scan_rad: f64, rig_from_lidar: &Isometry3<f64>)
     let (sin, cos) = azimuth_in_scan_rad.sin_cos();
     let direction = rig_from_lidar.rotation * Vector3::new(cos, sin, 0.0);
     let azimuth_rad = direction.y.atan2(direction.x);
-    // Straight back has two names; one of them, so that an aperture of a full turn holds it once.
+    // -pi and pi are the same direction; only -pi is used, so that an aperture of a full turn has it once.
     if azimuth_rad > PI - ROUNDING_RAD { azimuth_rad - TAU } else { azimuth_rad }
 }
 
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_return_is_a_gap() {
+    fn a_range_that_is_no_return_is_a_gap() {
         let mut scan = turn(-PI, TAU / 360.0);
         scan.range_min_m = 0.15;
         scan.range_max_m = 8.0;
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_that_point_nowhere_are_told() {
+    fn invalid_angles_are_refused() {
         for (angle_min_rad, angle_increment_rad) in
             [(f32::NAN, 0.01), (0.0, f32::INFINITY), (0.0, 0.0)]
         {

@@ -1,23 +1,23 @@
 //! Detection of moving objects by observed free space: on a platform that may move itself, of any number of objects,
 //! with gaps in the scan and objects that stop.
 //!
-//! The ranges alone (Rec-HV 3.2) cannot distinguish the object that comes from the background that it uncovers:
-//! both change the range of a beam. The space can: a place that rays have passed in several cycles was
-//! free, and a return that ends there is newly occupied. What was behind an object was never passed,
-//! so that it is background when it is uncovered. An object that stops is in observed free space as long as the
-//! evidence is remembered. One of which no free space tells is followed over the scans: an isolated, narrow segment that
+//! The ranges alone (Rec-HV 3.2) cannot distinguish an approaching object from the background that it uncovers:
+//! both change the range of a beam. Observed free space can: a place that rays have passed in several cycles was
+//! free, and a return there is newly occupied. The space behind an object was never passed,
+//! so a return there is background when it is uncovered. An object that stops is in observed free space as long as the
+//! evidence is kept. An object outside of observed free space is tracked over the scans: an isolated, narrow segment that
 //! has travelled is moving.
 //!
 //! | module | what |
 //! |---|---|
 //! | `platform_motion` | the twist of the platform, the noise of its poses, jumps |
-//! | `deskewed_scan` | the beams of one scan in the map's plane, with the errors of their places |
-//! | `scan_window` | the deviation of the ranges with earlier scans seen from the present place (eq. 2, 3) |
-//! | `clearance` | how far each beam shows free space for sure |
+//! | `deskewed_scan` | the beams of one scan in the map's plane, with the errors of their positions |
+//! | `scan_window` | the deviation of the ranges, with earlier scans as seen from the present position (eq. 2, 3) |
+//! | `clearance` | the distance up to which each beam certainly shows free space |
 //! | `evidence` | the evidence, a rolling grid; the class of each return |
 //! | `moving_runs` | which runs of beams in free space are objects |
-//! | `tracker` | which object of the scans before each of them is, and whether it has travelled |
-//! | `zones` | their zones; zones of objects lost from sight |
+//! | `tracker` | association with the objects of earlier scans, and whether they have travelled |
+//! | `zones` | the zones of objects, visible or not |
 
 mod clearance;
 mod deskewed_scan;
@@ -44,21 +44,21 @@ use scan_window::{ScanWindow, is_newly_occupied};
 use tracker::{MAX_SPEED_M_PER_S, MotionEvidence, Tracker, motion_evidence};
 use zones::{CycleView, MovingBeams, ZoneMaker};
 
-/// A scan with fewer returns in the aperture says nothing, as in Rec-HV, which needs two for a line.
+/// A scan with fewer returns in the aperture is not used, as in Rec-HV, which needs two for a line.
 const LEAST_RETURNS: usize = 2;
 
-/// A new return beside a moving object is background, come into sight by chance, once in four times.
+/// The probability that a newly visible return beside a moving object is background.
 const RATE_BESIDE_AN_OBJECT: f64 = 0.25;
 
-/// A return of an object that travels is background, associated by mistake, at most once in ten times. Two of them are
-/// no object by that alone: in floating point their product is a hair above the bound of module `moving_runs`. With a
-/// bound that lets them pass, recordings of people show more zones, and no more of the people's legs in them.
+/// The probability that a return of a travelling object is background that was associated wrongly. Two such returns alone
+/// are not an object: in floating point their product is slightly above the bound of module `moving_runs`. With a
+/// bound that accepts them, recordings of people have more zones, and no more of the people's legs in them.
 const RATE_OF_TRAVELLING_OBJECT: f64 = 0.1;
 
-/// Background so near to an object may be its own, missed before: the width of a chair.
+/// Background so near to an object may be a part of it that was missed before: the width of a chair.
 const CLUTTER_M: f64 = 0.5;
 
-/// What the method looks at in one cycle.
+/// The input of one cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct MotionInput<'a> {
     /// The scan.
@@ -69,7 +69,7 @@ pub struct MotionInput<'a> {
     pub map_from_rig: &'a Isometry3<f64>,
     /// The frame of the pose.
     pub map_frame_id: &'a str,
-    /// When the rig was there: the stamp of the cycle's cloud.
+    /// The stamp of the pose, which is that of the cycle's cloud.
     pub pose_stamp: Stamp,
 }
 
@@ -82,24 +82,24 @@ pub struct Deviations {
     platform_moves: bool,
 }
 
-/// What the method finds in one cycle.
+/// The result of one cycle.
 #[derive(Clone, PartialEq, Debug)]
 pub struct MotionSearch {
     /// The zones by azimuth, measured or held.
     pub zones: Vec<DynamicZone>,
     /// Why none was measured, if none was.
     pub unmeasured: Option<Unmeasured>,
-    /// The largest deviation in the aperture, where there are deviations.
+    /// The largest deviation in the aperture, if there are deviations.
     pub max_std_dev_m: Option<f32>,
     /// Beams of the aperture whose deviation exceeds `min_std_dev_m`.
     pub high_variability_beams: usize,
-    /// Beams of the aperture in measured zones that end where free space was seen.
+    /// Beams of the aperture in measured zones whose return is in observed free space.
     pub moving_beams: usize,
     /// Beams of the aperture without a return.
     pub unknown_beams: usize,
 }
 
-/// Finds what moves by the free space it stands in.
+/// Finds moving objects by returns in observed free space.
 ///
 /// Memory: [`crate::FreeSpaceConfig::evidence_bytes`] and the scans of the window.
 #[derive(Clone, Debug)]
@@ -116,7 +116,7 @@ pub struct MotionFinder {
 }
 
 impl MotionFinder {
-    /// A finder that has seen nothing yet; `config` has been validated.
+    /// A finder without evidence; `config` has been validated.
     #[must_use]
     pub fn new(config: &DetectionConfig, rig_from_lidar: Isometry3<f64>) -> Self {
         Self {
@@ -137,7 +137,7 @@ impl MotionFinder {
         self.clear_scene();
     }
 
-    /// Forgets the scans of the window alone: another geometry of the scan changes nothing in the world.
+    /// Forgets only the scans of the window: the evidence does not depend on the geometry of the scan.
     pub fn clear_window(&mut self) {
         self.window.clear();
     }
@@ -149,8 +149,7 @@ impl MotionFinder {
         self.epoch = None;
     }
 
-    /// Deskews the scan and takes the deviations of its beams over the window. A pose that jumps starts
-    /// everything anew.
+    /// Deskews the scan and computes the deviations of its beams over the window. A pose that jumps resets the finder.
     pub fn take_in(&mut self, input: &MotionInput<'_>) -> Deviations {
         let motion = self.motion.advance(input.pose_stamp, input.map_from_rig, input.map_frame_id);
         if motion.jumped {
@@ -188,7 +187,7 @@ impl MotionFinder {
             .iter()
             .map(|beam| beam.hit.as_ref().map(|hit| self.classify(hit, *now_ms)))
             .collect();
-        // Runs are looked for all round: what moves behind the rig is no background either.
+        // Runs are searched in the whole scan: moving objects behind the rig are not background either.
         let runs = self.runs(scan, &classes, within);
         self.tracker.update(scan, &classes, &runs, *now_ms, *platform_moves);
         for (beam, _) in self.tracker.travelling().flat_map(|beams| scan.returns_of_object(beams)) {
@@ -202,7 +201,7 @@ impl MotionFinder {
         let runs = self.moving(scan, runs, *now_ms, *platform_moves);
 
         let mut labels = vec![ReturnLabel::Background; scan.beams.len()];
-        // Who walks away would find his own returns of a scan ago for background: poses are not exact.
+        // Otherwise earlier returns of a person who walks away would count as background, since poses are not exact.
         self.tracker.under_way().for_each(|beams| labels[beams].fill(ReturnLabel::Undecided));
         for run in &runs {
             let label =
@@ -274,12 +273,12 @@ impl MotionFinder {
             .any(|hit| self.evidence.has_background_near(&hit.in_map_m, CLUTTER_M, now_ms))
     }
 
-    /// What the evidence says of a return; where there is none, what the objects of the cycle before say.
+    /// The class of a return by the evidence or, without evidence, by the objects of the cycle before.
     ///
-    /// Before black or far surfaces no ray ever comes back, and no free space is seen. An object that goes on
-    /// into such a place is known to be near: a return that was not there a cycle ago, no farther from it
-    /// than it can have gone, is most likely its own, and so is one where its front was. What it uncovers
-    /// was hidden behind it, and is not newly occupied.
+    /// In front of black or far surfaces there are no returns, so no free space is observed. When a tracked object moves
+    /// into such a place, a return that was not there a cycle ago, no farther from the object than it can have moved, is
+    /// most likely on it, and so is a return where its front was. Background that the object uncovers was hidden behind it,
+    /// and is not newly occupied.
     fn classify(&self, hit: &Return, now_ms: u32) -> ReturnClass {
         let class = self.evidence.classify(hit, now_ms);
         let follows_an_object = || {
@@ -342,7 +341,7 @@ impl MotionFinder {
             self.epoch = Some((stamp, 1));
             return 1;
         };
-        // The cast saturates: after 49 days the clock of the evidence stands, and starts anew.
+        // The cast saturates: after 49 days the evidence is reset and its time starts again.
         let now_ms = (stamp.seconds_since(first) * 1e3) as u32;
         if now_ms >= u32::MAX - 1 {
             self.clear_scene();

@@ -42,15 +42,15 @@ pub struct TooFewReturns {
 /// either end of the vector by the line through the two returns nearest to that end (Rec-HV 3.3.2.1;
 /// the text's "consecutive" returns are consecutive among the returns, gaps between them or not).
 ///
-/// `beams` are in the order of their azimuths; a beam whose range is `None` is a gap. Where the text is
-/// silent:
+/// `beams` are in the order of their azimuths; a beam whose range is `None` is a gap. Not specified by the
+/// text:
 /// - an extrapolated range is kept within `limits`, since a steep line soon leaves them (and even turns
 ///   negative);
 /// - two returns of one azimuth, as of a scanner that repeats its first beam, give the level line at
 ///   their mean;
 /// - a filled range counts as a range in all that follows, as published. A beam that is filled in one
-///   scan and measured in the next therefore varies although nothing has moved: `is_filled` is there
-///   for methods that know better.
+///   scan and measured in the next therefore varies although nothing has moved: `is_filled` is for
+///   methods that exclude such beams.
 ///
 /// # Errors
 /// With fewer than two returns.

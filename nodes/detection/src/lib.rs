@@ -8,15 +8,15 @@
 //! | [`gap_fill`] | a range for every beam | 3.2.1.1, 3.3.2.1 |
 //! | [`variability`] | mean and deviation of each beam over n scans | 3.2.1.2, eq. 2 to 4 |
 //! | [`zone_finder`] | the angles that bound the moving object | 3.2.2, 3.3.2.2, eq. 5 |
-//! | [`free_space`] | in place of the last three: what ends where free space was seen | ours |
+//! | [`free_space`] | in place of the last three: returns in observed free space | ours |
 //! | [`detector`] | all of them in turn, and the voxel grid of the cloud | 3.2.3 |
 //!
-//! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
+//! This crate without its feature `ros` is the core: it uses no ROS, no clock and no file.
 //!
 //! ```
 //! use detection::variability::VariabilityWindow;
 //!
-//! // Three scans of three beams; in the last one something stands before the wall that the middle beam saw.
+//! // Three scans of three beams; in the last one an object is in front of the wall that the middle beam hit.
 //! let mut window = VariabilityWindow::new(3);
 //! for ranges_m in [vec![3.0, 3.0, 3.0], vec![3.0, 3.0, 3.0], vec![3.0, 1.5, 3.0]] {
 //!     window.push(ranges_m);

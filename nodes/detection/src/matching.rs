@@ -21,22 +21,22 @@ struct Limits {
 
 /// Matches scans of payload `S`, clouds (or depth images) of payload `C`, and poses.
 ///
-/// The payloads are never looked into, so that a node can hold messages undecoded until they are
+/// The payloads are not read, so that a node can keep messages undecoded until they are
 /// needed. A cloud serves every scan that it is nearest to; hence `C: Clone`, which is meant for an
 /// `Arc`.
 ///
 /// # The rule
 /// - A scan gets the cloud nearest in stamp within `max_cloud_offset_s`, the earlier one of two at equal
 ///   distance. This is decided once a cloud with the scan's stamp or a later one has been seen, and so
-///   does not hang on the order of arrival.
+///   does not depend on the order of arrival.
 /// - It gets the pose at the cloud's stamp, interpolated between the poses around it, once a pose with
 ///   the cloud's stamp or a later one has been seen.
 /// - It waits for these until the newest stamp seen on any input is `max_wait_s` later than its own, or
 ///   `max_waiting_scans` are waiting; then it is dropped, with what was missing.
 /// - Scans leave in the order of their stamps, matched or dropped.
-/// - On each input the stamps must grow. A message that does not is ignored, and told; one that lies more
-///   than `max_wait_s` back means that the clock has jumped (a bag that starts again): all that waits is
-///   dropped, and matching starts anew.
+/// - On each input the stamps must grow. A message that does not is ignored, and reported; a stamp more
+///   than `max_wait_s` before the last one means that the clock has jumped (a bag that starts again): all waiting scans are
+///   dropped, and matching is reset.
 ///
 /// As long as nothing is dropped or ignored, the cycles are the same however the inputs interleave.
 #[derive(Clone, Debug)]
@@ -75,7 +75,7 @@ impl<S, C: Clone> Matcher<S, C> {
         }
     }
 
-    /// Takes in a scan, and returns what this decides, in the order of the scans.
+    /// Adds a scan, and returns what this decides, in the order of the scans.
     pub fn push_scan(&mut self, stamp: Stamp, scan: S) -> Vec<MatchEvent<S, C>> {
         let mut events = Vec::new();
         if self.admits(Input::Scan, stamp, &mut events) {
@@ -92,7 +92,7 @@ impl<S, C: Clone> Matcher<S, C> {
         events
     }
 
-    /// Takes in a cloud or a depth image, and returns what this decides, in the order of the scans.
+    /// Adds a cloud or a depth image, and returns what this decides, in the order of the scans.
     pub fn push_cloud(&mut self, stamp: Stamp, cloud: C) -> Vec<MatchEvent<S, C>> {
         let mut events = Vec::new();
         if self.admits(Input::Cloud, stamp, &mut events) {
@@ -102,7 +102,7 @@ impl<S, C: Clone> Matcher<S, C> {
         events
     }
 
-    /// Takes in a pose, and returns what this decides, in the order of the scans.
+    /// Adds a pose, and returns what this decides, in the order of the scans.
     pub fn push_pose(&mut self, pose: StampedPose) -> Vec<MatchEvent<S, C>> {
         let mut events = Vec::new();
         if self.admits(Input::Pose, pose.stamp, &mut events) {
@@ -112,15 +112,15 @@ impl<S, C: Clone> Matcher<S, C> {
         events
     }
 
-    /// The end of the input: every scan that still waits is dropped. The matcher is as new after it.
+    /// The end of the input: every waiting scan is dropped, and the matcher is reset.
     pub fn flush(&mut self) -> Vec<MatchEvent<S, C>> {
         let mut events = Vec::new();
         self.restart(DropCause::EndOfInput, &mut events);
         events
     }
 
-    /// The clock that all inputs share was set back to `now`: where what was taken in is of the time after it, beyond what
-    /// may still be on its way, every scan that waits is dropped and the matcher is as new. Returns none where it goes on.
+    /// The clock of all inputs was set back to `now`: if stamps are later than `now` by more than the transport may explain,
+    /// every waiting scan is dropped and the matcher is reset. Returns `None` if it is not reset.
     pub fn set_back(&mut self, now: Stamp) -> Option<Vec<MatchEvent<S, C>>> {
         let ahead_s = self.newest?.seconds_since(now);
         if ahead_s <= self.limits.wait_s {
@@ -143,14 +143,14 @@ impl<S, C: Clone> Matcher<S, C> {
         self.clouds.len()
     }
 
-    /// How many clouds had to go because `max_waiting_clouds` were waiting already.
+    /// How many clouds were dropped because `max_waiting_clouds` were waiting already.
     #[must_use]
     pub fn discarded_clouds(&self) -> u64 {
         self.discarded_clouds
     }
 
-    /// Whether a message of `stamp` may enter. Looks after the clock of its input, and drops the scans
-    /// that lose patience at the sight of it.
+    /// Whether a message of `stamp` is accepted. Updates the latest stamp of its input, and drops the scans that have waited
+    /// too long by it.
     fn admits(&mut self, input: Input, stamp: Stamp, events: &mut Vec<MatchEvent<S, C>>) -> bool {
         if let Some(latest) = *self.latest_mut(input)
             && stamp <= latest
@@ -163,8 +163,8 @@ impl<S, C: Clone> Matcher<S, C> {
             events.push(MatchEvent::ClockJumpedBack { input, from: latest, to: stamp });
         }
         self.newest = self.newest.max(Some(stamp));
-        // Before the message is taken in: whether a scan is dropped must not hang on which input shows
-        // first that the time is up.
+        // Before the message is added: whether a scan is dropped must not depend on which input first shows that the
+        // time is over.
         while let Some(&(scan_stamp, _)) = self.scans.front() {
             let waited_s = self.newest.map_or(0.0, |newest| newest.seconds_since(scan_stamp));
             if waited_s <= self.limits.wait_s {
@@ -188,7 +188,7 @@ impl<S, C: Clone> Matcher<S, C> {
         match self.poses.push(pose.clone()) {
             Ok(()) => {}
             Err(PosePushError::OtherFrame { expected, found }) => {
-                // Poses of two frames cannot be interpolated; the newer frame is the one in force.
+                // Poses of two frames cannot be interpolated; the newer frame is used.
                 self.poses.clear();
                 events.push(MatchEvent::PoseFrameChanged { from: expected, to: found });
                 if let Err(error) = self.poses.push(pose) {
@@ -199,12 +199,12 @@ impl<S, C: Clone> Matcher<S, C> {
         }
     }
 
-    /// Whether the pose at `stamp` can be told: a pose of that stamp or a later one has been taken.
+    /// Whether the pose at `stamp` can be decided: a pose of that stamp or a later one has been taken.
     fn has_pose_from(&self, stamp: Stamp) -> bool {
         self.poses.newest().is_some_and(|newest| newest.stamp >= stamp)
     }
 
-    /// Drops what waits and forgets every stamp.
+    /// Drops all waiting scans and forgets every stamp.
     fn restart(&mut self, cause: DropCause, events: &mut Vec<MatchEvent<S, C>>) {
         while !self.scans.is_empty() {
             self.drop_first(cause, events);
@@ -225,7 +225,7 @@ impl<S, C: Clone> Matcher<S, C> {
         }
     }
 
-    /// Decides the scans at the head of the queue as far as that can be done now.
+    /// Decides the scans at the head of the queue, as far as possible now.
     fn settle(&mut self, events: &mut Vec<MatchEvent<S, C>>) {
         while let Some(&(stamp, _)) = self.scans.front() {
             let decision = self.decide(stamp);
@@ -268,7 +268,7 @@ impl<S, C: Clone> Matcher<S, C> {
         }
     }
 
-    /// What a scan that waits is waiting for.
+    /// The inputs that a waiting scan lacks.
     fn missing(&self, scan_stamp: Stamp) -> Vec<Input> {
         let (cloud, pose_needed_at) = match nearest(&self.clouds, scan_stamp) {
             Nearest::Undecided => (Some(Input::Cloud), scan_stamp),
@@ -278,9 +278,9 @@ impl<S, C: Clone> Matcher<S, C> {
         cloud.into_iter().chain(pose).collect()
     }
 
-    /// Lets go of the clouds that no scan can want any more.
+    /// Drops the clouds that no scan can match any more.
     fn discard_clouds(&mut self) {
-        // An older scan has been decided, or will be dropped for coming late.
+        // An older scan has been decided, or will be dropped as late.
         let oldest_scan = match self.scans.front() {
             Some((stamp, _)) => Some(*stamp),
             None => {

@@ -6,6 +6,7 @@ mod inputs;
 mod mounts;
 mod output;
 mod parameters;
+mod rendering;
 mod stage;
 #[cfg(test)]
 mod tests;
@@ -22,7 +23,7 @@ pub use stage::{Stage, UNUSABLE_MESSAGE_ON};
 
 const PROGRAM: Program = Program {
     name: "detection",
-    about: "Finds what moves by the scans of a 2D laser scanner, and reduces the cloud.",
+    about: "Finds moving objects in the scans of a 2D laser scanner, and reduces the cloud.",
     topics: "in  scan (sensor_msgs/msg/LaserScan), best effort
              in  depth/image (sensor_msgs/msg/Image: 16UC1 or 32FC1), best effort; with input:=depth
              in  depth/image/compressedDepth (sensor_msgs/msg/CompressedImage: png or rvl), best effort;
@@ -38,8 +39,8 @@ const PROGRAM: Program = Program {
              out ~/report (stillmap_msgs/msg/StageReport), reliable",
 };
 
-/// The waiting scans are given up when nothing at all has arrived for so many times `max_wait_s`: the
-/// stamps cannot tell the end of the input.
+/// The waiting scans are dropped when nothing has arrived for so many times `max_wait_s`: the end of the input cannot be
+/// recognised by stamps.
 const SILENCE_IN_WAITS: f64 = 2.0;
 
 geometry::choices! {

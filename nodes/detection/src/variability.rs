@@ -25,8 +25,8 @@ impl VariabilityWindow {
         Self { window_scans: window_scans.max(1), scans: VecDeque::new() }
     }
 
-    /// Takes in the filled ranges of the next scan; the oldest scan leaves a full window. Scans of
-    /// another number of beams cannot stand in one window: the ones before leave it.
+    /// Adds the filled ranges of the next scan; a full window drops the oldest scan. A scan with another number of beams
+    /// empties the window first.
     pub fn push(&mut self, ranges_m: Vec<f32>) {
         if self.scans.back().is_some_and(|newest| newest.len() != ranges_m.len()) {
             self.clear();
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn mean_and_population_deviation_by_hand() {
         let mut window = VariabilityWindow::new(3);
-        // Still; a step of 3 m in the last scan; 1, 2, 3.
+        // Constant; a step of 3 m in the last scan; 1, 2, 3.
         window.push(vec![2.0, 5.0, 1.0]);
         assert_eq!(window.statistics(), None);
         window.push(vec![2.0, 5.0, 2.0]);

@@ -35,7 +35,7 @@ pub enum Unmeasured {
         /// What it had to exceed.
         min_std_dev_m: f32,
     },
-    /// Nothing ends where free space was seen (the method `free_space`).
+    /// No object is in observed free space (the method `free_space`).
     #[error("none of the {returns} returns is an object in space seen free")]
     NothingInFreeSpace {
         /// Returns in the aperture.
@@ -49,14 +49,14 @@ pub enum Unmeasured {
     },
 }
 
-/// What one cycle's deviations say.
+/// The result of one cycle's deviations.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ZoneSearch {
     /// The zone, measured or held.
     pub zone: Option<DynamicZone>,
     /// Why it was not measured, if it was not.
     pub unmeasured: Option<Unmeasured>,
-    /// The largest deviation, where there are deviations.
+    /// The largest deviation, if there are deviations.
     pub max_std_dev_m: Option<f32>,
     /// Beams of high variability.
     pub high_variability_beams: usize,
@@ -75,7 +75,7 @@ pub struct ZoneFinder {
 }
 
 impl ZoneFinder {
-    /// A finder that has seen nothing yet; `config` has been validated.
+    /// A finder without a previous zone; `config` has been validated.
     #[must_use]
     pub fn new(config: &DetectionConfig) -> Self {
         Self {
@@ -106,10 +106,10 @@ impl ZoneFinder {
     /// 4. The zone is widened by the tolerance at each side.
     /// 5. If nothing was found, the previous zone is held: see [`ZoneFinder::hold`].
     ///
-    /// Where the text is silent:
-    /// - One run alone, of three beams or more, bounds the zone by its own ends: it holds two beams
-    ///   that are not adjacent, and this is what an object looks like that moves by more than its own
-    ///   width in a window, or that is just coming into view.
+    /// Not specified by the text:
+    /// - One run alone, of three beams or more, bounds the zone by its own ends: it has two beams
+    ///   that are not adjacent, and an object that moves by more than its own
+    ///   width in a window, or that is just becoming visible, has one run.
     /// - Of equal peaks the outer one bounds, of equally near candidates the one with the larger
     ///   deviations, then the right-hand one.
     /// - Only the cycle's largest deviation must exceed the minimum. A candidate near the previous zone may
@@ -160,8 +160,8 @@ impl ZoneFinder {
     /// plausible. Without a run nothing has moved, and the zone keeps its width.
     ///
     /// Plausible means: measured at most `max_held_cycles` cycles ago, and within the aperture, to which
-    /// the zone is cut. A scan that has no deviations holds the zone too, since the object has not gone
-    /// because the scanner saw nothing.
+    /// the zone is cut. A scan without deviations holds the zone too, since it does not show that the
+    /// object has left.
     pub fn hold(&mut self, why: Unmeasured, widening_rad: f64) -> ZoneSearch {
         self.previous = self.previous.and_then(|previous| {
             let cycles = match previous.source {

@@ -80,8 +80,8 @@ impl ReconstructionConfig {
 
     /// The parameters of the surface; `None` where the map is of the means of the reduced clouds.
     pub(crate) fn surface(&self) -> Option<SurfaceConfig> {
-        self.pipeline.needs_depth().then(|| SurfaceConfig {
-            edge_m: self.pipeline.map_edge_m,
+        self.pipeline.depth_map_edge_m().map(|edge_m| SurfaceConfig {
+            edge_m,
             max_blocks: self.max_map_blocks,
             ..SurfaceConfig::default()
         })

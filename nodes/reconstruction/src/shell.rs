@@ -1,38 +1,37 @@
 //! The node `reconstruction`: static clouds in, the static map out.
 //!
-//! # How to listen to the map
-//! Who needs it now and then subscribes to `static_map`: the whole map, latched, at once for a newcomer, then
-//! every `map_publish_period_s` while clouds come, when the input has paused for half a second, and when
+//! # Topics of the map
+//! `static_map` has the whole map, latched. It is published at once for a new subscriber, then
+//! every `map_publish_period_s` while clouds arrive, when the input has paused for half a second, and when
 //! the service `~/publish_map` is called.
 //!
-//! Who wants to see it grow subscribes to `static_map_updates` too: points that are new or have moved, each
-//! in the place of the listener's point of the same voxel
-//! ([`StaticMap::take_changes`](crate::StaticMap::take_changes) has the rule). With the method `free_space` voxels go,
-//! too: `static_map_removals` has their last points, each of which takes the listener's point of its voxel away. The two topics may overtake each other; of two messages that tell of the same voxel the one
-//! with the later stamp is right. A whole map takes the place of everything up to its stamp, and is the cure for an
-//! update that was lost. A newcomer may get the whole map before the last one first, since the DDS library keeps it
-//! for a while.
+//! `static_map_updates` has the points that are new or have moved; each replaces the subscriber's point of the same voxel
+//! ([`StaticMap::take_changes`](crate::StaticMap::take_changes) has the rule). With the method `free_space` voxels are also
+//! removed: `static_map_removals` has their last points, each of which removes the subscriber's point of its voxel. The
+//! order of messages across the two topics is not guaranteed; for a voxel, the message with the later stamp is valid. A
+//! whole map replaces everything up to its stamp, and so also corrects a lost update. A new subscriber may first
+//! receive the whole map before the last one, since the DDS library keeps it for a while.
 //!
-//! A topic of its own, since a program such as RViz that shows `static_map_updates` as points would show a removal
-//! in the same message as a point too. RViz cannot take points away: it shows `static_map`, which after a removal
-//! comes after a quarter of its period.
+//! Removals have their own topic, since a program such as RViz that shows `static_map_updates` as points would show a removal
+//! in the same message as a point. RViz cannot remove points: it shows `static_map`, which after a removal
+//! is published after a quarter of its period.
 //!
 //! # Corrections
-//! The source of the poses may correct its map, as a SLAM that closes a loop. On `map_path` it publishes the trajectory as
-//! its map has it by now: the map moves with it ([`StaticMap::follow_path`](crate::StaticMap::follow_path)), and is
-//! published as a whole. Nobody need publish it, and whose path it is does not matter, as long as its frame is the map's and the stamps of its poses stay:
-//! `pose` has it, and RTAB-Map by the name of `mapPath`. The first path that comes is taken for the one that the map stands
-//! on.
+//! The source of the poses may correct its map, as a SLAM that closes a loop. On `map_path` it publishes its
+//! corrected trajectory: the map is corrected with it ([`StaticMap::follow_path`](crate::StaticMap::follow_path)), and is
+//! published as a whole. The topic is optional, and may be published by any node, as long as its frame is the map's and the stamps of its poses do
+//! not change: `pose` publishes it, and RTAB-Map under the name `mapPath`. The map so far is assumed to agree with the first
+//! path that is received.
 //!
 //! # Files
-//! With `map_file` the node starts with the map of that file, where there is one, saves it every `map_save_period_s` while
+//! With `map_file` the node starts with the map of that file, if it exists, saves it every `map_save_period_s` while
 //! it changes (another thread writes), and when the node ends. The first save of a run, and each one after the map was emptied
-//! or replaced, keeps the file that is there as a numbered version ([`node_shell::keep_version`]), as does a save of less than
+//! or replaced, keeps the existing file as a numbered version ([`node_shell::keep_version`]), as does a save of less than
 //! half of the points. `~/save_map` and `~/load_map` go to and from the same file; they are `std_srvs/srv/Trigger`, which every
 //! ROS 2 installation can call without a package of ours.
 //!
-//! A loaded map is in the frame `map`, whose origin is the same one after each start (REP-105). Where the poses turn out to
-//! be in another frame, as `odom`, a new map begins.
+//! A loaded map is in the frame `map`, whose origin is the same one after each start (REP-105). If the poses are in
+//! another frame, such as `odom`, a new map is begun.
 
 mod loading;
 mod map_file;
@@ -44,7 +43,6 @@ mod spilling;
 mod stage;
 #[cfg(test)]
 mod tests;
-mod tile_folder;
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -61,7 +59,7 @@ pub use stage::Stage;
 
 const PROGRAM: Program = Program {
     name: "reconstruction",
-    about: "Builds the static map out of the static clouds of the cycles.",
+    about: "Builds the static map from the static clouds of the cycles.",
     topics: "in  segmented_cloud (stillmap_msgs/msg/SegmentedCloud), reliable
              in  map_path (nav_msgs/msg/Path, map frame), reliable: the way as the map has it by now; nobody need publish it
              out static_map (sensor_msgs/msg/PointCloud2, map frame), reliable and transient local: the whole map
@@ -74,7 +72,7 @@ const PROGRAM: Program = Program {
              srv ~/reset (std_srvs/srv/Trigger): empties the map",
 };
 
-/// How often the node looks who subscribes and what is due: within 0.1 s a newcomer is served.
+/// How often the node checks its subscribers and what is due: a new subscriber gets the map within 0.1 s.
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
 /// The shortest period: that of the finest clock.
@@ -125,7 +123,8 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// The node's body: begins with the map of `map_file`, serves until the node is to end, and saves the map.
 ///
 /// # Errors
-/// When a parameter is out of its range, a topic cannot be had, or the map cannot be loaded or saved.
+/// When a parameter is out of its range, a publisher or subscription cannot be created, or the map cannot be loaded or
+/// saved.
 pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<(), NodeFailure> {
     let settings = Settings::of(&parameters)?;
     let mut stage = Stage::new(node, &parameters)?;
@@ -150,7 +149,7 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
                 saving.change(&settings);
             }
             _reset = lifecycle.reset() => {
-                // It is logged and on /diagnostics where that fails; what is cleaned up goes all the same.
+                // A failure is logged and on /diagnostics; the map is cleaned up nevertheless.
                 let _saved = saving.save_now(&mut stage).await;
                 stage.clean_up();
             }
@@ -164,7 +163,7 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
                 stage.publish_what_is_due();
                 saving.look(&mut stage, Instant::now());
             }
-            // It may concern the clouds that wait.
+            // It may apply to the waiting clouds.
             received = stage.paths.next() => stage.take_path(&received.message),
             received = stage.cycles.next() => stage.take(&received.message),
         }

@@ -1,10 +1,10 @@
-//! `stillmap calibrate`: where the scanner is on the rig, by what a bag shows of the same surfaces to both sensors.
+//! `stillmap calibrate`: the pose of the scanner on the rig, from surfaces that both sensors of a bag see.
 
 mod choice;
 mod gathering;
+mod output;
 mod poses;
 pub(crate) mod reader;
-mod tell;
 #[cfg(test)]
 mod tests;
 
@@ -31,8 +31,8 @@ use crate::run::inputs::{Inputs, PoseSource, TopicArgs, ViewTopics};
   stillmap run room.mcap --params-file extrinsics.yaml
 
 Both sensors must see the same surfaces: walls and furniture of several directions, upright and as high as the
-scanner, 1 to 5 m away. Stand still for ten seconds, or turn slowly. What the bag does not tell stays as it was, and
-is named. The camera's own mounting (rig_from_camera) is taken as it is.")]
+scanner, 1 to 5 m away. Stand still for ten seconds, or turn slowly. Coordinates that the bag does not determine stay unchanged,
+and are named. The mounting of the camera (rig_from_camera) is taken as given.")]
 pub struct CalibrateArgs {
     /// An MCAP file or a rosbag2 folder
     bag: PathBuf,
@@ -99,15 +99,15 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     })?;
 
     for finding in cycles.findings.iter().chain(&losses) {
-        console::complain(finding);
+        console::print_failure(finding);
     }
     if let Some(path) = &args.output {
-        tell::write_parameters(path, &args.bag, &found)?;
+        output::write_parameters(path, &args.bag, &found)?;
     }
     if args.json {
-        tell::print_json(&args.bag, &found)?;
+        output::print_json(&args.bag, &found)?;
     } else {
-        tell::print(&found, args.output.as_deref())?;
+        output::print(&found, args.output.as_deref())?;
     }
     let complete = losses.is_empty() && cycles.findings.is_empty();
     Ok(if complete { Outcome::Complete } else { Outcome::WithLosses })

@@ -1,11 +1,11 @@
-//! What the program says.
+//! Output of the program on stdout and stderr.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 
 use crate::failure::Failure;
 
-/// Prints a line of results on stdout. A reader who has gone, as `head` does, is no fault.
+/// Prints a line of results on stdout. A closed pipe, as after `head`, is not an error.
 pub fn print(line: impl Display) -> Result<(), Failure> {
     match writeln!(std::io::stdout(), "{line}") {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -15,13 +15,13 @@ pub fn print(line: impl Display) -> Result<(), Failure> {
     }
 }
 
-/// Tells on stderr what went wrong.
-pub fn complain(failure: &Failure) {
-    // When even stderr is gone, there is nobody left to tell.
+/// Prints a failure on stderr.
+pub fn print_failure(failure: &Failure) {
+    // A failure to write to stderr cannot be reported.
     let _ = writeln!(std::io::stderr(), "stillmap: {failure}");
 }
 
-/// Tells on stderr what is good to know.
+/// Prints a note on stderr.
 pub fn note(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "stillmap: {line}");
 }

@@ -67,7 +67,7 @@ pub struct DoctorArgs {
     topics: TopicArgs,
 }
 
-/// What the doctor has to say.
+/// The result of the checks.
 #[derive(Debug, Default, Serialize)]
 struct Report {
     findings: Vec<Finding>,
@@ -91,7 +91,7 @@ pub(crate) fn run(args: &DoctorArgs, ros: &RosArguments) -> Result<Outcome, Fail
         }
     };
     report.tally = Tally::of(&report.findings);
-    tell(&report, args.json)?;
+    print_report(&report, args.json)?;
     if report.findings.iter().any(|finding| finding.severity == Severity::Error) {
         return Err(Failure::new(format!("{} found", report.tally)));
     }
@@ -99,7 +99,7 @@ pub(crate) fn run(args: &DoctorArgs, ros: &RosArguments) -> Result<Outcome, Fail
     Ok(if warned { Outcome::WithLosses } else { Outcome::Complete })
 }
 
-fn tell(report: &Report, json: bool) -> Result<(), Failure> {
+fn print_report(report: &Report, json: bool) -> Result<(), Failure> {
     if json {
         let json = serde_json::to_string_pretty(report)
             .map_err(|error| Failure::new(format!("cannot print the findings: {error}")))?;
@@ -121,7 +121,7 @@ fn tell(report: &Report, json: bool) -> Result<(), Failure> {
 fn examine_bag(path: &Path, args: &DoctorArgs) -> Result<Report, Failure> {
     let parameters = load_parameters(&args.parameter_files)?;
     let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
-    // A bag can be looked at where no node can start.
+    // A bag can be checked on a machine where no node can start.
     let buffer = Transport::from_environment()
         .map_err(ShellError::from)
         .and_then(|transport| transport.probe_receive_buffer())
@@ -132,7 +132,7 @@ fn examine_bag(path: &Path, args: &DoctorArgs) -> Result<Report, Failure> {
 }
 
 fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failure> {
-    // What other nodes would log is among the findings.
+    // What the node would log is among the findings.
     let quiet = [LogDirective { logger: None, level: LogLevel::Error }];
     let levels = if ros.log.is_empty() { &quiet[..] } else { &ros.log };
     node_shell::log::start(LOGGER, levels, &ros.outputs);
@@ -140,7 +140,7 @@ fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failur
         Ok(transport) => transport,
         Err(error) => return Ok(only(&error)),
     };
-    let machine = match Machine::look(&transport) {
+    let machine = match Machine::read(&transport) {
         Ok(machine) => machine,
         Err(error) => return Ok(only(&error)),
     };
@@ -151,7 +151,7 @@ fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failur
     Ok(Report { findings, topics: view.listing(), tally: Tally::default() })
 }
 
-/// With such an environment no node starts, so there is nothing else to see.
+/// With such an environment no node starts, so nothing else can be checked.
 fn only(error: &TransportError) -> Report {
     let finding = Finding::error(
         Check::Environment,

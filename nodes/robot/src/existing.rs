@@ -1,4 +1,4 @@
-//! Files that are there already are replaced only where that was asked for.
+//! Existing files are replaced only with `--overwrite`.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use clap::Args;
 use crate::failure::Failure;
 use crate::sensor_bag::SensorBag;
 
-/// Refuses to replace the first of `paths` that is there, unless `overwrite`. `option` is what names another place.
+/// Refuses to replace the first of `paths` that exists, unless `overwrite`. `option` is the option that names the path.
 ///
 /// # Errors
 /// With the path, and what to do.
@@ -37,13 +37,13 @@ pub struct BagOutput {
 }
 
 impl BagOutput {
-    /// A bag that replaces none.
+    /// A bag that must not exist yet.
     #[must_use]
     pub fn new(output: PathBuf) -> Self {
         Self { output, overwrite: false }
     }
 
-    /// Where it goes.
+    /// The path of the bag.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.output
@@ -57,10 +57,10 @@ impl BagOutput {
         refuse_to_replace([self.output.clone()], self.overwrite, "-o")
     }
 
-    /// Begins the bag.
+    /// Creates the bag.
     ///
     /// # Errors
-    /// When its file cannot be made.
+    /// When its file cannot be created.
     pub fn create(&self) -> Result<SensorBag, Failure> {
         SensorBag::create(&self.output)
     }
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_there_is_replaced_only_where_that_was_asked_for() {
+    fn existing_files_are_replaced_only_with_overwrite() {
         let folder = tempfile::tempdir().unwrap();
         let (file, none) = (folder.path().join("a.txt"), folder.path().join("b.txt"));
         std::fs::write(&file, "").unwrap();

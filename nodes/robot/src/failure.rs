@@ -1,9 +1,9 @@
-//! What went wrong, in a line, and what to do about it, in another.
+//! A failure: a line that says what was wrong, and a line that says what to do.
 
 use std::fmt;
 use std::process::ExitCode;
 
-/// The exit code of a job that was done as far as its input allowed, with part of that input lost.
+/// The exit code of a job of whose input a part was lost.
 const EXIT_WITH_LOSSES: u8 = 3;
 /// The exit code of a job that was interrupted: 128 and the number of SIGINT, as shells have it.
 const EXIT_INTERRUPTED: u8 = 130;
@@ -45,12 +45,11 @@ impl fmt::Display for Failure {
 /// How a subcommand that did its job ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
-    /// All of it.
+    /// Everything was processed.
     Complete,
-    /// All that the input allowed: part of it could not be read, or was lost on the way. What was
-    /// computed is written.
+    /// Part of the input could not be read or was lost. The results of the rest are written.
     WithLosses,
-    /// What was done until a signal asked for the end. It is written, and that is said.
+    /// A signal ended it. The results until then are written.
     Interrupted,
 }
 

@@ -23,7 +23,7 @@ use crate::interrupt::Interrupt;
 pub enum ImportArgs {
     /// A TUM RGB-D sequence: colour, depth and motion-capture poses
     Tum(tum::TumArgs),
-    /// Numbered 16-bit depth pictures of a camera that stands still
+    /// Numbered 16-bit depth pictures of a static camera
     Depth(depth::DepthArgs),
     /// A bag of ROS 1
     Ros1(ros1::Ros1Args),
@@ -65,8 +65,8 @@ impl ImportArgs {
     }
 }
 
-/// Says what a bag holds, and how much of all it is where the import was interrupted.
-fn tell(
+/// Prints the content of a bag, and its share of the recording if the import was interrupted.
+fn print_summary(
     output: &BagOutput,
     summary: &BagSummary,
     interrupt: &Interrupt,

@@ -1,8 +1,8 @@
 //! The subcommands of `stillmap` that a robot needs: the suite live, recordings in and out and through the
-//! pipeline, odometry, calibration, and the doctor. They compose the cores and the nodes of the workspace; no method
-//! is here.
+//! pipeline, odometry, calibration, and the doctor. They compose the cores and the nodes of the workspace; the
+//! methods are in those.
 //!
-//! What the subcommands share is public, for those of the laboratory.
+//! Modules that the subcommands of the laboratory use as well are public.
 
 mod calibrate;
 pub mod console;
@@ -43,7 +43,7 @@ pub use rig::rig_from_camera;
 pub enum Command {
     /// A bag through the whole pipeline
     Run(run::RunArgs),
-    /// Where the camera of a bag was, by the points and lines that it sees; or its LiDAR
+    /// The trajectory of a bag's camera, from the points and lines in its images; or of its LiDAR
     Odometry(odometry::OdometryArgs),
     /// Play a bag onto DDS
     Play(PlayOptions),
@@ -55,7 +55,7 @@ pub enum Command {
     /// Turn recorded data sets into bags
     #[command(subcommand)]
     Import(import::ImportArgs),
-    /// Where the scanner is on the rig, by the surfaces that the depth camera sees
+    /// The pose of the scanner on the rig, from the surfaces that the depth camera sees
     Calibrate(calibrate::CalibrateArgs),
     /// What is wrong with this machine and the live graph, or with a bag, and how to fix it
     Doctor(doctor::DoctorArgs),
@@ -66,7 +66,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs the subcommand. `scoring` scores `run` against the truth of its bag, where there is one.
+    /// Runs the subcommand. `scoring` scores `run` against the ground truth in its bag, if it has one.
     ///
     /// # Errors
     /// When the job could not be done.

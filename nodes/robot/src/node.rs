@@ -50,7 +50,7 @@ impl OwnArgs {
     }
 }
 
-/// Runs a node until it is told to stop.
+/// Runs a node until SIGINT or SIGTERM.
 pub(crate) fn run(args: NodeArgs) -> ExitCode {
     match args.node {
         NodeName::Detection(own) => detection::shell::run(own.for_node()),

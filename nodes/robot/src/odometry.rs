@@ -1,4 +1,4 @@
-//! `stillmap odometry`: where the camera of a bag was, by what it sees; or its LiDAR.
+//! `stillmap odometry`: the trajectory of a bag's camera, from its images; or of its LiDAR.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ use crate::lidar::{self, LidarArgs};
 use crate::progress::Progress;
 use crate::visual::{self, VisualOdometry, VisualTopicArgs, VisualTopics, write_trajectory};
 
-/// The node's own topics are apart from those of a bag.
+/// The namespace of the node, which keeps its topics apart from those of a bag.
 const NAMESPACE: &str = "/stillmap_odometry";
 
 /// Arguments of `stillmap odometry`.
@@ -32,9 +32,9 @@ const NAMESPACE: &str = "/stillmap_odometry";
   stillmap odometry monday.mcap --slam --save-map flat.map -o monday.txt
   stillmap odometry tuesday.mcap --slam --map flat.map --localise -o tuesday.txt
 
-The file has a line `seconds x y z qx qy qz qw` for each pose; images without a pose have none. The frame that poses lead to
-is that of the rig at the first image: x forward, z up.
-With --of lidar a capture of a Velodyne's packets (pcap, pcapng) and a folder of KITTI's scans do, too.")]
+The file has a line `seconds x y z qx qy qz qw` for each pose; images without a pose have none. The poses are in
+the frame of the rig at the first image: x forward, z up.
+With --of lidar the input may also be a capture of a Velodyne's packets (pcap, pcapng) or a folder of KITTI's scans.")]
 pub struct OdometryArgs {
     /// An MCAP file or a rosbag2 folder, with colour and depth images or a LiDAR's scans
     bag: PathBuf,
@@ -46,19 +46,19 @@ pub struct OdometryArgs {
     /// The depth image topic (16UC1 or 32FC1)
     #[arg(long, value_name = "TOPIC")]
     depth: Option<String>,
-    /// What the camera is followed by
+    /// The features that are tracked
     #[arg(long, value_enum)]
     features: Option<Features>,
-    /// Keep a map and close loops; the poses are those that the map has in the end
+    /// Keep a map and close loops; the poses are those of the final map
     #[arg(long)]
     slam: bool,
-    /// With --slam: begin with this map, in which the camera must be found first
+    /// With --slam: begin with this map, in which the camera must be localised first
     #[arg(long, value_name = "FILE", requires = "slam")]
     map: Option<PathBuf>,
-    /// With --map: only place the camera in the map, which stays as it is; images before it is found there have no pose
+    /// With --map: only localise the camera in the map, which stays unchanged; images before that have no pose
     #[arg(long, requires = "map")]
     localise: bool,
-    /// With --slam: save the map in the end
+    /// With --slam: save the final map
     #[arg(long, value_name = "FILE", requires = "slam")]
     save_map: Option<PathBuf>,
     /// Replace the files of these names
@@ -69,7 +69,7 @@ pub struct OdometryArgs {
     of: Whose,
     #[command(flatten)]
     lidar: LidarArgs,
-    /// With a LiDAR: places are found again, and the poses are those with the drift since taken out
+    /// With a LiDAR: close loops when a place is revisited; the poses are corrected for the drift
     #[arg(long)]
     loop_closing: bool,
     /// A ROS 2 parameter file for the node pose, or lidar_odometry; later ones override earlier ones
@@ -80,7 +80,7 @@ pub struct OdometryArgs {
     json: bool,
 }
 
-/// What the camera is followed by.
+/// The features that are tracked.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 enum Features {
     /// Corners alone
@@ -102,7 +102,7 @@ enum Whose {
     Lidar,
 }
 
-/// What came of a bag.
+/// The result of a run.
 #[derive(Serialize, Debug)]
 struct OdometrySummary {
     image_pairs: usize,
@@ -112,7 +112,7 @@ struct OdometrySummary {
     inliers_median: u64,
     milliseconds_median: f64,
     milliseconds_p99: f64,
-    /// What was saved of the map, and where.
+    /// The size and the path of the saved map.
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<String>,
 }
@@ -121,15 +121,15 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     refuse_to_replace([args.output.clone()], args.overwrite, "-o")?;
     refuse_to_replace(args.save_map.clone(), args.overwrite, "--save-map")?;
     if args.of == Whose::Lidar && args.slam {
-        return Err(Failure::new("--slam is of a camera").fix("leave it out for a LiDAR"));
+        return Err(Failure::new("--slam is for a camera").fix("leave it out for a LiDAR"));
     }
     if args.of == Whose::Lidar {
         let how = (&args.lidar, args.loop_closing);
         return lidar::run_odometry(&args.bag, &args.output, how, &args.files, args.json);
     }
     if !args.lidar.is_empty() || args.loop_closing {
-        return Err(Failure::new("--lidar, --calibration and --loop-closing are of a LiDAR")
-            .fix("give --of lidar to follow it"));
+        return Err(Failure::new("--lidar, --calibration and --loop-closing are for a LiDAR")
+            .fix("add --of lidar"));
     }
     let mut parameters: PoseParameters =
         parameters::load(&format!("/{}", visual::NODE), &args.files, &[] as &[Assignment])
@@ -139,7 +139,7 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
         parameters.tracker.frame.use_lines = features != Features::Points;
     }
     if args.slam {
-        // Between two images: the same bag gives the same poses.
+        // The SLAM runs between two images, so that the same bag gives the same poses.
         (parameters.slam, parameters.slam_in_background) = (true, false);
     }
     if let Some(map) = &args.map {
@@ -154,19 +154,19 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     let topics = VisualTopics::choose(&args.topics, &depth, &depth_info, &info)?;
 
     let failed = |error: NodeFailure| Failure::new(error.to_string());
-    let mut followed = Followed::new(topics, &depth_info, &parameters).map_err(failed)?;
-    let names = followed.bag_topics();
+    let mut tracking = Tracking::new(topics, &depth_info, &parameters).map_err(failed)?;
+    let names = tracking.bag_topics();
     let count = |name: &String| {
         let known = info.topics.iter().filter(|topic| topic.topic == *name);
         known.map(|topic| topic.message_count).sum::<u64>()
     };
-    let progress = Progress::new("following", names.iter().map(count).sum());
+    let progress = Progress::new("tracking", names.iter().map(count).sum());
     let selection = Selection { topics: Some(names), ..Selection::default() };
     let mut messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
     for message in &mut messages {
         let message = message.map_err(|error| Failure::new(error.to_string()))?;
-        if let Err(error) = followed.take(&message) {
-            console::complain(&Failure::new(format!("{}: {error}", message.topic)));
+        if let Err(error) = tracking.take(&message) {
+            console::print_failure(&Failure::new(format!("{}: {error}", message.topic)));
         }
         progress.advance();
     }
@@ -176,13 +176,13 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
         Whose::Camera => geometry::pose_from_vector(&parameters.rig_from_camera),
         Whose::Rig | Whose::Lidar => nalgebra::Isometry3::identity(),
     };
-    let in_the_end = followed.odometry.trajectory();
-    let poses = in_the_end.as_deref().unwrap_or(followed.odometry.poses());
+    let final_poses = tracking.odometry.trajectory();
+    let poses = final_poses.as_deref().unwrap_or(tracking.odometry.poses());
     write_trajectory(&args.output, poses, &rig_from_written)?;
-    let saved = args.save_map.as_deref().map(|path| followed.odometry.save_map(path)).transpose();
+    let saved = args.save_map.as_deref().map(|path| tracking.odometry.save_map(path)).transpose();
     let saved = saved.map_err(failed)?;
-    let summary = OdometrySummary { poses: poses.len(), map: saved, ..followed.summary() };
-    tell(&summary, &args.output, args.json)?;
+    let summary = OdometrySummary { poses: poses.len(), map: saved, ..tracking.summary() };
+    print_summary(&summary, &args.output, args.json)?;
     if summary.poses == 0 {
         return Err(Failure::new("no image has a pose".to_owned())
             .fix("the causes are above; `stillmap info` lists what the bag holds"));
@@ -191,7 +191,7 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
 }
 
 /// The pose node with the depth images' publishers.
-struct Followed {
+struct Tracking {
     odometry: VisualOdometry,
     depth_topic: String,
     depth_info_topic: String,
@@ -202,7 +202,7 @@ struct Followed {
     _host: Host,
 }
 
-impl Followed {
+impl Tracking {
     fn new(
         topics: VisualTopics,
         depth_info: &str,
@@ -277,14 +277,14 @@ impl Followed {
     }
 }
 
-fn tell(summary: &OdometrySummary, output: &Path, json: bool) -> Result<(), Failure> {
+fn print_summary(summary: &OdometrySummary, output: &Path, json: bool) -> Result<(), Failure> {
     if json {
         let json = serde_json::to_string_pretty(summary)
             .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
         return console::print(json);
     }
     console::print(format_args!(
-        "{} poses of {} pairs of images, path {:.3} m; {} features agree (median)",
+        "{} poses of {} pairs of images, path {:.3} m; {} inliers (median)",
         summary.poses, summary.image_pairs, summary.path_m, summary.inliers_median
     ))?;
     for (cause, count) in &summary.without_a_pose {

@@ -1,4 +1,4 @@
-//! What a node of this process that finds poses says: its poses and its reports, gathered.
+//! Subscriptions to a pose node in this process: its poses and its reports, collected.
 
 use std::collections::BTreeMap;
 
@@ -6,38 +6,38 @@ use msgs::geometry_msgs::PoseStamped;
 use msgs::stillmap_msgs::StageReport;
 use node_shell::{Counters, Node, NodeFailure, Qos, Subscription};
 
-/// Poses and reports that one message may bring about.
+/// Poses and reports that one message may cause.
 const KEPT: usize = 100;
 
-/// Hears a node.
+/// The subscriptions, and what they received.
 pub(crate) struct PoseListener {
     counters: Counters,
-    heard_poses: Subscription<PoseStamped>,
-    heard_reports: Subscription<StageReport>,
+    pose_subscription: Subscription<PoseStamped>,
+    report_subscription: Subscription<StageReport>,
     poses: Vec<PoseStamped>,
     reports: Vec<StageReport>,
 }
 
 impl PoseListener {
-    /// Hears `node`, whose name is `name`, at `beside`.
+    /// Subscribes to the topics of `node`, whose name is `name`, with subscriptions of `beside`.
     pub(crate) fn new(node: &Node, name: &str, beside: &Node) -> Result<Self, NodeFailure> {
         let qos = Qos::reliable(KEPT);
         Ok(Self {
             counters: node.counters(),
-            heard_poses: beside.subscription("pose", &qos)?,
-            heard_reports: beside.subscription(&format!("{name}/report"), &qos)?,
+            pose_subscription: beside.subscription("pose", &qos)?,
+            report_subscription: beside.subscription(&format!("{name}/report"), &qos)?,
             poses: Vec::new(),
             reports: Vec::new(),
         })
     }
 
-    /// Hears what has been said since; gives that.
-    pub(crate) fn hear(&mut self) -> (&[PoseStamped], &[StageReport]) {
+    /// Takes the messages that have arrived since the last call, and returns them.
+    pub(crate) fn receive(&mut self) -> (&[PoseStamped], &[StageReport]) {
         let (poses, reports) = (self.poses.len(), self.reports.len());
-        while let Some(received) = self.heard_poses.try_next() {
+        while let Some(received) = self.pose_subscription.try_next() {
             self.poses.push((*received.message).clone());
         }
-        while let Some(received) = self.heard_reports.try_next() {
+        while let Some(received) = self.report_subscription.try_next() {
             self.reports.push((*received.message).clone());
         }
         (
@@ -51,12 +51,12 @@ impl PoseListener {
         &self.poses
     }
 
-    /// What the node said of each of its steps.
+    /// The reports so far.
     pub(crate) fn reports(&self) -> &[StageReport] {
         &self.reports
     }
 
-    /// What was of no use, by cause.
+    /// The numbers of unusable messages, by cause.
     pub(crate) fn drops(&self) -> BTreeMap<String, u64> {
         self.counters.drops()
     }

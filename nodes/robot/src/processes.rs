@@ -1,5 +1,4 @@
-//! Processes that this program starts, this same program with other arguments for the most part, and
-//! that do not outlive it.
+//! Child processes of this program, mostly the same program with other arguments, which end when it ends.
 
 use std::io::Read;
 use std::os::unix::process::CommandExt;
@@ -10,15 +9,15 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use crate::failure::Failure;
 
-/// Set for a process that must not outlive the one that started it, not even one that was killed.
+/// Environment variable of a child process that must end with its parent, even if the parent was killed.
 pub const END_WITH_PARENT: &str = "STILLMAP_END_WITH_PARENT";
 
-/// A node ends within a second when it is told to; more than that is a fault, and it is killed.
-const LONGEST_END: Duration = Duration::from_secs(5);
-/// How often an ending process is looked at.
-const LOOK_AGAIN: Duration = Duration::from_millis(10);
+/// A node ends within a second after SIGTERM; one that takes longer than this is killed.
+const LONGEST_STOP: Duration = Duration::from_secs(5);
+/// How often a stopping process is checked.
+const POLL_PERIOD: Duration = Duration::from_millis(10);
 
-/// A process that does not outlive its owner.
+/// A child process, which is stopped when this is dropped.
 pub struct Process {
     name: String,
     child: Child,
@@ -32,7 +31,7 @@ impl Process {
         Self::spawn(name, command)
     }
 
-    /// This program, for arguments and environment to be added.
+    /// A command that starts this program; arguments and environment are to be added.
     pub fn this_program(name: &str) -> Result<Command, Failure> {
         let program = std::env::current_exe()
             .map_err(|error| Failure::new(format!("cannot start {name}: {error}")))?;
@@ -43,8 +42,8 @@ impl Process {
 
     /// Starts any program.
     pub fn spawn(name: &str, mut command: Command) -> Result<Self, Failure> {
-        // A group of its own: Ctrl-C on the terminal is this process' to hear, which then ends the
-        // others in order.
+        // A process group of its own: Ctrl-C on the terminal signals only this process, which then stops the others in
+        // order.
         let child = command
             .process_group(0)
             .stdin(Stdio::null())
@@ -53,34 +52,34 @@ impl Process {
         Ok(Self { name: name.to_owned(), child })
     }
 
-    /// What messages about it call it.
+    /// Its name in messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The number that the system knows it by.
+    /// Its process id.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// What it will write on stdout, when that was made a pipe; once.
+    /// Its stdout, if that is a pipe; `None` when called again.
     pub fn take_stdout(&mut self) -> Option<ChildStdout> {
         self.child.stdout.take()
     }
 
-    /// What it will write on stderr, when that was made a pipe; once.
+    /// Its stderr, if that is a pipe; `None` when called again.
     pub fn take_stderr(&mut self) -> Option<ChildStderr> {
         self.child.stderr.take()
     }
 
-    /// How it ended, if it has.
+    /// Its exit status, if it has ended.
     pub fn ended(&mut self) -> Result<Option<ExitStatus>, Failure> {
         self.child
             .try_wait()
             .map_err(|error| Failure::new(format!("cannot watch {}: {error}", self.name)))
     }
 
-    /// What it wrote, once it has ended.
+    /// What it wrote on stdout; to be called after it has ended.
     pub fn output(&mut self) -> Result<String, Failure> {
         let mut text = String::new();
         if let Some(mut output) = self.child.stdout.take() {
@@ -91,24 +90,24 @@ impl Process {
         Ok(text)
     }
 
-    /// Asks it to end, and waits until it has.
+    /// Sends SIGTERM, and waits until it has ended; kills it if that takes too long.
     pub fn stop(&mut self) -> Result<ExitStatus, Failure> {
         if let Some(status) = self.ended()? {
             return Ok(status);
         }
         self.signal(Signal::TERM);
-        let deadline = Instant::now() + LONGEST_END;
+        let deadline = Instant::now() + LONGEST_STOP;
         while Instant::now() < deadline {
             if let Some(status) = self.ended()? {
                 return Ok(status);
             }
-            std::thread::sleep(LOOK_AGAIN);
+            std::thread::sleep(POLL_PERIOD);
         }
-        let unable = |error| Failure::new(format!("cannot end {}: {error}", self.name));
+        let unable = |error| Failure::new(format!("cannot stop {}: {error}", self.name));
         self.child.kill().and_then(|()| self.child.wait()).map_err(unable)
     }
 
-    /// Ends it with no chance to say good-bye.
+    /// Ends it with SIGKILL.
     pub fn kill(mut self) -> Result<(), Failure> {
         let unable = |error| Failure::new(format!("cannot kill {}: {error}", self.name));
         self.child.kill().and_then(|()| self.child.wait()).map_err(unable)?;
@@ -118,7 +117,7 @@ impl Process {
     fn signal(&self, signal: Signal) {
         let pid = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
         if let Some(pid) = pid {
-            // It fails only for a process that has ended, which is what is wanted.
+            // It fails only if the process has ended already.
             let _ = kill_process(pid, signal);
         }
     }
@@ -126,7 +125,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // Nobody is left to hear of a failure here; a process that has ended already is no fault.
+        // A failure cannot be reported here.
         let _ = self.stop();
     }
 }

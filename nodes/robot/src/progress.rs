@@ -1,4 +1,4 @@
-//! A progress bar, where somebody watches.
+//! A progress bar on a terminal.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -20,17 +20,17 @@ impl Progress {
         Self { bar }
     }
 
-    /// One step more is done.
+    /// Counts one more step as done.
     pub fn advance(&self) {
         self.bar.inc(1);
     }
 
-    /// So many steps are done.
+    /// Sets the number of steps that are done.
     pub fn set(&self, steps: u64) {
         self.bar.set_position(steps);
     }
 
-    /// The work is done: the bar goes.
+    /// The work is done: removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

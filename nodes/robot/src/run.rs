@@ -9,7 +9,7 @@ mod output;
 pub mod parameters;
 pub mod pipeline;
 mod recorder;
-mod way;
+mod trajectory;
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
 use report::{DynamicScore, RunRecord, Summary};
 
-use self::findings::Course;
+use self::findings::InputLosses;
 use self::inputs::{Inputs, TopicArgs};
 use self::output::OutputFolder;
 pub use self::output::refuse_results;
@@ -42,7 +42,7 @@ use crate::visual::write_trajectory;
   stillmap run drive.pcap --pose lidar --out drive
 
 With --pose lidar the scans of a turning LiDAR become a road map: those of a bag with its clouds or packets, of a capture of a
-Velodyne (pcap, pcapng), or of a folder of KITTI's. What else the bag holds takes no part.")]
+Velodyne (pcap, pcapng), or of a folder of KITTI's. The other topics of the bag are not used.")]
 pub struct RunArgs {
     /// An MCAP file or a rosbag2 folder; with --pose lidar a capture or a folder of scans, too
     bag: PathBuf,
@@ -57,7 +57,7 @@ pub struct RunArgs {
     road: RoadArgs,
 }
 
-/// How a bag is run; `stillmap demo` shares these.
+/// How a bag is run; `stillmap demo` has the same arguments.
 #[derive(Args, Clone, Debug)]
 pub struct HowArgs {
     /// Replace what another run has left in the folder
@@ -103,8 +103,8 @@ pub(crate) fn run(
         refuse_to_replace(results, args.how.overwrite, "--out")?;
         if has_scanner(&args.bag)? {
             console::note(
-                "the map is of the turning LiDAR alone, the 2D scanner takes no part; `stillmap up --pose lidar` leads the LiDAR's pose to \
-                 the nodes that cut out what moves",
+                "the map is built from the 3D LiDAR alone, the 2D scanner is not used; `stillmap up --pose lidar` runs the nodes that remove \
+                 moving objects with the LiDAR's pose",
             );
         }
         let how = (args.topics.lidar(), &args.road);
@@ -136,14 +136,14 @@ fn has_scanner(path: &Path) -> Result<bool, Failure> {
     Ok(info.topics.iter().any(is_one))
 }
 
-/// Scores a run against the truth that its bag carries; `None` where it carries none.
+/// Scores a run against the ground truth in its bag; `None` if the bag has none.
 pub type Scoring =
     fn(&Bag, &Inputs, &PipelineParameters, &RunRecord) -> Result<Option<DynamicScore>, Failure>;
 
-/// Runs a bag and writes what comes of it.
+/// Runs a bag and writes the results.
 ///
 /// # Errors
-/// When the bag cannot be read, or nothing came of it.
+/// When the bag cannot be read, or there is no result.
 pub fn run_bag(
     bag_path: &Path,
     out: &Path,
@@ -158,13 +158,13 @@ pub fn run_bag(
     let parameters = PipelineParameters::load(&how.parameters)?;
     let inputs = Inputs::choose(topics, &info)?.needed_by(parameters.detection_node());
     if !(how.rate.is_finite() && how.rate > 0.0) {
-        return Err(Failure::new(format!("--rate {} is no speed", how.rate))
+        return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
     }
     let yaml = parameters.to_yaml()?;
     let folder = OutputFolder::create(out, &yaml)?;
 
-    let Finished { record, course, trouble, poses, is_interrupted } = match transport {
+    let Finished { record, losses, failure, poses, is_interrupted } = match transport {
         TransportName::Local => run_locally(&bag, &info, &inputs, &parameters, interrupt)?,
         TransportName::Dds => {
             let bag_name = bag_name(bag_path);
@@ -194,16 +194,16 @@ pub fn run_bag(
         write_trajectory(&trajectory, poses, &Isometry3::identity())?;
     }
 
-    let mut findings = findings::findings(&course, &record, &inputs);
+    let mut findings = findings::findings(&losses, &record, &inputs);
     findings.extend(unscored);
     for finding in &findings {
-        console::complain(finding);
+        console::print_failure(finding);
     }
-    let defeat = || findings::defeat(&record).filter(|_| !is_interrupted);
-    if let Some(failure) = trouble.or_else(defeat) {
+    let no_result = || findings::no_result(&record).filter(|_| !is_interrupted);
+    if let Some(failure) = failure.or_else(no_result) {
         return Err(failure);
     }
-    tell(&folder, &summary, how.json)?;
+    print_summary(&folder, &summary, how.json)?;
     if is_interrupted {
         console::note("interrupted: the results are of what was read until then");
         return Ok(Outcome::Interrupted);
@@ -214,9 +214,9 @@ pub fn run_bag(
 /// What either transport yields.
 struct Finished {
     record: RunRecord,
-    course: Course,
-    /// Why the run ended before its end, if it did.
-    trouble: Option<Failure>,
+    losses: InputLosses,
+    /// Why the run ended before the end of the bag, if it did.
+    failure: Option<Failure>,
     /// The rig's poses by the visual odometry, where it was asked for.
     poses: Option<Vec<PoseStamped>>,
     /// Whether a signal has ended it before the end of the bag.
@@ -235,9 +235,9 @@ fn run_locally(
     let progress = Progress::new("mapping", messages);
     let run = local::run(bag, inputs, parameters, &bag_name(bag.path()), (&progress, interrupt))?;
     progress.finish();
-    let course = Course { losses: run.losses, blind_scans: run.blind_scans, lost: Vec::new() };
+    let losses = InputLosses { bag: run.losses, blind_scans: run.blind_scans, lost: Vec::new() };
     let (record, poses, is_interrupted) = (run.record, run.poses, run.is_interrupted);
-    Ok(Finished { record, course, trouble: None, poses, is_interrupted })
+    Ok(Finished { record, losses, failure: None, poses, is_interrupted })
 }
 
 fn run_over_dds(
@@ -250,22 +250,22 @@ fn run_over_dds(
     let progress = Progress::new("mapping", messages_on(info, &inputs.scan));
     let run = dds::run(playback, inputs, parameters, (&progress, interrupt))?;
     progress.finish();
-    let course =
-        Course { losses: info.losses.clone(), blind_scans: run.blind_scans, lost: run.lost };
+    let losses =
+        InputLosses { bag: info.losses.clone(), blind_scans: run.blind_scans, lost: run.lost };
     let (record, poses, is_interrupted) = (run.record, run.poses, run.is_interrupted);
-    Ok(Finished { record, course, trouble: run.trouble, poses, is_interrupted })
+    Ok(Finished { record, losses, failure: run.failure, poses, is_interrupted })
 }
 
 fn messages_on(info: &BagInfo, topic: &str) -> u64 {
     info.topics.iter().filter(|known| known.topic == topic).map(|known| known.message_count).sum()
 }
 
-/// The bag's own name: the folders that lead to it say nothing about it.
+/// The bag's name without its folder.
 fn bag_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-fn tell(folder: &OutputFolder, summary: &Summary, json: bool) -> Result<(), Failure> {
+fn print_summary(folder: &OutputFolder, summary: &Summary, json: bool) -> Result<(), Failure> {
     if json {
         let json = summary
             .to_json()

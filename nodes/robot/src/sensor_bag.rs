@@ -1,5 +1,5 @@
-//! A bag as the drivers would have recorded it: the one place that names the topics of the bags that
-//! this program makes.
+//! Bags with the topics and QoS of the usual drivers: the only module that names the topics of the bags that
+//! this program writes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -48,11 +48,11 @@ pub const TRUE_SCAN_LABELS: &str = "/truth/scan_labels";
 pub const TRUE_OBJECTS: &str = "/truth/objects";
 /// The cloud of the scene without its moving objects.
 pub const TRUE_EMPTY_SCENE: &str = "/truth/empty_scene";
-/// What the true objects are called: a JSON object from id to name.
+/// The names of the true objects: a JSON object from id to name.
 pub const TRUE_OBJECT_NAMES: &str = "/truth/object_names";
 /// The frame of the depth images.
 pub const DEPTH_FRAME: &str = "camera_depth_optical_frame";
-/// The frame that poses lead to.
+/// The frame of the poses.
 pub const MAP_FRAME: &str = "map";
 
 /// History depth of the sensors' publishers: that of `rmw_qos_profile_sensor_data`.
@@ -60,12 +60,12 @@ const SENSOR_DEPTH: u32 = 5;
 /// History depth of other publishers: that of `rmw_qos_profile_default`.
 const RELIABLE_DEPTH: u32 = 10;
 
-/// The temporary file of a bag, which goes where the bag was not finished: half of it helps nobody.
+/// The temporary file of a bag, which is removed if the bag was not finished.
 struct Unfinished(PathBuf);
 
 impl Drop for Unfinished {
     fn drop(&mut self) {
-        // A finished bag has its own name, and there is no such file.
+        // A finished bag was renamed, and this file does not exist.
         let _ = std::fs::remove_file(&self.0);
     }
 }
@@ -82,7 +82,7 @@ impl SensorBag {
     /// A bag to be completed with [`Self::finish`].
     ///
     /// # Errors
-    /// When the file cannot be made.
+    /// When the file cannot be created.
     pub fn create(path: &Path) -> Result<Self, Failure> {
         let writer = BagWriter::create(path).map_err(|error| Failure::new(error.to_string()))?;
         let _unfinished = Unfinished(writer.temporary().to_owned());
@@ -180,7 +180,7 @@ impl SensorBag {
         self.write(TRUE_SCAN_LABELS, OfferedQos::reliable(RELIABLE_DEPTH), scan.stamp, &message)
     }
 
-    /// Where the objects truly are, on [`TRUE_OBJECTS`].
+    /// The true positions of the objects, on [`TRUE_OBJECTS`].
     pub fn objects(&mut self, stamp: Stamp, objects: &Tracks) -> Result<(), Failure> {
         self.write(TRUE_OBJECTS, OfferedQos::reliable(RELIABLE_DEPTH), stamp, objects)
     }
@@ -191,7 +191,7 @@ impl SensorBag {
         self.write(TRUE_EMPTY_SCENE, OfferedQos::latched(), cloud.stamp, &message)
     }
 
-    /// What the labels stand for, on [`TRUE_OBJECT_NAMES`].
+    /// The names of the labels, on [`TRUE_OBJECT_NAMES`].
     pub fn object_names(
         &mut self,
         stamp: Stamp,
@@ -202,7 +202,7 @@ impl SensorBag {
         self.write(TRUE_OBJECT_NAMES, OfferedQos::latched(), stamp, &std_msgs::String { data })
     }
 
-    /// Completes the bag; until then it stands under a temporary name.
+    /// Completes the bag; until then it has a temporary name.
     pub fn finish(self) -> Result<BagSummary, Failure> {
         self.writer.finish().map_err(|error| Failure::new(error.to_string()))
     }

@@ -1,5 +1,5 @@
-//! `stillmap up`: the whole suite live, in one process. What the nodes hand to each other is never encoded;
-//! who is outside gets it over DDS.
+//! `stillmap up`: the whole suite live, in one process. Messages between the nodes are not
+//! serialised; other processes receive them over DDS.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -26,14 +26,14 @@ use crate::{lidar, visual};
 #[command(after_help = "Example:
   stillmap up --rig rplidar_a1_kinect_v1 --ros-args -r scan:=/laser/scan -p reconstruction:map_file:=map.ply
 
-ROS arguments go to all nodes; a parameter to those that know it, or to the one that stands before it. What the nodes share
-(-p method:=rec_hv, -p voxel_edge_m:=0.05) is given without a node.
+ROS arguments go to all nodes; a parameter to those that have it, or to the one named before it. Parameters that the nodes
+share (-p method:=rec_hv, -p voxel_edge_m:=0.05) are given without a node.
 The nodes end together, on Ctrl-C or SIGTERM.")]
 pub struct UpArgs {
     /// A preset of the rig, or the path of a parameter file
     #[arg(long, default_value = PRESETS[0].name)]
     rig: String,
-    /// A node beside the others that publishes the pose that they take; without it the pose comes from outside
+    /// A further node that publishes the pose for the others; without it the pose comes from another process
     #[arg(long, value_enum, value_name = "BY")]
     pose: Option<PoseNode>,
     /// Edge of the voxels of a map of the depth images, in metres; 0 for a map of the reduced clouds
@@ -44,13 +44,13 @@ pub struct UpArgs {
 /// The nodes that publish the pose.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 enum PoseNode {
-    /// pose: by what a colour and depth camera sees
+    /// pose: from the images of a colour and depth camera
     Visual,
-    /// lidar_odometry: by the scans of a turning LiDAR
+    /// lidar_odometry: from the scans of a 3D LiDAR
     Lidar,
 }
 
-/// A rig that this program knows by itself.
+/// A rig whose parameters are part of this program.
 struct Preset {
     name: &'static str,
     parameters: &'static str,
@@ -147,7 +147,7 @@ fn known_names() -> Result<KnownNames, ParameterError> {
     Ok(known)
 }
 
-/// The arguments for one node: without the parameters that no node is named for, and that only others know.
+/// The arguments for one node, without parameters that are given for no node in particular and that only other nodes have.
 fn for_one(
     arguments: &RosArguments,
     own: &BTreeSet<String>,
@@ -216,8 +216,7 @@ impl Nodes {
         })
     }
 
-    /// Serves until the process is to end, or until a node ends by itself: the others are of no use without
-    /// it, and end with it.
+    /// Serves until the process is to end, or until a node ends by itself: then the others end, too, since they need it.
     async fn serve(self) -> Result<Outcome, Failure> {
         let mut tasks = JoinSet::new();
         let (node, parameters) = self.detection;
@@ -280,7 +279,7 @@ fn outcome(ended: Ended) -> Result<(), Failure> {
     match ended {
         Ok((_, Ok(()))) => Ok(()),
         Ok((name, Err(error))) => Err(Failure::new(format!("{name}: {error}"))),
-        Err(error) => Err(Failure::new(format!("a node ended badly: {error}"))),
+        Err(error) => Err(Failure::new(format!("a node failed: {error}"))),
     }
 }
 
@@ -292,7 +291,7 @@ where
     Ok((node, parameters))
 }
 
-/// What a node logs goes by its own name. A span of the gravest level passes every filter.
+/// The span that gives a node's logs its name. At the level error it passes every filter.
 fn span(stage: Stage) -> tracing::Span {
     match stage {
         Stage::Detection => tracing::error_span!("detection"),

@@ -1,4 +1,4 @@
-//! The pose node in this process: fed from a bag, its poses gathered.
+//! The pose node in this process: it gets the messages of a bag, and its poses are collected.
 
 mod topics;
 mod trajectory_file;
@@ -19,10 +19,10 @@ pub(crate) use trajectory_file::write_trajectory;
 
 /// The name of the node and of its parameters' section.
 pub(crate) const NODE: &str = "pose";
-/// What the pose is to be taken from, in place of a topic.
+/// The value of `--pose` that selects this node instead of a topic.
 pub(crate) const VISUAL: &str = "visual";
 
-/// The pose node with what feeds it and what hears it.
+/// The pose node, with the publishers of its input and the subscriptions to its output.
 pub(crate) struct VisualOdometry {
     stage: Stage,
     listener: PoseListener,
@@ -34,7 +34,7 @@ pub(crate) struct VisualOdometry {
     wheels: Publisher<Odometry>,
 }
 
-/// Why a message of the bag reached no node.
+/// Why a message of the bag could not be passed to a node.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum FeedError {
     #[error(transparent)]
@@ -44,7 +44,7 @@ pub(crate) enum FeedError {
 }
 
 impl VisualOdometry {
-    /// The node on `node`, fed and heard by `beside`; both have the topics' names of [`VisualTopics::by_node_name`].
+    /// The pose node on `node`; `beside` publishes its input and subscribes to its output. Both have the topics' names of [`VisualTopics::by_node_name`].
     pub(crate) fn new(
         node: &Node,
         beside: &Node,
@@ -66,7 +66,7 @@ impl VisualOdometry {
         })
     }
 
-    /// Hands a message of the bag to the node, if it is one of its topics other than the depth images.
+    /// Passes a message of the bag to the node, if it is on one of its topics other than the depth images.
     pub(crate) fn feed(&self, message: &BagMessage) -> Result<(), FeedError> {
         let topic = &*message.topic;
         if topic == self.topics.image {
@@ -79,7 +79,7 @@ impl VisualOdometry {
         if topic == self.topics.camera_info {
             self.camera_infos.publish(message.decode::<CameraInfo>()?)?;
         }
-        // Nobody subscribes to these two unless the parameters say so.
+        // The node subscribes to these two only if its parameters say so.
         if self.topics.imu.as_deref() == Some(topic) && self.imu.subscriber_count() > 0 {
             self.imu.publish(message.decode::<Imu>()?)?;
         }
@@ -89,10 +89,10 @@ impl VisualOdometry {
         Ok(())
     }
 
-    /// Lets the node take what has come, and hears what it says.
+    /// Lets the node process the waiting messages, and receives its output.
     pub(crate) fn flow(&mut self) {
         self.stage.take_waiting();
-        self.listener.hear();
+        self.listener.receive();
     }
 
     /// The poses so far.
@@ -111,12 +111,12 @@ impl VisualOdometry {
         self.stage.save_map_to(path)
     }
 
-    /// What the node said of each pair of images.
+    /// The node's report of each pair of images.
     pub(crate) fn reports(&self) -> &[StageReport] {
         self.listener.reports()
     }
 
-    /// What was of no use, by cause.
+    /// The numbers of unusable messages, by cause.
     pub(crate) fn drops(&self) -> std::collections::BTreeMap<String, u64> {
         self.listener.drops()
     }

@@ -89,7 +89,7 @@ pub fn command() -> clap::Command {
 }
 
 fn fail(failure: &Failure) -> ExitCode {
-    console::complain(failure);
+    console::print_failure(failure);
     ExitCode::FAILURE
 }
 

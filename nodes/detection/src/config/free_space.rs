@@ -19,7 +19,7 @@ geometry::parameters! {
         // The reach of the thesis' RPLIDAR A1 (Rec-HV 3.2.1).
         evidence_reach_m: f64 = 8.0, positive;
         /// Evidence that has not been renewed for this long is forgotten.
-        // Twice the time of a stopped object, so that it does not outlive the evidence it stands on.
+        // Twice the time of a stopped object, so that the evidence lasts longer than the object counts as moving.
         evidence_memory_s: f64 = 120.0, above_to(0.0, LONGEST_S);
         /// What came into free space and stopped counts as moving for this long; then it is background.
         // Longer than a conversation's pause; furniture that was moved joins the map after it.
@@ -53,7 +53,7 @@ geometry::parameters! {
 
 /// The evidence grid has no more cells than this along a side: 4096^2 cells of 16 bytes are 268 MB.
 const MOST_CELLS_A_SIDE: f64 = 4096.0;
-/// ... and no fewer than this: a reach of a few cells shows nothing.
+/// ... and no fewer than this: with a reach of a few cells no free space is observed.
 const LEAST_CELLS_A_SIDE: f64 = 8.0;
 /// Bytes of a cell of the evidence grid.
 const BYTES_OF_A_CELL: usize = 16;
@@ -67,7 +67,7 @@ impl FreeSpaceConfig {
         (self.evidence_extent_m / self.evidence_cell_m).ceil() as usize
     }
 
-    /// What the evidence takes of memory, however long it runs.
+    /// The memory of the evidence, which does not grow.
     #[must_use]
     pub fn evidence_bytes(&self) -> usize {
         BYTES_OF_A_CELL * self.evidence_cells_a_side().pow(2)

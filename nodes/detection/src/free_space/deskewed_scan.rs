@@ -1,4 +1,4 @@
-//! One scan in the map's horizontal plane, each beam moved to the moment of the pose.
+//! One scan in the map's horizontal plane, each beam moved to the time of the pose.
 
 use std::ops::Range;
 
@@ -9,13 +9,13 @@ use super::platform_motion::Motion;
 use crate::aperture::Beam;
 use crate::config::FreeSpaceConfig;
 
-/// Bounds are at so many standard deviations: one beam in eighty is beyond, and no conclusion depends on one.
+/// Bounds are at so many standard deviations: one beam in eighty is beyond, and no decision depends on one beam.
 pub(super) const SIGMAS: f64 = 2.5;
 /// Beams of a scan are neighbours when they are at most so many mean steps apart.
 const NEIGHBOUR_STEPS: f64 = 1.5;
-/// A beam is taken to be measured at most so long before or after the pose; else the stamps are wrong.
+/// A beam is measured at most so long before or after the pose; otherwise the stamps are wrong.
 const LONGEST_SKEW_S: f64 = 1.0;
-/// A surface seen more grazingly than this is not distinguished from a step in depth: tan(80 degrees).
+/// A surface at a more grazing angle is not distinguished from a step in depth: tan(80 degrees).
 const GRAZING_TAN: f64 = 5.67;
 /// The surface of one object does not step by more than this between two of its beams: a body with its
 /// arms stretched out.
@@ -23,7 +23,7 @@ pub(super) const LARGEST_STEP_M: f64 = 0.4;
 /// The standard deviation of a bearing that is uniform within one step.
 const UNIFORM_STEP: f64 = 0.288_675;
 
-/// What a beam hit.
+/// The return of a beam.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Return {
     /// As measured.
@@ -32,7 +32,7 @@ pub(super) struct Return {
     pub(super) in_map_m: Point2<f64>,
     /// In the rig frame of the cycle's pose.
     pub(super) in_rig_m: Point3<f64>,
-    /// How far its place in the map may be off, in any direction.
+    /// The error of its position in the map, in any direction.
     pub(super) error_m: f64,
 }
 
@@ -52,11 +52,11 @@ pub(super) struct DeskewedBeam {
     pub(super) origin_m: Point2<f64>,
     /// Its direction in the map's plane, of length 1 for a level scanner.
     pub(super) direction: Vector2<f64>,
-    /// What it hit; `None` where the scan has no return: that says nothing.
+    /// Its return; `None` if it has none, which is no observation.
     pub(super) hit: Option<Return>,
-    /// How far its direction may be off, but for the noise of the range.
+    /// The error of its direction, without the noise of the range.
     pub(super) bearing_error_rad: f64,
-    /// How far its origin may be off.
+    /// The error of its origin.
     pub(super) origin_error_m: f64,
 }
 
@@ -71,21 +71,21 @@ pub(super) struct DeskewedScan {
     pub(super) is_closed: bool,
 }
 
-/// What a deskewed scan is made of.
+/// The input of a deskewed scan.
 pub(super) struct DeskewInput<'a> {
     pub(super) scan: &'a Scan,
     /// All beams of the scan, by azimuth.
     pub(super) beams: &'a [Beam],
     pub(super) rig_from_lidar: &'a Isometry3<f64>,
     pub(super) map_from_rig: &'a Isometry3<f64>,
-    /// When the rig was there.
+    /// The stamp of the pose.
     pub(super) pose_stamp: Stamp,
     pub(super) motion: &'a Motion,
 }
 
 impl DeskewedScan {
-    /// Deskews a scan. Each beam is moved by the platform's twist from where it was measured into the rig
-    /// frame of the cycle's pose, where the scan states a time increment; on a static platform nothing is.
+    /// Deskews a scan. If the scan states a time increment, each beam is moved by the platform's twist from where it was
+    /// measured into the rig frame of the cycle's pose; on a static platform no beam is moved.
     pub(super) fn new(input: &DeskewInput<'_>, config: &FreeSpaceConfig) -> Self {
         let DeskewInput { scan, beams, rig_from_lidar, map_from_rig, motion, .. } = *input;
         let step_rad = f64::from(scan.angle_increment_rad).abs();
@@ -143,7 +143,7 @@ impl DeskewedScan {
         all
     }
 
-    /// The beam `offset` places to the left (to the right when negative), across the seam of a full turn of the scanner.
+    /// The beam `offset` beams to the left (to the right when negative), across the seam of a full turn of the scanner.
     pub(super) fn neighbour(&self, beam: usize, offset: isize) -> Option<usize> {
         let beams = self.beams.len() as isize;
         let place = beam as isize + offset;
@@ -163,8 +163,8 @@ impl DeskewedScan {
         (next < beam || step_rad <= NEIGHBOUR_STEPS * self.step_rad).then_some(next)
     }
 
-    /// The returns of an object that takes these beams, with the beam of each. A beam between its legs passes it: what
-    /// is farther than the object's return before it by more than a step of its surface lies behind the object.
+    /// The returns of an object with these beams, with the beam of each. A beam between a person's legs passes the object: a
+    /// return that is farther than the object's previous one by more than a step of its surface is behind the object.
     pub(super) fn returns_of_object(
         &self,
         beams: Range<usize>,
@@ -193,7 +193,7 @@ impl DeskewedScan {
     }
 }
 
-/// When the beams of a scan were measured, after the moment of the pose.
+/// The times of the beams of a scan, relative to the pose.
 struct BeamClock {
     first_after_pose_s: f64,
     increment_s: f64,

@@ -10,22 +10,22 @@ use super::deskewed_scan::{DeskewedBeam, DeskewedScan, Return};
 use crate::config::FreeSpaceConfig;
 use grid::RollingGrid;
 
-/// Cells are looked at in steps of this share of their edge, both ways. No place is then farther than 0.495
-/// edges from a step, so that none is stepped over.
+/// Cells are sampled in steps of this share of their edge, in both directions. No cell centre is then farther than 0.495
+/// edges from a sample, so that no cell is missed.
 const SAMPLES_PER_CELL: f64 = 0.7;
-/// Two beams show the space between them free only where they are no farther apart: about a body's narrow
-/// side, which could stand between them otherwise. Beams of 1 degree are that far apart at 8.6 m.
+/// Two beams show the space between them free only if they are no farther apart: about a body's narrow
+/// side, so that no person fits between them. Beams of 1 degree are that far apart at 8.6 m.
 const WIDEST_WEDGE_M: f64 = 0.15;
-/// Above this rate a place is background, or may be: one end near it in five looks at it.
+/// Above this rate a place is background, or may be: one return near it in five observations.
 const MAX_BACKGROUND_RATE: f64 = 0.2;
-/// Above this rate it is background as likely as not.
+/// Above this rate it is more likely background than free.
 const BACKGROUND_RATE: f64 = 0.5;
-/// Half of an observation of each kind is what is believed before any (Krichevsky and Trofimov).
+/// The prior: half an observation of each kind (Krichevsky and Trofimov).
 const PRIOR: f64 = 0.5;
-/// Evidence marks surfaces of at most so many cells between two returns: it bounds the work.
+/// Surfaces between two returns are marked over at most so many cells: it bounds the computing time.
 const MOST_CELLS_BETWEEN: f64 = 64.0;
 
-/// What a return is, by the evidence.
+/// The class of a return by the evidence.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum ReturnClass {
     /// It is in observed free space.
@@ -33,20 +33,20 @@ pub(super) enum ReturnClass {
         /// How probable a return of the background is here.
         background_rate: f64,
     },
-    /// Neither was its place seen free for sure, nor was background seen near by.
+    /// Its place was neither certainly observed as free, nor was background observed near it.
     Unknown,
-    /// The evidence does not say.
+    /// The evidence does not decide.
     Ambiguous,
     /// It is where background was seen.
     Background,
 }
 
-/// What a return is taken for when the evidence is updated.
+/// The label of a return for the update of the evidence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum ReturnLabel {
-    /// What is static.
+    /// Static.
     Background,
-    /// What may move or not: it does not update the evidence.
+    /// Static or moving: it does not update the evidence.
     Undecided,
     /// A moving object.
     Moving,
@@ -63,12 +63,12 @@ pub(super) struct EvidenceGrid {
 }
 
 impl EvidenceGrid {
-    /// No evidence yet.
+    /// An empty grid.
     pub(super) fn new(config: &FreeSpaceConfig) -> Self {
         Self {
             grid: RollingGrid::new(config.evidence_cell_m, config.evidence_cells_a_side()),
             reach_m: config.evidence_reach_m,
-            // Counts fade a little below the whole number.
+            // The decay makes counts slightly lower than whole numbers.
             min_passes: config.min_passes as f32 - 0.5,
             memory_ms: (config.evidence_memory_s * 1e3) as u32,
             stopped_ms: (config.stopped_object_s * 1e3) as u32,
@@ -80,17 +80,17 @@ impl EvidenceGrid {
         self.grid.clear();
     }
 
-    /// Rolls along with the platform.
+    /// Moves the window with the platform.
     pub(super) fn center_on(&mut self, origin_m: &Point2<f64>) {
         self.grid.center_on(origin_m);
     }
 
-    /// What the evidence before this cycle says of a return.
+    /// The class of a return by the evidence before this cycle.
     ///
-    /// Its own cell must have been free for sure in several cycles, and no background may have been seen as
-    /// near as the return's error reaches: the rate of static returns there, estimated from all that was
-    /// counted (a thin surface is hit now in this cell and now in that one), must be small. The passes need no margin of
-    /// their own: they were counted with one.
+    /// For a return in free space its own cell must have been certainly free in several cycles, and no background may have
+    /// been observed within the return's error: the rate of static returns there, estimated from all counts
+    /// (returns on a thin surface fall in several cells), must be small. The passes need no further margin: they were
+    /// counted with one.
     pub(super) fn classify(&self, hit: &Return, now_ms: u32) -> ReturnClass {
         if f64::from(hit.range_m) > self.reach_m {
             return ReturnClass::Ambiguous;
@@ -112,7 +112,7 @@ impl EvidenceGrid {
         }
     }
 
-    /// Whether background was seen within `radius_m` of a place: an end at least as it counts for one.
+    /// Whether background was observed within `radius_m` of a place: at least one counted return.
     pub(super) fn has_background_near(
         &self,
         place_m: &Point2<f64>,
@@ -122,7 +122,7 @@ impl EvidenceGrid {
         self.ends_around(place_m, radius_m, now_ms).any(|ends| f64::from(ends) >= PRIOR)
     }
 
-    /// How often something ended in each of the cells around a place.
+    /// The counts of returns in the cells around a place.
     fn ends_around(
         &self,
         place_m: &Point2<f64>,
@@ -138,7 +138,7 @@ impl EvidenceGrid {
             .map(move |cell| cell.ends(now_ms, self.memory_ms))
     }
 
-    /// Takes in a scan; `hit` says of each beam what it hit.
+    /// Adds a scan; `labels` has the label of each beam's return.
     pub(super) fn integrate(&mut self, scan: &DeskewedScan, labels: &[ReturnLabel], now_ms: u32) {
         self.take_ends(scan, labels, now_ms);
         self.take_passes(scan, now_ms);
@@ -156,8 +156,8 @@ impl EvidenceGrid {
                     ReturnLabel::Undecided => {}
                 }
             }
-            // Background goes on between two beams that hit one surface: a later scan, from elsewhere, will
-            // end between them.
+            // Background continues between two beams that hit one surface: a later scan from another place has
+            // returns between them.
             if let Some(next) = scan.next(index)
                 && let Some(next_hit) = &scan.beams[next].hit
                 && labels[index] == ReturnLabel::Background
@@ -186,7 +186,7 @@ impl EvidenceGrid {
 
     /// The space between each beam and the next, as far as both show it free.
     fn take_passes(&mut self, scan: &DeskewedScan, now_ms: u32) {
-        // A cell is free where its middle is, and half of its diagonal around it.
+        // A cell is free if its centre is, and half of its diagonal around it.
         let margin_m = std::f64::consts::FRAC_1_SQRT_2 * self.grid.edge_m();
         let clear_m = clear_distances_m(scan, margin_m, self.reach_m);
         for (index, beam) in scan.beams.iter().enumerate() {

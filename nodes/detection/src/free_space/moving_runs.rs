@@ -5,30 +5,30 @@ use std::ops::Range;
 use super::deskewed_scan::{DeskewedScan, LARGEST_STEP_M, Return};
 use super::evidence::ReturnClass;
 
-/// The chance that all moving beams of a run are background after all must be below this.
+/// The probability that all moving beams of a run are background must be below this.
 const MOST_CHANCE_OF_BACKGROUND: f64 = 0.01;
-/// Beams without a return, and returns without evidence, part an object only where they take more than this:
+/// Beams without a return, and returns without evidence, split an object only if they are wider than this:
 /// about a body's narrow side.
 const WIDEST_BRIDGE_M: f64 = 0.15;
 /// Beams of one object, by their places in the scan.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct MovingRun {
-    /// From its first beam to behind its last one.
+    /// From its first beam to the one after its last.
     pub(super) beams: Range<usize>,
 }
 
 /// The runs among the beams `within` of a scan, one class a beam (`None` for a beam without a return).
 ///
 /// A run begins and ends with moving beams. It goes over beams without a return or without evidence while
-/// they take no more than a body's narrow side, and over any single beam, if the object's surface goes on
-/// behind at about the range it had. Then:
-/// - it is dropped unless the chance that all its moving beams are background, the product of their static
-///   rates, is small: one beam needs the evidence of some fifty cycles, two of five each, three of what it takes to be
-///   free at all;
-/// - it is dropped if the widest object that would take no more beams is thinner than an object may be: so
-///   it takes four beams of one degree at 1 m, and one at 3 m;
-/// - it is widened over beams without evidence on which its surface goes on: the side of the object that is
-///   too near to the background to be sure; and over beams without a return, which may have hit it.
+/// they are no wider than a body's narrow side, and over any single beam, if the object's surface continues
+/// after them at about the same range. Then:
+/// - it is dropped unless the probability that all its moving beams are background, the product of their static
+///   rates, is small: one beam needs evidence of some fifty cycles, two beams of five each, three beams only the minimum
+///   for free space;
+/// - it is dropped if the widest object with so few beams is narrower than the smallest object: it needs four beams of one
+///   degree at 1 m, and one at 3 m;
+/// - it is widened over beams without evidence on which its surface continues: the side of the object that is
+///   too near to the background; and over beams without a return, which may have hit it.
 pub(super) fn moving_runs(
     scan: &DeskewedScan,
     classes: &[Option<ReturnClass>],
@@ -72,8 +72,8 @@ impl ClassifiedScan<'_> {
         self.hit(beam).map(|hit| f64::from(hit.range_m))
     }
 
-    /// The static rate of a moving beam. A lone beam between a nearer and a farther surface is none: it
-    /// may have hit the edge of the one and then the other, and averages the two.
+    /// The static rate of a moving beam. A single beam between a nearer and a farther surface has none: it
+    /// may have hit the edge of both, so that its range is a mean of the two.
     fn moving(&self, beam: usize) -> Option<f64> {
         let Some(ReturnClass::InFreeSpace { background_rate }) = self.classes[beam] else {
             return None;
@@ -102,7 +102,7 @@ impl ClassifiedScan<'_> {
         let near_m = from_m.min(to_m);
         let is_undecided = |beam: usize| match self.classes[beam] {
             None | Some(ReturnClass::Ambiguous | ReturnClass::Unknown) => true,
-            // A beam on the object that is no lone mixed one, or background; a moving one that was left out.
+            // A beam on the object that is neither a single mixed one nor background; a moving one that was left out.
             Some(ReturnClass::InFreeSpace { .. }) => true,
             Some(ReturnClass::Background) => false,
         } && self.range_m(beam).is_none_or(|range_m| range_m <= near_m + LARGEST_STEP_M);
@@ -125,14 +125,14 @@ impl ClassifiedScan<'_> {
         chance <= MOST_CHANCE_OF_BACKGROUND && widest_m >= smallest_object_m
     }
 
-    /// The run and what of its surface beside it, between the places `limits`, has no evidence.
+    /// The run, widened within `limits` by the parts of its surface without evidence.
     fn widened(&self, beams: &Range<usize>, limits: Range<usize>) -> Range<usize> {
         let goes_on = |from: usize, to: usize| {
             let Some(from_m) = self.range_m(from) else { return false };
             let taken_m = from.abs_diff(to) as f64 * self.scan.step_rad * from_m;
             let Some(to_m) = self.range_m(to) else { return taken_m <= WIDEST_BRIDGE_M };
             let largest_step_m = match self.classes[to] {
-                // A beam on the object's side, seen grazingly, looks like one between two surfaces.
+                // A beam on the object's side at a grazing angle looks like one between two surfaces.
                 Some(ReturnClass::InFreeSpace { .. }) => LARGEST_STEP_M,
                 Some(ReturnClass::Ambiguous | ReturnClass::Unknown) => WIDEST_BRIDGE_M,
                 Some(ReturnClass::Background) | None => return false,

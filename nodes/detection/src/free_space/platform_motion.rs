@@ -1,4 +1,4 @@
-//! How the platform moves, and how well its poses are known.
+//! The motion of the platform, and the noise of its poses.
 
 use std::collections::VecDeque;
 
@@ -7,21 +7,21 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::config::FreeSpaceConfig;
 
-/// Poses farther apart in time do not tell the velocity between them.
+/// The velocity is not computed from poses farther apart in time.
 const LONGEST_TWIST_S: f64 = 1.0;
-/// A step that any pose source may make, whatever the time: its noise, and a small correction.
+/// A step that is never a jump, whatever the time: noise of the pose source, or a small correction.
 const JUMP_SLACK_M: f64 = 0.3;
 /// The same of the rotation.
 const JUMP_SLACK_RAD: f64 = 0.3;
-/// A platform moves that has moved within so long: what it saw meanwhile is as unsure as its poses were.
+/// The platform counts as moving if it has moved within this time: scans of that time have the errors of its poses.
 const LOOK_BACK_S: f64 = 1.5;
-/// Places of that time at most: more than any scanner gives.
+/// Positions of that time at most: more than any scanner yields.
 const MOST_PLACES: usize = 256;
-/// A platform that has not gone farther is static: its poses waver by so much.
+/// A platform that has not moved farther is static: the noise of its poses.
 const STANDS_M: f64 = 0.05;
 /// The same of the rotation: five standard deviations of half a degree.
 const STANDS_RAD: f64 = 0.045;
-/// Steps of the pose that tell whether it is noisy: a second and a half at 7 Hz.
+/// Steps of the pose from which its noise is estimated: a second and a half at 7 Hz.
 const STEPS_KEPT: usize = 10;
 
 /// The velocity of the rig in its own frame.
@@ -43,7 +43,7 @@ impl Twist {
         *self == Self::ZERO
     }
 
-    /// Where the rig is `after_s` later, in its present frame.
+    /// The pose of the rig `after_s` later, in its present frame.
     pub(super) fn after(&self, after_s: f64) -> Isometry3<f64> {
         Isometry3::from_parts(
             Translation3::from(self.linear_m_per_s * after_s),
@@ -52,16 +52,16 @@ impl Twist {
     }
 }
 
-/// What is known of the platform's motion in one cycle.
+/// The platform's motion in one cycle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Motion {
-    /// The pose does not follow from the one before: what was seen from there is lost.
+    /// The pose jumped: earlier observations are of no use.
     pub(super) jumped: bool,
     /// The velocity between the last two cycles.
     pub(super) twist: Twist,
-    /// How much the velocity differs from the one before: what a constant twist may be wrong by.
+    /// How much the velocity differs from the one before: the error of a constant twist.
     pub(super) twist_change: Twist,
-    /// Whether the platform has moved or turned in the last while.
+    /// Whether the platform has moved or turned recently.
     pub(super) moves: bool,
     /// Standard deviation of the position.
     pub(super) pose_noise_m: f64,
@@ -80,7 +80,7 @@ pub(super) struct PlatformMotion {
     previous: Option<Previous>,
     /// Length and angle of the last steps.
     steps: VecDeque<(f64, f64)>,
-    /// Where it was in the last while.
+    /// Its recent positions.
     places: VecDeque<(Stamp, Isometry3<f64>)>,
 }
 
@@ -112,10 +112,10 @@ impl PlatformMotion {
         self.places.clear();
     }
 
-    /// Takes in the pose of the next cycle.
+    /// Adds the pose of the next cycle.
     ///
     /// The noise of the poses cannot be larger than their steps: a pose that does not change is exact
-    /// from cycle to cycle, so that a static platform pays nothing for the noise of a moving one.
+    /// from cycle to cycle, so the noise of a moving platform does not affect a static one.
     pub(super) fn advance(
         &mut self,
         stamp: Stamp,
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_of_place_heading_frame_and_time_are_reported() {
+    fn jumps_of_position_heading_frame_and_time_are_reported() {
         let same = pose_from_vector(&[0.0; 6]);
         let aside = pose_from_vector(&[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
         let turned = pose_from_vector(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
@@ -242,9 +242,9 @@ mod tests {
         }
     }
 
-    /// Regression: the last ten poses were looked at, a quarter of a second of a scanner of 40 Hz.
+    /// Regression: the last ten poses were used, a quarter of a second of a scanner of 40 Hz.
     #[test]
-    fn a_platform_moves_or_stands_whatever_the_rate_of_its_poses() {
+    fn motion_is_recognised_at_any_rate_of_the_poses() {
         for rate_hz in [7.0, 40.0] {
             let mut motion = PlatformMotion::new(&FreeSpaceConfig::default());
             let moves: Vec<bool> = (0..(6.0 * rate_hz) as u32)

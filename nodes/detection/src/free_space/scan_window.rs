@@ -33,7 +33,7 @@ impl ScanWindow {
         self.scans.len().checked_sub(2).and_then(|place| self.scans.get(place))
     }
 
-    /// Takes in the next scan; the oldest leaves a full window.
+    /// Adds the next scan; a full window drops the oldest.
     pub(super) fn push(&mut self, scan: DeskewedScan) {
         if self.scans.len() == self.window_scans {
             self.scans.pop_front();
@@ -42,8 +42,8 @@ impl ScanWindow {
     }
 
     /// The population deviation of each beam of the newest scan over the window (eq. 3), or `None` until the
-    /// window is full. A beam without a return has none, and neither has one that fewer than two scans know
-    /// a range for: what nothing could have seen has not moved.
+    /// window is full. A beam without a return has none, and neither has one with a range in fewer than two
+    /// scans.
     ///
     /// With the same pose throughout and a return for every beam this is eq. 3 to the bit.
     pub(super) fn std_dev_m(&self) -> Option<Vec<Option<f32>>> {
@@ -69,11 +69,11 @@ impl ScanWindow {
     }
 }
 
-/// What the beams of `present` would have measured of what `earlier` measured; unknown where it measured
-/// nothing, and where the present return was hidden from it.
+/// The ranges that the beams of `present` would have had at the time of `earlier`; `None` where `earlier` has no return, or
+/// where the present return was hidden from it.
 pub(super) fn warp(earlier: &DeskewedScan, present: &DeskewedScan) -> Vec<Option<f32>> {
     if earlier.map_from_rig == present.map_from_rig && earlier.beams.len() == present.beams.len() {
-        // The same place: the same beams, so that nothing is computed and no bit changes.
+        // From the same pose the beams are the same, and the ranges are not recomputed.
         return earlier.beams.iter().map(|beam| beam.hit.map(|hit| hit.range_m)).collect();
     }
     let mut ranges_m: Vec<Option<f32>> = vec![None; present.beams.len()];
@@ -82,7 +82,7 @@ pub(super) fn warp(earlier: &DeskewedScan, present: &DeskewedScan) -> Vec<Option
     };
     for (index, beam) in earlier.beams.iter().enumerate() {
         let Some(hit) = &beam.hit else { continue };
-        // Each return stands for the half step to each side, and for the surface up to the next return.
+        // Each return covers half a step to each side, and the surface up to the next return.
         let Some(place) = seen_now.place(&hit.in_map_m) else { continue };
         nearer(&mut ranges_m, place.round() as isize, seen_now.distance_m(&hit.in_map_m));
         let Some(next_hit) = earlier.next(index).and_then(|next| earlier.beams[next].hit.as_ref())
@@ -105,8 +105,8 @@ pub(super) fn warp(earlier: &DeskewedScan, present: &DeskewedScan) -> Vec<Option
     ranges_m
 }
 
-/// Whether `hit` was not there in the scan before: a beam of it saw past the place, or had no return
-/// although nothing is known to have been in between.
+/// Whether the place of `hit` was not occupied in the scan before: a beam of it passed the place, or had no return
+/// and nothing known was in between.
 pub(super) fn is_newly_occupied(earlier: &DeskewedScan, hit: &Return) -> bool {
     let Some(bearings) = Bearings::of(earlier) else { return false };
     let Some(place) = bearings.place(&hit.in_map_m) else { return false };
@@ -136,7 +136,7 @@ struct Bearings {
 
 impl Bearings {
     fn of(scan: &DeskewedScan) -> Option<Self> {
-        // The middle of the scan, in front of the rig, stands for it: within a scan the origin hardly moves.
+        // The origin of the middle beam is used for all: within a scan it hardly moves.
         let middle = scan.beams.get(scan.beams.len() / 2)?;
         let beams = scan.beams.len();
         let back_rad = scan.beams.first()?.azimuth_rad - middle.azimuth_rad;
@@ -144,7 +144,7 @@ impl Bearings {
         Some(Self { origin_m: middle.origin_m, first, step_rad: scan.step_rad, beams })
     }
 
-    /// At which place among the beams a point is seen; fractions lie between two beams.
+    /// The index of the beam that hits a point; fractions lie between two beams.
     fn place(&self, point_m: &Point2<f64>) -> Option<f64> {
         let offset_m = point_m - self.origin_m;
         let mut along_rad = self.first.perp(&offset_m).atan2(self.first.dot(&offset_m));
@@ -181,7 +181,7 @@ impl Bearings {
         }
     }
 
-    /// Whether a beam of `scan` ended at `hit` or went past it.
+    /// Whether a beam of `scan` ended at `hit` or passed it.
     fn could_see(&self, scan: &DeskewedScan, hit: &Return) -> bool {
         let Some(place) = self.place(&hit.in_map_m) else { return false };
         let seen = scan.beams.get(place.round() as usize).and_then(|beam| beam.hit.as_ref());

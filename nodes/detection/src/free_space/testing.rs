@@ -1,4 +1,4 @@
-//! Worlds in the plane, and a scanner in them, for the tests of this method.
+//! Simulated worlds in the plane, with a scanner, for the tests of this method.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,7 +12,7 @@ use crate::config::FreeSpaceConfig;
 
 pub(crate) const PERIOD_S: f64 = 1.0 / 7.0;
 
-/// Numbers without a pattern, the same for the same seed.
+/// Pseudo-random numbers, the same for the same seed.
 pub(crate) struct Dice(u64);
 
 impl Dice {
@@ -79,7 +79,7 @@ pub(crate) fn room() -> Vec<Wall> {
     walls
 }
 
-/// A scanner: how it errs.
+/// The errors of a scanner.
 #[derive(Clone, Copy)]
 pub(crate) struct Scanner {
     pub(crate) noise_m: f64,
@@ -134,7 +134,7 @@ pub(crate) fn empty_scan() -> Scan {
     }
 }
 
-/// A platform that does not move.
+/// A static platform.
 pub(crate) struct StaticPlatform {
     pub(crate) map_from_rig: Isometry3<f64>,
 }
@@ -145,7 +145,7 @@ impl Default for StaticPlatform {
     }
 }
 
-/// A deskewed scan from a platform that does not move.
+/// A deskewed scan on a static platform.
 pub(crate) fn static_scan(platform: &StaticPlatform, ranges_m: &[f32]) -> DeskewedScan {
     let config = FreeSpaceConfig::default();
     let motion =

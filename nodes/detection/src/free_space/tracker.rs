@@ -1,12 +1,12 @@
-//! The one tracker of objects in scans: which of what is seen now was seen before.
+//! The tracker of objects in scans.
 //!
 //! | module | what |
 //! |---|---|
-//! | `segments` | what may be an object in one scan |
+//! | `segments` | segments of a scan that may be objects |
 //! | `sighting` | an object in one scan, and its sightings over the last second |
-//! | `association` | which object is which segment |
-//! | `object` | one object with one history |
-//! | `motion_evidence` | whether it has travelled, whether it is under way, how sure it is that it moves |
+//! | `association` | the assignment of segments to objects |
+//! | `object` | an object with its history |
+//! | `motion_evidence` | whether it has travelled, whether it may be travelling, the evidence that it moves |
 
 mod association;
 mod motion_evidence;
@@ -32,10 +32,10 @@ pub(super) use sighting::{Side, Sighting, Space};
 /// The objects of the last scans.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tracker {
-    /// Those that the last scan shows, one for each of its segments, and then those that are lost.
+    /// Those visible in the last scan, one for each of its segments, and then those that are not visible.
     objects: Vec<TrackedObject>,
     segments: Vec<Segment>,
-    /// When the last scan was taken in.
+    /// The time of the last scan.
     scan_ms: Option<u32>,
 }
 
@@ -47,7 +47,7 @@ impl Tracker {
         self.scan_ms = None;
     }
 
-    /// Takes in a scan, with the class of each beam and the runs of those in free space.
+    /// Adds a scan, with the class of each beam and the runs of those in free space.
     pub(super) fn update(
         &mut self,
         scan: &DeskewedScan,
@@ -69,7 +69,7 @@ impl Tracker {
         let mut lost = Vec::new();
         for mut object in unassigned {
             if let Some(segment) = merged_into(&object, scan, &segments) {
-                // Objects that have become one have the longest history of them.
+                // Of objects that were merged the longest history is kept.
                 let duration_ms = object.history().duration_ms();
                 let is_shorter =
                     |known: &TrackedObject| known.history().duration_ms() < duration_ms;
@@ -97,7 +97,7 @@ impl Tracker {
         self.isolated().filter(|(_, object)| object.travels_now()).map(|(beams, _)| beams)
     }
 
-    /// The beams of the isolated segments whose objects are elsewhere than they were, or travel.
+    /// The beams of the isolated segments whose objects have been displaced, or travel.
     pub(super) fn under_way(&self) -> impl Iterator<Item = Range<usize>> {
         let goes = |(_, object): &(Range<usize>, &TrackedObject)| {
             object.travels_now() || object.is_under_way()
@@ -111,7 +111,7 @@ impl Tracker {
         isolated.map(|(segment, object)| (segment.beams.clone(), object))
     }
 
-    /// The object that a run of beams of the last scan shows: of several the one with the longest history.
+    /// The object of a run of beams of the last scan: of several the one with the longest history.
     pub(super) fn object_of(&self, run: &Range<usize>) -> Option<usize> {
         let overlaps =
             |segment: &Segment| segment.beams.start < run.end && run.start < segment.beams.end;
@@ -124,12 +124,12 @@ impl Tracker {
             .map(|(index, _)| index)
     }
 
-    /// An object by its place among [`Tracker::objects_mut`].
+    /// An object by its index among [`Tracker::objects_mut`].
     pub(super) fn object(&self, index: usize) -> Option<&TrackedObject> {
         self.objects.get(index)
     }
 
-    /// All objects, those that the last scan does not show too.
+    /// All objects, including those that are not visible in the last scan.
     pub(super) fn objects_mut(&mut self) -> &mut [TrackedObject] {
         &mut self.objects
     }
@@ -139,7 +139,7 @@ impl Tracker {
         self.scan_ms.map_or(0.0, |then_ms| f64::from(now_ms.saturating_sub(then_ms)) * 1e-3)
     }
 
-    /// How far a place is from the front of the nearest object that has a zone.
+    /// The distance of a place from the front of the nearest object with a zone.
     pub(super) fn distance_to_zones_m(&self, in_map_m: &Point2<f64>) -> f64 {
         let zones = self.objects.iter().filter_map(|object| object.zone.as_ref());
         zones.map(|zone| zone.distance_m(in_map_m)).fold(f64::INFINITY, f64::min)

@@ -1,4 +1,4 @@
-//! From runs of beams to zones, and the zones that are held when their object is lost from sight.
+//! The zones of runs of beams, and zones that are held while their object is not visible.
 
 use std::ops::Range;
 
@@ -13,21 +13,21 @@ use crate::config::DetectionConfig;
 /// The beams of a moving object.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct MovingBeams {
-    /// From its first beam to behind its last one.
+    /// From its first beam to the one after its last.
     pub(super) beams: Range<usize>,
-    /// Its place among the objects of the tracker.
+    /// Its index among the objects of the tracker.
     pub(super) object: Option<usize>,
-    /// Whether it is sure to move: its zone is held when it is lost from sight.
+    /// Whether it certainly moves: its zone is held when it is not visible.
     pub(super) has_travelled: bool,
 }
 
-/// What a cycle sees.
+/// The observation of a cycle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CycleView<'a> {
     pub(super) scan: &'a DeskewedScan,
-    /// What the evidence says of each beam; `None` for one without a return.
+    /// The class of each beam's return; `None` for a beam without one.
     pub(super) classes: &'a [Option<ReturnClass>],
-    /// The beams that are looked at.
+    /// The beams of the aperture.
     pub(super) within: &'a Range<usize>,
     pub(super) platform_moves: bool,
 }
@@ -40,7 +40,7 @@ pub(super) struct ZoneMaker {
     max_held_cycles: u32,
 }
 
-/// The zone of an object, with its ends in the map, so that it stays where it is when the platform turns.
+/// The zone of an object, with its ends in the map frame, so that the motion of the platform does not change it.
 #[derive(Clone, Debug)]
 pub(super) struct ObjectZone {
     zone: DynamicZone,
@@ -49,12 +49,12 @@ pub(super) struct ObjectZone {
     /// The largest error of the object's returns.
     error_m: f64,
     has_travelled: bool,
-    /// In so many cycles it has been measured.
+    /// The number of cycles in which it was measured.
     measured_cycles: u32,
 }
 
 impl ObjectZone {
-    /// How far `in_map_m` is from the front of the object.
+    /// The distance of `in_map_m` from the front of the object.
     pub(super) fn distance_m(&self, in_map_m: &Point2<f64>) -> f64 {
         let (right_m, left_m) = (self.right_in_map_m.xy(), self.left_in_map_m.xy());
         let width_m = left_m - right_m;
@@ -66,7 +66,7 @@ impl ObjectZone {
         (in_map_m - nearest_m).norm()
     }
 
-    /// The zone of both, where two runs of beams show one object.
+    /// The zone of both, if two runs of beams are one object.
     fn joined(self, other: &Self) -> Self {
         let (right, left) = if self.zone.azimuth_min_rad <= other.zone.azimuth_min_rad {
             (&self, other)
@@ -105,8 +105,8 @@ impl ZoneMaker {
     }
 
     /// The zones of a cycle by azimuth: one for each run, with the largest deviation of its beams, and those of objects
-    /// that are lost from sight. From a platform that moves, a zone is held no longer than it was measured: what appears
-    /// there and is gone was most likely none.
+    /// that are not visible. On a moving platform a zone is held for no more cycles than it was measured in: an object
+    /// that appears only briefly was most likely a false detection.
     pub(super) fn zones(
         &self,
         view: &CycleView<'_>,
@@ -142,8 +142,8 @@ impl ZoneMaker {
         zones
     }
 
-    /// The zone of a run. Its bounds are the bearings of the beams beside the run, for the object ends
-    /// somewhere before them, and the tolerance.
+    /// The zone of a run. Its bounds are the bearings of the beams beside the run, since the object ends
+    /// before them, and the tolerance.
     fn measured(
         &self,
         scan: &DeskewedScan,
@@ -163,7 +163,7 @@ impl ZoneMaker {
             right_rad = right_rad.min(azimuth_rad);
             left_rad = left_rad.max(azimuth_rad);
         }
-        // Beams without a return at the run's ends have no bearing of a return: so many steps.
+        // The beams without a return at the run's ends.
         let hit = |beam: &usize| scan.beams[*beam].hit.is_some();
         let blind_right = run.clone().take_while(|beam| !hit(beam)).count() as f64;
         let blind_left = run.clone().rev().take_while(|beam| !hit(beam)).count() as f64;
@@ -187,9 +187,9 @@ impl ZoneMaker {
         })
     }
 
-    /// A zone of the cycles before, as it is seen now, unless it is over: when it has been held for long enough, or
-    /// when most of its beams see past where it was. From a platform that moves it is over, too, when they hit
-    /// background there: that is then what stands there, and not an object lost from sight.
+    /// A zone of an earlier cycle, as seen now; `None` when it has been held for long enough, or when most of its beams pass
+    /// its place. On a moving platform also when they hit background there: then that was detected, and not an object that
+    /// is hidden now.
     fn held(&self, old: ObjectZone, view: &CycleView<'_>) -> Option<ObjectZone> {
         let CycleView { scan, classes, within, platform_moves } = *view;
         let cycles = match old.zone.source {
@@ -201,7 +201,7 @@ impl ZoneMaker {
         let [right_rad, left_rad] = ends.map(|end| azimuth_rad(&end));
         let distances_m = ends.map(|end| end.x.hypot(end.y) as f32);
         let span = old.zone.returns?;
-        // The depth of the object goes along with the motion of its ends.
+        // The depth of the object moves with its ends.
         let depth_m = span.farthest_m - span.nearest_m;
         let nearest_m = distances_m[0].min(distances_m[1]).min(span.nearest_m);
         let span = ReturnSpan {

@@ -72,7 +72,7 @@ fn two_returns_of_one_azimuth_give_a_level_line() {
 }
 
 #[test]
-fn fewer_than_two_returns_are_told() {
+fn fewer_than_two_returns_are_an_error() {
     assert_eq!(fill_gaps(&[], A1), Err(TooFewReturns { returns: 0 }));
     assert_eq!(fill_gaps(&beams(0.0, &[GAP, GAP]), A1), Err(TooFewReturns { returns: 0 }));
     assert_eq!(fill_gaps(&beams(0.0, &[GAP, 2.0]), A1), Err(TooFewReturns { returns: 1 }));

@@ -1,4 +1,4 @@
-//! What matching tells.
+//! The events of matching.
 
 use std::fmt;
 
@@ -27,7 +27,7 @@ impl Input {
     }
 }
 
-/// What belongs to one cycle.
+/// The inputs of one cycle.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Matched<S, C> {
     /// The scan's stamp.
@@ -47,7 +47,7 @@ pub struct Matched<S, C> {
 pub struct Dropped {
     /// The scan's stamp.
     pub stamp: Stamp,
-    /// The inputs that it lacked, at least one; the scan's own where it came late.
+    /// The inputs that it lacked, at least one; the scan's own input if the scan was late.
     pub missing: Vec<Input>,
     /// Why it did not wait any longer.
     pub cause: DropCause,
@@ -99,7 +99,7 @@ pub enum DropCause {
     ClockJumpedBack,
 }
 
-/// What a message brought about.
+/// An event caused by a message.
 #[derive(Clone, PartialEq, Debug)]
 pub enum MatchEvent<S, C> {
     /// A cycle is complete.
@@ -117,15 +117,14 @@ pub enum MatchEvent<S, C> {
     },
     /// A pose was left out.
     PoseRefused(PosePushError),
-    /// The poses lead to another frame from here on; those to the old one are forgotten, and a map
-    /// begun in it cannot go on.
+    /// The frame of the poses has changed; poses in the old one are forgotten, and a map in it cannot be continued.
     PoseFrameChanged {
         /// The frame before.
         from: String,
-        /// The frame from here on.
+        /// The new frame.
         to: String,
     },
-    /// The clock jumped back: matching has started anew, and what depends on time should do so too.
+    /// The clock jumped back: matching was reset, and everything that depends on time should be, too.
     ClockJumpedBack {
         /// The input that showed it.
         input: Input,

@@ -99,7 +99,7 @@ fn a_pose_that_came_too_late_to_the_recording() {
 }
 
 #[test]
-fn a_hole_between_the_poses_is_not_bridged() {
+fn a_gap_between_the_poses_is_not_interpolated() {
     let mut matcher = matcher();
     matcher.push_pose(pose(0, 0.0));
     matcher.push_cloud(at(500), 500);
@@ -113,7 +113,7 @@ fn a_hole_between_the_poses_is_not_bridged() {
 }
 
 #[test]
-fn a_pose_that_is_no_pose_is_refused_and_waited_for_still() {
+fn an_invalid_pose_is_refused_and_the_scan_still_waits() {
     let mut matcher = matcher();
     matcher.push_pose(pose(90, 0.0));
     matcher.push_cloud(at(100), 100);
@@ -130,13 +130,13 @@ fn a_pose_that_is_no_pose_is_refused_and_waited_for_still() {
 }
 
 #[test]
-fn another_frame_of_the_poses_is_told_and_taken() {
+fn another_frame_of_the_poses_is_reported_and_used() {
     let mut matcher = matcher();
     matcher.push_pose(pose(0, 0.0));
     let other =
         |milliseconds| StampedPose { frame_id: "odom".to_owned(), ..pose(milliseconds, 0.0) };
-    let told = MatchEvent::PoseFrameChanged { from: "map".to_owned(), to: "odom".to_owned() };
-    assert_eq!(matcher.push_pose(other(90)), [told]);
+    let expected = MatchEvent::PoseFrameChanged { from: "map".to_owned(), to: "odom".to_owned() };
+    assert_eq!(matcher.push_pose(other(90)), [expected]);
     assert_eq!(matcher.push_pose(other(120)), []);
     matcher.push_cloud(at(100), 100);
     assert_eq!(matched(matcher.push_scan(at(100), "scan")).pose.frame_id, "odom");
@@ -167,7 +167,7 @@ fn waiting_is_bounded_in_time_and_names_what_was_missing() {
 }
 
 #[test]
-fn a_scan_behind_the_times_is_dropped_for_coming_late() {
+fn a_late_scan_is_dropped() {
     let mut matcher = matcher();
     matcher.push_pose(pose(0, 0.0));
     matcher.push_cloud(at(100), 100);
@@ -197,7 +197,7 @@ fn waiting_is_bounded_in_number() {
 }
 
 #[test]
-fn clouds_that_no_scan_can_want_are_let_go() {
+fn clouds_that_no_scan_can_match_are_dropped() {
     let mut matcher = matcher();
     for millisecond in (0..10_000).step_by(33) {
         matcher.push_cloud(at(millisecond), 0);
@@ -207,14 +207,14 @@ fn clouds_that_no_scan_can_want_are_let_go() {
 }
 
 #[test]
-fn the_end_of_the_input_drops_what_waits() {
+fn the_end_of_the_input_drops_waiting_scans() {
     let mut matcher = matcher();
     matcher.push_pose(pose(0, 0.0));
     matcher.push_scan(at(100), "first");
     matcher.push_scan(at(200), "second");
     matcher.push_cloud(at(110), 110);
     let events = matcher.flush();
-    let told: Vec<_> = events
+    let expected: Vec<_> = events
         .iter()
         .map(|event| match event {
             MatchEvent::Dropped(dropped) => (dropped.stamp, dropped.cause, dropped.missing.clone()),
@@ -222,14 +222,14 @@ fn the_end_of_the_input_drops_what_waits() {
         })
         .collect();
     assert_eq!(
-        told,
+        expected,
         [
             (at(100), DropCause::EndOfInput, vec![Input::Pose]),
             (at(200), DropCause::EndOfInput, vec![Input::Cloud, Input::Pose]),
         ]
     );
     assert_eq!((matcher.waiting_scans(), matcher.waiting_clouds()), (0, 0));
-    // As new: an earlier stamp is not out of order.
+    // After the reset an earlier stamp is not out of order.
     assert_eq!(matcher.push_scan(at(50), "again"), []);
 }
 
@@ -245,7 +245,7 @@ fn a_message_out_of_order_is_ignored() {
 }
 
 #[test]
-fn a_jump_of_the_clock_starts_anew() {
+fn a_jump_of_the_clock_resets_the_matcher() {
     let mut matcher = matcher();
     matcher.push_pose(pose(9_000, 0.0));
     matcher.push_cloud(at(9_990), 9_990);
@@ -257,7 +257,7 @@ fn a_jump_of_the_clock_starts_anew() {
     };
     assert_eq!((dropped.stamp, dropped.cause), (at(10_000), DropCause::ClockJumpedBack));
     assert_eq!((*input, *from, *to), (Input::Scan, at(10_000), at(100)));
-    // Nothing of the time before is left to match with.
+    // No message of the time before is left to match.
     matcher.push_pose(pose(90, 0.0));
     matcher.push_cloud(at(110), 110);
     let first = matched(matcher.push_pose(pose(120, 0.0)));
@@ -267,9 +267,9 @@ fn a_jump_of_the_clock_starts_anew() {
 /// A message by its input and stamp.
 type Message = (Input, i64);
 
-/// Streams of the three inputs with jittered periods, and two ways to arrive: each message with a
-/// delay of its own, in the order of the stamps within its input. No delay outlasts a scan's patience:
-/// what a scan needs is stamped at most 0.16 s after it.
+/// Streams of the three inputs with jittered periods, and two orders of arrival: each message with a
+/// delay of its own, in the order of the stamps within its input. No delay is longer than a scan waits:
+/// the messages that a scan needs are stamped at most 0.16 s after it.
 fn two_arrivals() -> impl Strategy<Value = (Vec<Message>, Vec<Message>)> {
     let stream = |input: Input, period_ms: i64| {
         prop::collection::vec((0..period_ms, 0i64..300, 0i64..300), 20..60).prop_map(
@@ -303,7 +303,7 @@ fn two_arrivals() -> impl Strategy<Value = (Vec<Message>, Vec<Message>)> {
     )
 }
 
-/// What becomes of each scan, in order.
+/// The outcome of each scan, in order.
 fn outcomes(messages: &[Message]) -> Vec<(Stamp, Option<(i64, f64)>)> {
     let mut matcher: Matcher<(), i64> = Matcher::new(&DetectionConfig::default());
     let mut events = Vec::new();
@@ -339,7 +339,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
     #[test]
-    fn the_cycles_do_not_hang_on_how_the_inputs_interleave((one, other) in two_arrivals()) {
+    fn the_cycles_do_not_depend_on_how_the_inputs_interleave((one, other) in two_arrivals()) {
         let one = outcomes(&one);
         prop_assert!(one.windows(2).all(|pair| pair[0].0 < pair[1].0));
         prop_assert!(one.iter().any(|(_, matched)| matched.is_some()));
@@ -347,9 +347,9 @@ proptest! {
     }
 }
 
-/// What the data have shown already is not thrown away a second time.
+/// A jump that the stamps have shown already does not reset the matcher a second time.
 #[test]
-fn a_clock_that_is_set_back_drops_what_is_of_the_time_after_it() {
+fn a_clock_that_is_set_back_drops_scans_of_the_time_after_it() {
     let mut matcher = matcher();
     assert_eq!(matcher.set_back(at(0)), None, "there is nothing");
     let _ = matcher.push_scan(at(10_000), "scan");

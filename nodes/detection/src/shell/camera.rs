@@ -1,4 +1,4 @@
-//! The calibration of the depth camera, of a file or of its topic, and the images that came before it.
+//! The calibration of the depth camera, from a file or its topic, and the images received before it.
 
 use std::collections::VecDeque;
 
@@ -16,19 +16,19 @@ pub const IMAGE_WITHOUT_CALIBRATION: &str = "image without a calibration";
 /// The depth camera, as far as it is known.
 pub(super) struct Camera {
     known: Option<(CameraModel, DepthProjector)>,
-    /// Whether the calibration comes from a file, and the topic's does not count.
+    /// Whether the calibration comes from a file; then that of the topic is ignored.
     is_given: bool,
-    /// Images that came before the calibration of their camera.
+    /// Images received before the calibration of their camera.
     uncalibrated: VecDeque<ViewMessage>,
     most_uncalibrated: usize,
     counters: Counters,
 }
 
 impl Camera {
-    /// The camera that the parameters give, or one that its topic is to tell of.
+    /// The camera of the parameters' file, or one whose calibration is received on its topic.
     ///
     /// # Errors
-    /// When the file of the parameters is none of a camera.
+    /// When the file of the parameters has no valid calibration.
     pub(super) fn new(
         parameters: &DetectionParameters,
         detector: &Detector,
@@ -48,17 +48,17 @@ impl Camera {
         })
     }
 
-    /// Its calibration, and the projector by it.
+    /// Its calibration, with the projector.
     pub(super) fn known(&self) -> Option<&(CameraModel, DepthProjector)> {
         self.known.as_ref()
     }
 
-    /// Whether images have come, and their calibration has not.
-    pub(super) fn is_missed(&self) -> bool {
+    /// Whether images were received, but not their calibration.
+    pub(super) fn is_missing(&self) -> bool {
         self.known.is_none() && !self.uncalibrated.is_empty()
     }
 
-    /// Gives back what can be used at once. An image waits for the calibration of its camera, which many drivers send
+    /// Returns the view if it can be used at once. An image waits for the calibration of its camera, which many drivers send
     /// after it.
     pub(super) fn usable(&mut self, view: ViewMessage) -> Option<ViewMessage> {
         if !view.needs_calibration() || self.known.is_some() {
@@ -72,7 +72,7 @@ impl Camera {
         None
     }
 
-    /// Takes what the topic tells. Returns whether it is new: [`Camera::take_uncalibrated`] is to follow.
+    /// Takes a calibration of the topic. Returns whether it is new; then [`Camera::take_uncalibrated`] must be called.
     ///
     /// # Errors
     /// When the numbers do not describe a camera.
@@ -88,17 +88,17 @@ impl Camera {
         Ok(true)
     }
 
-    /// The images that have waited, in their order.
+    /// The waiting images, in their order.
     pub(super) fn take_uncalibrated(&mut self) -> VecDeque<ViewMessage> {
         std::mem::take(&mut self.uncalibrated)
     }
 
-    /// Drops the images that wait.
+    /// Drops the waiting images.
     pub(super) fn drop_uncalibrated(&mut self) {
         self.uncalibrated.clear();
     }
 
-    /// Drops the images that wait, and the calibration, but for one of a file.
+    /// Drops the waiting images, and the calibration unless it is of a file.
     pub(super) fn reset(&mut self) {
         self.drop_uncalibrated();
         if !self.is_given {
@@ -110,7 +110,7 @@ impl Camera {
 /// The calibration in a file; none for an empty name.
 ///
 /// # Errors
-/// When there is no such file, or it is none of a camera.
+/// When there is no such file, or it has no valid calibration.
 fn given_camera(path: &str) -> Result<Option<CameraModel>, NodeFailure> {
     if path.is_empty() {
         return Ok(None);

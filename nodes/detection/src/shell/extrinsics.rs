@@ -14,29 +14,29 @@ use super::{CloudInput, DetectionParameters};
 
 /// The name of the check on `/diagnostics`.
 const CONDITION: &str = "extrinsics";
-/// While the platform moves farther than this from a cycle to the next, the scan and the image are not of one place and
+/// If the platform moves farther than this from a cycle to the next, the scan and the image are of different positions and
 /// the cycle is left out: less than half of the limit, ...
 const STILL_M: f64 = 0.02;
 /// ... and less than half of it at 4 m.
 const STILL_RAD: f64 = 0.005;
-/// Poses so far apart say nothing of how fast the platform moves.
+/// The motion is not computed from poses farther apart in time.
 const MAX_CYCLE_GAP_S: f64 = 1.0;
 
-/// Looks now and then whether the scan lies on the surfaces that the camera sees.
+/// Checks periodically whether the scan lies on the surfaces that the camera sees.
 pub(super) struct ExtrinsicsCheck {
     monitor: DriftMonitor,
     mounts: RigMounts,
     period_s: f64,
-    /// The scan that was looked at last.
+    /// The stamp of the last checked scan.
     looked: Option<Stamp>,
-    /// The scan before and where the rig was.
+    /// The previous scan's stamp and the pose of the rig.
     before: Option<(Stamp, Isometry3<f64>)>,
     counters: Counters,
     warned: Throttle,
 }
 
 impl ExtrinsicsCheck {
-    /// The check that the parameters ask for; none where it is turned off.
+    /// The check of the parameters; none if it is turned off.
     ///
     /// # Errors
     /// When a parameter is out of its range.
@@ -72,7 +72,7 @@ impl ExtrinsicsCheck {
         }))
     }
 
-    /// Takes a cycle, and looks at it if it is time and the platform stands still.
+    /// Takes a cycle, and checks it if it is time and the platform is at rest.
     pub(super) fn look(
         &mut self,
         scan: &Scan,
@@ -89,24 +89,24 @@ impl ExtrinsicsCheck {
         self.looked = Some(scan.stamp);
         let returns = returns_of(scan, |_| Some(Isometry3::identity()));
         let verdict = self.monitor.observe(&returns, image, optics, &self.mounts);
-        self.tell(&verdict);
+        self.report(&verdict);
         Some(verdict)
     }
 
-    /// Takes another pose of the scanner, and forgets what it has seen.
+    /// Takes another pose of the scanner, and resets the check.
     pub(super) fn mount_lidar(&mut self, rig_from_lidar: &Isometry3<f64>) {
         self.mounts.rig_from_lidar = *rig_from_lidar;
         self.forget();
     }
 
-    /// Forgets what it has seen, as after a jump of the clock.
+    /// Resets the check, as after a jump of the clock.
     pub(super) fn forget(&mut self) {
         self.monitor.clear();
         self.looked = None;
         self.before = None;
     }
 
-    fn tell(&self, verdict: &Extrinsics) {
+    fn report(&self, verdict: &Extrinsics) {
         let text = verdict.to_string();
         self.counters.note_condition(CONDITION, &text, verdict.is_wrong());
         if verdict.is_wrong()

@@ -22,11 +22,11 @@ const VIEWS_KEPT: usize = 10;
 const SCANS_KEPT: usize = 50;
 const CAMERA_INFOS_KEPT: usize = 10;
 const POSES_KEPT: usize = 200;
-/// Each path tells the whole way.
+/// Each path holds the whole trajectory.
 const PATHS_KEPT: usize = 5;
 
-/// What the cloud is made of, as it arrived: of a camera's thirty a second a scanner uses seven, so it
-/// is converted only once a scan has it.
+/// A depth image or cloud as received: of the thirty a second of a camera a scanner uses seven, so it
+/// is converted only when it was matched with a scan.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum ViewMessage {
     Depth(Arc<Image>),
@@ -52,7 +52,7 @@ impl ViewMessage {
         &self.header().frame_id
     }
 
-    /// Whether it is of use only with the calibration of its camera.
+    /// Whether it needs the calibration of its camera.
     pub(super) fn needs_calibration(&self) -> bool {
         match self {
             Self::Depth(_) | Self::CompressedDepth(_) => true,
@@ -120,8 +120,8 @@ impl Inputs {
 
     /// The next message, whichever comes first. May be dropped while it waits.
     pub(super) async fn next(&self) -> Arrival {
-        // Of several that are there, a path first: it concerns the poses after it. Of the others the largest: it has the least
-        // room to wait in.
+        // Of several waiting messages, a path first: it applies to the poses after it. Then the largest: its queue is the
+        // shortest.
         tokio::select! {
             biased;
             received = self.paths.next() => Arrival::Path(received.message),
@@ -131,7 +131,7 @@ impl Inputs {
         }
     }
 
-    /// The next message that is here already.
+    /// The next message, if one has arrived.
     pub(super) fn try_next(&self) -> Option<Arrival> {
         let path = self.paths.try_next().map(|received| Arrival::Path(received.message));
         path.or_else(|| self.view.try_next())
@@ -161,12 +161,12 @@ impl Inputs {
         }
     }
 
-    /// Whether the images come as they are, and so with a size that the calibration tells.
+    /// Whether the images are raw, so that the calibration determines their size.
     pub(super) fn has_raw_images(&self) -> bool {
         matches!(&self.view, ViewInputs::Depth(depth) if matches!(depth.images, DepthImages::Raw(_)))
     }
 
-    /// The topic of the calibration, where there is one.
+    /// The topic of the calibration, if there is one.
     pub(super) fn camera_info_topic(&self) -> Option<&str> {
         match &self.view {
             ViewInputs::Depth(depth) => Some(depth.camera_infos.topic()),

@@ -1,4 +1,4 @@
-//! What the node reports: reduced clouds, zones, and what became of each scan.
+//! The node's output: reduced clouds, zones, and a report of each scan.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub(super) struct Output {
 
 impl Output {
     /// # Errors
-    /// When a topic cannot be had.
+    /// When a publisher cannot be created.
     pub(super) fn new(node: &Node, rig_frame_id: &str) -> Result<Self, NodeFailure> {
         Ok(Self {
             cycles: node.value_publisher("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
@@ -61,7 +61,7 @@ impl Output {
         self.reporter.processed(header, cycle.index, &counts, timer);
     }
 
-    /// Reports a scan that came to nothing.
+    /// Reports a dropped scan.
     pub(super) fn dropped(
         &self,
         scan_stamp: Stamp,

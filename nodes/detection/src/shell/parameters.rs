@@ -1,4 +1,4 @@
-//! What the node says of its parameters to those outside.
+//! The description of the node's parameters for parameter services.
 
 use node_shell::parameters::NodeParameters;
 

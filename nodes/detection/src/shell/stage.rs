@@ -6,18 +6,19 @@ use geometry::{CameraModel, Scan, Stamp};
 use msgs::convert;
 use node_shell::{Counters, GrantedBuffer, Node, NodeFailure, StepTimer, Throttle, TransformWait};
 
+use super::DetectionParameters;
 use super::camera::Camera;
 use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, ViewMessage};
 use super::mounts::{Mounts, WAITING_FOR_TRANSFORM};
 use super::output::Output;
-use super::{CloudInput, DetectionParameters};
+use super::rendering::RenderingReport;
 use crate::{
-    CycleInput, Detected, DetectionConfig, DetectionError, Detector, Dropped, Input, MatchEvent,
-    Matched, Matcher, View,
+    CycleInput, Detected, DetectionConfig, Detector, Dropped, Input, MatchEvent, Matched, Matcher,
+    View,
 };
 
-/// The cause of a drop that costs no scan: how it begins, before the topic's name.
+/// The cause of a drop of a message that drops no scan; the topic's name follows.
 pub const UNUSABLE_MESSAGE_ON: &str = "unusable message on ";
 
 /// The core with its topics.
@@ -28,10 +29,11 @@ pub struct Stage {
     detector: Detector,
     camera: Camera,
     extrinsics: Option<ExtrinsicsCheck>,
-    /// Where the scanner is by tf; none where a parameter says it.
+    /// The mount of the scanner by tf; none if a parameter gives it.
     mounts: Option<Mounts>,
-    /// What was put together, and waits for its transform.
+    /// Matched cycles that wait for their transform.
     unmounted: TransformWait<Matched<Scan, ViewMessage>>,
+    rendering: RenderingReport,
     output: Output,
     counters: Counters,
     granted: Option<GrantedBuffer>,
@@ -39,17 +41,13 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// The stage that `node` is.
+    /// The stage of `node`.
     ///
     /// # Errors
-    /// When a parameter is out of its range, or a topic cannot be had.
+    /// When a parameter is out of its range, or a publisher or subscription cannot be created.
     pub fn new(node: &Node, parameters: &DetectionParameters) -> Result<Self, NodeFailure> {
         let config = &parameters.config;
         let detector = Detector::new(config.clone())?;
-        if parameters.input == CloudInput::Points && config.pipeline.needs_depth() {
-            let map_edge_m = config.pipeline.map_edge_m;
-            return Err(DetectionError::NoDepthImage { map_edge_m }.into());
-        }
         Ok(Self {
             config: config.clone(),
             camera: Camera::new(parameters, &detector, node.counters())?,
@@ -58,6 +56,7 @@ impl Stage {
             extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
             mounts: Mounts::new(node, parameters)?,
             unmounted: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
+            rendering: RenderingReport::new(node.counters(), Throttle::for_warnings()),
             output: Output::new(node, &config.pipeline.rig.rig_frame_id)?,
             counters: node.counters(),
             granted: node.granted_buffer(),
@@ -66,7 +65,7 @@ impl Stage {
         })
     }
 
-    /// Goes on with other parameters, of those that may change.
+    /// Applies changed parameters, of those that may change.
     ///
     /// # Errors
     /// When a parameter is out of its range.
@@ -79,7 +78,7 @@ impl Stage {
     pub(super) async fn next(&self) -> Arrival {
         match &self.mounts {
             None => self.inputs.next().await,
-            // What a scan needs comes before the scan.
+            // Transforms before scans, since a scan needs them.
             Some(mounts) => tokio::select! {
                 biased;
                 arrival = mounts.next() => Arrival::Transforms(arrival),
@@ -93,7 +92,7 @@ impl Stage {
         transforms.or_else(|| self.inputs.try_next())
     }
 
-    /// Takes every message that is here already.
+    /// Takes every message that has arrived.
     pub fn take_waiting(&mut self) {
         while let Some(arrival) = self.try_next() {
             self.take(arrival);
@@ -131,7 +130,7 @@ impl Stage {
                 if let Some(mounts) = &mut self.mounts {
                     mounts.take(&transforms);
                 }
-                return self.work_off();
+                return self.process_matched();
             }
         };
         self.handle(events);
@@ -150,7 +149,7 @@ impl Stage {
             Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
         }
         if self.inputs.has_raw_images() {
-            // Two bytes a pixel are the least that a depth image has.
+            // A depth image has at least two bytes a pixel.
             let image_bytes = camera.width_px.saturating_mul(camera.height_px).saturating_mul(2);
             let topic = self.inputs.view_topic();
             if let Some(Err(too_large)) =
@@ -164,19 +163,19 @@ impl Stage {
         }
     }
 
-    /// The clock was set back to `now`: what is of the time after it belongs to another pass.
+    /// The clock was set back to `now`: data with later stamps belong to the run before.
     pub(super) fn set_back(&mut self, now: Stamp) {
-        // Where the data have shown it already, all is done.
+        // If the stamps have shown it already, there is nothing more to do.
         if let Some(events) = self.matcher.set_back(now) {
-            tracing::warn!("the time of /clock jumped back: starting anew");
+            tracing::warn!("the time of /clock jumped back: the node is reset");
             self.camera.drop_uncalibrated();
             self.handle(events);
             self.forget();
         }
     }
 
-    /// Drops what waits, what was seen, and the camera's calibration, but for one of a file. Transforms that are fixed stay:
-    /// they are told once.
+    /// Drops waiting messages, observations, and the camera's calibration unless it is of a file. Static transforms stay: they
+    /// are published once.
     pub(super) fn reset(&mut self) {
         self.matcher = Matcher::new(&self.config);
         self.unmounted.start_anew();
@@ -184,10 +183,10 @@ impl Stage {
         self.forget();
     }
 
-    /// Forgets what was seen over several cycles, and what waits for the transform of a moment that has gone.
+    /// Forgets the observations of earlier cycles, and drops cycles that wait for a transform of the time before.
     fn forget(&mut self) {
         for matched in self.unmounted.start_anew() {
-            let reason = "the time jumped back before its transform came";
+            let reason = "the time jumped back before its transform was received";
             self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, reason);
         }
         self.detector.forget();
@@ -199,7 +198,7 @@ impl Stage {
         }
     }
 
-    /// Drops the scans that wait: nothing more comes.
+    /// Drops the waiting scans: there is no more input.
     pub fn give_up_waiting(&mut self) {
         let events = self.matcher.flush();
         self.handle(events);
@@ -216,7 +215,7 @@ impl Stage {
             match event {
                 MatchEvent::Matched(matched) => {
                     self.unmounted.push(matched.scan_stamp, matched);
-                    self.work_off();
+                    self.process_matched();
                 }
                 MatchEvent::Dropped(dropped) => {
                     let topics = self.missing_topics(&dropped);
@@ -224,7 +223,7 @@ impl Stage {
                     self.drop_scan(dropped.stamp, &format!("missing {topics}"), &reason);
                 }
                 MatchEvent::Ignored { input: Input::Scan, stamp, .. } => {
-                    let reason = "its stamp is not later than that of the scan before";
+                    let reason = "its stamp is not later than that of the previous scan";
                     self.drop_scan(stamp, "scan out of order", reason);
                 }
                 MatchEvent::Ignored { input, stamp, latest } => {
@@ -242,7 +241,7 @@ impl Stage {
                 ),
                 MatchEvent::ClockJumpedBack { input, from, to } => {
                     tracing::warn!(
-                        "the stamps of {} jumped back by {:.3} s: starting anew",
+                        "the stamps of {} jumped back by {:.3} s: the node is reset",
                         self.inputs.topic(input),
                         from.seconds_since(to)
                     );
@@ -252,8 +251,8 @@ impl Stage {
         }
     }
 
-    /// Works off what has its transform, in its order. What has not waits a while; it may be told late.
-    fn work_off(&mut self) {
+    /// Processes the matched cycles that have their transform, in order. The others wait for a while; transforms may be late.
+    fn process_matched(&mut self) {
         while let Some((stamp, matched)) = self.unmounted.pop() {
             match self.mount_lidar(&matched) {
                 Ok(()) => self.cycle(&matched),
@@ -272,7 +271,10 @@ impl Stage {
     fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>) {
         let mut timer = StepTimer::start();
         match self.detect(matched, &mut timer) {
-            Ok(detected) => self.output.publish(detected, &self.inputs, &mut timer),
+            Ok(detected) => {
+                self.rendering.take(self.inputs.view_topic(), detected.statistics.not_pinhole);
+                self.output.publish(detected, &self.inputs, &mut timer);
+            }
             Err(error) => {
                 let reason = format!("{}: {error}", self.inputs.view_topic());
                 self.drop_scan(matched.scan_stamp, "detection failed", &reason);
@@ -280,13 +282,13 @@ impl Stage {
         }
     }
 
-    /// Sees to it that the scanner is where tf says, by the frames of what was matched.
+    /// Updates the mount of the scanner from tf, by the frames of the matched messages.
     fn mount_lidar(&mut self, matched: &Matched<Scan, ViewMessage>) -> Result<(), NodeFailure> {
         let Some(mounts) = &mut self.mounts else { return Ok(()) };
         let camera = (matched.cloud.frame_id(), matched.cloud_stamp);
         if let Some(rig_from_lidar) = mounts.changed(&matched.scan.frame_id, camera)? {
             self.detector.mount_lidar(&rig_from_lidar)?;
-            mounts.took(&rig_from_lidar, &matched.scan.frame_id, camera.0);
+            mounts.set_in_use(&rig_from_lidar, &matched.scan.frame_id, camera.0);
             if let Some(check) = &mut self.extrinsics {
                 check.mount_lidar(&rig_from_lidar);
             }
@@ -299,7 +301,7 @@ impl Stage {
         matched: &Matched<Scan, ViewMessage>,
         timer: &mut StepTimer,
     ) -> Result<Detected, NodeFailure> {
-        let (image, cloud);
+        let (image, cloud, organised);
         let view = match (&matched.cloud, self.camera.known()) {
             (ViewMessage::Depth(message), Some((_, projector))) => {
                 image = convert::depth_from_message(message)?;
@@ -311,6 +313,10 @@ impl Stage {
             }
             (ViewMessage::Depth(_) | ViewMessage::CompressedDepth(_), None) => {
                 return Err("the camera has no calibration".into());
+            }
+            (ViewMessage::Points(message), _) if message.height > 1 => {
+                organised = convert::organised_cloud_from_message(message)?;
+                View::OrganisedPoints(&organised)
             }
             (ViewMessage::Points(message), _) => {
                 cloud = convert::cloud_from_message(message)?;
@@ -338,7 +344,7 @@ impl Stage {
         self.output.dropped(scan_stamp, (cause, reason), &self.inputs);
     }
 
-    /// Counts a message that is of no use, and tells of it once in a while.
+    /// Counts an unusable message, and logs it at intervals.
     fn refuse(&self, input: Input, reason: &str) {
         self.refuse_on(self.inputs.topic(input), reason);
     }
@@ -355,7 +361,7 @@ impl Stage {
             .missing
             .iter()
             .map(|input| match (input, self.inputs.camera_info_topic()) {
-                (Input::Cloud, Some(camera_info)) if self.camera.is_missed() => camera_info,
+                (Input::Cloud, Some(camera_info)) if self.camera.is_missing() => camera_info,
                 _ => self.inputs.topic(*input),
             })
             .collect();

@@ -1,3 +1,4 @@
+mod rendering;
 mod transforms;
 
 use std::collections::BTreeMap;
@@ -13,7 +14,7 @@ use node_shell::{Publisher, Qos, RosArguments, Shutdown, Subscription, Transport
 
 use super::*;
 
-/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+/// A test that waits longer has failed, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A node on a domain and in a namespace of this process and test.
@@ -21,7 +22,7 @@ fn node(name: &str, test: &str) -> Node {
     let process = std::process::id();
     let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
     let namespace = format!("__ns:=/detection_test_{process}_{test}");
-    // tf has one place for all namespaces, but not for all tests.
+    // The topics of tf are absolute; each test has its own.
     let own_tf = ["-r", "/tf:=tf", "-r", "/tf_static:=tf_static"];
     let line = ["--ros-args", "-r", &namespace].into_iter().chain(own_tf);
     let arguments = RosArguments::parse(line).unwrap();
@@ -31,7 +32,7 @@ fn node(name: &str, test: &str) -> Node {
 async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
     match tokio::time::timeout(PATIENCE, wait).await {
         Ok(value) => value,
-        Err(_) => panic!("waited in vain: {what}"),
+        Err(_) => panic!("timed out: {what}"),
     }
 }
 
@@ -85,7 +86,7 @@ fn pose(stamp: Stamp, x_m: f64) -> PoseStamped {
     })
 }
 
-/// The node under test, and a peer that plays the robot and listens.
+/// The node under test, and a peer that publishes the sensors' messages and subscribes to the output.
 struct Bench {
     served: tokio::task::JoinHandle<Result<(), NodeFailure>>,
     shutdown: Shutdown,
@@ -211,7 +212,7 @@ async fn scan_image_and_pose_become_a_cycle_even_when_the_calibration_comes_last
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_compressed_image_is_as_good_as_a_raw_one() {
+async fn a_compressed_image_gives_the_same_cycle_as_a_raw_one() {
     let bench = Bench::start_with("compressed", 0.5, CloudInput::CompressedDepth).await;
     bench.compressed_images.publish(compressed_image(at(1_010))).unwrap();
     bench.scans.publish(scan(at(1_000))).unwrap();
@@ -225,7 +226,7 @@ async fn a_compressed_image_is_as_good_as_a_raw_one() {
     let report = bench.report().await;
     assert_eq!(counts(&report).get("images_received"), Some(&1));
 
-    // A picture that cannot be read costs its scan, and the reason is said.
+    // With an image that cannot be read the scan is dropped, with the reason.
     let mut damaged = compressed_image(at(2_000));
     damaged.format = "16UC1; compressedDepth rvl".to_owned();
     bench.compressed_images.publish(damaged).unwrap();
@@ -240,7 +241,7 @@ async fn a_compressed_image_is_as_good_as_a_raw_one() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_scan_without_its_pose_is_dropped_by_name_when_the_input_falls_silent() {
+async fn a_scan_without_its_pose_is_dropped_with_the_topic_when_the_input_stops() {
     let bench = Bench::start("silence", 0.1).await;
     bench.camera_infos.publish(camera_info(4)).unwrap();
     bench.images.publish(image(at(1_010))).unwrap();
@@ -256,9 +257,9 @@ async fn a_scan_without_its_pose_is_dropped_by_name_when_the_input_falls_silent(
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_is_wrong_with_an_input_is_said() {
+async fn faults_of_an_input_are_reported() {
     let bench = Bench::start("wrong", 0.4).await;
-    // A scan that has no beam is decided at once.
+    // A scan without beams is dropped at once.
     bench.scans.publish(LaserScan { ranges: Vec::new(), ..scan(at(500)) }).unwrap();
     let report = bench.report().await;
     assert!(report.drop_reason.contains("LaserScan"), "{report:?}");
@@ -284,7 +285,7 @@ async fn what_is_wrong_with_an_input_is_said() {
     };
     assert!(report.drop_reason.contains("4 x 3") && report.drop_reason.contains("5 x 3"));
 
-    // The right one mends it, and the dropped scans took no number.
+    // With the right one it works again, and the dropped scans have no cycle number.
     bench.camera_infos.publish(camera_info(4)).unwrap();
     bench.images.publish(image(at(3_000))).unwrap();
     bench.poses.publish(pose(at(3_000), 0.0)).unwrap();
@@ -294,7 +295,7 @@ async fn what_is_wrong_with_an_input_is_said() {
     bench.end().await;
 }
 
-/// A wall 3 m away, which the scanner has 6 cm farther.
+/// A wall 3 m away, which is 6 cm farther in the scan.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_scan_beside_the_surfaces_is_a_warning_in_the_diagnostics() {
     use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
@@ -337,7 +338,7 @@ async fn a_scan_beside_the_surfaces_is_a_warning_in_the_diagnostics() {
         bench.images.publish(convert::message_from_depth(&wall(stamp))).unwrap();
         bench.poses.publish(pose(stamp, 0.0)).unwrap();
         bench.scans.publish(turn(stamp)).unwrap();
-        // A scan is decided when the next image or pose has come.
+        // A scan is matched when the next image or pose has arrived.
         if cycle > 0 {
             assert!(bench.report().await.processed);
         }
@@ -366,7 +367,7 @@ async fn a_scan_beside_the_surfaces_is_a_warning_in_the_diagnostics() {
 }
 
 #[test]
-fn the_parameters_of_node_and_method_stand_side_by_side() {
+fn the_parameters_of_node_and_method_are_on_one_level() {
     let described = node_shell::parameters::describe::<DetectionParameters>().unwrap();
     let default_of = |name: &str| {
         described.iter().find(|(key, _)| key == name).map(|(_, default)| default.as_str())
@@ -376,9 +377,9 @@ fn the_parameters_of_node_and_method_stand_side_by_side() {
     assert_eq!(default_of("method"), Some("\"free_space\""));
 }
 
-/// What the core makes of a path is tested there: this one comes to it, and another does not.
+/// How a path is used is tested in the core; here a valid one reaches it, and an invalid one does not.
 #[test]
-fn a_path_that_is_none_is_counted_and_told() {
+fn an_invalid_path_is_counted_and_reported() {
     let host = node_shell::Host::in_process();
     let arguments = RosArguments::parse([] as [String; 0]).unwrap();
     let (own, peer) =

@@ -4,8 +4,8 @@ use super::*;
 
 const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
 
-/// 90 beams, the first at -45 degrees, with the deviations given as `(beam, deviation)` above a calm
-/// background.
+/// 90 beams, the first at -45 degrees, with the deviations given as `(beam, deviation)` above a small
+/// one.
 fn deviations(raised: &[(usize, f32)]) -> Vec<f32> {
     let mut std_dev_m = vec![0.02; 90];
     for &(beam, deviation_m) in raised {
@@ -93,7 +93,7 @@ fn at_the_minimum_nothing_moves_and_just_above_it_does() {
 
 #[test]
 fn half_of_the_largest_deviation_is_not_high_variability() {
-    // 0.5 is exactly half of 1.0: only the lone peak is left, which bounds nothing.
+    // 0.5 is exactly half of 1.0: only one peak is left, which bounds no zone.
     let search = find(&mut finder(), &[(30, 1.0), (40, 0.5)]);
     assert_eq!((search.zone, search.high_variability_beams), (None, 1));
     assert_eq!(search.unmeasured, Some(Unmeasured::Unbounded { beams: 1 }));
@@ -101,7 +101,7 @@ fn half_of_the_largest_deviation_is_not_high_variability() {
 }
 
 #[test]
-fn a_lone_run_of_three_bounds_itself_and_of_two_nothing() {
+fn a_single_run_bounds_a_zone_with_three_beams_and_not_with_two() {
     check_beams(find(&mut finder(), &[(0, 0.7), (1, 0.6), (2, 0.6)]).zone, 1, 2);
     check_beams(find(&mut finder(), &[(10, 0.5), (11, 0.6), (12, 0.5)]).zone, 10, 12);
     assert_eq!(find(&mut finder(), &[(10, 0.6), (11, 0.6)]).zone, None);
@@ -122,7 +122,7 @@ fn the_candidate_nearest_to_the_previous_zone_is_taken() {
 }
 
 #[test]
-fn a_quiet_cycle_holds_the_previous_zone_as_wide_as_it_was() {
+fn a_cycle_without_motion_holds_the_previous_zone_with_its_width() {
     let mut finder = finder();
     find(&mut finder, &[(30, 0.6), (40, 0.5)]);
     for cycles in 1..=DetectionConfig::default().max_held_cycles {
@@ -175,7 +175,7 @@ fn the_tolerance_does_not_leave_the_aperture() {
 }
 
 #[test]
-fn no_beams_are_quiet() {
+fn a_scan_without_beams_has_no_zone() {
     let search = finder().find(&[], &[]);
     assert!(matches!(search.unmeasured, Some(Unmeasured::Quiet { .. })));
 }

@@ -1,4 +1,4 @@
-//! The map of the file takes the place of the node's, at the start and on request.
+//! Loading of the map from its file, at the start and on request.
 
 use node_shell::NodeFailure;
 use tokio::time::Instant;
@@ -8,14 +8,14 @@ use super::map_file::MapFile;
 use super::saving::{NO_MAP_FILE, Unsaved};
 
 /// The frame of the world whose origin is the same one after each start (REP-105), alone or behind a prefix (`robot/map`).
-/// A map that was loaded is in it. Others, as `odom`, have their origin where the node that publishes the poses was started.
+/// A map that was loaded is in it. Others, such as `odom`, have their origin where the node that publishes the poses was started.
 const FIXED_FRAME: &str = "map";
 
 impl Stage {
-    /// Begins with the map of the file, where there is one and the map has not begun; see [`Self::clean_up`].
+    /// Begins with the map of the file, if there is one and the map has not begun; see [`Self::clean_up`].
     ///
     /// # Errors
-    /// When the file cannot be read, is no map, or does not fit the parameters: a node that went on without it would replace it.
+    /// When the file cannot be read, is no map, or does not fit the parameters: without the error the node would replace it.
     pub(super) fn begin_with(&mut self, file: Option<&MapFile>) -> Result<(), NodeFailure> {
         if std::mem::replace(&mut self.has_begun, true) {
             return Ok(());
@@ -41,7 +41,7 @@ impl Stage {
         let frame_id = self.map.frame_id().unwrap_or(FIXED_FRAME).to_owned();
         let awaits_frame = self.loaded_awaits_frame || self.map.frame_id().is_none();
         let loaded = file.load(&mut self.map, &frame_id);
-        // Where tiles could not be spilled, the map has gone.
+        // If tiles could not be spilled, the map was dropped.
         if loaded.is_ok() || self.map.is_empty() {
             self.loaded_awaits_frame = awaits_frame && loaded.is_ok();
             self.unsaved = Unsaved::ANOTHER_MAP;
@@ -52,8 +52,8 @@ impl Stage {
         Ok(format!("loaded a map of {voxels} voxels in frame {frame_id:?} from {path}"))
     }
 
-    /// The poses are in this frame. A map that was loaded before goes on growing where the frame is a `map`; in another
-    /// one its points have another origin, and a new map begins.
+    /// Sets the frame of the poses. A loaded map is continued if the frame is a `map`; another frame has another origin, and
+    /// a new map is begun.
     pub(super) fn settle_frame(&mut self, frame_id: &str) {
         if !std::mem::take(&mut self.loaded_awaits_frame) {
             return;

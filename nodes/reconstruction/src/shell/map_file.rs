@@ -1,4 +1,4 @@
-//! The map as a file.
+//! The file of the map.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use node_shell::{NodeFailure, folder_of, keep_version, write_whole_file};
 
 use crate::{Map, WholeMap, octomap};
 
-/// The edge of an octomap is the map's when they differ by no more than this share: what a decimal number of
-/// six digits leaves, as octomap writes it.
+/// The resolution of an octomap and the edge of the map are equal if they differ by no more than this share: octomap writes
+/// a decimal number of six digits.
 const SAME_EDGE: f64 = 1e-5;
 
-/// Where the map is saved and loaded from, and in which format.
+/// The path of the file, and its format.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct MapFile {
     path: PathBuf,
@@ -35,11 +35,11 @@ pub(super) struct Snapshot {
     max_voxels: usize,
 }
 
-/// A map that is in its file.
+/// A saved map.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Saved {
     pub(super) points: usize,
-    /// The file that was there before, where it was kept.
+    /// The former file, if it was kept.
     pub(super) former: Option<Former>,
 }
 
@@ -47,21 +47,21 @@ pub(super) struct Saved {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Former {
     pub(super) version: PathBuf,
-    /// `None` where it could not be read as a map.
+    /// `None` if it could not be read as a map.
     pub(super) points: Option<usize>,
 }
 
 impl Snapshot {
     /// # Errors
-    /// Where a tile on disk cannot be read now.
+    /// When a tile on disk cannot be read at present.
     pub(super) fn of(map: &Map) -> Result<Self, NodeFailure> {
         let WholeMap { points_m, normals, unreadable } = map.whole();
         if let Some(error) = unreadable.iter().find(|error| !error.is_loss()) {
             return Err(format!("the map could not be saved: {error}").into());
         }
-        // What is lost will not come back; what is left is worth saving.
+        // The lost tiles cannot be recovered; the rest is saved.
         if let Some(error) = unreadable.first() {
-            tracing::warn!("{} tiles are lost to the map that is saved: {error}", unreadable.len());
+            tracing::warn!("{} tiles are missing in the saved map: {error}", unreadable.len());
         }
         Ok(Self { points_m, normals, grid: *map.grid(), max_voxels: map.max_voxels() })
     }
@@ -72,8 +72,8 @@ impl Snapshot {
 }
 
 impl MapFile {
-    /// The file at the path that `parameter` has, whose format its extension says; none for an empty path.
-    /// What cannot be written is found out now, not when there is a map to lose.
+    /// The file at the path of `parameter`, with the format of its extension; none for an empty path.
+    /// A path that cannot be written is an error now, and not when a map is to be saved.
     pub(super) fn new(parameter: &str, path: &str) -> Result<Option<Self>, NodeFailure> {
         if path.is_empty() {
             return Ok(None);
@@ -111,11 +111,11 @@ impl MapFile {
     }
 
     /// Writes the map under a temporary name first: a reader never finds half a file, and an earlier
-    /// map is replaced only by a whole one, also when the power fails. With `keeps_former` the file that is there is kept
-    /// as a numbered version ([`keep_version`]) when it differs.
+    /// map is replaced only by a complete one, also when the power fails. With `keeps_former` the existing file is kept
+    /// as a numbered version ([`keep_version`]) if it differs.
     ///
     /// # Errors
-    /// When the folder cannot be written or is full; the file is then as it was.
+    /// When the folder cannot be written or is full; the file is then unchanged.
     pub(super) fn write(
         &self,
         snapshot: &Snapshot,
@@ -147,8 +147,8 @@ impl MapFile {
         Ok(Saved { points: points_m.len(), former })
     }
 
-    /// Puts the file's points, in `frame_id`, in the place of the map. Returns the number of voxels. When that
-    /// fails, the map is as it was.
+    /// Replaces the map by the file's points, in `frame_id`. Returns the number of voxels. If that
+    /// fails, the map is unchanged.
     pub(super) fn load(&self, map: &mut Map, frame_id: &str) -> Result<usize, NodeFailure> {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be loaded from {}: {reason}", self.path.display())
@@ -187,7 +187,7 @@ impl MapFile {
     }
 }
 
-/// The middle of a voxel. Within octomap's reach it lies in that voxel also as a 32-bit number.
+/// The centre of a voxel. Within octomap's range it lies in that voxel also in single precision.
 fn centre(voxel: VoxelKey, grid: &VoxelGrid) -> Point3<f32> {
     let middle = |cell: i32| ((f64::from(cell) + 0.5) * grid.edge_m()) as f32;
     Point3::new(middle(voxel.x), middle(voxel.y), middle(voxel.z))

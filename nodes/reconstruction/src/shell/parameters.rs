@@ -1,4 +1,4 @@
-//! What the node says of its parameters to those outside, and what its shell makes of them.
+//! The checks of the node's parameters, and the settings of its shell.
 
 use std::time::Duration;
 
@@ -20,7 +20,7 @@ impl NodeParameters for ReconstructionParameters {
 pub(super) struct Settings {
     pub(super) periods: Periods,
     pub(super) most_update_points: usize,
-    /// Where the map comes from at the start, and goes to.
+    /// The file that the map is loaded from at the start, and saved to.
     pub(super) file: Option<MapFile>,
     pub(super) save_period: Duration,
 }

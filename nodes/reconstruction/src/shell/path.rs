@@ -1,4 +1,4 @@
-//! A corrected trajectory of the platform arrives, and the map moves with it.
+//! Corrections of the map by corrected trajectories of the platform.
 
 use msgs::convert::{self, ConvertError};
 use msgs::nav_msgs::Path;
@@ -10,16 +10,16 @@ use crate::{CorrectionError, Map, MapCorrection};
 
 /// The name of the corrections on `/diagnostics`.
 const CONDITION: &str = "corrections of the map";
-/// The cause of a drop: the map does not follow.
+/// The cause of a drop: the map was not corrected.
 const REFUSED: &str = "path refused";
 
-/// Tells of the corrections.
+/// Reports the corrections.
 pub(super) struct PathWatch {
     counters: Counters,
     warned: Throttle,
 }
 
-/// A path that the map does not follow.
+/// Why the map was not corrected by a path.
 #[derive(Debug, thiserror::Error)]
 enum PathFailure {
     #[error(transparent)]
@@ -56,7 +56,7 @@ impl PathWatch {
 }
 
 impl Stage {
-    /// Takes the way as the map of the poses has it by now.
+    /// Takes a corrected trajectory.
     pub(super) fn take_path(&mut self, message: &Path) {
         match self.follow(message) {
             Ok(done) if done.moved_voxels > 0 => {
@@ -75,7 +75,7 @@ impl Stage {
     }
 }
 
-/// What the report of a cycle has of the corrections; nothing before the first.
+/// The numbers of the corrections for the report of a cycle; none before the first correction.
 pub(super) fn reported(map: &Map) -> Vec<(&'static str, u64)> {
     let counts = map.correction_counts();
     if counts.corrections == 0 {

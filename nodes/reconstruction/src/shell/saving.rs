@@ -1,5 +1,5 @@
-//! The map goes to its file: every so often, on request and at the end. A map that has grown out of the one in the file
-//! replaces it; before another one does, the file is kept as a numbered version.
+//! Saving of the map to its file: periodically, on request and at the end. A map that continues the one in the file
+//! replaces it; before another map does, the file is kept as a numbered version.
 
 use std::time::Duration;
 
@@ -12,45 +12,45 @@ use super::Stage;
 use super::map_file::{Former, MapFile, Saved, Snapshot};
 use super::parameters::Settings;
 
-/// A service has no file to work on.
+/// The error of a service without a file.
 pub(super) const NO_MAP_FILE: &str =
     "the parameter map_file is empty: a path that ends in .ply, .pcd or .bt";
 
 /// The name of the file on `/diagnostics`.
 const CONDITION: &str = "map file";
 
-/// A map with less than one in so many of the points that its file has had is another map: what the rays clear within
-/// one run is less, unless the poses are wrong.
+/// A map with less than this fraction (1 / 2) of the points of its file counts as another map: rays clear less within
+/// one run, unless the poses are wrong.
 const SHRUNK: usize = 2;
 
-/// What of the map is not in its file.
+/// How the map differs from its file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Unsaved {
     /// The map has changed since it was saved.
     pub(super) is_changed: bool,
-    /// It has not grown out of the map that was saved last.
+    /// It does not continue the map that was saved last.
     pub(super) is_another: bool,
 }
 
 impl Unsaved {
-    /// Another map has taken the map's place, an empty one or one of a file.
+    /// The map was replaced, by an empty one or one of a file.
     pub(super) const ANOTHER_MAP: Self = Self { is_changed: true, is_another: true };
 }
 
-/// When the map is saved, and whether the file that is there is kept. One save at a time, by another thread.
+/// Decides when the map is saved, and whether the existing file is kept. One save at a time, by another thread.
 pub(super) struct Saving<'a> {
     file: Option<MapFile>,
     period: Duration,
-    /// When the last save began, or the node did.
+    /// The time of the start of the last save, or of the node.
     last: Instant,
-    /// The most points that the file has had from this map; `None` while it has another one.
+    /// The most points that the file has had of this map; `None` while it has another map.
     most_points: Option<usize>,
     running: Option<Running<'a>>,
     counters: Counters,
 }
 
 struct Running<'a> {
-    /// Who is answered when it is done; `None` where it was due.
+    /// The request that is answered when it is done; `None` for a periodic save.
     request: Option<Request<'a, Trigger>>,
     file: MapFile,
     task: JoinHandle<Result<Saved, NodeFailure>>,
@@ -68,7 +68,7 @@ impl<'a> Saving<'a> {
         }
     }
 
-    /// The file that the map goes to.
+    /// The file of the map.
     pub(super) fn file(&self) -> Option<&MapFile> {
         self.file.as_ref()
     }
@@ -78,7 +78,7 @@ impl<'a> Saving<'a> {
         self.running.is_none()
     }
 
-    /// Goes on with other settings. What is in another file is another map.
+    /// Applies changed settings. Another file has another map.
     pub(super) fn change(&mut self, settings: &Settings) {
         self.period = settings.save_period;
         if self.file != settings.file {
@@ -87,7 +87,7 @@ impl<'a> Saving<'a> {
         }
     }
 
-    /// Begins to save what has changed, once in a period.
+    /// Begins to save a changed map, once in a period.
     pub(super) fn look(&mut self, stage: &mut Stage, now: Instant) {
         let is_due = now.saturating_duration_since(self.last) >= self.period;
         if is_due && stage.unsaved.is_changed && self.file.is_some() && self.is_idle() {
@@ -95,7 +95,7 @@ impl<'a> Saving<'a> {
         }
     }
 
-    /// Begins to save the map as it is now. Who asked for it is answered when it is done.
+    /// Begins to save the map as it is now. The request is answered when it is done.
     pub(super) fn begin(&mut self, stage: &mut Stage, request: Option<Request<'a, Trigger>>) {
         self.last = Instant::now();
         match self.prepare(stage) {
@@ -116,13 +116,13 @@ impl<'a> Saving<'a> {
         }
     }
 
-    /// What came of the save that runs. May be dropped while it waits; never returns when none does.
+    /// The result of the running save; never returns if there is none. The future may be dropped while it waits.
     pub(super) async fn finish(&mut self) -> Result<Saved, NodeFailure> {
         let Some(running) = &mut self.running else { return std::future::pending().await };
         (&mut running.task).await.unwrap_or_else(|error| Err(error.into()))
     }
 
-    /// Takes note of what [`Self::finish`] has returned.
+    /// Processes the result of [`Self::finish`].
     pub(super) fn finished(&mut self, saved: Result<Saved, NodeFailure>, stage: &mut Stage) {
         let Some(running) = self.running.take() else { return };
         let done = self.note(saved, &running.file, stage);
@@ -131,7 +131,7 @@ impl<'a> Saving<'a> {
         }
     }
 
-    /// Saves the map before it goes: where it has changed, or there is no file yet. Returns what was done.
+    /// Saves the map before it is dropped, if it has changed or there is no file yet. Returns what was done.
     ///
     /// # Errors
     /// When the map cannot be saved.
@@ -152,7 +152,7 @@ impl<'a> Saving<'a> {
         self.note(saved, &file, stage).map(Some)
     }
 
-    /// The file, what goes to it, and whether what is there is kept.
+    /// The file, its new content, and whether the existing file is kept.
     fn prepare(&mut self, stage: &mut Stage) -> Result<(MapFile, Snapshot, bool), NodeFailure> {
         let file = self.file.clone().ok_or(NO_MAP_FILE)?;
         let snapshot = Snapshot::of(&stage.map)?;
@@ -167,7 +167,7 @@ impl<'a> Saving<'a> {
         Ok((file, snapshot, keeps_former))
     }
 
-    /// Takes note of what came of a save. Returns what was done.
+    /// Processes the result of a save. Returns what was done.
     fn note(
         &mut self,
         saved: Result<Saved, NodeFailure>,

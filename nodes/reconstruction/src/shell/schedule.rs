@@ -1,4 +1,4 @@
-//! When what of the map is due.
+//! The schedule of the publication of the map.
 
 #[cfg(test)]
 mod tests;
@@ -7,18 +7,18 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-/// When no cloud has come for so long, the input pauses, and whoever looks at the map wants to see it as it
-/// then is. More than twice the time between two cycles of a slow scanner (5.5 Hz).
+/// When no cloud has arrived for so long, the input has paused, and the map is published as it
+/// is then. More than twice the time between two cycles of a slow scanner (5.5 Hz).
 const INPUT_PAUSE: Duration = Duration::from_millis(500);
 
-/// Two whole maps have at least this time between them, whatever the reasons for them.
+/// Two whole maps have at least this time between them, for whatever reason.
 const SHORTEST_BETWEEN_MAPS: Duration = Duration::from_millis(500);
 
-/// A listener to the whole map alone sees a voxel that has gone only by the next map, which then is due after
-/// this share of its period: 2.5 s of the default.
+/// A subscriber of the whole map alone sees a removal only with the next map, which is then due after
+/// this share of its period: 2.5 s by default.
 const SHARE_AFTER_REMOVALS: u32 = 4;
 
-/// The periods that users set.
+/// The periods of the parameters.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Periods {
     /// Of the whole map.
@@ -27,28 +27,28 @@ pub(super) struct Periods {
     pub(super) updates: Duration,
 }
 
-/// How many listen.
+/// The numbers of subscribers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Subscribers {
-    /// To the whole map.
+    /// Of the whole map.
     pub(super) map: usize,
-    /// To its updates.
+    /// Of its updates.
     pub(super) updates: usize,
 }
 
-/// Whether somebody listens to the updates.
+/// A change of whether the updates have subscribers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Following {
-    /// From now on.
+    /// The first subscriber.
     Starts,
-    /// Not any more.
+    /// No more subscribers.
     Ends,
 }
 
 /// What is due.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Due {
-    /// Comes before the others.
+    /// To be done before the others.
     pub(super) following: Option<Following>,
     /// The whole map.
     pub(super) map: bool,
@@ -56,18 +56,18 @@ pub(super) struct Due {
     pub(super) update: bool,
 }
 
-/// Decides when what of the map is published. The time is told to it.
+/// Decides when the map and its updates are published. The caller passes the time.
 #[derive(Clone, Debug)]
 pub(super) struct Schedule {
     periods: Periods,
     subscribers: Subscribers,
-    /// When the last cloud came, if that was after the last whole map, even when it changed nothing: the
-    /// map's stamp tells how far it has come.
-    news: Option<Instant>,
-    /// Somebody has come who may not have seen a whole map yet, or has missed an update.
-    is_awaited: bool,
-    /// Voxels have gone since the last whole map.
-    is_outdated: bool,
+    /// The time of the last cloud since the last whole map, even if it changed no point: it changes
+    /// the stamp of the map.
+    last_cloud: Option<Instant>,
+    /// A new subscriber may not have a whole map yet, or an update was lost.
+    is_needed: bool,
+    /// Voxels were removed since the last whole map.
+    has_removals: bool,
     last_map: Option<Instant>,
     last_update: Option<Instant>,
 }
@@ -77,47 +77,47 @@ impl Schedule {
         Self {
             periods,
             subscribers: Subscribers::default(),
-            news: None,
-            is_awaited: false,
-            is_outdated: false,
+            last_cloud: None,
+            is_needed: false,
+            has_removals: false,
             last_map: None,
             last_update: None,
         }
     }
 
-    /// Goes on with other periods.
+    /// Applies changed periods.
     pub(super) fn set_periods(&mut self, periods: Periods) {
         self.periods = periods;
     }
 
-    /// A cloud has come into the map.
-    pub(super) fn cloud_came(&mut self, now: Instant) {
-        self.news = Some(now);
+    /// Notes that a cloud was added to the map.
+    pub(super) fn cloud_added(&mut self, now: Instant) {
+        self.last_cloud = Some(now);
     }
 
-    /// Voxels have gone from the map.
-    pub(super) fn voxels_went(&mut self) {
-        self.is_outdated = true;
+    /// Notes that voxels were removed from the map.
+    pub(super) fn voxels_removed(&mut self) {
+        self.has_removals = true;
     }
 
-    /// Another map has taken the map's place: only a whole map can tell.
+    /// Notes that the map was replaced: subscribers need a whole map.
     pub(super) fn map_replaced(&mut self, now: Instant) {
-        self.news = Some(now);
-        self.is_awaited = true;
+        self.last_cloud = Some(now);
+        self.is_needed = true;
     }
 
-    /// Some update did not go out: only a whole map can make up for it.
+    /// Notes that an update was not published: subscribers need a whole map.
     pub(super) fn update_failed(&mut self) {
-        self.is_awaited = true;
+        self.is_needed = true;
     }
 
-    /// A whole map was published, or that was tried and is not to be tried again at once.
+    /// Notes that a whole map was published, or that it failed and is not to be tried again at once.
     pub(super) fn map_tried(&mut self, now: Instant, is_published: bool) {
         self.last_map = Some(now);
         if is_published {
-            self.news = None;
-            self.is_awaited = false;
-            self.is_outdated = false;
+            self.last_cloud = None;
+            self.is_needed = false;
+            self.has_removals = false;
         }
     }
 
@@ -125,7 +125,7 @@ impl Schedule {
     pub(super) fn look(&mut self, now: Instant, subscribers: Subscribers) -> Due {
         let before = std::mem::replace(&mut self.subscribers, subscribers);
         if subscribers.map > before.map || subscribers.updates > before.updates {
-            self.is_awaited = true;
+            self.is_needed = true;
         }
         let following = match (before.updates > 0, subscribers.updates > 0) {
             (false, true) => Some(Following::Starts),
@@ -141,16 +141,16 @@ impl Schedule {
     }
 
     fn is_map_due(&self, now: Instant) -> bool {
-        let Some(last_cloud) = self.news else { return false };
-        let share = if self.is_outdated { SHARE_AFTER_REMOVALS } else { 1 };
+        let Some(last_cloud) = self.last_cloud else { return false };
+        let share = if self.has_removals { SHARE_AFTER_REMOVALS } else { 1 };
         has_passed(SHORTEST_BETWEEN_MAPS, self.last_map, now)
-            && (self.is_awaited
+            && (self.is_needed
                 || has_passed(self.periods.map / share, self.last_map, now)
                 || has_passed(INPUT_PAUSE, Some(last_cloud), now))
     }
 }
 
-/// Whether a time has passed since `last`, or there was none.
+/// Whether a time has passed since `last`; true without one.
 fn has_passed(time: Duration, last: Option<Instant>, now: Instant) -> bool {
     last.is_none_or(|last| now.saturating_duration_since(last) >= time)
 }

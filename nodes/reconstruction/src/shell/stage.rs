@@ -1,4 +1,4 @@
-//! The core with its topics: clouds and paths into the map, and the map out as it is due.
+//! The core with its topics: clouds and paths update the map, and the map is published when it is due.
 
 use geometry::{Cloud, SegmentedCycle};
 use msgs::convert;
@@ -18,12 +18,12 @@ use super::spilling::{self, SpillWatch, empty_map};
 use super::{PROGRAM, ReconstructionParameters};
 use crate::{Addition, Map};
 
-/// What makes a cycle take less time.
+/// The fix for cycles that take too long.
 const REMEDY: &str = "raise voxel_edge_m, or map_edge_m where it is set, of the whole pipeline";
 
 /// The cause of a drop.
 const REFUSED: &str = "static cloud refused";
-/// Each path tells the whole way; more than one may matter to the clouds that wait.
+/// Each path holds the whole trajectory; more than one may apply to the waiting clouds.
 const PATHS_KEPT: usize = 5;
 /// Updates that may wait for a subscriber: five seconds of the default period.
 const UPDATES_KEPT: usize = 10;
@@ -37,9 +37,9 @@ pub struct Stage {
     pub(super) map: Map,
     pub(super) schedule: Schedule,
     pub(super) unsaved: Unsaved,
-    /// The map of the file was loaded, or there was none.
+    /// Whether the map of the file was loaded, or there was no file.
     pub(super) has_begun: bool,
-    /// A map was loaded before the frame of the poses was known.
+    /// Whether a map was loaded before the frame of the poses was known.
     pub(super) loaded_awaits_frame: bool,
     taken_cycles: u32,
     maps: Publisher<PointCloud2>,
@@ -53,10 +53,10 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// The stage that `node` is.
+    /// The stage of `node`.
     ///
     /// # Errors
-    /// When a parameter is out of its range, or a topic cannot be had.
+    /// When a parameter is out of its range, or a publisher or subscription cannot be created.
     pub fn new(node: &Node, parameters: &ReconstructionParameters) -> Result<Self, NodeFailure> {
         let settings = Settings::of(parameters)?;
         let paths = node.subscription("map_path", &Qos::reliable(PATHS_KEPT))?;
@@ -83,13 +83,13 @@ impl Stage {
         })
     }
 
-    /// Goes on with other settings.
+    /// Applies changed settings.
     pub(super) fn change(&mut self, settings: &Settings) {
         self.schedule.set_periods(settings.periods);
         self.most_update_points = settings.most_update_points;
     }
 
-    /// Takes every message that is here already.
+    /// Takes every message that has arrived.
     pub fn take_waiting(&mut self) {
         while let Some(received) = self.paths.try_next() {
             self.take_path(&received.message);
@@ -140,7 +140,7 @@ impl Stage {
         }
     }
 
-    /// Takes a cycle into the map; where it is not taken, the cause of its drop and the reason.
+    /// Adds a cycle to the map; an error has the cause of its drop and the reason.
     fn add(
         &mut self,
         arrived: &Arrived<SegmentedCycle>,
@@ -154,17 +154,17 @@ impl Stage {
         self.settle_frame(&cycle.static_cloud.frame_id);
         let addition = self.map.integrate(&cycle).map_err(|error| (REFUSED, error.to_string()))?;
         timer.end_of("add");
-        self.schedule.cloud_came(Instant::now());
+        self.schedule.cloud_added(Instant::now());
         let voxels_gone = addition.cleared_voxels + addition.dropped_voxels;
         if voxels_gone > 0 {
-            self.schedule.voxels_went();
+            self.schedule.voxels_removed();
         }
         self.unsaved.is_changed |= addition.changed_voxels + voxels_gone > 0;
         Ok((cycle.static_cloud.points_m.len(), addition))
     }
 
-    /// The whole map is the one thing here whose cost grows with it, so nobody gets it unasked. Between two
-    /// of them there are the updates, whose cost goes with what is new.
+    /// Publishes the whole map or an update, if it is due. Only the whole map costs more as the map grows, so it is published
+    /// only if somebody subscribes. The cost of updates depends on the number of changes.
     pub(super) fn publish_what_is_due(&mut self) {
         let subscribers = Subscribers {
             map: self.maps.subscriber_count(),
@@ -189,12 +189,14 @@ impl Stage {
         self.spill_watch.look(&mut self.map, now);
     }
 
-    /// Publishes the whole map; returns the number of its points. A map that lacks a tile that cannot be read for now is
-    /// not whole, and is not published.
+    /// Publishes the whole map; returns the number of its points. A map with a tile that cannot be read at present is
+    /// incomplete, and is not published.
     fn publish_map(&mut self) -> Result<usize, NodeFailure> {
         let whole = self.map.cloud_for_listeners();
         let published = whole
-            .map_err(|error| format!("the map is not whole, and was not published: {error}").into())
+            .map_err(|error| {
+                format!("the map is incomplete, and was not published: {error}").into()
+            })
             .and_then(|cloud| {
                 self.maps.publish(convert::message_from_cloud(&cloud))?;
                 Ok(cloud.points_m.len())
@@ -219,10 +221,10 @@ impl Stage {
         }
     }
 
-    /// Publishes the whole map whether or not somebody subscribes: it is there for those who come later.
+    /// Publishes the whole map even without subscribers: it is latched for later ones.
     pub(super) fn publish_on_request(&mut self) -> Result<String, NodeFailure> {
         if self.map.frame_id().is_none() {
-            return Err("there is no map yet: no static cloud has come".into());
+            return Err("there is no map yet: no static cloud was received".into());
         }
         let points = self.publish_map()?;
         Ok(format!("published the map of {points} points"))

@@ -1,7 +1,7 @@
 mod behind;
 mod files;
-mod listeners;
 mod path;
+mod subscribers;
 
 use std::time::Duration;
 
@@ -16,10 +16,10 @@ use tokio::time::Instant;
 use super::schedule::Subscribers;
 use super::*;
 
-/// Longer than anything takes on a busy machine; a test that waits so long has failed.
+/// A test that waits longer has failed, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// The nodes of one test, apart from those of all others by domain and namespace.
+/// The nodes of one test, separated from all others by domain and namespace.
 struct Place {
     transport: Transport,
     arguments: RosArguments,
@@ -34,7 +34,7 @@ impl Place {
         Self { transport, arguments }
     }
 
-    /// The place of one process.
+    /// A host, which represents one process.
     fn host(&self) -> Host {
         Host::on(self.transport.clone()).unwrap()
     }
@@ -59,11 +59,11 @@ fn serving(
 async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
     match tokio::time::timeout(PATIENCE, wait).await {
         Ok(value) => value,
-        Err(_) => panic!("waited in vain: {what}"),
+        Err(_) => panic!("timed out: {what}"),
     }
 }
 
-/// What the nodes of the tests share: points stay where they are, though they stand before each other.
+/// The pipeline parameters of the tests: points are not cleared, although some are in front of others.
 fn pipeline() -> PipelineConfig {
     PipelineConfig::new(Method::RecHv, 1.0)
 }
@@ -84,9 +84,12 @@ fn cloud(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> SegmentedCloud
     })
 }
 
-/// Sends clouds without points until the node has reported the last of them: what it publishes before it
-/// knows of its subscriber is lost. Returns the cycle of the last one.
-async fn knock(clouds: &Publisher<SegmentedCloud>, reports: &Subscription<StageReport>) -> u32 {
+/// Sends clouds without points until the node has reported the last of them: messages that it publishes before it
+/// has discovered its subscriber are lost. Returns the cycle of the last one.
+async fn wait_until_connected(
+    clouds: &Publisher<SegmentedCloud>,
+    reports: &Subscription<StageReport>,
+) -> u32 {
     for stamp_ns in 0..100 {
         clouds.publish(cloud(stamp_ns, "map", &[])).unwrap();
         let heard = async {
@@ -101,7 +104,7 @@ async fn knock(clouds: &Publisher<SegmentedCloud>, reports: &Subscription<StageR
             return cycle;
         }
     }
-    panic!("waited in vain: a report");
+    panic!("timed out: a report");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -124,11 +127,11 @@ async fn clouds_become_a_map_that_is_published_reported_and_saved() {
         let reports =
             peer.subscription::<StageReport>("reconstruction/report", &Qos::reliable(5)).unwrap();
         soon("the node", clouds.wait_for_subscribers(1)).await;
-        let first_cycle = 1 + knock(&clouds, &reports).await;
+        let first_cycle = 1 + wait_until_connected(&clouds, &reports).await;
 
         let first = cloud(1_000, "map", &[[0.25, 0.5, 0.5], [5.5, 0.5, 0.5]]);
         let second = cloud(2_000, "map", &[[0.75, 0.5, 0.5]]);
-        // One after the other: of those that wait a live node takes the newest.
+        // One after the other: of waiting clouds a live node takes only the newest.
         for (sent, points_in, voxels_new, cycle) in [(first, 2, 2, 0), (second, 1, 0, 1)] {
             clouds.publish(sent).unwrap();
             let report = soon("a report", reports.next()).await.message;
@@ -150,7 +153,7 @@ async fn clouds_become_a_map_that_is_published_reported_and_saved() {
         let report = soon("the report of the drop", reports.next()).await.message;
         assert!(!report.processed && report.drop_reason.contains("elsewhere"), "{report:?}");
 
-        // Nobody has subscribed to the map so far. Who comes now gets it whole.
+        // The map had no subscriber so far. A new one gets the whole map.
         let maps = peer.subscription::<PointCloud2>("static_map", &Qos::latched()).unwrap();
         let expected = [Point3::new(0.5, 0.5, 0.5), Point3::new(5.5, 0.5, 0.5)];
         let map = soon("the map of both clouds", async {
@@ -175,7 +178,7 @@ async fn clouds_become_a_map_that_is_published_reported_and_saved() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_map_of_which_a_file_cannot_be_read_is_not_published_and_that_is_said() {
+async fn a_map_with_an_unreadable_tile_is_not_published_and_reported() {
     let folder = tempfile::tempdir().unwrap();
     let test = Place::new("unreadable");
     let node = test.node(&test.host(), "reconstruction");
@@ -198,10 +201,10 @@ async fn a_map_of_which_a_file_cannot_be_read_is_not_published_and_that_is_said(
     let tile = own.join("0_0_0.tile");
     let bytes = std::fs::read(&tile).unwrap();
     std::fs::remove_file(&tile).unwrap();
-    // A folder is no file, and is there.
+    // A folder in place of the file cannot be read.
     std::fs::create_dir(&tile).unwrap();
     let error = stage.publish_on_request().unwrap_err().to_string();
-    assert!(error.contains("not whole") && error.contains("(0, 0, 0)"), "{error}");
+    assert!(error.contains("incomplete") && error.contains("(0, 0, 0)"), "{error}");
     assert_eq!(stage.map.len(), 100);
     let due = stage.schedule.look(Instant::now() + LOOK_AGAIN, Subscribers { map: 1, updates: 0 });
     assert!(!due.map, "not again at once");

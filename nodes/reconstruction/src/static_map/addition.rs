@@ -28,7 +28,8 @@ pub struct Addition {
 pub enum MapError {
     /// The map is made of depth images, and the cycle has none.
     #[error(
-        "the map is made of depth images (map_edge_m), and the cycle has none: set map_edge_m to 0, or detection's input to depth"
+        "the map is made of depth images (map_edge_m), and the cycle has none: detection and segmentation of this version \
+         send one with the method free_space; or set map_edge_m to 0"
     )]
     NoDepthImage,
     /// The depth image cannot be used.

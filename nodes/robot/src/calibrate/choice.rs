@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use nalgebra::Isometry3;
 
-/// A scan in which the returns move by less than this is as good as one on a still platform: half of a range's noise.
+/// A scan in which the returns move by less than this is as good as one of a static platform: half of a range's noise.
 const SLOW_M: f64 = 0.01;
-/// When fewer are so slow, the slowest of all are taken up to this number.
-const ENOUGH: usize = 20;
-/// Places are told apart by the tile that they lie in ...
+/// If fewer scans are so slow, the slowest of all are used, up to this number.
+const LEAST_SCANS: usize = 20;
+/// Places are distinguished by the tile that they lie in ...
 const TILE_M: f64 = 0.25;
 /// ... and by their heading.
 const SECTOR_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
@@ -18,7 +18,7 @@ const SECTOR_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 pub(super) struct Candidate {
     /// Its number in the bag.
     pub(super) scan: usize,
-    /// How far the returns move within it, and are not put right.
+    /// How far the returns move within it, without correction.
     pub(super) motion_m: f64,
     /// Where the rig was.
     pub(super) map_from_rig: Isometry3<f64>,
@@ -33,19 +33,19 @@ pub(super) struct Chosen {
     pub(super) most_motion_m: f64,
 }
 
-/// Chooses at most `most` scans: from each place the same number where there are so many, spread over the time.
+/// Chooses at most `most` scans: the same number from each place that has enough, spread over the time.
 pub(super) fn choose(candidates: &[Candidate], most: usize) -> Chosen {
     let mut by_motion = candidates.to_vec();
     by_motion.sort_by(|a, b| a.motion_m.total_cmp(&b.motion_m).then(a.scan.cmp(&b.scan)));
     let slow = by_motion.partition_point(|candidate| candidate.motion_m <= SLOW_M);
-    by_motion.truncate(slow.max(ENOUGH));
+    by_motion.truncate(slow.max(LEAST_SCANS));
 
     let mut places: BTreeMap<[i64; 4], Vec<Candidate>> = BTreeMap::new();
     for candidate in by_motion {
         places.entry(place_of(&candidate.map_from_rig)).or_default().push(candidate);
     }
     let mut places: Vec<Vec<Candidate>> = places.into_values().collect();
-    // Places with few first: what they leave goes to the others.
+    // Places with few scans first: the rest of their share goes to the others.
     places.sort_by_key(Vec::len);
     let mut chosen: Vec<Candidate> = Vec::new();
     let count = places.len();
@@ -68,7 +68,7 @@ fn place_of(pose: &Isometry3<f64>) -> [i64; 4] {
     [tile(shift.x), tile(shift.y), tile(shift.z), (yaw_rad / SECTOR_RAD).floor() as i64]
 }
 
-/// So many of them, evenly.
+/// `count` of them, evenly spread.
 fn spread(candidates: &[Candidate], count: usize) -> Vec<Candidate> {
     let all = candidates.len();
     if all <= count {
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn of_one_place_the_scans_are_spread_over_the_time() {
+    fn the_scans_of_one_place_are_spread_over_the_time() {
         let candidates: Vec<Candidate> = (0..1000).map(|scan| candidate(scan, 0.0, 0.1)).collect();
         let chosen = choose(&candidates, 10);
         assert_eq!(chosen.scans, [0, 100, 200, 300, 400, 500, 600, 700, 800, 900]);
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn where_it_never_rests_the_slowest_are_taken() {
+    fn the_slowest_scans_are_chosen_if_the_platform_never_stops() {
         let candidates: Vec<Candidate> =
             (0..100).map(|scan| candidate(scan, 0.05 + 0.001 * scan as f64, 0.1)).collect();
         let chosen = choose(&candidates, 50);

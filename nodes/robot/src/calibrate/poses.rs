@@ -4,26 +4,26 @@ use geometry::BeamOrder;
 use geometry::{PoseBuffer, Scan, Stamp, StampedPose};
 use nalgebra::Isometry3;
 
-/// Poses that differ by less over a whole bag are of a platform that stands still: less than the noise of a range ...
-const STILL_M: f64 = 0.02;
+/// The platform is static if its poses differ by less over the whole bag: less than the noise of a range ...
+const STATIC_M: f64 = 0.02;
 /// ... and half of a beam's step.
-const STILL_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
-/// The usual distance of what is met: by it a turn counts as a way.
+const STATIC_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// The usual range of a return, which converts a rotation to a distance.
 const USUAL_DISTANCE_M: f64 = 4.0;
 
 /// The poses of a bag.
 pub(super) struct Poses {
     buffer: PoseBuffer,
     first: Option<Isometry3<f64>>,
-    is_still: bool,
+    is_static: bool,
     unusable: usize,
 }
 
 impl Poses {
-    /// Room for so many.
+    /// Without poses yet; `capacity` is the number of poses that are kept.
     pub(super) fn new(capacity: usize, max_gap_s: f64) -> Self {
         let buffer = PoseBuffer::new(capacity).with_max_gap_s(max_gap_s);
-        Self { buffer, first: None, is_still: true, unusable: 0 }
+        Self { buffer, first: None, is_static: true, unusable: 0 }
     }
 
     pub(super) fn push(&mut self, pose: StampedPose) {
@@ -33,12 +33,12 @@ impl Poses {
             return;
         }
         let first = self.first.get_or_insert(map_from_rig);
-        let way_m = (map_from_rig.translation.vector - first.translation.vector).norm();
-        self.is_still &=
-            way_m < STILL_M && first.rotation.angle_to(&map_from_rig.rotation) < STILL_RAD;
+        let distance_m = (map_from_rig.translation.vector - first.translation.vector).norm();
+        self.is_static &=
+            distance_m < STATIC_M && first.rotation.angle_to(&map_from_rig.rotation) < STATIC_RAD;
     }
 
-    /// A pose that could not be read.
+    /// Counts a pose that could not be read.
     pub(super) fn skip(&mut self) {
         self.unusable += 1;
     }
@@ -47,19 +47,19 @@ impl Poses {
         self.unusable
     }
 
-    /// The pose of the rig; on a platform that stands still at any time.
+    /// The pose of the rig; a static platform has one at any time.
     pub(super) fn at(&self, stamp: Stamp) -> Option<Isometry3<f64>> {
-        if self.is_still {
+        if self.is_static {
             return self.first;
         }
         self.buffer.at(stamp).ok().map(|pose| pose.map_from_rig)
     }
 
-    /// How far the farthest returns move while the scanner turns once; `None` where the poses do not tell.
+    /// How far the farthest returns move while the scanner turns once; `None` without poses around it.
     pub(super) fn motion_m(&self, from: Stamp, to: Stamp) -> Option<f64> {
         let (from, to) = (self.at(from)?, self.at(to)?);
-        let way_m = (to.translation.vector - from.translation.vector).norm();
-        Some(way_m + USUAL_DISTANCE_M * from.rotation.angle_to(&to.rotation))
+        let distance_m = (to.translation.vector - from.translation.vector).norm();
+        Some(distance_m + USUAL_DISTANCE_M * from.rotation.angle_to(&to.rotation))
     }
 }
 
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_platform_that_stands_still_has_its_pose_at_any_time() {
+    fn a_static_platform_has_its_pose_at_any_time() {
         let mut poses = Poses::new(10, 0.5);
         assert_eq!(poses.at(Stamp::from_nanos(0)), None);
         poses.push(pose(0, 1.0));
@@ -118,9 +118,9 @@ mod tests {
         assert!(near(after(3, BeamOrder::FirstToLast), 0.03));
         assert!(near(after(3, BeamOrder::LastToFirst), 0.07));
         assert!(near(after(3, BeamOrder::Unknown), 0.05));
-        let silent = Scan { time_increment_s: 0.0, ..scan };
-        let after =
-            beam_stamp(&silent, 5, 0.11, BeamOrder::FirstToLast).seconds_since(silent.stamp);
+        let without_increment = Scan { time_increment_s: 0.0, ..scan };
+        let after = beam_stamp(&without_increment, 5, 0.11, BeamOrder::FirstToLast)
+            .seconds_since(without_increment.stamp);
         assert!(near(after, 0.05));
     }
 }

@@ -17,10 +17,10 @@ use crate::progress::Progress;
 
 /// Poses that are kept at most: nine hours at 30 Hz, 150 MB.
 const MOST_POSES: usize = 1 << 20;
-/// Returns that move farther within a scan without being put right are told of: two deviations of a range at 4 m.
+/// Returns that move farther within a scan, without correction, are reported: two standard deviations of a range at 4 m.
 const FAST_M: f64 = 0.04;
-/// Where the order of the beams is known, motion within a scan is put right but for about this share.
-const LEFT_OF_MOTION: f64 = 0.1;
+/// If the order of the beams is known, motion within a scan is corrected except for about this share.
+const UNCORRECTED_SHARE: f64 = 0.1;
 
 /// The topics that are read.
 pub(crate) struct Topics {
@@ -33,7 +33,7 @@ pub(crate) struct Topics {
 /// How cycles are made of messages.
 pub(crate) struct Choosing {
     pub(crate) most_cycles: usize,
-    /// Scans while which the platform moves returns farther are left out.
+    /// Scans in which the platform moves the returns farther are left out.
     pub(crate) most_motion_m: f64,
     pub(crate) max_pose_gap_s: f64,
     pub(crate) max_image_offset_s: f64,
@@ -45,7 +45,7 @@ pub(crate) struct Read {
     pub(crate) cycles: ReadCycles,
     /// The first calibration of the camera.
     pub(crate) camera: Option<CameraModel>,
-    /// What of the bag could not be read.
+    /// Parts of the bag that could not be read.
     pub(crate) losses: Vec<Failure>,
 }
 
@@ -98,7 +98,10 @@ pub(crate) fn read(
             turns.turns.len(),
             topics.scan
         ))
-        .fix(format!("does {} go on while the scanner turns, on the same clock?", topics.pose)));
+        .fix(format!(
+            "is {} published while the scanner turns, with the same clock?",
+            topics.pose
+        )));
     }
 
     // Then what was chosen.
@@ -107,7 +110,7 @@ pub(crate) fn read(
     let again = for_each(bag, &of_cycles, &progress, |message| gathering.take(message, topics))?;
     progress.finish();
     for loss in again {
-        // Both passes meet the same damage.
+        // Both passes find the same damage.
         if !losses.contains(&loss) {
             losses.push(loss);
         }
@@ -135,7 +138,7 @@ pub(crate) fn read(
     Ok(Read { cycles: ReadCycles { cycles, findings }, camera, losses })
 }
 
-/// Calls `take` with the messages on some topics; what of the bag could not be read.
+/// Calls `take` with the messages on some topics; returns the parts of the bag that could not be read.
 fn for_each(
     bag: &Bag,
     topics: &[&str],
@@ -167,14 +170,14 @@ impl Turns {
                 self.turns.push(Turn { stamp: scan.stamp, turn_s: f64::from(scan.scan_time_s) })
             }
             None => {
-                // A place for it, so that numbers are those of the second pass.
+                // A placeholder, so that the numbers agree with those of the second pass.
                 self.turns.push(Turn { stamp: Stamp::default(), turn_s: f64::NAN });
                 self.unusable += 1;
             }
         }
     }
 
-    /// Drivers that leave the time of a turn out: it lasts until the next scan.
+    /// Sets the missing times of turns: some drivers leave them 0, and the turn lasts until the next scan.
     fn complete(&mut self) {
         let stamps: Vec<Stamp> = self.turns.iter().map(|turn| turn.stamp).collect();
         for (index, turn) in self.turns.iter_mut().enumerate() {
@@ -206,7 +209,7 @@ fn take_pose(poses: &mut Poses, message: &BagMessage) {
 fn candidates(turns: &Turns, poses: &Poses, choosing: &Choosing) -> Vec<Candidate> {
     let left = match choosing.beam_order {
         BeamOrder::Unknown => 1.0,
-        BeamOrder::FirstToLast | BeamOrder::LastToFirst => LEFT_OF_MOTION,
+        BeamOrder::FirstToLast | BeamOrder::LastToFirst => UNCORRECTED_SHARE,
     };
     turns
         .turns
@@ -235,10 +238,10 @@ fn findings(chosen: &Chosen, choosing: &Choosing) -> Vec<Failure> {
     );
     vec![match choosing.beam_order {
         BeamOrder::Unknown => Failure::new(moved).fix(
-            "stand still, turn more slowly, or tell detection's beam_order in a file for --params-file",
+            "stop for each scan, turn more slowly, or set detection's beam_order in a file for --params-file",
         ),
         BeamOrder::FirstToLast | BeamOrder::LastToFirst => {
-            Failure::new(moved).fix("stand still, or turn more slowly")
+            Failure::new(moved).fix("stop for each scan, or turn more slowly")
         }
     }]
 }

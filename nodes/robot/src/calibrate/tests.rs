@@ -79,7 +79,7 @@ fn a_platform_that_moves_is_calibrated_with_the_order_of_its_beams() {
 }
 
 #[test]
-fn a_camera_file_takes_the_place_of_the_bags_calibration() {
+fn a_camera_file_replaces_the_calibration_of_the_bag() {
     let folder = tempfile::tempdir().unwrap();
     let (bag, _) = bag(folder.path(), Scenario::empty(SceneName::B, 2).with_duration_s(3.0));
     let file = folder.path().join("camera.yaml");
@@ -94,7 +94,7 @@ fn a_camera_file_takes_the_place_of_the_bags_calibration() {
 }
 
 #[test]
-fn what_cannot_be_calibrated_says_why() {
+fn a_bag_that_cannot_be_calibrated_is_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let missing = run(&args(&folder.path().join("none.mcap"), &[])).unwrap_err();
     assert!(missing.to_string().contains("none.mcap"), "{missing}");

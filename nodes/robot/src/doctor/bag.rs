@@ -1,4 +1,4 @@
-//! A bag: what the suite can use of it, and what is wrong with that.
+//! A bag: the topics that the suite reads of it, and what is wrong with them.
 
 mod across;
 mod extrinsics;
@@ -15,8 +15,8 @@ use crate::failure::Failure;
 use crate::run::inputs::TopicArgs;
 use reading::BagFacts;
 
-/// Reads the whole bag and says what is to be said of it. `parameters` are those that a run would have; `buffer` is what this machine grants, where that
-/// is known.
+/// Reads the whole bag and returns the findings about it. `parameters` are those of a run; `buffer` is what this machine
+/// grants, if that is known.
 pub(super) fn findings(
     bag: &Bag,
     topics: &TopicArgs,

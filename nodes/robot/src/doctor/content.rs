@@ -1,4 +1,4 @@
-//! What the messages of topics say, whoever brings them: a bag or the live graph.
+//! The content of a topic's messages, from a bag or the live graph, and what is wrong with it.
 
 mod camera;
 pub(super) mod clocks;
@@ -48,17 +48,17 @@ pub(super) enum Readings {
     Camera(CameraFacts),
     Pose(PoseFacts),
     Imu(ImuFacts),
-    /// Of a type whose readings are not looked at.
+    /// Of a type whose readings are not checked.
     #[default]
     Other,
 }
 
-/// Where findings of a topic's content belong.
+/// The topic that findings are about.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Subject<'a> {
     /// The topic.
     pub(super) topic: &'a str,
-    /// Whether the suite reads it: what is wrong is grave then.
+    /// Whether the suite reads it: a finding is an error then.
     pub(super) is_read: bool,
     /// The usual time from a message to the next.
     pub(super) period_s: Option<f64>,
@@ -72,7 +72,7 @@ impl Subject<'_> {
 }
 
 impl Content {
-    /// Nothing yet, of messages of a type.
+    /// Empty, for messages of a type.
     pub(super) fn of_type(type_name: &str) -> Self {
         let readings = match type_name {
             LaserScan::TYPE_NAME => Readings::Scan(ScanFacts::default()),
@@ -86,7 +86,7 @@ impl Content {
         Self { frames: Frames::default(), readings }
     }
 
-    /// Takes a message in; returns its stamp.
+    /// Adds a message; returns its stamp.
     pub(super) fn take<M: Observed>(&mut self, message: &M) -> Stamp {
         let header = message.header();
         self.frames.take(&header.frame_id);
@@ -131,7 +131,7 @@ impl Content {
     }
 }
 
-/// Fixed transforms, from whom, that only those hear who are there in time.
+/// Static transforms that late subscribers do not receive. `from` names their publisher.
 pub(super) fn latching(from: &str) -> Finding {
     Finding::warn(
         Check::Qos,
@@ -140,7 +140,7 @@ pub(super) fn latching(from: &str) -> Finding {
     )
 }
 
-/// A message with a header whose readings are looked at.
+/// A message with a header whose readings are checked.
 pub(super) trait Observed: RosMessage {
     fn header(&self) -> &Header;
     /// Whether the suite could use it.

@@ -1,4 +1,4 @@
-//! What the doctor finds: how grave it is, what it is, with the numbers that show it, and what fixes it.
+//! A finding of the doctor: its severity, what is wrong with the numbers that show it, its consequence, and the fix.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::checks::Check;
 
-/// How grave a finding is.
+/// The severity of a finding.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Severity {
@@ -48,12 +48,12 @@ pub(crate) struct Finding {
     pub(crate) severity: Severity,
     /// Which check made it.
     pub(crate) check: Check,
-    /// What it is, with the numbers that show it.
+    /// What was found, with the numbers that show it.
     pub(crate) what: String,
-    /// What comes of it; only what is as it should be has none.
+    /// The consequence; `None` for a finding that is ok.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) consequence: Option<&'static str>,
-    /// The command or the setting that fixes it; only what is as it should be has none.
+    /// The command or the setting that fixes it; `None` for a finding that is ok.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) fix: Option<String>,
 }
@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_finding_is_a_line_with_its_mend() {
+    fn a_finding_is_a_line_with_its_fix() {
         let finding = Finding::warn(Check::Motion, "/pose jumps by 2.0 m", "record again");
         let expected = "warn   /pose jumps by 2.0 m; the map is torn there  ->  record again";
         assert_eq!(finding.line(false), expected);
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_reads_the_same() {
+    fn a_finding_as_json_has_the_same_parts() {
         let json = serde_json::to_value(Finding::error(Check::Motion, "what", "fix")).unwrap();
         let expected = serde_json::json!({
             "severity": "error", "check": "motion", "what": "what",

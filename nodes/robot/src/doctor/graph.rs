@@ -1,16 +1,16 @@
-//! The live graph: who is there, who does not fit whom, and what is too large.
+//! The live graph: its participants, endpoints that do not match, and messages that are too large.
 
-mod ears;
-mod heard;
 mod inputs;
 mod large;
+mod listener;
 mod listing;
 mod live;
 mod pairs;
+mod participants;
+mod received;
 mod reports;
 #[cfg(test)]
 mod synthetic;
-mod who;
 
 use std::collections::BTreeMap;
 
@@ -21,74 +21,74 @@ use super::checks::Check;
 use super::content::TransformFacts;
 use super::finding::Finding;
 use super::machine::{self, KernelDrops, Machine, ReceiveBuffer};
-use heard::Heard;
 use inputs::SuiteTopics;
 use large::{CameraSize, Measured};
 pub(super) use listing::TopicListing;
 pub(super) use live::{Listening, listen};
+use received::ReceivedTopic;
 
-/// What was seen of the graph.
+/// What the doctor observed of the graph.
 #[derive(Clone, Debug)]
 pub(super) struct GraphView {
     /// How long the doctor listened.
-    heard_s: f64,
+    listened_s: f64,
     /// All publishers and subscriptions, by topic.
     endpoints: Vec<DiscoveredEndpoint>,
     /// The names that the suite's inputs have in this namespace.
     suite: SuiteTopics,
-    /// What each topic of camera calibrations said.
+    /// The image size that each topic of camera calibrations states.
     cameras: BTreeMap<String, CameraSize>,
-    /// The large topics that were listened to.
+    /// The large topics that the doctor subscribed to.
     measured: BTreeMap<String, Measured>,
-    /// What came on the topics that were listened to.
-    heard: BTreeMap<String, Heard>,
-    /// What tf told.
+    /// What was received on the topics that the doctor subscribed to.
+    received: BTreeMap<String, ReceivedTopic>,
+    /// What was received on `/tf_static` and `/tf`.
     transforms: TransformFacts,
     /// The latest report of each node.
     reports: Vec<DiagnosticStatus>,
-    /// What the kernel dropped meanwhile, where it tells.
+    /// What the kernel dropped meanwhile; `None` if it does not report that.
     dropped: Option<KernelDrops>,
 }
 
 impl GraphView {
-    /// What is to be said of the graph, on this machine.
+    /// The findings about the graph, on this machine.
     pub(super) fn findings(&self, machine: &Machine, buffer: &ReceiveBuffer) -> Vec<Finding> {
         let mut findings = Vec::new();
         if self.endpoints.is_empty() {
-            findings.push(self.nobody(machine));
+            findings.push(self.no_endpoints(machine));
         } else {
-            findings.push(self.who());
+            findings.push(self.summary());
             findings.extend(pairs::types(&self.endpoints));
-            findings.extend(pairs::qualities(&self.endpoints));
-            findings.extend(who::same_names(&self.endpoints));
-            findings.extend(who::several_publishers(self));
-            findings.extend(who::makes(&self.endpoints));
-            findings.extend(who::releases(&self.endpoints));
+            findings.extend(pairs::qos(&self.endpoints));
+            findings.extend(participants::same_names(&self.endpoints));
+            findings.extend(participants::several_publishers(self));
+            findings.extend(participants::vendors(&self.endpoints));
+            findings.extend(participants::releases(&self.endpoints));
             findings.extend(inputs::missing(self));
-            findings.extend(inputs::astray(self));
-            findings.extend(heard::findings(self));
-            findings.extend(who::transforms(self));
+            findings.extend(inputs::unmatched_names(self));
+            findings.extend(received::findings(self));
+            findings.extend(participants::transforms(self));
             findings.extend(large::sizes(self, buffer));
             findings.extend(large::across_machines(self, machine));
         }
         if let Some(dropped) = &self.dropped {
-            findings.extend(machine::dropped_meanwhile(dropped, self.heard_s, &buffer.fix()));
+            findings.extend(machine::dropped_meanwhile(dropped, self.listened_s, &buffer.fix()));
         }
-        findings.extend(reports::repeated(&self.reports));
+        findings.extend(reports::findings(&self.reports));
         findings
     }
 
-    /// Every topic with who is at it.
+    /// Every topic with its publishers and subscriptions.
     pub(super) fn listing(&self) -> Vec<TopicListing> {
         listing::of(&self.endpoints)
     }
 
-    fn nobody(&self, machine: &Machine) -> Finding {
+    fn no_endpoints(&self, machine: &Machine) -> Finding {
         Finding::warn(
             Check::Graph,
             format!(
-                "nobody was heard on domain {} within {:.1} s",
-                machine.domain_id, self.heard_s
+                "no publisher or subscription was discovered on domain {} within {:.1} s",
+                machine.domain_id, self.listened_s
             ),
             "start the drivers; where they run already, give this shell their ROS_DOMAIN_ID and \
              ROS_AUTOMATIC_DISCOVERY_RANGE, and where no multicast reaches them, export \
@@ -96,7 +96,7 @@ impl GraphView {
         )
     }
 
-    fn who(&self) -> Finding {
+    fn summary(&self) -> Finding {
         let mut vendors: BTreeMap<&str, Vec<_>> = BTreeMap::new();
         for endpoint in &self.endpoints {
             vendors.entry(endpoint.participant.vendor()).or_default().push(endpoint.participant);
@@ -113,14 +113,14 @@ impl GraphView {
         Finding::ok(
             Check::Graph,
             format!(
-                "{topics} topics of participants: {} (heard for {:.1} s)",
+                "{topics} topics; participants: {} (listened for {:.1} s)",
                 vendors.join(", "),
-                self.heard_s
+                self.listened_s
             ),
         )
     }
 
-    /// The endpoints of a topic at one of its ends.
+    /// The publishers or the subscriptions of a topic.
     fn at<'a>(
         &'a self,
         role: Role,
@@ -129,7 +129,7 @@ impl GraphView {
         self.endpoints.iter().filter(move |one| one.role == role && one.topic == topic)
     }
 
-    /// The names of topics of a type that somebody publishes.
+    /// The names of the published topics of a type.
     fn published(&self, type_name: &str) -> Vec<&str> {
         let mut topics: Vec<_> = self
             .endpoints
@@ -143,7 +143,7 @@ impl GraphView {
     }
 }
 
-/// Who is at some ends of a topic, without repetition.
+/// The owners of some endpoints, without repetition.
 fn owners<'a>(endpoints: impl IntoIterator<Item = &'a DiscoveredEndpoint>) -> String {
     let mut owners: Vec<_> = endpoints.into_iter().map(DiscoveredEndpoint::owner).collect();
     owners.sort_unstable();

@@ -13,7 +13,7 @@ use node_shell::{
 use super::finding::Finding;
 pub(crate) use kernel::{KernelDrops, KernelLimits};
 
-/// What makes the raised limit outlast a restart of the machine.
+/// The command that keeps the raised limit after a restart of the machine.
 const KEEP_RECEIVE_BUFFER: &str =
     "sudo cp config/sysctl/60-stillmap.conf /etc/sysctl.d/ && sudo sysctl --system";
 
@@ -36,7 +36,7 @@ pub(crate) struct Machine {
 pub(crate) struct ReceiveBuffer {
     pub(crate) granted_bytes: usize,
     pub(crate) asked_bytes: usize,
-    /// The size up to which messages arrive whole.
+    /// The size up to which messages arrive complete.
     pub(crate) largest_safe_bytes: usize,
 }
 
@@ -51,11 +51,11 @@ impl From<GrantedBuffer> for ReceiveBuffer {
 }
 
 impl ReceiveBuffer {
-    /// What makes it larger.
+    /// The command that makes it larger.
     pub(crate) fn fix(&self) -> String {
         if self.granted_bytes < self.asked_bytes {
             format!(
-                "{RAISE_RECEIVE_BUFFER}, then start the nodes anew; to keep it: {KEEP_RECEIVE_BUFFER}"
+                "{RAISE_RECEIVE_BUFFER}, then restart the nodes; to keep it: {KEEP_RECEIVE_BUFFER}"
             )
         } else {
             format!(
@@ -67,8 +67,8 @@ impl ReceiveBuffer {
 }
 
 impl Machine {
-    /// Looks at this machine through the transport that a node would use.
-    pub(crate) fn look(transport: &Transport) -> Result<Self, TransportError> {
+    /// Reads the state of this machine, with the transport that a node would use.
+    pub(crate) fn read(transport: &Transport) -> Result<Self, TransportError> {
         let everywhere = Transport::on_domain(transport.domain_id()).unwrap_or(transport.clone());
         let own_addresses = everywhere
             .interfaces_in_use()?
@@ -92,7 +92,7 @@ impl Machine {
             && addresses.iter().all(|one| !one.is_loopback() && !self.own_addresses.contains(one))
     }
 
-    /// What is to be said of the machine alone.
+    /// The findings about the machine alone.
     pub(crate) fn findings(&self, buffer: &ReceiveBuffer) -> Vec<Finding> {
         let mut findings = vec![rules::transport(self)];
         findings.extend(rules::ports(self));

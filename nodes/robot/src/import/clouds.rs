@@ -6,13 +6,13 @@ use clap::Args;
 use geometry::{Cloud, Stamp, pcd, ply};
 use msgs::convert::message_from_cloud;
 
-use super::tell;
+use super::print_summary;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 
-/// The moment of the first cloud: a round one, so that the same files always give the same bag.
+/// The stamp of the first cloud: a round one, so that the same files always give the same bag.
 const START: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
 
 /// Arguments of `stillmap import clouds`.
@@ -38,7 +38,8 @@ pub struct CloudsArgs {
 
 pub(crate) fn import(args: &CloudsArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     if !(args.rate.is_finite() && args.rate > 0.0) {
-        return Err(Failure::new(format!("--rate {} is no rate", args.rate)).fix("10 is usual"));
+        return Err(Failure::new(format!("--rate {} is not a positive number", args.rate))
+            .fix("10 is usual"));
     }
     let mut bag = args.output.create()?;
     let progress = Progress::new("importing", args.files.len() as u64);
@@ -53,10 +54,10 @@ pub(crate) fn import(args: &CloudsArgs, interrupt: &Interrupt) -> Result<Outcome
     }
     progress.finish();
     let summary = bag.finish()?;
-    tell(&args.output, &summary, interrupt, Outcome::Complete)
+    print_summary(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
-/// What a file is, is told by its content.
+/// The format of a file is recognised by its content.
 fn points(path: &Path) -> Result<Vec<nalgebra::Point3<f32>>, Failure> {
     let bytes = std::fs::read(path)
         .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))?;

@@ -6,7 +6,7 @@ use clap::Args;
 use lidar_odometry::recorded::revolutions_from_csv;
 use msgs::convert::message_from_revolution;
 
-use super::tell;
+use super::print_summary;
 use super::velodyne::ModelArg;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
@@ -47,7 +47,7 @@ pub(crate) fn import(args: &CsvArgs, interrupt: &Interrupt) -> Result<Outcome, F
         bag.velodyne(revolution.stamp, &message_from_revolution(revolution))?;
     }
     let summary = bag.finish()?;
-    tell(&args.output, &summary, interrupt, Outcome::Complete)
+    print_summary(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
 fn read(path: &Path) -> Result<String, Failure> {

@@ -1,4 +1,4 @@
-//! `stillmap import depth`: numbered depth pictures of a camera that stands still.
+//! `stillmap import depth`: numbered depth pictures of a static camera.
 
 use std::path::{Path, PathBuf};
 
@@ -7,8 +7,8 @@ use geometry::{CameraModel, Distortion, LabelImage, Stamp, StampedPose};
 use nalgebra::Isometry3;
 
 use super::depth_png::{DepthUnit, numbered_pictures, read_depth, read_mask};
+use super::print_summary;
 use super::scan_cut::{ScanCut, ScanCutArgs};
-use super::tell;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
@@ -48,7 +48,7 @@ pub struct DepthArgs {
 
 pub(crate) fn import(args: &DepthArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     if !(args.rate.is_finite() && args.rate > 0.0) {
-        return Err(Failure::new(format!("--rate {} is no rate", args.rate))
+        return Err(Failure::new(format!("--rate {} is not a positive number", args.rate))
             .fix("give the pictures per second of the recording, for example --rate 30"));
     }
     let unit = DepthUnit::new(args.units_per_metre)?;
@@ -88,7 +88,7 @@ pub(crate) fn import(args: &DepthArgs, interrupt: &Interrupt) -> Result<Outcome,
     }
     let summary = bag.finish()?;
     progress.finish();
-    tell(&args.output, &summary, interrupt, Outcome::Complete)
+    print_summary(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
 fn camera_of(args: &DepthArgs, (width_px, height_px): (usize, usize)) -> CameraModel {

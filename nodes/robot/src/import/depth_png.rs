@@ -18,7 +18,7 @@ impl DepthUnit {
         if per_metre.is_finite() && per_metre > 0.0 {
             Ok(Self { per_metre })
         } else {
-            Err(Failure::new(format!("{per_metre} depth units in a metre make no sense"))
+            Err(Failure::new(format!("{per_metre} depth units in a metre are not valid"))
                 .fix("most depth cameras store millimetres: 1000 units; the TUM sets 5000"))
         }
     }
@@ -42,7 +42,7 @@ pub(crate) fn read_depth(
         .map_err(|error| Failure::new(format!("{}: {error}", path.display())))
 }
 
-/// Reads a picture whose pixels are an object or none: 1 where the picture is not black.
+/// Reads the mask of an object: 1 where the picture is not black.
 pub(crate) fn read_mask(path: &Path) -> Result<((usize, usize), Vec<u16>), Failure> {
     let picture = open(path)?.into_luma16();
     let size_px = (picture.width() as usize, picture.height() as usize);

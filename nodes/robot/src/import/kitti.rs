@@ -11,7 +11,7 @@ use lidar_odometry::recorded::revolution_from_kitti;
 use msgs::convert::message_from_revolution;
 use nalgebra::Isometry3;
 
-use super::tell;
+use super::print_summary;
 use crate::console;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
@@ -22,7 +22,7 @@ use layout::{Scan, scans};
 
 /// Scans a second of the data sets, where no times are given.
 const SCAN_RATE_HZ: f64 = 10.0;
-/// The moment that times since the start are counted from: a round one, not the present one, so that the same files
+/// The stamp of the start, for times since the start: a round one, not the present one, so that the same files
 /// always give the same bag.
 const START: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
 /// The frame of the clouds.
@@ -79,22 +79,22 @@ pub(crate) fn import(args: &KittiArgs, interrupt: &Interrupt) -> Result<Outcome,
     progress.finish();
     let mut outcome = Outcome::Complete;
     if without_pose > 0 {
-        console::complain(&Failure::new(format!("{without_pose} scans have no pose")));
+        console::print_failure(&Failure::new(format!("{without_pose} scans have no pose")));
         outcome = Outcome::WithLosses;
     }
-    tell(&args.output, &summary, interrupt, outcome)
+    print_summary(&args.output, &summary, interrupt, outcome)
 }
 
 /// The scans of a folder, with what is published beside them.
 pub struct Sequence {
     scans: Vec<Scan>,
     times: Vec<Stamp>,
-    /// Where the scanner was at each frame, from where it was at the first; as far as it is known.
+    /// The pose of the scanner at each frame, relative to the first; as far as it is known.
     poses: Option<Vec<Isometry3<f64>>>,
 }
 
 impl Sequence {
-    /// Finds the scans of a folder; `poses` and `calib` in the place of those that the data set has beside it.
+    /// Finds the scans of a folder; `poses` and `calib` replace the files of the data set.
     pub fn open(
         folder: &Path,
         poses: Option<&Path>,
@@ -111,12 +111,12 @@ impl Sequence {
         folder.is_dir() && scans(folder).is_ok()
     }
 
-    /// Scans.
+    /// The number of scans.
     pub(crate) fn len(&self) -> usize {
         self.scans.len()
     }
 
-    /// A scan, as the data set has it: the motion was taken out of it.
+    /// A scan, as the data set has it: already corrected for the motion.
     pub fn revolution(&self, index: usize) -> Result<Revolution, Failure> {
         let Some(Scan { number, path }) = self.scans.get(index) else {
             return Err(Failure::new(format!("there is no scan {index}")));
@@ -128,7 +128,7 @@ impl Sequence {
             .map_err(|error| Failure::new(error.to_string()).within(path.display()))
     }
 
-    /// Where the scanner truly was at a scan, from where it was at the first frame of the sequence.
+    /// The true pose of the scanner at a scan, relative to the first frame of the sequence.
     pub fn true_pose(&self, index: usize) -> Option<Isometry3<f64>> {
         self.poses.as_ref()?.get(self.scans.get(index)?.number).copied()
     }
@@ -153,7 +153,7 @@ fn stamp_of(times: &[Stamp], number: usize) -> Stamp {
     times.get(number).copied().unwrap_or_else(evenly)
 }
 
-/// Where the scanner was at each scan of the sequence, from where it was at the first.
+/// The pose of the scanner at each scan of the sequence, relative to the first.
 fn true_poses(
     folder: &Path,
     given: Option<&Path>,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bag_player::convert_ros1;
 use clap::Args;
 
-use super::tell;
+use super::print_summary;
 use crate::console;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
@@ -30,13 +30,13 @@ pub(crate) fn import(args: &Ros1Args, interrupt: &Interrupt) -> Result<Outcome, 
         Failure::new(format!("{error}{}", cause.unwrap_or_default()))
     })?;
     for (topic, left_out) in &conversion.left_out {
-        console::complain(&Failure::new(format!(
+        console::print_failure(&Failure::new(format!(
             "{topic} ({}): {} messages are left out: {}",
             left_out.type_name, left_out.messages, left_out.reason
         )));
     }
     if let Some(reason) = &conversion.broken_off {
-        console::complain(&Failure::new(format!(
+        console::print_failure(&Failure::new(format!(
             "{} could not be read to its end: {reason}",
             args.bag.display()
         )));
@@ -44,5 +44,5 @@ pub(crate) fn import(args: &Ros1Args, interrupt: &Interrupt) -> Result<Outcome, 
     let summary = &conversion.summary;
     let complete = conversion.left_out.is_empty() && conversion.broken_off.is_none();
     let outcome = if complete { Outcome::Complete } else { Outcome::WithLosses };
-    tell(&args.output, summary, interrupt, outcome)
+    print_summary(&args.output, summary, interrupt, outcome)
 }

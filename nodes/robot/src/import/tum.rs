@@ -13,8 +13,8 @@ use nalgebra::Isometry3;
 
 pub use super::depth::parse_intrinsics;
 use super::depth_png::{DepthUnit, read_depth};
+use super::print_summary;
 use super::scan_cut::{ScanCut, ScanCutArgs};
-use super::tell;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
@@ -31,7 +31,7 @@ pub struct TumArgs {
     /// The folder that holds rgb.txt, depth.txt and groundtruth.txt
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Focal lengths and principal point in pixels, where the folder's name does not tell the camera
+    /// Focal lengths and principal point in pixels, if the folder's name does not name the camera
     #[arg(long, value_name = "FX,FY,CX,CY", value_parser = parse_intrinsics)]
     intrinsics: Option<[f64; 4]>,
     #[command(flatten)]
@@ -93,7 +93,7 @@ pub(crate) fn import(args: &TumArgs, interrupt: &Interrupt) -> Result<Outcome, F
     }
     let summary = bag.finish()?;
     progress.finish();
-    tell(&args.output, &summary, interrupt, Outcome::Complete)
+    print_summary(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
 enum Item {
@@ -102,7 +102,7 @@ enum Item {
     Pose(Isometry3<f64>),
 }
 
-/// The PNG file as it is, as image_transport's `compressed` topics carry it.
+/// The PNG file unchanged, as image_transport's `compressed` topics carry it.
 fn compressed_picture(path: &Path, stamp: Stamp) -> Result<CompressedImage, Failure> {
     let data = std::fs::read(path)
         .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))?;

@@ -32,13 +32,13 @@ pub struct VelodyneArgs {
     /// Write the packets as velodyne_msgs/VelodyneScan on /velodyne_packets, and no clouds
     #[arg(long)]
     packets: bool,
-    /// The scanner, where its packets do not tell
+    /// The model of the scanner, if its packets do not state it
     #[arg(long, value_name = "MODEL")]
     model: Option<ModelArg>,
     /// The scanner's own calibration: YAML of ROS' velodyne_pointcloud; an HDL-64E needs one
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
-    /// Which echo a cloud holds where the packets tell two
+    /// Which return a cloud has if the packets have two
     #[arg(long, value_name = "ECHO", default_value = "strongest")]
     echo: EchoArg,
     /// Revolutions begin where the scanner passes this azimuth, clockwise from forward
@@ -163,10 +163,10 @@ pub(crate) fn import(args: &VelodyneArgs, interrupt: &Interrupt) -> Result<Outco
         return Ok(Outcome::Interrupted);
     }
     let nothing_written = summary.message_count == 0;
-    Ok(tell(args, &counts, &capture.counts(), broken, nothing_written))
+    Ok(print_losses(args, &counts, &capture.counts(), broken, nothing_written))
 }
 
-/// How many frames a file of data packets holds, for somebody who waits.
+/// How many frames a file of data packets has, for the progress bar.
 fn frames_in(file: &File) -> u64 {
     /// Headers of the capture and of the network before a packet, and the packet.
     const FRAME_BYTES: u64 = 16 + 42 + 1206;
@@ -213,8 +213,8 @@ fn read_calibration(path: &Path) -> Result<Calibration, Failure> {
     })
 }
 
-/// Says what was lost.
-fn tell(
+/// Prints what was lost.
+fn print_losses(
     args: &VelodyneArgs,
     counts: &RecordingCounts,
     in_capture: &CaptureCounts,
@@ -246,6 +246,6 @@ fn tell(
     if losses.is_empty() {
         return Outcome::Complete;
     }
-    console::complain(&Failure::new(losses.join("; ")).within(args.capture.display()));
+    console::print_failure(&Failure::new(losses.join("; ")).within(args.capture.display()));
     Outcome::WithLosses
 }

@@ -1,4 +1,4 @@
-//! The node of LiDAR odometry in this process: fed, and its poses gathered.
+//! The node of LiDAR odometry in this process: it gets recorded messages, and its poses are collected.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use node_shell::{Host, Node, NodeFailure, Publisher, Qos, RosArguments};
 use super::{NAMESPACE, NODE, Sensed};
 use crate::pose_listener::PoseListener;
 
-/// The node with what feeds it and what hears it.
+/// The node, with the publishers of its input and the subscriptions to its output.
 pub struct LidarFollower {
     stage: Stage,
     listener: PoseListener,
@@ -22,16 +22,16 @@ pub struct LidarFollower {
     imu: Publisher<Imu>,
     wheels: Publisher<Odometry>,
     base_from_lidar: Isometry3<f64>,
-    /// Keeps the nodes, where they are this one's own.
+    /// Keeps the nodes alive, if this owns them.
     _host: Option<Host>,
 }
 
-/// What a message has brought.
+/// The pose of a scan.
 #[derive(Clone, Copy, Debug)]
 pub struct FollowedScan {
     pub stamp: geometry::Stamp,
     pub odom_from_base: Isometry3<f64>,
-    /// Whether the scan told it; else it is a prediction.
+    /// Whether it was measured with the scan; otherwise it is a prediction.
     pub is_measured: bool,
 }
 
@@ -47,7 +47,7 @@ impl LidarFollower {
         Ok(follower)
     }
 
-    /// The node on `node`, fed and heard by `beside`.
+    /// The odometry on `node`; `beside` publishes its input and subscribes to its output.
     pub fn new(
         node: &Node,
         beside: &Node,
@@ -67,17 +67,17 @@ impl LidarFollower {
         })
     }
 
-    /// Hands on what was recorded; gives the pose that it brought, if it did.
+    /// Passes a recorded message to the node; returns the pose that it caused, if any.
     pub fn take(&mut self, sensed: Sensed) -> Result<Option<FollowedScan>, NodeFailure> {
         match sensed {
             Sensed::Cloud(cloud) => drop(self.clouds.publish(cloud)?),
-            // Nobody subscribes to these two unless the parameters say so.
+            // The node subscribes to these two only if its parameters say so.
             Sensed::Imu(imu) => drop(self.imu.publish(imu)?),
             Sensed::Wheels(wheels) => drop(self.wheels.publish(wheels)?),
             Sensed::Truth(..) => return Ok(None),
         }
         self.stage.take_waiting();
-        let (poses, reports) = self.listener.hear();
+        let (poses, reports) = self.listener.receive();
         let is_held = reports.last().is_some_and(|report| {
             let mut named = report.count_names.iter().zip(&report.counts);
             named.any(|(name, count)| name == "held" && *count > 0)
@@ -95,7 +95,7 @@ impl LidarFollower {
         self.listener.poses()
     }
 
-    /// The poses of the vehicle with all loops that are known now.
+    /// The poses of the vehicle, corrected by all loops closed so far.
     pub fn final_poses(&self) -> Result<Vec<PoseStamped>, NodeFailure> {
         let closed = |pose: &PoseStamped| {
             let stamp = convert::stamp_from_time(pose.header.stamp);
@@ -107,7 +107,7 @@ impl LidarFollower {
         self.poses().iter().map(closed).collect()
     }
 
-    /// Where a pose of the odometry is with all loops that are known now.
+    /// A pose of the odometry, corrected by all loops closed so far.
     pub fn map_from_base(
         &self,
         stamp: geometry::Stamp,
@@ -117,12 +117,12 @@ impl LidarFollower {
         loops.map_or(*odom_from_base, |loops| loops.map_from_vehicle(stamp, odom_from_base))
     }
 
-    /// How often a loop was closed.
+    /// The number of closed loops.
     pub fn closed_loops(&self) -> usize {
         self.stage.loops().map_or(0, |known| known.closed)
     }
 
-    /// What the last scan lacked that was in trouble.
+    /// The cause of the last scan that could not be registered.
     pub fn last_trouble(&self) -> Option<&str> {
         self.stage.last_trouble()
     }
@@ -137,7 +137,7 @@ impl LidarFollower {
         self.listener.drops()
     }
 
-    /// The scanner on the vehicle.
+    /// The pose of the scanner on the vehicle.
     pub fn base_from_lidar(&self) -> Isometry3<f64> {
         self.base_from_lidar
     }

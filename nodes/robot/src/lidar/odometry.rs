@@ -1,4 +1,4 @@
-//! `stillmap odometry --of lidar`: where the LiDAR of a recording was.
+//! `stillmap odometry --of lidar`: the trajectory of a recording's LiDAR.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
 
-/// What came of a recording.
+/// The result of a recording.
 #[derive(Clone, PartialEq, Serialize, Debug)]
 pub(crate) struct LidarSummary {
     /// Scans.
@@ -24,9 +24,9 @@ pub(crate) struct LidarSummary {
     pub poses: usize,
     /// Those of them whose pose is a prediction.
     pub predicted: usize,
-    /// What the last scan lacked that was in trouble.
+    /// The cause of the last scan that could not be registered.
     pub last_trouble: Option<String>,
-    /// The way that was driven.
+    /// The length of the trajectory.
     pub path_m: f64,
     /// Loops that were closed.
     pub closed_loops: usize,
@@ -34,7 +34,7 @@ pub(crate) struct LidarSummary {
     pub without_a_pose: BTreeMap<String, u64>,
     /// Points of a scan.
     pub points_median: u64,
-    /// All that the node does with a scan.
+    /// The time of a scan, median.
     pub milliseconds_median: f64,
     /// ... of the slowest hundredth.
     pub milliseconds_p99: f64,
@@ -44,7 +44,7 @@ pub(crate) struct LidarSummary {
     pub steps_p99_ms: BTreeMap<String, f64>,
 }
 
-/// Follows a recording and writes its poses.
+/// Runs the odometry over a recording and writes its poses.
 pub fn run(
     path: &Path,
     output: &Path,
@@ -55,7 +55,7 @@ pub fn run(
     let parameters = load(files, loop_closing)?;
     let source = LidarSource::open(path, args)?;
     let mut follower = LidarFollower::alone(&parameters).map_err(failed)?;
-    let progress = Progress::new("following", source.steps());
+    let progress = Progress::new("tracking", source.steps());
     let losses = source.each(&Interrupt::default(), |sensed| {
         let is_scan = matches!(sensed, Sensed::Cloud(_));
         follower.take(sensed).map_err(failed)?;
@@ -68,9 +68,9 @@ pub fn run(
     let poses = follower.final_poses().map_err(failed)?;
     write_trajectory(output, &poses, &follower.base_from_lidar())?;
     let summary = LidarSummary::of(&follower);
-    tell(&summary, output, json)?;
+    print_summary(&summary, output, json)?;
     for loss in &losses {
-        console::complain(&Failure::new(loss.as_str()));
+        console::print_failure(&Failure::new(loss.as_str()));
     }
     if summary.poses == 0 {
         return Err(Failure::new(format!("no scan of {} has a pose", source.name()))
@@ -79,7 +79,7 @@ pub fn run(
     Ok(if losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }
 
-/// The node's parameters out of files; loops are closed where these or the user say so.
+/// The node's parameters from files; loops are closed if these or `loop_closing` say so.
 pub(super) fn load(
     files: &[PathBuf],
     loop_closing: bool,
@@ -147,7 +147,7 @@ impl LidarSummary {
     }
 }
 
-fn tell(summary: &LidarSummary, output: &Path, json: bool) -> Result<(), Failure> {
+fn print_summary(summary: &LidarSummary, output: &Path, json: bool) -> Result<(), Failure> {
     if json {
         let json = serde_json::to_string_pretty(summary)
             .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
@@ -157,7 +157,7 @@ fn tell(summary: &LidarSummary, output: &Path, json: bool) -> Result<(), Failure
     console::print(format_args!("poses: {}", output.display()))
 }
 
-/// The lines for a reader.
+/// Prints the summary as text.
 pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
     console::print(format_args!(
         "{} poses of {} scans ({} points, median), path {:.3} m",
@@ -165,12 +165,12 @@ pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
     ))?;
     if summary.predicted > 0 {
         console::print(format_args!(
-            "{} poses are predictions: their scans did not fit",
+            "{} poses are predictions: their scans could not be registered",
             summary.predicted
         ))?;
     }
     if let Some(trouble) = &summary.last_trouble {
-        console::print(format_args!("the last trouble: {trouble}"))?;
+        console::print(format_args!("the last scan that could not be registered: {trouble}"))?;
     }
     if summary.closed_loops > 0 {
         console::print(format_args!("loops closed: {}", summary.closed_loops))?;

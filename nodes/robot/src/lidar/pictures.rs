@@ -1,4 +1,4 @@
-//! Pictures of a drive: its way, its map from above, a scan all around.
+//! Pictures of a drive: its trajectory, its map from above, a scan as a panorama.
 
 use std::path::Path;
 
@@ -21,13 +21,13 @@ pub(super) struct NamedPicture {
     pub(super) picture: PagePicture,
 }
 
-/// Pixels of a drawing of the way: half of a screen.
+/// Pixels of a drawing of the trajectory: half of a screen.
 const DRAWING_PX: usize = 800;
-/// The drawing about the vehicle reaches so far: a few streets.
+/// The radius of the drawing around the vehicle: a few streets.
 const DRAWING_RADIUS_M: f64 = 100.0;
 /// Pixels of the longer side of the map from above, at most ...
 const MAP_PX: f64 = 1400.0;
-/// ... and of a voxel's edge: with more of them its neighbours would not touch, and the road would be a sieve.
+/// ... and of a voxel's edge: with more, neighbouring voxels would have gaps between them.
 const VOXEL_PX: f64 = 0.75;
 
 fn png(rgb: &[u8], (width, height): (usize, usize)) -> Result<Vec<u8>, Failure> {
@@ -55,9 +55,9 @@ fn named(
     Ok(NamedPicture { name, picture })
 }
 
-/// The thesis' options A and B.
+/// The drawings of the thesis' options A and B.
 pub(super) fn drawings(
-    way: &[Isometry3<f64>],
+    trajectory: &[Isometry3<f64>],
     truth: Option<&[Isometry3<f64>]>,
     surroundings_m: &[Point2<f32>],
 ) -> Result<Vec<NamedPicture>, Failure> {
@@ -74,18 +74,18 @@ pub(super) fn drawings(
         let surroundings_m = if view == about { surroundings_m } else { &[] };
         let truth = truth.filter(|_| view != about);
         let drawing = drawn(
-            &DrawnTrajectory { map_from_vehicle: way, truth, surroundings_m },
+            &DrawnTrajectory { map_from_vehicle: trajectory, truth, surroundings_m },
             view,
             DRAWING_PX,
         );
-        let true_way = if truth.is_some() { "; the true way in orange" } else { "" };
-        let caption = format!("{caption}; {} m from line to line{true_way}", drawing.grid_m);
+        let truth_note = if truth.is_some() { "; the true trajectory in orange" } else { "" };
+        let caption = format!("{caption}; {} m between grid lines{truth_note}", drawing.grid_m);
         named(name, &drawing.picture.rgb, (DRAWING_PX, DRAWING_PX), caption)
     };
     views.into_iter().map(draw).collect()
 }
 
-/// A scan all around, in our colours and in the thesis'; none where the cloud tells no rings.
+/// A scan as panoramas, in our colours and in those of the thesis; none if the cloud has no rings.
 pub(super) fn panoramas(cloud: &LidarCloud) -> Result<Vec<NamedPicture>, Failure> {
     let Some(revolution) = revolution_from_cloud(cloud) else { return Ok(Vec::new()) };
     let mut intensities: Vec<f32> = cloud.intensities.clone().unwrap_or_default();
@@ -94,7 +94,7 @@ pub(super) fn panoramas(cloud: &LidarCloud) -> Result<Vec<NamedPicture>, Failure
     // KITTI's intensities are 0 to 1, those of others 0 to 255, and few are bright.
     let bright = intensities.get(intensities.len() * 98 / 100).copied().unwrap_or(1.0);
     let limits = [0.0, bright.max(f32::MIN_POSITIVE)];
-    // As high as wide enough to read: fewer lasers have higher rows.
+    // The fewer lasers, the higher the rows, so that the picture can be read.
     let row_height_px = (240 / revolution.rows().max(1)).clamp(2, 12);
     let base = PanoramaConfig { row_height_px, ..PanoramaConfig::default() };
     let kinds = [
@@ -130,12 +130,12 @@ pub(super) fn panoramas(cloud: &LidarCloud) -> Result<Vec<NamedPicture>, Failure
             .draw(&revolution)
             .map_err(|error| Failure::new(format!("cannot draw a panorama: {error}")))?;
         let size_px = (picture.width_px, picture.height_px);
-        named(name, &picture.rgb, size_px, format!("All around: {caption}; forward in the middle"))
+        named(name, &picture.rgb, size_px, format!("Panorama: {caption}; forward in the middle"))
     };
     kinds.into_iter().map(draw).collect()
 }
 
-/// The map from above: of the points over each other the highest that is not above the street's air.
+/// The map from above: the highest point of each pixel.
 pub(super) fn map_from_above(
     map: &RoadMap,
     extent: &RoadExtent,

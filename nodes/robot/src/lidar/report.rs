@@ -15,7 +15,7 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
     let rate_hz = 1e3 / odometry.milliseconds_median.max(f64::MIN_POSITIVE);
     let mut lead = vec![
         format!(
-            "{} of {} scans have a pose; the way is {:.1} m long.",
+            "{} of {} scans have a pose; the trajectory is {:.1} m long.",
             odometry.poses, odometry.scans, odometry.path_m
         ),
         format!(
@@ -29,18 +29,21 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
     ];
     if odometry.closed_loops > 0 {
         lead.push(format!(
-            "Loops closed: {}. The way and the map are those with the drift taken out.",
+            "Loops closed: {}. The trajectory and the map are corrected for the drift.",
             odometry.closed_loops
         ));
     }
     if odometry.predicted > 0 {
         lead.push(format!(
-            "{} poses are predictions, since their scans did not fit; these are not in the map.",
+            "{} poses are predictions, since their scans could not be registered; these scans are not in the map.",
             odometry.predicted
         ));
     }
     lead.extend(
-        odometry.last_trouble.iter().map(|trouble| format!("The last trouble: {trouble}.")),
+        odometry
+            .last_trouble
+            .iter()
+            .map(|trouble| format!("The last scan that could not be registered: {trouble}.")),
     );
     lead.extend(summary.losses.iter().map(|loss| format!("Lost: {loss}.")));
     let row = |name: &str, texts: Vec<String>| {
@@ -64,14 +67,14 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
     if !causes.is_empty() {
         tables.push(table("Without a pose", &["cause", "scans"], causes));
     }
-    let (mut way, mut map, mut around) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut trajectory, mut map, mut around) = (Vec::new(), Vec::new(), Vec::new());
     for NamedPicture { name, picture } in pictures {
         if name.starts_with("panorama") {
             around.push(PagePart::Pictures(vec![picture]));
         } else if name.starts_with("map") {
             map.push(PagePart::Pictures(vec![picture]));
         } else {
-            way.push(picture);
+            trajectory.push(picture);
         }
     }
     let section = |id: &str, title: &str, parts| PageSection {
@@ -85,13 +88,13 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
         facts: vec![
             ("recording".to_owned(), name),
             ("scans".to_owned(), odometry.scans.to_string()),
-            ("tiles that waited in files".to_owned(), summary.map.spilled_tiles.to_string()),
+            ("tiles kept in files".to_owned(), summary.map.spilled_tiles.to_string()),
         ],
         lead,
         sections: vec![
-            section("way", "The way", vec![PagePart::Pictures(way)]),
+            section("trajectory", "The trajectory", vec![PagePart::Pictures(trajectory)]),
             section("map", "The map", map),
-            section("around", "All around", around),
+            section("around", "Panoramas", around),
             section("time", "Time", vec![PagePart::Tables(tables)]),
         ],
     })

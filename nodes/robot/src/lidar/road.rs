@@ -1,4 +1,4 @@
-//! `stillmap run ... --pose lidar` of a recording that has no 2D scanner and camera: the LiDAR's own road map.
+//! `stillmap run ... --pose lidar` of a recording without 2D scanner and camera: the road map of the LiDAR alone.
 
 use std::path::{Path, PathBuf};
 
@@ -23,16 +23,14 @@ use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
 
-/// What a run leaves in its folder; the tiles while it goes on.
-pub(crate) const RESULTS: [&str; 16] = [
+/// The files that a run writes to its folder.
+pub(crate) const RESULTS: [&str; 14] = [
     "map.ply",
     "map.pcd",
     "map.las",
     "trajectory.txt",
     "summary.json",
     "report.html",
-    "tiles",
-    "tiles_of_loops",
     "map_intensity.png",
     "map_height.png",
     "drive_from_above.png",
@@ -43,19 +41,19 @@ pub(crate) const RESULTS: [&str; 16] = [
     "panorama_range_hsv.png",
 ];
 
-/// What of a road map the user names.
+/// The options of a road map.
 #[derive(Args, Clone, Debug)]
 pub struct RoadArgs {
     /// With a LiDAR's road map: the edge of its voxels, in m
     #[arg(long, value_name = "M", default_value_t = RoadMapConfig::default().voxel_edge_m)]
     road_voxel: f64,
-    /// With a LiDAR's road map: voxels in memory; the rest waits in files, and none is lost
+    /// With a LiDAR's road map: voxels in memory; the rest is kept in files, and none is lost
     #[arg(long, value_name = "N", default_value_t = RoadMapConfig::default().max_voxels)]
     road_memory: usize,
     /// With a LiDAR's road map: what it is coloured by
     #[arg(long, value_enum, default_value_t)]
     colour: RoadColour,
-    /// With a LiDAR: places are found again, and what the odometry has drifted by since is taken out
+    /// With a LiDAR: close loops when a place is revisited, and correct the drift of the odometry
     #[arg(long)]
     loop_closing: bool,
 }
@@ -82,7 +80,7 @@ impl RoadArgs {
     }
 }
 
-/// What a run leaves as `summary.json`.
+/// The content of `summary.json`.
 #[derive(Serialize, Debug)]
 pub(super) struct RoadSummary {
     pub(super) odometry: LidarSummary,
@@ -92,7 +90,7 @@ pub(super) struct RoadSummary {
     pub(super) losses: Vec<String>,
 }
 
-/// Follows a recording and leaves the map, the way and a report in a folder.
+/// Runs the odometry over a recording and writes the map, the trajectory and a report to a folder.
 pub fn run(
     path: &Path,
     out: &Path,
@@ -119,12 +117,12 @@ pub fn run(
     })?;
     drive.map.finish()?;
     progress.finish();
-    if interrupt.has_come() && drive.way.is_empty() {
+    if interrupt.has_come() && drive.trajectory.is_empty() {
         console::note("interrupted before the first pose: nothing is written");
         return Ok(Outcome::Interrupted);
     }
     if drive.follower.closed_loops() > 0 {
-        drive.lay_out_anew(&source, road, out)?;
+        drive.rebuild_map(&source, road, out)?;
     }
     let summary = drive.write(out, road, losses, path)?;
     if json {
@@ -132,10 +130,10 @@ pub fn run(
             .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
         console::print(json)?;
     } else {
-        tell(&summary, out)?;
+        print_summary(&summary, out)?;
     }
     for loss in &summary.losses {
-        console::complain(&Failure::new(loss.as_str()));
+        console::print_failure(&Failure::new(loss.as_str()));
     }
     if interrupt.has_come() {
         console::note("interrupted: the map is of what was read until then");
@@ -148,28 +146,28 @@ pub fn run(
     Ok(if summary.losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }
 
-fn tell(summary: &RoadSummary, out: &Path) -> Result<(), Failure> {
+fn print_summary(summary: &RoadSummary, out: &Path) -> Result<(), Failure> {
     print(&summary.odometry)?;
     let path = out.display();
     console::print(format_args!(
-        "{} points of the map, voxels of {} m ({} tiles waited in files)",
+        "{} points of the map, voxels of {} m ({} tiles kept in files)",
         summary.map_points, summary.map_voxel_edge_m, summary.map.spilled_tiles
     ))?;
     console::print(format_args!(
-        "map: {path}/map.ply, map.pcd, map.las; way: {path}/trajectory.txt; figures: {path}/summary.json"
+        "map: {path}/map.ply, map.pcd, map.las; trajectory: {path}/trajectory.txt; figures: {path}/summary.json"
     ))?;
     console::print(format_args!("report: {path}/report.html"))
 }
 
-/// A drive as far as it has gone.
+/// The part of a drive that was read so far.
 struct Drive {
     follower: LidarFollower,
     map: DriveMap,
     /// Each scan, and its pose where it has one.
     scans: Vec<Option<FollowedScan>>,
-    way: Vec<Isometry3<f64>>,
+    trajectory: Vec<Isometry3<f64>>,
     truth: Vec<(Stamp, Isometry3<f64>)>,
-    /// A scan from within the drive, for the panoramas.
+    /// A scan of the drive, for the panoramas.
     shown: LidarCloud,
 }
 
@@ -180,12 +178,12 @@ impl Drive {
         out: &Path,
     ) -> Result<Self, Failure> {
         let follower = LidarFollower::alone(parameters).map_err(failed)?;
-        let map = DriveMap::new(road.map(), follower.base_from_lidar(), &out.join("tiles"))?;
+        let map = DriveMap::new(road.map(), follower.base_from_lidar(), out)?;
         Ok(Self {
             follower,
             map,
             scans: Vec::new(),
-            way: Vec::new(),
+            trajectory: Vec::new(),
             truth: Vec::new(),
             shown: LidarCloud::default(),
         })
@@ -199,43 +197,44 @@ impl Drive {
         let Sensed::Cloud(message) = &sensed else {
             return self.follower.take(sensed).map(drop).map_err(failed);
         };
-        // What the node cannot read it counts.
+        // The node counts the clouds that it cannot read.
         let cloud = lidar_cloud_from_message(message, None).ok();
         let followed = self.follower.take(sensed).map_err(failed)?;
         self.scans.push(followed);
         let (Some(cloud), Some(now)) = (cloud, followed) else { return Ok(()) };
-        self.way.push(now.odom_from_base);
-        if self.way.len().is_power_of_two() {
+        self.trajectory.push(now.odom_from_base);
+        if self.trajectory.len().is_power_of_two() {
             self.shown.clone_from(&cloud.cloud);
         }
         self.map.take(&cloud.cloud, now, &now.odom_from_base)
     }
 
-    /// With all loops closed scans lie elsewhere than they did on the way: the recording is gone through once more.
-    fn lay_out_anew(
+    /// After loop closures the poses differ from those of the first pass: reads the recording once more and builds the map anew.
+    fn rebuild_map(
         &mut self,
         source: &LidarSource,
         road: &RoadArgs,
         out: &Path,
     ) -> Result<(), Failure> {
         let base_from_lidar = self.follower.base_from_lidar();
-        let mut map = DriveMap::new(road.map(), base_from_lidar, &out.join("tiles_of_loops"))?;
-        let progress = Progress::new("laying out with loops closed", self.scans.len() as u64);
+        let mut map = DriveMap::new(road.map(), base_from_lidar, out)?;
+        let progress =
+            Progress::new("rebuilding the map with closed loops", self.scans.len() as u64);
         let mut scans = self.scans.iter();
-        self.way.clear();
-        // What is lost was told the first time.
-        let all_laid_out = Interrupt::default();
-        let _ = source.each(&all_laid_out, |sensed| {
+        self.trajectory.clear();
+        // Losses were reported in the first pass.
+        let end = Interrupt::default();
+        let _ = source.each(&end, |sensed| {
             let Sensed::Cloud(message) = sensed else { return Ok(()) };
             progress.advance();
             let Some(now) = scans.next() else {
-                // The first time was interrupted here.
-                all_laid_out.trigger();
+                // The first pass was interrupted here.
+                end.trigger();
                 return Ok(());
             };
             let Some(now) = *now else { return Ok(()) };
             let map_from_base = self.follower.map_from_base(now.stamp, &now.odom_from_base);
-            self.way.push(map_from_base);
+            self.trajectory.push(map_from_base);
             match lidar_cloud_from_message(&message, None) {
                 Ok(cloud) => map.take(&cloud.cloud, now, &map_from_base),
                 Err(_) => Ok(()),
@@ -271,8 +270,11 @@ impl Drive {
         let json = serde_json::to_string_pretty(&summary)
             .map_err(|error| Failure::new(format!("cannot write summary.json: {error}")))?;
         write(&out.join("summary.json"), json.as_bytes())?;
-        let mut shown =
-            pictures::drawings(&self.way, self.true_way().as_deref(), &self.surroundings()?)?;
+        let mut shown = pictures::drawings(
+            &self.trajectory,
+            self.true_trajectory().as_deref(),
+            &self.surroundings()?,
+        )?;
         for (colour, name) in
             [(RoadColour::Intensity, "map_intensity.png"), (RoadColour::Height, "map_height.png")]
         {
@@ -286,19 +288,19 @@ impl Drive {
         Ok(summary)
     }
 
-    /// The true way from the first pose, where the recording tells it.
-    fn true_way(&self) -> Option<Vec<Isometry3<f64>>> {
-        let (first, begins) = (self.truth.first()?.1.inverse(), *self.way.first()?);
+    /// The true trajectory from the first pose, if the recording has it.
+    fn true_trajectory(&self) -> Option<Vec<Isometry3<f64>>> {
+        let (first, begins) = (self.truth.first()?.1.inverse(), *self.trajectory.first()?);
         Some(self.truth.iter().map(|(_, pose)| begins * first * pose).collect())
     }
 
-    /// What stands around the vehicle at the end: points of the map that are as high as it.
+    /// The surroundings of the vehicle at the end: points of the map at its height.
     fn surroundings(&self) -> Result<Vec<Point2<f32>>, Failure> {
         /// Above the road and below bridges, from the scanner's height.
         const BELOW_M: f64 = 1.0;
         const ABOVE_M: f64 = 2.0;
         const REACH_M: f64 = 150.0;
-        let Some(last) = self.way.last() else { return Ok(Vec::new()) };
+        let Some(last) = self.trajectory.last() else { return Ok(Vec::new()) };
         let at_m = (last * self.follower.base_from_lidar()).translation.vector;
         let mut surroundings_m = Vec::new();
         for_each(self.map.map(), |point| {

@@ -1,4 +1,4 @@
-//! Where scans come from: a bag, a capture of packets, or a folder of KITTI's scans. All become clouds as a driver publishes them.
+//! The sources of scans: a bag, a capture of packets, or a folder of KITTI's scans. All yield clouds as a driver publishes them.
 
 mod bag;
 
@@ -21,7 +21,7 @@ use crate::failure::Failure;
 use crate::import::kitti::Sequence;
 use crate::interrupt::Interrupt;
 
-/// What of a LiDAR's recording the user names.
+/// The options of a LiDAR's recording.
 #[derive(Args, Clone, Debug, Default)]
 pub struct LidarArgs {
     /// The LiDAR's topic (PointCloud2 or VelodyneScan), where the bag has several
@@ -33,21 +33,21 @@ pub struct LidarArgs {
 }
 
 impl LidarArgs {
-    /// Whether the user names none.
+    /// Whether no option is given.
     pub fn is_empty(&self) -> bool {
         self.lidar.is_none() && self.calibration.is_none()
     }
 }
 
-/// What was recorded.
+/// A recorded message.
 pub enum Sensed {
     /// A scan.
     Cloud(PointCloud2),
     /// A reading of the inertial unit.
     Imu(Box<Imu>),
-    /// What the wheels tell.
+    /// The odometry of the wheels.
     Wheels(Box<Odometry>),
-    /// Where the vehicle truly was.
+    /// The true pose of the vehicle.
     Truth(geometry::Stamp, Isometry3<f64>),
 }
 
@@ -61,7 +61,7 @@ pub enum LidarSource {
     Sequence(Box<Sequence>),
 }
 
-/// What of a recording could not be read.
+/// Parts of a recording that could not be read.
 pub(crate) type Losses = Vec<String>;
 
 /// The first bytes of pcap files (both orders, both units) and of pcapng.
@@ -74,7 +74,7 @@ const CAPTURE_MAGICS: [[u8; 4]; 5] = [
 ];
 
 impl LidarSource {
-    /// Finds out what a path holds.
+    /// Opens the recording at a path, of whatever kind it is.
     pub fn open(path: &Path, args: &LidarArgs) -> Result<Self, Failure> {
         let decoder = decoder(args)?;
         if is_capture(path) {
@@ -92,12 +92,12 @@ impl LidarSource {
         Ok(Self::Bag(Box::new(BagSource::choose(bag, &info, args, decoder)?)))
     }
 
-    /// Whether a path can only be a LiDAR's: no bag.
+    /// Whether the recording at a path is not a bag, so that it is a LiDAR's.
     pub fn is_no_bag(path: &Path) -> bool {
         is_capture(path) || Sequence::is_one(path)
     }
 
-    /// About how many messages there are, for somebody who waits.
+    /// About how many messages there are, for the progress bar.
     pub fn steps(&self) -> u64 {
         match self {
             Self::Bag(source) => source.messages,
@@ -106,7 +106,7 @@ impl LidarSource {
         }
     }
 
-    /// What is read, in words.
+    /// The name of the input, for messages.
     pub fn name(&self) -> String {
         match self {
             Self::Bag(source) => format!("topic {}", source.topic),
@@ -115,7 +115,7 @@ impl LidarSource {
         }
     }
 
-    /// Hands on all that was recorded, in its order, until it is interrupted.
+    /// Calls `take` with all recorded messages in their order, until it is interrupted.
     pub fn each(
         &self,
         interrupt: &Interrupt,
@@ -161,7 +161,7 @@ fn assembly(decoder: &DecoderConfig) -> Result<RevolutionAssembly, Failure> {
         .map_err(|error| Failure::new(error.to_string()))
 }
 
-/// Parts of a turn are none.
+/// A cloud of a whole revolution; incomplete ones are left out.
 fn cloud_of(built: Option<BuiltRevolution>) -> Option<Sensed> {
     let built = built.filter(BuiltRevolution::is_whole)?;
     Some(Sensed::Cloud(message_from_revolution(&built.revolution)))

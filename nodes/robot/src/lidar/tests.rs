@@ -20,7 +20,7 @@ fn no_arguments() -> Line {
     Line::parse_from(["run"])
 }
 
-/// Recorded data that lies beside the repository, where it does.
+/// Recorded data beside the repository, if it is there.
 fn shared(path: &str) -> Option<PathBuf> {
     let found = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(path);
     if !found.exists() {
@@ -30,7 +30,7 @@ fn shared(path: &str) -> Option<PathBuf> {
 }
 
 #[test]
-fn scans_of_kitti_become_a_map_a_way_and_a_report() {
+fn scans_of_kitti_become_a_map_a_trajectory_and_a_report() {
     let Some(scans) = shared("kitti360-50") else { return };
     let folder = tempfile::tempdir().unwrap();
     let line = Line::parse_from(["run", "--road-memory", "20000", "--colour", "height"]);
@@ -74,8 +74,7 @@ fn scans_of_kitti_become_a_map_a_way_and_a_report() {
     }
     let report = String::from_utf8(file("report.html")).unwrap();
     assert!(report.contains("12 of 12 scans have a pose"));
-    assert!(!folder.path().join("tiles").exists());
-    // What another run would replace is known by name.
+    // RESULTS has every file that a run writes, and no tiles are left.
     for entry in std::fs::read_dir(folder.path()).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         assert!(ROAD_RESULTS.contains(&name.as_str()), "{name}");
@@ -83,7 +82,7 @@ fn scans_of_kitti_become_a_map_a_way_and_a_report() {
 }
 
 #[test]
-fn what_is_no_recording_of_a_lidar_is_named() {
+fn an_input_that_is_no_lidar_recording_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     std::fs::write(path("cut.pcap"), [0xd4, 0xc3, 0xb2, 0xa1, 2]).unwrap();

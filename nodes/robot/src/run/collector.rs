@@ -1,4 +1,4 @@
-//! Listens to the three nodes and puts the run's record together.
+//! Subscribes to the three nodes and passes their messages to the recorder.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,14 +14,14 @@ use node_shell::{Arrived, GrantedBuffer, Node, Qos, ShellError, Subscription, Va
 
 use super::recorder::{Recorder, Stage};
 
-/// Messages that may wait for the collector: more than a run of minutes makes while it is held up.
+/// Messages that may wait for the collector: more than the nodes publish while it is delayed.
 const WAITING_MESSAGES: usize = 256;
-/// Paths that may wait: each is of the whole way, and what the last one tells is more than the ones before it did.
+/// Paths that may wait: each holds the whole trajectory, so a newer one replaces the ones before it.
 const WAITING_PATHS: usize = 4;
-/// Diagnostics that may wait: one a second and node.
+/// Diagnostics that may wait: each node publishes one a second.
 const WAITING_DIAGNOSTICS: usize = 32;
 
-/// The collector's ears.
+/// The subscriptions of the collector, and what they received.
 pub(super) struct Collector {
     node: Node,
     diagnostics: Subscription<DiagnosticArray>,
@@ -31,12 +31,12 @@ pub(super) struct Collector {
     static_map: Subscription<PointCloud2>,
     paths: Subscription<Path>,
     reports: [Subscription<StageReport>; Stage::ALL.len()],
-    seen: Seen,
+    seen: CollectedState,
 }
 
-/// What has been heard so far.
+/// What was received so far.
 #[derive(Default)]
-pub(super) struct Seen {
+pub(super) struct CollectedState {
     /// Scans that detection has decided: processed or dropped.
     pub(super) scans_decided: u64,
     /// The stamp of the latest cycle's cloud.
@@ -48,7 +48,7 @@ pub(super) struct Seen {
 }
 
 impl Collector {
-    /// Listens as `node`, which is in the run's namespace.
+    /// Subscribes as `node`, which is in the run's namespace.
     pub(super) fn on(node: Node) -> Result<Self, ShellError> {
         let reliable = Qos::reliable(WAITING_MESSAGES);
         let report = |stage: Stage| {
@@ -67,7 +67,7 @@ impl Collector {
                 report(Stage::Reconstruction)?,
             ],
             node,
-            seen: Seen::default(),
+            seen: CollectedState::default(),
         })
     }
 
@@ -76,67 +76,67 @@ impl Collector {
         self.node.granted_buffer()
     }
 
-    pub(super) fn seen(&self) -> &Seen {
+    pub(super) fn seen(&self) -> &CollectedState {
         &self.seen
     }
 
-    /// Hears one message, whichever comes first. May be dropped while it waits.
-    /// Tells whether it was about a cycle.
-    pub(super) async fn hear(&mut self, recorder: &mut Recorder) -> bool {
+    /// Receives one message, whichever arrives first; returns whether it is about a cycle. The future may be dropped while
+    /// it waits.
+    pub(super) async fn receive(&mut self, recorder: &mut Recorder) -> bool {
         let [detection, segmentation, reconstruction] = &self.reports;
-        let heard = tokio::select! {
-            received = self.diagnostics.next() => Heard::Diagnostics(received.message),
-            received = self.detected.next() => Heard::Detected(received.message),
-            received = self.dynamic_clouds.next() => Heard::DynamicCloud(received.message),
-            received = self.tracks.next() => Heard::Tracks(received.message),
-            received = self.static_map.next() => Heard::Map(received.message),
-            received = self.paths.next() => Heard::Path(received.message),
-            received = detection.next() => Heard::Report(Stage::Detection, received.message),
-            received = segmentation.next() => Heard::Report(Stage::Segmentation, received.message),
-            received = reconstruction.next() => Heard::Report(Stage::Reconstruction, received.message),
+        let received = tokio::select! {
+            received = self.diagnostics.next() => Received::Diagnostics(received.message),
+            received = self.detected.next() => Received::Detected(received.message),
+            received = self.dynamic_clouds.next() => Received::DynamicCloud(received.message),
+            received = self.tracks.next() => Received::Tracks(received.message),
+            received = self.static_map.next() => Received::Map(received.message),
+            received = self.paths.next() => Received::Path(received.message),
+            received = detection.next() => Received::Report(Stage::Detection, received.message),
+            received = segmentation.next() => Received::Report(Stage::Segmentation, received.message),
+            received = reconstruction.next() => Received::Report(Stage::Reconstruction, received.message),
         };
-        let about_a_cycle = !matches!(heard, Heard::Diagnostics(_) | Heard::Path(_));
-        self.take(heard, recorder);
+        let about_a_cycle = !matches!(received, Received::Diagnostics(_) | Received::Path(_));
+        self.take(received, recorder);
         about_a_cycle
     }
 
-    /// Hears every message that is here already.
-    pub(super) fn hear_waiting(&mut self, recorder: &mut Recorder) {
-        while let Some(heard) = self.try_hear() {
-            self.take(heard, recorder);
+    /// Takes every message that has arrived already.
+    pub(super) fn receive_waiting(&mut self, recorder: &mut Recorder) {
+        while let Some(received) = self.try_receive() {
+            self.take(received, recorder);
         }
     }
 
-    fn try_hear(&self) -> Option<Heard> {
+    fn try_receive(&self) -> Option<Received> {
         let reports = Stage::ALL.into_iter().zip(&self.reports).find_map(|(stage, reports)| {
-            reports.try_next().map(|received| Heard::Report(stage, received.message))
+            reports.try_next().map(|next| Received::Report(stage, next.message))
         });
         reports
-            .or_else(|| self.detected.try_next().map(|next| Heard::Detected(next.message)))
+            .or_else(|| self.detected.try_next().map(|next| Received::Detected(next.message)))
             .or_else(|| {
-                self.dynamic_clouds.try_next().map(|next| Heard::DynamicCloud(next.message))
+                self.dynamic_clouds.try_next().map(|next| Received::DynamicCloud(next.message))
             })
-            .or_else(|| self.tracks.try_next().map(|next| Heard::Tracks(next.message)))
-            .or_else(|| self.paths.try_next().map(|next| Heard::Path(next.message)))
-            .or_else(|| self.static_map.try_next().map(|next| Heard::Map(next.message)))
-            .or_else(|| self.diagnostics.try_next().map(|next| Heard::Diagnostics(next.message)))
+            .or_else(|| self.tracks.try_next().map(|next| Received::Tracks(next.message)))
+            .or_else(|| self.paths.try_next().map(|next| Received::Path(next.message)))
+            .or_else(|| self.static_map.try_next().map(|next| Received::Map(next.message)))
+            .or_else(|| self.diagnostics.try_next().map(|next| Received::Diagnostics(next.message)))
     }
 
-    fn take(&mut self, heard: Heard, recorder: &mut Recorder) {
-        if let Err(error) = self.seen.take(heard, recorder) {
+    fn take(&mut self, received: Received, recorder: &mut Recorder) {
+        if let Err(error) = self.seen.take(received, recorder) {
             recorder.dropped("collector", &error.to_string(), 1);
         }
     }
 
     /// Leaves the network.
-    pub(super) async fn close(self) -> Seen {
+    pub(super) async fn close(self) -> CollectedState {
         let Self { node, seen, .. } = self;
         node.close().await;
         seen
     }
 }
 
-enum Heard {
+enum Received {
     Diagnostics(Arc<DiagnosticArray>),
     Detected(Arc<Arrived<DetectedCycle>>),
     DynamicCloud(Arc<PointCloud2>),
@@ -146,8 +146,8 @@ enum Heard {
     Report(Stage, Arc<StageReport>),
 }
 
-impl Seen {
-    /// A number out of a node's latest diagnostics; 0 until it has said it.
+impl CollectedState {
+    /// A number out of a node's latest diagnostics; 0 until it was received.
     pub(super) fn diagnostic(&self, node: &str, key: &str) -> u64 {
         self.diagnostics.get(&(node.to_owned(), key.to_owned())).copied().unwrap_or(0)
     }
@@ -160,32 +160,32 @@ impl Seen {
             .filter_map(|((_, key), count)| Some((key.strip_prefix("dropped: ")?, *count)))
     }
 
-    fn take(&mut self, heard: Heard, recorder: &mut Recorder) -> Result<(), ConvertError> {
-        match heard {
-            Heard::Diagnostics(diagnostics) => self.take_diagnostics(&diagnostics),
-            Heard::Detected(arrived) => {
+    fn take(&mut self, received: Received, recorder: &mut Recorder) -> Result<(), ConvertError> {
+        match received {
+            Received::Diagnostics(diagnostics) => self.take_diagnostics(&diagnostics),
+            Received::Detected(arrived) => {
                 let cycle = Arc::unwrap_or_clone(arrived.value()?);
                 self.last_cloud = self.last_cloud.max(Some(cycle.reduced_cloud.stamp));
                 recorder.detected(cycle);
             }
-            Heard::DynamicCloud(message) => {
+            Received::DynamicCloud(message) => {
                 let cloud = convert::cloud_from_message(&message)?;
                 recorder.dynamic_cloud(cloud);
             }
-            Heard::Tracks(message) => {
+            Received::Tracks(message) => {
                 recorder.tracks(message.cycle, &convert::tracks_from_message(&message)?);
             }
-            Heard::Map(message) => {
+            Received::Map(message) => {
                 let cloud = convert::cloud_from_message(&message)?;
                 self.map = Some((cloud.stamp, cloud.points_m));
             }
-            // One that is none is reconstruction's to count.
-            Heard::Path(message) => {
+            // Reconstruction counts invalid paths.
+            Received::Path(message) => {
                 if let Ok(path) = convert::map_path_from_message(&message) {
                     recorder.path(path);
                 }
             }
-            Heard::Report(stage, report) => self.take_report(stage, &report, recorder),
+            Received::Report(stage, report) => self.take_report(stage, &report, recorder),
         }
         Ok(())
     }
@@ -212,7 +212,7 @@ impl Seen {
         let durations = names.zip(report.step_durations_s.iter().copied());
         match (stage, report.processed) {
             (_, false) => {
-                // What follows the semicolon are this one's own numbers.
+                // After the semicolon are numbers of this scan alone.
                 let reason = report.drop_reason.split(';').next().unwrap_or_default();
                 recorder.dropped(stage.name(), reason, 1);
             }

@@ -1,5 +1,5 @@
-//! The pipeline over DDS: three nodes, that for the pose where it is asked for, and a player, each a process of its own, in a namespace that no
-//! other run shares. This process only listens.
+//! The pipeline over DDS: three nodes, the pose node if it is used, and a player, each a process of its own, in a namespace
+//! that no other run has. This process only subscribes.
 
 mod discovery;
 mod feed;
@@ -17,8 +17,8 @@ use report::{RunRecord, Transport};
 
 use self::feed::Feed;
 use self::player::Sent;
-use super::collector::{Collector, Seen};
-use super::findings::LostOnTheWay;
+use super::collector::{CollectedState, Collector};
+use super::findings::LostMessages;
 use super::inputs::{Inputs, PoseSource, TF, TF_STATIC};
 use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
@@ -29,23 +29,23 @@ use crate::processes::Process;
 use crate::progress::Progress;
 use crate::visual;
 
-/// When the player has ended and nothing has been heard for this long, nothing more will come: longer
+/// When the player has ended and nothing was received for this long, nothing more will arrive: it is longer
 /// than detection waits for the rest of a cycle.
 const LONGEST_SILENCE: Duration = Duration::from_secs(5);
-/// How often the processes are looked at while nothing is heard.
-const LOOK_AGAIN: Duration = Duration::from_millis(50);
+/// How often the processes are checked while nothing is received.
+const POLL_PERIOD: Duration = Duration::from_millis(50);
 
 /// What a run over DDS yields.
 pub(crate) struct DdsRun {
     pub(crate) record: RunRecord,
-    /// Scans in which nothing could be found for want of returns.
+    /// Scans with too few returns to find motion in.
     pub(crate) blind_scans: usize,
-    /// Messages that the player sent and that never reached their node.
-    pub(crate) lost: Vec<LostOnTheWay>,
-    /// The rig's poses by the node for the pose, where it was asked for.
+    /// Messages that the player sent and that their node did not receive.
+    pub(crate) lost: Vec<LostMessages>,
+    /// The rig's poses, if the pose node was used.
     pub(crate) poses: Option<Vec<PoseStamped>>,
-    /// Why the run ended before its end, if it did.
-    pub(crate) trouble: Option<Failure>,
+    /// Why the run ended before the end of the bag, if it did.
+    pub(crate) failure: Option<Failure>,
     /// Whether a signal has ended it before the end of the bag.
     pub(crate) is_interrupted: bool,
 }
@@ -77,7 +77,7 @@ pub(crate) fn run(
             PoseSource::Visual(topics) => Some(topics),
             PoseSource::Topic(_) => None,
         };
-        let (collector, poses) = listen_in(&namespace, visual.is_some())
+        let (collector, poses) = subscribe_in(&namespace, visual.is_some())
             .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
         let recorder = Recorder::new(parameters.reconstruction())
             .map_err(|error| Failure::new(error.to_string()))?;
@@ -87,14 +87,14 @@ pub(crate) fn run(
             console::note(compression);
         }
         if let Some(too_large) = &feed.too_large {
-            console::note(too_large.undone());
+            console::note(too_large.uncompressed_note());
         }
         let mut run = Run {
             namespace,
             feed,
             collector,
             poses,
-            heard_poses: Vec::new(),
+            received_poses: Vec::new(),
             recorder,
             nodes: Vec::new(),
             lost: Vec::new(),
@@ -113,16 +113,16 @@ pub(crate) fn run(
             return run.finish(playback, None).await;
         }
         let mut player = run.start_player(playback)?;
-        let trouble = run.listen(&mut player, inputs, progress).await.err();
-        run.finish(playback, trouble).await
+        let failure = run.listen(&mut player, inputs, progress).await.err();
+        run.finish(playback, failure).await
     })
 }
 
 /// Poses that may wait for this process.
 const WAITING_POSES: usize = 1000;
 
-/// Joins the network in a namespace, to listen there; to poses, too, where nobody but the nodes has them.
-fn listen_in(
+/// Joins the network in a namespace and subscribes there; to poses as well, if the run computes them.
+fn subscribe_in(
     namespace: &str,
     with_poses: bool,
 ) -> Result<(Collector, Option<Subscription<PoseStamped>>), ShellError> {
@@ -144,16 +144,16 @@ struct Run {
     feed: Feed,
     collector: Collector,
     poses: Option<Subscription<PoseStamped>>,
-    heard_poses: Vec<PoseStamped>,
+    received_poses: Vec<PoseStamped>,
     recorder: Recorder,
     nodes: Vec<Process>,
-    lost: Vec<LostOnTheWay>,
-    /// Of the whole program: the node that listens takes signals only once it has started.
+    lost: Vec<LostMessages>,
+    /// The interrupt of the whole program: the collector's node handles signals only once it has started.
     interrupt: Interrupt,
 }
 
 impl Run {
-    /// `input` says what the node's images or points come as, whatever its parameters say.
+    /// `input` overrides the parameter `input` of the node.
     fn start_node(
         &mut self,
         name: &'static str,
@@ -176,8 +176,8 @@ impl Run {
         Ok(())
     }
 
-    /// What keeps a process of this run to this run: its namespace, also for the topics that have one place for all
-    /// namespaces. Of its log only trouble is of interest here.
+    /// The arguments that separate the processes of this run from others: its namespace, also for the topics with absolute
+    /// names. Their logs are limited to warnings.
     fn ros_arguments(&self) -> Vec<String> {
         let namespace = &self.namespace;
         let mut arguments = vec!["--ros-args".to_owned()];
@@ -189,41 +189,41 @@ impl Run {
         arguments
     }
 
-    /// What a node's diagnostics say of one of its topics.
-    fn says(&self, node: &str, what: &str, topic: &str) -> u64 {
+    /// A number that a node's diagnostics report about one of its topics.
+    fn diagnostic(&self, node: &str, what: &str, topic: &str) -> u64 {
         let namespace = &self.namespace;
         let node = format!("{namespace}/{node}");
         self.collector.seen().diagnostic(&node, &format!("{what} {namespace}/{topic}"))
     }
 
-    /// Listens until the nodes have said all that there is to say.
+    /// Receives until the nodes have processed all that was sent.
     async fn listen(
         &mut self,
         player: &mut Process,
         inputs: &Inputs,
         progress: &Progress,
     ) -> Result<(), Failure> {
-        let mut last_heard = Instant::now();
+        let mut last_received = Instant::now();
         let mut sent = None;
         loop {
-            if self.hear_for(LOOK_AGAIN).await {
-                last_heard = Instant::now();
+            if self.receive_for(POLL_PERIOD).await {
+                last_received = Instant::now();
                 progress.set(self.collector.seen().scans_decided);
             }
             if self.interrupt.has_come() {
                 player.stop()?;
-                self.settle().await;
+                self.receive_last_map().await;
                 return Ok(());
             }
             self.check()?;
             if sent.is_none() && player.ended()?.is_some() {
                 sent = Some(Sent::by(player)?);
-                last_heard = Instant::now();
+                last_received = Instant::now();
             }
             let Some(sent) = &sent else { continue };
-            if self.has_all(sent, inputs) || last_heard.elapsed() >= LONGEST_SILENCE {
+            if self.has_all(sent, inputs) || last_received.elapsed() >= LONGEST_SILENCE {
                 self.lost = self.losses(sent);
-                for LostOnTheWay { topic, node, messages } in &self.lost {
+                for LostMessages { topic, node, messages } in &self.lost {
                     let reason = format!("lost between player and {node}");
                     self.recorder.dropped(topic, &reason, *messages);
                 }
@@ -232,43 +232,44 @@ impl Run {
         }
     }
 
-    /// Nothing is played any more: hears what is on its way, and the map that follows when the clouds pause.
-    async fn settle(&mut self) {
+    /// After the player has stopped: receives the remaining messages, and the map that follows when no more clouds arrive.
+    async fn receive_last_map(&mut self) {
         let deadline = Instant::now() + LONGEST_SILENCE;
         while Instant::now() < deadline && !self.has_last_map() {
-            self.hear_for(LOOK_AGAIN).await;
+            self.receive_for(POLL_PERIOD).await;
         }
     }
 
-    /// Whether every cycle has gone through, and the map holds the last one.
+    /// Whether every stage has reported every cycle, and the map includes the last one.
     fn has_last_map(&self) -> bool {
         let seen = self.collector.seen();
         self.recorder.incomplete_cycles() == 0
             && seen.map.as_ref().map(|(stamp, _)| *stamp) == seen.last_cloud
     }
 
-    /// Hears one message, or none within a time. Diagnostics do not count as heard.
-    async fn hear_for(&mut self, longest: Duration) -> bool {
-        let heard = tokio::time::timeout(longest, self.collector.hear(&mut self.recorder)).await;
+    /// Receives one message, or none within a time; returns whether one about a cycle was received.
+    async fn receive_for(&mut self, longest: Duration) -> bool {
+        let received =
+            tokio::time::timeout(longest, self.collector.receive(&mut self.recorder)).await;
         while let Some(pose) = self.poses.as_ref().and_then(Subscription::try_next) {
-            self.heard_poses.push((*pose.message).clone());
+            self.received_poses.push((*pose.message).clone());
         }
-        heard.unwrap_or(false)
+        received.unwrap_or(false)
     }
 
-    /// Whether the run can go on: every node lives.
+    /// An error if a node has ended.
     fn check(&mut self) -> Result<(), Failure> {
         for node in &mut self.nodes {
             if let Some(status) = node.ended()? {
                 return Err(Failure::new(format!("the node {} ended: {status}", node.name()))
-                    .fix("its own message, if it could leave one, stands above; what was mapped until then is written"));
+                    .fix("its own message, if there is one, is above; what was mapped until then is written"));
             }
         }
         Ok(())
     }
 
-    /// Whether detection has all that was sent, every scan has been decided, every cycle has gone
-    /// through, and the map holds the last one.
+    /// Whether the nodes have received all that was sent, every scan was processed or dropped, every stage has reported
+    /// every cycle, and the map includes the last one.
     fn has_all(&self, sent: &Sent, inputs: &Inputs) -> bool {
         let seen = self.collector.seen();
         self.losses(sent).is_empty()
@@ -279,10 +280,10 @@ impl Run {
     async fn finish(
         mut self,
         playback: &Playback<'_>,
-        trouble: Option<Failure>,
+        failure: Option<Failure>,
     ) -> Result<DdsRun, Failure> {
         let is_interrupted = self.interrupt.has_come();
-        if trouble.is_some() || is_interrupted {
+        if failure.is_some() || is_interrupted {
             self.recorder.dropped("bag", "the run ended before the bag did", 1);
         }
         for node in [Stage::Detection.name(), visual::NODE] {
@@ -291,24 +292,25 @@ impl Run {
                 self.recorder.unusable(cause, count);
             }
         }
-        let Self { collector, recorder, nodes, lost, poses, heard_poses, .. } = self;
-        let poses = poses.map(|_| heard_poses);
-        let mut trouble = trouble;
+        let Self { collector, recorder, nodes, lost, poses, received_poses, .. } = self;
+        let poses = poses.map(|_| received_poses);
+        let mut failure = failure;
         for mut node in nodes {
             let status = node.stop()?;
-            if !status.success() && trouble.is_none() {
-                trouble =
-                    Some(Failure::new(format!("the node {} ended badly: {status}", node.name())));
+            if !status.success() && failure.is_none() {
+                failure = Some(Failure::new(format!("the node {} failed: {status}", node.name())));
             }
         }
-        let Seen { map, last_cloud, .. } = collector.close().await;
+        let CollectedState { map, last_cloud, .. } = collector.close().await;
         if map.as_ref().map(|(stamp, _)| *stamp) != last_cloud
-            && trouble.is_none()
+            && failure.is_none()
             && !is_interrupted
         {
-            trouble = Some(
-                Failure::new("the last map did not arrive: the one that is written is older")
-                    .fix(format!("a large map needs room on its way: `{RAISE_RECEIVE_BUFFER}`")),
+            failure = Some(
+                Failure::new("the last map was not received: the one that is written is older")
+                    .fix(format!(
+                        "a large map needs a larger receive buffer: `{RAISE_RECEIVE_BUFFER}`"
+                    )),
             );
         }
         let name = RunName {
@@ -319,6 +321,6 @@ impl Run {
         let static_map = map.map(|(_, points_m)| points_m).unwrap_or_default();
         let blind_scans = recorder.blind_scans();
         let record = recorder.finish(static_map, name);
-        Ok(DdsRun { record, blind_scans, lost, poses, trouble, is_interrupted })
+        Ok(DdsRun { record, blind_scans, lost, poses, failure, is_interrupted })
     }
 }

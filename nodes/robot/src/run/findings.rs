@@ -1,4 +1,4 @@
-//! What is wrong with a run that came to its end all the same.
+//! What is wrong with a run that was completed nevertheless.
 
 use std::fmt;
 
@@ -9,66 +9,66 @@ use report::RunRecord;
 use super::inputs::{Inputs, ViewTopics};
 use crate::failure::Failure;
 
-/// What a run was like, beside its record.
-pub(crate) struct Course {
-    /// What of the bag could not be read.
-    pub(crate) losses: Vec<Loss>,
-    /// Scans in which nothing could be found for want of returns.
+/// Input that a run lost or could not use, beside its record.
+pub(crate) struct InputLosses {
+    /// Parts of the bag that could not be read.
+    pub(crate) bag: Vec<Loss>,
+    /// Scans without enough returns to find motion in.
     pub(crate) blind_scans: usize,
-    /// Messages that were sent and never arrived.
-    pub(crate) lost: Vec<LostOnTheWay>,
+    /// Messages that were sent and not received.
+    pub(crate) lost: Vec<LostMessages>,
 }
 
-/// Messages of one topic that the player sent and that never reached their node.
+/// Messages of one topic that the player sent and that their node did not receive.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(crate) struct LostOnTheWay {
-    /// The bag's name of it.
+pub(crate) struct LostMessages {
+    /// Its name in the bag.
     pub(crate) topic: String,
     pub(crate) node: &'static str,
     pub(crate) messages: u64,
 }
 
-impl fmt::Display for LostOnTheWay {
+impl fmt::Display for LostMessages {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{} of {} to {}", self.messages, self.topic, self.node)
     }
 }
 
-/// What the user should know of a run, each with the fix; nothing where all is well.
-pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> Vec<Failure> {
+/// What the user should know of a run, each with its fix; empty if there is nothing.
+pub(crate) fn findings(losses: &InputLosses, record: &RunRecord, inputs: &Inputs) -> Vec<Failure> {
     let mut findings = Vec::new();
-    for loss in &course.losses {
+    for loss in &losses.bag {
         findings.push(Failure::new(loss.to_string()));
     }
-    if !course.lost.is_empty() {
-        let lost: Vec<String> = course.lost.iter().map(ToString::to_string).collect();
+    if !losses.lost.is_empty() {
+        let lost: Vec<String> = losses.lost.iter().map(ToString::to_string).collect();
         findings.push(
             Failure::new(format!(
-                "messages were lost on the way between the processes: {}",
+                "messages were lost between the processes: {}",
                 lost.join(", ")
             ))
             .fix(format!(
-                "play slower (--rate 0.5), or give sockets more room: `{RAISE_RECEIVE_BUFFER}`"
+                "play slower (--rate 0.5), or raise the receive buffer: `{RAISE_RECEIVE_BUFFER}`"
             )),
         );
     }
     let cycles = record.cycles.len();
     let by_detection = record.drops.iter().filter(|drop| drop.topic_or_stage == "detection");
     let dropped: u64 = by_detection.map(|drop| drop.count).sum();
-    // At the ends of a recording a few scans always lack their cloud or pose.
+    // At the start and the end of a recording a few scans always lack their cloud or pose.
     if dropped > cycles as u64 {
         findings.push(
-            Failure::new(format!("{dropped} scans became no cycle, and {cycles} did"))
-                .fix("the drops in summary.json and report.html say what they lacked"),
+            Failure::new(format!("{dropped} scans were dropped, {cycles} became cycles"))
+                .fix("summary.json and report.html list the reasons under drops"),
         );
     }
-    if course.blind_scans > 0 {
+    if losses.blind_scans > 0 {
         findings.push(
             Failure::new(format!(
-                "{} of {cycles} scans on {} had no return to find motion by",
-                course.blind_scans, inputs.scan
+                "{} of {cycles} scans on {} have too few returns to find motion in",
+                losses.blind_scans, inputs.scan
             ))
-            .fix("what moved meanwhile is in the map; look at the scanner's range_min and range_max, and at its mounting"),
+            .fix("objects that moved meanwhile are in the map; check the scanner's range_min and range_max, and its mounting"),
         );
     }
     let empty = record.cycles.iter().filter(|cycle| cycle.points_in == 0).count();
@@ -77,16 +77,16 @@ pub(crate) fn findings(course: &Course, record: &RunRecord, inputs: &Inputs) -> 
             ViewTopics::Depth { image, .. } => image,
             ViewTopics::Points(points) => points,
         };
-        findings.push(
-            Failure::new(format!("{empty} of {cycles} clouds on {topic} had no point"))
-                .fix("a cloud of NaN or a depth image of zeros maps nothing: look at the camera"),
-        );
+        findings
+            .push(Failure::new(format!("{empty} of {cycles} clouds on {topic} have no point")).fix(
+            "a cloud of NaN or a depth image of zeros adds nothing to the map: check the camera",
+        ));
     }
     findings
 }
 
-/// Why a run is no success at all, if it is none: it has no cycle, or no point in its map.
-pub(crate) fn defeat(record: &RunRecord) -> Option<Failure> {
+/// Why a run has no result, if it has none: no cycle, or no point in its map.
+pub(crate) fn no_result(record: &RunRecord) -> Option<Failure> {
     if record.cycles.is_empty() {
         let reasons: Vec<String> = record
             .drops

@@ -29,8 +29,8 @@ pub struct TopicArgs {
     /// A PointCloud2 topic, to be read in place of a depth image
     #[arg(long, value_name = "TOPIC", conflicts_with_all = ["depth", "camera_info"])]
     points: Option<String>,
-    /// The PoseStamped topic; or `visual`: the pose is found by what the colour and depth images show; or `lidar`: by the scans of
-    /// a turning LiDAR
+    /// The PoseStamped topic; or `visual`: visual odometry from the colour and depth images; or `lidar`: odometry from the scans
+    /// of a 3D LiDAR
     #[arg(long, value_name = "TOPIC")]
     pose: Option<String>,
     #[command(flatten)]
@@ -40,7 +40,7 @@ pub struct TopicArgs {
 }
 
 impl TopicArgs {
-    /// Whether the user names none.
+    /// Whether no topic is named.
     pub(crate) fn is_empty(&self) -> bool {
         let Self { scan, depth, camera_info, points, pose, visual, lidar } = self;
         [scan, depth, camera_info, points, pose].into_iter().all(Option::is_none)
@@ -68,7 +68,7 @@ pub struct Inputs {
     pub(crate) pose: PoseSource,
     /// The topic of true labels, where the bag has it.
     pub labels: Option<String>,
-    /// Those of tf that the bag has, fixed transforms first; none where nobody asks tf.
+    /// The topics of tf that the bag has, static transforms first; empty if no node uses tf.
     pub(crate) transforms: Vec<&'static str>,
 }
 
@@ -77,12 +77,12 @@ pub struct Inputs {
 pub(crate) enum PoseSource {
     /// A topic of the bag.
     Topic(String),
-    /// What the camera sees.
+    /// Visual odometry.
     Visual(VisualTopics),
 }
 
 impl PoseSource {
-    /// The topic of the bag that it is, if it is one.
+    /// The topic of the bag, if the poses come from one.
     pub(crate) fn topic(&self) -> Option<&str> {
         match self {
             Self::Topic(topic) => Some(topic),
@@ -150,7 +150,13 @@ impl Inputs {
         Ok(Self { scan, view, pose, labels, transforms })
     }
 
-    /// The same without what no node asks for with these parameters.
+    /// Whether the rig's poses come from the bag. Otherwise the run computes them, in a frame whose origin is the first camera.
+    #[must_use]
+    pub fn has_poses_of_bag(&self) -> bool {
+        self.pose.topic().is_some()
+    }
+
+    /// The same without the topics that no node uses with these parameters.
     pub(crate) fn needed_by(self, detection: &DetectionParameters) -> Self {
         match detection.config.pipeline.rig.extrinsics {
             ExtrinsicsSource::Parameters => Self { transforms: Vec::new(), ..self },
@@ -205,7 +211,7 @@ impl Chooser<'_> {
         }
         let ViewTopics::Depth { image, camera_info } = view else {
             return Err(Failure::new(
-                "--pose visual takes depth images, and the bag has clouds alone".to_owned(),
+                "--pose visual needs depth images, and the bag has only clouds".to_owned(),
             )
             .fix("record the depth images, or give a --pose topic"));
         };
@@ -262,7 +268,7 @@ impl Chooser<'_> {
         }
     }
 
-    /// The topics of a type that could be an input: the truth is none.
+    /// The topics of a type that could be an input; ground truth is not one.
     fn of_type(&self, type_name: &str) -> Vec<&str> {
         self.info
             .topics

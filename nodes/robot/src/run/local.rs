@@ -1,4 +1,4 @@
-//! A bag through the pipeline in one process: the same bag gives the same record, but for the times.
+//! A bag through the pipeline in one process: the same bag gives the same record, except for the times.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::visual::FeedError;
 
-/// What a run over a bag yields: the record, and what of the bag could not be read.
+/// The result of a run over a bag: the record, and the parts of the bag that could not be read.
 pub(crate) struct LocalRun {
     pub(crate) record: RunRecord,
     pub(crate) losses: Vec<Loss>,
@@ -91,7 +91,7 @@ fn publish(message: &BagMessage, inputs: &Inputs, sensors: &Sensors) -> Result<(
             pass_on(message, &sensors.camera_infos)
         }
         ViewTopics::Depth { image, .. } if topic == image => pass_on(message, &sensors.images),
-        // The visual odometry has it.
+        // The visual odometry takes it.
         ViewTopics::Depth { .. } => Ok(()),
         ViewTopics::Points(_) => pass_on(message, &sensors.clouds),
     }

@@ -1,4 +1,4 @@
-//! The folder that a run leaves behind.
+//! The output folder of a run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,13 +9,13 @@ use report::{RunRecord, Summary};
 use crate::existing::refuse_to_replace;
 use crate::failure::Failure;
 
-/// Clouds of what was removed, one a cycle.
+/// The folder of the removed points, a cloud for each cycle.
 const DYNAMIC_FOLDER: &str = "dynamic";
 
 /// The parameters of the run, in the form that the nodes read.
 const PARAMETERS: &str = "parameters.yaml";
 
-/// What a run leaves in its folder.
+/// The files that a run writes to its folder.
 const RESULTS: [&str; 6] =
     ["map.ply", "map.pcd", "summary.json", "report.html", PARAMETERS, "trajectory.txt"];
 
@@ -30,17 +30,17 @@ pub fn refuse_results(out: &Path, overwrite: bool) -> Result<(), Failure> {
     refuse_to_replace(results.into_iter().chain(removed), overwrite, "--out")
 }
 
-/// The output folder of a run. Where nothing is written, nothing is left of it.
+/// The output folder of a run. It is removed if nothing is written to it.
 pub(crate) struct OutputFolder {
     path: PathBuf,
-    /// Until there are results; the nodes of the run read it.
+    /// The parameter file under its temporary name; the nodes of the run read it.
     parameters: PathBuf,
     is_new: bool,
 }
 
 impl OutputFolder {
-    /// Makes the folder before the work starts, so that a place that cannot be written is found out
-    /// first and not last. What an earlier run left there stays until this one has results.
+    /// Creates the folder before the work starts, so that a folder that cannot be written is an error at the start and not at
+    /// the end. The results of an earlier run stay until this one has results.
     pub(crate) fn create(path: &Path, parameters_yaml: &str) -> Result<Self, Failure> {
         let parameters = path.join(format!("{PARAMETERS}.part"));
         let folder = Self { path: path.to_owned(), parameters, is_new: !path.exists() };
@@ -72,7 +72,7 @@ impl OutputFolder {
         &self.path
     }
 
-    /// Writes all that a run found out: the map, the removed clouds, the summary and the report.
+    /// Writes the results of a run: the map, the removed clouds, the summary and the report.
     pub(crate) fn write(&self, record: &RunRecord, summary: &Summary) -> Result<(), Failure> {
         let parameters = self.path.join(PARAMETERS);
         fs::rename(&self.parameters, &parameters)
@@ -93,7 +93,7 @@ impl OutputFolder {
         self.write_file("report.html", report.as_bytes())
     }
 
-    /// Under a temporary name first: a reader never finds half a file.
+    /// Writes under a temporary name first: a reader never finds half a file.
     fn write_file(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
         let path = self.path.join(name);
         let temporary = self.path.join(format!("{name}.part"));
@@ -105,7 +105,7 @@ impl OutputFolder {
 
 impl Drop for OutputFolder {
     fn drop(&mut self) {
-        // None of them is there, or empty, where there are results.
+        // If there are results, these do not exist or are not empty, and stay.
         let _ = fs::remove_file(&self.parameters);
         let _ = fs::remove_dir(self.path.join(DYNAMIC_FOLDER));
         if self.is_new {

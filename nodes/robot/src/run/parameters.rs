@@ -51,7 +51,7 @@ pub fn method_parser() -> impl TypedValueParser<Value = Method> {
     })
 }
 
-/// A word that names no method.
+/// A name of no method.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
 #[error("no such method")]
 pub struct UnknownMethod;
@@ -78,7 +78,7 @@ impl PipelineParameters {
     /// When a file cannot be read, is for none of the nodes, or has a parameter that is refused.
     pub fn load(args: &ParameterArgs) -> Result<Self, Failure> {
         for file in &args.files {
-            check_addressees(file)?;
+            check_sections(file)?;
         }
         let mut parameters = Self {
             detection: load(Stage::Detection.name(), &args.files)?,
@@ -90,7 +90,7 @@ impl PipelineParameters {
             pipeline.method = args.method.unwrap_or(pipeline.method);
             pipeline.map_edge_m = args.map_edge.unwrap_or(pipeline.map_edge_m);
         }
-        // The map of a run is that of its bag alone, and goes to the folder of the run.
+        // The map of a run is that of its bag alone, and is written to the folder of the run.
         parameters.reconstruction.map_file = String::new();
         let checked = parameters.reconstruction.config.validate();
         checked.map_err(|error| Failure::new(error.to_string()))?;
@@ -123,7 +123,7 @@ impl PipelineParameters {
         ]
     }
 
-    /// What the nodes share.
+    /// The parameters that the nodes share.
     pub fn pipeline(&self) -> &PipelineConfig {
         &self.detection.config.pipeline
     }
@@ -157,8 +157,8 @@ impl PipelineParameters {
         &self.reconstruction.config
     }
 
-    /// All parameters as a ROS 2 parameter file for the three nodes, in whatever namespace. A node of its own
-    /// is given this and not the user's files: a section `/detection` would not be for one in a namespace.
+    /// All parameters as a ROS 2 parameter file for the three nodes, in whatever namespace. A node in a
+    /// process of its own gets this file and not the user's: a section `/detection` does not apply to a node in a namespace.
     pub(crate) fn to_yaml(&self) -> Result<String, Failure> {
         let mut yaml = String::from("# The parameters of this run.\n");
         yaml.push_str(&section(Stage::Detection.name(), &self.detection)?);
@@ -169,7 +169,7 @@ impl PipelineParameters {
     }
 }
 
-/// Refuses nodes that differ in what they must share, before they refuse each other's cycles.
+/// Refuses nodes that differ in parameters that must be equal, before they refuse each other's cycles.
 ///
 /// # Errors
 /// With both values of each parameter that differs.
@@ -200,15 +200,15 @@ pub(crate) fn check_agreement(
         }
         if !differences.is_empty() {
             return Err(Failure::new(differences.join("; ")).fix(
-                "state it once, in a section /** of the parameter file (config/pipeline.yaml)",
+                "set it once, in a section /** of the parameter file (config/pipeline.yaml)",
             ));
         }
     }
     Ok(())
 }
 
-/// A file that is for none of the nodes is a mistake: its sections are misspelt.
-fn check_addressees(file: &Path) -> Result<(), Failure> {
+/// A file without a section for any of the nodes is an error: its sections are misspelt.
+fn check_sections(file: &Path) -> Result<(), Failure> {
     for node in Stage::ALL.map(Stage::name).into_iter().chain([visual::NODE]) {
         let is_for = parameters::is_for(&format!("/{node}"), file)
             .map_err(|error| Failure::new(error.to_string()))?;

@@ -1,5 +1,5 @@
-//! The three nodes in one process: the same as over DDS, on no network, taken in turn. What happens depends
-//! on what is published alone, so the same messages give the same record, but for the times.
+//! The three nodes in one process: the same nodes as over DDS, without a network, run in turn. The result depends
+//! only on the published messages, so the same messages give the same record, except for the times.
 
 use detection::shell::{CloudInput, DetectionParameters, Stage as Detection};
 use msgs::geometry_msgs::PoseStamped;
@@ -18,7 +18,7 @@ use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
 use crate::visual::{self, VisualOdometry, VisualTopics};
 
-/// The nodes' own topics are apart from those of a bag.
+/// The namespace of the nodes, which keeps their topics apart from those of a bag.
 const NAMESPACE: &str = "/stillmap_run";
 
 /// The pipeline in one process.
@@ -36,8 +36,8 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline that takes points from `input`. Its sensors' topics have other names where `topics` says so: a
-    /// pair of the nodes' name and the one that reports are to have.
+    /// A pipeline that takes points from `input`. `topics` renames topics of the sensors: pairs of the nodes' name and the one
+    /// that appears in reports.
     pub fn new(
         input: CloudInput,
         topics: &[(&str, &str)],
@@ -69,7 +69,7 @@ impl Pipeline {
         })
     }
 
-    /// The same with the pose node, which takes its images from the sensors, too.
+    /// The same with the pose node, which takes its images from the sensors as well.
     pub(crate) fn with_visual_odometry(
         mut self,
         topics: &VisualTopics,
@@ -86,12 +86,12 @@ impl Pipeline {
         self.visual.as_ref()
     }
 
-    /// One more node beside the three, for who wants to listen to them.
+    /// One more node beside the three, for a caller that subscribes to their topics.
     pub fn listener(&self) -> Result<Node, NodeFailure> {
         Ok(self.host.node("listener", &self.arguments)?)
     }
 
-    /// What the pipeline is fed by. Nothing happens until [`Self::flow`].
+    /// The publishers of the pipeline's input. Nothing is processed until [`Self::flow`].
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
     }
@@ -101,7 +101,7 @@ impl Pipeline {
         self.recorder.dropped(topic, reason, 1);
     }
 
-    /// Lets each stage take what the one before it has left, until all is through.
+    /// Lets each stage in turn process all messages that wait for it.
     pub fn flow(&mut self) {
         if let Some(visual) = &mut self.visual {
             visual.flow();
@@ -109,10 +109,10 @@ impl Pipeline {
         self.detection.take_waiting();
         self.segmentation.take_waiting();
         self.reconstruction.take_waiting();
-        self.collector.hear_waiting(&mut self.recorder);
+        self.collector.receive_waiting(&mut self.recorder);
     }
 
-    /// Nothing more will come: what waits for a partner is given up.
+    /// There is no more input: messages that wait for a matching one are dropped.
     pub fn end_of_input(&mut self) {
         self.detection.give_up_waiting();
         self.flow();
@@ -123,12 +123,12 @@ impl Pipeline {
         self.reconstruction.map()
     }
 
-    /// Scans in which nothing could be found for want of returns.
+    /// The number of scans with too few returns to find motion in.
     pub(crate) fn blind_scans(&self) -> usize {
         self.recorder.blind_scans()
     }
 
-    /// What came of it, under the name of the recording.
+    /// The record of the run, with the name of the recording.
     pub fn finish(mut self, bag_name: &str) -> RunRecord {
         for (cause, count) in self.counters.drops() {
             self.recorder.unusable(&cause, count);
@@ -142,7 +142,7 @@ impl Pipeline {
     }
 }
 
-/// For nodes in the run's namespace.
+/// The arguments of nodes in the run's namespace.
 fn arguments(topics: &[(&str, &str)]) -> Result<RosArguments, ShellError> {
     let mut arguments = vec!["--ros-args".to_owned()];
     arguments.extend(["-r".to_owned(), format!("__ns:={NAMESPACE}")]);
@@ -152,7 +152,7 @@ fn arguments(topics: &[(&str, &str)]) -> Result<RosArguments, ShellError> {
     Ok(RosArguments::parse(arguments)?)
 }
 
-/// In the place of the sensors' drivers.
+/// Publishers that replace the drivers of the sensors.
 pub struct Sensors {
     /// `scan`.
     pub scans: Publisher<LaserScan>,

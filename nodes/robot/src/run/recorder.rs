@@ -1,4 +1,4 @@
-//! Puts a run's record together out of what the stages say, in whatever order it arrives.
+//! Builds the record of a run from the messages of the stages, in whatever order they arrive.
 
 mod partial_cycle;
 
@@ -13,7 +13,7 @@ use reconstruction::{AtMaxVoxels, ConfigError, ReconstructionConfig, StaticMap};
 use report::{DropCount, RunRecord};
 
 use self::partial_cycle::PartialCycle;
-use super::way::Way;
+use super::trajectory::Trajectory;
 
 /// The three stages of the pipeline.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -37,7 +37,7 @@ impl Stage {
     }
 }
 
-/// What took how long, in the order of the steps.
+/// The name and the duration of each step, in the order of the steps.
 type StepDurations = Vec<(String, f64)>;
 
 /// The names of a stage's steps begin with the stage's own.
@@ -49,36 +49,36 @@ fn of_stage<'a>(
     durations.into_iter().map(named).collect()
 }
 
-/// What reconstruction says of a cycle.
+/// Reconstruction's report of a cycle.
 struct MapAddition {
     cloud_stamp: Stamp,
     map_points: usize,
     durations: StepDurations,
 }
 
-/// Collects what the stages say of each cycle.
+/// Collects what the stages publish of each cycle.
 pub(crate) struct Recorder {
     pipeline: PipelineConfig,
     unfiltered_map: StaticMap,
     cycles: BTreeMap<u32, PartialCycle>,
-    way: Way,
+    trajectory: Trajectory,
     drops: BTreeMap<(String, String), u64>,
     blind_scans: usize,
-    unclaimed_clouds: VecDeque<Cloud>,
-    unclaimed_additions: VecDeque<MapAddition>,
+    unassigned_clouds: VecDeque<Cloud>,
+    unassigned_additions: VecDeque<MapAddition>,
 }
 
 impl Recorder {
     /// A recorder of a run whose map has these parameters.
     pub(crate) fn new(map: &ReconstructionConfig) -> Result<Self, ConfigError> {
-        // What is never removed: points stay, whatever is seen through them.
+        // A map that is never cleared: points stay even if the camera sees through them.
         let unfiltered = ReconstructionConfig {
             pipeline: PipelineConfig {
                 method: Method::RecHv,
                 map_edge_m: 0.0,
                 ..map.pipeline.clone()
             },
-            // It is a figure of the report, and not worth a folder of tiles of its own.
+            // It only serves a figure of the report, and has no folder of tiles of its own.
             at_max_voxels: match map.at_max_voxels {
                 AtMaxVoxels::Spill => AtMaxVoxels::Refuse,
                 kept => kept,
@@ -89,51 +89,51 @@ impl Recorder {
             pipeline: map.pipeline.clone(),
             unfiltered_map: StaticMap::new(unfiltered)?,
             cycles: BTreeMap::new(),
-            way: Way::default(),
+            trajectory: Trajectory::default(),
             drops: BTreeMap::new(),
             blind_scans: 0,
-            unclaimed_clouds: VecDeque::new(),
-            unclaimed_additions: VecDeque::new(),
+            unassigned_clouds: VecDeque::new(),
+            unassigned_additions: VecDeque::new(),
         })
     }
 
-    /// Detection's result. All of its points go into the map that shows what no removal would give.
+    /// Detection's result. All of its points are added to the unfiltered map.
     pub(crate) fn detected(&mut self, mut cycle: DetectedCycle) {
         let in_map = cycle.reduced_cloud.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
-        // Another frame than before is reconstruction's to refuse and to report.
+        // Reconstruction refuses and reports a change of the frame.
         let _ = self.unfiltered_map.add(&in_map);
-        let told_map_from_rig = cycle.map_from_rig;
-        self.way.bring_over(&mut cycle);
-        // A run's images are not to stay in memory.
+        let reported_map_from_rig = cycle.map_from_rig;
+        self.trajectory.correct_late(&mut cycle);
+        // The images of a run are not kept in memory.
         cycle.depth = None;
         let partial = self.partial(cycle.index);
-        partial.told_map_from_rig = told_map_from_rig;
+        partial.reported_map_from_rig = reported_map_from_rig;
         partial.detected = Some(cycle);
-        self.claim();
+        self.assign();
     }
 
-    /// The way of the rig has been corrected, or has gone on: what was told before goes along, as it does in the map.
+    /// A corrected or extended trajectory of the rig: earlier cycles are corrected, as in the map.
     pub(crate) fn path(&mut self, path: MapPath) {
-        // Another frame is reconstruction's to refuse and to report.
+        // Reconstruction refuses and reports another frame.
         let _ = self.unfiltered_map.follow_path(&path);
         let cycles = self.cycles.values_mut().filter_map(|partial| partial.detected.as_mut());
-        self.way.take(path, cycles);
+        self.trajectory.take(path, cycles);
     }
 
-    /// The points that segmentation took for moving. A cloud carries its stamp but not its cycle's
-    /// number, and may come before detection's own word of the cycle.
+    /// The points that segmentation classified as dynamic. A cloud has a stamp but no cycle number, and may arrive before
+    /// detection's message of the cycle.
     pub(crate) fn dynamic_cloud(&mut self, cloud: Cloud) {
-        self.unclaimed_clouds.push_back(cloud);
-        self.claim();
+        self.unassigned_clouds.push_back(cloud);
+        self.assign();
     }
 
-    /// The tracks of a cycle, in the map as it was told with the cycle.
+    /// The tracks of a cycle, in the map frame as it was when the cycle was published.
     pub(crate) fn tracks(&mut self, index: u32, tracks: &[Track]) {
         let positions = tracks.iter().map(|track| (track.id, track.position_m));
         self.partial(index).tracks_m = Some(positions.collect());
     }
 
-    /// The map after the cycle whose cloud has this stamp; reconstruction does not know its number.
+    /// The map after the cycle whose cloud has this stamp; reconstruction does not report its number.
     pub(crate) fn reconstructed<'a>(
         &mut self,
         cloud_stamp: Stamp,
@@ -142,8 +142,8 @@ impl Recorder {
     ) {
         let durations = of_stage(Stage::Reconstruction, durations);
         let addition = MapAddition { cloud_stamp, map_points, durations };
-        self.unclaimed_additions.push_back(addition);
-        self.claim();
+        self.unassigned_additions.push_back(addition);
+        self.assign();
     }
 
     /// Points of each stage of the segmentation.
@@ -161,25 +161,25 @@ impl Recorder {
         self.partial(index).durations[stage as usize] = of_stage(stage, durations);
     }
 
-    /// A scan in which nothing could be found, since it had no or hardly any returns.
+    /// A scan with too few returns to find motion in.
     pub(crate) fn blind_scan(&mut self) {
         self.blind_scans += 1;
     }
 
-    /// Scans in which nothing could be found for want of returns.
+    /// The number of scans with too few returns to find motion in.
     pub(crate) fn blind_scans(&self) -> usize {
         self.blind_scans
     }
 
-    /// Something was lost.
+    /// Counts lost messages or cycles.
     pub(crate) fn dropped(&mut self, topic_or_stage: &str, reason: &str, count: u64) {
         if count > 0 {
             *self.drops.entry((topic_or_stage.to_owned(), reason.to_owned())).or_default() += count;
         }
     }
 
-    /// What detection counted as of no use, by the cause that it gave. Other causes come with a report of
-    /// the scan that they cost.
+    /// The messages that detection counted as unusable, by their cause. Other causes come with the report of a dropped
+    /// scan.
     pub(crate) fn unusable(&mut self, cause: &str, count: u64) {
         if let Some(topic) = cause.strip_prefix(UNUSABLE_MESSAGE_ON) {
             self.dropped(topic, "unusable message", count);
@@ -188,9 +188,9 @@ impl Recorder {
         }
     }
 
-    /// Cycles that some stage has yet to speak of.
+    /// The number of cycles that some stage has not reported yet.
     pub(crate) fn incomplete_cycles(&self) -> usize {
-        self.cycles.values().filter(|partial| partial.first_silent_stage().is_some()).count()
+        self.cycles.values().filter(|partial| partial.first_missing_stage().is_some()).count()
     }
 
     /// The frame of the map, once a cycle has named it.
@@ -199,12 +199,12 @@ impl Recorder {
         detected.map(|cycle| cycle.map_frame_id.clone()).unwrap_or_default()
     }
 
-    /// The record of the run. A cycle that a stage never spoke of is counted as dropped by it.
+    /// The record of the run. A cycle that a stage never reported is counted as dropped by that stage.
     pub(crate) fn finish(mut self, static_map: Vec<Point3<f32>>, run: RunName) -> RunRecord {
         let mut cycles = Vec::new();
         for (index, partial) in std::mem::take(&mut self.cycles) {
-            let silent = partial.first_silent_stage();
-            match (partial.into_record(index), silent) {
+            let missing = partial.first_missing_stage();
+            match (partial.into_record(index), missing) {
                 (Some(cycle), _) => cycles.push(cycle),
                 (None, stage) => {
                     let stage = stage.unwrap_or(Stage::Segmentation);
@@ -230,24 +230,24 @@ impl Recorder {
         }
     }
 
-    /// Gives what carries a stamp only to the first cycle of that stamp that lacks it. Several cycles
-    /// have one stamp where the scanner is faster than the camera; what is theirs comes in their order.
-    fn claim(&mut self) {
-        for cloud in std::mem::take(&mut self.unclaimed_clouds) {
+    /// Assigns each message that has only a stamp to the first cycle of that stamp without one. If the scanner is faster than
+    /// the camera, several cycles have the same stamp; their messages arrive in their order.
+    fn assign(&mut self) {
+        for cloud in std::mem::take(&mut self.unassigned_clouds) {
             let lacks = |partial: &PartialCycle| partial.dynamic_points_m.is_none();
             match self.first_of(cloud.stamp, lacks) {
                 Some(partial) => partial.dynamic_points_m = Some(cloud.points_m),
-                None => self.unclaimed_clouds.push_back(cloud),
+                None => self.unassigned_clouds.push_back(cloud),
             }
         }
-        for addition in std::mem::take(&mut self.unclaimed_additions) {
+        for addition in std::mem::take(&mut self.unassigned_additions) {
             let lacks = |partial: &PartialCycle| partial.map_points.is_none();
             match self.first_of(addition.cloud_stamp, lacks) {
                 Some(partial) => {
                     partial.map_points = Some(addition.map_points);
                     partial.durations[Stage::Reconstruction as usize] = addition.durations;
                 }
-                None => self.unclaimed_additions.push_back(addition),
+                None => self.unassigned_additions.push_back(addition),
             }
         }
     }
@@ -268,7 +268,7 @@ impl Recorder {
     }
 }
 
-/// What a run is called in its record.
+/// What identifies a run in its record.
 pub(crate) struct RunName {
     pub(crate) bag_name: String,
     pub(crate) transport: report::Transport,

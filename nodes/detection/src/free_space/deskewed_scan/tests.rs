@@ -32,7 +32,7 @@ fn turn_in_motion(order: BeamOrder, time_increment_s: f32) -> DeskewedScan {
 }
 
 #[test]
-fn beams_are_moved_to_the_moment_of_the_pose_by_the_order_of_measuring() {
+fn beams_are_moved_to_the_time_of_the_pose_by_their_order() {
     let increment_s = 0.1 / 360.0;
     let bearing_rad = |turn: &DeskewedScan, beam: usize| {
         let hit = turn.beams[beam].hit.unwrap();
@@ -50,7 +50,7 @@ fn beams_are_moved_to_the_moment_of_the_pose_by_the_order_of_measuring() {
     // Straight to the right the motion forward turns the bearing too: by 2.5 cm in 2 m.
     let early = |order| bearing_rad(&turn_in_motion(order, increment_s), 90);
     assert!((early(BeamOrder::FirstToLast) - early(BeamOrder::LastToFirst) + 0.0375).abs() < 2e-3);
-    // Not knowing the order costs certainty at the turn's ends, and nothing in its middle.
+    // An unknown order increases the error at the turn's ends, and not in its middle.
     let (unknown, known) = (
         turn_in_motion(BeamOrder::Unknown, increment_s),
         turn_in_motion(BeamOrder::FirstToLast, increment_s),
@@ -62,7 +62,7 @@ fn beams_are_moved_to_the_moment_of_the_pose_by_the_order_of_measuring() {
 }
 
 #[test]
-fn a_static_platform_moves_no_beam_by_a_bit() {
+fn a_static_platform_moves_no_beam() {
     let platform = StaticPlatform::default();
     let plain = static_scan(&platform, &[2.0; 360]);
     let mut follower = PlatformMotion::new(&FreeSpaceConfig::default());
@@ -74,7 +74,7 @@ fn a_static_platform_moves_no_beam_by_a_bit() {
 }
 
 #[test]
-fn neighbours_go_round_a_full_turn_only() {
+fn neighbours_cross_the_seam_of_a_full_turn_only() {
     let full = static_scan(&StaticPlatform::default(), &[2.0; 360]);
     assert_eq!((full.neighbour(0, -1), full.next(359)), (Some(359), Some(0)));
     let part = static_scan(&StaticPlatform::default(), &[2.0; 90]);

@@ -1,7 +1,7 @@
-//! What is known of one cell: how often it was passed, how often something ended in it.
+//! The evidence on one cell: how often a ray passed it, and how often a return was in it.
 
-/// Cycles that the counts stand for. Older ones fade as new ones come, so that a place changes its nature in
-/// time, however long it was otherwise: background that has gone is in doubt after 70 cycles and free after 160, 10 and
+/// The number of cycles in the counts. Older cycles decay, so that a place changes its class in a bounded time, however
+/// long it had the other class: background that was removed is undecided after 70 cycles and free after 160, 10 and
 /// 23 s at 7 Hz.
 const COUNTED_CYCLES: f32 = 100.0;
 /// No cycle, no time.
@@ -10,13 +10,13 @@ const NEVER: u32 = 0;
 /// Evidence on one cell; a cell never seen has none.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Cell {
-    /// Cycles in which it was free for sure.
+    /// Cycles in which it was certainly free.
     passes: f32,
-    /// Cycles in which something that was no moving object ended here.
+    /// Cycles with a return here that was not of a moving object.
     ends: f32,
     /// When it was last seen, in milliseconds of the evidence's own time, which begins at 1.
     seen_ms: u32,
-    /// Since when a moving object has been standing here; 0 for none.
+    /// Since when a moving object has been here; 0 for none.
     claimed_ms: u32,
 }
 
@@ -24,12 +24,12 @@ impl Cell {
     pub(super) const EMPTY: Self =
         Self { passes: 0.0, ends: 0.0, seen_ms: NEVER, claimed_ms: NEVER };
 
-    /// Cycles in which it was free for sure, faded.
+    /// Cycles in which it was certainly free, with decay.
     pub(super) fn passes(&self, now_ms: u32, memory_ms: u32) -> f32 {
         if self.is_stale(now_ms, memory_ms) { 0.0 } else { self.passes }
     }
 
-    /// Cycles in which background was here, faded.
+    /// Cycles in which background was here, with decay.
     pub(super) fn ends(&self, now_ms: u32, memory_ms: u32) -> f32 {
         if self.is_stale(now_ms, memory_ms) { 0.0 } else { self.ends }
     }
@@ -38,7 +38,7 @@ impl Cell {
         now_ms.saturating_sub(self.seen_ms) > memory_ms
     }
 
-    /// Something was seen here: what is too old is forgotten first.
+    /// Notes an observation: counts that are too old are reset first.
     fn see(&mut self, now_ms: u32, memory_ms: u32) {
         if self.is_stale(now_ms, memory_ms) {
             *self = Self::EMPTY;
@@ -54,7 +54,7 @@ impl Cell {
         }
     }
 
-    /// It was free for sure. Counts once a cycle: cycles have different times.
+    /// It was certainly free. Counts once a cycle, since cycles have different times.
     #[inline]
     pub(super) fn pass(&mut self, now_ms: u32, memory_ms: u32) {
         if self.seen_ms == now_ms {
@@ -66,7 +66,7 @@ impl Cell {
         self.claimed_ms = NEVER;
     }
 
-    /// Background ended here. Counts once a cycle, and not where the same cycle saw free space for sure.
+    /// A return of background was here. Counts once a cycle, and not if the same cycle certainly observed free space.
     pub(super) fn end(&mut self, now_ms: u32, memory_ms: u32) {
         if self.seen_ms == now_ms {
             return;
@@ -76,7 +76,7 @@ impl Cell {
         self.ends += 1.0;
     }
 
-    /// A moving object stands here. After `stopped_ms` without the place seen free again it is background.
+    /// A moving object is here. After `stopped_ms` without free space observed in between it is background.
     pub(super) fn claim(&mut self, now_ms: u32, memory_ms: u32, stopped_ms: u32) {
         self.see(now_ms, memory_ms);
         if self.claimed_ms == NEVER {
@@ -94,7 +94,7 @@ mod tests {
     const MEMORY_MS: u32 = 120_000;
 
     #[test]
-    fn it_counts_once_a_cycle_and_changes_its_nature_in_time() {
+    fn it_counts_once_a_cycle_and_changes_its_class_in_time() {
         let mut cell = Cell::EMPTY;
         for cycle in 1..=1000 {
             cell.end(cycle * 100, MEMORY_MS);
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_too_long_is_background_unless_the_place_is_seen_free_between() {
+    fn a_stopped_object_becomes_background_unless_the_place_is_observed_free() {
         let mut cell = Cell::EMPTY;
         cell.pass(1, MEMORY_MS);
         for cycle in 1..=59 {
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_old_is_forgotten() {
+    fn old_evidence_is_reset() {
         let mut cell = Cell::EMPTY;
         cell.pass(1, MEMORY_MS);
         assert_eq!(cell.passes(MEMORY_MS + 1, MEMORY_MS), 1.0);

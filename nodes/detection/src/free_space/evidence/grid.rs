@@ -1,4 +1,4 @@
-//! Square cells of the map's plane around the platform, which roll along with it.
+//! Square cells of the map's plane around the platform, in a window that moves with it.
 
 use nalgebra::Point2;
 
@@ -53,7 +53,7 @@ impl RollingGrid {
         })
     }
 
-    /// Rolls the window so that `center_m` is in its middle.
+    /// Moves the window so that `center_m` is in its middle.
     pub(super) fn center_on(&mut self, center_m: &Point2<f64>) {
         let corner = self.key_of(center_m).map(|key| key.saturating_sub(self.side / 2));
         let moved = [0, 1].map(|axis| corner[axis].saturating_sub(self.corner[axis]));
@@ -64,7 +64,7 @@ impl RollingGrid {
             return self.clear();
         }
         for axis in [0, 1] {
-            // The lines that have come in: behind the old window when it moved up, before it otherwise.
+            // The new lines: after the old window if it moved up, before it otherwise.
             let new_lines = if moved[axis] > 0 {
                 before[axis] + self.side..corner[axis] + self.side
             } else {
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_far_out_or_no_number_is_outside_and_harms_nothing() {
+    fn places_far_away_or_not_finite_are_outside() {
         let mut grid = RollingGrid::new(0.05, 16);
         for far in [1e300, -1e300, f64::INFINITY, f64::NEG_INFINITY] {
             let key = grid.key_of(&Point2::new(far, 0.0));

@@ -5,7 +5,7 @@ fn evidence() -> EvidenceGrid {
     EvidenceGrid::new(&FreeSpaceConfig::default())
 }
 
-/// Takes in `cycles` scans with these ranges, from time `from_ms` on.
+/// Adds `cycles` scans with these ranges, from time `from_ms` on.
 fn see(evidence: &mut EvidenceGrid, ranges_m: &[f32], from_ms: u32, cycles: u32) {
     let scan = static_scan(&StaticPlatform::default(), ranges_m);
     for cycle in 0..cycles {
@@ -22,7 +22,7 @@ fn class(evidence: &EvidenceGrid, beam: usize, range_m: f32, now_ms: u32) -> Ret
 }
 
 #[test]
-fn what_ends_in_space_seen_free_is_moving_and_what_ends_at_the_wall_is_not() {
+fn returns_in_observed_free_space_are_moving_and_those_on_the_wall_are_not() {
     let mut evidence = evidence();
     let wall_m = vec![4.0_f32; 360];
     see(&mut evidence, &wall_m, 1, 2);
@@ -42,13 +42,13 @@ fn what_ends_in_space_seen_free_is_moving_and_what_ends_at_the_wall_is_not() {
             let class = class(&evidence, beam, range_m, 1300);
             assert!(!matches!(class, ReturnClass::InFreeSpace { .. }), "{beam} {range_m}");
         }
-        // Behind the wall nothing was seen.
+        // Behind the wall nothing was observed.
         assert_eq!(class(&evidence, beam, 5.0, 1300), ReturnClass::Unknown);
     }
 }
 
 #[test]
-fn a_beam_without_a_return_shows_nothing() {
+fn a_beam_without_a_return_is_no_observation() {
     let mut evidence = evidence();
     let mut ranges_m = vec![4.0_f32; 360];
     ranges_m[170..190].fill(f32::INFINITY);
@@ -58,12 +58,12 @@ fn a_beam_without_a_return_shows_nothing() {
 }
 
 #[test]
-fn beside_an_object_nothing_is_sure() {
+fn space_closely_beside_an_object_is_not_certainly_free() {
     let mut evidence = evidence();
     let mut ranges_m = vec![4.0_f32; 360];
     ranges_m[175..185].fill(2.0);
     see(&mut evidence, &ranges_m, 1, 20);
-    // The first beam past the object, at the object's depth and behind, is worn off.
+    // The clear range of the first beam past the object ends before the object's depth.
     assert_eq!(class(&evidence, 185, 2.6, 2100), ReturnClass::Unknown);
     assert!(matches!(class(&evidence, 188, 2.6, 2100), ReturnClass::InFreeSpace { .. }));
 }

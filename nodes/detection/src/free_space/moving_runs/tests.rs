@@ -24,20 +24,20 @@ fn moving(background_rate: f64) -> Option<ReturnClass> {
 }
 
 #[test]
-fn a_run_needs_evidence_and_a_width_that_an_object_can_have() {
+fn a_run_needs_evidence_and_the_width_of_an_object() {
     let nothing: Vec<(usize, usize)> = vec![];
-    // At 3 m a beam may be a leg, at 1 m it is noise, however good the evidence.
+    // At 3 m one beam may be a leg, at 1 m it is noise, whatever the evidence.
     assert_eq!(runs(&[(180..181, 3.0, moving(0.005))]), [(180, 181)]);
     assert_eq!(runs(&[(180..181, 1.0, moving(0.005))]), nothing);
     assert_eq!(runs(&[(180..183, 1.0, moving(0.005))]), nothing);
     assert_eq!(runs(&[(180..184, 1.0, moving(0.005))]), [(180, 184)]);
-    // Three beams of little evidence do what one of much does.
+    // Three beams with little evidence count as much as one with a lot.
     assert_eq!(runs(&[(180..182, 3.0, moving(0.125))]), nothing);
     assert_eq!(runs(&[(180..183, 3.0, moving(0.125))]), [(180, 183)]);
 }
 
 #[test]
-fn gaps_are_bridged_where_the_range_goes_on() {
+fn gaps_are_bridged_if_the_range_continues() {
     let sure = moving(0.01);
     // Four beams without a return at 2 m are 14 cm.
     let bridged = [(180..186, 2.0, sure), (186..190, f32::INFINITY, None), (190..196, 2.1, sure)];
@@ -46,7 +46,7 @@ fn gaps_are_bridged_where_the_range_goes_on() {
     assert_eq!(runs(&parted), [(180, 190), (190, 196)]);
     // Two objects side by side at two depths are two.
     assert_eq!(runs(&[(180..186, 2.0, sure), (186..192, 3.0, sure)]), [(180, 186), (186, 192)]);
-    // One beam past the object does not part it, two do.
+    // One beam past the object does not split it, two do.
     let one = [(180..186, 2.0, sure), (187..192, 2.0, sure)];
     assert_eq!(runs(&one), [(180, 192)]);
     assert_eq!(runs(&[(180..186, 2.0, sure), (188..193, 2.0, sure)]), [(180, 186), (188, 193)]);
@@ -66,7 +66,7 @@ fn a_run_is_widened_over_its_own_surface_only() {
 }
 
 #[test]
-fn a_lone_beam_between_two_surfaces_is_none() {
+fn a_single_beam_between_two_surfaces_is_not_an_object() {
     let sure = moving(0.001);
     // An edge at 2 m, one mixed beam at 4 m, then the wall at 6 m.
     let mixed = [(170..180, 2.0, Some(ReturnClass::Background)), (180..181, 4.0, sure)];
@@ -76,7 +76,7 @@ fn a_lone_beam_between_two_surfaces_is_none() {
 }
 
 #[test]
-fn nothing_leaves_the_beams_looked_at() {
+fn no_run_leaves_the_range_of_beams() {
     let sure = moving(0.001);
     assert_eq!(runs(&[(90..110, 2.0, sure), (250..300, 3.0, sure)]), [(100, 110), (250, 260)]);
 }

@@ -44,7 +44,7 @@ proptest! {
 }
 
 #[test]
-fn a_gap_is_unknown_and_the_other_beams_are_as_they_were() {
+fn a_gap_is_unknown_and_does_not_change_other_beams() {
     let mut thesis = VariabilityWindow::new(3);
     let mut warped = ScanWindow::new(3);
     let mut dice = Dice::new(7);
@@ -56,7 +56,7 @@ fn a_gap_is_unknown_and_the_other_beams_are_as_they_were() {
     }
     let expected = thesis.statistics().unwrap().std_dev_m;
     let got = warped.std_dev_m().unwrap();
-    // No return now: none. One of the earlier two is missing: what the other two say.
+    // Without a present return: none. Without one of the earlier two: the deviation of the other two.
     assert_eq!(got[7], None);
     assert!(got[5].is_some() && got[6].is_some());
     for beam in (0..360).filter(|beam| !(5..=7).contains(beam)) {
@@ -85,12 +85,12 @@ fn on_a_moving_platform_the_static_room_hardly_deviates_where_it_was_seen() {
     let (before, after) = (above(&plain_m), above(&known));
     println!("beams above 0.1 m: {before} plain, {after} warped; {} known", known.len());
     assert!(known.len() > 300 && before > 60);
-    // What is left are depth edges, by one beam's width.
+    // The remaining deviations are at depth edges, within one beam's width.
     assert!(5 * after < before, "{after} of {before}");
 }
 
 #[test]
-fn what_was_hidden_is_unknown() {
+fn hidden_ranges_are_unknown() {
     // A step aside past a box uncovers wall that the earlier scan could not see.
     let scans = scans(&[[0.0; 6], [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]]);
     let warped = warp(&scans[0], &scans[1]);

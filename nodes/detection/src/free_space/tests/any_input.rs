@@ -16,7 +16,7 @@ fn range_m() -> impl Strategy<Value = f32> {
 }
 
 proptest! {
-    /// Whatever comes in: no panic, the same twice, and zones that mean something.
+    /// For any input: no panic, the same result twice, and valid zones.
     #[test]
     fn no_input_panics_and_the_same_gives_the_same(
         scans in prop::collection::vec(prop::collection::vec(range_m(), 0..90), 1..8),
@@ -48,7 +48,7 @@ proptest! {
                 let cloud = Cloud { stamp, ..Cloud::default() };
                 let input = CycleInput {
                     scan: &scan,
-                    view: View::PointsInRig(&cloud),
+                    view: View::PointsInCamera(&cloud),
                     map_from_rig: &map_from_rig,
                     map_frame_id: "map",
                 };

@@ -74,7 +74,7 @@ fn a_correction_is_not_read_as_motion() {
             assert!(with.is_empty(), "{with:?}");
         }
     }
-    // This test sees what it is to see.
+    // Without the paths the correction is read as motion, so the test can fail.
     let jump = pose_from_vector(&[0.25, 0.15, 0.0, 0.03, 0.0, 0.0]);
     assert!(
         !false_cycles(&jump, 0.2, false).is_empty() || !false_cycles(&jump, 0.0, false).is_empty()
@@ -82,7 +82,7 @@ fn a_correction_is_not_read_as_motion() {
 }
 
 #[test]
-fn paths_that_say_nothing_new_change_nothing() {
+fn paths_without_a_correction_change_nothing() {
     let identity = Isometry3::identity();
     assert_eq!(false_cycles(&identity, 0.2, true), false_cycles(&identity, 0.2, false));
 }

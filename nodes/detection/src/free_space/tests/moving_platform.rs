@@ -38,8 +38,8 @@ fn false_zones_in(
     (cycles, false_cycles)
 }
 
-/// To and fro at 0.5 m/s while turning to and fro at 0.5 rad/s.
-fn to_and_fro(time_s: f64) -> [f64; 6] {
+/// Back and forth at 0.5 m/s while turning back and forth at 0.5 rad/s.
+fn back_and_forth(time_s: f64) -> [f64; 6] {
     let wave = |period_s: f64| {
         let phase = (time_s / period_s).fract();
         period_s * (0.5 - 2.0 * (phase - 0.5).abs()) * 0.5
@@ -52,7 +52,7 @@ fn an_empty_room_has_no_zone_on_a_moving_platform() {
     for noise in [(0.0, 0.0), (0.01, 0.5_f64.to_radians())] {
         let (mut cycles, mut false_cycles) = (0, 0);
         for seed in 1..6 {
-            let counted = false_zones(seed, noise, to_and_fro);
+            let counted = false_zones(seed, noise, back_and_forth);
             cycles += counted.0;
             false_cycles += counted.1;
         }
@@ -61,7 +61,7 @@ fn an_empty_room_has_no_zone_on_a_moving_platform() {
     }
 }
 
-/// Chairs that a nodding scanner meets now and then: each of them for half a second in eight halves.
+/// Chairs that a nodding scanner hits now and then: each of them for half a second in eight halves.
 fn nodding_clutter(time_s: f64) -> Vec<Wall> {
     let mut walls = room();
     let moment = (time_s / 0.5) as u64;
@@ -76,11 +76,11 @@ fn nodding_clutter(time_s: f64) -> Vec<Wall> {
 
 /// Regression: a robot among chairs saw a zone in four of five scans of a recording.
 #[test]
-fn what_is_met_now_and_then_is_background() {
+fn chairs_that_are_hit_now_and_then_are_background() {
     let (mut cycles, mut false_cycles) = (0, 0);
     for seed in 1..4 {
         let noise = (0.01, 0.5_f64.to_radians());
-        let counted = false_zones_in(&nodding_clutter, seed, noise, to_and_fro);
+        let counted = false_zones_in(&nodding_clutter, seed, noise, back_and_forth);
         cycles += counted.0;
         false_cycles += counted.1;
     }
@@ -89,7 +89,7 @@ fn what_is_met_now_and_then_is_background() {
 }
 
 #[test]
-fn one_who_walks_among_them_is_found_within_some_steps() {
+fn a_person_who_walks_among_them_is_found_within_some_steps() {
     let mut world = World::new(5);
     let mut found = Vec::new();
     for cycle in 0..90_u32 {
@@ -100,7 +100,7 @@ fn one_who_walks_among_them_is_found_within_some_steps() {
         if time_s > 6.0 && place_m[1] > -2.8 {
             walls.extend(cuboid(place_m, [0.3, 0.4]));
         }
-        let pose = pose_from_vector(&to_and_fro(time_s));
+        let pose = pose_from_vector(&back_and_forth(time_s));
         let zones = world.step(&walls, &pose, &pose).cycle.zones;
         let (azimuth_rad, _) = seen_from(&pose, place_m);
         if time_s > 6.0 && place_m[1] > -2.6 && azimuth_rad.abs() < 0.75 {
@@ -111,10 +111,10 @@ fn one_who_walks_among_them_is_found_within_some_steps() {
     assert!(found.len() >= 8 && missed <= 2, "{found:?}");
 }
 
-/// Regression: who walked away before a driving robot found his own returns of a scan ago for background, since the pose was
-/// not exact, and was never found.
+/// Regression: earlier returns of a person who walked away in front of a driving robot counted as background, since the pose
+/// was not exact, and the person was never found.
 #[test]
-fn who_walks_away_before_a_driving_platform_is_found() {
+fn a_person_who_walks_away_in_front_of_a_driving_platform_is_found() {
     let mut found = 0;
     let mut cycles = 0;
     for seed in 1..6 {
@@ -133,7 +133,7 @@ fn who_walks_away_before_a_driving_platform_is_found() {
             let pose = pose_from_vector(&vector);
             let zones = world.step(&walls, &pose, &pose_from_vector(&measured)).cycle.zones;
             let (azimuth_rad, _) = seen_from(&pose, person_m);
-            // Seen from the first cycle on: it takes some steps to tell.
+            // Visible from the first cycle on: it takes some steps to find the person.
             if cycle >= 8 {
                 cycles += 1;
                 found += u32::from(is_in_a_zone(&zones, azimuth_rad));
@@ -144,10 +144,10 @@ fn who_walks_away_before_a_driving_platform_is_found() {
     assert!(10 * found >= 9 * cycles, "found in {found} of {cycles} cycles");
 }
 
-/// Regression: one whom the platform followed at his own pace was found after 41 cycles, since half of the platform's
-/// motion was taken off his own.
+/// Regression: a person whom the platform followed at the same speed was found only after 41 cycles, since half of the
+/// platform's motion was subtracted from the person's.
 #[test]
-fn who_walks_ahead_of_a_platform_that_follows_is_found() {
+fn a_person_who_is_followed_by_the_platform_is_found() {
     let corridor = || {
         let mut walls = cuboid([10.0, 0.0], [26.0, 2.4]);
         walls.extend(cuboid([5.0, 1.0], [0.8, 0.35]));
@@ -179,9 +179,9 @@ fn who_walks_ahead_of_a_platform_that_follows_is_found() {
     assert!(10 * found >= 9 * cycles, "found in {found} of {cycles} cycles");
 }
 
-/// Regression: what came into empty space was taken for clutter by its own returns after one cycle.
+/// Regression: after one cycle an object in empty space was classified as in clutter because of its own returns.
 #[test]
-fn what_comes_into_empty_space_has_a_zone_until_it_has_stood_too_long() {
+fn an_object_in_empty_space_has_a_zone_until_it_has_stopped_for_too_long() {
     let mut world = World::new(7);
     let mut found = Vec::new();
     for cycle in 0..110_u32 {
@@ -191,7 +191,7 @@ fn what_comes_into_empty_space_has_a_zone_until_it_has_stood_too_long() {
             walls.extend(cuboid([2.6, 0.6], [0.4, 0.4]));
         }
         // Turning less than elsewhere, so that it stays within the aperture.
-        let mut vector = to_and_fro(time_s);
+        let mut vector = back_and_forth(time_s);
         vector[3] *= 0.3;
         let pose = pose_from_vector(&vector);
         let zones = world.step(&walls, &pose, &pose).cycle.zones;

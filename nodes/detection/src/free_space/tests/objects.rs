@@ -30,7 +30,7 @@ fn extent(center: [f64; 2]) -> (f64, f64, f64) {
 fn covers(zone: &DynamicZone, center: [f64; 2]) -> bool {
     let (right, left, distance_m) = extent(center);
     let span = zone.returns.unwrap();
-    // What lies beyond the aperture of 90 degrees is beyond the zone too.
+    // The zone ends at the aperture of 90 degrees.
     zone.azimuth_min_rad <= right.max(-FRAC_PI_4)
         && zone.azimuth_max_rad >= left.min(FRAC_PI_4)
         && f64::from(span.nearest_m) < distance_m
@@ -56,7 +56,7 @@ fn an_object_that_crosses_is_in_a_zone_in_every_cycle() {
                     );
                     assert_eq!(zones[0].source, ZoneSource::Measured);
                 }
-                // It leaves: what it uncovers is no object.
+                // It leaves: the background that it uncovers is no object.
                 world.look(&room(), 20);
             }
         }
@@ -64,7 +64,7 @@ fn an_object_that_crosses_is_in_a_zone_in_every_cycle() {
 }
 
 #[test]
-fn an_object_that_comes_and_goes_in_depth_is_in_a_zone_in_every_cycle() {
+fn an_object_that_approaches_and_recedes_is_in_a_zone_in_every_cycle() {
     for seed in 1..4 {
         let mut world = World::new(seed);
         world.look(&room(), 20);
@@ -89,7 +89,7 @@ fn several_objects_have_a_zone_each_and_crossing_ones_are_never_lost() {
         world.look(&room(), 30);
         for cycle in 0..28 {
             let gone_m = f64::from(cycle) * 1.0 * PERIOD_S;
-            // Two go towards each other at two depths, the third stands before them and sways.
+            // Two move towards each other at two depths, the third one sways in front of them.
             let sway_m = 0.1 * (f64::from(cycle) * 0.7).sin();
             let centers = [[2.0, -1.2 + gone_m * 0.6], [3.6, 1.8 - gone_m], [1.4, 0.9 + sway_m]];
             let zones = world.step_static(&with_objects(&centers));
@@ -106,7 +106,7 @@ fn several_objects_have_a_zone_each_and_crossing_ones_are_never_lost() {
                 }
             }
             assert!(zones.is_sorted_by(|a, b| a.azimuth_min_rad <= b.azimuth_min_rad));
-            // One may be hidden: it is held, or gone.
+            // One may be hidden: its zone is held, or has ended.
             assert!((2..=3).contains(&zones.len()), "{zones:?}");
         }
     }
@@ -131,7 +131,7 @@ fn an_object_that_stops_stays_until_it_is_background() {
         world.step_static(&with_objects(&[stands_at]));
     }
     world.look(&with_objects(&[stands_at]), 50);
-    // It goes on: its old place is not a zone, and it is one as soon as it stands where free space was.
+    // It moves on: its old place is not a zone, and it has one as soon as it is in observed free space.
     for cycle in 0..6 {
         let center = [2.5, 0.8 + 0.2 * f64::from(cycle)];
         let zones = world.step_static(&with_objects(&[center]));
@@ -140,12 +140,12 @@ fn an_object_that_stops_stays_until_it_is_background() {
 }
 
 #[test]
-fn what_was_there_from_the_start_is_background_and_its_place_is_no_zone_when_it_has_gone() {
+fn an_object_present_from_the_start_is_background_and_leaves_no_zone() {
     for seed in 1..4 {
         let mut world = World::new(seed);
         world.look(&with_objects(&[[2.5, 0.0]]), 60);
         world.look(&room(), 100);
-        // Its place is free space by and by.
+        // Its place becomes free space with time.
         let zones = (0..300).map(|_| world.step_static(&room())).last();
         assert_eq!(zones, Some(vec![]));
         let zones = world.step_static(&with_objects(&[[2.5, 0.0]]));
@@ -154,7 +154,7 @@ fn what_was_there_from_the_start_is_background_and_its_place_is_no_zone_when_it_
 }
 
 #[test]
-fn a_blind_scanner_holds_the_zone_and_free_sight_ends_it() {
+fn scans_without_returns_hold_the_zone_and_observed_free_space_ends_it() {
     let mut world = World::new(1);
     world.look(&room(), 20);
     let there = with_objects(&[[2.5, 0.0]]);
@@ -173,9 +173,9 @@ fn a_blind_scanner_holds_the_zone_and_free_sight_ends_it() {
     assert_eq!(world.step_static(&room()), []);
 }
 
-/// Something black stands behind the path, of which no ray comes back: no free space is seen before it.
+/// A black surface behind the path gives no returns: no free space is observed in front of it.
 #[test]
-fn an_object_is_followed_before_a_part_of_the_room_that_returns_nothing() {
+fn an_object_is_tracked_in_front_of_a_surface_without_returns() {
     for seed in 1..6 {
         let mut world = World::new(seed);
         let mut step = |walls: &[Wall]| {

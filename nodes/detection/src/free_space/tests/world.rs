@@ -1,4 +1,4 @@
-//! A detector in a world, cycle by cycle.
+//! A detector in a simulated world, cycle by cycle.
 
 use geometry::{Cloud, DynamicZone, Scan};
 use nalgebra::{Isometry3, Point3};
@@ -41,11 +41,11 @@ impl World {
     /// One cycle of a scan from the measured pose.
     pub(super) fn step_with(&mut self, scan: &Scan, measured: &Isometry3<f64>) -> Detected {
         let stamp = stamp_of(self.cycle);
-        let cloud = Cloud { stamp, frame_id: "rig".to_owned(), points_m: vec![] };
+        let cloud = Cloud { stamp, frame_id: "camera".to_owned(), points_m: vec![] };
         self.cycle += 1;
         let input = CycleInput {
             scan,
-            view: View::PointsInRig(&cloud),
+            view: View::PointsInCamera(&cloud),
             map_from_rig: measured,
             map_frame_id: "map",
         };

@@ -1,4 +1,4 @@
-//! Which of the objects seen before is which of the segments seen now.
+//! The assignment of the segments of a scan to the objects of earlier scans.
 
 use estimation::assignment::assign;
 use nalgebra::distance;
@@ -8,14 +8,14 @@ use super::object::TrackedObject;
 use super::segments::Segment;
 use super::sighting::{Sighting, Space};
 
-/// Faster than this nobody goes indoors: a run.
+/// The highest speed of an object indoors: a running person.
 pub(crate) const MAX_SPEED_M_PER_S: f64 = 3.0;
-/// What leaving an object without a segment costs. Pairs cost less: a half at most for an object of the last scan, another
-/// half for one that was lost before.
+/// The cost of an object without a segment. Pairs cost less: at most a half for an object of the last scan, and another
+/// half for one that was not visible before.
 const UNASSIGNED_COST: f64 = 1.0;
 
-/// For each object the segment that shows it, so that the sum of the squared distances in units of their gates is least.
-/// One that was seen in the last scan goes before one that was lost.
+/// The segment of each object, so that the sum of the squared distances in units of their gates is least.
+/// An object that was visible in the last scan has priority over one that was not.
 pub(crate) fn associate(objects: &[TrackedObject], segments: &[Segment]) -> Vec<Option<usize>> {
     assign(objects.len(), segments.len(), UNASSIGNED_COST, |object, segment| {
         let object = &objects[object];
@@ -25,8 +25,8 @@ pub(crate) fn associate(objects: &[TrackedObject], segments: &[Segment]) -> Vec<
     })
 }
 
-/// The segment into which an object has gone that no segment shows: the nearest whose surface is no farther than a
-/// step from where the object was. The legs of a walker part and join with every step.
+/// The segment that an object without one was merged into: the nearest one whose surface is no farther than a
+/// step from where the object was. The legs of a walking person split and merge with every step.
 pub(crate) fn merged_into(
     object: &TrackedObject,
     scan: &DeskewedScan,
@@ -45,17 +45,17 @@ pub(crate) fn merged_into(
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
 }
 
-/// The distance of what is seen from where an object was, as a share of the largest that one object can have; `None`
-/// beyond, and where one cannot be the other by what is known of the space.
+/// The distance of a sighting from the last one of an object, as a share of the largest possible; `None` if it is larger,
+/// or if the classes of the two exclude that they are the same object.
 ///
-/// The centroid shifts by the errors of both sightings, by half of what is seen more or less of the object, and by its
+/// The centroid shifts by the errors of both sightings, by half of the change of the visible width, and by the object's
 /// motion.
 fn gate_share(object: &TrackedObject, seen: &Sighting) -> Option<f64> {
     let last = object.last();
     let is_possible = match last.space {
-        // In a place that is not known anything may have come into sight meanwhile.
+        // In unknown space another object may have become visible meanwhile.
         _ if object.is_lost() => matches!(seen.space, Space::Free | Space::PartlyFree),
-        // Background was there before what is in free space.
+        // A return in free space cannot be earlier background.
         Space::Free => seen.space != Space::Background,
         Space::PartlyFree | Space::Unknown | Space::Background => true,
     };

@@ -1,4 +1,4 @@
-//! What the history of an object says of its motion.
+//! The evidence that an object moves, from its history.
 
 use std::ops::Range;
 
@@ -8,43 +8,43 @@ use super::super::deskewed_scan::DeskewedScan;
 use super::object::TrackedObject;
 use super::sighting::{History, Side, Sighting, Space};
 
-/// An object has travelled when it is farther from where it was than the errors of both places, by so much: more than the
-/// centroid of a standing person sways, and less than a slow walker goes in a second.
+/// An object has travelled if its displacement exceeds the errors of both positions by so much: more than the
+/// centroid of a standing person sways, and less than a slow walker moves in a second.
 pub(crate) const TRAVELLED_M: f64 = 0.2;
-/// Sightings that motion is concluded from, at least: with three of them an object that came into sight beside another
-/// could pass for it.
+/// The least number of sightings to infer motion: with three of them an object that became visible beside another
+/// could be taken for it.
 pub(crate) const LEAST_SIGHTINGS: usize = 4;
-/// ... which last for so long: what moves so far at once is another object that came into sight.
+/// ... over at least this time: a displacement at once is another object that became visible.
 const SHORTEST_MS: u32 = 350;
-/// The path from sighting to sighting may be longer than the displacement by this factor: what merely sways goes back.
+/// The path from sighting to sighting may be longer than the displacement by this factor: an object that sways returns.
 const MOST_DETOUR: f64 = 1.5;
-/// A displacement counts only above this share of what the platform goes past the object: from another side another part
-/// of a static object is seen.
+/// A displacement counts only above this share of the platform's motion past the object: from another side another part
+/// of a static object is visible.
 const SHARE_OF_PASSING: f64 = 0.5;
-/// A step may be ahead of an even pace by this share of the displacement: of two steps one may be a stride and the other
-/// a rest, and more so of the four sightings that there are at least.
+/// A step may exceed that of a uniform motion by this share of the displacement: a person's leg moves and rests in turn,
+/// and there may be only four sightings.
 const MOST_AHEAD: f64 = 0.25;
 /// In free space an object that does not travel counts as moving for so long, on a platform that moves.
 pub(crate) const LONGEST_DOUBT_MS: u32 = 2_000;
-/// An object of fewer returns is too little to go by before it has travelled: one range that is off.
+/// An object with fewer returns does not count before it has travelled: it may be one wrong range.
 const LEAST_RETURNS: usize = 2;
 
-/// How sure it is that what is in free space moves, on a platform that moves itself.
+/// The evidence that an object in free space moves, on a moving platform.
 ///
-/// From a static platform the evidence of free space is exact to the noise of ranges. From a moving one it is not: poses
-/// are off, the scanner tilts, and a chair's leg that was missed from there is hit from here. Such errors have other
-/// background near by, and they stay where they are.
+/// On a static platform the evidence of free space is exact to the noise of ranges. On a moving one it is not: poses
+/// have errors, the scanner tilts, and a chair's leg is missed from one position and hit from another. Such false detections
+/// have other background near them, and they do not move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum MotionEvidence {
-    /// It has travelled: it moves, and goes on to when it is lost from sight.
+    /// It has travelled: it moves, and keeps its zone when it is not visible.
     Travelled,
-    /// The space around it is empty, and it has not stood for long: it moves as long as it is seen.
+    /// The space around it is empty, and it has not been at rest for long: it counts as moving while it is visible.
     InEmptySpace,
     /// It is most likely background.
     Insufficient,
 }
 
-/// What an object shows by the beams of a run; `is_in_clutter` says whether background is near them.
+/// The evidence of an object with a run of beams; `is_in_clutter` says whether background is near them.
 pub(crate) fn motion_evidence(
     object: &TrackedObject,
     scan: &DeskewedScan,
@@ -63,10 +63,10 @@ pub(crate) fn motion_evidence(
     }
 }
 
-/// Whether a run is too narrow to go by before it has travelled.
+/// Whether a run is too narrow to count before it has travelled.
 ///
-/// What takes less than the error of a bearing may have been passed at its side by every ray that was taken to show
-/// its place free. However fine the steps of a scanner are, its poses turn all of its bearings together, so that
+/// If an object is narrower than the error of a bearing, every ray that seemed to show its place free may have passed
+/// beside it. However fine the steps of a scanner are, an error of the pose turns all bearings together, so that
 /// several returns are no better than one.
 fn is_too_narrow(scan: &DeskewedScan, run: &Range<usize>) -> bool {
     let beams = scan.beams.get(run.clone()).unwrap_or_default();
@@ -75,7 +75,7 @@ fn is_too_narrow(scan: &DeskewedScan, run: &Range<usize>) -> bool {
     returns < LEAST_RETURNS || returns as f64 * scan.step_rad < error_rad
 }
 
-/// Whether the object has travelled over the last second. What is background by all of its returns has not.
+/// Whether the object has travelled over the last second. An object whose returns are all background has not.
 pub(crate) fn travels(history: &History, platform_moves: bool) -> bool {
     history.len() >= LEAST_SIGHTINGS
         && history.duration_ms() >= SHORTEST_MS
@@ -86,34 +86,34 @@ pub(crate) fn travels(history: &History, platform_moves: bool) -> bool {
         && visible_ends_travel(history)
 }
 
-/// Whether the object is elsewhere than it was, for all that is known of the errors, and may travel.
+/// Whether the object was displaced by more than the errors, and may travel.
 pub(crate) fn is_under_way(history: &History, platform_moves: bool) -> bool {
     excess_m(history) > 0.0 && is_own_motion(history, platform_moves)
 }
 
-/// How much farther the object is from where it was than errors and the platform's motion explain.
+/// The displacement of the object beyond the errors and the effect of the platform's motion.
 fn excess_m(history: &History) -> f64 {
     let errors_m = history.first().error_m.hypot(history.last().error_m);
     history.displacement_m() - errors_m - SHARE_OF_PASSING * passing_m(history)
 }
 
-/// How far the platform has gone across its line of sight to the object. Along it, it sees the same side all the time:
-/// who walks ahead of a robot that follows him is displaced as much as the robot is.
+/// The motion of the platform across its line of sight to the object. With motion along it, the same side stays visible:
+/// a person who is followed by the robot is displaced as much as the robot.
 fn passing_m(history: &History) -> f64 {
     let line_m = history.last().centroid_m - history.last().platform_m;
     let across_m2 = history.platform_displacement_m().perp(&line_m).abs();
     if line_m.norm() > 0.0 { across_m2 / line_m.norm() } else { 0.0 }
 }
 
-/// Whether it is not the motion of the platform that shows another part of a static object in each scan: the object goes
-/// step by step, and nothing hides a part of it where only its displacement tells that it moves.
+/// Whether the displacement is the object's own, and not due to other parts of a static object that become visible from the
+/// moving platform: it is gradual, and no part of the object is hidden if there is no other evidence of motion.
 fn is_own_motion(history: &History, platform_moves: bool) -> bool {
     let is_doubtful = |seen: &Sighting| seen.space != Space::Free && seen.is_partly_hidden();
     !platform_moves || (is_gradual(history) && !history.iter().any(is_doubtful))
 }
 
-/// Whether the displacement was made step by step. In one leap nobody comes so far: that is another object, or another
-/// part of it, that came into sight.
+/// Whether the displacement is gradual. A displacement in one step is another object, or another part of it, that became
+/// visible.
 fn is_gradual(history: &History) -> bool {
     let displacement_m = history.displacement_m();
     let duration_ms = f64::from(history.duration_ms().max(1));
@@ -124,9 +124,9 @@ fn is_gradual(history: &History) -> bool {
     })
 }
 
-/// Whether the ends of the object have come as far as its centroid must, each that was seen at first and is now; one of
-/// them was. The centroid of what something else uncovers, going by, moves as well; the end that is seen stays. In free
-/// space nothing static is uncovered.
+/// Whether each end of the object that was visible at first and is now has moved as far as required of the centroid; at
+/// least one was. The centroid of a static object that another one uncovers moves as well; its visible end does not. In
+/// free space no static object is uncovered.
 fn visible_ends_travel(history: &History) -> bool {
     let is_doubtful =
         |seen: &Sighting| seen.space != Space::Free && seen.sides.contains(&Side::BehindOther);

@@ -1,10 +1,10 @@
-//! One object with one history.
+//! A tracked object with its history.
 
 use super::super::zones::ObjectZone;
 use super::motion_evidence::{is_under_way, travels};
 use super::sighting::{History, MEMORY_MS, Sighting, Space};
 
-/// What was seen before of what is seen now.
+/// A tracked object.
 #[derive(Clone, Debug)]
 pub(crate) struct TrackedObject {
     history: History,
@@ -12,10 +12,10 @@ pub(crate) struct TrackedObject {
     in_free_space_since_ms: Option<u32>,
     /// When it was last in observed free space.
     last_in_free_space_ms: Option<u32>,
-    /// When it was last seen to have travelled.
+    /// When it last had travelled.
     travelled_ms: Option<u32>,
     is_under_way: bool,
-    /// Whether the last scan did not show it.
+    /// Whether it is not visible in the last scan.
     is_lost: bool,
     /// Its zone, measured or held.
     pub(crate) zone: Option<ObjectZone>,
@@ -36,7 +36,7 @@ impl TrackedObject {
         object
     }
 
-    /// It is seen again.
+    /// Adds a sighting.
     pub(crate) fn see(&mut self, sighting: Sighting, platform_moves: bool) {
         self.history.push(sighting);
         self.is_lost = false;
@@ -47,8 +47,8 @@ impl TrackedObject {
         self.is_under_way = is_under_way(&self.history, platform_moves);
     }
 
-    /// A scan does not show it. Returns whether it may be found again: only what was in free space, for in a place that
-    /// is not known anything may come into sight.
+    /// Notes that it is not visible in a scan. Returns whether it may be associated again: only if it was in free space, since
+    /// in unknown space other objects may become visible.
     pub(crate) fn lose(&mut self, now_ms: u32) -> bool {
         self.is_lost = true;
         let is_recent = now_ms.saturating_sub(self.last().now_ms) <= MEMORY_MS;
@@ -86,7 +86,7 @@ impl TrackedObject {
         self.last().now_ms.saturating_sub(since_ms)
     }
 
-    /// Whether it was ever seen to travel.
+    /// Whether it has ever travelled.
     pub(crate) fn has_travelled(&self) -> bool {
         self.travelled_ms.is_some()
     }
@@ -97,7 +97,7 @@ impl TrackedObject {
         self.travelled_ms.is_some_and(then)
     }
 
-    /// Whether it is elsewhere than it was, and may travel.
+    /// Whether it was displaced, and may travel.
     pub(crate) fn is_under_way(&self) -> bool {
         self.is_under_way
     }

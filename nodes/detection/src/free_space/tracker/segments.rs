@@ -1,8 +1,8 @@
-//! The segments of a scan that may be objects: what is in observed free space, and what is isolated.
+//! The segments of a scan that may be objects: those in observed free space, and isolated ones.
 //!
-//! An isolated segment is narrow, and at one of its sides at least the scan goes on farther away. It may be an object
-//! although nothing is known of the space around it: one who stood before the scanner from the first scan on and walks
-//! away reaches places that were all hidden behind him.
+//! An isolated segment is narrow, and at least at one of its sides the next return is farther away. It may be an object
+//! although the space around it is unknown: a person who was in front of the scanner from the first scan on and walks
+//! away reaches places that were hidden behind the person.
 
 use std::ops::Range;
 
@@ -14,19 +14,19 @@ use super::sighting::{Side, Sighting, Space};
 
 /// A wider segment is furniture, or a part of the room: two persons side by side are narrower.
 const WIDEST_M: f64 = 1.0;
-/// Beams without a return that a surface may go over: black trousers.
+/// The most beams without a return within one surface: black trousers.
 const MOST_EMPTY_BEAMS: usize = 3;
-/// A segment is seen past at a side where it has so much without a return beside it.
+/// The end of a segment is visible if a gap of this width without returns is beside it.
 const SEEN_PAST_M: f64 = 0.1;
 
-/// What may be an object in one scan.
+/// A segment of a scan that may be an object.
 #[derive(Clone, Debug)]
 pub(crate) struct Segment {
-    /// From its first beam to behind its last one.
+    /// From its first beam to the one after its last.
     pub(crate) beams: Range<usize>,
-    /// Whether it stands apart from what is around it.
+    /// Whether it is isolated from its surroundings.
     pub(crate) is_isolated: bool,
-    /// What the scan shows of it.
+    /// Its sighting.
     pub(crate) sighting: Sighting,
 }
 
@@ -92,7 +92,7 @@ impl View<'_> {
         runs
     }
 
-    /// How wide the beams without a return are between the return of a beam and that of another, at its range.
+    /// The width of the gap without returns between the returns of two beams, at the range of the first.
     fn empty_m(&self, beam: usize, other: usize) -> f64 {
         let empty = beam.abs_diff(other).saturating_sub(1) as f64;
         let range_m = self.scan.beams.get(beam).and_then(|beam| beam.hit).map(|hit| hit.range_m);
@@ -102,7 +102,7 @@ impl View<'_> {
     fn is_isolated(&self, beams: &Range<usize>) -> bool {
         let ends_m = self.in_map_m(beams.start).zip(self.in_map_m(beams.end - 1));
         let is_narrow = ends_m.is_some_and(|(right, left)| distance(&right, &left) <= WIDEST_M);
-        // At the ends of the scan nothing is known of what stands beside.
+        // At the ends of the scan the space beside it is unknown.
         let is_inside = beams.start > 0 && beams.end < self.scan.beams.len();
         is_narrow && is_inside && self.sides(beams.start, beams.end - 1).contains(&Side::Open)
     }
@@ -128,7 +128,7 @@ impl View<'_> {
         }
     }
 
-    /// What is seen of a segment; `None` where it has no return.
+    /// The sighting of a segment; `None` if it has no return.
     fn sighting(&self, beams: &Range<usize>, is_in_free_space: bool) -> Option<Sighting> {
         let has_return = |beam: &usize| self.in_map_m(*beam).is_some();
         let first = beams.clone().find(has_return)?;

@@ -1,14 +1,14 @@
-//! An object as one scan shows it, and the sightings of the last second.
+//! A sighting: an object in one scan; and the sightings of the last second.
 
 use std::collections::VecDeque;
 
 use nalgebra::{Point2, Vector2, distance};
 
-/// Sightings are kept for so long, and so long an object that is lost may be found again: in that time a slow walker goes
-/// 0.3 m, and one who rests between two steps goes on.
+/// How long sightings are kept, and how long an object that is not visible may be associated again: in this time a slow
+/// walker moves 0.3 m, and a pause between two steps is over.
 pub(crate) const MEMORY_MS: u32 = 1_000;
 
-/// What the evidence says of the place of an object.
+/// The class of the place of an object, by the evidence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Space {
     /// It is in observed free space: a run of moving beams.
@@ -24,18 +24,18 @@ pub(crate) enum Space {
 /// What is beside an object at one side.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Side {
-    /// Something farther away, or no return: the end of the object is seen.
+    /// A farther return, or none: the end of the object is visible.
     Open,
     /// Background that is nearer, and may hide a part of the object.
     BehindBackground,
-    /// Something else that is nearer and may move: what it hides changes.
+    /// Another nearer surface that may move: the part that it hides changes.
     BehindOther,
 }
 
-/// An object as one scan shows it.
+/// An object in one scan.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Sighting {
-    /// When, in the time of the evidence.
+    /// The time of the scan, in the time of the evidence.
     pub(crate) now_ms: u32,
     /// The mean of its returns in the map's plane.
     pub(crate) centroid_m: Point2<f64>,
@@ -43,13 +43,13 @@ pub(crate) struct Sighting {
     pub(crate) ends_m: [Point2<f64>; 2],
     /// What is beside each of them.
     pub(crate) sides: [Side; 2],
-    /// Where the platform was.
+    /// The position of the platform.
     pub(crate) platform_m: Point2<f64>,
     /// The largest error of its returns: of ranges, bearings and the pose.
     pub(crate) error_m: f64,
-    /// The returns that show it.
+    /// The number of its returns.
     pub(crate) returns: usize,
-    /// What the evidence says of its place.
+    /// The class of its place.
     pub(crate) space: Space,
 }
 
@@ -112,12 +112,12 @@ impl History {
         self.iter().zip(self.iter().skip(1))
     }
 
-    /// How far the platform has gone meanwhile.
+    /// The displacement of the platform meanwhile.
     pub(crate) fn platform_displacement_m(&self) -> Vector2<f64> {
         self.last.platform_m - self.first().platform_m
     }
 
-    /// How far the object is from where it was at first.
+    /// The distance from the first to the last sighting.
     pub(crate) fn displacement_m(&self) -> f64 {
         distance(&self.first().centroid_m, &self.last.centroid_m)
     }

@@ -18,7 +18,7 @@ fn scan_in(walls: &[Wall], platform_m: [f64; 2], seed: u64) -> DeskewedScan {
     static_scan(&StaticPlatform { map_from_rig: pose }, &scan.ranges_m)
 }
 
-/// Of no return anything is known.
+/// The class unknown for every return.
 fn nothing_known(scan: &DeskewedScan) -> Vec<Option<ReturnClass>> {
     scan.beams.iter().map(|beam| beam.hit.map(|_| ReturnClass::Unknown)).collect()
 }

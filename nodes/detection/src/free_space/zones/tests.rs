@@ -11,7 +11,7 @@ fn scan_with(object_m: f32) -> DeskewedScan {
     static_scan(&StaticPlatform::default(), &ranges_m)
 }
 
-/// An object that is tracked, whatever its history.
+/// A tracked object with any history.
 fn object() -> TrackedObject {
     TrackedObject::new(Sighting {
         now_ms: 1,
@@ -25,8 +25,8 @@ fn object() -> TrackedObject {
     })
 }
 
-/// For how many cycles a zone is held that was measured for `measured_cycles`, when all that is seen there is
-/// `then_m` away, of which the evidence says `class`.
+/// For how many cycles a zone is held that was measured for `measured_cycles`, when all later returns there are
+/// `then_m` away and of `class`.
 fn held_cycles(
     measured_cycles: u32,
     platform_moves: bool,
@@ -49,9 +49,9 @@ fn held_cycles(
 
 const NOTHING: (f32, ReturnClass) = (f32::INFINITY, ReturnClass::Unknown);
 
-/// Regression: a robot alone hit a chair from one place in ten, and had a zone for a second each time.
+/// Regression: a moving robot hit a chair now and then, and had a zone for a second each time.
 #[test]
-fn from_a_platform_that_moves_a_zone_is_held_no_longer_than_it_was_measured() {
+fn on_a_moving_platform_a_zone_is_held_no_longer_than_it_was_measured() {
     let most = DetectionConfig::default().max_held_cycles;
     for measured_cycles in [1, 3, most, most + 5] {
         let held = held_cycles(measured_cycles, true, NOTHING);
@@ -60,20 +60,20 @@ fn from_a_platform_that_moves_a_zone_is_held_no_longer_than_it_was_measured() {
     }
 }
 
-/// Regression: what was found to be background had its zone as long as it was seen.
+/// Regression: background kept the zone of an earlier object as long as it was visible.
 #[test]
-fn from_a_platform_that_moves_a_zone_is_over_where_background_is_hit_at_its_place() {
+fn on_a_moving_platform_a_zone_ends_when_background_is_hit_at_its_place() {
     let held = |platform_moves, seen| held_cycles(4, platform_moves, seen);
     assert_eq!(held(true, (2.05, ReturnClass::Background)), 0);
-    // One that is hidden, or of which nothing is known, may be there.
+    // A hidden object, or one without evidence, may still be there.
     assert_eq!(held(true, (1.0, ReturnClass::Background)), 4);
     assert_eq!(held(true, (2.05, ReturnClass::Ambiguous)), 4);
-    // From a standing platform a foot that rests beside the wall is the object.
+    // On a static platform the object may be a foot at rest beside the wall.
     assert_eq!(held(false, (2.05, ReturnClass::Background)), 7);
     assert_eq!(held(false, (4.0, ReturnClass::Background)), 0);
 }
 
-/// Two runs of beams that show one object are two zones, and one while it is lost from sight.
+/// Two runs of beams of one object are two zones, and one zone while it is not visible.
 #[test]
 fn the_runs_of_one_object_are_held_as_one_zone() {
     let zone_maker = ZoneMaker::new(&DetectionConfig::default());
@@ -93,8 +93,8 @@ fn the_runs_of_one_object_are_held_as_one_zone() {
     assert!(held[0].azimuth_max_rad >= measured[1].azimuth_max_rad - 1e-6);
 }
 
-/// Regression: between the legs of a person before the robot a beam met the end of the corridor 11 m away. All that the
-/// camera saw behind him was within his zone's ranges then, and the walls became a part of him.
+/// Regression: between the legs of a person before the robot a beam hit the end of the corridor 11 m away. All that the
+/// camera saw behind the person was then within the ranges of the zone, and the walls were removed with the person.
 #[test]
 fn a_beam_between_the_legs_does_not_extend_the_ranges_of_the_zone() {
     let zone_maker = ZoneMaker::new(&DetectionConfig::default());

@@ -24,7 +24,7 @@ fn image(away_m: f64) -> DepthImage {
     DepthImage::new(Stamp::default(), String::new(), size_px, pixels).unwrap()
 }
 
-/// The same wall as the scanner has it, which stands straight below the camera.
+/// The same wall as seen by the scanner, which is straight below the camera.
 fn scan(stamp: Stamp, away_m: f64) -> Scan {
     let beams = 360;
     let ranges_m = (0..beams)
@@ -71,7 +71,7 @@ fn verdicts(
 }
 
 #[test]
-fn a_cycle_a_second_is_looked_at_and_a_knock_is_told() {
+fn one_cycle_a_second_is_checked_and_a_displacement_is_reported() {
     let (mut check, _) = check(&DetectionParameters::default());
     let still = |_: f64| Isometry3::identity();
     let right = verdicts(&mut check, still, |_| 3.0);
@@ -88,7 +88,7 @@ fn a_cycle_a_second_is_looked_at_and_a_knock_is_told() {
 }
 
 #[test]
-fn while_the_platform_moves_nothing_is_looked_at() {
+fn no_cycle_is_checked_while_the_platform_moves() {
     let (mut check, _) = check(&DetectionParameters::default());
     let driving =
         verdicts(&mut check, |time_s| Isometry3::translation(0.5 * time_s, 0.0, 0.0), |_| 3.3);
@@ -99,7 +99,7 @@ fn while_the_platform_moves_nothing_is_looked_at() {
 }
 
 #[test]
-fn what_is_turned_off_is_off_and_bad_values_are_named() {
+fn the_check_can_be_turned_off_and_bad_values_are_named() {
     let new =
         |parameters: DetectionParameters| ExtrinsicsCheck::new(&parameters, Counters::default());
     let usual = DetectionParameters::default;

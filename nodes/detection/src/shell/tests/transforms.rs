@@ -1,4 +1,4 @@
-//! Where the scanner is, by tf over DDS.
+//! The mount of the scanner, from tf over DDS.
 
 use geometry::ExtrinsicsSource;
 use geometry::pose_from_vector;
@@ -9,8 +9,8 @@ use msgs::tf2_msgs::TFMessage;
 
 use super::*;
 
-/// A broadcaster of fixed transforms, as tf2's. Of depth 1 it could not tell of a change before all have acknowledged
-/// what it told first.
+/// The QoS of a broadcaster of static transforms, as in tf2. With depth 1 it could not publish a change before all
+/// subscribers have acknowledged the first message.
 fn broadcaster() -> Qos {
     Qos::new(true, true, 10)
 }
@@ -46,8 +46,8 @@ impl Bench {
     }
 }
 
-/// What the node says of the transform on `/diagnostics`, once it has this in it.
-async fn told(
+/// The node's report of the transform on `/diagnostics`, once it contains this part.
+async fn report_of(
     diagnostics: &Subscription<DiagnosticArray>,
     part: &str,
 ) -> (DiagnosticStatus, String) {
@@ -66,14 +66,14 @@ async fn told(
     .await
 }
 
-/// With the scanner's mount by tf; a scan waits for it so long.
+/// Parameters with the scanner's mount by tf; `max_wait_s` is how long a scan waits for it.
 fn by_tf(max_wait_s: f64) -> DetectionParameters {
     let mut config = DetectionConfig { max_wait_s, ..DetectionConfig::default() };
     config.pipeline.rig.extrinsics = ExtrinsicsSource::Tf;
     DetectionParameters { config, ..DetectionParameters::default() }
 }
 
-/// A scan that comes before its transform waits for it, and is not lost.
+/// A scan received before its transform waits for it, and is not dropped.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_scan_waits_for_its_transform() {
     let parameters = by_tf(20.0);
@@ -86,7 +86,7 @@ async fn a_scan_waits_for_its_transform() {
         bench.poses.publish(pose(at(milliseconds), 0.0)).unwrap();
         bench.scans.publish(scan(at(milliseconds))).unwrap();
     }
-    told(&diagnostics, "waiting for it").await;
+    report_of(&diagnostics, "waiting for it").await;
     let transforms = bench.peer.publisher::<TFMessage>("/tf_static", &broadcaster()).unwrap();
     transforms.publish(TFMessage { transforms: vec![camera(), laser(0.0)] }).unwrap();
     for milliseconds in [1_000, 1_100] {
@@ -99,8 +99,8 @@ async fn a_scan_waits_for_its_transform() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_scanner_is_where_tf_says_as_soon_as_it_does() {
-    // Each scan that waits in vain does so for twice this time.
+async fn the_mount_of_tf_is_used_as_soon_as_it_is_received() {
+    // A scan without a transform waits for twice this time.
     let parameters = by_tf(0.1);
     let bench = Bench::start_by("tf", parameters).await;
     let diagnostics =
@@ -108,10 +108,10 @@ async fn the_scanner_is_where_tf_says_as_soon_as_it_does() {
     bench.camera_infos.publish(camera_info(4)).unwrap();
     let report = bench.cycle_at(1_000).await;
     assert!(!report.processed && report.drop_reason.contains("none is known"), "{report:?}");
-    let (status, _) = told(&diagnostics, "waiting for it").await;
+    let (status, _) = report_of(&diagnostics, "waiting for it").await;
     assert!(status.level >= DiagnosticStatus::WARN, "{status:?}");
 
-    // Each of two broadcasters has a part; the one of the scanner comes later.
+    // Two broadcasters publish a part each; that of the scanner is later.
     let static_of_camera = bench.peer.publisher::<TFMessage>("/tf_static", &broadcaster()).unwrap();
     static_of_camera.publish(TFMessage { transforms: vec![camera()] }).unwrap();
     soon("the node", static_of_camera.wait_for_subscribers(1)).await;
@@ -135,13 +135,13 @@ async fn the_scanner_is_where_tf_says_as_soon_as_it_does() {
     // Of 21 beams from -1 to 1 rad, 13 are within 45 degrees of the rig's x when the scanner is turned by 0.5 rad.
     let report = until(&bench, &|report| report.processed).await;
     assert_eq!((report.cycle, counts(&report).get("beams")), (0, Some(&13)));
-    let (_, text) = told(&diagnostics, "rig_from_lidar is").await;
+    let (_, text) = report_of(&diagnostics, "rig_from_lidar is").await;
     assert!(
         text.contains("laser to camera_optical_frame") && text.contains("-0.050, 0.5000"),
         "{text}"
     );
 
-    // Another mounting is taken up.
+    // A changed mount is used.
     static_of_laser.publish(TFMessage { transforms: vec![laser(0.0)] }).unwrap();
     let report = until(&bench, &|report| counts(report).get("beams") == Some(&15)).await;
     assert!(report.processed && report.cycle > 0);

@@ -22,7 +22,7 @@ impl Clock {
     }
 
     fn cloud(&mut self, milliseconds: u64) {
-        self.schedule.cloud_came(self.at(milliseconds));
+        self.schedule.cloud_added(self.at(milliseconds));
     }
 
     fn look(&mut self, milliseconds: u64, subscribers: Subscribers) -> Due {
@@ -51,14 +51,14 @@ impl Clock {
 }
 
 #[test]
-fn the_first_map_comes_at_once_and_the_next_ones_by_the_period() {
+fn the_first_map_is_published_at_once_and_the_next_ones_by_the_period() {
     let mut clock = Clock::new();
     assert!(!clock.look(0, ONE).map, "there is no map yet");
     assert_eq!(clock.maps_while_clouds_come(100..25_000, ONE), [100, 10_100, 20_100]);
 }
 
 #[test]
-fn when_the_input_pauses_the_map_comes_once() {
+fn when_the_input_pauses_the_map_is_published_once() {
     let mut clock = Clock::new();
     clock.maps_while_clouds_come(0..2_000, ONE);
     assert!(!clock.look(2_399, ONE).map);
@@ -69,7 +69,7 @@ fn when_the_input_pauses_the_map_comes_once() {
 }
 
 #[test]
-fn who_subscribes_gets_the_map_at_once() {
+fn a_new_subscriber_gets_the_map_at_once() {
     let mut clock = Clock::new();
     assert_eq!(clock.maps_while_clouds_come(0..3_000, NOBODY), [] as [u64; 0]);
     assert!(clock.look(3_000, ONE).map);
@@ -77,12 +77,12 @@ fn who_subscribes_gets_the_map_at_once() {
     assert!(clock.look(5_000, Subscribers { map: 2, updates: 0 }).map);
     assert_eq!(clock.maps_while_clouds_come(5_100..7_000, ONE), [] as [u64; 0]);
     assert!(clock.look(7_000, ONE_OF_EACH).map, "updates have to start from a map");
-    // The map of the last cloud is there already, and the latched one is that.
+    // The latched map is already that of the last cloud.
     assert!(!clock.look(9_000, Subscribers { map: 3, updates: 1 }).map);
 }
 
 #[test]
-fn those_who_come_and_go_do_not_make_maps_without_end() {
+fn subscribers_that_come_and_go_do_not_cause_too_many_maps() {
     let mut clock = Clock::new();
     let mut maps = 0;
     for time in (0..10_000_u64).step_by(50) {
@@ -94,7 +94,7 @@ fn those_who_come_and_go_do_not_make_maps_without_end() {
 }
 
 #[test]
-fn updates_come_by_their_period_while_somebody_listens() {
+fn updates_are_published_by_their_period_while_there_are_subscribers() {
     let mut clock = Clock::new();
     assert_eq!(clock.look(0, NOBODY), Due::default());
     let due = clock.look(50, ONE_OF_EACH);
@@ -118,7 +118,7 @@ fn a_map_that_failed_is_tried_again_but_not_at_once() {
 }
 
 #[test]
-fn a_lost_update_is_made_up_for_by_a_map() {
+fn a_lost_update_is_corrected_by_a_map() {
     let mut clock = Clock::new();
     clock.maps_while_clouds_come(0..2_000, ONE_OF_EACH);
     clock.schedule.update_failed();
@@ -126,15 +126,15 @@ fn a_lost_update_is_made_up_for_by_a_map() {
 }
 
 #[test]
-fn when_voxels_go_the_next_map_comes_earlier_once() {
+fn after_a_removal_the_next_map_is_published_earlier_once() {
     let mut clock = Clock::new();
     clock.maps_while_clouds_come(0..1_000, ONE);
-    clock.schedule.voxels_went();
+    clock.schedule.voxels_removed();
     assert_eq!(clock.maps_while_clouds_come(1_000..15_000, ONE), [2_500, 12_500]);
 }
 
 #[test]
-fn a_map_that_was_replaced_comes_at_once() {
+fn a_replaced_map_is_published_at_once() {
     let mut clock = Clock::new();
     assert!(!clock.look(0, ONE).map);
     clock.schedule.map_replaced(clock.at(100));

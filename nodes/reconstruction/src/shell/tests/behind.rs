@@ -1,10 +1,10 @@
-//! A node that takes longer for a cycle than the scanner.
+//! A node that is slower than the scanner.
 
 use super::*;
 
-/// Once fifty cycles waited, and a node that was asked to end worked them all off.
+/// Regression: up to fifty cycles waited, and a node that was to end processed all of them first.
 #[tokio::test]
-async fn of_the_cycles_that_wait_live_the_newest_two_are_taken_and_the_others_counted() {
+async fn a_live_node_takes_the_newest_two_waiting_cycles_and_counts_the_others() {
     let test = Place::new("behind");
     let host = Host::in_process().with_max_waiting_cycles(2);
     let (own, peer) = (test.node(&host, "reconstruction"), test.node(&host, "peer"));

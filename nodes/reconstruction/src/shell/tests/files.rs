@@ -1,4 +1,4 @@
-//! The map is saved, and loaded at the next start.
+//! Saving of the map, and loading at the next start.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use crate::shell::map_file::{MapFile, Snapshot};
 use crate::{Map, StaticMap};
 
 #[test]
-fn what_cannot_be_saved_is_found_out_at_the_start() {
+fn a_file_that_cannot_be_saved_is_an_error_at_the_start() {
     for (path, part) in
         [("map.obj", ".ply, .pcd or"), ("map", "or .bt"), ("/no/such/m.ply", "folder")]
     {
@@ -46,7 +46,7 @@ fn a_map_that_was_saved_is_loaded() {
         if name != "m.bt" {
             assert_eq!(loaded.points(), map.points());
         }
-        // Too many: the path and the cause are told, and the map is as it was.
+        // Too many points: the error has the path and the cause, and the map is unchanged.
         let mut small = map_of(0.08, 2);
         small.replace(&points[..1], &[], "map").unwrap();
         let error = file.load(&mut small, "map").unwrap_err().to_string();
@@ -72,7 +72,7 @@ fn save(file: &MapFile, map: &Map) -> usize {
     file.write(&Snapshot::of(map).unwrap(), false).unwrap().points
 }
 
-/// One start of a node after another, on no network, with one folder of files.
+/// Successive starts of a node, without a network, with one folder of files.
 struct Starts {
     test: Place,
     host: Host,
@@ -141,14 +141,14 @@ impl Start {
 }
 
 #[tokio::test]
-async fn a_map_goes_on_growing_after_each_start_and_one_that_did_not_change_is_not_written() {
+async fn a_map_is_continued_after_each_start_and_an_unchanged_one_is_not_written() {
     let starts = Starts::new("growing");
     let mut first = starts.start().unwrap();
     first.take("map", 0..3);
     assert!(first.save().await.unwrap().contains("3 points"));
     first.take("map", 3..4);
     first.save().await.unwrap();
-    assert_eq!(starts.points(), (4, vec![]), "grown in one run: nothing is kept of what it was");
+    assert_eq!(starts.points(), (4, vec![]), "continued in one run: no version is kept");
 
     let before = std::fs::metadata(starts.path()).unwrap().modified().unwrap();
     let mut blind = starts.start().unwrap();
@@ -171,7 +171,7 @@ async fn a_map_goes_on_growing_after_each_start_and_one_that_did_not_change_is_n
 }
 
 #[tokio::test]
-async fn poses_with_another_origin_begin_a_new_map_and_the_former_is_kept() {
+async fn poses_in_another_frame_begin_a_new_map_and_the_former_is_kept() {
     let starts = Starts::new("origin");
     let mut first = starts.start().unwrap();
     first.take("odom", 0..5);
@@ -197,7 +197,7 @@ async fn an_emptied_map_and_one_of_less_than_half_keep_the_former_as_a_version()
     assert_eq!(starts.points(), (0, vec![9]));
     start.take("map", 0..9);
     start.save().await.unwrap();
-    // As rays that clear: the same map with fewer voxels. Five are more than half of nine, four are not.
+    // As after clearing: the same map with fewer voxels. Five are more than half of nine, four are not.
     for (voxels, versions) in [(5, vec![9]), (4, vec![9, 5])] {
         let row = |x: u8| Point3::new(f32::from(x) + 0.5, 0.5, 0.5);
         let points: Vec<Point3<f32>> = (0..voxels).map(row).collect();
@@ -209,7 +209,7 @@ async fn an_emptied_map_and_one_of_less_than_half_keep_the_former_as_a_version()
 }
 
 #[tokio::test]
-async fn a_file_that_is_no_map_ends_the_start_and_stays() {
+async fn a_file_that_is_no_map_is_an_error_at_the_start_and_is_kept() {
     let starts = Starts::new("no_map");
     std::fs::write(starts.path(), "dear diary").unwrap();
     let error = starts.start().err().unwrap().to_string();
@@ -229,17 +229,17 @@ async fn a_node_that_was_cleaned_up_begins_with_its_map_again() {
     let file = start.saving.file().cloned();
     start.stage.begin_with(file.as_ref()).unwrap();
     assert_eq!(start.stage.map.len(), 3);
-    // Only once: the map that goes on is not replaced by the file's.
+    // Only once: the present map is not replaced by the file's.
     start.take("map", 3..4);
     start.stage.begin_with(file.as_ref()).unwrap();
     assert_eq!(start.stage.map.len(), 4);
 }
 
-/// A period that is over; no test waits for it.
+/// A period that has passed already, so that no test waits for it.
 const SOON: Duration = Duration::from_secs(31);
 
 #[tokio::test]
-async fn what_has_changed_is_saved_once_in_a_period_beside_the_work() {
+async fn a_changed_map_is_saved_once_in_a_period_in_the_background() {
     let starts = Starts::new("period");
     let mut start = starts.start().unwrap();
     start.saving.look(&mut start.stage, Instant::now() + SOON);
@@ -255,7 +255,7 @@ async fn what_has_changed_is_saved_once_in_a_period_beside_the_work() {
     start.saving.finished(saved, &mut start.stage);
     assert_eq!(starts.points(), (2, vec![]));
     assert!(start.saving.is_idle() && start.stage.unsaved.is_changed);
-    // Where it cannot be written, it is tried again.
+    // If it cannot be written, it is tried again.
     std::fs::remove_file(starts.path()).unwrap();
     std::fs::create_dir(starts.path()).unwrap();
     start.saving.look(&mut start.stage, Instant::now() + SOON);

@@ -1,4 +1,4 @@
-//! A path comes, and the map moves with it.
+//! Corrections of the map by paths.
 
 use geometry::{MapPath, PathVertex};
 use msgs::nav_msgs::Path;
@@ -16,7 +16,7 @@ fn path(stamp_ns: i64, frame_id: &str, x_m: f64) -> Path {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_map_is_corrected_before_the_clouds_that_wait_and_is_published_whole() {
     let test = Place::new("path");
-    // On no network: what is published is there at once.
+    // Without a network, so that published messages arrive at once.
     let host = Host::in_process();
     let (node, peer) = (test.node(&host, "reconstruction"), test.node(&host, "peer"));
     let config = ReconstructionConfig { pipeline: pipeline(), ..ReconstructionConfig::default() };
@@ -33,7 +33,7 @@ async fn a_map_is_corrected_before_the_clouds_that_wait_and_is_published_whole()
     stage.take_waiting();
     let first = reports.try_next().unwrap().message;
     assert!(!first.count_names.contains(&"map_corrections".to_owned()));
-    // A second after, all is two metres on; one cloud knows that, and one does not yet.
+    // A second later the correction is two metres; the pose of one cloud includes it, that of another does not yet.
     const THEN: i64 = 1_000_000_000;
     clouds.publish(cloud(THEN, "map", &[[2.5, 2.5, 0.5]])).unwrap();
     clouds.publish(cloud(THEN - 100_000_000, "map", &[[0.5, 4.5, 0.5]])).unwrap();
@@ -51,7 +51,7 @@ async fn a_map_is_corrected_before_the_clouds_that_wait_and_is_published_whole()
     let map = convert::cloud_from_message(&maps.try_next().unwrap().message).unwrap();
     assert_eq!(map.points_m, stage.map().points());
 
-    // What is no path, or none of this map, is counted, and the map is as it was.
+    // An invalid path, or one in another frame, is counted, and the map is unchanged.
     let mut nowhere = path(2 * THEN, "map", 2.0);
     nowhere.poses[0].pose.position.x = f64::NAN;
     paths.publish(nowhere).unwrap();

@@ -1,4 +1,4 @@
-//! The rules about what the topics of a bag say of one another.
+//! The rules that compare the topics of a bag with each other.
 
 use bag_player::{Durability, TopicInfo};
 use geometry::Stamp;
@@ -13,14 +13,14 @@ use crate::doctor::content::{Subject, latching};
 use crate::doctor::finding::Finding;
 use crate::run::inputs::{TF_STATIC, ViewTopics};
 
-/// Fewer messages say nothing of a clock.
+/// With fewer messages a clock is not judged.
 const LEAST_MESSAGES: usize = 5;
-/// Where stamps and arrivals differ by less throughout, the bag was written with the stamps as arrivals.
+/// If all stamps and times of arrival differ by less, the bag was written with the stamps as times of arrival.
 const SAME_TIME_S: f64 = 1e-3;
 /// A topic whose clock is wrong begins and ends later or earlier than the others by more than so many of its periods.
 const SHIFT_PERIODS: f64 = 3.0;
 
-/// All of them.
+/// The findings of all these rules.
 pub(super) fn findings(facts: &BagFacts) -> Vec<Finding> {
     let mut findings = skews(facts);
     findings.extend(cameras(facts));
@@ -47,10 +47,13 @@ fn skews(facts: &BagFacts) -> Vec<Finding> {
         return clocks::findings(&by_arrival, "by their times of arrival");
     }
     let sensors: Vec<(&String, &TopicFacts)> = sensors().collect();
-    clocks::findings(&shifted(&sensors), "it begins and ends as much apart from them")
+    clocks::findings(
+        &shifted(&sensors),
+        "both its first and its last stamp differ from theirs by that",
+    )
 }
 
-/// How much earlier or later than most a topic begins and ends, where it is as much at both ends; else nothing.
+/// How much earlier or later than most a topic begins and ends, if that is the same at both ends; else 0.
 fn shifted<'a>(sensors: &[(&'a String, &'a TopicFacts)]) -> Vec<Clock<'a>> {
     let ends: Vec<(f64, f64)> = {
         let origin = sensors.iter().filter_map(|(_, facts)| facts.stamps.iter().min()).min();
@@ -62,7 +65,7 @@ fn shifted<'a>(sensors: &[(&'a String, &'a TopicFacts)]) -> Vec<Clock<'a>> {
             .collect()
     };
     let period_of = |facts: &TopicFacts| period_s(&facts.sorted_stamps()).unwrap_or_default();
-    // By so much each end is uncertain.
+    // The uncertainty of each end.
     let longest_s = sensors.iter().map(|(_, facts)| period_of(facts)).fold(0.0, f64::max);
     let first_s = clocks::typical_offset(ends.iter().map(|(first_s, _)| *first_s));
     let last_s = clocks::typical_offset(ends.iter().map(|(_, last_s)| *last_s));
@@ -80,7 +83,7 @@ fn shifted<'a>(sensors: &[(&'a String, &'a TopicFacts)]) -> Vec<Clock<'a>> {
         .collect()
 }
 
-/// Images against the calibration beside them.
+/// The sizes of images, compared with the calibration beside them.
 fn cameras(facts: &BagFacts) -> Vec<Finding> {
     let chosen = match facts.choice.as_ref().map(|inputs| &inputs.view) {
         Ok(ViewTopics::Depth { image, camera_info }) => Some((image, camera_info)),
@@ -102,7 +105,7 @@ fn cameras(facts: &BagFacts) -> Vec<Finding> {
         .collect()
 }
 
-/// Whether tf hangs together, and knows the sensors.
+/// Whether tf is connected, and has the frames of the sensors.
 fn transforms(facts: &BagFacts) -> Vec<Finding> {
     let sensors: Vec<(&str, &str)> = match &facts.choice {
         Ok(inputs) => {
@@ -122,7 +125,7 @@ fn transforms(facts: &BagFacts) -> Vec<Finding> {
     facts.transforms.findings(&sensors)
 }
 
-/// Fixed transforms that only those hear who are there in time.
+/// Static transforms that late subscribers do not receive.
 fn fixed_transforms(topics: &[TopicInfo]) -> Option<Finding> {
     let fixed = topics.iter().find(|topic| topic.topic == TF_STATIC)?;
     let is_volatile = fixed.qos?.durability == Durability::Volatile;

@@ -1,5 +1,4 @@
-//! Whether the scan lies on the surfaces that the camera sees: with the mount that the parameters say, and with the one
-//! that tf tells.
+//! Whether the scan lies on the surfaces that the camera sees: with the mount of the parameters, and with that of tf.
 
 use bag_player::Bag;
 use calibration::{
@@ -14,15 +13,15 @@ use crate::doctor::checks::Check;
 use crate::doctor::finding::Finding;
 use crate::run::inputs::{Inputs, ViewTopics};
 
-/// Cycles that are looked at together, each with its image in memory: those in which the platform moves least.
+/// Cycles that are compared together, each with its image in memory: those in which the platform moves least.
 const MOST_CYCLES: usize = 20;
-/// While a scan moves its returns farther than this, what lies beside the surfaces may be the motion: when each beam was
-/// measured is known to half a turn. A third of what the mount may be off by.
-const STILL_M: f64 = 0.01;
-/// Fewer cycles tell too little.
+/// If the platform moves the returns of a scan farther than this, the motion may explain an offset from the surfaces: the
+/// time of each beam is known to half a turn. A third of the limit for the mount's error.
+const MOST_MOTION_M: f64 = 0.01;
+/// With fewer cycles the mount is not judged.
 const LEAST_CYCLES: usize = 5;
 
-/// What is to be said of the mount; nothing where the bag does not tell.
+/// The finding about the mount; `None` if the bag does not show it.
 pub(super) fn finding(
     bag: &Bag,
     facts: &BagFacts,
@@ -33,7 +32,7 @@ pub(super) fn finding(
     let config = &parameters.config;
     let choosing = Choosing {
         most_cycles: MOST_CYCLES,
-        most_motion_m: STILL_M,
+        most_motion_m: MOST_MOTION_M,
         max_pose_gap_s: config.max_pose_gap_s,
         max_image_offset_s: config.max_cloud_offset_s,
         beam_order: config.free_space.beam_order,
@@ -44,7 +43,7 @@ pub(super) fn finding(
         camera_info: camera_info.clone(),
         pose: inputs.pose.topic()?.to_owned(),
     };
-    // What is wrong with the bag besides is found by others.
+    // Other faults of the bag are found by other rules.
     let read = reader::read(bag, &facts.info, &topics, &choosing).ok()?;
     let (cycles, camera) = (read.cycles.cycles, read.camera?);
     let size_px = (camera.width_px, camera.height_px);
@@ -63,7 +62,7 @@ pub(super) fn finding(
     let limit_m = parameters.extrinsics_limit_m;
     let judged = |mounts: &RigMounts| judge(&cycles, optics, mounts, limit_m);
     let tf = by_tf.map(|mounts| (judged(&mounts), mounts));
-    told(judged(&by_parameters), tf, config.pipeline.rig.extrinsics)
+    from_verdicts(judged(&by_parameters), tf, config.pipeline.rig.extrinsics)
 }
 
 fn mount_of_tf(facts: &BagFacts, inputs: &Inputs) -> Option<nalgebra::Isometry3<f64>> {
@@ -93,7 +92,7 @@ fn judge(
     verdict
 }
 
-/// In words: the offset, and how sure it is.
+/// The offset and its standard deviation, in words.
 fn offset(verdict: &Extrinsics) -> Option<String> {
     match verdict {
         Extrinsics::Unknown { .. } => None,
@@ -104,7 +103,7 @@ fn offset(verdict: &Extrinsics) -> Option<String> {
     }
 }
 
-fn told(
+fn from_verdicts(
     by_parameters: Extrinsics,
     by_tf: Option<(Extrinsics, RigMounts)>,
     source: ExtrinsicsSource,

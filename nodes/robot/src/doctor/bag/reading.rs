@@ -18,11 +18,11 @@ use crate::run::inputs::{Inputs, TF_STATIC, TopicArgs, ViewTopics};
 /// What is known of a bag.
 pub(super) struct BagFacts {
     pub(super) info: BagInfo,
-    /// What `stillmap run` would read; or why it would not.
+    /// The topics that `stillmap run` would read; or why it would refuse the bag.
     pub(super) choice: Result<Inputs, Failure>,
     /// The topics whose messages the suite understands.
     pub(super) topics: BTreeMap<String, TopicFacts>,
-    /// What tf tells.
+    /// What was recorded of tf.
     pub(super) transforms: TransformFacts,
     pub(super) losses: Vec<Loss>,
 }
@@ -39,11 +39,11 @@ pub(super) struct TopicFacts {
     pub(super) largest_bytes: usize,
     /// Messages that cannot be used.
     pub(super) unusable: u64,
-    /// Why the first of them cannot.
+    /// Why the first of them cannot be used.
     pub(super) first_reason: Option<String>,
     /// From the stamp to the arrival at the recorder.
     pub(super) delay_s: Typical,
-    /// What the messages say.
+    /// The content of the messages.
     pub(super) content: Content,
 }
 
@@ -64,7 +64,7 @@ impl BagFacts {
             })
             .collect();
         let progress = Progress::new("reading", info.message_count);
-        // All topics: a chunk that is not read is not seen to be damaged.
+        // All topics: damage in a chunk is found only if the chunk is read.
         let mut messages = bag.messages(&Selection::default()).map_err(fail)?;
         let mut transforms = TransformFacts::default();
         for message in messages.by_ref() {
@@ -96,13 +96,13 @@ impl BagFacts {
     }
 }
 
-/// The truth is no input.
+/// Ground truth is no input.
 fn is_truth(topic: &str) -> bool {
     topic.starts_with("/truth/")
 }
 
 impl TopicFacts {
-    /// Nothing yet, of messages of a type.
+    /// Empty, for messages of a type.
     pub(super) fn new(type_name: &str, is_chosen: bool) -> Self {
         Self {
             type_name: type_name.to_owned(),

@@ -16,7 +16,7 @@ use crate::doctor::machine::ReceiveBuffer;
 use crate::doctor::sizes::kb;
 use crate::run::inputs::ViewTopics;
 
-/// Losses that are told one by one; further ones are counted.
+/// Losses that are reported one by one; further ones are counted.
 const MOST_LOSSES: usize = 5;
 /// How many times longer than the usual time between two stamps a gap is.
 const GAP_PERIODS: f64 = 3.0;
@@ -26,21 +26,21 @@ const SOUND_SHARE: f64 = 0.9;
 /// Parts of the bag that could not be read.
 pub(super) fn losses(facts: &BagFacts) -> Vec<Finding> {
     const CHECK: Check = Check::Damage;
-    const MEND: &str = "record or copy it again; what is left: mcap recover BAG -o recovered.mcap";
+    const FIX: &str = "record or copy it again; what is left: mcap recover BAG -o recovered.mcap";
     if facts.losses.is_empty() {
         let what = format!("all of {} messages could be read", facts.info.message_count);
         return vec![Finding::ok(CHECK, what)];
     }
-    let one = |loss: &Loss| Finding::grave_if(loss.costs_messages(), CHECK, loss.to_string(), MEND);
+    let one = |loss: &Loss| Finding::grave_if(loss.costs_messages(), CHECK, loss.to_string(), FIX);
     let mut findings: Vec<_> = facts.losses.iter().take(MOST_LOSSES).map(one).collect();
     let more = facts.losses.len().saturating_sub(MOST_LOSSES);
     if more > 0 {
-        findings.push(Finding::error(CHECK, format!("{more} more parts could not be read"), MEND));
+        findings.push(Finding::error(CHECK, format!("{more} more parts could not be read"), FIX));
     }
     findings
 }
 
-/// What `stillmap run` would read.
+/// The topics that `stillmap run` would read.
 pub(super) fn choice(facts: &BagFacts) -> Finding {
     const CHECK: Check = Check::Inputs;
     match &facts.choice {
@@ -64,7 +64,7 @@ pub(super) fn choice(facts: &BagFacts) -> Finding {
     }
 }
 
-/// What is to be said of one topic alone.
+/// The findings about one topic alone.
 pub(super) fn topic(name: &str, facts: &TopicFacts) -> Vec<Finding> {
     let mut findings = Vec::new();
     if facts.unusable > 0 {
@@ -93,7 +93,7 @@ pub(super) fn topic(name: &str, facts: &TopicFacts) -> Vec<Finding> {
     findings
 }
 
-/// Where messages are missing.
+/// Periods without messages.
 fn gaps(name: &str, facts: &TopicFacts, sorted: &[Stamp]) -> Option<Finding> {
     const CHECK: Check = Check::Gaps;
     let mut steps_s: Vec<f64> =
@@ -102,7 +102,7 @@ fn gaps(name: &str, facts: &TopicFacts, sorted: &[Stamp]) -> Option<Finding> {
         steps_s.iter().copied().enumerate().max_by(|(_, one), (_, other)| one.total_cmp(other))?;
     let usual_s = upper_median(&mut steps_s)?;
     let bound_s = match facts.type_name.as_str() {
-        // One is enough, and bags that hold it once a second are sound.
+        // One message is enough, and a rate of 1 Hz is usual.
         CameraInfo::TYPE_NAME => f64::INFINITY,
         // Poses are interpolated.
         PoseStamped::TYPE_NAME => DetectionConfig::default().max_pose_gap_s,
@@ -222,7 +222,7 @@ pub(super) fn sizes(facts: &BagFacts, buffer: &ReceiveBuffer) -> Vec<Finding> {
     if large.is_empty() {
         let largest = facts.topics.values().map(|topic| topic.largest_bytes).max().unwrap_or(0);
         let what = format!(
-            "messages of up to {} would all cross DDS here, where up to {} arrive whole",
+            "messages of up to {} would all cross DDS here, where up to {} arrive complete",
             kb(largest),
             kb(safe)
         );
@@ -232,7 +232,7 @@ pub(super) fn sizes(facts: &BagFacts, buffer: &ReceiveBuffer) -> Vec<Finding> {
         Finding::warn(
             CHECK,
             format!(
-                "{name}: messages of {} are more than the {} that arrive whole here, so `stillmap play` \
+                "{name}: messages of {} are more than the {} that arrive complete here, so `stillmap play` \
                  and `run --transport dds` lose most of them; `run --transport local` loses none",
                 kb(bytes),
                 kb(safe)

@@ -113,7 +113,7 @@ fn findings_of(path: &Path) -> Vec<Finding> {
     findings(&bag, &TopicArgs::default(), &parameters, Some(&buffer)).unwrap()
 }
 
-/// The one finding that is no OK.
+/// The one finding that is not ok.
 #[track_caller]
 fn only_fault(findings: &[Finding], severity: Severity, parts: &[&str]) {
     let faults: Vec<_> = findings.iter().filter(|one| one.severity != Severity::Ok).collect();
@@ -126,14 +126,14 @@ fn only_fault(findings: &[Finding], severity: Severity, parts: &[&str]) {
 }
 
 #[test]
-fn a_healthy_bag_has_nothing_but_ok() {
+fn all_findings_of_a_healthy_bag_are_ok() {
     let findings = Recording::healthy().findings();
     assert!(findings.iter().all(|one| one.severity == Severity::Ok), "{findings:?}");
-    let told = |part: &str| findings.iter().any(|one| one.what.contains(part));
-    assert!(told("reads /scan, /depth/image with /depth/camera_info, /pose"));
-    assert!(told("/scan: 21 messages at 10.0 Hz"));
-    assert!(told("21 of 21 scans"));
-    assert!(told("61 of 61 images"));
+    let reports = |part: &str| findings.iter().any(|one| one.what.contains(part));
+    assert!(reports("reads /scan, /depth/image with /depth/camera_info, /pose"));
+    assert!(reports("/scan: 21 messages at 10.0 Hz"));
+    assert!(reports("21 of 21 scans"));
+    assert!(reports("61 of 61 images"));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Whether the bag's definition of a type is this release's.
+//! Whether the bag's definition of a type is the same as this release's.
 
 use bag_player::TopicInfo;
 use msgs::schema_of;
@@ -9,7 +9,7 @@ use crate::doctor::finding::Finding;
 /// The fields of a message that is not within another, as the schemas name the first part.
 const WHOLE: &str = "";
 
-/// A type that the bag defines otherwise than this program.
+/// A type whose definition in the bag differs from that of this program.
 pub(super) fn finding(topic: &TopicInfo) -> Option<Finding> {
     let ours = schema_of(&topic.type_name)?;
     let theirs = topic.definition.as_deref().filter(|text| !text.trim().is_empty())?;
@@ -17,7 +17,10 @@ pub(super) fn finding(topic: &TopicInfo) -> Option<Finding> {
     Some(Finding::grave_if(
         topic.message_count > 0,
         Check::Versions,
-        format!("{}: the bag defines {} otherwise: {difference}", topic.topic, topic.type_name),
+        format!(
+            "{}: the definition of {} in the bag differs: {difference}",
+            topic.topic, topic.type_name
+        ),
         "record with the packages of a current ROS 2, or convert the bag; where it was converted, see that the \
          definitions are of the messages in it",
     ))
@@ -30,15 +33,15 @@ fn difference(theirs: &str, ours: &str) -> Option<String> {
         let (_, their_fields) = theirs.iter().find(|(their_name, _)| *their_name == name)?;
         let most = our_fields.len().max(their_fields.len());
         let place = (0..most).find(|place| our_fields.get(*place) != their_fields.get(*place))?;
-        let told = |fields: &[String]| {
+        let description = |fields: &[String]| {
             fields.get(place).map_or_else(|| "nothing".to_owned(), |field| format!("'{field}'"))
         };
         let of = if name == WHOLE { String::new() } else { format!(" of {name}") };
         Some(format!(
             "field {}{of} is {} there and {} here",
             place + 1,
-            told(their_fields),
-            told(&our_fields)
+            description(their_fields),
+            description(&our_fields)
         ))
     })
 }
@@ -61,7 +64,7 @@ fn field(line: &str) -> Option<String> {
     let code = line.split('#').next()?;
     let mut words = code.split_whitespace();
     let (of_type, name) = (words.next()?, words.next()?);
-    // A constant has its value behind a sign of equality; a default stands behind the name alone.
+    // A constant has an equals sign before its value; a default follows the name without one.
     let is_constant = name.contains('=') || words.next().is_some_and(|word| word.starts_with('='));
     if is_constant || of_type.starts_with('=') {
         return None;
@@ -91,7 +94,7 @@ mod tests {
     const POSE: &str = "geometry_msgs/msg/PoseStamped";
 
     #[test]
-    fn the_same_definition_written_otherwise_is_the_same() {
+    fn formatting_of_a_definition_makes_no_difference() {
         let ours = schema_of(POSE).unwrap();
         assert_eq!(difference(&ours, &ours), None);
         let written = ours
@@ -105,10 +108,10 @@ mod tests {
     fn another_field_is_named_with_its_place() {
         let ours = schema_of(POSE).unwrap();
         let ros1 = ours.replace("\nstring frame_id", "\nuint32 seq\nstring frame_id");
-        let told = difference(&ros1, &ours).unwrap();
+        let text = difference(&ros1, &ours).unwrap();
         assert!(
-            told.contains("of Header is 'uint32 seq' there and 'string frame_id' here"),
-            "{told}"
+            text.contains("of Header is 'uint32 seq' there and 'string frame_id' here"),
+            "{text}"
         );
         let short = difference("std_msgs/Header header\n", &ours).unwrap();
         assert!(short.contains("field 2 is nothing there"), "{short}");

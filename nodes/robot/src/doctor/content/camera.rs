@@ -35,7 +35,7 @@ impl CameraFacts {
             self.sizes_px.insert((info.width, info.height));
         }
         let first = *self.first.get_or_insert(info.k);
-        // By their bits: what is no number is the same as itself.
+        // Compared by their bits, so that NaN equals itself.
         self.changed += u64::from(first.map(f64::to_bits) != info.k.map(f64::to_bits));
     }
 

@@ -4,9 +4,9 @@ use super::{Check, Finding};
 
 /// Clocks of one robot differ by less, ...
 const MOST_SKEW_S: f64 = 0.25;
-/// ... but what is computed may come later than what is measured.
+/// ... but computed data may come later than measurements.
 const MOST_LATE_S: f64 = 0.5;
-/// Beyond this no driver is late, but a clock is wrong.
+/// Beyond this the cause is a wrong clock, not a late driver.
 const GRAVE_SKEW_S: f64 = 1.0;
 
 /// A topic's clock.
@@ -29,12 +29,12 @@ pub(in crate::doctor) fn findings(clocks: &[Clock<'_>], evidence: &str) -> Vec<F
         .filter(|clock| !is_usual(clock))
         .map(|clock| {
             let skew_s = clock.offset_s - usual_s;
-            let way = if skew_s > 0.0 { "ahead of" } else { "behind" };
+            let direction = if skew_s > 0.0 { "ahead of" } else { "behind" };
             Finding::grave_if(
                 clock.is_read && skew_s.abs() > GRAVE_SKEW_S,
                 Check::Clocks,
                 format!(
-                    "{}: its stamps are {:.3} s {way} those of {} ({evidence})",
+                    "{}: its stamps are {:.3} s {direction} those of {} ({evidence})",
                     clock.topic,
                     skew_s.abs(),
                     others.join(", ")

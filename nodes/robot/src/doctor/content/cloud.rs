@@ -1,4 +1,4 @@
-//! What is in clouds: their distances, and the times of their points.
+//! The content of clouds: the distances and the times of their points.
 
 use std::f64::consts::TAU;
 
@@ -7,16 +7,16 @@ use msgs::sensor_msgs::{PointCloud2, PointField};
 
 use super::{Check, Finding, Subject, Typical};
 
-/// Points of a cloud that are looked at, about.
+/// About how many points of a cloud are sampled.
 const SAMPLES: usize = 2000;
 /// No scanner of a car sees this far for half of its points.
 const FARTHEST_M: f64 = 500.0;
 /// The horizon in parts; a scanner that turns has points in nearly all of them.
 const SECTORS: u32 = 12;
 const MOST_SECTORS: u32 = 10;
-/// Names of the field that tells which laser a point is of; only 3D scanners have one.
+/// Names of the field with the laser of each point; only 3D scanners have one.
 const RING_FIELDS: [&str; 5] = ["ring", "line", "channel", "laser_id", "row"];
-/// Names of the field that tells when a point was measured.
+/// Names of the field with the time of each point.
 const TIME_FIELDS: [&str; 7] =
     ["time", "t", "timestamp", "time_stamp", "timestamps", "offset_time", "stamps"];
 /// Parts of the names that 3D scanners have as topics and frames.
@@ -118,7 +118,7 @@ impl CloudFacts {
         }
         let time = time.map(|time| FieldReader::of(cloud, time));
         let point_bytes = (cloud.point_step as usize).max(1);
-        // Rows may be padded, which costs a sample or two of the distances nothing.
+        // Rows may be padded; a few wrong samples do not change the median.
         let points = cloud.data.chunks_exact(point_bytes);
         let step = (points.len() / SAMPLES).max(1) | 1;
         let mut distances_m = Vec::new();
@@ -173,7 +173,7 @@ impl CloudFacts {
                 self.finite == 0 && subject.is_read,
                 Check::Returns,
                 format!(
-                    "{topic}: {} of {} points of {} clouds have a place",
+                    "{topic}: {} of {} points of {} clouds have a position",
                     self.finite, self.samples, self.clouds
                 ),
                 "uncover the sensor; see that it turns, or that it is in its range and out of the sun",
@@ -188,7 +188,7 @@ impl CloudFacts {
         if !turns || !(self.is_scanner || is_scanner(subject.topic)) {
             return None;
         }
-        const MEND: &str = "let the driver publish the time of each point (velodyne_driver: XYZIRT; ouster: t; \
+        const FIX: &str = "let the driver publish the time of each point (velodyne_driver: XYZIRT; ouster: t; \
                             hesai, robosense: timestamp), or record its packets";
         let topic = subject.topic;
         let Some(name) = &self.time_field else {
@@ -196,12 +196,12 @@ impl CloudFacts {
                 "{topic}: the clouds of a scanner that turns have no time for each point (fields: {})",
                 self.fields.join(", ")
             );
-            return Some(Finding::warn(Check::PointTimes, what, MEND));
+            return Some(Finding::warn(Check::PointTimes, what, FIX));
         };
         let (turn_s, period_s) = (self.turn_s.median()?, subject.period_s?);
         if turn_s == 0.0 {
             let what = format!("{topic}: the field {name} is the same for all points of a cloud");
-            return Some(Finding::warn(Check::PointTimes, what, MEND));
+            return Some(Finding::warn(Check::PointTimes, what, FIX));
         }
         if (LEAST_PERIODS * period_s..=MOST_PERIODS * period_s).contains(&turn_s) {
             return None;

@@ -1,10 +1,10 @@
-//! The frame that messages name.
+//! The `frame_id` of messages.
 
 use std::collections::BTreeSet;
 
 use super::{Check, Finding, Subject};
 
-/// Names that are told at most.
+/// Names that are kept at most.
 const MOST_NAMES: usize = 4;
 
 /// The frames of a topic's messages.

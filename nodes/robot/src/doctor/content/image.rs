@@ -1,4 +1,4 @@
-//! What a depth camera reads; of other images their size alone.
+//! The content of depth images; of other images only the size.
 
 use std::collections::BTreeSet;
 
@@ -9,13 +9,13 @@ use msgs::sensor_msgs::Image;
 
 use super::{Check, Finding, Subject, Typical};
 
-/// Pixels of an image that are looked at, about.
+/// About how many pixels of an image are sampled.
 const SAMPLES: usize = 2000;
 /// No depth camera of a robot sees this far.
 const FARTHEST_M: f64 = 100.0;
-/// Depth images whose largest pixel is below this have whole metres, not millimetres: so near no camera measures.
+/// Depth images whose largest pixel is below this have whole metres, not millimetres: no camera measures at such a distance.
 const NEAREST_MM: f64 = 40.0;
-/// A camera that measures less than this share of its pixels is covered, or looks at nothing.
+/// A camera that measures less than this share of its pixels is covered, or sees nothing in its range.
 const LEAST_SHARE: f64 = 0.01;
 /// Sizes that are kept at most.
 const MOST_SIZES: usize = 4;
@@ -39,7 +39,7 @@ impl ImageFacts {
         }
         let Ok(depth) = convert::depth_from_message(image) else { return };
         let step = (depth.pixels().len() / SAMPLES).max(1) | 1;
-        // A stride that is odd does not fall on the same columns in every row.
+        // An odd stride does not hit the same columns in every row.
         let measured = |depth: &f64| depth.is_finite() && *depth > 0.0;
         let mut depths: Vec<f64> = match depth.pixels() {
             DepthPixels::Millimetres(pixels) => pixels

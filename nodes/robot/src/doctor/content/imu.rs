@@ -1,17 +1,17 @@
-//! What an inertial unit reads.
+//! The content of readings of an inertial unit.
 
 use msgs::geometry_msgs::Vector3;
 use msgs::sensor_msgs::Imu;
 
 use super::{Check, Finding, Subject, Typical};
 
-/// Standing still it reads 9.78 to 9.83 m/s2; the median of a drive is near that, within what drivers and biases add.
+/// At rest it reads 9.78 to 9.83 m/s2; the median of a drive is near that, within what drivers and biases add.
 const GRAVITY_M_PER_S2: std::ops::RangeInclusive<f64> = 7.0..=13.0;
 /// The same in g.
 const GRAVITY_G: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 /// No platform turns so fast for half of the time: nearly two turns a second.
 const FASTEST_TURN_RAD_PER_S: f64 = 12.0;
-/// Fewer readings say nothing.
+/// With fewer readings the unit is not judged.
 const LEAST_READINGS: usize = 10;
 
 /// What is known of inertial readings.

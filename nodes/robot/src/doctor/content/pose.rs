@@ -1,4 +1,4 @@
-//! Where a platform is said to be.
+//! The content of poses: the motion of the platform.
 
 use geometry::Stamp;
 use msgs::convert::stamp_from_time;
@@ -15,16 +15,16 @@ const LEAST_JUMP_M: f64 = 1.0;
 const JUMP_SPEEDS: f64 = 10.0;
 /// ... and faster than this: beyond what a robot's brakes and motors can do between two poses.
 const JUMP_M_PER_S: f64 = 20.0;
-/// Where it is farther from one pose to the next, time was not measured but lost.
+/// After a longer time between two poses, messages are missing, and the step is not judged.
 const LONGEST_STEP_S: f64 = 1.0;
 
 /// What is known of poses.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(in crate::doctor) struct PoseFacts {
     last: Option<(Stamp, nalgebra::Vector3<f64>)>,
-    /// Of steps that move at all.
+    /// Of all steps with motion.
     speed_m_per_s: Typical,
-    /// The largest step at a speed that is no platform's: how far, and when.
+    /// Steps at a speed that no platform has.
     jumps: Vec<Jump>,
 }
 
@@ -40,25 +40,25 @@ struct Jump {
 const MOST_JUMPS: usize = 4096;
 
 /// A message with a pose.
-pub(super) trait Placed {
-    fn place(&self) -> (Stamp, &Point);
+pub(super) trait Positioned {
+    fn position(&self) -> (Stamp, &Point);
 }
 
-impl Placed for PoseStamped {
-    fn place(&self) -> (Stamp, &Point) {
+impl Positioned for PoseStamped {
+    fn position(&self) -> (Stamp, &Point) {
         (stamp_from_time(self.header.stamp), &self.pose.position)
     }
 }
 
-impl Placed for Odometry {
-    fn place(&self) -> (Stamp, &Point) {
+impl Positioned for Odometry {
+    fn position(&self) -> (Stamp, &Point) {
         (stamp_from_time(self.header.stamp), &self.pose.pose.position)
     }
 }
 
 impl PoseFacts {
-    pub(super) fn take(&mut self, message: &impl Placed) {
-        let (stamp, position) = message.place();
+    pub(super) fn take(&mut self, message: &impl Positioned) {
+        let (stamp, position) = message.position();
         let here = nalgebra::Vector3::new(position.x, position.y, position.z);
         let Some((before, there)) = self.last.replace((stamp, here)) else { return };
         let (step_s, step_m) = (stamp.seconds_since(before), (here - there).norm());

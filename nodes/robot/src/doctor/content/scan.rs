@@ -1,4 +1,4 @@
-//! What a 2D scanner reads.
+//! The content of scans of a 2D scanner.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ const FARTHEST_M: f64 = 200.0;
 const FARTHEST_STATED_M: f64 = 1000.0;
 /// Scans go round once; beyond this the angles are in degrees.
 const MOST_SPAN_RAD: f64 = 1.1 * TAU;
-/// A scanner that reads of less than this share of its beams is covered, or looks at nothing.
+/// A scanner with returns on less than this share of its beams is covered, or sees nothing in its range.
 const LEAST_SHARE: f64 = 0.02;
 /// A turn takes no longer than so many times the time between scans.
 const MOST_PERIODS: f64 = 2.0;
@@ -23,14 +23,14 @@ const MOST_PERIODS: f64 = 2.0;
 pub(in crate::doctor) struct ScanFacts {
     scans: u64,
     beams: u64,
-    /// Beams with a range above nothing.
+    /// Beams with a finite range above 0.
     returned: u64,
     /// Beams with a range within the stated limits.
     within: u64,
     /// The median range of each scan.
     range_m: Typical,
     range_max_m: Typical,
-    /// From the first beam to the last, as the increment has it.
+    /// From the first beam to the last, by the increment.
     span_rad: Typical,
     /// The time that the beams of a scan take.
     turn_s: Typical,

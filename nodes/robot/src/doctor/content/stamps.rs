@@ -4,21 +4,21 @@ use geometry::Stamp;
 
 use super::{Check, Finding};
 
-/// What is wrong with stamps, in the order in which they came.
+/// What is wrong with stamps, which are in the order in which they were received.
 pub(in crate::doctor) fn findings(topic: &str, is_read: bool, stamps: &[Stamp]) -> Vec<Finding> {
-    const MEND: &str = "the driver must stamp each message with the time of its measurement";
+    const FIX: &str = "the driver must stamp each message with the time of its measurement";
     let count = stamps.len();
     let zeros = stamps.iter().filter(|stamp| is_zero(stamp)).count();
     if zeros > 0 {
         let what = format!("{topic}: {zeros} of {count} messages have the stamp 0");
-        return vec![Finding::grave_if(is_read, Check::Stamps, what, MEND)];
+        return vec![Finding::grave_if(is_read, Check::Stamps, what, FIX)];
     }
     let (Some(first), Some(last)) = (stamps.iter().min(), stamps.iter().max()) else {
         return Vec::new();
     };
     if first == last && count > 1 {
         let what = format!("{topic}: all {count} messages have the stamp {:.3} s", seconds(*first));
-        return vec![Finding::error(Check::Stamps, what, MEND)];
+        return vec![Finding::error(Check::Stamps, what, FIX)];
     }
     let steps = || stamps.windows(2).map(|pair| pair[1].seconds_since(pair[0]));
     let late = steps().filter(|step_s| *step_s < 0.0).count();
@@ -35,7 +35,7 @@ pub(in crate::doctor) fn findings(topic: &str, is_read: bool, stamps: &[Stamp]) 
     )]
 }
 
-/// Whether nobody has set it.
+/// Whether the stamp was not set.
 pub(in crate::doctor) fn is_zero(stamp: &Stamp) -> bool {
     stamp.as_nanos() == 0
 }

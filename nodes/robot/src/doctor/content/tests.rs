@@ -1,4 +1,4 @@
-//! Readings one by one; whole bags and graphs are in the tests of the whole.
+//! Readings one by one; whole bags and graphs are in the suite tests.
 
 use msgs::geometry_msgs::{Transform, TransformStamped};
 use msgs::sensor_msgs::PointField;
@@ -40,7 +40,7 @@ fn scan(ranges: Vec<f32>) -> LaserScan {
 }
 
 #[test]
-fn a_scanner_in_a_hall_that_is_too_large_for_it_is_no_error() {
+fn few_returns_in_a_large_hall_are_no_error() {
     let mut ranges = vec![f32::INFINITY; 100];
     ranges[..3].fill(5.0);
     assert!(findings_of(&[scan(ranges.clone())]).is_empty());
@@ -51,7 +51,7 @@ fn a_scanner_in_a_hall_that_is_too_large_for_it_is_no_error() {
 }
 
 #[test]
-fn an_inertial_unit_is_judged_by_what_it_measures() {
+fn acceleration_in_the_wrong_unit_is_found() {
     let reading = |acceleration: f64, covariance: f64| {
         let mut imu = Imu { header: header(), ..Imu::default() };
         imu.linear_acceleration.z = acceleration;
@@ -61,12 +61,12 @@ fn an_inertial_unit_is_judged_by_what_it_measures() {
     assert!(findings_of(&reading(9.8, 0.0)).is_empty());
     only(&findings_of(&reading(1.0, 0.0)), Check::Units, Severity::Error);
     only(&findings_of(&reading(0.05, 0.0)), Check::Units, Severity::Error);
-    // It says that it measures none.
+    // By its covariance it has no accelerometer.
     assert!(findings_of(&reading(0.0, -1.0)).is_empty());
 }
 
 #[test]
-fn a_calibration_without_numbers_is_none() {
+fn invalid_calibrations_are_found() {
     let info = |k: [f64; 9]| CameraInfo {
         header: header(),
         width: 640,
@@ -87,7 +87,7 @@ fn a_calibration_without_numbers_is_none() {
 }
 
 #[test]
-fn what_is_computed_may_be_late_and_nothing_may_be_early() {
+fn stamps_may_be_somewhat_late_but_not_early() {
     let skewed = |offset_s: f64| {
         let clock = |topic, offset_s| Clock { topic, is_read: true, offset_s };
         clocks::findings(&[clock("/a", 0.0), clock("/b", -0.01), clock("/c", offset_s)], "x")
@@ -115,16 +115,16 @@ fn transforms(edges: &[(&str, &str)]) -> TransformFacts {
 }
 
 #[test]
-fn each_loop_is_told_once() {
+fn each_loop_is_reported_once() {
     let facts = transforms(&[("b", "a"), ("a", "b"), ("b", "c"), ("d", "d")]);
-    let told: Vec<String> = facts.findings(&[]).into_iter().map(|one| one.what).collect();
-    assert_eq!(told.len(), 2, "{told:?}");
-    assert!(told[0].contains("a -> b -> a is a loop"), "{told:?}");
-    assert!(told[1].contains("d -> d is a loop"), "{told:?}");
+    let loops: Vec<String> = facts.findings(&[]).into_iter().map(|one| one.what).collect();
+    assert_eq!(loops.len(), 2, "{loops:?}");
+    assert!(loops[0].contains("a -> b -> a is a loop"), "{loops:?}");
+    assert!(loops[1].contains("d -> d is a loop"), "{loops:?}");
 }
 
 #[test]
-fn a_tree_is_in_one_piece_and_a_sensor_outside_of_it_is_told() {
+fn a_connected_tree_is_ok_and_a_sensor_outside_of_it_is_reported() {
     let facts = transforms(&[("base", "laser"), ("base", "camera")]);
     only(
         &facts.findings(&[("/scan", "/laser"), ("/depth", "camera")]),
@@ -150,7 +150,7 @@ fn a_chain_of_any_length_ends() {
 
 proptest! {
     #[test]
-    fn no_cloud_is_too_strange(
+    fn no_cloud_causes_a_panic(
         data in prop::collection::vec(any::<u8>(), 0..200),
         fields in prop::collection::vec(("x|y|z|t|time|ring", 0_u32..40, 0_u8..10), 0..6),
         point_step in 0_u32..40,
@@ -169,7 +169,7 @@ proptest! {
     }
 
     #[test]
-    fn no_scan_is_too_strange(
+    fn no_scan_causes_a_panic(
         ranges in prop::collection::vec(any::<f32>(), 0..20),
         [angle_min, angle_increment, time_increment, range_min, range_max] in any::<[f32; 5]>(),
     ) {

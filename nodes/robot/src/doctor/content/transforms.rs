@@ -1,4 +1,4 @@
-//! What was told on `/tf_static` and `/tf`: whether it is a tree, and hangs together.
+//! The transforms received on `/tf_static` and `/tf`: whether they form one tree.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,11 +13,11 @@ use super::{Check, Finding, Typical};
 const MOST_FRAMES: usize = 4096;
 /// Parents of a frame that are kept at most.
 const MOST_PARENTS: usize = 16;
-/// A moving frame is silent for too long after so many of its periods, ...
+/// A gap in a moving frame's transforms is at least so many of its periods, ...
 const GAP_PERIODS: f64 = 5.0;
 /// ... and no less than this: tf2 waits for transforms of a tenth of that, and remembers ten.
 const LEAST_GAP_S: f64 = 1.0;
-/// Refusals that are told at most.
+/// Reasons that are reported at most.
 const MOST_REFUSALS: usize = 3;
 
 /// What is known of tf.
@@ -26,13 +26,13 @@ pub(in crate::doctor) struct TransformFacts {
     pub(in crate::doctor) messages: u64,
     /// By the child, then by the parent.
     edges: BTreeMap<String, BTreeMap<String, Edge>>,
-    /// Why the first few were no transforms.
+    /// Why the first few transforms are invalid.
     refused: Vec<String>,
     refusals: u64,
     tree: TransformTree,
 }
 
-/// What was told of a frame in another.
+/// What was received of a frame in another.
 #[derive(Clone, Debug, Default)]
 struct Edge {
     messages: u64,
@@ -74,7 +74,7 @@ impl TransformFacts {
             if let Some(before) = edge.last.replace(stamp) {
                 edge.step_s.add(stamp.seconds_since(before));
             }
-            // What the tree refuses is found among the edges.
+            // An insertion that the tree refuses is found among the edges.
             let _ = if is_fixed {
                 self.tree.insert_fixed(parent, child, &motion)
             } else {
@@ -90,7 +90,7 @@ impl TransformFacts {
         }
     }
 
-    /// The transforms, as far as they are of use.
+    /// The valid transforms.
     pub(in crate::doctor) fn tree(&self) -> &TransformTree {
         &self.tree
     }
@@ -100,34 +100,34 @@ impl TransformFacts {
         if self.messages == 0 {
             return Vec::new();
         }
-        let mut findings = self.no_motions();
+        let mut findings = self.invalid();
         let loops = self.loops();
-        findings.extend(loops.iter().map(|frames| told_loop(frames)));
+        findings.extend(loops.iter().map(|frames| loop_finding(frames)));
         findings.extend(self.many_parents());
         if loops.is_empty() {
-            findings.extend(self.apart(sensors));
+            findings.extend(self.disconnected(sensors));
         }
-        findings.extend(self.silences());
+        findings.extend(self.gaps());
         if findings.is_empty() {
-            let what = format!("tf tells of {} frames in one piece", self.edges.len());
+            let what = format!("tf has {} frames, all of them connected", self.edges.len());
             findings.push(Finding::ok(Check::Transforms, what));
         }
         findings
     }
 
-    fn no_motions(&self) -> Vec<Finding> {
+    fn invalid(&self) -> Vec<Finding> {
         if self.refusals == 0 {
             return Vec::new();
         }
         vec![Finding::error(
             Check::Transforms,
-            format!("{} transforms are none: {}", self.refusals, self.refused.join("; ")),
+            format!("{} transforms are invalid: {}", self.refusals, self.refused.join("; ")),
             "publish finite numbers and a unit quaternion (0 0 0 1 for no rotation); in static_transform_publisher name \
              the arguments (--qx --qy --qz --qw)",
         )]
     }
 
-    /// Frames that hang on themselves, by way of others; each loop once.
+    /// Loops from a frame through its parents back to itself; each loop once.
     fn loops(&self) -> BTreeSet<Vec<&str>> {
         let mut search = Search::default();
         for start in self.edges.keys() {
@@ -137,18 +137,18 @@ impl TransformFacts {
     }
 
     fn follow<'a>(&'a self, frame: &'a str, search: &mut Search<'a>) {
-        if let Some(begin) = search.way.iter().position(|before| *before == frame) {
-            let mut frames = search.way.get(begin..).unwrap_or_default().to_vec();
+        if let Some(begin) = search.path.iter().position(|before| *before == frame) {
+            let mut frames = search.path.get(begin..).unwrap_or_default().to_vec();
             let least = frames.iter().enumerate().min_by_key(|(_, frame)| **frame);
             let turn = least.map_or(0, |(place, _)| place);
             frames.rotate_left(turn);
             search.loops.insert(frames);
-        } else if search.way.len() < MOST_WAY && search.seen.insert(frame) {
-            search.way.push(frame);
+        } else if search.path.len() < LONGEST_PATH && search.seen.insert(frame) {
+            search.path.push(frame);
             for parent in self.edges.get(frame).into_iter().flat_map(BTreeMap::keys) {
                 self.follow(parent, search);
             }
-            search.way.pop();
+            search.path.pop();
         }
     }
 
@@ -163,22 +163,22 @@ impl TransformFacts {
                 Finding::error(
                     Check::Transforms,
                     format!("tf: the frame {child} has {} parents: {}", parents.len(), parents.join(", ")),
-                    format!("let one broadcaster alone tell of {child}: map -> odom -> base_link -> sensor (REP-105)"),
+                    format!("let only one broadcaster publish {child}: map -> odom -> base_link -> sensor (REP-105)"),
                 )
             })
             .chain(self.edges.iter().flat_map(|(child, parents)| {
                 parents.iter().filter(|(_, edge)| edge.fixed && edge.moving).map(move |(parent, _)| {
                     Finding::warn(
                         Check::Transforms,
-                        format!("tf: {child} in {parent} is told on /tf_static and on /tf"),
-                        format!("let one broadcaster alone tell of {child}"),
+                        format!("tf: {child} in {parent} is published on /tf_static and on /tf"),
+                        format!("let only one broadcaster publish {child}"),
                     )
                 })
             }))
             .collect()
     }
 
-    /// The frame at the top of a frame's way.
+    /// The root of the tree that a frame is in.
     fn root<'a>(&'a self, frame: &'a str) -> &'a str {
         let mut at = frame;
         for _ in 0..self.edges.len() {
@@ -198,7 +198,7 @@ impl TransformFacts {
     }
 
     /// Sensors whose frames tf does not know, or does not connect.
-    fn apart(&self, sensors: &[(&str, &str)]) -> Vec<Finding> {
+    fn disconnected(&self, sensors: &[(&str, &str)]) -> Vec<Finding> {
         let mut findings = Vec::new();
         let mut roots: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         for (topic, frame) in sensors {
@@ -209,7 +209,7 @@ impl TransformFacts {
                 findings.push(Finding::warn(
                     Check::Frames,
                     format!(
-                        "{topic}: its frame {frame} is not among the {} frames that tf tells of",
+                        "{topic}: its frame {frame} is not among the {} frames of tf",
                         self.edges.len()
                     ),
                     format!(
@@ -226,7 +226,7 @@ impl TransformFacts {
                 .collect();
             findings.push(Finding::warn(
                 Check::Transforms,
-                format!("tf has {} parts with sensors that do not hang together: {}", parts.len(), parts.join("; ")),
+                format!("tf has {} parts with sensors that are not connected: {}", parts.len(), parts.join("; ")),
                 "publish the transform between them: the robot's description (robot_state_publisher), or \
                  static_transform_publisher",
             ));
@@ -234,8 +234,8 @@ impl TransformFacts {
         findings
     }
 
-    /// Moving frames that were not told of for a while.
-    fn silences(&self) -> Vec<Finding> {
+    /// Moving frames without a transform for a while.
+    fn gaps(&self) -> Vec<Finding> {
         let edges = self.edges.iter().flat_map(|(child, parents)| {
             parents.iter().map(move |(parent, edge)| (child, parent, edge))
         });
@@ -247,7 +247,7 @@ impl TransformFacts {
                     Finding::warn(
                         Check::Transforms,
                         format!(
-                            "tf: {child} in {parent} is silent for {longest_s:.2} s (usual are {usual_s:.3} s)"
+                            "tf: {child} in {parent} has no transform for {longest_s:.2} s (usual are {usual_s:.3} s)"
                         ),
                         "see why its broadcaster pauses; record /tf on the machine of the broadcaster",
                     )
@@ -258,23 +258,23 @@ impl TransformFacts {
 }
 
 /// Frames one above the other that are followed at most.
-const MOST_WAY: usize = 256;
+const LONGEST_PATH: usize = 256;
 
 /// A search for loops, upwards from child to parent.
 #[derive(Default)]
 struct Search<'a> {
-    /// From where the search came.
-    way: Vec<&'a str>,
+    /// The frames from the start to the present one.
+    path: Vec<&'a str>,
     seen: BTreeSet<&'a str>,
     loops: BTreeSet<Vec<&'a str>>,
 }
 
-fn told_loop(frames: &[&str]) -> Finding {
-    let mut way = frames.to_vec();
-    way.extend(frames.first());
+fn loop_finding(frames: &[&str]) -> Finding {
+    let mut path = frames.to_vec();
+    path.extend(frames.first());
     Finding::error(
         Check::Transforms,
-        format!("tf: {} is a loop, each frame in the next one", way.join(" -> ")),
-        "frames form a tree (REP-105): stop the broadcaster that has child and parent the wrong way round",
+        format!("tf: {} is a loop, each frame in the next one", path.join(" -> ")),
+        "frames form a tree (REP-105): stop the broadcaster that has child and parent swapped",
     )
 }

@@ -1,4 +1,4 @@
-//! What is typical of many numbers.
+//! The median and the maximum of many numbers.
 
 use estimation::quantile::upper_median;
 
@@ -12,19 +12,19 @@ pub(crate) struct Typical {
 }
 
 impl Typical {
-    /// Takes a number in; those that are not finite are passed over.
+    /// Adds a number; one that is not finite is ignored.
     pub(crate) fn add(&mut self, value: f64) {
         if value.is_finite() && self.values.len() < MOST_VALUES {
             self.values.push(value);
         }
     }
 
-    /// The middle one.
+    /// The median.
     pub(crate) fn median(&self) -> Option<f64> {
         upper_median(&mut self.values.clone())
     }
 
-    /// The largest one.
+    /// The maximum.
     pub(crate) fn largest(&self) -> Option<f64> {
         self.values.iter().copied().max_by(f64::total_cmp)
     }

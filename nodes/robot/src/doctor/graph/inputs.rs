@@ -1,4 +1,4 @@
-//! The topics that the suite reads: whether somebody publishes them, and under which name else.
+//! The topics that the suite reads: whether they are published, or a topic of their type under another name.
 
 use msgs::RosMessage;
 use msgs::convert::COMPRESSED_DEPTH_TOPIC;
@@ -9,13 +9,13 @@ use node_shell::{Role, RosArguments, names::NameError};
 use super::{Check, Finding, GraphView, owners};
 
 const CHECK: Check = Check::Inputs;
-/// The node whose names these are.
+/// The node that resolves the names.
 const READER: &str = "detection";
 
 /// One input of the suite.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct SuiteTopic {
-    /// The name that the node knows it by.
+    /// The name in the node's code, before remapping.
     name: String,
     /// Its absolute name, after remapping.
     topic: String,
@@ -68,7 +68,7 @@ impl SuiteTopics {
         self.all().into_iter().any(|(input, _)| input == topic)
     }
 
-    /// Whether it is a sensor's that tf must know the place of.
+    /// Whether it is the topic of a sensor, whose frame must be in tf.
     pub(super) fn is_placed(&self, topic: &str) -> bool {
         self.contains(topic) && topic != self.pose.topic
     }
@@ -84,7 +84,7 @@ impl GraphView {
     }
 }
 
-/// The inputs that nobody publishes. An error where a node waits for them already.
+/// The inputs that nobody publishes; an error if a node waits for one already.
 pub(super) fn missing(view: &GraphView) -> Vec<Finding> {
     let suite = &view.suite;
     let mut missing: Vec<&SuiteTopic> = vec![&suite.scan];
@@ -131,14 +131,14 @@ fn nobody_publishes(view: &GraphView, input: &SuiteTopic) -> Finding {
     Finding::grave_if(!waiting.is_empty(), CHECK, what, fix)
 }
 
-/// Whether the suite reads a topic where it is there, and works without: only a SLAM tells its way.
+/// Whether the suite works without a topic: only a SLAM publishes its trajectory.
 fn is_optional(topic: &str) -> bool {
     topic.rsplit('/').next() == Some("map_path")
 }
 
-/// Subscriptions of whoever it is that hear nobody, while a topic of their type is published and nobody
-/// reads it: a name that was not remapped.
-pub(super) fn astray(view: &GraphView) -> Vec<Finding> {
+/// Subscriptions without a publisher, of any node, if a topic of their type is published that nobody reads: a name that was
+/// not remapped.
+pub(super) fn unmatched_names(view: &GraphView) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut last = "";
     let subscriptions = view.endpoints.iter().filter(|one| one.role == Role::Subscription);
@@ -158,16 +158,16 @@ pub(super) fn astray(view: &GraphView) -> Vec<Finding> {
             .filter(|other| view.at(Role::Subscription, other).next().is_none())
             .collect();
         if let [only] = unread.as_slice() {
-            let who = owners(view.at(Role::Subscription, topic));
+            let reader = owners(view.at(Role::Subscription, topic));
             findings.push(Finding::warn(
                 Check::Names,
                 format!(
-                    "{who} waits for {topic} ({}), which nobody publishes, and nobody reads {only} of \
+                    "{reader} waits for {topic} ({}), which nobody publishes, and nobody reads {only} of \
                      the same type from {}",
                     subscription.type_name,
                     owners(view.at(Role::Publisher, only))
                 ),
-                format!("if they belong together, start {who} with --ros-args -r {topic}:={only}"),
+                format!("if they belong together, start {reader} with --ros-args -r {topic}:={only}"),
             ));
         }
     }
@@ -190,8 +190,8 @@ mod tests {
     fn a_graph_with_all_inputs_is_ok() {
         let findings = missing(&view(healthy()));
         assert_eq!(findings.len(), 1);
-        tells(&findings[0], Severity::Ok, &["all topics"]);
-        assert!(astray(&view(healthy())).is_empty());
+        assert_finding(&findings[0], Severity::Ok, &["all topics"]);
+        assert!(unmatched_names(&view(healthy())).is_empty());
     }
 
     #[test]
@@ -199,7 +199,7 @@ mod tests {
         let findings = missing(&without("/scan", Some(Role::Publisher)));
         assert_eq!(findings.len(), 1);
         let parts = ["nobody publishes /scan", "node /detection waits", "start the driver of scan"];
-        tells(&findings[0], Severity::Error, &parts);
+        assert_finding(&findings[0], Severity::Error, &parts);
     }
 
     #[test]
@@ -207,42 +207,50 @@ mod tests {
         let mut graph = without("/scan", None);
         graph.endpoints.push(publisher("/laser/scan", SCAN, "/driver"));
         let findings = missing(&graph);
-        tells(&findings[0], Severity::Warn, &["--ros-args -r scan:=/laser/scan"]);
+        assert_finding(&findings[0], Severity::Warn, &["--ros-args -r scan:=/laser/scan"]);
         graph.endpoints.push(publisher("/rear/scan", SCAN, "/driver"));
-        tells(&missing(&graph)[0], Severity::Warn, &["choose one of /laser/scan, /rear/scan"]);
+        assert_finding(
+            &missing(&graph)[0],
+            Severity::Warn,
+            &["choose one of /laser/scan, /rear/scan"],
+        );
     }
 
     #[test]
-    fn a_cloud_stands_in_for_a_depth_image() {
+    fn a_cloud_replaces_a_depth_image() {
         let mut graph = without("/depth/image", None);
         graph.endpoints.retain(|one| one.topic != "/depth/camera_info");
         let findings = missing(&graph);
         assert_eq!(findings.len(), 2);
-        tells(&findings[0], Severity::Warn, &["/depth/image"]);
-        tells(&findings[1], Severity::Warn, &["/depth/camera_info"]);
+        assert_finding(&findings[0], Severity::Warn, &["/depth/image"]);
+        assert_finding(&findings[1], Severity::Warn, &["/depth/camera_info"]);
         graph.endpoints.push(publisher("/points", POINTS, "/camera"));
-        tells(&missing(&graph)[0], Severity::Ok, &[]);
+        assert_finding(&missing(&graph)[0], Severity::Ok, &[]);
     }
 
     #[test]
-    fn an_image_is_of_no_use_without_its_calibration() {
+    fn an_image_without_its_calibration_is_an_error() {
         let findings = missing(&without("/depth/camera_info", Some(Role::Publisher)));
         assert_eq!(findings.len(), 1);
-        tells(&findings[0], Severity::Error, &["/depth/camera_info"]);
+        assert_finding(&findings[0], Severity::Error, &["/depth/camera_info"]);
     }
 
     #[test]
-    fn a_publisher_of_another_type_is_none() {
+    fn a_publisher_of_another_type_does_not_count() {
         let mut graph = without("/scan", Some(Role::Publisher));
         graph.endpoints.push(publisher("/scan", IMAGE, "/camera"));
-        tells(&missing(&graph)[0], Severity::Error, &["nobody publishes /scan"]);
+        assert_finding(&missing(&graph)[0], Severity::Error, &["nobody publishes /scan"]);
         graph.endpoints.retain(|one| one.topic != "/depth/image");
         let image = &missing(&graph)[1];
-        tells(image, Severity::Warn, &["nobody publishes /depth/image", "start the driver"]);
+        assert_finding(
+            image,
+            Severity::Warn,
+            &["nobody publishes /depth/image", "start the driver"],
+        );
     }
 
     #[test]
-    fn names_are_those_of_the_namespace_and_its_remappings() {
+    fn names_are_resolved_with_namespace_and_remappings() {
         let arguments = ["--ros-args", "-r", "__ns:=/robot", "-r", "scan:=/laser/scan"];
         let suite = SuiteTopics::resolve(&RosArguments::parse(arguments).unwrap()).unwrap();
         assert_eq!(suite.scan.topic, "/laser/scan");
@@ -251,14 +259,14 @@ mod tests {
     }
 
     #[test]
-    fn a_node_that_waits_beside_a_topic_of_its_type_is_led_there() {
+    fn a_node_that_waits_beside_a_topic_of_its_type_gets_the_remapping() {
         let mut graph = view(healthy());
         graph.endpoints.push(subscription("/cloud", POINTS, "/viewer"));
-        assert!(astray(&graph).is_empty());
+        assert!(unmatched_names(&graph).is_empty());
         graph.endpoints.push(publisher("/camera/points", POINTS, "/camera"));
-        let findings = astray(&graph);
+        let findings = unmatched_names(&graph);
         assert_eq!(findings.len(), 1);
         let parts = ["node /viewer waits for /cloud", "-r /cloud:=/camera/points", "node /camera"];
-        tells(&findings[0], Severity::Warn, &parts);
+        assert_finding(&findings[0], Severity::Warn, &parts);
     }
 }

@@ -1,4 +1,4 @@
-//! Topics whose messages are larger than what arrives whole.
+//! Topics whose messages are larger than the largest message that arrives complete.
 
 use std::collections::BTreeMap;
 
@@ -18,16 +18,16 @@ const COLOUR_PIXEL_BYTES: usize = 3;
 /// Bytes of a point with x, y, z and one more field; drivers that pad send 32.
 const POINT_BYTES: usize = 16;
 
-/// What a topic of camera calibrations says of the images beside it.
+/// The size of the images beside a topic of camera calibrations.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct CameraSize {
     pub(super) width_px: u32,
     pub(super) height_px: u32,
-    /// How often it comes; `None` below two messages.
+    /// The rate of its messages; `None` below two of them.
     pub(super) rate_hz: Option<f64>,
 }
 
-/// What came of a large topic that was listened to.
+/// What was received on a large topic.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Measured {
     pub(super) messages: u64,
@@ -41,7 +41,7 @@ struct Size {
     evidence: String,
 }
 
-/// Large topics against what arrives whole.
+/// The sizes of large topics, compared with the largest message that arrives complete.
 pub(super) fn sizes(view: &GraphView, buffer: &ReceiveBuffer) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut unknown = Vec::new();
@@ -62,7 +62,7 @@ pub(super) fn sizes(view: &GraphView, buffer: &ReceiveBuffer) -> Vec<Finding> {
         findings.push(Finding::ok(
             CHECK,
             format!(
-                "how large the messages of {} are is seen with --measure alone",
+                "the sizes of the messages of {} are unknown without --measure",
                 unknown.join(", ")
             ),
         ));
@@ -70,19 +70,19 @@ pub(super) fn sizes(view: &GraphView, buffer: &ReceiveBuffer) -> Vec<Finding> {
     findings
 }
 
-/// Nothing came of a topic, although somebody publishes it.
+/// Nothing was received on a topic, although it is published.
 fn silent(view: &GraphView, topic: &str, buffer: &ReceiveBuffer) -> Finding {
     let safe = kb(buffer.largest_safe_bytes);
     Finding::warn(
         CHECK,
         format!(
             "nothing of {topic} arrived within {:.1} s, although it is published; messages up to {safe} \
-             arrive whole here",
-            view.heard_s
+             arrive complete here",
+            view.listened_s
         ),
         format!(
-            "see with `stillmap doctor --measure --seconds 10` whether it is slow; if it is larger than \
-             {safe}: {}",
+            "check with `stillmap doctor --measure --seconds 10` whether its rate is low; if its messages are larger \
+             than {safe}: {}",
             buffer.fix()
         ),
     )
@@ -111,10 +111,10 @@ fn finding(view: &GraphView, topic: &str, size: &Size, buffer: &ReceiveBuffer) -
         is_read,
         CHECK,
         format!(
-            "{topic}: {} are more than the {} that arrive whole here, so most are lost ({evidence}; {})",
+            "{topic}: {} are more than the {} that arrive complete here, so most are lost ({evidence}; {})",
             kb(*bytes),
             kb(safe),
-            if is_read { "somebody subscribes" } else { "nobody subscribes yet" }
+            if is_read { "it has subscribers" } else { "no subscribers yet" }
         ),
         fix,
     )
@@ -159,7 +159,7 @@ fn camera_of<'a>(
         .iter()
         .filter(|(info, _)| {
             let folder = info.rsplit_once('/').map_or("", |(folder, _)| folder);
-            // What is at the root is beside everything.
+            // A calibration at the root is beside every topic.
             !folder.is_empty()
                 && topic.strip_prefix(folder).is_some_and(|rest| rest.starts_with('/'))
         })

@@ -1,4 +1,4 @@
-//! Every topic with who is at it.
+//! Every topic with its publishers and subscriptions.
 
 use node_shell::DiscoveredEndpoint;
 use serde::Serialize;
@@ -7,7 +7,7 @@ use serde::Serialize;
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub(crate) struct TopicListing {
     topic: String,
-    /// One, unless somebody is mistaken.
+    /// One type, unless an endpoint has the wrong one.
     types: Vec<String>,
     ends: Vec<End>,
 }
@@ -24,7 +24,7 @@ struct End {
     qos: String,
 }
 
-/// The topics of the endpoints, which are in the order of their topics.
+/// The topics of the endpoints, which are sorted by topic.
 pub(super) fn of(endpoints: &[DiscoveredEndpoint]) -> Vec<TopicListing> {
     let mut listings: Vec<TopicListing> = Vec::new();
     for endpoint in endpoints {
@@ -53,7 +53,7 @@ pub(super) fn of(endpoints: &[DiscoveredEndpoint]) -> Vec<TopicListing> {
 }
 
 impl TopicListing {
-    /// The topic in lines: itself, then its ends.
+    /// The topic in lines: its name and types, then its endpoints.
     pub(crate) fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!("{}  {}", self.topic, self.types.join(" and "))];
         for End { role, owner, vendor, type_name, qos } in &self.ends {
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn two_types_are_told_at_their_ends() {
+    fn two_types_are_listed_with_their_endpoints() {
         let listings =
             of(&[publisher("/scan", SCAN, "/driver"), publisher("/scan", IMAGE, "/camera")]);
         let lines = listings[0].lines();

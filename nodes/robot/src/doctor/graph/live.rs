@@ -7,16 +7,16 @@ use msgs::diagnostic_msgs::DiagnosticStatus;
 use node_shell::{DiscoveredEndpoint, GrantedBuffer, Node, RosArguments, ShellError, Transport};
 use tokio::time::Instant;
 
-use super::ears::Ears;
-use super::heard::{self, Heard};
+use super::listener::GraphListener;
+use super::received::{self, ReceivedTopic};
 use super::{GraphView, SuiteTopics};
 use crate::doctor::content::TransformFacts;
 use crate::doctor::machine::KernelDrops;
 
 /// The name that the doctor has in the graph while it listens.
 const NODE: &str = "stillmap_doctor";
-/// How often the doctor looks at what came.
-const LOOK: Duration = Duration::from_millis(50);
+/// How often the doctor polls its subscriptions.
+const POLL_PERIOD: Duration = Duration::from_millis(50);
 
 /// How to listen.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub(crate) struct Listening {
     pub(crate) measure: bool,
 }
 
-/// Listens to the graph; returns what was seen, and what the kernel granted meanwhile.
+/// Listens to the graph; returns what was observed, and the receive buffer that the kernel granted.
 pub(crate) async fn listen(
     transport: Transport,
     ros: &RosArguments,
@@ -37,12 +37,12 @@ pub(crate) async fn listen(
     let granted = node.granted_buffer().ok_or(ShellError::Closed);
     let seen = observe(&node, listening).await;
     let view = seen.map(|seen| GraphView {
-        heard_s: seen.heard_s,
+        listened_s: seen.listened_s,
         endpoints: seen.endpoints,
         suite,
-        cameras: heard::cameras(&seen.heard),
-        measured: heard::measured(&seen.heard),
-        heard: seen.heard,
+        cameras: received::cameras(&seen.received),
+        measured: received::measured(&seen.received),
+        received: seen.received,
         transforms: seen.transforms,
         reports: seen.reports,
         dropped: seen.dropped,
@@ -52,9 +52,9 @@ pub(crate) async fn listen(
 }
 
 struct Seen {
-    heard_s: f64,
+    listened_s: f64,
     endpoints: Vec<DiscoveredEndpoint>,
-    heard: BTreeMap<String, Heard>,
+    received: BTreeMap<String, ReceivedTopic>,
     transforms: TransformFacts,
     reports: Vec<DiagnosticStatus>,
     dropped: Option<KernelDrops>,
@@ -64,26 +64,26 @@ async fn observe(node: &Node, listening: Listening) -> Result<Seen, ShellError> 
     let start = Instant::now();
     let shutdown = node.shutdown_signal();
     let drops_before = KernelDrops::read();
-    let mut ears = Ears::open(node)?;
+    let mut listener = GraphListener::open(node)?;
     loop {
-        ears.open_more(node, &node.survey(), listening.measure)?;
-        ears.take();
+        listener.subscribe_to_new(node, &node.survey(), listening.measure)?;
+        listener.take();
         let rest = listening.span.saturating_sub(start.elapsed());
         if rest.is_zero() {
             break;
         }
         tokio::select! {
             () = shutdown.wait() => break,
-            () = tokio::time::sleep(rest.min(LOOK)) => {}
+            () = tokio::time::sleep(rest.min(POLL_PERIOD)) => {}
         }
     }
     let dropped = KernelDrops::read().zip(drops_before).map(|(now, before)| now.since(&before));
     Ok(Seen {
-        heard_s: start.elapsed().as_secs_f64(),
+        listened_s: start.elapsed().as_secs_f64(),
         endpoints: node.survey(),
-        reports: ears.reports.values().cloned().collect(),
-        transforms: ears.transforms.clone(),
-        heard: ears.heard(),
+        reports: listener.reports.values().cloned().collect(),
+        transforms: listener.transforms.clone(),
+        received: listener.into_received(),
         dropped,
     })
 }

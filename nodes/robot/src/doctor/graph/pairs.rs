@@ -1,4 +1,4 @@
-//! Publishers and subscriptions that share a name and yet do not talk.
+//! Publishers and subscriptions that share a name and yet exchange nothing.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,7 +26,7 @@ pub(super) fn types(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
         if names.len() < 2 {
             continue;
         }
-        let who: Vec<_> = types
+        let ends: Vec<_> = types
             .iter()
             .map(|((name, role), ends)| {
                 let plural = if ends.len() == 1 { "" } else { "s" };
@@ -35,46 +35,50 @@ pub(super) fn types(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
             .collect();
         findings.push(Finding::error(
             Check::Types,
-            format!("{topic} has {} types, which do not talk: {}", names.len(), who.join(", ")),
+            format!(
+                "{topic} has {} types, which exchange nothing: {}",
+                names.len(),
+                ends.join(", ")
+            ),
             format!("start one of them with another name: --ros-args -r {topic}:={topic}_2"),
         ));
     }
     findings
 }
 
-/// Pairs of one type whose qualities of service do not fit.
-pub(super) fn qualities(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
+/// Pairs of one type with incompatible QoS.
+pub(super) fn qos(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (topic, ends) in by_topic(endpoints) {
         let publishers = || ends.iter().copied().filter(|end| end.role == Role::Publisher);
-        let mut misfits: BTreeMap<QosMismatch, Misfit<'_>> = BTreeMap::new();
+        let mut mismatches: BTreeMap<QosMismatch, MismatchedPairs<'_>> = BTreeMap::new();
         for subscription in ends.iter().copied().filter(|end| end.role == Role::Subscription) {
             let of_its_type = || publishers().filter(|one| one.type_name == subscription.type_name);
-            let hears_somebody =
+            let has_compatible_publisher =
                 of_its_type().any(|one| one.qos.mismatch(&subscription.qos).is_none());
             for publisher in of_its_type() {
                 let Some(mismatch) = publisher.qos.mismatch(&subscription.qos) else { continue };
-                let misfit = misfits.entry(mismatch).or_default();
-                misfit.publishers.push(publisher);
-                misfit.subscriptions.push(subscription);
-                misfit.is_grave |= !hears_somebody;
+                let pairs = mismatches.entry(mismatch).or_default();
+                pairs.publishers.push(publisher);
+                pairs.subscriptions.push(subscription);
+                pairs.is_grave |= !has_compatible_publisher;
             }
         }
-        findings.extend(misfits.iter().map(|(mismatch, misfit)| misfit.finding(topic, mismatch)));
+        findings.extend(mismatches.iter().map(|(mismatch, pairs)| pairs.finding(topic, mismatch)));
     }
     findings
 }
 
-/// The pairs of a topic that do not fit for one reason.
+/// The pairs of a topic that are incompatible for one reason.
 #[derive(Default)]
-struct Misfit<'a> {
+struct MismatchedPairs<'a> {
     publishers: Vec<&'a DiscoveredEndpoint>,
     subscriptions: Vec<&'a DiscoveredEndpoint>,
-    /// Whether one of the subscriptions hears nobody at all.
+    /// Whether one of the subscriptions has no compatible publisher at all.
     is_grave: bool,
 }
 
-impl Misfit<'_> {
+impl MismatchedPairs<'_> {
     fn finding(&self, topic: &str, mismatch: &QosMismatch) -> Finding {
         let QosMismatch { policy, offered, requested } = mismatch;
         let (publishers, subscriptions) =
@@ -103,9 +107,9 @@ mod tests {
     use crate::doctor::finding::Severity;
 
     #[test]
-    fn healthy_graphs_have_no_misfit() {
+    fn healthy_graphs_have_no_mismatch() {
         assert!(types(&healthy()).is_empty());
-        assert!(qualities(&healthy()).is_empty());
+        assert!(qos(&healthy()).is_empty());
     }
 
     #[test]
@@ -121,38 +125,38 @@ mod tests {
             "(subscription of node /detection)",
             "--ros-args -r /scan:=/scan_2",
         ];
-        tells(&findings[0], Severity::Error, &parts);
-        // Qualities are compared among ends of one type: the camera's and the viewer's here.
+        assert_finding(&findings[0], Severity::Error, &parts);
+        // QoS is compared among endpoints of one type: the camera's and the viewer's here.
         graph.push(with_qos(subscription("/scan", IMAGE, "/viewer"), &Qos::latched()));
-        assert_eq!(qualities(&graph).len(), 1);
+        assert_eq!(qos(&graph).len(), 1);
     }
 
     #[test]
-    fn a_subscription_that_hears_nobody_is_an_error() {
+    fn a_subscription_without_a_compatible_publisher_is_an_error() {
         let graph = [
             with_qos(publisher("/scan", SCAN, "/driver"), &Qos::sensor(5)),
             with_qos(subscription("/scan", SCAN, "/viewer"), &Qos::reliable(5)),
         ];
-        let findings = qualities(&graph);
+        let findings = qos(&graph);
         assert_eq!(findings.len(), 1);
         let parts = [
             "/scan: the publisher of node /driver offers reliability best effort",
             "the subscription of node /viewer requests reliable",
             "set the reliability of node /viewer to best effort",
         ];
-        tells(&findings[0], Severity::Error, &parts);
+        assert_finding(&findings[0], Severity::Error, &parts);
     }
 
     #[test]
-    fn a_subscription_that_hears_another_publisher_is_a_warning() {
+    fn a_subscription_with_another_compatible_publisher_is_a_warning() {
         let graph = [
             with_qos(publisher("/map", POINTS, "/old"), &Qos::reliable(1)),
             with_qos(publisher("/map", POINTS, "/mapper"), &Qos::latched()),
             with_qos(subscription("/map", POINTS, "/viewer"), &Qos::latched()),
         ];
-        let findings = qualities(&graph);
+        let findings = qos(&graph);
         assert_eq!(findings.len(), 1);
-        tells(
+        assert_finding(
             &findings[0],
             Severity::Warn,
             &["durability volatile", "node /old", "transient local"],
@@ -160,13 +164,13 @@ mod tests {
     }
 
     #[test]
-    fn many_pairs_of_one_misfit_are_one_finding() {
+    fn many_pairs_with_one_mismatch_are_one_finding() {
         let mut graph = vec![with_qos(publisher("/scan", SCAN, "/driver"), &Qos::sensor(5))];
         for node in ["/b", "/a", "/a"] {
             graph.push(with_qos(subscription("/scan", SCAN, node), &Qos::reliable(5)));
         }
-        let findings = qualities(&graph);
+        let findings = qos(&graph);
         assert_eq!(findings.len(), 1);
-        tells(&findings[0], Severity::Error, &["node /a, node /b requests"]);
+        assert_finding(&findings[0], Severity::Error, &["node /a, node /b requests"]);
     }
 }

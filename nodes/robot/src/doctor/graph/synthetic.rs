@@ -1,4 +1,4 @@
-//! Graphs made for tests.
+//! Synthetic graphs for tests.
 
 use std::collections::BTreeSet;
 use std::net::Ipv4Addr;
@@ -54,12 +54,12 @@ pub(super) fn at(one: DiscoveredEndpoint, address: [u8; 4]) -> DiscoveredEndpoin
 pub(super) fn view(endpoints: Vec<DiscoveredEndpoint>) -> GraphView {
     let arguments = RosArguments::parse(Vec::<String>::new()).unwrap();
     GraphView {
-        heard_s: 3.0,
+        listened_s: 3.0,
         endpoints,
         suite: SuiteTopics::resolve(&arguments).unwrap(),
         cameras: BTreeMap::new(),
         measured: BTreeMap::new(),
-        heard: BTreeMap::new(),
+        received: BTreeMap::new(),
         transforms: TransformFacts::default(),
         reports: Vec::new(),
         dropped: None,
@@ -83,7 +83,7 @@ pub(super) fn healthy() -> Vec<DiscoveredEndpoint> {
 }
 
 #[track_caller]
-pub(super) fn tells(finding: &Finding, severity: Severity, parts: &[&str]) {
+pub(super) fn assert_finding(finding: &Finding, severity: Severity, parts: &[&str]) {
     assert_eq!(finding.severity, severity, "{finding:?}");
     let line = finding.line(false);
     for part in parts {

@@ -24,25 +24,25 @@ fn machine() -> Machine {
 }
 
 #[test]
-fn a_healthy_graph_has_nothing_but_ok() {
+fn all_findings_of_a_healthy_graph_are_ok() {
     let findings = view(healthy()).findings(&machine(), &BUFFER);
     assert!(findings.iter().all(|one| one.severity == Severity::Ok), "{findings:?}");
-    tells(&findings[0], Severity::Ok, &["4 topics", "1 of Cyclone DDS", "3.0 s"]);
+    assert_finding(&findings[0], Severity::Ok, &["4 topics", "1 of Cyclone DDS", "3.0 s"]);
 }
 
 #[test]
 fn an_empty_graph_is_one_warning() {
     let findings = view(Vec::new()).findings(&machine(), &BUFFER);
     assert_eq!(findings.len(), 1);
-    tells(&findings[0], Severity::Warn, &["nobody was heard on domain 7 within 3.0 s"]);
+    assert_finding(&findings[0], Severity::Warn, &["discovered on domain 7 within 3.0 s"]);
 }
 
 #[test]
-fn what_the_kernel_dropped_meanwhile_is_found_with_the_buffers_mend() {
+fn datagrams_that_the_kernel_dropped_are_reported_with_the_fix_of_the_buffer() {
     let mut graph = view(healthy());
     graph.dropped = Some(KernelDrops { receive_buffer_full: 9, ..KernelDrops::default() });
     let small = ReceiveBuffer { granted_bytes: 212_992, ..BUFFER };
     let findings = graph.findings(&machine(), &small);
     let dropped = findings.iter().find(|one| one.check == Check::Dropped).unwrap();
-    tells(dropped, Severity::Warn, &["9 datagrams", "net.core.rmem_max"]);
+    assert_finding(dropped, Severity::Warn, &["9 datagrams", "net.core.rmem_max"]);
 }

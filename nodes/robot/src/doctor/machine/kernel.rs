@@ -1,8 +1,8 @@
-//! What the kernel says of its limits and of what it dropped.
+//! The kernel's limits, and its counters of dropped datagrams.
 
 use std::path::Path;
 
-/// Where Linux tells; elsewhere nothing is there, and nothing is found.
+/// Where Linux reports both; on other systems nothing is read, and nothing is found.
 const PROC: &str = "/proc";
 
 /// The kernel's limits, as far as they can be read.
@@ -12,20 +12,20 @@ pub(crate) struct KernelLimits {
     pub(crate) rmem_max_bytes: Option<u64>,
     /// The largest send buffer that a socket is granted.
     pub(crate) wmem_max_bytes: Option<u64>,
-    /// How much memory datagrams may take that have arrived in part.
+    /// The memory for datagrams that have arrived in part.
     pub(crate) ipfrag_high_thresh_bytes: Option<u64>,
     /// How long the kernel waits for the rest of a datagram.
     pub(crate) ipfrag_time_s: Option<u64>,
-    /// The ports that the kernel gives to anybody.
+    /// The ports that the kernel gives to any socket that names none.
     pub(crate) ephemeral_ports: Option<(u16, u16)>,
 }
 
 /// What the kernel dropped since it started, in this network namespace.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct KernelDrops {
-    /// Datagrams that found a receive buffer full.
+    /// Datagrams that were dropped because a receive buffer was full.
     pub(crate) receive_buffer_full: u64,
-    /// Datagrams that found a send buffer full.
+    /// Datagrams that were refused because a send buffer was full.
     pub(crate) send_buffer_full: u64,
     /// Datagrams of which fragments were missing.
     pub(crate) reassembly_failures: u64,
@@ -54,7 +54,7 @@ impl KernelLimits {
 }
 
 impl KernelDrops {
-    /// What was dropped so far; `None` where the kernel does not tell.
+    /// What was dropped so far; `None` if the kernel does not report it.
     pub(crate) fn read() -> Option<Self> {
         std::fs::read_to_string(Path::new(PROC).join("net/snmp"))
             .ok()
@@ -76,8 +76,8 @@ impl KernelDrops {
         let counter = |protocol: &str, name: &str| {
             let mut lines = text.lines().filter_map(|line| line.strip_prefix(protocol));
             let (names, values) = (lines.next()?, lines.next()?);
-            let place = names.split_whitespace().position(|one| one == name)?;
-            values.split_whitespace().nth(place)?.parse().ok()
+            let column = names.split_whitespace().position(|one| one == name)?;
+            values.split_whitespace().nth(column)?.parse().ok()
         };
         Self {
             receive_buffer_full: counter("Udp:", "RcvbufErrors").unwrap_or(0),
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn limits_are_read_as_far_as_they_are_there() {
+    fn limits_that_are_missing_are_none() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| {
             let path = folder.path().join("sys/net").join(name);

@@ -13,19 +13,19 @@ use node_shell::RAISE_RECEIVE_BUFFER;
 /// The first port of domain 0, and how many ports a domain has (RTPS 2.5, 9.6.2.3).
 const FIRST_PORT: u32 = 7400;
 const PORTS_PER_DOMAIN: u32 = 250;
-/// What RustDDS asks for as the send buffer of a socket.
+/// The send buffer that RustDDS requests for a socket.
 const WANTED_SEND_BUFFER: u64 = 8 << 20;
-/// What DDS vendors advise for networks that carry large datagrams in fragments: room for some
-/// seconds of clouds, and no long wait for fragments that will not come.
+/// What DDS vendors recommend for networks that carry large datagrams in fragments: memory for some
+/// seconds of clouds, and a short wait for fragments that were lost.
 const WANTED_FRAGMENT_MEMORY: u64 = 128 << 20;
 const LONGEST_FRAGMENT_WAIT_S: u64 = 3;
 
-/// What the environment says.
+/// The transport that the environment selects.
 pub(super) fn transport(machine: &Machine) -> Finding {
-    Finding::ok(Check::Transport, format!("the environment asks for {}", machine.transport))
+    Finding::ok(Check::Transport, format!("the environment selects {}", machine.transport))
 }
 
-/// A domain whose ports the kernel gives to anybody sometimes cannot be joined.
+/// A domain cannot always be joined if its ports are in the kernel's ephemeral range.
 pub(super) fn ports(machine: &Machine) -> Option<Finding> {
     let (lowest, highest) = machine.limits.ephemeral_ports?;
     let first = FIRST_PORT + PORTS_PER_DOMAIN * u32::from(machine.domain_id);
@@ -37,21 +37,21 @@ pub(super) fn ports(machine: &Machine) -> Option<Finding> {
     Some(Finding::warn(
         Check::Ports,
         format!(
-            "the ports of domain {}, {first} to {last}, are among those that the kernel gives to \
-             anybody, {lowest} to {highest}",
+            "the ports of domain {}, {first} to {last}, overlap the ephemeral ports of the kernel, \
+             {lowest} to {highest}",
             machine.domain_id
         ),
         format!("use a domain from 0 to {safe}: export ROS_DOMAIN_ID={safe}"),
     ))
 }
 
-/// Where nodes can be heard.
+/// The network interfaces on which nodes are discovered.
 pub(super) fn interfaces(machine: &Machine) -> Vec<Finding> {
     const CHECK: Check = Check::Interfaces;
     if machine.range == DiscoveryRange::Off {
         return vec![Finding::warn(
             CHECK,
-            "nodes look for no other process: ROS_AUTOMATIC_DISCOVERY_RANGE=OFF",
+            "nodes discover no other process: ROS_AUTOMATIC_DISCOVERY_RANGE=OFF",
             "export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET",
         )];
     }
@@ -72,7 +72,7 @@ pub(super) fn interfaces(machine: &Machine) -> Vec<Finding> {
         findings.push(Finding::warn(
             CHECK,
             "no interface in use leads to another machine, so only nodes of this one are found",
-            "bring the network up: ip link set IFACE up; or, if that is meant, export \
+            "bring the network up: ip link set IFACE up; or, if that is intended, export \
              ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
         ));
     } else if looks_out && !leading_out.any(|one| one.multicast) {
@@ -85,7 +85,7 @@ pub(super) fn interfaces(machine: &Machine) -> Vec<Finding> {
     findings
 }
 
-/// Whether large messages arrive whole.
+/// Whether large messages arrive complete.
 pub(super) fn receive_buffer(buffer: &ReceiveBuffer, limits: &KernelLimits) -> Vec<Finding> {
     const CHECK: Check = Check::ReceiveBuffer;
     let safe = buffer.largest_safe_bytes;
@@ -105,11 +105,11 @@ pub(super) fn receive_buffer(buffer: &ReceiveBuffer, limits: &KernelLimits) -> V
     let mut findings = vec![if lost.is_empty() {
         Finding::ok(
             CHECK,
-            format!("the receive buffer is {size}: messages up to {} arrive whole", kb(safe)),
+            format!("the receive buffer is {size}: messages up to {} arrive complete", kb(safe)),
         )
     } else {
         let what = format!(
-            "the receive buffer is {size}: of messages above {} most are lost between processes, as {}",
+            "the receive buffer is {size}: most messages above {} are lost between processes, for example {}",
             kb(safe),
             lost.join(", ")
         );
@@ -119,7 +119,7 @@ pub(super) fn receive_buffer(buffer: &ReceiveBuffer, limits: &KernelLimits) -> V
         }
         Finding::grave_if(safe < DEPTH_IMAGE_BYTES, CHECK, what, fix)
     }];
-    // Whoever may administrate the network gets more than the limit; others do not.
+    // A process with CAP_NET_ADMIN gets more than the limit; others do not.
     if let Some(limit) = limits.rmem_max_bytes
         && limit < buffer.granted_bytes as u64
     {
@@ -137,7 +137,7 @@ pub(super) fn receive_buffer(buffer: &ReceiveBuffer, limits: &KernelLimits) -> V
     findings
 }
 
-/// Whether bursts to other machines have to wait. `topics` are those with large messages that go from
+/// Whether the send buffer delays large messages to other machines. `topics` are those with large messages that go from
 /// here to another machine.
 pub(crate) fn send_buffer(limits: &KernelLimits, topics: &[&str]) -> Option<Finding> {
     let limit = limits.wmem_max_bytes?;
@@ -153,12 +153,11 @@ pub(crate) fn send_buffer(limits: &KernelLimits, topics: &[&str]) -> Option<Find
             kib(limit),
             kb(DEPTH_IMAGE_BYTES)
         ),
-        format!("sudo sysctl -w net.core.wmem_max={WANTED_SEND_BUFFER}, then start the nodes anew"),
+        format!("sudo sysctl -w net.core.wmem_max={WANTED_SEND_BUFFER}, then restart the nodes"),
     ))
 }
 
-/// Whether large datagrams from other machines outlast the loss of a fragment. `sources` say which topic
-/// comes from where.
+/// Whether the memory for incomplete datagrams suffices after a fragment is lost. `sources` are topics of other machines.
 pub(crate) fn fragments(limits: &KernelLimits, sources: &[String]) -> Option<Finding> {
     let (memory, wait_s) = (limits.ipfrag_high_thresh_bytes?, limits.ipfrag_time_s?);
     if sources.is_empty() || memory >= WANTED_FRAGMENT_MEMORY || wait_s <= LONGEST_FRAGMENT_WAIT_S {
@@ -167,8 +166,8 @@ pub(crate) fn fragments(limits: &KernelLimits, sources: &[String]) -> Option<Fin
     Some(Finding::warn(
         Check::Fragments,
         format!(
-            "{} in datagrams that the network carries in fragments; of incomplete ones the kernel \
-             keeps {} for {wait_s} s (net.ipv4.ipfrag_high_thresh={memory}, ipfrag_time={wait_s}), and \
+            "{} in datagrams that the network carries in fragments; the kernel keeps {} of incomplete \
+             ones for {wait_s} s (net.ipv4.ipfrag_high_thresh={memory}, ipfrag_time={wait_s}), and \
              drops all once that is full",
             sources.join(", "),
             kib(memory)
@@ -180,7 +179,7 @@ pub(crate) fn fragments(limits: &KernelLimits, sources: &[String]) -> Option<Fin
     ))
 }
 
-/// What the kernel dropped while the doctor listened, whoever it was for.
+/// What the kernel dropped while the doctor listened, of all processes.
 pub(crate) fn dropped_meanwhile(dropped: &KernelDrops, seconds: f64, fix: &str) -> Vec<Finding> {
     const CHECK: Check = Check::Dropped;
     let mut findings = Vec::new();
@@ -210,7 +209,7 @@ pub(crate) fn dropped_meanwhile(dropped: &KernelDrops, seconds: f64, fix: &str) 
         findings.push(Finding::warn(
             CHECK,
             format!(
-                "within {seconds:.1} s the kernel gave up {} datagrams whose fragments did not all come",
+                "within {seconds:.1} s the kernel gave up {} datagrams whose fragments did not all arrive",
                 dropped.reassembly_failures
             ),
             format!(

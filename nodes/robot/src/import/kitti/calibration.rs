@@ -40,7 +40,7 @@ fn read(path: &Path) -> Result<String, Failure> {
         .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))
 }
 
-/// Published rotations are rounded to seven digits: farther from one than this is none.
+/// Published rotations are rounded to seven digits: a matrix farther from a rotation than this is refused.
 const NOT_ROTATED: f64 = 1e-3;
 
 fn transform(line: &str) -> Option<Isometry3<f64>> {

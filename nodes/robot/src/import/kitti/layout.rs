@@ -37,11 +37,11 @@ pub(super) fn scans(folder: &Path) -> Result<Vec<Scan>, Failure> {
         .fix("give the folder of a sequence: it holds velodyne/000000.bin, 000001.bin, ..."))
 }
 
-/// What KITTI's odometry benchmark and what KITTI-360 call their times.
+/// The names of the files of times in KITTI's odometry benchmark and in KITTI-360.
 const SECONDS: &str = "times.txt";
 const DATES: &str = "timestamps.txt";
 
-/// The moments of all frames of the sequence: seconds since its start (`times.txt`) or dates (`timestamps.txt`).
+/// The times of all frames of the sequence: seconds since its start (`times.txt`) or dates (`timestamps.txt`).
 pub(super) fn times(folder: &Path) -> Result<Option<Vec<Stamp>>, Failure> {
     for name in [SECONDS, DATES] {
         let path = folder.join(name);

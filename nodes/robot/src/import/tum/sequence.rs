@@ -1,4 +1,4 @@
-//! The files of a sequence: lists of stamps and names, poses, and which camera it was.
+//! The files of a sequence: lists of stamps and names, poses, and the camera.
 
 use std::path::Path;
 
@@ -43,7 +43,7 @@ impl Calibration {
                     Distortion::PlumbBob(*coefficients)
                 },
             }),
-            None => Err(Failure::new(format!("the name '{name}' does not tell which camera it was"))
+            None => Err(Failure::new(format!("the name '{name}' does not name the camera"))
                 .fix("give --intrinsics fx,fy,cx,cy, or keep the folder's name as published (freiburg1, 2 or 3 in it)")),
         }
     }

@@ -14,10 +14,10 @@ use crate::existing::BagOutput;
 use crate::failure::Failure;
 use crate::sensor_bag::SensorBag;
 
-/// What became of the datagrams.
+/// How many datagrams were read.
 #[derive(Clone, Copy)]
 pub(super) struct RecordingCounts {
-    /// Of the data port.
+    /// Datagrams of the data port.
     pub(super) data: AssemblyCounts,
     /// Position packets that could not be read.
     pub(super) broken_positions: u64,
@@ -25,7 +25,7 @@ pub(super) struct RecordingCounts {
 
 /// A bag being written.
 pub(super) struct Recording {
-    /// From the first packet on, so that what holds none leaves no bag.
+    /// Created at the first packet, so that a capture without packets leaves no bag.
     bag: Option<SensorBag>,
     output: BagOutput,
     assembly: RevolutionAssembly,
@@ -51,7 +51,7 @@ impl Recording {
         }
     }
 
-    /// What has become of the datagrams so far.
+    /// The counts so far.
     pub(super) fn counts(&self) -> RecordingCounts {
         RecordingCounts { data: self.assembly.counts(), broken_positions: self.broken_positions }
     }
@@ -80,7 +80,7 @@ impl Recording {
         }
     }
 
-    /// Writes what is not complete, as far as it is wanted, and closes the bag.
+    /// Writes the incomplete revolution, if that is wanted, and closes the bag.
     pub(super) fn finish(mut self) -> Result<(RecordingCounts, BagSummary), Failure> {
         let last = self.assembly.finish();
         if self.scan.is_some() {
@@ -111,7 +111,7 @@ impl Recording {
     fn add_to_scan(&mut self, datagram: &Datagram) {
         let stamp = time_from_stamp(datagram.arrival);
         let Some(scan) = &mut self.scan else { return };
-        // What was decoded has the length of a packet.
+        // A decoded datagram has the length of a packet.
         let Ok(data) = datagram.payload.as_slice().try_into() else { return };
         if scan.packets.is_empty() {
             scan.header = Header { stamp, frame_id: self.frame_id.clone() };

@@ -1,17 +1,17 @@
-//! Whether the nodes of a run have found each other, and this process.
+//! Whether the nodes of a run have discovered each other, and this process.
 
 use std::time::{Duration, Instant};
 
-use super::{LOOK_AGAIN, Run};
+use super::{POLL_PERIOD, Run};
 use crate::failure::Failure;
 use crate::run::recorder::Stage;
 use crate::visual;
 
-/// The nodes must have found each other after this time; on one host it takes a fraction of a second.
+/// The nodes must have discovered each other after this time; on one host it takes a fraction of a second.
 const LONGEST_DISCOVERY: Duration = Duration::from_secs(30);
 
 impl Run {
-    /// Waits until every node has found those that it sends to and receives from, this process included; or until it is
+    /// Waits until every node has discovered its publishers and subscribers, this process included; or until it is
     /// interrupted.
     pub(super) async fn wait_for_discovery(&mut self) -> Result<(), Failure> {
         let deadline = Instant::now() + LONGEST_DISCOVERY;
@@ -23,17 +23,17 @@ impl Run {
             self.check()?;
             if Instant::now() >= deadline {
                 return Err(Failure::new(format!(
-                    "the nodes have not found each other within {} s; missing: {}",
+                    "the nodes have not discovered each other within {} s; missing: {}",
                     LONGEST_DISCOVERY.as_secs(),
                     missing.join(", ")
                 ))
-                .fix("multicast on the loopback interface may be off or filtered; `--transport local` needs none"));
+                .fix("multicast on the loopback interface may be off or filtered; `--transport local` needs no network"));
             }
-            self.hear_for(LOOK_AGAIN).await;
+            self.receive_for(POLL_PERIOD).await;
         }
     }
 
-    /// Connections of the pipeline that no node reports yet, as `node topic`.
+    /// Connections of the pipeline that no node reports yet.
     fn undiscovered(&self) -> Vec<String> {
         // Node, its own diagnostic, and the peers that it must have: the next node and this process.
         let [detection, segmentation, reconstruction] =
@@ -56,7 +56,7 @@ impl Run {
         connections
             .into_iter()
             .chain(of_pose)
-            .filter(|(node, peers, topic, least)| self.says(node, peers, topic) < *least)
+            .filter(|(node, peers, topic, least)| self.diagnostic(node, peers, topic) < *least)
             .map(|(node, peers, topic, _)| format!("{peers} of {topic} at {node}"))
             .collect()
     }

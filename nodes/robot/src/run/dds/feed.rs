@@ -1,4 +1,4 @@
-//! How the bag's topics reach the nodes: as they are, or depth images as PNG where the kernel's receive
+//! How the bag's topics are played to the nodes: unchanged, or depth images as PNG if the kernel's receive
 //! buffer is too small for raw ones.
 
 use std::fmt;
@@ -15,26 +15,26 @@ use crate::run::parameters::PipelineParameters;
 use crate::run::recorder::Stage;
 use crate::visual;
 
-/// What the nodes are fed with.
+/// The topics that are played to the nodes.
 pub(super) struct Feed {
     /// The value of detection's parameter `input`.
     pub(super) input: &'static str,
     pub(super) topics: Vec<FedTopic>,
-    /// Names of one topic of the bag that nodes know by several: the other one, and the one that it is played as.
+    /// For a topic of the bag that nodes know under two names: the other name, and the one under which it is played.
     pub(super) aliases: Vec<(&'static str, &'static str)>,
-    /// Why depth images are compressed, where they are.
+    /// Why depth images are compressed, if they are.
     pub(super) compression: Option<Compression>,
-    /// What the pose node takes as it is although it is too large.
+    /// Images that are too large and stay raw, since the pose node reads raw images.
     pub(super) too_large: Option<Compression>,
 }
 
-/// A topic of the bag on its way to a node.
+/// A topic of the bag that is played to a node.
 pub(super) struct FedTopic {
     pub(super) bag_topic: String,
     /// The name that the player's remapping gives it.
     pub(super) played_name: &'static str,
     pub(super) is_compressed: bool,
-    /// The node that is asked what it has received of it.
+    /// The node whose diagnostics count its received messages.
     pub(super) node: &'static str,
 }
 
@@ -44,7 +44,7 @@ pub(super) struct Compression {
     raw_bytes: usize,
     png_bytes: usize,
     largest_safe: usize,
-    /// Whether metres are rounded to millimetres by it.
+    /// Whether the compression rounds metres to millimetres.
     rounds: bool,
 }
 
@@ -57,7 +57,7 @@ impl Feed {
         granted: Option<GrantedBuffer>,
     ) -> Self {
         let needed = match &inputs.view {
-            // What cannot be read here, the player and detection report.
+            // The player and detection report what cannot be read.
             ViewTopics::Depth { image, .. } => {
                 granted.and_then(|granted| Compression::needed(bag, image, granted))
             }
@@ -120,11 +120,11 @@ impl FedTopic {
 }
 
 impl Compression {
-    /// What becomes of the images when nothing is compressed.
-    pub(super) fn undone(&self) -> String {
+    /// The note about images that are too large and not compressed.
+    pub(super) fn uncompressed_note(&self) -> String {
         format!(
             "depth images of {} kB are larger than the {} kB that the kernel lets a socket receive at once, and \
-             the node for the pose takes them, and colour images, as they are: some may be lost; \
+             the pose node needs them, and colour images, uncompressed: some may be lost; \
              `{RAISE_RECEIVE_BUFFER}` fixes it",
             self.raw_bytes / 1000,
             self.largest_safe / 1000
@@ -143,7 +143,7 @@ impl Compression {
     fn of(image: &DepthImage, raw_bytes: usize, largest_safe: usize) -> Option<Self> {
         let png_bytes = convert::compressed_message_from_depth(image).ok()?.data.len();
         let rounds = matches!(image.pixels(), DepthPixels::Metres(_));
-        // An image of noise may grow.
+        // An image of noise may become larger.
         (png_bytes < raw_bytes).then_some(Self { raw_bytes, png_bytes, largest_safe, rounds })
     }
 }
@@ -154,7 +154,7 @@ impl fmt::Display for Compression {
         write!(
             formatter,
             "depth images of {} kB are larger than the {} kB that the kernel lets a socket receive at \
-             once: they travel as PNG of {} kB",
+             once: they are sent as PNG of {} kB",
             kb(self.raw_bytes),
             kb(self.largest_safe),
             kb(self.png_bytes)
@@ -162,12 +162,12 @@ impl fmt::Display for Compression {
         if self.rounds {
             write!(formatter, ", rounded to millimetres")?;
         } else {
-            write!(formatter, ", which loses nothing")?;
+            write!(formatter, ", without loss")?;
         }
         if self.png_bytes > self.largest_safe {
             write!(formatter, ", and even so some will be lost")?;
         }
-        write!(formatter, "; raw ones need `{RAISE_RECEIVE_BUFFER}`")
+        write!(formatter, "; to send raw ones: `{RAISE_RECEIVE_BUFFER}`")
     }
 }
 
@@ -182,23 +182,23 @@ mod tests {
     }
 
     #[test]
-    fn the_line_says_what_is_done_and_how_to_avoid_it() {
+    fn the_note_names_the_sizes_and_the_fix() {
         let even = image(DepthPixels::Millimetres(vec![1500; 10_000]));
         let compression = Compression::of(&even, 20_000, 15_000).unwrap();
         let line = compression.to_string();
-        for part in ["20 kB", "15 kB", "which loses nothing", "sysctl -w net.core.rmem_max="] {
+        for part in ["20 kB", "15 kB", "without loss", "sysctl -w net.core.rmem_max="] {
             assert!(line.contains(part), "{line}");
         }
         assert!(!line.contains("will be lost") && !line.contains('\n'), "{line}");
         let metres = image(DepthPixels::Metres(vec![1.5; 10_000]));
         let line = Compression::of(&metres, 40_000, 10).unwrap().to_string();
         assert!(line.contains("rounded to millimetres, and even so some will be lost"), "{line}");
-        let line = compression.undone();
+        let line = compression.uncompressed_note();
         assert!(line.contains("20 kB") && line.contains("net.core.rmem_max="), "{line}");
     }
 
     #[test]
-    fn an_image_that_would_grow_stays_as_it_is() {
+    fn an_image_that_would_grow_is_not_compressed() {
         let mut state = 1_u32;
         let noise = (0..10_000).map(|_| {
             state ^= state << 13;

@@ -1,4 +1,4 @@
-//! The player of a run: what it is told, what it says that it sent, and what of that has been lost.
+//! The player of a run: its arguments, what it reports to have sent, and what of that was lost.
 
 use std::collections::BTreeMap;
 use std::process::Stdio;
@@ -7,7 +7,7 @@ use super::feed::FedTopic;
 use super::{Playback, Run};
 use crate::failure::Failure;
 use crate::processes::Process;
-use crate::run::findings::LostOnTheWay;
+use crate::run::findings::LostMessages;
 use crate::visual;
 
 impl Run {
@@ -26,7 +26,7 @@ impl Run {
             let awaited = format!("{}/{}", self.namespace, topic.node_name());
             arguments.extend(["--wait-for".to_owned(), awaited]);
         }
-        // A pose takes longer than all else; the player waits for it rather than lose images.
+        // The pose node is the slowest; the player waits for it so that no images are lost.
         let images = self.feed.topics.iter().find(|topic| topic.played_name == "depth/image");
         if let Some(images) = images.filter(|_| self.poses.is_some()) {
             let reports = format!("{}/{}/report", self.namespace, visual::NODE);
@@ -36,14 +36,14 @@ impl Run {
         Process::start("player", &arguments, Stdio::piped())
     }
 
-    /// What the player sent and its node has not received, by topic and node. Diagnostics come once a second, so
-    /// that messages may be missing here for a moment only.
-    pub(super) fn losses(&self, sent: &Sent) -> Vec<LostOnTheWay> {
+    /// What the player sent and its node has not received, by topic and node. Diagnostics are published once a second, so
+    /// messages may be missing here for up to a second.
+    pub(super) fn losses(&self, sent: &Sent) -> Vec<LostMessages> {
         let lost = |topic: &FedTopic| {
-            let received = self.says(topic.node, "received", &topic.node_name());
+            let received = self.diagnostic(topic.node, "received", &topic.node_name());
             let bag_topic = topic.bag_topic.clone();
             let messages = sent.messages_on(&bag_topic).saturating_sub(received);
-            LostOnTheWay { topic: bag_topic, node: topic.node, messages }
+            LostMessages { topic: bag_topic, node: topic.node, messages }
         };
         self.feed.topics.iter().map(lost).filter(|lost| lost.messages > 0).collect()
     }
@@ -55,12 +55,11 @@ pub(super) struct Sent {
 }
 
 impl Sent {
-    /// What a player that has ended says that it sent.
+    /// What a player that has ended reports to have sent.
     pub(super) fn by(player: &mut Process) -> Result<Self, Failure> {
         let output = player.output()?;
         let summary: PlayedTopics = serde_json::from_str(&output).map_err(|_| {
-            Failure::new("the player ended without playing the bag")
-                .fix("its own message stands above")
+            Failure::new("the player ended without playing the bag").fix("its own message is above")
         })?;
         let messages =
             summary.topics.into_iter().map(|topic| (topic.topic, topic.published)).collect();
@@ -72,7 +71,7 @@ impl Sent {
     }
 }
 
-/// The part of the player's summary that is of interest here.
+/// The part of the player's summary that is used here.
 #[derive(serde::Deserialize)]
 struct PlayedTopics {
     topics: Vec<PlayedTopic>,

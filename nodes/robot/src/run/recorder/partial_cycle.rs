@@ -1,4 +1,4 @@
-//! A cycle while the stages have yet to speak of it.
+//! A cycle that not all stages have reported yet.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,10 @@ use super::{Stage, StepDurations};
 #[derive(Default)]
 pub(super) struct PartialCycle {
     pub(super) detected: Option<DetectedCycle>,
-    /// The pose that detection told; that of `detected` follows the map when its way is corrected.
-    pub(super) told_map_from_rig: Isometry3<f64>,
+    /// The pose that detection reported; that of `detected` follows the corrections of the trajectory.
+    pub(super) reported_map_from_rig: Isometry3<f64>,
     pub(super) dynamic_points_m: Option<Vec<Point3<f32>>>,
-    /// The tracks' positions in the map as it was when they were told.
+    /// The tracks' positions in the map frame as it was when they were published.
     pub(super) tracks_m: Option<BTreeMap<u32, Point3<f64>>>,
     pub(super) counts: Option<SegmentationCounts>,
     pub(super) map_points: Option<usize>,
@@ -23,12 +23,12 @@ pub(super) struct PartialCycle {
 }
 
 impl PartialCycle {
-    pub(super) fn first_silent_stage(&self) -> Option<Stage> {
-        let segmentation_spoke =
+    pub(super) fn first_missing_stage(&self) -> Option<Stage> {
+        let has_segmentation =
             self.counts.is_some() && self.dynamic_points_m.is_some() && self.tracks_m.is_some();
         if self.detected.is_none() {
             Some(Stage::Detection)
-        } else if !segmentation_spoke {
+        } else if !has_segmentation {
             Some(Stage::Segmentation)
         } else if self.map_points.is_none() {
             Some(Stage::Reconstruction)
@@ -39,8 +39,8 @@ impl PartialCycle {
 
     pub(super) fn into_record(self, index: u32) -> Option<CycleRecord> {
         let detected = self.detected?;
-        // The tracks stay where they were seen from, whatever has become of the way since.
-        let corrected_from_told = detected.map_from_rig * self.told_map_from_rig.inverse();
+        // The tracks keep their positions relative to the rig when the trajectory is corrected.
+        let corrected_from_reported = detected.map_from_rig * self.reported_map_from_rig.inverse();
         let tracks_m = self.tracks_m?.into_iter();
         Some(CycleRecord {
             index,
@@ -52,7 +52,7 @@ impl PartialCycle {
             counts: self.counts?,
             map_points: self.map_points?,
             dynamic_points_m: self.dynamic_points_m?,
-            tracks_m: tracks_m.map(|(id, at_m)| (id, corrected_from_told * at_m)).collect(),
+            tracks_m: tracks_m.map(|(id, at_m)| (id, corrected_from_reported * at_m)).collect(),
             step_durations_s: self.durations.into_iter().flatten().collect(),
         })
     }

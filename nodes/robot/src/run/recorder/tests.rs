@@ -36,8 +36,8 @@ fn track(id: u32, x_m: f64) -> Track {
     }
 }
 
-/// All that the other stages say of a cycle, but for its tracks.
-fn speak(recorder: &mut Recorder, index: u32) {
+/// The messages of the other stages about a cycle, without its tracks.
+fn report_other_stages(recorder: &mut Recorder, index: u32) {
     let stamp = at(f64::from(index));
     recorder.dynamic_cloud(Cloud { stamp, frame_id: "rig".to_owned(), points_m: Vec::new() });
     recorder.counts(index, SegmentationCounts::default());
@@ -58,15 +58,15 @@ fn recorder() -> Recorder {
 }
 
 #[test]
-fn tracks_go_with_their_cycle_in_whatever_order_they_come() {
+fn tracks_are_assigned_to_their_cycle_in_any_order() {
     let mut recorder = recorder();
-    // Segmentation may be heard before detection is.
+    // Segmentation's message may be received before detection's.
     recorder.tracks(0, &[track(4, 2.0)]);
     recorder.detected(detected(0, 0.0));
     recorder.detected(detected(1, 0.0));
-    speak(&mut recorder, 0);
-    speak(&mut recorder, 1);
-    assert_eq!(recorder.incomplete_cycles(), 1, "the second has no word of its tracks");
+    report_other_stages(&mut recorder, 0);
+    report_other_stages(&mut recorder, 1);
+    assert_eq!(recorder.incomplete_cycles(), 1, "the second has no tracks yet");
     recorder.tracks(1, &[]);
     assert_eq!(recorder.incomplete_cycles(), 0);
     let record = finish(recorder);
@@ -76,11 +76,11 @@ fn tracks_go_with_their_cycle_in_whatever_order_they_come() {
 }
 
 #[test]
-fn tracks_follow_the_map_when_its_way_is_corrected() {
+fn tracks_follow_a_correction_of_the_trajectory() {
     let mut recorder = recorder();
     recorder.detected(detected(0, 1.0));
     recorder.tracks(0, &[track(4, 3.0)]);
-    speak(&mut recorder, 0);
+    report_other_stages(&mut recorder, 0);
     for (since_s, x_m) in [(1.0, 1.0), (2.0, 0.5)] {
         let vertex = |seconds| PathVertex {
             stamp: at(seconds),

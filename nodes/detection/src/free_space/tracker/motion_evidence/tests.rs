@@ -22,9 +22,9 @@ fn history(sightings: impl IntoIterator<Item = Sighting>) -> History {
     history
 }
 
-/// Regression: behind a robot that drove off, one part of a far wall after the other came into sight and travelled.
+/// Regression: behind a robot that drove away, successive parts of a far wall became visible and counted as one that travels.
 #[test]
-fn from_a_platform_that_moves_what_leaps_once_does_not_travel() {
+fn on_a_moving_platform_a_single_leap_is_not_travel() {
     let does_travel = |x_m: [f64; 6]| {
         let seen = x_m.into_iter().enumerate();
         travels(&history(seen.map(|(index, x_m)| sighting(index, x_m, 0.04 * index as f64))), true)
@@ -33,9 +33,9 @@ fn from_a_platform_that_moves_what_leaps_once_does_not_travel() {
     assert!(!does_travel([2.0, 2.0, 2.0, 2.6, 2.6, 2.6]));
 }
 
-/// What is nearer at one side uncovers another part of what is static, as the platform moves.
+/// A nearer surface at one side uncovers another part of a static object as the platform moves.
 #[test]
-fn what_background_hides_at_one_side_travels_from_a_static_platform_alone() {
+fn an_object_partly_hidden_by_background_travels_only_on_a_static_platform() {
     let does_travel = |platform_moves: bool, space: Space| {
         let seen = (0..6).map(|index| {
             let mut seen = sighting(index, 2.0 + 0.16 * index as f64, 0.0);
@@ -51,9 +51,9 @@ fn what_background_hides_at_one_side_travels_from_a_static_platform_alone() {
     assert!(does_travel(true, Space::Free), "in free space nothing static is uncovered");
 }
 
-/// The centroid of what another object uncovers moves; the end that is seen stays.
+/// The centroid of an object that another one uncovers moves; its visible end does not.
 #[test]
-fn what_another_uncovers_does_not_travel() {
+fn an_object_that_another_uncovers_does_not_travel() {
     let uncovered = |end_moves: bool| {
         let seen = (0..6).map(|index| {
             let mut seen = sighting(index, 2.0 + 0.16 * index as f64, 0.0);
@@ -68,8 +68,7 @@ fn what_another_uncovers_does_not_travel() {
     assert!(uncovered(true) && !uncovered(false));
 }
 
-/// The robot that follows a person sees him from the same side all the time; one that goes past sees a static object from
-/// another side.
+/// A robot that follows a person sees the same side all the time; one that passes a static object sees another side of it.
 #[test]
 fn the_motion_of_the_platform_counts_across_its_line_of_sight_alone() {
     let does_travel = |across: bool| {
@@ -86,9 +85,9 @@ fn the_motion_of_the_platform_counts_across_its_line_of_sight_alone() {
     assert!(does_travel(false) && !does_travel(true));
 }
 
-/// Regression: far segments, of which more and less came into sight, travelled by their errors.
+/// Regression: far segments of changing visible width travelled by their errors.
 #[test]
-fn what_errors_explain_does_not_travel() {
+fn a_displacement_within_the_errors_is_not_travel() {
     let does_travel = |error_m: f64| {
         let seen = (0..7)
             .map(|index| Sighting { error_m, ..sighting(index, 9.0 + 0.08 * index as f64, 0.0) });

@@ -14,9 +14,9 @@ fn segments_beside(class: ReturnClass) -> Vec<Segment> {
     segments(&scan, &classes, &[], 1)
 }
 
-/// Regression: one who went away behind a door frame was found nowhere, since the frame is nearer.
+/// Regression: a person who walked away behind a door frame was not found, since the frame is nearer.
 #[test]
-fn what_is_nearer_at_one_side_may_hide_a_part() {
+fn a_nearer_surface_at_one_side_may_hide_a_part() {
     let sides = |class| {
         let all = segments_beside(class);
         let person = all.iter().find(|segment| segment.beams == PERSON).unwrap();

@@ -1,8 +1,8 @@
-//! Objects in free space, from a platform that moves.
+//! Objects in free space, on a moving platform.
 
 use super::*;
 
-/// What a person at `place_m(time_s)` in free space shows in each scan, from a platform at `platform_m(time_s)`.
+/// The evidence in each scan of a person at `place_m(time_s)` in free space, from a platform at `platform_m(time_s)`.
 fn shown(
     scans: usize,
     is_in_clutter: bool,
@@ -19,7 +19,7 @@ fn shown(
     (0..scans).map(evidence).collect()
 }
 
-/// What the run of a scan shows, which is all that is in free space.
+/// The evidence of the run of a scan, the only one in free space.
 fn evidence_in(
     tracker: &mut Tracker,
     scan: &DeskewedScan,
@@ -39,7 +39,7 @@ fn at_origin(_: f64) -> [f64; 2] {
 }
 
 #[test]
-fn in_empty_space_it_counts_at_once_and_as_background_when_it_has_not_travelled() {
+fn in_empty_space_it_counts_at_once_and_becomes_background_without_travel() {
     let evidence = shown(30, false, at_origin, |_| [2.0, 0.4]);
     let doubt_scans = (f64::from(LONGEST_DOUBT_MS) * 1e-3 / PERIOD_S) as usize;
     assert_eq!(evidence[..=doubt_scans], vec![MotionEvidence::InEmptySpace; doubt_scans + 1]);
@@ -48,7 +48,7 @@ fn in_empty_space_it_counts_at_once_and_as_background_when_it_has_not_travelled(
 }
 
 #[test]
-fn amid_clutter_it_counts_once_it_has_travelled_and_then_also_when_it_rests() {
+fn in_clutter_it_counts_once_it_has_travelled_and_then_also_at_rest() {
     let walk = |time_s: f64| [1.5 + 1.2 * time_s.min(1.5), 0.4];
     let evidence = shown(40, true, at_origin, walk);
     let before = &evidence[..LEAST_SIGHTINGS - 1];
@@ -59,29 +59,29 @@ fn amid_clutter_it_counts_once_it_has_travelled_and_then_also_when_it_rests() {
 
 /// Regression: chairs that a robot passed had zones for a minute.
 #[test]
-fn what_is_static_does_not_travel_since_the_platform_goes_by() {
+fn a_static_object_does_not_travel_when_the_platform_passes() {
     let by = |time_s: f64| [0.8 * time_s - 1.0, -1.2];
     let evidence = shown(30, true, by, |_| [2.0, 0.4]);
     assert_eq!(evidence, [MotionEvidence::Insufficient; 30]);
 }
 
 #[test]
-fn what_sways_does_not_travel() {
+fn a_swaying_object_does_not_travel() {
     let evidence = shown(40, true, at_origin, |time_s| [2.0 + 0.12 * (9.0 * time_s).sin(), 0.4]);
     assert_eq!(evidence, [MotionEvidence::Insufficient; 40]);
 }
 
-/// Regression: of a ramp that a nodding scanner hit, another part in each look, the leap from the first to the second was
-/// taken for motion.
+/// Regression: a nodding scanner hit different parts of a ramp, and the leap from the first part to the second was taken for
+/// motion.
 #[test]
-fn what_leaps_once_does_not_travel() {
+fn a_single_leap_is_not_travel() {
     let leap = |time_s: f64| [if time_s < 1.5 { 2.0 } else { 2.5 }, 0.4];
     let evidence = shown(30, true, at_origin, leap);
     assert_eq!(evidence, [MotionEvidence::Insufficient; 30]);
 }
 
 #[test]
-fn one_return_is_too_little_and_one_that_was_lost_for_long_is_another() {
+fn one_return_is_insufficient_and_an_object_that_was_hidden_for_long_is_a_new_one() {
     let place_m = [2.0, 0.4];
     let scan = scan_in(&with_person(place_m), [0.0, 0.0], 1);
     let run = beams_on(&scan, place_m);
@@ -107,10 +107,10 @@ fn one_return_is_too_little_and_one_that_was_lost_for_long_is_another() {
     assert_eq!(all_along[3], MotionEvidence::Insufficient, "{all_along:?}");
 }
 
-/// Regression: a robot with a scanner of a third of a degree had a zone at every chair's leg and edge that it hit anew,
-/// two returns of it.
+/// Regression: a robot with a scanner of a third of a degree had a zone at every newly hit chair leg or edge with two
+/// returns.
 #[test]
-fn what_is_narrower_than_bearings_are_off_must_travel() {
+fn an_object_narrower_than_the_error_of_bearings_must_travel() {
     let place_m = [2.0, 0.4];
     let mut scan = scan_in(&with_person(place_m), [0.0, 0.0], 1);
     let first = beams_on(&scan, place_m).start;

@@ -1,8 +1,8 @@
-//! Objects of which nothing is known but that they stand apart.
+//! Isolated objects in unknown space.
 
 use super::*;
 
-/// In which scans of 7 Hz something travels of what is at these places.
+/// In which scans of 7 Hz an isolated segment of this world travels.
 fn travelling(scans: usize, walls_at: impl Fn(f64) -> Vec<Wall>) -> Vec<bool> {
     let mut tracker = Tracker::default();
     (0..scans)
@@ -15,16 +15,16 @@ fn travelling(scans: usize, walls_at: impl Fn(f64) -> Vec<Wall>) -> Vec<bool> {
         .collect()
 }
 
-/// Regression: one who walked away from the scanner from the first scan on was found nowhere.
+/// Regression: a person who walked away from the scanner from the first scan on was not found.
 #[test]
-fn who_walks_away_from_the_first_scan_on_travels() {
+fn a_person_who_walks_away_from_the_first_scan_on_travels() {
     let found = travelling(20, |time_s| with_person([1.0 + 1.2 * time_s, 0.4]));
     assert!(!found[..LEAST_SIGHTINGS - 1].contains(&true), "{found:?}");
     assert!(found[LEAST_SIGHTINGS..].iter().all(|found| *found), "{found:?}");
 }
 
 #[test]
-fn who_stands_and_sways_does_not() {
+fn a_person_who_stands_and_sways_does_not_travel() {
     let found = travelling(40, |time_s| {
         with_person([2.0 + 0.05 * (3.0 * time_s).sin(), 0.4 + 0.05 * (4.0 * time_s).cos()])
     });
@@ -42,7 +42,7 @@ fn a_rest_between_two_steps_is_part_of_the_motion_and_a_long_one_ends_it() {
 #[test]
 fn a_chair_that_is_uncovered_does_not_travel() {
     let found = travelling(40, |time_s| {
-        // A wide screen goes by in front of a chair.
+        // A wide screen passes in front of a chair.
         let mut walls = room();
         walls.extend(cuboid([4.0, 0.2], [0.4, 0.4]));
         walls.extend(cuboid([2.0, -3.0 + 1.0 * time_s], [0.3, 1.4]));
@@ -51,7 +51,7 @@ fn a_chair_that_is_uncovered_does_not_travel() {
     assert_eq!(found, [false; 40]);
 }
 
-/// In a place that is not known, anything may have come into sight meanwhile.
+/// In unknown space another object may have become visible meanwhile.
 #[test]
 fn an_empty_scan_ends_every_history_outside_of_free_space() {
     let mut tracker = Tracker::default();
@@ -63,9 +63,9 @@ fn an_empty_scan_ends_every_history_outside_of_free_space() {
     assert!(tracker.objects.is_empty());
 }
 
-/// Regression: of three who walked away together only the last was found.
+/// Regression: of three persons who walked away together only the last was found.
 #[test]
-fn who_walks_away_half_hidden_behind_another_travels_by_the_end_that_is_seen() {
+fn a_partly_hidden_person_who_walks_away_travels_by_the_visible_end() {
     let mut tracker = Tracker::default();
     let found: Vec<bool> = (0..10)
         .map(|index| {
@@ -82,9 +82,9 @@ fn who_walks_away_half_hidden_behind_another_travels_by_the_end_that_is_seen() {
     assert!(found[LEAST_SIGHTINGS + 1..].iter().all(|found| *found), "{found:?}");
 }
 
-/// Regression: with every step that parted the legs of one who walked away the history began anew.
+/// Regression: with every step that split the legs of a person who walked away, the history began again.
 #[test]
-fn legs_that_part_and_join_again_go_on_with_their_history() {
+fn legs_that_split_and_merge_keep_their_history() {
     const STRIDE: u32 = 6;
     let found = travelling(12, |time_s| {
         let scan = (time_s / PERIOD_S).round() as u32;

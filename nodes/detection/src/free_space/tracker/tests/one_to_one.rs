@@ -1,10 +1,10 @@
-//! Which object is which segment.
+//! The assignment of segments to objects.
 
 use proptest::prelude::*;
 
 use super::*;
 
-/// A scan of persons at these places, who are in free space, and the run of each.
+/// A scan of persons at these places, in free space, with the run of each.
 fn persons(places_m: &[[f64; 2]], index: usize) -> (DeskewedScan, Vec<Range<usize>>) {
     let mut walls = room();
     for place_m in places_m {
@@ -30,9 +30,9 @@ fn known_ms(tracker: &Tracker, scan: &DeskewedScan, place_m: [f64; 2]) -> u32 {
     tracker.object(object).unwrap().in_free_space_ms()
 }
 
-/// Regression: one who came out from behind another was held where he had been, beside his new zone.
+/// Regression: the old zone of a person who had been hidden behind another was held beside the new one.
 #[test]
-fn two_who_walk_towards_each_other_keep_their_histories() {
+fn two_persons_who_walk_towards_each_other_keep_their_histories() {
     let mut tracker = Tracker::default();
     for index in 0..16 {
         let gone_m = 1.0 * index as f64 * PERIOD_S;
@@ -49,7 +49,7 @@ fn two_who_walk_towards_each_other_keep_their_histories() {
 }
 
 #[test]
-fn one_who_is_hidden_for_some_scans_is_found_again_with_his_history() {
+fn a_person_hidden_for_some_scans_keeps_the_history() {
     let mut tracker = Tracker::default();
     let other_m = [1.5, -1.0];
     for index in 0..5 {
@@ -64,9 +64,9 @@ fn one_who_is_hidden_for_some_scans_is_found_again_with_his_history() {
     assert_eq!(known_ms(&tracker, &scan, other_m), stamp_ms(8) - 1);
 }
 
-/// Background was there before what is in free space, so that it is none of it.
+/// Background is not associated with an object in free space.
 #[test]
-fn one_who_is_lost_does_not_become_the_chair_beside_him() {
+fn a_hidden_person_is_not_associated_with_the_chair_beside() {
     let mut tracker = Tracker::default();
     let (person_m, chair_m) = ([2.5, 0.0], [2.5, 0.8]);
     for index in 0..5 {
@@ -84,7 +84,7 @@ fn one_who_is_lost_does_not_become_the_chair_beside_him() {
 }
 
 proptest! {
-    /// Whatever the scans: the same twice, one object for each segment, and no more objects than scans of a second show.
+    /// For any scans: the same result twice, one object for each segment, and no more objects than the scans of a second have.
     #[test]
     fn it_is_deterministic_and_bounded(
         scans in prop::collection::vec(prop::collection::vec(0.3f32..6.0, 60), 1..12),

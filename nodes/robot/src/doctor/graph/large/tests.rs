@@ -23,18 +23,18 @@ fn a_depth_image_beyond_the_buffer_is_an_error_where_it_is_read() {
         "640x480 pixels of 16UC1 by /depth/camera_info at 30.0 Hz",
         "net.core.rmem_max=33554432",
     ];
-    tells(&findings[0], Severity::Error, &parts);
-    tells(&sizes(&view, &LARGE)[0], Severity::Ok, &["614 kB fit"]);
+    assert_finding(&findings[0], Severity::Error, &parts);
+    assert_finding(&sizes(&view, &LARGE)[0], Severity::Ok, &["614 kB fit"]);
     view.endpoints.retain(|one| one.role == Role::Publisher);
-    tells(&sizes(&view, &SMALL)[0], Severity::Warn, &["nobody subscribes yet"]);
+    assert_finding(&sizes(&view, &SMALL)[0], Severity::Warn, &["no subscribers yet"]);
 }
 
 #[test]
-fn a_compressed_topic_beside_it_is_named() {
+fn a_compressed_topic_beside_a_large_one_is_named() {
     let mut view = with_camera(view(healthy()), "/depth/camera_info");
     let compressed = "sensor_msgs/msg/CompressedImage";
     view.endpoints.push(publisher("/depth/image/compressedDepth", compressed, "/driver"));
-    tells(
+    assert_finding(
         &sizes(&view, &SMALL)[0],
         Severity::Error,
         &["subscribe to /depth/image/compressedDepth"],
@@ -45,10 +45,10 @@ fn a_compressed_topic_beside_it_is_named() {
 fn a_cloud_is_as_large_as_its_camera() {
     let graph = view(vec![publisher("/camera/depth/color/points", POINTS, "/camera")]);
     let unknown = sizes(&graph, &LARGE);
-    tells(&unknown[0], Severity::Ok, &["/camera/depth/color/points", "--measure"]);
+    assert_finding(&unknown[0], Severity::Ok, &["/camera/depth/color/points", "--measure"]);
     let known = with_camera(graph, "/camera/depth/camera_info");
     let buffer = ReceiveBuffer { largest_safe_bytes: 4 << 20, ..SMALL };
-    tells(&sizes(&known, &buffer)[0], Severity::Warn, &["4915 kB", "points of 16 bytes"]);
+    assert_finding(&sizes(&known, &buffer)[0], Severity::Warn, &["4915 kB", "points of 16 bytes"]);
 }
 
 #[test]
@@ -65,14 +65,18 @@ fn the_nearest_calibration_counts() {
 }
 
 #[test]
-fn what_was_measured_wins_and_silence_is_told() {
+fn a_measured_size_replaces_the_expected_one_and_silence_is_reported() {
     let mut view = with_camera(view(healthy()), "/depth/camera_info");
     let measured = Measured { messages: 90, largest_bytes: 1_228_800, rate_hz: Some(30.0) };
     view.measured.insert("/depth/image".to_owned(), measured);
     let parts = ["1228 kB", "measured, 90 messages at 30.0 Hz"];
-    tells(&sizes(&view, &LARGE)[0], Severity::Ok, &parts);
+    assert_finding(&sizes(&view, &LARGE)[0], Severity::Ok, &parts);
     view.measured.insert("/depth/image".to_owned(), Measured::default());
-    tells(&sizes(&view, &SMALL)[0], Severity::Warn, &["nothing of /depth/image", "212 kB"]);
+    assert_finding(
+        &sizes(&view, &SMALL)[0],
+        Severity::Warn,
+        &["nothing of /depth/image", "212 kB"],
+    );
 }
 
 fn machine() -> Machine {
@@ -98,18 +102,18 @@ fn machine() -> Machine {
 }
 
 #[test]
-fn what_crosses_the_network_meets_its_limits() {
+fn large_topics_between_machines_are_compared_with_the_kernel_limits() {
     let machine = machine();
     assert!(across_machines(&view(healthy()), &machine).is_empty());
     let coming = view(vec![at(publisher("/points", POINTS, "/camera"), [10, 0, 0, 5])]);
     let findings = across_machines(&coming, &machine);
     assert_eq!(findings.len(), 1);
-    tells(&findings[0], Severity::Warn, &["/points comes from 10.0.0.5 (Cyclone DDS)"]);
+    assert_finding(&findings[0], Severity::Warn, &["/points comes from 10.0.0.5 (Cyclone DDS)"]);
     let leaving = view(vec![
         publisher("/points", POINTS, "/camera"),
         at(subscription("/points", POINTS, "/viewer"), [10, 0, 0, 5]),
     ]);
     let findings = across_machines(&leaving, &machine);
     assert_eq!(findings.len(), 1);
-    tells(&findings[0], Severity::Warn, &["/points goes to another machine", "wmem_max"]);
+    assert_finding(&findings[0], Severity::Warn, &["/points goes to another machine", "wmem_max"]);
 }

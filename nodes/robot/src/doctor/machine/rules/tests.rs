@@ -40,7 +40,7 @@ fn severities(findings: &[Finding]) -> Vec<Severity> {
 }
 
 #[track_caller]
-fn tells(finding: &Finding, severity: Severity, parts: &[&str]) {
+fn assert_finding(finding: &Finding, severity: Severity, parts: &[&str]) {
     assert_eq!(finding.severity, severity, "{finding:?}");
     let line = finding.line(false);
     for part in parts {
@@ -50,15 +50,19 @@ fn tells(finding: &Finding, severity: Severity, parts: &[&str]) {
 }
 
 #[test]
-fn a_healthy_machine_has_nothing_but_ok() {
+fn all_findings_of_a_healthy_machine_are_ok() {
     let findings = machine().findings(&buffer(32 << 20, 32 << 20));
     assert!(severities(&findings).iter().all(|one| *one == Severity::Ok), "{findings:?}");
     let interfaces = findings.iter().find(|one| one.check == Check::Interfaces).unwrap();
-    tells(interfaces, Severity::Ok, &["eth0 (10.0.0.2, MTU 1500, multicast)", "lo (127.0.0.1"]);
+    assert_finding(
+        interfaces,
+        Severity::Ok,
+        &["eth0 (10.0.0.2, MTU 1500, multicast)", "lo (127.0.0.1"],
+    );
 }
 
 #[test]
-fn a_small_receive_buffer_costs_depth_images_and_is_an_error() {
+fn a_receive_buffer_smaller_than_a_depth_image_is_an_error() {
     let limits = KernelLimits { rmem_max_bytes: Some(212_992), ..KernelLimits::default() };
     let findings = receive_buffer(&buffer(212_992, 32 << 20), &limits);
     assert_eq!(findings.len(), 1);
@@ -72,59 +76,64 @@ fn a_small_receive_buffer_costs_depth_images_and_is_an_error() {
         "config/sysctl/60-stillmap.conf",
         "compressed_depth",
     ];
-    tells(&findings[0], Severity::Error, &parts);
+    assert_finding(&findings[0], Severity::Error, &parts);
 }
 
 #[test]
-fn a_buffer_that_costs_clouds_alone_is_a_warning() {
+fn a_receive_buffer_smaller_than_a_cloud_is_a_warning() {
     let finding = &receive_buffer(&buffer(4 << 20, 32 << 20), &KernelLimits::default())[0];
-    tells(finding, Severity::Warn, &["clouds of 640x480 points (4915 kB)"]);
+    assert_finding(finding, Severity::Warn, &["clouds of 640x480 points (4915 kB)"]);
     assert!(!finding.what.contains("depth images"));
 }
 
 #[test]
-fn a_buffer_that_nobody_asked_to_be_larger_is_fixed_by_asking() {
+fn a_buffer_that_was_requested_small_is_fixed_by_the_variable() {
     let finding = &receive_buffer(&buffer(128 << 10, 128 << 10), &KernelLimits::default())[0];
-    tells(finding, Severity::Error, &["128 KiB:", "unset STILLMAP_RECEIVE_BUFFER_KIB"]);
+    assert_finding(finding, Severity::Error, &["128 KiB:", "unset STILLMAP_RECEIVE_BUFFER_KIB"]);
     assert!(!finding.line(false).contains("sysctl"));
 }
 
 #[test]
-fn a_buffer_beyond_the_limit_is_for_this_user_alone() {
+fn a_buffer_above_the_limit_is_granted_to_this_user_alone() {
     let limits = KernelLimits { rmem_max_bytes: Some(212_992), ..KernelLimits::default() };
     let findings = receive_buffer(&buffer(32 << 20, 32 << 20), &limits);
     assert_eq!(severities(&findings), [Severity::Ok, Severity::Warn]);
-    tells(&findings[1], Severity::Warn, &["net.core.rmem_max=212992", "other users"]);
+    assert_finding(&findings[1], Severity::Warn, &["net.core.rmem_max=212992", "other users"]);
 }
 
 #[test]
-fn ports_that_the_kernel_gives_away_are_named() {
+fn domain_ports_in_the_ephemeral_range_are_reported() {
     let on_domain = |domain_id| ports(&Machine { domain_id, ..machine() });
     assert_eq!(on_domain(0), None);
     assert_eq!(on_domain(100), None);
     let finding = on_domain(102).unwrap();
-    tells(&finding, Severity::Warn, &["32900 to 33149", "32768 to 60999", "ROS_DOMAIN_ID=100"]);
+    assert_finding(
+        &finding,
+        Severity::Warn,
+        &["32900 to 33149", "32768 to 60999", "ROS_DOMAIN_ID=100"],
+    );
     assert_eq!(on_domain(215), None);
 }
 
 #[test]
-fn a_machine_without_multicast_or_network_is_told_how_to_be_found() {
+fn missing_multicast_or_network_is_reported_with_the_fix() {
     let with = |interfaces| interfaces_of(Machine { interfaces, ..machine() });
     fn interfaces_of(machine: Machine) -> Vec<Finding> {
         interfaces(&machine)
     }
     let lo = interface("lo", [127, 0, 0, 1], false);
-    let mute = interface("tun0", [10, 8, 0, 2], false);
+    let no_multicast = interface("tun0", [10, 8, 0, 2], false);
     let findings = with(vec![lo.clone()]);
-    tells(&findings[1], Severity::Warn, &["no interface in use leads to another machine"]);
-    let findings = with(vec![lo.clone(), mute.clone()]);
-    tells(&findings[1], Severity::Warn, &["carries multicast", "ROS_STATIC_PEERS"]);
-    let peers = Machine { interfaces: vec![lo.clone(), mute], has_static_peers: true, ..machine() };
+    assert_finding(&findings[1], Severity::Warn, &["no interface in use leads to another machine"]);
+    let findings = with(vec![lo.clone(), no_multicast.clone()]);
+    assert_finding(&findings[1], Severity::Warn, &["carries multicast", "ROS_STATIC_PEERS"]);
+    let peers =
+        Machine { interfaces: vec![lo.clone(), no_multicast], has_static_peers: true, ..machine() };
     assert_eq!(interfaces(&peers).len(), 1);
     let local = Machine { interfaces: vec![lo], range: DiscoveryRange::Localhost, ..machine() };
     assert_eq!(interfaces(&local).len(), 1);
     let off = Machine { range: DiscoveryRange::Off, interfaces: vec![], ..machine() };
-    tells(&interfaces(&off)[0], Severity::Warn, &["ROS_AUTOMATIC_DISCOVERY_RANGE=OFF"]);
+    assert_finding(&interfaces(&off)[0], Severity::Warn, &["ROS_AUTOMATIC_DISCOVERY_RANGE=OFF"]);
 }
 
 #[test]
@@ -134,7 +143,7 @@ fn a_send_buffer_matters_where_large_messages_leave_the_machine() {
     assert_eq!(send_buffer(&machine().limits, &["/points"]), None);
     let finding = send_buffer(&small, &["/points"]).unwrap();
     let parts = ["/points goes to", "208 KiB", "sysctl -w net.core.wmem_max=8388608"];
-    tells(&finding, Severity::Warn, &parts);
+    assert_finding(&finding, Severity::Warn, &parts);
 }
 
 #[test]
@@ -144,7 +153,7 @@ fn fragments_matter_where_large_datagrams_come_from_elsewhere() {
     assert_eq!(fragments(&limits, &[]), None);
     let finding = fragments(&limits, &sources).unwrap();
     let parts = ["10.0.0.5", "ipfrag_high_thresh=4194304", "ipfrag_time=30", "sysctl -w net.ipv4"];
-    tells(&finding, Severity::Warn, &parts);
+    assert_finding(&finding, Severity::Warn, &parts);
     let fixed = KernelLimits {
         ipfrag_time_s: Some(3),
         ipfrag_high_thresh_bytes: Some(128 << 20),
@@ -154,18 +163,22 @@ fn fragments_matter_where_large_datagrams_come_from_elsewhere() {
 }
 
 #[test]
-fn what_was_dropped_meanwhile_is_told_with_numbers() {
+fn dropped_datagrams_are_reported_with_numbers() {
     assert!(dropped_meanwhile(&KernelDrops::default(), 3.0, "raise it").is_empty());
     let dropped =
         KernelDrops { receive_buffer_full: 12, send_buffer_full: 5, reassembly_failures: 7 };
     let findings = dropped_meanwhile(&dropped, 3.0, "raise it");
-    tells(&findings[0], Severity::Warn, &["within 3.0 s", "dropped 12 datagrams", "raise it"]);
-    tells(&findings[1], Severity::Warn, &["refused 5 datagrams", "wmem_max"]);
-    tells(&findings[2], Severity::Warn, &["7 datagrams", "ipfrag_time"]);
+    assert_finding(
+        &findings[0],
+        Severity::Warn,
+        &["within 3.0 s", "dropped 12 datagrams", "raise it"],
+    );
+    assert_finding(&findings[1], Severity::Warn, &["refused 5 datagrams", "wmem_max"]);
+    assert_finding(&findings[2], Severity::Warn, &["7 datagrams", "ipfrag_time"]);
 }
 
 #[test]
-fn another_machine_is_known_by_its_addresses() {
+fn another_machine_is_recognised_by_its_addresses() {
     let at = |octets: &[[u8; 4]]| -> BTreeSet<Ipv4Addr> {
         octets.iter().map(|one| Ipv4Addr::from(*one)).collect()
     };

@@ -1,4 +1,4 @@
-//! What listeners get of the map over DDS, and when.
+//! The messages that subscribers of the map get over DDS.
 
 use msgs::std_srvs::{TriggerRequest, TriggerResponse};
 use ros2_client::dds::{Client, Context, ContextOptions, ServiceMapping};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::*;
 
-/// So rare that no test sees it.
+/// A period so long that it does not pass in a test.
 const NEVER_S: f64 = 1e6;
 
 fn parameters() -> ReconstructionParameters {
@@ -32,7 +32,7 @@ fn at(x: f32) -> [f32; 3] {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_listener_gets_the_map_and_then_what_is_new_in_pieces() {
+async fn a_subscriber_gets_the_map_and_then_updates_in_parts() {
     let test = Place::new("updates");
     let host = test.host();
     let (own, peer) = (test.node(&host, "reconstruction"), test.node(&test.host(), "peer"));
@@ -47,7 +47,7 @@ async fn a_listener_gets_the_map_and_then_what_is_new_in_pieces() {
         let clouds =
             peer.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(5)).unwrap();
         soon("the node", clouds.wait_for_subscribers(1)).await;
-        // Before there is a listener.
+        // Before there is a subscriber.
         clouds.publish(cloud(1, "map", &[at(0.0), at(1.0)])).unwrap();
         let updates =
             peer.subscription::<PointCloud2>("static_map_updates", &Qos::reliable(50)).unwrap();
@@ -55,11 +55,11 @@ async fn a_listener_gets_the_map_and_then_what_is_new_in_pieces() {
         let map = soon("the map at once", maps.next()).await.message;
         assert_eq!(points_of(&map), (1, vec![at(0.0), at(1.0)]));
 
-        // The node follows the changes once it knows of the listener. Each cloud has a voxel far away.
+        // The node records changes once it has discovered the subscriber. Each cloud has a voxel far away.
         let mut knocks = 0.0;
         let mut next_update = tokio::time::timeout(Duration::ZERO, updates.next()).await;
         while next_update.is_err() {
-            assert!(knocks < 100.0, "waited in vain: the first update");
+            assert!(knocks < 100.0, "timed out: the first update");
             clouds.publish(cloud(2, "map", &[at(100.0 + knocks)])).unwrap();
             knocks += 1.0;
             next_update = tokio::time::timeout(Duration::from_millis(200), updates.next()).await;
@@ -78,7 +78,7 @@ async fn a_listener_gets_the_map_and_then_what_is_new_in_pieces() {
         }
         assert_eq!(told, [at(7.0), [0.7, 0.5, 0.5], at(5.0), at(6.0)]);
 
-        // The input pauses, and the whole map comes.
+        // The input pauses, and the whole map is published.
         let whole = soon("the map after the last cloud", async {
             loop {
                 let (stamp_ns, points) = points_of(&maps.next().await.message);
@@ -114,11 +114,11 @@ async fn ask_for_the_map(client: &Client<Ask, Answer>) -> TriggerResponse {
             return answer.unwrap().0;
         }
     }
-    panic!("waited in vain: an answer");
+    panic!("timed out: an answer");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_asks_gets_the_map_published() {
+async fn the_service_publishes_the_map() {
     let test = Place::new("request");
     let host = test.host();
     let (own, peer) = (test.node(&host, "reconstruction"), test.node(&test.host(), "peer"));
@@ -153,7 +153,7 @@ async fn who_asks_gets_the_map_published() {
             answer = ask_for_the_map(&client).await;
         }
         assert_eq!(answer.message, "published the map of 2 points");
-        // Nobody subscribed to it then; it is there for who comes.
+        // It had no subscriber then; it is latched for later ones.
         let maps = peer.subscription::<PointCloud2>("static_map", &Qos::latched()).unwrap();
         let map = soon("the map", maps.next()).await.message;
         assert_eq!(points_of(&map), (1, vec![at(0.0), at(1.0)]));
@@ -168,8 +168,8 @@ const MANY_POINTS: usize = 333_000;
 
 /// Joins the network as a process of its own; returns how long it takes until it has a map of so many points.
 /// The DDS library may send it the map before the last one first.
-async fn newcomer(test: &Place, points: usize) -> Duration {
-    let node = test.node(&test.host(), "newcomer");
+async fn new_subscriber(test: &Place, points: usize) -> Duration {
+    let node = test.node(&test.host(), "new_subscriber");
     let subscribed = Instant::now();
     let maps = node.subscription::<PointCloud2>("static_map", &Qos::latched()).unwrap();
     let what = format!("a map of {points} points");
@@ -187,7 +187,7 @@ async fn a_late_subscriber_has_a_map_of_four_megabytes() {
     let (own, feeder) = (test.node(&host, "reconstruction"), test.node(&host, "feeder"));
     let fits = own.granted_buffer().map(|granted| granted.check("static_map", MANY_POINTS * 12));
     if let Some(Err(too_large)) = fits {
-        eprintln!("skipped: that a late listener has the map soon is not shown; {too_large}");
+        eprintln!("skipped: a late subscriber cannot get the map; {too_large}");
         return;
     }
     let served = serving(own, parameters());
@@ -200,13 +200,13 @@ async fn a_late_subscriber_has_a_map_of_four_megabytes() {
         let points: Vec<_> = (0..MANY_POINTS).map(|x| [x as f32, 0.5, 0.5]).collect();
         clouds.publish(cloud(1, "map", &points)).unwrap();
         soon("the first cycle", reports.next()).await;
-        // The first one has it made; the second one finds it there.
-        let made = newcomer(&test, MANY_POINTS).await;
-        let found = newcomer(&test, MANY_POINTS).await;
-        // What has come since is in it for the third one, though the period is not over.
+        // For the first subscriber the map is encoded; the second one gets the latched map.
+        let made = new_subscriber(&test, MANY_POINTS).await;
+        let found = new_subscriber(&test, MANY_POINTS).await;
+        // The third one gets a map with the new cloud, although the period is not over.
         clouds.publish(cloud(2, "map", &[[0.0, 10.5, 0.5]])).unwrap();
         soon("the second cycle", reports.next()).await;
-        let renewed = newcomer(&test, MANY_POINTS + 1).await;
+        let renewed = new_subscriber(&test, MANY_POINTS + 1).await;
         eprintln!("a map of 4 MB: made {made:?}, found {found:?}, renewed {renewed:?}");
     }
     host.shutdown_signal().trigger();

@@ -1,4 +1,4 @@
-//! What came on a topic, and what is to be said of it.
+//! What was received on each topic, and the findings about it.
 
 use std::collections::BTreeMap;
 
@@ -17,12 +17,12 @@ use crate::doctor::content::{Content, Observed, Subject, Typical, stamps};
 const LARGE_TYPES: [&str; 2] = [Image::TYPE_NAME, PointCloud2::TYPE_NAME];
 /// Stamps that are kept at most: an hour of an inertial unit.
 const MOST_STAMPS: usize = 1 << 20;
-/// Fewer messages say nothing of a clock.
+/// With fewer messages a clock is not judged.
 const LEAST_MESSAGES: usize = 5;
 
-/// What came on a topic.
+/// What was received on a topic.
 #[derive(Clone, PartialEq, Debug)]
-pub(super) struct Heard {
+pub(super) struct ReceivedTopic {
     type_name: &'static str,
     stamps: Vec<Stamp>,
     largest_bytes: usize,
@@ -33,7 +33,7 @@ pub(super) struct Heard {
     first_reason: Option<String>,
 }
 
-impl Heard {
+impl ReceivedTopic {
     pub(super) fn of_type(type_name: &'static str) -> Self {
         Self {
             type_name,
@@ -60,7 +60,7 @@ impl Heard {
         }
     }
 
-    /// How often messages come, by their stamps.
+    /// The rate of the messages, by their stamps.
     fn rate_hz(&self) -> Option<f64> {
         let (first, last) = (self.stamps.iter().min()?, self.stamps.iter().max()?);
         let span_s = last.seconds_since(*first);
@@ -68,13 +68,13 @@ impl Heard {
         (span_s > 0.0).then(|| steps as f64 / span_s)
     }
 
-    /// What a camera's calibration says of its images.
+    /// The image size that a camera's calibration states.
     fn camera_size(&self) -> Option<CameraSize> {
         let (width_px, height_px) = self.content.camera()?.sizes_px.last().copied()?;
         Some(CameraSize { width_px, height_px, rate_hz: self.rate_hz() })
     }
 
-    /// How large the messages of a large topic are.
+    /// The sizes of the messages of a large topic.
     fn measured(&self) -> Measured {
         Measured {
             messages: self.stamps.len() as u64,
@@ -112,25 +112,25 @@ impl Heard {
     }
 }
 
-/// What the messages of all topics say.
+/// The findings about the messages of all topics.
 pub(super) fn findings(view: &GraphView) -> Vec<Finding> {
     let is_read = |topic: &str| view.suite.contains(topic);
     let mut findings: Vec<Finding> = view
-        .heard
+        .received
         .iter()
-        .filter(|(_, heard)| !heard.stamps.is_empty())
-        .flat_map(|(topic, heard)| heard.findings(topic, is_read(topic)))
+        .filter(|(_, received)| !received.stamps.is_empty())
+        .flat_map(|(topic, received)| received.findings(topic, is_read(topic)))
         .collect();
     let clocks: Vec<Clock<'_>> = view
-        .heard
+        .received
         .iter()
-        .filter(|(_, heard)| {
-            heard.stamps.len() >= LEAST_MESSAGES
-                && heard.type_name != CameraInfo::TYPE_NAME
-                && !heard.stamps.iter().any(stamps::is_zero)
+        .filter(|(_, received)| {
+            received.stamps.len() >= LEAST_MESSAGES
+                && received.type_name != CameraInfo::TYPE_NAME
+                && !received.stamps.iter().any(stamps::is_zero)
         })
-        .filter_map(|(topic, heard)| {
-            let offset_s = -heard.delay_s.median()?;
+        .filter_map(|(topic, received)| {
+            let offset_s = -received.delay_s.median()?;
             Some(Clock { topic, is_read: is_read(topic), offset_s })
         })
         .collect();
@@ -138,26 +138,29 @@ pub(super) fn findings(view: &GraphView) -> Vec<Finding> {
     findings
 }
 
-/// What the topics of cameras say of their images.
-pub(super) fn cameras(heard: &BTreeMap<String, Heard>) -> BTreeMap<String, CameraSize> {
-    heard.iter().filter_map(|(topic, heard)| Some((topic.clone(), heard.camera_size()?))).collect()
+/// The image sizes that the topics of camera calibrations state.
+pub(super) fn cameras(received: &BTreeMap<String, ReceivedTopic>) -> BTreeMap<String, CameraSize> {
+    received
+        .iter()
+        .filter_map(|(topic, received)| Some((topic.clone(), received.camera_size()?)))
+        .collect()
 }
 
-/// How large the messages of large topics are.
-pub(super) fn measured(heard: &BTreeMap<String, Heard>) -> BTreeMap<String, Measured> {
-    let is_large = |heard: &Heard| LARGE_TYPES.contains(&heard.type_name);
-    let large = heard.iter().filter(|(_, heard)| is_large(heard));
-    large.map(|(topic, heard)| (topic.clone(), heard.measured())).collect()
+/// The sizes of the messages of large topics.
+pub(super) fn measured(received: &BTreeMap<String, ReceivedTopic>) -> BTreeMap<String, Measured> {
+    let is_large = |received: &ReceivedTopic| LARGE_TYPES.contains(&received.type_name);
+    let large = received.iter().filter(|(_, received)| is_large(received));
+    large.map(|(topic, received)| (topic.clone(), received.measured())).collect()
 }
 
 /// The topics of sensors that the suite reads, with the frames that their messages name.
 pub(super) fn sensors(view: &GraphView) -> Vec<(&str, &str)> {
-    view.heard
+    view.received
         .iter()
         .filter(|(topic, _)| {
             view.suite.is_placed(topic) && view.at(Role::Publisher, topic).next().is_some()
         })
-        .filter_map(|(topic, heard)| Some((topic.as_str(), heard.frame()?)))
+        .filter_map(|(topic, received)| Some((topic.as_str(), received.frame()?)))
         .collect()
 }
 
@@ -170,21 +173,21 @@ mod tests {
 
     #[test]
     fn rates_come_from_stamps() {
-        let mut heard = Heard::of_type(LaserScan::TYPE_NAME);
-        assert_eq!(heard.rate_hz(), None);
-        let take = |heard: &mut Heard, nanos| {
+        let mut received = ReceivedTopic::of_type(LaserScan::TYPE_NAME);
+        assert_eq!(received.rate_hz(), None);
+        let take = |received: &mut ReceivedTopic, nanos| {
             let stamp = Stamp::from_nanos(nanos);
             let mut scan = LaserScan::default();
             scan.header.stamp = time_from_stamp(stamp);
-            heard.take(&scan, 0, stamp);
+            received.take(&scan, 0, stamp);
         };
         for nanos in [5, 100_000_005, 200_000_005] {
-            take(&mut heard, nanos);
+            take(&mut received, nanos);
         }
-        assert!((heard.rate_hz().unwrap() - 10.0).abs() < 1e-9);
-        let mut still = Heard::of_type(LaserScan::TYPE_NAME);
-        take(&mut still, 5);
-        take(&mut still, 5);
-        assert_eq!(still.rate_hz(), None);
+        assert!((received.rate_hz().unwrap() - 10.0).abs() < 1e-9);
+        let mut constant = ReceivedTopic::of_type(LaserScan::TYPE_NAME);
+        take(&mut constant, 5);
+        take(&mut constant, 5);
+        assert_eq!(constant.rate_hz(), None);
     }
 }

@@ -1,17 +1,17 @@
-//! The way that the rig went, as the poses' source has it by now: a SLAM that closes a loop has told earlier cycles other
-//! poses than it would tell today. A map that has followed it is held against clouds that have followed it, too.
+//! The trajectory of the rig, as the source of the poses has corrected it: after a loop closure of a SLAM, the poses reported
+//! with earlier cycles are outdated. The map follows the correction, so the clouds that are compared with it must follow it, too.
 
 use geometry::{DetectedCycle, LateCorrections, MapPath};
 
-/// What is known of the way.
+/// The latest trajectory, and the corrections for cycles that arrive after them.
 #[derive(Debug, Default)]
-pub(super) struct Way {
+pub(super) struct Trajectory {
     path: Option<MapPath>,
     late: LateCorrections,
 }
 
-impl Way {
-    /// The way has been corrected, or has gone on: the cycles go along.
+impl Trajectory {
+    /// Takes a corrected or extended trajectory, and corrects the poses of the cycles.
     pub(super) fn take<'a>(
         &mut self,
         path: MapPath,
@@ -33,8 +33,8 @@ impl Way {
         self.late.corrected(since, &correction);
     }
 
-    /// A cycle that was told before the latest corrections and comes after them.
-    pub(super) fn bring_over(&mut self, cycle: &mut DetectedCycle) {
+    /// Corrects a cycle that was sent before the latest corrections and received after them.
+    pub(super) fn correct_late(&mut self, cycle: &mut DetectedCycle) {
         if self.path.as_ref().is_none_or(|path| path.frame_id() != cycle.map_frame_id) {
             return;
         }
@@ -83,24 +83,24 @@ mod tests {
     }
 
     #[test]
-    fn what_was_told_before_a_correction_goes_along_and_what_is_told_after_it_stays() {
-        let mut way = Way::default();
+    fn cycles_before_a_correction_are_corrected_and_those_after_it_are_not() {
+        let mut trajectory = Trajectory::default();
         let mut cycles =
             [cycle(0.0, 0.0, "map"), cycle(0.5, 0.5, "map"), cycle(1.0, 1.0, "map")].to_vec();
-        way.take(path(1.0, &[(0.0, 0.0), (1.0, 1.0)]), cycles.iter_mut());
-        // Told in the map to come, and heard before its path.
+        trajectory.take(path(1.0, &[(0.0, 0.0), (1.0, 1.0)]), cycles.iter_mut());
+        // Sent in the corrected map, and received before its path.
         cycles.push(cycle(2.0, 1.8, "map"));
         cycles.push(cycle(0.5, 0.5, "odom"));
-        way.take(path(2.0, &[(0.0, 0.0), (1.0, 0.8), (2.0, 1.8)]), cycles.iter_mut());
-        let stand_at: Vec<f64> = cycles.iter().map(|c| c.map_from_rig.translation.x).collect();
-        for (got, expected) in stand_at.iter().zip([0.0, 0.4, 0.8, 1.8, 0.5]) {
-            assert!((got - expected).abs() < 1e-12, "{stand_at:?}");
+        trajectory.take(path(2.0, &[(0.0, 0.0), (1.0, 0.8), (2.0, 1.8)]), cycles.iter_mut());
+        let positions_m: Vec<f64> = cycles.iter().map(|c| c.map_from_rig.translation.x).collect();
+        for (got, expected) in positions_m.iter().zip([0.0, 0.4, 0.8, 1.8, 0.5]) {
+            assert!((got - expected).abs() < 1e-12, "{positions_m:?}");
         }
-        // Cycles that were on their way.
-        for (told, x_m, expected) in [(1.5, 1.5, 1.3), (2.0, 1.8, 1.8)] {
-            let mut late = cycle(told, x_m, "map");
-            way.bring_over(&mut late);
-            assert!((late.map_from_rig.translation.x - expected).abs() < 1e-12, "{told}");
+        // Cycles that are received after the correction.
+        for (sent_s, x_m, expected) in [(1.5, 1.5, 1.3), (2.0, 1.8, 1.8)] {
+            let mut late = cycle(sent_s, x_m, "map");
+            trajectory.correct_late(&mut late);
+            assert!((late.map_from_rig.translation.x - expected).abs() < 1e-12, "{sent_s}");
         }
     }
 }

@@ -12,38 +12,38 @@ use msgs::sensor_msgs::{CameraInfo, Image, Imu, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 use node_shell::{DiscoveredEndpoint, Node, Qos, Role, ShellError, Subscription};
 
-use super::heard::Heard;
+use super::received::ReceivedTopic;
 use crate::doctor::content::{Observed, TransformFacts};
 use crate::run::inputs::{TF, TF_STATIC};
 
 const DIAGNOSTICS: &str = "/diagnostics";
-/// Messages that may wait between two looks.
+/// Messages that may wait from one poll to the next.
 const WAITING_SMALL: usize = 64;
-/// Large messages that may wait between two looks: their memory is the bound.
+/// Large messages that may wait from one poll to the next: their memory is the bound.
 const WAITING_LARGE: usize = 4;
-/// Topics that are listened to at most, so that a graph of any size stays bounded.
+/// Topics that are subscribed to at most, so that the memory is bounded in a graph of any size.
 const MOST_SMALL: usize = 64;
 const MOST_LARGE: usize = 8;
 /// Nodes whose reports are kept at most.
 const MOST_REPORTS: usize = 1024;
 
-/// All of them.
-pub(super) struct Ears {
+/// All subscriptions of the doctor, and what they received.
+pub(super) struct GraphListener {
     own_name: String,
     diagnostics: Subscription<DiagnosticArray>,
     fixed: Subscription<TFMessage>,
     moving: Subscription<TFMessage>,
     pub(super) reports: BTreeMap<String, DiagnosticStatus>,
     pub(super) transforms: TransformFacts,
-    small: Vec<Ear>,
-    large: Vec<Ear>,
+    small: Vec<TopicListener>,
+    large: Vec<TopicListener>,
 }
 
-impl Ears {
+impl GraphListener {
     pub(super) fn open(node: &Node) -> Result<Self, ShellError> {
         Ok(Self {
             own_name: node.full_name(),
-            // Best effort fits whoever reports.
+            // Best effort is compatible with every publisher.
             diagnostics: node.subscription(DIAGNOSTICS, &Qos::sensor(WAITING_SMALL))?,
             fixed: node.subscription(TF_STATIC, &Qos::new(true, true, WAITING_SMALL))?,
             moving: node.subscription(TF, &Qos::sensor(WAITING_SMALL))?,
@@ -54,15 +54,19 @@ impl Ears {
         })
     }
 
-    /// Subscribes to what has come up of use since.
-    pub(super) fn open_more(
+    /// Subscribes to topics that were discovered since the last call.
+    pub(super) fn subscribe_to_new(
         &mut self,
         node: &Node,
         survey: &[DiscoveredEndpoint],
         measure: bool,
     ) -> Result<(), ShellError> {
-        let known: BTreeSet<String> =
-            self.small.iter().chain(&self.large).map(|ear| ear.topic().to_owned()).collect();
+        let known: BTreeSet<String> = self
+            .small
+            .iter()
+            .chain(&self.large)
+            .map(|listener| listener.topic().to_owned())
+            .collect();
         let mut new: Vec<_> = survey
             .iter()
             .filter(|one| one.role == Role::Publisher && !known.contains(&one.topic))
@@ -75,10 +79,10 @@ impl Ears {
                 continue;
             }
             if self.small.len() < MOST_SMALL {
-                self.small.extend(small_ear(node, topic, type_name)?);
+                self.small.extend(small_topic(node, topic, type_name)?);
             }
             if measure && self.large.len() < MOST_LARGE {
-                self.large.extend(large_ear(node, topic, type_name)?);
+                self.large.extend(large_topic(node, topic, type_name)?);
             }
         }
         Ok(())
@@ -100,31 +104,31 @@ impl Ears {
             self.transforms.take(&received.message, false);
         }
         let now = now();
-        for ear in self.small.iter_mut().chain(&mut self.large) {
-            ear.take(now);
+        for listener in self.small.iter_mut().chain(&mut self.large) {
+            listener.take(now);
         }
     }
 
-    /// What came on each topic.
-    pub(super) fn heard(self) -> BTreeMap<String, Heard> {
-        let ears = self.small.into_iter().chain(self.large);
-        ears.map(|ear| (ear.topic().to_owned(), ear.heard)).collect()
+    /// What was received on each topic.
+    pub(super) fn into_received(self) -> BTreeMap<String, ReceivedTopic> {
+        let listeners = self.small.into_iter().chain(self.large);
+        listeners.map(|listener| (listener.topic().to_owned(), listener.received)).collect()
     }
 }
 
-/// By the wall clock of this machine, as drivers stamp.
+/// The wall clock of this machine, which drivers use for their stamps.
 fn now() -> Stamp {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Stamp::from_nanos(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))
 }
 
-/// A topic that is listened to.
-struct Ear {
-    subscription: Box<dyn Listen + Send>,
-    heard: Heard,
+/// The subscription to one topic, and what it received.
+struct TopicListener {
+    subscription: Box<dyn AnySubscription + Send>,
+    received: ReceivedTopic,
 }
 
-impl Ear {
+impl TopicListener {
     fn open<M: Observed>(
         node: &Node,
         topic: &str,
@@ -132,8 +136,11 @@ impl Ear {
         bytes: fn(&M) -> usize,
     ) -> Result<Option<Self>, ShellError> {
         let subscription = node.subscription::<M>(topic, &Qos::sensor(waiting))?;
-        let heard = Heard::of_type(M::TYPE_NAME);
-        Ok(Some(Self { subscription: Box::new(Typed { subscription, bytes }), heard }))
+        let received = ReceivedTopic::of_type(M::TYPE_NAME);
+        Ok(Some(Self {
+            subscription: Box::new(TypedSubscription { subscription, bytes }),
+            received,
+        }))
     }
 
     fn topic(&self) -> &str {
@@ -141,50 +148,64 @@ impl Ear {
     }
 
     fn take(&mut self, now: Stamp) {
-        self.subscription.take(now, &mut self.heard);
+        self.subscription.take(now, &mut self.received);
     }
 }
 
-/// A subscription of whatever type.
-trait Listen {
+/// A subscription of any message type.
+trait AnySubscription {
     fn topic(&self) -> &str;
-    fn take(&self, now: Stamp, heard: &mut Heard);
+    fn take(&self, now: Stamp, topic: &mut ReceivedTopic);
 }
 
-struct Typed<M: Observed> {
+struct TypedSubscription<M: Observed> {
     subscription: Subscription<M>,
     /// The size of a message, of those that may be large.
     bytes: fn(&M) -> usize,
 }
 
-impl<M: Observed> Listen for Typed<M> {
+impl<M: Observed> AnySubscription for TypedSubscription<M> {
     fn topic(&self) -> &str {
         self.subscription.topic()
     }
 
-    fn take(&self, now: Stamp, heard: &mut Heard) {
+    fn take(&self, now: Stamp, topic: &mut ReceivedTopic) {
         while let Some(received) = self.subscription.try_next() {
-            heard.take(&*received.message, (self.bytes)(&received.message), now);
+            topic.take(&*received.message, (self.bytes)(&received.message), now);
         }
     }
 }
 
-fn small_ear(node: &Node, topic: &str, type_name: &str) -> Result<Option<Ear>, ShellError> {
+fn small_topic(
+    node: &Node,
+    topic: &str,
+    type_name: &str,
+) -> Result<Option<TopicListener>, ShellError> {
     match type_name {
-        LaserScan::TYPE_NAME => Ear::open::<LaserScan>(node, topic, WAITING_SMALL, |_| 0),
-        PoseStamped::TYPE_NAME => Ear::open::<PoseStamped>(node, topic, WAITING_SMALL, |_| 0),
-        Odometry::TYPE_NAME => Ear::open::<Odometry>(node, topic, WAITING_SMALL, |_| 0),
-        Imu::TYPE_NAME => Ear::open::<Imu>(node, topic, WAITING_SMALL, |_| 0),
-        CameraInfo::TYPE_NAME => Ear::open::<CameraInfo>(node, topic, WAITING_SMALL, |_| 0),
+        LaserScan::TYPE_NAME => TopicListener::open::<LaserScan>(node, topic, WAITING_SMALL, |_| 0),
+        PoseStamped::TYPE_NAME => {
+            TopicListener::open::<PoseStamped>(node, topic, WAITING_SMALL, |_| 0)
+        }
+        Odometry::TYPE_NAME => TopicListener::open::<Odometry>(node, topic, WAITING_SMALL, |_| 0),
+        Imu::TYPE_NAME => TopicListener::open::<Imu>(node, topic, WAITING_SMALL, |_| 0),
+        CameraInfo::TYPE_NAME => {
+            TopicListener::open::<CameraInfo>(node, topic, WAITING_SMALL, |_| 0)
+        }
         _ => Ok(None),
     }
 }
 
-fn large_ear(node: &Node, topic: &str, type_name: &str) -> Result<Option<Ear>, ShellError> {
+fn large_topic(
+    node: &Node,
+    topic: &str,
+    type_name: &str,
+) -> Result<Option<TopicListener>, ShellError> {
     match type_name {
-        Image::TYPE_NAME => Ear::open::<Image>(node, topic, WAITING_LARGE, |one| one.data.len()),
+        Image::TYPE_NAME => {
+            TopicListener::open::<Image>(node, topic, WAITING_LARGE, |one| one.data.len())
+        }
         PointCloud2::TYPE_NAME => {
-            Ear::open::<PointCloud2>(node, topic, WAITING_LARGE, |one| one.data.len())
+            TopicListener::open::<PointCloud2>(node, topic, WAITING_LARGE, |one| one.data.len())
         }
         _ => Ok(None),
     }

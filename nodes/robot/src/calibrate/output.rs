@@ -1,4 +1,4 @@
-//! What a calibration is told as: text, JSON, and a parameter file.
+//! The output of a calibration: text, JSON, and a parameter file.
 
 use std::fmt::Write;
 use std::fs;
@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::console;
 use crate::failure::Failure;
 
-/// What is printed for programs.
+/// The JSON output.
 #[derive(Serialize)]
 struct Json<'a> {
     bag: String,

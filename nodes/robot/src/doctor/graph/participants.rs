@@ -1,15 +1,16 @@
-//! Who is there: nodes of one name, several publishers of one input, makes that do not mix, transforms nobody tells.
+//! The participants of the graph: nodes of one name, several publishers of one input, DDS vendors and ROS 2 releases that
+//! do not mix, static transforms that nobody publishes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use node_shell::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, Qos, Role};
 
-use super::{Check, Finding, GraphView, heard, owners};
+use super::{Check, Finding, GraphView, owners, received};
 use crate::doctor::content::latching;
 use crate::run::inputs::TF_STATIC;
 
-/// Makes of DDS that nodes of ROS 2 run on by default or by choice, whose services do not understand each other.
-const MAKES: [&str; 4] = ["Cyclone DDS", "Fast DDS", "RTI Connext", "GurumDDS"];
+/// DDS vendors that nodes of ROS 2 use by default or by choice, whose services are not compatible with each other.
+const VENDORS: [&str; 4] = ["Cyclone DDS", "Fast DDS", "RTI Connext", "GurumDDS"];
 
 /// Nodes of one name in several processes.
 pub(super) fn same_names(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
@@ -26,7 +27,7 @@ pub(super) fn same_names(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
             let ids: Vec<String> = participants.iter().map(ParticipantId::to_string).collect();
             Finding::warn(
                 Check::Nodes,
-                format!("the name {node} is that of {} nodes (participants {})", ids.len(), ids.join(", ")),
+                format!("{} nodes have the name {node} (participants {})", ids.len(), ids.join(", ")),
                 format!(
                     "end one of them, or start it with another name: --ros-args -r __node:={}_2, or in a namespace (-r \
                      __ns:=/robot); one that was killed is forgotten within half a minute",
@@ -37,7 +38,7 @@ pub(super) fn same_names(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
         .collect()
 }
 
-/// Inputs of the suite that several publish.
+/// Inputs of the suite with several publishers.
 pub(super) fn several_publishers(view: &GraphView) -> Vec<Finding> {
     view.suite
         .all()
@@ -56,24 +57,24 @@ pub(super) fn several_publishers(view: &GraphView) -> Vec<Finding> {
         .collect()
 }
 
-/// Makes of DDS that were not made to be mixed.
-pub(super) fn makes(endpoints: &[DiscoveredEndpoint]) -> Option<Finding> {
-    let makes: BTreeSet<&str> = endpoints
+/// Several DDS vendors in one graph.
+pub(super) fn vendors(endpoints: &[DiscoveredEndpoint]) -> Option<Finding> {
+    let vendors: BTreeSet<&str> = endpoints
         .iter()
         .map(|endpoint| endpoint.participant.vendor())
-        .filter(|vendor| MAKES.contains(vendor))
+        .filter(|vendor| VENDORS.contains(vendor))
         .collect();
-    let named: Vec<&str> = makes.into_iter().collect();
+    let named: Vec<&str> = vendors.into_iter().collect();
     (named.len() > 1).then(|| {
         Finding::warn(
             Check::Versions,
-            format!("nodes run on {}, whose services do not understand each other", named.join(" and on ")),
-            "start all of them with the same: export RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, or rmw_fastrtps_cpp",
+            format!("nodes use {}, whose services are not compatible with each other", named.join(" and ")),
+            "start all of them with the same one: export RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, or rmw_fastrtps_cpp",
         )
     })
 }
 
-/// Processes of a ROS 2 before Iron, beside newer ones.
+/// Participants of a ROS 2 release before Iron, beside newer ones.
 pub(super) fn releases(endpoints: &[DiscoveredEndpoint]) -> Option<Finding> {
     let mut older: Vec<_> =
         endpoints.iter().filter(|one| one.is_before_iron).map(|one| one.participant).collect();
@@ -86,19 +87,19 @@ pub(super) fn releases(endpoints: &[DiscoveredEndpoint]) -> Option<Finding> {
     Some(Finding::warn(
         Check::Versions,
         format!(
-            "{} participants, {first} first, announce their nodes as ROS 2 did before Iron (on {})",
+            "{} participants announce their nodes as ROS 2 did before Iron, the first {first} (on {})",
             older.len(),
             topics.join(", ")
         ),
-        "run one release of ROS 2 on all machines (echo $ROS_DISTRO in each shell); topics cross, but names of nodes and \
-         some types do not",
+        "run one release of ROS 2 on all machines (echo $ROS_DISTRO in each shell); topics are exchanged, but not the \
+         names of nodes and some types",
     ))
 }
 
 /// Topics that are named at most.
 const MOST_TOPICS: usize = 3;
 
-/// Transforms: whether they are a tree, and whether anybody tells of them.
+/// Transforms: whether they form a tree, and whether `/tf_static` is published.
 pub(super) fn transforms(view: &GraphView) -> Vec<Finding> {
     let mut findings = Vec::new();
     let latched = DiscoveredQos::of_subscription(&Qos::latched());
@@ -114,11 +115,11 @@ pub(super) fn transforms(view: &GraphView) -> Vec<Finding> {
         findings.push(Finding::warn(
             Check::Transforms,
             format!("nobody publishes {TF_STATIC}, and {} waits for it", owners(waiting)),
-            "start the robot's description (robot_state_publisher), or tell each mount: ros2 run tf2_ros \
+            "start the robot's description (robot_state_publisher), or publish each mount: ros2 run tf2_ros \
              static_transform_publisher --frame-id base_link --child-frame-id laser",
         ));
     }
-    findings.extend(view.transforms.findings(&heard::sensors(view)));
+    findings.extend(view.transforms.findings(&received::sensors(view)));
     findings
 }
 
@@ -134,45 +135,49 @@ mod tests {
     }
 
     #[test]
-    fn a_healthy_graph_has_nothing_of_this() {
+    fn a_healthy_graph_has_no_finding() {
         let graph = view(healthy());
         assert!(same_names(&graph.endpoints).is_empty());
         assert!(several_publishers(&graph).is_empty());
-        assert!(makes(&graph.endpoints).is_none());
+        assert!(vendors(&graph.endpoints).is_none());
         assert!(transforms(&graph).is_empty());
     }
 
     #[test]
-    fn a_name_that_two_nodes_have_is_told_with_the_mend() {
+    fn two_nodes_of_one_name_are_reported_with_the_fix() {
         let mut graph = healthy();
         graph.push(of_another_process(publisher("/else", SCAN, "/driver"), [1, 0x10]));
         let findings = same_names(&graph);
         assert_eq!(findings.len(), 1);
-        tells(&findings[0], Severity::Warn, &["/driver is that of 2 nodes", "__node:=driver_2"]);
+        assert_finding(
+            &findings[0],
+            Severity::Warn,
+            &["2 nodes have the name /driver", "__node:=driver_2"],
+        );
     }
 
     #[test]
-    fn two_publishers_of_an_input_are_told() {
+    fn two_publishers_of_an_input_are_reported() {
         let mut graph = healthy();
         graph.push(publisher("/scan", SCAN, "/other_driver"));
         let findings = several_publishers(&view(graph));
         assert_eq!(findings.len(), 1);
-        tells(&findings[0], Severity::Warn, &["/scan has 2 publishers", "/other_driver"]);
+        assert_finding(&findings[0], Severity::Warn, &["/scan has 2 publishers", "/other_driver"]);
     }
 
     #[test]
-    fn two_makes_are_told() {
+    fn two_dds_vendors_are_reported() {
         let mut graph = healthy();
         graph.push(of_another_process(publisher("/else", SCAN, "/fast"), [1, 0x0f]));
-        tells(&makes(&graph).unwrap(), Severity::Warn, &["Cyclone DDS and on Fast DDS"]);
+        assert_finding(&vendors(&graph).unwrap(), Severity::Warn, &["Cyclone DDS and Fast DDS"]);
     }
 
     #[test]
-    fn an_older_release_is_told() {
+    fn an_older_release_is_reported() {
         let mut graph = healthy();
         assert!(releases(&graph).is_none());
         graph[0].is_before_iron = true;
-        tells(
+        assert_finding(
             &releases(&graph).unwrap(),
             Severity::Warn,
             &["1 participants", "before Iron", "/scan"],
@@ -180,11 +185,11 @@ mod tests {
     }
 
     #[test]
-    fn transforms_that_nobody_tells_are_missed() {
+    fn static_transforms_that_nobody_publishes_are_reported() {
         const TF: &str = "tf2_msgs/msg/TFMessage";
         let mut graph = healthy();
         graph.push(subscription("/tf_static", TF, "/detection"));
-        tells(
+        assert_finding(
             &transforms(&view(graph.clone()))[0],
             Severity::Warn,
             &["nobody publishes /tf_static"],
@@ -192,6 +197,6 @@ mod tests {
         graph.push(with_qos(publisher("/tf_static", TF, "/mounts"), &Qos::reliable(1)));
         let findings = transforms(&view(graph));
         assert_eq!(findings.len(), 1);
-        tells(&findings[0], Severity::Warn, &["/mounts", "transient local"]);
+        assert_finding(&findings[0], Severity::Warn, &["/mounts", "transient local"]);
     }
 }
