@@ -148,7 +148,7 @@ fn scans_without_a_return_still_map_what_the_camera_sees() {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{stderr}");
     assert!(stderr.contains("/scan"), "{stderr}");
-    assert!(stderr.contains("no return"), "{stderr}");
+    assert!(stderr.contains("too few returns"), "{stderr}");
     let summary = summary(&out);
     assert_eq!(summary["cycles"]["total"], 10);
     assert_eq!(summary["cycles"]["detections"], 0);

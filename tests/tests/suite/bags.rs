@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use bag_player::{BagWriter, OfferedQos};
-use geometry::Stamp;
+use bag_player::{Bag, BagMessage, BagWriter, OfferedQos, Selection};
+use geometry::{CameraModel, Cloud, DepthImage, Stamp};
 use msgs::geometry_msgs::PoseStamped;
-use msgs::sensor_msgs::{LaserScan, PointCloud2, PointField};
+use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2, PointField};
 use msgs::{RosMessage, convert};
+use nalgebra::{Point2, Point3};
 
 use crate::program::succeed;
 
@@ -15,6 +16,45 @@ pub(crate) fn small_room(folder: &Path) -> PathBuf {
     let bag = folder.join("small.mcap");
     succeed(["simulate", "small", "-o", bag.to_str().unwrap()]);
     bag
+}
+
+/// The same recording, with a cloud in the rows and columns of the image in place of each depth image.
+pub(crate) fn with_organised_clouds(folder: &Path, bag: &Path) -> PathBuf {
+    let infos = messages_of::<CameraInfo>(bag, "/camera/depth/camera_info");
+    let camera = convert::camera_from_message(&infos[0].1).unwrap();
+    let clouds = messages_of::<Image>(bag, "/camera/depth/image_raw").into_iter();
+    let clouds = clouds.map(|(stamp, image)| {
+        (stamp, organised(&convert::depth_from_message(&image).unwrap(), &camera))
+    });
+    bag_of(folder, "organised.mcap", |topics| {
+        topics.messages("/scan", messages_of::<LaserScan>(bag, "/scan"));
+        topics.messages("/pose", messages_of::<PoseStamped>(bag, "/pose"));
+        topics.messages("/camera/depth/points", clouds);
+    })
+}
+
+fn messages_of<M: RosMessage>(bag: &Path, topic: &str) -> Vec<(Stamp, M)> {
+    let selection = Selection { topics: Some(vec![topic.to_owned()]), ..Selection::default() };
+    let messages = Bag::open(bag).unwrap().messages(&selection).unwrap();
+    let decoded = |message: BagMessage| (message.log_time, message.decode().unwrap());
+    messages.map(|message| decoded(message.unwrap())).collect()
+}
+
+/// The cloud of an image as a driver makes it: NaN where there is no depth.
+fn organised(image: &DepthImage, camera: &CameraModel) -> PointCloud2 {
+    let (width, height) = (image.width_px(), image.height_px());
+    let point_of = |index: usize| {
+        let (column, row) = (index % width, index / width);
+        let ray = camera.ray(&Point2::new(column as f64, row as f64)).unwrap().cast::<f32>();
+        let depth_m = image.depth_m(column, row).unwrap_or(f32::NAN);
+        Point3::new(ray.x * depth_m, ray.y * depth_m, depth_m)
+    };
+    let points_m = (0..width * height).map(point_of).collect();
+    let cloud = Cloud { stamp: image.stamp, frame_id: image.frame_id.clone(), points_m };
+    let message = convert::message_from_cloud(&cloud);
+    let (width, height) = (u32::try_from(width).unwrap(), u32::try_from(height).unwrap());
+    let row_step = width * message.point_step;
+    PointCloud2 { width, height, row_step, is_dense: false, ..message }
 }
 
 /// A bag with what `fill` writes.

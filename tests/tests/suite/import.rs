@@ -117,7 +117,7 @@ fn what_cannot_be_imported_is_named_with_the_mend() {
             vec!["import", "depth", folder, "--intrinsics", "1,1,1,1", "-o", bag],
             "holds no numbered PNG files",
         ),
-        (vec!["import", "tum", folder, "-o", bag], "does not tell which camera it was"),
+        (vec!["import", "tum", folder, "-o", bag], "does not name the camera"),
         (
             vec!["import", "tum", folder, "--intrinsics", "1,1,1,1", "-o", bag],
             "a TUM sequence holds depth.txt",

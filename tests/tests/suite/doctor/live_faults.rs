@@ -181,7 +181,7 @@ const OFFERS: &[Fault] = &[
         },
         severity: "warn",
         check: "nodes",
-        says: &["/drivers is that of 2 nodes", "__node:=drivers_2"],
+        says: &["2 nodes have the name", "/drivers (participants", "__node:=drivers_2"],
     },
     Fault {
         name: "a node of an older release",
@@ -316,5 +316,5 @@ async fn nothing_is_found_in_a_healthy_foreign_graph() {
         findings.iter().any(|finding| finding["what"].as_str().unwrap().contains(part))
     };
     assert!(tells("all topics that the suite reads are published"), "{report}");
-    assert!(tells("tf tells of 2 frames in one piece"), "{report}");
+    assert!(tells("tf has 2 frames, all of them connected"), "{report}");
 }

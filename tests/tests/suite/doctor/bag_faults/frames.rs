@@ -81,7 +81,7 @@ pub(super) const FAULTS: &[Fault] = &[
             });
         },
         ["error", "transforms"],
-        &["40 transforms are none", "quaternion"],
+        &["40 transforms are invalid", "quaternion"],
     ),
     fault(
         "fixed transforms that are not latched",

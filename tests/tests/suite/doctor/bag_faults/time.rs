@@ -73,7 +73,7 @@ pub(super) const FAULTS: &[Fault] = &[
             later(bag, DEPTH, 0.4);
         },
         ["warn", "clocks"],
-        &[DEPTH, "s ahead", "begins and ends"],
+        &[DEPTH, "s ahead", "first and its last stamp"],
     )
     .also(&["offsets", "poses"]),
     fault(
