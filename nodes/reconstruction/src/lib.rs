@@ -35,6 +35,7 @@ pub use config::{AtMaxVoxels, ConfigError, ReconstructionConfig};
 pub use map::Map;
 pub use static_map::{
     Addition, CorrectionCounts, CorrectionError, LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS,
-    LoadError, MapChanges, MapCorrection, MapError, SpillCounts, StaticMap, WholeMap,
+    LoadError, MapChanges, MapCorrection, MapError, StaticMap, WholeMap,
 };
 pub use surface_map::SurfaceMap;
+pub use tiles::SpillCounts;

@@ -3,9 +3,9 @@
 use geometry::{Cloud, MapPath, SegmentedCycle, VoxelGrid};
 use nalgebra::{Point3, Vector3};
 
-use crate::static_map::{SpillCounts, WholeMap};
+use crate::static_map::WholeMap;
 use crate::surface_map::SurfaceMap;
-use crate::tiles::{TileError, TileStore};
+use crate::tiles::{SpillCounts, TileError, TileStore};
 use crate::{
     Addition, ConfigError, CorrectionCounts, CorrectionError, LoadError, MapChanges, MapCorrection,
     MapError, ReconstructionConfig, StaticMap,

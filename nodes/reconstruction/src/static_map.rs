@@ -36,7 +36,6 @@ pub(crate) use correction::{Corrections, MapNow};
 pub use loading::{LOADED_HITS, LoadError};
 use seen_order::SeenOrder;
 use spill::Spill;
-pub use spill::SpillCounts;
 use voxel::VoxelMean;
 pub use whole::WholeMap;
 
@@ -288,9 +287,6 @@ impl StaticMap {
         }
         if let Some(occupied) = &mut self.occupied {
             occupied.remove(key);
-        }
-        if let Some(spill) = &mut self.spill {
-            spill.has_one_less(key);
         }
         if let Some(seen_order) = &mut self.seen_order {
             seen_order.forget(key);

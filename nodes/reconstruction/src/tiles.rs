@@ -14,11 +14,19 @@
 //! | 2 | the tile's edge in voxels |
 //! | 8 | the voxel's edge in m, 64-bit float |
 //! | 3 x 4 | the tile's key, signed: its voxels have keys from `key * edge` to `key * edge + edge - 1` an axis |
+//! | | the content |
+//! | 4 | CRC-32 (IEEE) of all before |
+//!
+//! A store is of one map, and the content is that of the kind of the map.
+//!
+//! ## Of a map of the reduced clouds
+//!
+//! | bytes | what |
+//! |---|---|
 //! | 4 | the number of voxels |
 //! | 4 | the latest cycle that touched one of them |
 //! | 4 | the latest time at which one of them was seen first: hundredths of a second since the map began, plus one; 0 for a map that was loaded |
 //! | | the voxels, in ascending order of their keys |
-//! | 4 | CRC-32 (IEEE) of all before |
 //!
 //! A voxel has the key `(x, y, z)` within the tile, and the index `(x * edge + y) * edge + z`:
 //!
@@ -34,7 +42,26 @@
 //! | 3 x (1, varint) | of the sum of its points along each axis, in 2^-60 m, less the number of its points times the voxel's middle, which is rounded to a 32-bit float of metres before: the number of zero bits at its lower end, and it without them, a signed varint |
 //!
 //! That is some 22 bytes a voxel, a quarter of what it takes in memory, and exact.
+//!
+//! ## Of a map of depth images
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 4 | the number of blocks |
+//! | | the blocks, in ascending order of their keys |
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 2 | the number of the bytes that follow |
+//! | | a block: [`volume::Surface::block_bytes`] has the table |
+//! | 2 | the number of the bytes that follow; 0 where changes are not followed |
+//! | | what listeners know of its points: of each, the index of its voxel (2), its place in it in 255ths of the edge (3), and 1 where some know it elsewhere (1) |
+//!
+//! That is some 2.3 kB a block, as in memory, and exact.
 
+mod counts;
+mod file;
+mod table;
 #[cfg(test)]
 pub(crate) mod testing;
 
@@ -42,6 +69,10 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 
 use geometry::VoxelKey;
+
+pub use counts::SpillCounts;
+pub(crate) use file::{TileFrame, TileReader, push_varint};
+pub(crate) use table::{InStore, Reached, TileTable};
 
 /// A tile's place: a cube of voxels, counted as voxels are.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
@@ -139,9 +170,9 @@ pub enum TileFormatError {
     /// They are of another tile, or of a map with other edges.
     #[error("it is of another tile, or of a map with other edges")]
     OtherTile,
-    /// The checksum is right, and the voxels are none.
-    #[error("its voxels are none of a tile")]
-    Voxels,
+    /// The checksum is right, and the content is none.
+    #[error("its content is none of a tile")]
+    Content,
 }
 
 /// What went wrong with a tile.

@@ -9,7 +9,8 @@ use super::{TileKey, TileStore, TileStoreError};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MemoryStore {
     tiles: Arc<Mutex<BTreeMap<TileKey, Vec<u8>>>>,
-    full: Arc<Mutex<bool>>,
+    /// It fails after so many more writes; `None` where it does not.
+    fails_after: Arc<Mutex<Option<usize>>>,
 }
 
 impl MemoryStore {
@@ -19,18 +20,27 @@ impl MemoryStore {
 
     /// From now on nothing can be written or read, or all can be again.
     pub(crate) fn fail(&self, fails: bool) {
-        *self.full.lock().unwrap() = fails;
+        *self.fails_after.lock().unwrap() = fails.then_some(0);
+    }
+
+    /// After so many more writes, those into other stores included, nothing can be written or read.
+    pub(crate) fn fail_after(&self, writes: usize) {
+        *self.fails_after.lock().unwrap() = Some(writes);
     }
 
     fn check(&self) -> Result<(), TileStoreError> {
         let reason = "no space left on device".to_owned();
-        if *self.full.lock().unwrap() { Err(TileStoreError::Failed { reason }) } else { Ok(()) }
+        let fails = *self.fails_after.lock().unwrap() == Some(0);
+        if fails { Err(TileStoreError::Failed { reason }) } else { Ok(()) }
     }
 }
 
 impl TileStore for MemoryStore {
     fn write(&mut self, tile: TileKey, bytes: &[u8]) -> Result<(), TileStoreError> {
         self.check()?;
+        if let Some(writes) = &mut *self.fails_after.lock().unwrap() {
+            *writes -= 1;
+        }
         self.with(|tiles| tiles.insert(tile, bytes.to_vec()));
         Ok(())
     }
@@ -43,7 +53,8 @@ impl TileStore for MemoryStore {
     /// A store of its own, which fails when this one does.
     fn another(&self) -> Result<Box<dyn TileStore>, TileStoreError> {
         self.check()?;
-        Ok(Box::new(Self { tiles: Arc::default(), full: Arc::clone(&self.full) }))
+        let fails_after = Arc::clone(&self.fails_after);
+        Ok(Box::new(Self { tiles: Arc::default(), fails_after }))
     }
 
     fn clear(&mut self) -> Result<(), TileStoreError> {

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::super::{StaticMap, testing};
 use super::*;
 use crate::tiles::testing::MemoryStore;
-use crate::tiles::{TileFormatError, TileStoreError};
+use crate::tiles::{SpillCounts, TileFormatError, TileStoreError};
 use crate::{AtMaxVoxels, ConfigError, ReconstructionConfig};
 
 /// Of a tile of 4 voxels an axis, the least there is.
@@ -294,7 +294,7 @@ fn the_memory_of_a_tile_in_the_store_is_as_documented() {
         map.integrate(&wall).unwrap();
     }
     let spill = map.spill.as_ref().unwrap();
-    let per_tile = spill.memory_bytes() as f64 / spill.in_store.len() as f64;
+    let per_tile = spill.memory_bytes() as f64 / spill.tiles_by_key().len() as f64;
     assert!((24.0..60.0).contains(&per_tile), "{per_tile} bytes a tile");
     let bytes = store.with(|tiles| tiles.values().map(Vec::len).sum::<usize>());
     let per_voxel = bytes as f64 / spill.voxels() as f64;

@@ -1,4 +1,4 @@
-//! The bytes of a tile: [`crate::tiles`] has the table.
+//! The voxels of a tile as bytes: [`crate::tiles`] has the table.
 
 use geometry::{VoxelGrid, VoxelKey};
 
@@ -7,13 +7,8 @@ use super::super::blocks::BLOCK_EDGE_VOXELS;
 use super::super::changes::Told;
 use super::super::evidence::Evidence;
 use super::super::voxel::{Known, UNITS_PER_METRE, VoxelMean};
-use crate::tiles::{TileFormatError, TileKey};
+use crate::tiles::{TileFormatError, TileFrame, TileKey, TileReader, push_varint};
 
-const MAGIC: &[u8; 4] = b"SMTL";
-const VERSION: u16 = 2;
-/// Everything before the voxels.
-const HEADER_BYTES: usize = 40;
-const CHECKSUM_BYTES: usize = 4;
 /// About what a voxel takes.
 const VOXEL_BYTES: usize = 24;
 
@@ -28,6 +23,10 @@ pub(in super::super) struct TileLayout {
 impl TileLayout {
     pub(in super::super) fn tile_of(&self, voxel: VoxelKey) -> TileKey {
         TileKey::of(voxel, self.edge_voxels)
+    }
+
+    fn frame(&self) -> TileFrame {
+        TileFrame { edge_voxels: self.edge_voxels, edge_m: self.grid.edge_m() }
     }
 
     /// The keys of the tile's blocks.
@@ -68,39 +67,29 @@ impl TileLayout {
     pub(super) fn encode(&self, tile: TileKey, voxels: &[(VoxelKey, VoxelMean)]) -> Vec<u8> {
         let latest = voxels.iter().map(|(_, voxel)| voxel.last_cycle).max().unwrap_or(0);
         let newest = voxels.iter().map(|(_, voxel)| voxel.anchor).max().unwrap_or_default();
-        let mut bytes =
-            Vec::with_capacity(HEADER_BYTES + voxels.len() * VOXEL_BYTES + CHECKSUM_BYTES);
-        bytes.extend(MAGIC);
-        bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(self.edge_voxels.to_le_bytes());
-        bytes.extend(self.grid.edge_m().to_le_bytes());
-        for along in [tile.x, tile.y, tile.z] {
-            bytes.extend(along.to_le_bytes());
-        }
-        bytes.extend((voxels.len() as u32).to_le_bytes());
-        bytes.extend(latest.to_le_bytes());
-        bytes.extend(newest.ticks().to_le_bytes());
-        let mut next = 0;
-        for (key, voxel) in voxels {
-            let index = self.index(*key);
-            push_varint(&mut bytes, u128::from(index.wrapping_sub(next)));
-            next = index + 1;
-            push_varint(&mut bytes, u128::from(voxel.points()));
-            push_varint(&mut bytes, u128::from(latest - voxel.last_cycle));
-            push_varint(&mut bytes, u128::from(newest.ticks() - voxel.anchor.ticks()));
-            bytes.extend(voxel.evidence.steps().to_le_bytes());
-            voxel.told.push_to(&mut bytes);
-            let middles = self.middles(*key);
-            for (sum, middle) in voxel.sum_units().into_iter().zip(middles) {
-                push_sum(
-                    &mut bytes,
-                    sum.wrapping_sub(middle.wrapping_mul(i128::from(voxel.points()))),
-                );
+        self.frame().seal(tile, voxels.len() * VOXEL_BYTES, |bytes| {
+            bytes.extend((voxels.len() as u32).to_le_bytes());
+            bytes.extend(latest.to_le_bytes());
+            bytes.extend(newest.ticks().to_le_bytes());
+            let mut next = 0;
+            for (key, voxel) in voxels {
+                let index = self.index(*key);
+                push_varint(bytes, u128::from(index.wrapping_sub(next)));
+                next = index + 1;
+                push_varint(bytes, u128::from(voxel.points()));
+                push_varint(bytes, u128::from(latest - voxel.last_cycle));
+                push_varint(bytes, u128::from(newest.ticks() - voxel.anchor.ticks()));
+                bytes.extend(voxel.evidence.steps().to_le_bytes());
+                voxel.told.push_to(bytes);
+                let middles = self.middles(*key);
+                for (sum, middle) in voxel.sum_units().into_iter().zip(middles) {
+                    push_sum(
+                        bytes,
+                        sum.wrapping_sub(middle.wrapping_mul(i128::from(voxel.points()))),
+                    );
+                }
             }
-        }
-        let checksum = crc32fast::hash(&bytes);
-        bytes.extend(checksum.to_le_bytes());
-        bytes
+        })
     }
 
     /// The voxels of the tile, by ascending key.
@@ -109,61 +98,40 @@ impl TileLayout {
         tile: TileKey,
         bytes: &[u8],
     ) -> Result<Vec<(VoxelKey, VoxelMean)>, TileFormatError> {
-        let (bytes, checksum) =
-            bytes.split_last_chunk::<CHECKSUM_BYTES>().ok_or(TileFormatError::CutOff)?;
-        let mut reader = Reader { bytes };
-        if reader.array()? != *MAGIC {
-            return Err(TileFormatError::NotThisFormat);
-        }
-        let version = u16::from_le_bytes(reader.array()?);
-        if version != VERSION {
-            return Err(TileFormatError::OtherVersion { version });
-        }
-        if crc32fast::hash(bytes) != u32::from_le_bytes(*checksum) {
-            return Err(TileFormatError::Checksum);
-        }
-        let edge_voxels = u16::from_le_bytes(reader.array()?);
-        let edge_m = f64::from_le_bytes(reader.array()?);
-        let mut along = || Ok(i32::from_le_bytes(reader.array()?));
-        let key = TileKey { x: along()?, y: along()?, z: along()? };
-        if (edge_voxels, key) != (self.edge_voxels, tile)
-            || edge_m.to_bits() != self.grid.edge_m().to_bits()
-        {
-            return Err(TileFormatError::OtherTile);
-        }
+        let mut reader = self.frame().open(tile, bytes)?;
         let count = u32::from_le_bytes(reader.array()?) as usize;
         let latest = [u32::from_le_bytes(reader.array()?), u32::from_le_bytes(reader.array()?)];
         // Each voxel takes ten bytes at least: no number of theirs takes more memory than the bytes allow.
-        let mut voxels = Vec::with_capacity(count.min(bytes.len()));
+        let mut voxels = Vec::with_capacity(count.min(reader.left()));
         let mut next = 0_u64;
         for _ in 0..count {
             let (key, voxel) = self.decode_voxel(tile, &mut reader, &mut next, latest)?;
             voxels.push((key, voxel));
         }
-        if reader.bytes.is_empty() { Ok(voxels) } else { Err(TileFormatError::Voxels) }
+        if reader.left() == 0 { Ok(voxels) } else { Err(TileFormatError::Content) }
     }
 
     fn decode_voxel(
         &self,
         tile: TileKey,
-        reader: &mut Reader<'_>,
+        reader: &mut TileReader<'_>,
         next: &mut u64,
         [latest, newest]: [u32; 2],
     ) -> Result<(VoxelKey, VoxelMean), TileFormatError> {
         let index = next.saturating_add(reader.number()?);
-        let key = self.voxel(tile, index).ok_or(TileFormatError::Voxels)?;
+        let key = self.voxel(tile, index).ok_or(TileFormatError::Content)?;
         *next = index + 1;
         let points: u32 = reader.number()?;
         let before: u32 = reader.number()?;
-        let last_cycle = latest.checked_sub(before).ok_or(TileFormatError::Voxels)?;
-        let ticks = newest.checked_sub(reader.number()?).ok_or(TileFormatError::Voxels)?;
+        let last_cycle = latest.checked_sub(before).ok_or(TileFormatError::Content)?;
+        let ticks = newest.checked_sub(reader.number()?).ok_or(TileFormatError::Content)?;
         let anchor = Anchor::of_ticks(ticks);
         let evidence = Evidence::of_steps(i8::from_le_bytes(reader.array()?));
         let [flags] = reader.array()?;
         let told = Told::read(flags, || reader.array().map(u16::from_le_bytes))?;
         let mut sum_units = self.middles(key);
         for sum in &mut sum_units {
-            *sum = sum.wrapping_mul(i128::from(points)).wrapping_add(reader.sum()?);
+            *sum = sum.wrapping_mul(i128::from(points)).wrapping_add(read_sum(reader)?);
         }
         let known = Known { last_cycle, told, evidence, anchor };
         Ok((key, VoxelMean::of(sum_units, points, known)))
@@ -178,14 +146,6 @@ impl TileLayout {
     }
 }
 
-fn push_varint(bytes: &mut Vec<u8>, mut value: u128) {
-    while value >= 0x80 {
-        bytes.push(value as u8 | 0x80);
-        value >>= 7;
-    }
-    bytes.push(value as u8);
-}
-
 fn push_sum(bytes: &mut Vec<u8>, sum: i128) {
     let zeros = if sum == 0 { 0 } else { sum.trailing_zeros() };
     bytes.push(zeros as u8);
@@ -193,40 +153,12 @@ fn push_sum(bytes: &mut Vec<u8>, sum: i128) {
     push_varint(bytes, (value << 1 ^ value >> 127) as u128);
 }
 
-struct Reader<'a> {
-    bytes: &'a [u8],
-}
-
-impl Reader<'_> {
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], TileFormatError> {
-        let (array, rest) = self.bytes.split_first_chunk().ok_or(TileFormatError::CutOff)?;
-        self.bytes = rest;
-        Ok(*array)
+fn read_sum(reader: &mut TileReader<'_>) -> Result<i128, TileFormatError> {
+    let [zeros] = reader.array()?;
+    let zigzag = reader.varint()?;
+    let value = (zigzag >> 1) as i128 ^ -((zigzag & 1) as i128);
+    if u32::from(zeros) >= u128::BITS {
+        return Err(TileFormatError::Content);
     }
-
-    fn varint(&mut self) -> Result<u128, TileFormatError> {
-        let mut value = 0_u128;
-        for shift in (0..u128::BITS).step_by(7) {
-            let [byte] = self.array()?;
-            value |= u128::from(byte & 0x7f) << shift;
-            if byte & 0x80 == 0 {
-                return Ok(value);
-            }
-        }
-        Err(TileFormatError::Voxels)
-    }
-
-    fn number<N: TryFrom<u128>>(&mut self) -> Result<N, TileFormatError> {
-        N::try_from(self.varint()?).map_err(|_| TileFormatError::Voxels)
-    }
-
-    fn sum(&mut self) -> Result<i128, TileFormatError> {
-        let [zeros] = self.array()?;
-        let zigzag = self.varint()?;
-        let value = (zigzag >> 1) as i128 ^ -((zigzag & 1) as i128);
-        if u32::from(zeros) >= u128::BITS {
-            return Err(TileFormatError::Voxels);
-        }
-        Ok(value << zeros)
-    }
+    Ok(value << zeros)
 }

@@ -10,32 +10,31 @@ use super::super::changes::Place;
 use super::super::voxel::VoxelMean;
 use super::super::{StaticMap, WholeMap};
 use super::tile_file::TileLayout;
-use super::{InMemory, InStore, Reached, Spill, SpillCounts};
-use crate::tiles::{TileError, TileKey, TileStoreError};
+use crate::tiles::{InStore, Reached, SpillCounts, TileError, TileKey, TileStoreError};
 
 impl StaticMap {
     /// What became of the tiles; `None` where none are spilled.
     #[must_use]
     pub fn spill_counts(&self) -> Option<SpillCounts> {
-        self.spill.as_ref().map(Spill::counts)
+        self.spill.as_ref().map(|spill| spill.tiles.counts())
     }
 
     /// The latest of the errors since this was last asked; [`SpillCounts`] has their number.
     pub fn take_tile_error(&mut self) -> Option<TileError> {
-        self.spill.as_mut()?.error.take()
+        self.spill.as_mut()?.tiles.take_error()
     }
 
     /// What the store could not do may be tried again.
     pub(in super::super) fn begin_round(&mut self) {
         if let Some(spill) = &mut self.spill {
-            spill.begin_round();
+            spill.tiles.begin_round();
         }
     }
 
     /// Changes are followed from now on: what was spilled until now, listeners know as it is.
     pub(in super::super) fn follow_spilled(&mut self) {
         if let Some(spill) = &mut self.spill {
-            spill.follow();
+            spill.tiles.follow();
         }
     }
 
@@ -44,25 +43,21 @@ impl StaticMap {
     pub(in super::super) fn fetch(&mut self, voxel: VoxelKey) -> bool {
         let Some(spill) = &mut self.spill else { return true };
         match spill.reach(voxel) {
-            Reached::InMemory => true,
-            Reached::Unreadable => false,
-            Reached::InStore(tile, spilled) => self.bring_back(tile, spilled),
+            (_, Reached::InMemory) => true,
+            (_, Reached::Unreadable) => false,
+            (tile, Reached::InStore(spilled)) => self.bring_back(tile, spilled),
         }
     }
 
     fn bring_back(&mut self, tile: TileKey, spilled: InStore) -> bool {
-        if let Some(spill) = &mut self.spill {
-            // Room for this tile comes before what was reached last.
-            spill.current = None;
-        }
-        if !self.spill_until(spilled.voxels as usize) {
+        if !self.spill_until(spilled.parts as usize) {
             return false;
         }
         let Some(spill) = &mut self.spill else { return true };
         let voxels = match spill.read(tile) {
             Ok(voxels) => voxels,
             Err(error) => {
-                let is_lost = spill.could_not_read(tile, error);
+                let is_lost = spill.tiles.could_not_read(tile, error);
                 if is_lost {
                     spill.current = Some(tile);
                     self.tiles_were_lost();
@@ -70,12 +65,9 @@ impl StaticMap {
                 return is_lost;
             }
         };
-        let listeners_know_all = spilled.following != spill.following;
-        spill.left_store(tile);
+        let listeners_know_all = spill.tiles.is_known_as_it_is(spilled);
+        spill.tiles.came_back(tile);
         spill.current = Some(tile);
-        spill.counts.read += 1;
-        let known = InMemory { voxels: voxels.len() as u32, reached: spill.time };
-        spill.in_memory.insert(tile, known);
         let occupied = self.occupied.get_or_insert_default();
         for (key, mut voxel) in voxels {
             if listeners_know_all {
@@ -102,36 +94,15 @@ impl StaticMap {
     pub(in super::super) fn whole_or_failing_tile(
         &mut self,
     ) -> Result<Vec<Point3<f32>>, TileError> {
-        // Those that failed are tried first, so that a store that goes on failing is not read to its end each time.
-        let failed = self.spill.as_ref().map_or_else(Vec::new, Spill::unreadable_by_key);
-        for tile in failed {
-            if let Some(spill) = &mut self.spill
-                && let Err(error) = spill.read(tile)
-                && !error.is_loss()
-            {
-                spill.could_not_read(tile, error.clone());
-                return Err(error);
-            }
+        if let Some(spill) = &mut self.spill {
+            spill.tiles.retry_unreadable()?;
         }
         let WholeMap { points_m, unreadable, .. } = self.whole();
         let Some(spill) = &mut self.spill else { return Ok(points_m) };
-        let mut first_failure = None;
-        let mut some_are_lost = false;
-        for error in unreadable {
-            let Some(tile) = error.tile() else { continue };
-            if spill.could_not_read(tile, error.clone()) {
-                some_are_lost = true;
-            } else {
-                first_failure.get_or_insert(error);
-            }
-        }
-        if first_failure.is_none() {
-            spill.could_read_all();
-        }
-        if some_are_lost {
+        if spill.tiles.were_read_but(unreadable)? {
             self.tiles_were_lost();
         }
-        first_failure.map_or(Ok(points_m), Err)
+        Ok(points_m)
     }
 
     /// Writes all tiles.
@@ -141,21 +112,21 @@ impl StaticMap {
     pub(in super::super) fn spill_all(&mut self) -> Result<(), TileError> {
         if let Some(spill) = &mut self.spill {
             spill.current = None;
+            spill.tiles.pass_on();
         }
         if self.spill_until(self.max_voxels) { Ok(()) } else { Err(self.why_no_room()) }
     }
 
     /// What the store could not do when there was no room.
     pub(in super::super) fn why_no_room(&self) -> TileError {
-        let error = self.spill.as_ref().and_then(|spill| spill.error.clone());
-        error.unwrap_or(TileError::Another { source: TileStoreError::Missing })
+        let tiles = self.spill.as_ref().map(|spill| spill.tiles.why_no_room());
+        tiles.unwrap_or(TileError::Another { source: TileStoreError::Missing })
     }
 
     /// A tile was found to be lost while all were read.
     pub(in super::super) fn lost_tile(&mut self, error: TileError) {
         if let Some(spill) = &mut self.spill {
-            spill.counts.lost += 1;
-            spill.error = Some(error);
+            spill.tiles.lost_before(error);
         }
     }
 
@@ -164,10 +135,7 @@ impl StaticMap {
     pub(in super::super) fn spill_until(&mut self, room: usize) -> bool {
         while self.voxels.len() + room > self.max_voxels {
             let Some(spill) = &mut self.spill else { return false };
-            if spill.unwritable == Some(spill.round) {
-                return false;
-            }
-            let Some(tile) = spill.oldest() else { return false };
+            let Some(tile) = spill.tiles.next_to_go() else { return false };
             let mut voxels = self.occupied.as_ref().map_or_else(Vec::new, |occupied| {
                 voxels_of(tile, &spill.layout, occupied, &self.voxels)
             });
@@ -175,11 +143,9 @@ impl StaticMap {
                 voxel.told.leave();
             }
             let bytes = spill.layout.encode(tile, &voxels);
-            if let Err(source) = spill.store.write(tile, &bytes) {
-                spill.could_not_write(TileError::Write { tile, source });
+            if !spill.tiles.write(tile, &bytes, voxels.len(), voxels.len()) {
                 return false;
             }
-            spill.went(tile, voxels.len());
             for (key, _) in &voxels {
                 self.voxels.remove(key);
                 if let Some(occupied) = &mut self.occupied {

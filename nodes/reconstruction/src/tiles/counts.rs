@@ -9,7 +9,7 @@ pub struct SpillCounts {
     pub tiles_in_memory: usize,
     /// Tiles in the store now.
     pub tiles_in_store: usize,
-    /// Voxels of these.
+    /// Voxels of these; of a map of depth images about: [`crate::SurfaceMap::len`].
     pub voxels_in_store: usize,
     /// Tiles written since the map was made.
     pub written: u64,
