@@ -1,20 +1,22 @@
 //! The parameters of reconstruction, their defaults, and where these come from.
 
 use geometry::{ParameterError, PipelineConfig, parameter};
-use volume::{SurfaceConfig, SurfaceConfigError, ViewError};
+use volume::{BLOCK_EDGE, SurfaceConfig, SurfaceConfigError, ViewError};
 
 use crate::static_map::BLOCK_EDGE_VOXELS;
+use crate::tiles::TileFrame;
 
 geometry::choices! {
-    /// What happens to a point that needs a voxel more than `max_voxels`.
+    /// What happens to a point that needs a voxel more than `max_voxels`, or a block more than `max_map_blocks`.
     pub enum AtMaxVoxels {
         /// The point is refused and counted.
         Refuse = "refuse",
         /// The voxels that were seen longest ago are dropped and counted; never one that was seen in this cycle.
         DropOldest = "drop_oldest",
         /// The map grows on the disk: the tile of voxels that no point or ray has reached for longest is written to a file, and
-        /// read back when one does. max_voxels then bounds what is in memory, and the map is the same as without a bound; the
-        /// whole map, saved or published, has every tile, and takes the time to read them.
+        /// read back when one does; of a map of depth images, the tile that was out of view for longest. max_voxels, or
+        /// max_map_blocks, then bounds what is in memory, and the map is the same as without a bound; the whole map, saved or
+        /// published, has every tile, and takes the time to read them.
         Spill = "spill",
     }
 }
@@ -29,14 +31,15 @@ geometry::parameters! {
         /// than 500 MB where they may be removed (free_space, drop_oldest, spill).
         // 6400 square metres of surface, in less than 200 MB; the thesis' largest map (Table 6) has 13,237 points.
         max_voxels: usize = 1_000_000, at_least(1.0);
-        /// The most blocks of 8 voxels an axis that a map of depth images (map_edge_m) has, of 2.1 kB each.
+        /// The most blocks of 8 voxels an axis that a map of depth images (map_edge_m) has (in memory, with spill), of 2.1 kB each.
+        /// With spill they are to hold the tiles that the camera sees up to 5 m.
         // 420 MB. At 2 cm some 2,500 square metres of surface.
         max_map_blocks: usize = 200_000, at_least(1.0);
-        /// What happens to points that would need another voxel, or block; a map of depth images does not spill.
+        /// What happens to points that would need another voxel, or block.
         // The map of a place that fits; for a robot that goes on and on there are the other two.
         at_max_voxels: AtMaxVoxels = AtMaxVoxels::Refuse;
-        /// Edge of the tiles in which the map is spilled, rounded up to multiples of 4 voxels. A full tile must fit into
-        /// max_voxels: 4 m at 8 cm are 140608 voxels.
+        /// Edge of the tiles in which the map is spilled, rounded up to multiples of 4 voxels, or of the blocks of a map of depth
+        /// images. A full tile must fit into max_voxels, or max_map_blocks: 4 m at 8 cm are 140608 voxels, 4 m at 2 cm 15625 blocks.
         // A Kinect sees a dozen such cubes at a time. In a corridor one has some 5,000 voxels: 100 kB a file.
         spill_tile_edge_m: f64 = 4.0, read_with("at_max_voxels", "spill");
     }
@@ -68,14 +71,16 @@ impl ReconstructionConfig {
         if self.at_max_voxels != AtMaxVoxels::Spill {
             return Ok(());
         }
-        let edge_m = self.pipeline.map_edge_m;
-        let words = "0 with at_max_voxels spill (a map of depth images does not spill)";
-        parameter::check("map_edge_m", words, edge_m, edge_m == 0.0)?;
-        let tile_voxels = usize::from(self.tile_edge_voxels()?).pow(3);
-        let accepted =
-            ("at least the voxels of a full tile of spill_tile_edge_m", tile_voxels as f64);
-        let most = self.max_voxels;
-        parameter::check("max_voxels", accepted, most as f64, tile_voxels <= most)
+        let edge_voxels = usize::from(self.tile_edge_voxels()?);
+        let (name, most, parts, words) = if self.pipeline.depth_map_edge_m().is_some() {
+            let parts = (edge_voxels / BLOCK_EDGE).pow(3);
+            let words = "at least the blocks of a full tile of spill_tile_edge_m";
+            ("max_map_blocks", self.max_map_blocks, parts, words)
+        } else {
+            let words = "at least the voxels of a full tile of spill_tile_edge_m";
+            ("max_voxels", self.max_voxels, edge_voxels.pow(3), words)
+        };
+        parameter::check(name, (words, parts as f64), most as f64, parts <= most)
     }
 
     /// The parameters of the surface; `None` where the map is of the means of the reduced clouds.
@@ -87,16 +92,36 @@ impl ReconstructionConfig {
         })
     }
 
+    /// How the surface is cut into tiles; `None` where the map does not spill, or has no surface.
+    ///
+    /// # Errors
+    /// When the edge of a tile is not a positive number, or too large.
+    pub(crate) fn surface_tiles(&self) -> Result<Option<TileFrame>, ParameterError> {
+        let edge_m = self.pipeline.depth_map_edge_m();
+        let edge_m = edge_m.filter(|_| self.at_max_voxels == AtMaxVoxels::Spill);
+        let frame = |edge_m| Ok(TileFrame { edge_voxels: self.tile_edge_voxels()?, edge_m });
+        edge_m.map(frame).transpose()
+    }
+
     /// The edge of a tile in voxels: whole blocks.
     ///
     /// # Errors
     /// When it is not a positive number, or too large.
     pub(crate) fn tile_edge_voxels(&self) -> Result<u16, ParameterError> {
-        let block = f64::from(BLOCK_EDGE_VOXELS);
-        let edge = (self.spill_tile_edge_m / (self.pipeline.voxel_edge_m * block)).ceil() * block;
+        let (edge_m, block_edge, words) = match self.pipeline.depth_map_edge_m() {
+            Some(edge_m) => {
+                (edge_m, BLOCK_EDGE as u16, "above 0 and at most 1000 times map_edge_m")
+            }
+            None => {
+                let words = "above 0 and at most 1000 times voxel_edge_m";
+                (self.pipeline.voxel_edge_m, BLOCK_EDGE_VOXELS, words)
+            }
+        };
+        let block = f64::from(block_edge);
+        let edge = (self.spill_tile_edge_m / (edge_m * block)).ceil() * block;
         // A NaN is in no range.
         let holds = (block..=f64::from(Self::MOST_TILE_EDGE_VOXELS)).contains(&edge);
-        let accepted = ("above 0 and at most 1000 times voxel_edge_m", self.pipeline.voxel_edge_m);
+        let accepted = (words, edge_m);
         parameter::check("spill_tile_edge_m", accepted, self.spill_tile_edge_m, holds)?;
         Ok(edge as u16)
     }

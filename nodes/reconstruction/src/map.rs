@@ -47,7 +47,10 @@ impl Map {
     ) -> Result<Self, ConfigError> {
         config.validate()?;
         if let Some(surface) = config.surface() {
-            let map = SurfaceMap::new(surface, config.at_max_voxels)?;
+            let tiles = config
+                .surface_tiles()?
+                .map(|frame| Ok::<_, ConfigError>((frame, store.ok_or(ConfigError::NoTileStore)?)));
+            let map = SurfaceMap::new(surface, config.at_max_voxels, tiles.transpose()?)?;
             return Ok(Self::Surface(Box::new(map)));
         }
         let map = match store {
@@ -132,10 +135,7 @@ impl Map {
     /// # Errors
     /// When a spilled tile cannot be read for now.
     pub fn cloud_for_listeners(&mut self) -> Result<Cloud, TileError> {
-        match self {
-            Self::Means(map) => map.cloud_for_listeners(),
-            Self::Surface(map) => Ok(map.cloud_for_listeners()),
-        }
+        of_either!(self, map => map.cloud_for_listeners())
     }
 
     /// How many points the map has; of a map of depth images about: [`SurfaceMap::len`].
@@ -198,17 +198,11 @@ impl Map {
     /// How the tiles are; `None` where none are spilled.
     #[must_use]
     pub fn spill_counts(&self) -> Option<SpillCounts> {
-        match self {
-            Self::Means(map) => map.spill_counts(),
-            Self::Surface(_) => None,
-        }
+        of_either!(self, map => map.spill_counts())
     }
 
     /// What went wrong with a tile since this was asked last.
     pub fn take_tile_error(&mut self) -> Option<TileError> {
-        match self {
-            Self::Means(map) => map.take_tile_error(),
-            Self::Surface(_) => None,
-        }
+        of_either!(self, map => map.take_tile_error())
     }
 }

@@ -9,51 +9,69 @@
 
 mod changes;
 mod correction;
+mod loading;
+mod spill;
 #[cfg(test)]
 mod tests;
+mod whole;
 
 use estimation::executor::Serial;
 use geometry::{Cloud, SegmentedCycle, Stamp, VoxelGrid};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use volume::{
-    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, PointRules, Surface,
-    SurfaceConfig,
+    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, Surface, SurfaceConfig,
 };
 
 use crate::config::{AtMaxVoxels, ConfigError};
-use crate::static_map::{Corrections, WholeMap};
-use crate::{Addition, CorrectionCounts, LoadError, MapError};
+use crate::static_map::Corrections;
+use crate::tiles::{TileFrame, TileStore};
+use crate::{Addition, CorrectionCounts, MapError};
+use spill::Spill;
 
 /// Where old blocks make room, this share of all goes at a time: finding the oldest costs by all of them.
 const SHARE_DROPPED: usize = 16;
 
 /// A map of depth images. See the module.
+///
+/// # Memory
+/// 2.1 kB a block, of which there are `max_map_blocks` at most; what one image needs besides, and is kept, is bounded by the
+/// image. While changes are followed, some 600 bytes more a block.
+///
+/// With [`AtMaxVoxels::Spill`] `max_map_blocks` bounds what is in memory. Besides grow, with the way that was driven and no other
+/// bound, the 30 to 60 bytes of each tile that is out of memory.
 #[derive(Debug)]
 pub struct SurfaceMap {
     surface: Surface,
     view: DepthView,
     drops_oldest: bool,
+    /// Present where tiles are spilled.
+    spill: Option<Spill>,
     /// Present while somebody follows the changes.
     follower: Option<ChangeFollower>,
+    /// Followed anew, for listeners that need the whole map.
+    is_followed_anew: bool,
     frame_id: Option<String>,
     stamp: Stamp,
     corrections: Corrections,
 }
 
 impl SurfaceMap {
-    /// An empty map.
+    /// An empty map, which spills where there are tiles.
     ///
     /// # Errors
     /// When a parameter means nothing.
     pub(crate) fn new(
         config: SurfaceConfig,
         at_max_voxels: AtMaxVoxels,
+        tiles: Option<(TileFrame, Box<dyn TileStore>)>,
     ) -> Result<Self, ConfigError> {
         Ok(Self {
             surface: Surface::new(config)?,
             view: DepthView::new(DepthRange::default(), DepthNoise::default())?,
             drops_oldest: at_max_voxels == AtMaxVoxels::DropOldest,
+            spill: tiles.map(|(frame, store)| Spill::new(frame, store)),
             follower: None,
+            is_followed_anew: false,
             frame_id: None,
             stamp: Stamp::default(),
             corrections: Corrections::default(),
@@ -88,14 +106,22 @@ impl SurfaceMap {
             self.corrections.forget_path_of_another_frame(frame_id);
         }
         self.stamp = *stamp;
-        let dropped_voxels = self.make_room();
-        let update = self.surface.integrate(&self.view, &Serial);
+        self.begin_round();
+        self.bring_back_view();
+        let dropped_voxels = self.drop_oldest();
+        // What is in the store and could not come back: a tile is in memory as a whole or not at all.
+        let spill = self.spill.as_ref();
+        let may_be_new =
+            |key| spill.is_none_or(|spill| !spill.tiles.is_in_store(spill.tile_of(key)));
+        let update = self.surface.integrate_where(&self.view, &Serial, &may_be_new);
+        let added = self.add_refused();
+        self.note_changed();
         if let Some(follower) = &mut self.follower {
             follower.follow(&self.surface);
         }
         Ok(Addition {
-            refused_points: update.refused_blocks,
-            new_voxels: update.new_blocks,
+            refused_points: update.refused_blocks - added,
+            new_voxels: update.new_blocks + added,
             changed_voxels: self.surface.changed().len(),
             cleared_voxels: update.cleared_blocks,
             dropped_voxels,
@@ -104,7 +130,7 @@ impl SurfaceMap {
     }
 
     /// Where old blocks make room, those seen longest ago go. Returns how many.
-    fn make_room(&mut self) -> usize {
+    fn drop_oldest(&mut self) -> usize {
         let most = self.surface.config().max_blocks;
         let room = most.div_ceil(SHARE_DROPPED);
         if !self.drops_oldest || self.surface.blocks() + room <= most {
@@ -120,48 +146,6 @@ impl SurfaceMap {
         oldest.len()
     }
 
-    /// All points, with their normals.
-    #[must_use]
-    pub fn whole(&self) -> WholeMap {
-        let points = self.surface.points(PointRules::default());
-        WholeMap {
-            points_m: points.iter().map(|point| point.position_m).collect(),
-            normals: points.iter().map(|point| point.normal).collect(),
-            unreadable: Vec::new(),
-        }
-    }
-
-    /// Puts points with their normals, in `frame_id`, in the place of the whole map. The stamp stays. Who follows the changes has
-    /// to start with a new map.
-    ///
-    /// # Errors
-    /// When there are points and no normals, or no room; the map is then as it was.
-    pub fn replace(
-        &mut self,
-        points_m: &[Point3<f32>],
-        normals: &[Vector3<f32>],
-        frame_id: &str,
-    ) -> Result<Addition, LoadError> {
-        if points_m.len() != normals.len() {
-            return Err(LoadError::NoNormals);
-        }
-        let mut surface = self.surface.emptied();
-        if surface.put_points(points_m.iter().copied().zip(normals.iter().copied())) > 0 {
-            let max_map_blocks = surface.config().max_blocks;
-            return Err(LoadError::TooManyBlocks { max_map_blocks });
-        }
-        let stamp = self.stamp;
-        self.clear();
-        (self.surface, self.stamp) = (surface, stamp);
-        self.rename_frame(frame_id);
-        Ok(Addition { new_voxels: self.surface.blocks(), ..Addition::default() })
-    }
-
-    /// Gives the frame of the map another name. The points stay.
-    pub fn rename_frame(&mut self, frame_id: &str) {
-        self.frame_id = Some(frame_id.to_owned());
-    }
-
     fn cloud_of(&self, points_m: Vec<Point3<f32>>) -> Cloud {
         let frame_id = self.frame_id.clone().unwrap_or_default();
         Cloud { stamp: self.stamp, frame_id, points_m }
@@ -170,15 +154,19 @@ impl SurfaceMap {
     /// Empties the map, its frame included. Who follows the changes has to start with a new map.
     pub fn clear(&mut self) {
         self.surface.clear();
+        if let Some(spill) = &mut self.spill {
+            spill.tiles.clear();
+        }
         if let Some(follower) = &mut self.follower {
             *follower = ChangeFollower::default();
         }
+        self.is_followed_anew = false;
         self.frame_id = None;
         self.stamp = Stamp::default();
         self.corrections.clear();
     }
 
-    /// The surface itself.
+    /// The surface itself, as far as it is in memory.
     #[must_use]
     pub fn surface(&self) -> &Surface {
         &self.surface
@@ -193,13 +181,15 @@ impl SurfaceMap {
     /// About how many points the map has: nodes within half an edge of the surface. [`SurfaceMap::whole`] counts them.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.surface.near_nodes()
+        let spilled = self.spill.as_ref().map_or(0, |spill| spill.tiles.points_in_store());
+        self.surface.near_nodes() + spilled
     }
 
     /// Whether nothing is in the map.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.surface.blocks() == 0
+        let spilled = self.spill_counts().map_or(0, |counts| counts.tiles_in_store);
+        self.surface.blocks() + spilled == 0
     }
 
     /// The frame of the map, which the first cycle sets.
@@ -218,6 +208,7 @@ impl SurfaceMap {
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         let follower = self.follower.as_ref().map_or(0, ChangeFollower::memory_bytes);
-        self.surface.memory_bytes() + self.view.memory_bytes() + follower
+        let spill = self.spill.as_ref().map_or(0, |spill| spill.tiles.memory_bytes());
+        self.surface.memory_bytes() + self.view.memory_bytes() + follower + spill
     }
 }

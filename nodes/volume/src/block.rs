@@ -71,6 +71,61 @@ impl From<[i32; 3]> for BlockKey {
     }
 }
 
+/// All blocks between two, these included.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct BlockBox {
+    /// The least block along each axis.
+    pub least: BlockKey,
+    /// The greatest block along each axis.
+    pub most: BlockKey,
+}
+
+impl BlockBox {
+    /// Every block.
+    pub const ALL: Self = Self {
+        least: BlockKey { x: i32::MIN, y: i32::MIN, z: i32::MIN },
+        most: BlockKey { x: i32::MAX, y: i32::MAX, z: i32::MAX },
+    };
+
+    /// Whether a block is in it.
+    #[must_use]
+    #[inline]
+    pub fn contains(&self, key: BlockKey) -> bool {
+        let Self { least, most } = self;
+        (least.x..=most.x).contains(&key.x)
+            && (least.y..=most.y).contains(&key.y)
+            && (least.z..=most.z).contains(&key.z)
+    }
+
+    /// The blocks of both; none where the least are beyond the greatest.
+    #[must_use]
+    pub fn intersection(&self, other: &Self) -> Self {
+        let (a, b) = (self, other);
+        let [x, y, z] = [0, 1, 2].map(|axis: usize| {
+            let least = a.least.coordinates()[axis].max(b.least.coordinates()[axis]);
+            (least, a.most.coordinates()[axis].min(b.most.coordinates()[axis]))
+        });
+        Self { least: [x.0, y.0, z.0].into(), most: [x.1, y.1, z.1].into() }
+    }
+
+    /// How many blocks it has room for.
+    #[must_use]
+    pub fn blocks(&self) -> u64 {
+        let along = self.least.coordinates().into_iter().zip(self.most.coordinates());
+        let along = along.map(|(least, most)| i64::from(most) - i64::from(least) + 1);
+        along.fold(1, |blocks: u64, along| blocks.saturating_mul(along.max(0) as u64))
+    }
+
+    /// The box with so many blocks more on each side.
+    #[must_use]
+    pub fn grown(&self, blocks: i32) -> Self {
+        Self {
+            least: self.least.offset(-blocks, -blocks, -blocks),
+            most: self.most.offset(blocks, blocks, blocks),
+        }
+    }
+}
+
 impl Hash for BlockKey {
     #[inline]
     fn hash<H: Hasher>(&self, state: &mut H) {

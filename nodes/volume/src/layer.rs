@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use geometry::BuildVoxelHasher;
 
-use crate::block::BlockKey;
+use crate::block::{BlockBox, BlockKey};
 
 /// Blocks along the edge of a region, whose 64 blocks share one word that says which of them exist.
 const REGION_EDGE: i32 = 4;
@@ -112,27 +112,27 @@ impl<B> Layer<B> {
         &self,
         least: BlockKey,
         level: u32,
-        mut visit: impl FnMut(BlockKey, Slot),
+        visit: impl FnMut(BlockKey, Slot),
     ) {
-        let edge = 1_i32 << level.min(20);
-        let last = |along: i32| along.saturating_add(edge - 1);
+        let beyond = (1_i32 << level.min(20)) - 1;
+        self.for_each_in(BlockBox { least, most: least.offset(beyond, beyond, beyond) }, visit);
+    }
+
+    /// Calls `visit` with each block that exists within a box, which costs by the box. In a fixed order.
+    pub(crate) fn for_each_in(&self, within: BlockBox, mut visit: impl FnMut(BlockKey, Slot)) {
+        let BlockBox { least, most } = within;
         let regions =
-            |along: i32| along.div_euclid(REGION_EDGE)..=last(along).div_euclid(REGION_EDGE);
-        for region_z in regions(least.z) {
-            for region_y in regions(least.y) {
-                for region_x in regions(least.x) {
+            |least: i32, most: i32| least.div_euclid(REGION_EDGE)..=most.div_euclid(REGION_EDGE);
+        for region_z in regions(least.z, most.z) {
+            for region_y in regions(least.y, most.y) {
+                for region_x in regions(least.x, most.x) {
                     let region = BlockKey { x: region_x, y: region_y, z: region_z };
                     let mut bits = self.regions.get(&region).copied().unwrap_or_default();
                     while bits != 0 {
                         let key = block_of_bit(region, bits.trailing_zeros());
                         bits &= bits - 1;
-                        let inside = key.x >= least.x
-                            && key.y >= least.y
-                            && key.z >= least.z
-                            && key.x <= last(least.x)
-                            && key.y <= last(least.y)
-                            && key.z <= last(least.z);
-                        if let Some(slot) = inside.then(|| self.slot(key)).flatten() {
+                        let slot = within.contains(key).then(|| self.slot(key));
+                        if let Some(slot) = slot.flatten() {
                             visit(key, slot);
                         }
                     }

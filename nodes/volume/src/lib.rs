@@ -46,7 +46,7 @@ mod surface;
 mod testing;
 mod ticks;
 
-pub use block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey, voxel_index};
+pub use block::{BLOCK_EDGE, BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
 pub use cell::{Cell, CellState};
 pub use depth_view::{DepthInput, DepthRange, DepthView, ViewError};
 pub use noise::DepthNoise;

@@ -5,11 +5,13 @@
 //! between eight nodes is a voxel, and the surface point of that cell lies in it (module `points`).
 
 mod block;
+mod blocks;
 mod bytes;
 mod changes;
 mod config;
 mod correction;
 mod from_points;
+mod in_view;
 mod no_return;
 mod points;
 mod update;
@@ -41,7 +43,7 @@ pub struct SurfaceUpdate {
     pub new_blocks: usize,
     /// Blocks that went, since no surface is left in them.
     pub cleared_blocks: usize,
-    /// Blocks that would have come to be, had there been room.
+    /// Blocks that would have come to be, had there been room, or had they been allowed to: [`Surface::integrate_where`].
     pub refused_blocks: usize,
     /// Whether the view has more blocks than one image may update; those left out are the farthest.
     pub is_incomplete: bool,
@@ -57,6 +59,8 @@ pub struct Surface {
     /// Blocks without content, kept for their memory.
     #[expect(clippy::vec_box, reason = "they are lent by moving their boxes")]
     spare: Vec<Box<SurfaceBlock>>,
+    /// Blocks of the latest image for which there was no room.
+    refused: Vec<(BlockKey, Box<SurfaceBlock>)>,
     work: Vec<Work>,
     /// Blocks that the image shows to be free.
     free: Vec<BlockKey>,
@@ -86,12 +90,20 @@ impl Surface {
         Self::of_grid(self.config, self.grid)
     }
 
+    /// An empty surface with the same voxels and times, and room for any number of blocks: for some that are looked at.
+    #[must_use]
+    pub fn unbounded(&self) -> Self {
+        let config = SurfaceConfig { max_blocks: usize::MAX, ..self.config };
+        Self { ticks: self.ticks, ..Self::of_grid(config, self.grid) }
+    }
+
     fn of_grid(config: SurfaceConfig, grid: VoxelGrid) -> Self {
         Self {
             config,
             grid,
             layer: Layer::default(),
             spare: Vec::new(),
+            refused: Vec::new(),
             work: Vec::new(),
             free: Vec::new(),
             blank: Vec::new(),
@@ -105,14 +117,25 @@ impl Surface {
 
     /// Joins an image to the surface. The result is the same on however many threads. An empty view changes nothing.
     pub fn integrate(&mut self, view: &DepthView, executor: &dyn Executor) -> SurfaceUpdate {
+        self.integrate_where(view, executor, &|_| true)
+    }
+
+    /// The same, where blocks come to be only as far as `may_be_new` says: elsewhere there may be some that cannot be had now.
+    pub fn integrate_where(
+        &mut self,
+        view: &DepthView,
+        executor: &dyn Executor,
+        may_be_new: &dyn Fn(BlockKey) -> bool,
+    ) -> SurfaceUpdate {
         self.changed.clear();
         self.removed.clear();
+        self.forget_refused();
         if view.is_empty() {
             return SurfaceUpdate::default();
         }
         let now = self.ticks.at(view.stamp);
         with_projection!(view.kind, projection => {
-            self.integrate_as(view, projection, now, executor)
+            self.integrate_as(view, projection, now, (executor, may_be_new))
         })
     }
 
@@ -121,15 +144,10 @@ impl Surface {
         view: &DepthView,
         projection: P,
         now: u32,
-        executor: &dyn Executor,
+        (executor, may_be_new): (&dyn Executor, &dyn Fn(BlockKey) -> bool),
     ) -> SurfaceUpdate {
         let edge_m = self.config.edge_m;
-        let truncation_m = (self.config.truncation_in_edges * edge_m) as f32;
-        let margins = Margins {
-            before_m: truncation_m,
-            behind_m: truncation_m,
-            reach_m: self.config.reach_m as f32,
-        };
+        let margins = self.margins();
         let judge = Judge::new(view, projection, margins, edge_m as f32);
         let mut update =
             SurfaceUpdate { is_incomplete: !self.find_work(&judge), ..SurfaceUpdate::default() };
@@ -142,13 +160,19 @@ impl Surface {
         executor::for_each(executor, &mut stretches, |stretch| P::run(&job, stretch));
         let hit_from_m = view.map_from_camera.translation.vector.cast::<f32>().into();
         for done in work.drain(..) {
-            self.take_back(done, now, &hit_from_m, &mut update);
+            self.take_back(done, now, &hit_from_m, may_be_new, &mut update);
         }
         self.work = work;
         self.clear_free(&mut update);
         self.clear_blank(view, &judge, &mut update);
         self.seen_before.take_in(view);
         update
+    }
+
+    fn margins(&self) -> Margins {
+        let truncation_m = (self.config.truncation_in_edges * self.config.edge_m) as f32;
+        let reach_m = self.config.reach_m as f32;
+        Margins { before_m: truncation_m, behind_m: truncation_m, reach_m }
     }
 
     /// Lends the blocks that the image says something about to `work`. Returns whether these are all.
@@ -194,51 +218,6 @@ impl Surface {
         is_complete && is_whole_view
     }
 
-    fn take_back(
-        &mut self,
-        done: Work,
-        now: u32,
-        hit_from_m: &[f32; 3],
-        update: &mut SurfaceUpdate,
-    ) {
-        let Some(mut block) = done.block else { return };
-        if done.is_hit {
-            block.evidence.hit();
-            (block.last_hit, block.hit_from_m) = (now, *hit_from_m);
-        }
-        if done.is_changed {
-            block.last_seen = now;
-            self.count_near(&mut block);
-        }
-        match (done.is_new, block.has_surface()) {
-            (true, true) if self.layer.len() < self.config.max_blocks => {
-                update.new_blocks += 1;
-                block.first_seen = now;
-                self.changed.push(done.key);
-                self.layer.insert(done.key, Some(block));
-            }
-            (true, has_surface) => {
-                update.refused_blocks += usize::from(has_surface);
-                self.near_nodes -= usize::from(block.near_nodes);
-                if done.is_changed {
-                    self.keep_spare(block);
-                } else {
-                    self.spare.push(block);
-                }
-            }
-            (false, has_surface) => {
-                if let Some(place) = self.layer.get_mut(done.key) {
-                    *place = Some(block);
-                }
-                if !has_surface {
-                    self.remove(done.key, update);
-                } else if done.is_changed {
-                    self.changed.push(done.key);
-                }
-            }
-        }
-    }
-
     fn clear_free(&mut self, update: &mut SurfaceUpdate) {
         let free = std::mem::take(&mut self.free);
         for key in &free {
@@ -272,36 +251,10 @@ impl Surface {
         self.blank = blank;
     }
 
-    fn remove(&mut self, key: BlockKey, update: &mut SurfaceUpdate) {
-        if let Some(block) = self.layer.remove(key).flatten() {
-            update.cleared_blocks += 1;
-            self.near_nodes -= usize::from(block.near_nodes);
-            self.removed.push(key);
-            self.keep_spare(block);
-        }
-    }
-
-    /// Counts a block's nodes near the surface, in the place of what it had.
-    fn count_near(&mut self, block: &mut SurfaceBlock) {
-        let half_an_edge = block::FULL / (2.0 * self.config.truncation_in_edges as f32);
-        let near_nodes = block.count_near(half_an_edge as i16);
-        self.near_nodes += usize::from(near_nodes);
-        self.near_nodes -= usize::from(block.near_nodes);
-        block.near_nodes = near_nodes;
-    }
-
-    fn block(&self, key: BlockKey) -> Option<&SurfaceBlock> {
-        self.layer.get(key)?.as_deref()
-    }
-
-    fn keep_spare(&mut self, mut block: Box<SurfaceBlock>) {
-        block.clear();
-        self.spare.push(block);
-    }
-
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.layer = Layer::default();
+        self.forget_refused();
         self.changed.clear();
         self.removed.clear();
         self.ticks = Ticks::default();
@@ -365,7 +318,8 @@ impl Surface {
     pub fn memory_bytes(&self) -> usize {
         let blocks = self.layer.unordered().filter_map(|(_, block)| block.as_ref());
         let blocks = blocks.map(|block| block.memory_bytes()).sum::<usize>();
-        let spare = self.spare.iter().map(|block| block.memory_bytes()).sum::<usize>();
+        let spare = self.spare.iter().chain(self.refused.iter().map(|(_, block)| block));
+        let spare = spare.map(|block| block.memory_bytes()).sum::<usize>();
         blocks
             + spare
             + self.layer.table_bytes()

@@ -2,18 +2,28 @@
 
 use geometry::VoxelKey;
 use nalgebra::Point3;
-use volume::{ChangeFollower, PointRules};
+use volume::{BlockBox, ChangeFollower, PointRules, SurfaceChanges};
 
 use super::SurfaceMap;
 use crate::MapChanges;
 
 impl SurfaceMap {
-    /// Follows the changes from now on, for listeners that get the map as it is now, or later. Costs by the whole map.
+    /// Follows the changes from now on, for listeners that get the map as it is now, or later. Costs by the map in memory.
     pub fn follow_changes(&mut self) {
         let mut follower = ChangeFollower::default();
-        follower.follow_all(&self.surface);
-        follower.take(&self.surface, PointRules::default(), usize::MAX);
-        self.follower = Some(follower);
+        self.visit_points_in_memory(|key, points| follower.know(key, points, self.grid()));
+        if let Some(spill) = &mut self.spill {
+            spill.tiles.follow();
+        }
+        (self.follower, self.is_followed_anew) = (Some(follower), false);
+    }
+
+    /// What listeners know cannot be mended by changes: follows anew, for listeners that need the whole map.
+    pub(super) fn follow_changes_anew(&mut self) {
+        if self.follower.is_some() {
+            self.follow_changes();
+            self.is_followed_anew = true;
+        }
     }
 
     /// There are no listeners any more.
@@ -21,27 +31,41 @@ impl SurfaceMap {
         self.follower = None;
     }
 
-    /// The map as a cloud for a listener to start with. What it shows and was not told yet is told in any case.
-    pub fn cloud_for_listeners(&mut self) -> geometry::Cloud {
-        if let Some(follower) = &mut self.follower {
-            follower.show_whole(&self.surface, PointRules::default());
-        }
-        self.cloud_of(self.whole().points_m)
-    }
-
     /// The next changes, of no more than so many points, or of one block; see [`crate::StaticMap::take_changes`]. What has gone
     /// is told of by the middle of its voxel.
     pub fn take_changes(&mut self, most_points: usize) -> MapChanges {
-        let Some(follower) = &mut self.follower else { return MapChanges::default() };
-        let changes = follower.take(&self.surface, PointRules::default(), most_points);
+        self.begin_round();
+        let mut changes = SurfaceChanges::default();
+        for _ in 0..self.waiting_changes() {
+            let Some(key) = self.follower.as_ref().and_then(ChangeFollower::next_waiting) else {
+                break;
+            };
+            // Its tile may have been spilled since, or the next one.
+            let is_here = self.fetch(BlockBox { least: key, most: key.offset(1, 1, 1) });
+            let Some(follower) = &mut self.follower else { break };
+            if !is_here {
+                follower.postpone();
+                continue;
+            }
+            let rules = PointRules::default();
+            if !follower.take_next(&self.surface, rules, most_points, &mut changes) {
+                break;
+            }
+        }
         let edge_m = self.surface.grid().edge_m();
         let updated = changes.updated.iter().map(|point| point.position_m).collect();
         let removed = changes.removed.iter().map(|voxel| middle_m(voxel, edge_m)).collect();
         MapChanges {
             updated: self.cloud_of(updated),
             removed: self.cloud_of(removed),
-            is_incomplete: false,
+            is_incomplete: std::mem::take(&mut self.is_followed_anew),
         }
+    }
+
+    /// The blocks that wait to be looked at by [`SurfaceMap::take_changes`].
+    #[must_use]
+    pub fn waiting_changes(&self) -> usize {
+        self.follower.as_ref().map_or(0, ChangeFollower::waiting)
     }
 }
 

@@ -1,5 +1,6 @@
 mod rules;
 mod scene;
+mod spilling;
 
 use estimation::Random;
 use geometry::{MaskedDepth, SegmentedCycle};

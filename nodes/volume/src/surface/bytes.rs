@@ -5,12 +5,12 @@
 //! | bytes | what |
 //! |---|---|
 //! | 4 | `SMVB` |
-//! | 2 | the version, 1 |
+//! | 2 | the version, 2 |
 //! | 1 | 1 where there are colours |
 //! | 1 | the evidence, signed: log-odds in steps of 0.05 |
 //! | 8, 8 | the edge in m, and the truncation in edges, 64-bit floats |
 //! | 3 x 4 | the block's key |
-//! | 8, 8, 8 | when it was seen first, changed last and hit last, in ns |
+//! | 8, 8, 8 | when it was seen first, changed last and hit last, in ns; the least number where it never was |
 //! | 3 x 4 | where the camera was then, in m, 32-bit floats |
 //! | 64 | a bit for each node that is known, x first, then y, then z |
 //! | | of each of these: the distance in 32767ths of the truncation (2, signed), the weight (2), red, green and blue (3) |
@@ -19,11 +19,13 @@ use geometry::Stamp;
 
 use super::Surface;
 use super::block::SurfaceBlock;
-use crate::block::{BLOCK_VOXELS, BlockKey};
+use crate::block::{BLOCK_VOXELS, BlockBox, BlockKey};
 use crate::evidence::Evidence;
 
 const MAGIC: &[u8; 4] = b"SMVB";
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
+/// In the place of a moment where there was none.
+const NEVER: i64 = i64::MIN;
 
 /// Bytes are not those of a block of this surface.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
@@ -75,7 +77,7 @@ impl Surface {
     pub fn block_bytes(&self, key: BlockKey) -> Option<Vec<u8>> {
         let block = self.block(key)?;
         let known = |index: &usize| block.weight.get(*index).is_some_and(|weight| *weight > 0);
-        let stamp = |tick| self.ticks.stamp(tick).unwrap_or_default().as_nanos().to_le_bytes();
+        let moment = |tick| self.ticks.stamp(tick).map_or(NEVER, Stamp::as_nanos).to_le_bytes();
         let mut bytes = Vec::new();
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
@@ -84,9 +86,9 @@ impl Surface {
         bytes.extend(self.config.edge_m.to_le_bytes());
         bytes.extend(self.config.truncation_in_edges.to_le_bytes());
         bytes.extend(key.coordinates().into_iter().flat_map(i32::to_le_bytes));
-        bytes.extend(stamp(block.first_seen));
-        bytes.extend(stamp(block.last_seen));
-        bytes.extend(stamp(block.last_hit));
+        bytes.extend(moment(block.first_seen));
+        bytes.extend(moment(block.last_seen));
+        bytes.extend(moment(block.last_hit));
         bytes.extend(block.hit_from_m.into_iter().flat_map(f32::to_le_bytes));
         for first in (0..BLOCK_VOXELS).step_by(8) {
             bytes.push((0..8).fold(0, |bits, bit| bits | u8::from(known(&(first + bit))) << bit));
@@ -122,12 +124,16 @@ impl Surface {
         }
         let mut along = || reader.next().map(i32::from_le_bytes);
         let key = BlockKey { x: along()?, y: along()?, z: along()? };
-        let mut stamp = || reader.next().map(i64::from_le_bytes).map(Stamp::from_nanos);
+        let ticks = &mut self.ticks;
+        let mut tick = || {
+            let moment = i64::from_le_bytes(reader.next()?);
+            Ok(if moment == NEVER { 0 } else { ticks.at(Stamp::from_nanos(moment)) })
+        };
         let mut block = Box::new(SurfaceBlock {
             evidence: Evidence::of_steps(evidence as i8),
-            first_seen: self.ticks.at(stamp()?),
-            last_seen: self.ticks.at(stamp()?),
-            last_hit: self.ticks.at(stamp()?),
+            first_seen: tick()?,
+            last_seen: tick()?,
+            last_hit: tick()?,
             hit_from_m: {
                 let mut along = || reader.next().map(f32::from_le_bytes);
                 [along()?, along()?, along()?]
@@ -165,7 +171,16 @@ impl Surface {
         removed.is_some()
     }
 
-    /// The blocks that were seen longest ago, at most so many, the oldest first: what a store takes when the memory is full.
+    /// The blocks within a box, which it costs by, ascending.
+    #[must_use]
+    pub fn blocks_in(&self, within: BlockBox) -> Vec<BlockKey> {
+        let mut keys = Vec::new();
+        self.layer.for_each_in(within, |key, _| keys.push(key));
+        keys.sort_unstable();
+        keys
+    }
+
+    /// The blocks that were seen longest ago, at most so many, the oldest first.
     #[must_use]
     pub fn oldest_blocks(&self, most: usize) -> Vec<BlockKey> {
         let blocks = self.layer.unordered();

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Surface;
 use super::block::SurfaceBlock;
-use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey, voxel_index};
+use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
 use crate::evidence::Evidence;
 
 /// Corners of a cell that are known must make up so much of an interpolated node.
@@ -45,35 +45,78 @@ impl Surface {
     /// see [`geometry::PathCorrection::at`].
     #[must_use]
     pub fn corrected(&self, now_from_before: impl Fn(Stamp) -> Isometry3<f64>) -> Self {
-        let mut corrected = self.emptied();
-        corrected.ticks = self.ticks;
+        // By direction it saw what it saw, wherever the map is.
+        let seen_before = self.seen_before.clone();
+        let mut corrected = Self { ticks: self.ticks, seen_before, ..self.emptied() };
         for key in self.block_keys() {
-            let Some(block) = self.block(key) else { continue };
-            let seen = self.ticks.stamp(block.first_seen);
-            // What was seen at no moment was put there by hand, and stays.
-            let motion = seen.map_or_else(Isometry3::identity, &now_from_before);
-            if motion == Isometry3::identity() {
-                corrected.join_block(key, block);
-            } else if geometry::check_pose(&motion).is_ok() {
-                self.move_block(key, block, &motion, &mut corrected);
-            }
+            let motion = self.motion_of(key, &now_from_before);
+            corrected.join_moved(self, key, &motion, BlockBox::ALL);
         }
-        corrected.near_nodes = 0;
-        for key in corrected.block_keys() {
-            let Some(mut block) = corrected.layer.get_mut(key).and_then(Option::take) else {
-                continue;
-            };
-            block.near_nodes = 0;
-            corrected.count_near(&mut block);
-            corrected.layer.insert(key, Some(block));
-        }
+        corrected.count_near_nodes();
         corrected
+    }
+
+    /// How a block moves by a correction. What was seen at no moment was put there by hand, and stays.
+    #[must_use]
+    pub fn motion_of(
+        &self,
+        key: BlockKey,
+        now_from_before: impl Fn(Stamp) -> Isometry3<f64>,
+    ) -> Isometry3<f64> {
+        let seen = self.block(key).and_then(|block| self.ticks.stamp(block.first_seen));
+        seen.map_or_else(Isometry3::identity, now_from_before)
+    }
+
+    /// Joins a block of another surface with the same voxels and times, moved, to the blocks of this one within a box:
+    /// [`Surface::corrected`], block by block. The nodes of the next blocks count, too. It needs
+    /// [`Surface::count_near_nodes`] after it. Blocks beyond the bound are left out.
+    pub fn join_moved(
+        &mut self,
+        before: &Self,
+        key: BlockKey,
+        motion: &Isometry3<f64>,
+        within: BlockBox,
+    ) {
+        let Some(block) = before.block(key) else { return };
+        if *motion == Isometry3::identity() {
+            if within.contains(key) {
+                self.join_block(key, block);
+            }
+        } else if geometry::check_pose(motion).is_ok() {
+            before.move_block(key, block, motion, within, self);
+        }
+    }
+
+    /// The blocks that [`Surface::join_moved`] may join a block to.
+    #[must_use]
+    pub fn moved_box(&self, key: BlockKey, motion: &Isometry3<f64>) -> BlockBox {
+        if *motion == Isometry3::identity() {
+            return BlockBox { least: key, most: key };
+        }
+        let (least, most) = self.moved_nodes(key, motion);
+        let block_of = |node: Vector3<i32>| {
+            BlockKey::of(geometry::VoxelKey { x: node.x, y: node.y, z: node.z })
+        };
+        BlockBox { least: block_of(least), most: block_of(most) }
+    }
+
+    /// The box around where a block's cells come to, in nodes.
+    fn moved_nodes(&self, key: BlockKey, motion: &Isometry3<f64>) -> (Vector3<i32>, Vector3<i32>) {
+        let edge_m = self.config.edge_m;
+        let half = 0.5 * BLOCK_EDGE as f64;
+        let middle_m = super::middle_m(key, super::block_edge_m(edge_m));
+        let middle = motion * middle_m / edge_m;
+        let reach = motion.rotation.to_rotation_matrix().matrix().abs() * Vector3::repeat(half);
+        // The casts saturate.
+        let least = (middle.coords - reach).map(|along| along.floor() as i32);
+        (least, (middle.coords + reach).map(|along| along.ceil() as i32))
     }
 
     fn join_block(&mut self, key: BlockKey, block: &SurfaceBlock) {
         if self.layer.get(key).is_none() {
             if self.layer.len() < self.config.max_blocks {
-                self.layer.insert(key, Some(Box::new(block.clone())));
+                let block = SurfaceBlock { near_nodes: 0, ..block.clone() };
+                self.layer.insert(key, Some(Box::new(block)));
             }
             return;
         }
@@ -91,26 +134,26 @@ impl Surface {
         key: BlockKey,
         block: &SurfaceBlock,
         motion: &Isometry3<f64>,
+        within: BlockBox,
         corrected: &mut Self,
     ) {
         let seen = Seen::of(block, motion);
         let edge_m = self.config.edge_m;
         let first =
             Vector3::from(key.coordinates()).map(|along| f64::from(along) * BLOCK_EDGE as f64);
-        // The box around where the block's cells come to, in nodes.
-        let half = 0.5 * BLOCK_EDGE as f64;
-        let middle = motion * Point3::from((first + Vector3::repeat(half)) * edge_m) / edge_m;
-        let reach = motion.rotation.to_rotation_matrix().matrix().abs() * Vector3::repeat(half);
-        let least = (middle.coords - reach).map(|along| along.floor() as i32);
-        let most = (middle.coords + reach).map(|along| along.ceil() as i32);
+        let (least, most) = self.moved_nodes(key, motion);
         for z in least.z..=most.z {
             for y in least.y..=most.y {
                 for x in least.x..=most.x {
+                    let voxel = geometry::VoxelKey { x, y, z };
+                    let to = BlockKey::of(voxel);
+                    if !within.contains(to) {
+                        continue;
+                    }
                     let place = Point3::new(f64::from(x), f64::from(y), f64::from(z)) * edge_m;
                     let before = motion.inverse_transform_point(&place).coords / edge_m - first;
                     let Some(node) = self.interpolate(key, &before) else { continue };
-                    let voxel = geometry::VoxelKey { x, y, z };
-                    corrected.join_node(BlockKey::of(voxel), voxel_index(voxel), &node, &seen);
+                    corrected.join_node(to, voxel_index(voxel), &node, &seen);
                 }
             }
         }
@@ -178,7 +221,12 @@ impl Surface {
         }
         let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut) else { return };
         block.evidence = block.evidence.max(seen.evidence);
+        // Of several blocks in whatever order.
+        block.first_seen = block.first_seen.min(seen.first_seen);
         block.last_seen = block.last_seen.max(seen.last_seen);
+        if seen.last_hit > block.last_hit {
+            (block.last_hit, block.hit_from_m) = (seen.last_hit, seen.hit_from_m);
+        }
         let known = f64::from(block.weight[index]);
         let mean =
             (f64::from(block.distance[index]) * known + node.distance * weight) / (known + weight);

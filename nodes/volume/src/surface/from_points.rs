@@ -1,13 +1,15 @@
 //! A surface out of points with normals, as a map that was saved has them.
 
+use std::collections::BTreeSet;
+
 use geometry::VoxelKey;
 use nalgebra::{Point3, Vector3};
 
 use super::Surface;
 use super::block::{FULL, SurfaceBlock};
-use crate::block::{BlockKey, voxel_index};
+use crate::block::{BlockBox, BlockKey, voxel_index};
 
-/// A point says so many edges around it where the surface is: the nodes of its own voxel and of those beside.
+/// A point says where the surface is so many edges around it: at the nodes of its own voxel and of those beside.
 const REACH_IN_EDGES: f32 = 2.0;
 /// The weight of a node in the middle of the plane of its point: that of a depth at 1.7 m, so that what is seen anew counts.
 const MOST_WEIGHT: f32 = 64.0;
@@ -15,34 +17,49 @@ const MOST_WEIGHT: f32 = 64.0;
 const HITS: usize = 2;
 
 impl Surface {
-    /// Joins points of a surface, each with the normal of its plane there; those with a number that is not finite, or a normal
-    /// without a direction, are left out. What they give has been seen at no moment: corrections leave it where it is. Returns
-    /// how many blocks there was no room for.
+    /// Joins points of a surface, each with the normal of its plane there, to the blocks within a box; those with a number that
+    /// is not finite, or a normal without a direction, are left out. What they give has been seen at no moment: corrections
+    /// leave it where it is. A block depends on the points of [`Surface::point_box`] alone. Returns how many nodes there was no
+    /// room for.
     pub fn put_points(
         &mut self,
         points: impl IntoIterator<Item = (Point3<f32>, Vector3<f32>)>,
+        within: BlockBox,
     ) -> usize {
         let mut refused = 0;
+        let mut joined = BTreeSet::new();
         for (point, normal) in points {
             let normal =
                 normal.try_normalize(f32::EPSILON).filter(|n| n.iter().all(|x| x.is_finite()));
             if let Some(normal) = normal.filter(|_| geometry::is_finite(&point)) {
-                refused += self.put_point(&point, &normal);
+                refused += self.put_point(&point, &normal, within, &mut joined);
             }
         }
-        for key in self.block_keys() {
-            if let Some(mut block) = self.layer.get_mut(key).and_then(Option::take) {
-                self.count_near(&mut block);
-                self.layer.insert(key, Some(block));
-            }
-        }
+        joined.into_iter().for_each(|key| self.count_near_of(key));
         refused
     }
 
-    fn put_point(&mut self, point: &Point3<f32>, normal: &Vector3<f32>) -> usize {
+    /// The blocks that [`Surface::put_points`] joins a point to.
+    #[must_use]
+    pub fn point_box(&self, point: &Point3<f32>) -> BlockBox {
+        let voxel = self.grid.key(point);
+        let beside = |cells: i32| {
+            let along = |cell: i32| cell.saturating_add(cells);
+            BlockKey::of(VoxelKey { x: along(voxel.x), y: along(voxel.y), z: along(voxel.z) })
+        };
+        BlockBox { least: beside(-1), most: beside(2) }
+    }
+
+    fn put_point(
+        &mut self,
+        point: &Point3<f32>,
+        normal: &Vector3<f32>,
+        within: BlockBox,
+        joined: &mut BTreeSet<BlockKey>,
+    ) -> usize {
         let edge_m = self.config.edge_m;
         let first = self.grid.key(point);
-        let mut refused = 0;
+        let (mut refused, mut last) = (0, None);
         for step in 0..64 {
             let along = |axis: i32| (step >> (2 * axis) & 3) - 1;
             let voxel = VoxelKey {
@@ -50,6 +67,10 @@ impl Surface {
                 y: first.y.saturating_add(along(1)),
                 z: first.z.saturating_add(along(2)),
             };
+            let key = BlockKey::of(voxel);
+            if !within.contains(key) {
+                continue;
+            }
             let node = Point3::new(voxel.x, voxel.y, voxel.z).map(|cell| f64::from(cell) * edge_m);
             // In edges.
             let from_point = ((node - point.cast::<f64>()) / edge_m).cast::<f32>();
@@ -59,7 +80,11 @@ impl Surface {
             let distance = before / self.config.truncation_in_edges as f32;
             if share > 0.0 && distance.abs() < 1.0 {
                 let weight = (share * MOST_WEIGHT).max(1.0);
-                refused += usize::from(!self.join_plane(voxel, distance * FULL, weight));
+                if !self.join_plane(voxel, distance * FULL, weight) {
+                    refused += 1;
+                } else if last.replace(key) != Some(key) {
+                    joined.insert(key);
+                }
             }
         }
         refused

@@ -69,11 +69,32 @@ impl Surface {
 
     /// Appends the points of one block, in ascending order of the voxels' indices.
     pub fn points_of(&self, key: BlockKey, rules: PointRules, points: &mut Vec<SurfacePoint>) {
-        let Some(block) = self.block(key) else { return };
+        self.points_among(|key| self.block(key), key, rules, points);
+    }
+
+    /// [`Surface::points_of`] a surface of which a part is in another one of the same voxels.
+    pub fn points_of_both(
+        &self,
+        other: &Self,
+        key: BlockKey,
+        rules: PointRules,
+        points: &mut Vec<SurfacePoint>,
+    ) {
+        self.points_among(|key| self.block(key).or_else(|| other.block(key)), key, rules, points);
+    }
+
+    fn points_among<'a>(
+        &self,
+        block_at: impl Fn(BlockKey) -> Option<&'a SurfaceBlock>,
+        key: BlockKey,
+        rules: PointRules,
+        points: &mut Vec<SurfacePoint>,
+    ) {
+        let Some(block) = block_at(key) else { return };
         // The next blocks, by the bits of their steps.
         let next: [Option<&SurfaceBlock>; 8] = [0, 1, 2, 3, 4, 5, 6, 7].map(|step: i32| {
             let beside = key.offset(step & 1, step >> 1 & 1, step >> 2);
-            if step == 0 { Some(block) } else { self.block(beside) }
+            if step == 0 { Some(block) } else { block_at(beside) }
         });
         let nodes = Nodes::of(&next, rules.least_weight);
         for z in 0..BLOCK_EDGE {

@@ -2,6 +2,7 @@ mod accuracy;
 mod bounds;
 mod plain;
 mod rules;
+mod spilling;
 mod storing;
 
 use nalgebra::{Isometry3, Point3};

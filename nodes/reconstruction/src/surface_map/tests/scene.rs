@@ -32,6 +32,20 @@ impl Scene {
         Self { planes: planes.to_vec(), person_m: None }
     }
 
+    /// A corridor 2 m wide along x, from -2 m to so far.
+    pub(super) fn corridor(end_m: f64) -> Self {
+        let planes = [
+            ([-1.0, 0.0, 0.0], -end_m),
+            ([1.0, 0.0, 0.0], -2.0),
+            ([0.0, -1.0, 0.0], -1.03),
+            ([0.0, 1.0, 0.0], -1.01),
+            ([0.0, 0.0, 1.0], -0.9),
+            ([0.0, 0.0, -1.0], -1.37),
+        ];
+        let planes = planes.map(|(normal, offset)| (Vector3::from(normal), offset));
+        Self { planes: planes.to_vec(), person_m: None }
+    }
+
     pub(super) fn with_person(mut self, y_m: f64) -> Self {
         self.person_m = Some(Point3::new(1.8, y_m, 0.0));
         self

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use geometry::{Stamp, VoxelKey};
 
 use super::*;
+use crate::block::BlockBox;
 use crate::surface::{BlockFormatError, ChangeFollower};
 
 fn seen() -> Surface {
@@ -16,6 +17,10 @@ fn seen() -> Surface {
         surface.integrate(&view, &Serial);
     }
     surface
+}
+
+fn with_normals(points: &[SurfacePoint]) -> Vec<(Point3<f32>, nalgebra::Vector3<f32>)> {
+    points.iter().map(|point| (point.position_m, point.normal)).collect()
 }
 
 #[test]
@@ -33,7 +38,7 @@ fn points_with_normals_give_the_surface_that_they_are_of() {
     }
     let before = points(&seen);
     let mut put = surface(0.03);
-    let refused = put.put_points(before.iter().map(|point| (point.position_m, point.normal)));
+    let refused = put.put_points(with_normals(&before), BlockBox::ALL);
     assert_eq!(refused, 0);
     let after = points(&put);
     let off = |point: &SurfacePoint| Scene::room().nearest(&point.position_m.cast()).0;
@@ -57,9 +62,9 @@ fn points_with_normals_give_the_surface_that_they_are_of() {
         (Point3::origin(), nalgebra::Vector3::zeros()),
         (Point3::new(f32::NAN, 0.0, 0.0), nalgebra::Vector3::x()),
     ];
-    assert_eq!((put.put_points(nothing), put.blocks()), (0, put.blocks()));
+    assert_eq!((put.put_points(nothing, BlockBox::ALL), put.blocks()), (0, put.blocks()));
     let mut small = Surface::new(SurfaceConfig { max_blocks: 3, ..config(0.03) }).unwrap();
-    assert!(small.put_points(before.iter().map(|point| (point.position_m, point.normal))) > 0);
+    assert!(small.put_points(with_normals(&before), BlockBox::ALL) > 0);
     assert_eq!(small.blocks(), 3);
 }
 
@@ -110,6 +115,7 @@ fn a_correction_moves_the_surface_and_keeps_what_stays() {
     let before = seen();
     let stays = before.corrected(|_| Isometry3::identity());
     assert!(contents(&before) == contents(&stays));
+    assert_eq!(stays.near_nodes(), before.near_nodes());
     let motion = testing::pose([0.23, -0.11, 0.07], [0.02, -0.05, 0.1]);
     let moved = before.corrected(|_| motion);
     let (old, new) = (points(&before), points(&moved));
@@ -173,8 +179,10 @@ fn a_listener_that_was_told_of_all_changes_has_the_surface() {
         let known = listener[&point.voxel];
         assert!((known - point.position_m).norm() <= 0.05 / 16.0, "{point:?}: {known:?}");
     }
-    surface.clear();
-    follower.follow_all(&surface);
+    for key in surface.block_keys() {
+        surface.remove_block(key);
+        follower.follow_block(key);
+    }
     while follower.waiting() > 0 {
         tell(&mut listener, &mut follower, &surface, 1000);
     }

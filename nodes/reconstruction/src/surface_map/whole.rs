@@ -1,0 +1,104 @@
+//! The map as one cloud.
+
+use geometry::Cloud;
+use nalgebra::{Point3, Vector3};
+use volume::{BlockKey, ChangeFollower, PointRules, SurfacePoint};
+
+use super::SurfaceMap;
+use super::spill::LookedAt;
+use crate::static_map::WholeMap;
+use crate::tiles::{TileError, TileKey};
+
+impl SurfaceMap {
+    /// All points, with their normals, those of spilled tiles included. Where tiles are spilled it takes 60 bytes a point and
+    /// the memory of 16 tiles while it is made, and the time to read every spilled tile some two times.
+    #[must_use]
+    pub fn whole(&self) -> WholeMap {
+        self.whole_seen_by(|_, _| {})
+    }
+
+    /// The map as a cloud for a listener to start with. What it shows and was not told yet is told in any case. Where a tile is
+    /// lost, the cloud is what is left.
+    ///
+    /// # Errors
+    /// When a spilled tile cannot be read for now: without its points a listener would take it for empty.
+    pub fn cloud_for_listeners(&mut self) -> Result<Cloud, TileError> {
+        if let Some(spill) = &mut self.spill {
+            spill.tiles.retry_unreadable()?;
+        }
+        let mut follower = self.follower.take();
+        follower.as_mut().into_iter().for_each(ChangeFollower::begin_to_show);
+        let WholeMap { points_m, unreadable, .. } = self.whole_seen_by(|key, points| {
+            if let Some(follower) = &mut follower {
+                follower.show(key, points, self.grid());
+            }
+        });
+        self.follower = follower;
+        if let Some(spill) = &mut self.spill
+            && spill.tiles.were_read_but(unreadable)?
+        {
+            // Listeners still have their points, and nobody knows which ones they were.
+            self.follow_changes_anew();
+        }
+        Ok(self.cloud_of(points_m))
+    }
+
+    fn whole_seen_by(&self, mut see: impl FnMut(BlockKey, &[SurfacePoint])) -> WholeMap {
+        let mut all: Vec<(BlockKey, Point3<f32>, Vector3<f32>)> = Vec::new();
+        let unreadable = self.visit_points(|key, points| {
+            see(key, points);
+            all.extend(points.iter().map(|point| (key, point.position_m, point.normal)));
+        });
+        if self.spill.is_some() {
+            // They come tile by tile. The order within a block stays.
+            all.sort_by_key(|(key, ..)| *key);
+        }
+        let points_m = all.iter().map(|(_, point_m, _)| *point_m).collect();
+        let normals = all.into_iter().map(|(.., normal)| normal).collect();
+        WholeMap { points_m, normals, unreadable }
+    }
+
+    /// Calls `visit` with the points of each block. Returns why some cannot be had, by ascending key of the tile.
+    fn visit_points(&self, mut visit: impl FnMut(BlockKey, &[SurfacePoint])) -> Vec<TileError> {
+        if let Some(spill) = &self.spill {
+            return self.visit_tiles(&spill.tiles.by_key(), visit);
+        }
+        let mut points = Vec::new();
+        for key in self.surface.block_keys() {
+            points.clear();
+            self.surface.points_of(key, PointRules::default(), &mut points);
+            visit(key, &points);
+        }
+        Vec::new()
+    }
+
+    /// Calls `visit` with the points of each block in memory, by all that is known of them.
+    pub(super) fn visit_points_in_memory(&self, visit: impl FnMut(BlockKey, &[SurfacePoint])) {
+        match &self.spill {
+            Some(spill) => drop(self.visit_tiles(&spill.tiles.in_memory_by_key(), visit)),
+            None => drop(self.visit_points(visit)),
+        }
+    }
+
+    /// Calls `visit` with the points of each block of tiles, in memory or not. Returns why some cannot be had.
+    pub(super) fn visit_tiles(
+        &self,
+        tiles: &[TileKey],
+        mut visit: impl FnMut(BlockKey, &[SurfacePoint]),
+    ) -> Vec<TileError> {
+        let Some(spill) = &self.spill else { return Vec::new() };
+        let mut looked_at = LookedAt::of(&self.surface);
+        let mut points = Vec::new();
+        for tile in tiles {
+            spill.with_next(*tile).for_each(|tile| looked_at.look(spill, tile));
+            let in_memory = self.surface.blocks_in(spill.blocks_of(*tile));
+            for key in in_memory.iter().chain(looked_at.blocks_of(*tile)) {
+                points.clear();
+                let rules = PointRules::default();
+                self.surface.points_of_both(&looked_at.surface, *key, rules, &mut points);
+                visit(*key, &points);
+            }
+        }
+        looked_at.unreadable.into_values().collect()
+    }
+}
