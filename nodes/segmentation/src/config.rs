@@ -1,7 +1,5 @@
 //! The parameters of segmentation, their defaults, and where these come from.
 
-use std::ops::RangeInclusive;
-
 use geometry::{Method, ParameterError, PipelineConfig, parameter};
 use volume::OccupancyConfig;
 
@@ -63,12 +61,10 @@ geometry::parameters! {
 }
 
 impl SegmentationConfig {
-    /// The edges that evidence may have, in metres: [`volume::OccupancyConfig`].
-    const EDGES_M: RangeInclusive<f64> = 0.001..=10.0;
-
     fn check_edge(&self) -> Result<(), ParameterError> {
         let edge_m = self.pipeline.voxel_edge_m;
-        let holds = self.pipeline.method != Method::FreeSpace || Self::EDGES_M.contains(&edge_m);
+        let edges_m = OccupancyConfig::LEAST_EDGE_M..=OccupancyConfig::MOST_EDGE_M;
+        let holds = self.pipeline.method != Method::FreeSpace || edges_m.contains(&edge_m);
         parameter::check("voxel_edge_m", "0.001 to 10 with the method free_space", edge_m, holds)
     }
 }

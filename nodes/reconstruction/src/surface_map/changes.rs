@@ -18,7 +18,7 @@ impl SurfaceMap {
         (self.follower, self.is_followed_anew) = (Some(follower), false);
     }
 
-    /// What listeners know cannot be mended by changes: follows anew, for listeners that need the whole map.
+    /// What listeners know cannot be corrected by changes: follows anew, for listeners that need the whole map.
     pub(super) fn follow_changes_anew(&mut self) {
         if self.follower.is_some() {
             self.follow_changes();

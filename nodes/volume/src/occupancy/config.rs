@@ -58,15 +58,22 @@ pub enum OccupancyConfigError {
 }
 
 impl OccupancyConfig {
+    /// The finest voxels.
+    pub const LEAST_EDGE_M: f64 = 0.001;
+    /// The coarsest voxels.
+    pub const MOST_EDGE_M: f64 = 10.0;
+
     /// Checks every parameter.
     ///
     /// # Errors
     /// When one means nothing.
     pub fn validate(&self) -> Result<(), OccupancyConfigError> {
         VoxelGrid::new(self.edge_m)?;
-        for (name, value_m, least_m, most_m) in
-            [("edge_m", self.edge_m, 0.001, 10.0), ("reach_m", self.reach_m, 0.1, 1000.0)]
-        {
+        let lengths = [
+            ("edge_m", self.edge_m, Self::LEAST_EDGE_M, Self::MOST_EDGE_M),
+            ("reach_m", self.reach_m, 0.1, 1000.0),
+        ];
+        for (name, value_m, least_m, most_m) in lengths {
             if !(least_m..=most_m).contains(&value_m) {
                 return Err(OccupancyConfigError::Length { name, value_m, least_m, most_m });
             }

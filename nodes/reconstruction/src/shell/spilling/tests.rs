@@ -20,15 +20,9 @@ fn cloud(tile: u8) -> Cloud {
     }
 }
 
-fn add(map: &mut Map, tile: u8) {
-    let Map::Means(map) = map else { panic!("of depth images") };
-    map.add(&cloud(tile)).unwrap();
-}
-
-#[test]
-fn the_warning_goes_once_the_store_has_not_failed_for_a_while() {
-    let store = MemoryStore::default();
-    let config = ReconstructionConfig {
+/// A map of which four tiles of 16 voxels are in memory, of clouds of a tile each.
+fn four_tiles() -> ReconstructionConfig {
+    ReconstructionConfig {
         pipeline: geometry::PipelineConfig {
             voxel_edge_m: 1.0,
             ..geometry::PipelineConfig::default()
@@ -37,8 +31,18 @@ fn the_warning_goes_once_the_store_has_not_failed_for_a_while() {
         at_max_voxels: AtMaxVoxels::Spill,
         spill_tile_edge_m: 4.0,
         ..ReconstructionConfig::default()
-    };
-    let mut map = Map::new(config, Some(Box::new(store.clone()))).unwrap();
+    }
+}
+
+fn add(map: &mut Map, tile: u8) {
+    let Map::Means(map) = map else { panic!("of depth images") };
+    map.add(&cloud(tile)).unwrap();
+}
+
+#[test]
+fn the_warning_goes_once_the_store_has_not_failed_for_a_while() {
+    let store = MemoryStore::default();
+    let mut map = Map::new(four_tiles(), Some(Box::new(store.clone()))).unwrap();
     let mut watch = SpillWatch::new(Counters::default());
     let start = Instant::now();
     let mut look = |map: &mut Map, seconds: u64| {
@@ -94,23 +98,12 @@ fn entries(folder: &Path) -> usize {
     fs::read_dir(folder).unwrap().count()
 }
 
-/// A map of which four tiles of 16 voxels are in memory, of clouds of a tile each.
 #[test]
 fn a_map_larger_than_the_memory_is_whole_and_a_spoilt_file_is_told() {
     let parent = tempfile::tempdir().unwrap();
     let folder = store_in(parent.path().to_str().unwrap()).unwrap();
     let files = folder.path().to_owned();
-    let config = ReconstructionConfig {
-        pipeline: geometry::PipelineConfig {
-            voxel_edge_m: 1.0,
-            ..geometry::PipelineConfig::default()
-        },
-        max_voxels: 64,
-        at_max_voxels: AtMaxVoxels::Spill,
-        spill_tile_edge_m: 4.0,
-        ..ReconstructionConfig::default()
-    };
-    let mut map = StaticMap::with_tile_store(config, Box::new(folder)).unwrap();
+    let mut map = StaticMap::with_tile_store(four_tiles(), Box::new(folder)).unwrap();
     let all: Vec<Point3<f32>> = (0..100_u8)
         .flat_map(|x| (0..4_u8).map(move |y| Point3::new(f32::from(x) + 0.5, f32::from(y), 0.0)))
         .collect();
