@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::block::{BLOCK_EDGE, BlockKey};
 use crate::depth_view::{DepthView, LEVELS};
+use crate::noise::DepthNoise;
 use crate::projection::{CameraBox, Covered, Extent, Project};
 
 /// Roots along an axis of the box around the view, at most, and one more.
@@ -32,9 +33,37 @@ pub(crate) struct Margins {
     /// What is nearer by less than this is not free for sure.
     pub(crate) before_m: f32,
     /// What is farther by less than this is not hidden.
-    pub(crate) behind_m: f32,
+    pub(crate) behind: Behind,
     /// Farther from the camera nothing is decided: in the image's kind of depth.
     pub(crate) reach_m: f32,
+}
+
+/// How far behind a depth something is recorded. A depth that is measured too short puts the surface before where it is: so far as
+/// that happens, what is behind it must count as much as what is before it, or the mean is biased away from the camera.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(crate) struct Behind {
+    /// It counts in full up to here at least,
+    pub(crate) full_m: f32,
+    /// and up to so many standard deviations of the depth.
+    pub(crate) full_in_sigmas: f32,
+    /// From there on it counts less and less, until so much farther it counts nothing: the other side of a thin thing is seen
+    /// from there (Bylow et al., "Real-time camera tracking and 3D reconstruction using signed distance functions", RSS 2013,
+    /// section III-C).
+    pub(crate) falls_in_m: f32,
+}
+
+impl Behind {
+    /// Where it no longer counts in full.
+    #[inline(always)]
+    pub(crate) fn full_to_m(&self, depth_m: f32, noise: &DepthNoise) -> f32 {
+        self.full_m.max(self.full_in_sigmas * noise.sigma_m(depth_m))
+    }
+
+    /// Where it counts nothing.
+    #[inline(always)]
+    pub(crate) fn ends_m(&self, depth_m: f32, noise: &DepthNoise) -> f32 {
+        self.full_to_m(depth_m, noise) + self.falls_in_m
+    }
 }
 
 /// An image, and the transform to it, as cubes need them.
@@ -106,7 +135,7 @@ impl<'a, P: Project> Judge<'a, P> {
             Extent::Undecided => return Verdict::Mixed,
             Extent::Within(covered) => covered,
         };
-        let Margins { before_m, behind_m, reach_m } = self.margins;
+        let Margins { before_m, behind, reach_m } = self.margins;
         let Covered { nearest_m, farthest_m, columns, rows, is_cut } = covered;
         if nearest_m > reach_m {
             return Verdict::Unseen;
@@ -116,7 +145,7 @@ impl<'a, P: Project> Judge<'a, P> {
         let span = self.view.tiles.span(grown(columns), grown(rows));
         if span.known_to_m == 0.0 {
             Verdict::Blank
-        } else if nearest_m > span.known_to_m + behind_m {
+        } else if nearest_m > span.known_to_m + behind.ends_m(span.known_to_m, &self.view.noise) {
             Verdict::Hidden
         } else if !is_cut && farthest_m <= reach_m && farthest_m + before_m < span.free_to_m {
             Verdict::Free
@@ -169,11 +198,12 @@ impl<P: Project> Descent<'_, P> {
     /// Calls `visit` with each largest cube that is free or blank (its least block, and how often it was doubled), and each block
     /// that is mixed. In a fixed order, nearer ones first. Returns whether all of the view was looked at.
     pub(crate) fn run(&self, mut visit: impl FnMut(BlockKey, u32, Verdict)) -> bool {
-        let Margins { reach_m, behind_m, .. } = self.judge.margins;
+        let Margins { reach_m, behind, .. } = self.judge.margins;
         let farthest_m = self.judge.view.farthest_m();
         if farthest_m <= 0.0 {
             return true;
         }
+        let behind_m = behind.ends_m(farthest_m, &self.judge.view.noise);
         let Some((roots, level)) = self.roots(reach_m.min(farthest_m + behind_m)) else {
             return true;
         };

@@ -22,7 +22,7 @@ use nalgebra::Point3;
 
 use crate::block::BlockKey;
 use crate::depth_view::{DepthView, with_projection};
-use crate::descent::{Descent, Judge, Margins, Verdict, block_edge_m};
+use crate::descent::{Behind, Descent, Judge, Margins, Verdict, block_edge_m};
 use crate::layer::Layer;
 use crate::projection::{Extent, Project};
 use crate::ticks::Ticks;
@@ -33,6 +33,14 @@ pub use config::{SurfaceConfig, SurfaceConfigError};
 use no_return::SeenBefore;
 pub use points::{PointRules, SurfacePoint};
 use update::{Job, Work};
+
+/// Behind a depth nodes count in full for so many edges at least, as voxblox has it (Oleynikova et al., "Voxblox", IROS 2017,
+/// section IV-A),
+const FULL_BEHIND_IN_EDGES: f64 = 1.0;
+/// and for so many standard deviations of the depth: 99 of 100 depths.
+const FULL_BEHIND_IN_SIGMAS: f32 = 2.5;
+/// In so many edges more they count nothing: the nodes of a surface that is seen from a low angle are all in it.
+const FALLS_BEHIND_IN_EDGES: f64 = 2.0;
 
 /// What one image did to the surface.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -170,9 +178,14 @@ impl Surface {
     }
 
     fn margins(&self) -> Margins {
-        let truncation_m = (self.config.truncation_in_edges * self.config.edge_m) as f32;
-        let reach_m = self.config.reach_m as f32;
-        Margins { before_m: truncation_m, behind_m: truncation_m, reach_m }
+        let SurfaceConfig { edge_m, truncation_in_edges, reach_m, .. } = self.config;
+        let behind = Behind {
+            full_m: (FULL_BEHIND_IN_EDGES * edge_m) as f32,
+            full_in_sigmas: FULL_BEHIND_IN_SIGMAS,
+            falls_in_m: (FALLS_BEHIND_IN_EDGES * edge_m) as f32,
+        };
+        let before_m = (truncation_in_edges * edge_m) as f32;
+        Margins { before_m, behind, reach_m: reach_m as f32 }
     }
 
     /// Lends the blocks that the image says something about to `work`. Returns whether these are all.

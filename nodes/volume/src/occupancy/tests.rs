@@ -236,7 +236,11 @@ fn a_place_is_taken_for_occupied_when_all_blocks_are_in_use() {
 fn plain_pass(known: &Occupancy, view: &DepthView, voxel: VoxelKey) -> bool {
     let crate::depth_view::Kind::Pinhole(projection) = view.kind else { unreachable!() };
     let edge_m = known.config.edge_m;
-    let margins = crate::descent::Margins { before_m: edge_m as f32, behind_m: 0.0, reach_m: 4.0 };
+    let margins = crate::descent::Margins {
+        before_m: edge_m as f32,
+        behind: Default::default(),
+        reach_m: 4.0,
+    };
     let judge = crate::descent::Judge::new(view, projection, margins, 0.0);
     let steps = judge.steps_m(edge_m);
     let half_m =

@@ -6,7 +6,7 @@ use super::block::{Bits, OccupancyBlock};
 use super::{Occupancy, OccupancyUpdate};
 use crate::block::{BLOCK_EDGE, BlockKey, voxel_index};
 use crate::depth_view::{DepthView, with_projection};
-use crate::descent::{Descent, Judge, Margins, Verdict, block_edge_m};
+use crate::descent::{Behind, Descent, Judge, Margins, Verdict, block_edge_m};
 use crate::projection::Project;
 
 /// What is nearer than all that is seen by so many edges is free: the noise of depth and of poses, and the surface's own
@@ -62,7 +62,7 @@ impl Occupancy {
         let edge_m = self.config.edge_m;
         let margins = Margins {
             before_m: (FREE_BEFORE_IN_EDGES * edge_m) as f32,
-            behind_m: 0.0,
+            behind: Behind::default(),
             reach_m: self.config.reach_m as f32,
         };
         let judge = Judge::new(view, projection, margins, 0.0);

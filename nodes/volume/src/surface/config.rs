@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct SurfaceConfig {
     /// The edge of the voxels, in metres.
     pub edge_m: f64,
-    /// Distances beyond so many edges are cut: nearer than that before the surface nothing counts as free, and so far
-    /// behind it something is recorded.
+    /// Distances beyond so many edges are cut: nearer than that before the surface nothing counts as free. How far behind it
+    /// something is recorded follows from the edge and the noise of the depth.
     pub truncation_in_edges: f64,
     /// Farther from the camera than this nothing is recorded, in metres.
     pub reach_m: f64,
@@ -26,7 +26,8 @@ impl Default for SurfaceConfig {
     fn default() -> Self {
         Self {
             edge_m: 0.02,
-            // At 2 cm 8 cm, three standard deviations of the Kinect's noise at 4 m.
+            // At 2 cm 8 cm, three standard deviations of the Kinect's noise at 4 m. With 2 edges a map has as good a surface, and some
+            // more of what moved stays.
             truncation_in_edges: 4.0,
             // A Kinect measures to some 6 m.
             reach_m: 8.0,

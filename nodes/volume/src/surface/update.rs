@@ -6,7 +6,8 @@
 //! - Within the truncation it joins the weighted mean (Curless and Levoy, eq. 3 and 4). The weight falls with the variance of
 //!   the depth, to which an error of the pose adds, and at a low angle what the depth changes within a pixel.
 //! - Nearer than the truncation, it joins as the full truncation: what is before a surface is free, and what was there goes in
-//!   time. Farther behind than the truncation nothing is known, and nothing changes.
+//!   time. Farther behind than the depth may be wrong by, and a voxel, it counts less and less ([`Behind`]); from there on nothing
+//!   is known, and nothing changes.
 //! - What moves and what is out of range is no surface: only that it is free before it counts, from the truncation on. The
 //!   nodes near it keep what they are.
 //! - Where nothing came back no node changes; see [`super::no_return`].
@@ -21,8 +22,8 @@ use nalgebra::Point3;
 use super::block::{FULL, SurfaceBlock};
 use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey};
 use crate::depth_view::{DepthView, LEVELS, WEIGHT_BITS};
-use crate::descent::{Judge, Margins, block_edge_m, level_of};
-use crate::noise::FULL_WEIGHT;
+use crate::descent::{Behind, Judge, Margins, block_edge_m, level_of};
+use crate::noise::{DepthNoise, FULL_WEIGHT};
 use crate::projection::{LANES, Pinhole, Project, Row, Spherical};
 
 /// Weights end here, at 32 of the best depths, so that what changes is believed: 5 s at 7 Hz.
@@ -57,6 +58,8 @@ pub(super) struct Job<'a, P> {
     edge_m: f64,
     steps_m: [[f32; 3]; 3],
     truncation_m: f32,
+    behind: Behind,
+    noise: DepthNoise,
     reach_m: f32,
     pixel_slope: f32,
     has_colour: bool,
@@ -77,7 +80,9 @@ impl<'a, P: Project> Job<'a, P> {
             projections: [0, 1, 2, 3].map(|level| projection.coarser(level)),
             edge_m,
             steps_m: judge.steps_m(edge_m),
-            truncation_m: margins.behind_m,
+            truncation_m: margins.before_m,
+            behind: margins.behind,
+            noise: view.noise,
             reach_m: margins.reach_m,
             pixel_slope: projection.pixel_slope(),
             has_colour,
@@ -186,25 +191,29 @@ fn join<P>(
 ) -> Joined {
     let truncation_m = job.truncation_m;
     let by_truncation = 1.0 / truncation_m;
+    let by_fall = 1.0 / job.behind.falls_in_m;
     let mut joins = [false; LANES];
     let mut shares = [0.0_f32; LANES];
+    let mut weights = [0.0_f32; LANES];
     let (mut is_any, mut is_near) = (false, false);
     for lane in 0..LANES {
         let depth_m = seen_m[lane];
         let before_m = depth_m.abs() - row.depth_m[lane];
-        let is_near_here =
-            (depth_m > 0.0) & (before_m >= -truncation_m) & (before_m < truncation_m);
+        let ends_m = job.behind.ends_m(depth_m, &job.noise);
+        let is_near_here = (depth_m > 0.0) & (before_m > -ends_m) & (before_m < truncation_m);
         let is_free = (depth_m != 0.0) & (before_m >= truncation_m);
         joins[lane] = (is_near_here | is_free) & (row.depth_m[lane] <= job.reach_m);
         is_any |= joins[lane];
         is_near |= is_near_here & joins[lane];
-        shares[lane] = if is_free { 1.0 } else { before_m * by_truncation };
+        shares[lane] = (before_m * by_truncation).clamp(-1.0, 1.0);
+        let counts = ((before_m + ends_m) * by_fall).clamp(0.0, 1.0);
+        weights[lane] = (counts * weight_in(depth_m)).max(1.0);
     }
     if !is_any {
         return Joined { is_any, is_near };
     }
     for lane in 0..LANES {
-        let weight_here = weight_in(seen_m[lane]);
+        let weight_here = weights[lane];
         let known = f32::from(weight[lane]);
         // Where nothing joins there may be no weight at all, and the mean is not used.
         let sum = known + weight_here;

@@ -170,3 +170,31 @@ fn the_revolutions_of_a_lidar_make_a_room() {
         points.iter().filter(|point| scene.nearest(&point.position_m.cast()).0 > 0.05).count();
     assert!(off * 50 < points.len(), "{off} of {}", points.len());
 }
+
+/// Where depths are noisier than the truncation is long, those too short and those too long must count the same.
+#[test]
+fn a_far_wall_is_one_sheet_without_bias() {
+    let camera = testing::camera(320, 240);
+    for (edge_m, at_m) in [(0.02, 6.5), (0.03, 6.5), (0.02, 5.0), (0.03, 3.5), (0.05, 6.5)] {
+        let scene = Scene::wall(at_m);
+        let mut surface = surface(edge_m);
+        let mut noise = testing::Noise::new(1);
+        for step in 0..40 {
+            let pose = testing::pose([0.003 * f64::from(step), 0.0, 0.0], [0.0; 3]);
+            let mut depths_m = scene.depths_m(&camera, &pose);
+            for depth_m in &mut depths_m {
+                *depth_m += crate::DepthNoise::default().sigma_m(*depth_m) * noise.normal() as f32;
+            }
+            let view = testing::view_of(&camera, &pose, 0.1 * f64::from(step), depths_m, None);
+            surface.integrate(&view, &Serial);
+        }
+        let errors_m: Vec<f64> =
+            points(&surface).iter().map(|point| f64::from(point.position_m.z) - at_m).collect();
+        let all = errors_m.len() as f64;
+        let mean_m = errors_m.iter().sum::<f64>() / all;
+        let apart = errors_m.iter().filter(|error_m| error_m.abs() > 0.05).count() as f64 / all;
+        println!("{edge_m} m, a wall at {at_m} m: {:.1} mm, apart {apart:.4}", 1e3 * mean_m);
+        assert!(all > 1e4 && mean_m.abs() < 0.004, "{all} points, {mean_m} m");
+        assert!(apart < 0.001, "{apart}");
+    }
+}

@@ -82,8 +82,12 @@ impl<P: Project> PlainImage<'_, P> {
             let depth_m = self.view.levels.depths_m(level)[row.pixel[0] as usize];
             let before_m = depth_m.abs() - row.depth_m[0];
             let truncation_m = self.truncation_m();
+            let sigma_m = self.view.noise.sigma_m(depth_m);
+            let full_m = (2.5 * sigma_m).max(self.config.edge_m as f32);
+            let falls_in_m = 2.0 * self.config.edge_m as f32;
+            let ends_m = full_m + falls_in_m;
             let share = if depth_m == 0.0
-                || before_m < -truncation_m
+                || before_m <= -ends_m
                 || row.depth_m[0] > self.config.reach_m as f32
             {
                 continue;
@@ -92,10 +96,11 @@ impl<P: Project> PlainImage<'_, P> {
             } else if depth_m < 0.0 {
                 continue;
             } else {
-                before_m * (1.0 / truncation_m)
+                (before_m * (1.0 / truncation_m)).max(-1.0)
             };
+            let counts = ((before_m + ends_m) * (1.0 / falls_in_m)).clamp(0.0, 1.0);
             is_hit |= share < 1.0;
-            join(&mut block, index, share, weight_in(depth_m));
+            join(&mut block, index, share, (counts * weight_in(depth_m)).max(1.0));
         }
         if is_hit {
             block.evidence.hit();
@@ -155,8 +160,7 @@ proptest! {
             let view = testing::view_of(&camera, &pose, index as f64, depths_m, Some(&is_moving));
             fast.integrate(&view, &Serial);
             let crate::depth_view::Kind::Pinhole(projection) = view.kind else { unreachable!() };
-            let truncation_m = (config.truncation_in_edges * config.edge_m) as f32;
-            let margins = Margins { before_m: truncation_m, behind_m: truncation_m, reach_m: 3.0 };
+            let margins = fast.margins();
             let judge = Judge::new(&view, projection, margins, config.edge_m as f32);
             PlainImage { view: &view, judge, projection, config }.join(&mut plain, 14);
         }

@@ -65,7 +65,7 @@ fn a_part_in_another_surface_gives_the_same_points() {
         other.put_block(&surface.block_bytes(*key).unwrap()).unwrap();
         surface.remove_block(*key);
     }
-    assert!(surface.blocks() > 100 && other.blocks() > 100);
+    assert!(surface.blocks() > 50 && other.blocks() > 50);
     let mut both = Vec::new();
     keys.iter().for_each(|key| {
         surface.points_of_both(&other, *key, PointRules::default(), &mut both);
