@@ -1,4 +1,4 @@
-//! A bag: one MCAP file, or a directory of them.
+//! A bag: one file, or a directory of them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,8 +14,11 @@ use crate::rosbag2::{ListedTopic, METADATA_FILE, Metadata};
 /// [`Bag::with_merge_window`] says otherwise.
 pub const DEFAULT_MERGE_WINDOW_BYTES: u64 = 512 << 20;
 
-/// A recorded bag, open for reading: an `.mcap` file, a rosbag2 directory, or a directory with `.mcap`
-/// files in it.
+/// A recorded bag, open for reading: a file of MCAP, of rosbag2's sqlite3 storage or of ROS 1, known by its content; a
+/// rosbag2 directory; or a directory with `.mcap` or `.db3` files in it.
+///
+/// A file that was compressed as a whole (zstd), and a bag of ROS 1, are read from a temporary file, which is
+/// removed when the bag and its [`Messages`] are dropped.
 ///
 /// Opening reads the index only. A damaged bag opens as long as there is something to read in it; what
 /// is lost is reported by [`Messages::losses`] and [`BagInfo::losses`].
@@ -33,8 +36,7 @@ impl Bag {
     /// Opens a bag.
     ///
     /// # Errors
-    /// When there is no bag at `path`, or one of another storage: the message says what it is and
-    /// how to make an MCAP bag of it.
+    /// When there is no bag at `path`, or one of another storage: the message says what it is.
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let refused = |source| BagError::Open { path: path.to_owned(), source };
         let kind = std::fs::metadata(path).map_err(refused)?;
@@ -56,12 +58,13 @@ impl Bag {
         mut losses: Vec<Loss>,
     ) -> Self {
         losses.extend(files.iter().flat_map(|file| file.losses.iter().cloned()));
+        let remarks = files.iter().filter_map(|file| file.remark.clone()).collect();
         Self {
             path: path.to_owned(),
             files: files.into_iter().map(Arc::new).collect(),
             listed_topics,
             losses,
-            remarks: Vec::new(),
+            remarks,
             merge_window_bytes: DEFAULT_MERGE_WINDOW_BYTES,
         }
     }
@@ -71,31 +74,29 @@ impl Bag {
             return Self::open_listed(directory);
         }
         let refused = |source| BagError::Open { path: directory.to_owned(), source };
-        let mut found = Vec::new();
-        let mut database = None;
+        let mut paths = Vec::new();
         for entry in std::fs::read_dir(directory).map_err(refused)? {
-            let path = entry.map_err(refused)?.path();
-            match path.extension().and_then(|extension| extension.to_str()) {
-                Some("mcap") => found.push(path),
-                Some("db3") => database = Some(path),
-                _ => {}
-            }
+            paths.push(entry.map_err(refused)?.path());
         }
-        found.sort();
-        match (found.is_empty(), database) {
-            (false, _) => {}
-            (true, Some(path)) => return Err(BagError::Sqlite3 { path }),
-            (true, None) => {
-                return Err(BagError::NoBagInDirectory { path: directory.to_owned() });
-            }
+        let found = ["mcap", "db3"].map(|extension| (extension, files_of(&paths, extension)));
+        let [(extension, files), other] = match found {
+            [mcap, (_, databases)] if databases.is_empty() => [mcap, ("db3", databases)],
+            [(_, mcap), databases] if mcap.is_empty() => [databases, ("mcap", mcap)],
+            both => both,
+        };
+        let count = files.len();
+        if count == 0 {
+            return Err(BagError::NoBagInDirectory { path: directory.to_owned() });
         }
-        let count = found.len();
-        let files = found.into_iter().map(|path| (path, None)).collect();
+        let files = files.into_iter().map(|path| (path, None)).collect();
         let mut bag = Self::open_files(directory, files, Vec::new())?;
         bag.remarks.push(format!(
-            "no {METADATA_FILE}: the {count} .mcap files in {} are read as one bag (`ros2 bag reindex` restores it)",
+            "no {METADATA_FILE}: the {count} .{extension} files in {} are read as one bag",
             directory.display()
         ));
+        if !other.1.is_empty() {
+            bag.remarks.push(format!("its {} .{} files are not read", other.1.len(), other.0));
+        }
         Ok(bag)
     }
 
@@ -191,9 +192,8 @@ impl Bag {
     fn check_topics(&self, selection: &Selection) -> Result<(), BagError> {
         let Some(topics) = &selection.topics else { return Ok(()) };
         let known = |topic: &str| {
-            self.files.iter().any(|file| {
-                file.catalogue.channels().any(|(_, channel)| bare(&channel.topic) == bare(topic))
-            })
+            let mut channels = self.files.iter().flat_map(|file| file.channels());
+            channels.any(|channel| bare(&channel.topic) == bare(topic))
         };
         let unknown: Vec<&String> = topics.iter().filter(|topic| !known(topic)).collect();
         if unknown.is_empty() {
@@ -230,12 +230,21 @@ impl Bag {
         self.listed_topics.iter().find(|listed| listed.name == topic)?.qos
     }
 
-    fn segments(&self) -> impl Iterator<Item = &crate::segment::Segment> {
-        self.files.iter().flat_map(|file| &file.segments)
-    }
-
     /// Log time of the first message, as the index has it.
     pub(crate) fn start_ns(&self) -> Option<u64> {
-        self.segments().map(|segment| segment.first_ns).min()
+        self.files.iter().filter_map(|file| file.first_ns()).min()
     }
+}
+
+/// The files of this extension, also those that were compressed as a whole, unless the unpacked file lies beside.
+fn files_of(paths: &[PathBuf], extension: &str) -> Vec<PathBuf> {
+    let is_of = |path: &Path| path.extension().is_some_and(|found| found == extension);
+    let is_packed = |path: &PathBuf| {
+        let is_zstd = path.extension().is_some_and(|found| found == "zstd" || found == "zst");
+        is_zstd && is_of(&path.with_extension("")) && !paths.contains(&path.with_extension(""))
+    };
+    let mut files: Vec<PathBuf> =
+        paths.iter().filter(|path| is_of(path) || is_packed(path)).cloned().collect();
+    files.sort();
+    files
 }

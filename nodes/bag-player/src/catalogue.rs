@@ -1,4 +1,4 @@
-//! The channels and schemas of one MCAP file, as far as they are known.
+//! The channels and schemas of one file, as far as they are known.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,6 +10,9 @@ use crate::qos::OfferedQos;
 /// Key of a channel's metadata under which rosbag2 keeps the QoS of the recorded publishers.
 pub(crate) const QOS_METADATA_KEY: &str = "offered_qos_profiles";
 
+/// The one under which it keeps the hash of the type's description (REP-2011).
+const HASH_METADATA_KEY: &str = "topic_type_hash";
+
 /// The type and encoding of a channel.
 #[derive(PartialEq, Debug)]
 pub(crate) struct Channel {
@@ -19,6 +22,8 @@ pub(crate) struct Channel {
     pub(crate) encoding: Arc<str>,
     /// The definition of the type as the file has it; empty for one in another form than `.msg` files.
     pub(crate) definition: Arc<str>,
+    /// The hash of the type's description; empty where there is none.
+    pub(crate) type_hash: Arc<str>,
     pub(crate) qos: Option<OfferedQos>,
 }
 
@@ -30,7 +35,7 @@ struct Schema {
 }
 
 /// The encoding of schemas that are the text of `.msg` files.
-const MSG_FILES: &str = "ros2msg";
+pub(crate) const MSG_FILES: &str = "ros2msg";
 
 /// The channels and schemas that have been seen.
 #[derive(Clone, Default, Debug)]
@@ -84,11 +89,13 @@ impl Catalogue {
         };
         let qos =
             channel.metadata.get(QOS_METADATA_KEY).and_then(|text| OfferedQos::from_yaml(text));
+        let type_hash = channel.metadata.get(HASH_METADATA_KEY).cloned().unwrap_or_default();
         self.channels.entry(channel.id).or_insert_with(|| {
             Arc::new(Channel {
                 topic: channel.topic.into(),
                 type_name: schema.name,
                 definition: schema.definition,
+                type_hash: type_hash.into(),
                 encoding: channel.message_encoding.into(),
                 qos,
             })

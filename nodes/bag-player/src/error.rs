@@ -8,6 +8,7 @@ use geometry::Stamp;
 use serde::Serialize;
 
 use crate::foreign::ForeignFile;
+use crate::ros1::Ros1Error;
 
 /// Why a bag cannot be read or written. Every message names the thing and what to do about it.
 #[derive(Debug, thiserror::Error)]
@@ -26,38 +27,53 @@ pub enum BagError {
         /// The file.
         path: PathBuf,
     },
-    /// The file is something else than an MCAP bag.
-    #[error("{path} is not an MCAP bag: {found}", path = path.display())]
+    /// The file is no bag of a known format.
+    #[error("{path} is not a bag: {found}", path = path.display())]
     NotABag {
         /// The file.
         path: PathBuf,
         /// The kind of file, with the fix in its text.
         found: ForeignFile,
     },
-    /// The bag is stored as a SQLite database.
-    #[error(
-        "{path} is stored as sqlite3, which is not read here; put `output_bags: [{{uri: converted, storage_id: mcap, all: true}}]` \
-         into convert.yaml and run `ros2 bag convert -i {path} -o convert.yaml`",
-        path = path.display()
-    )]
-    Sqlite3 {
-        /// The database, or the directory that holds it.
+    /// The file is a SQLite database that is no bag, or is too damaged to be read.
+    #[error("{path} cannot be read as a bag of the storage sqlite3: {reason}; copy or record it again", path = path.display())]
+    Database {
+        /// The database.
         path: PathBuf,
+        /// What SQLite says of it, or what it lacks.
+        reason: String,
     },
+    /// The file is compressed as a whole and cannot be unpacked.
+    #[error("{path} cannot be unpacked (zstd): {reason}", path = path.display())]
+    Compressed {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// There is no room for what a file is unpacked or converted to.
+    #[error("{path} cannot be unpacked into {folder}: {source}; set TMPDIR to a folder with room for it", path = path.display(), folder = folder.display())]
+    Temporary {
+        /// The file.
+        path: PathBuf,
+        /// The folder of temporary files.
+        folder: PathBuf,
+        /// The system's error.
+        source: io::Error,
+    },
+    /// A bag of ROS 1 cannot be read.
+    #[error(transparent)]
+    Ros1(Box<Ros1Error>),
     /// The bag uses another storage than MCAP or sqlite3.
-    #[error("{path} uses the storage `{storage}`; only mcap is read: convert it with `ros2 bag convert` (storage_id: mcap)", path = path.display())]
+    #[error("{path} uses the storage `{storage}`; mcap and sqlite3 are read", path = path.display())]
     UnknownStorage {
         /// The directory.
         path: PathBuf,
         /// Its storage identifier.
         storage: String,
     },
-    /// rosbag2 compressed the files or the messages itself, outside of MCAP.
-    #[error(
-        "{path} was compressed by rosbag2 itself (mode {mode}, format {format}); write it again with `ros2 bag convert`, \
-         compression_mode none (MCAP compresses its chunks on its own)",
-        path = path.display()
-    )]
+    /// rosbag2 compressed the files or the messages, in another format than zstd.
+    #[error("{path} was compressed by rosbag2 (mode {mode}) in the format `{format}`; zstd is read", path = path.display())]
     OuterCompression {
         /// The directory.
         path: PathBuf,
@@ -66,14 +82,14 @@ pub enum BagError {
         /// For example `zstd`.
         format: String,
     },
-    /// A directory without any MCAP file.
-    #[error("{path} holds neither metadata.yaml nor an .mcap file, so it is not a bag; give the directory that `ros2 bag record` made, or an .mcap file", path = path.display())]
+    /// A directory without any file of a bag.
+    #[error("{path} holds neither metadata.yaml nor an .mcap or .db3 file, so it is not a bag; give the folder of a recording, or its file", path = path.display())]
     NoBagInDirectory {
         /// The directory.
         path: PathBuf,
     },
     /// `metadata.yaml` does not say what rosbag2 writes there.
-    #[error("{path} cannot be understood: {reason}; restore it with `ros2 bag reindex`, or move it away to read the .mcap files without it", path = path.display())]
+    #[error("{path} cannot be understood: {reason}; move it away to read the .mcap or .db3 files without it", path = path.display())]
     BadMetadata {
         /// The metadata file.
         path: PathBuf,
@@ -209,7 +225,7 @@ pub struct Loss {
 pub enum LossKind {
     /// A file that the metadata lists is not there.
     MissingFile,
-    /// A file of the bag is no readable MCAP file.
+    /// A file of the bag cannot be read.
     UnreadableFile {
         /// Why.
         reason: String,
@@ -241,6 +257,33 @@ pub enum LossKind {
         /// Why.
         reason: String,
     },
+    /// Messages that make no sense, each on its own.
+    BadMessages {
+        /// Why.
+        reason: String,
+    },
+    /// The database is damaged.
+    Database {
+        /// What SQLite says of it.
+        reason: String,
+    },
+    /// A file that is compressed as a whole is damaged; what lies before was read.
+    Compression {
+        /// Why.
+        reason: String,
+    },
+    /// A topic of a bag of ROS 1 that cannot become one of ROS 2.
+    LeftOut {
+        /// The topic.
+        topic: String,
+        /// Why.
+        reason: String,
+    },
+    /// A bag of ROS 1 could not be read to its end.
+    BrokenOff {
+        /// Why.
+        reason: String,
+    },
     /// Messages of a channel that the file never describes.
     UnknownChannel {
         /// Its number.
@@ -256,12 +299,42 @@ impl Loss {
     }
 }
 
+/// Adds a loss; those of one kind in one file whose messages are counted become one.
+pub(crate) fn add_loss(losses: &mut Vec<Loss>, loss: Loss) {
+    let known = losses.iter_mut().find(|known| known.file == loss.file && known.kind == loss.kind);
+    match (known, loss.messages) {
+        (Some(Loss { messages: Some(counted), size_bytes, .. }), Some(more)) => {
+            *counted += more;
+            *size_bytes += loss.size_bytes;
+        }
+        _ => losses.push(loss),
+    }
+}
+
 impl fmt::Display for Loss {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let file = self.file.display();
         match &self.kind {
             LossKind::MissingFile => write!(f, "{file}: the file is missing")?,
             LossKind::UnreadableFile { reason } => write!(f, "{reason}")?,
+            LossKind::BadMessages { reason } => {
+                write!(f, "{file}: messages are damaged ({reason})")?
+            }
+            LossKind::Database { reason } => {
+                write!(f, "{file}: the database is damaged ({reason})")?
+            }
+            LossKind::Compression { reason } => {
+                write!(
+                    f,
+                    "{file}: the zstd frame is damaged ({reason}); what lies before was read"
+                )?;
+            }
+            LossKind::LeftOut { topic, reason } => {
+                write!(f, "{file}: {topic} is left out: {reason}")?
+            }
+            LossKind::BrokenOff { reason } => {
+                write!(f, "{file}: it could not be read to its end: {reason}")?;
+            }
             kind => {
                 write!(f, "{file}: {} bytes at {}: ", self.size_bytes, self.offset_bytes)?;
                 match kind {
@@ -292,7 +365,13 @@ impl fmt::Display for Loss {
                     LossKind::UnknownChannel { channel_id } => {
                         write!(f, "the file does not describe channel {channel_id}")?;
                     }
-                    LossKind::MissingFile | LossKind::UnreadableFile { .. } => {}
+                    LossKind::MissingFile
+                    | LossKind::UnreadableFile { .. }
+                    | LossKind::BadMessages { .. }
+                    | LossKind::Database { .. }
+                    | LossKind::Compression { .. }
+                    | LossKind::LeftOut { .. }
+                    | LossKind::BrokenOff { .. } => {}
                 }
             }
         }

@@ -1,63 +1,80 @@
-//! The kind of a file that is not an MCAP bag, and the fix.
+//! What a file is by its content, whatever its name.
 
 use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::compression::ZSTD_MAGIC;
 
 /// A file that was given as a bag but is not one.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum ForeignFile {
-    /// A ROS 1 bag.
-    Ros1Bag,
-    /// A file compressed with zstd as a whole.
-    Zstd,
     /// A pointer that Git LFS left in place of the file.
     LfsPointer,
+    /// A file compressed with zstd as a whole that holds something else than a bag.
+    Compressed(Box<ForeignFile>),
     /// Something else; its first bytes.
     Unknown(Vec<u8>),
 }
 
-/// How many bytes [`sniff`] needs to distinguish the known kinds.
-pub(crate) const SNIFF_BYTES: usize = 32;
+/// How many bytes distinguish the known kinds.
+const SNIFF_BYTES: u64 = 32;
 
 /// The kind of a file by its first bytes.
+#[derive(PartialEq, Eq, Debug)]
 pub(crate) enum FileKind {
+    /// Without any byte.
+    Empty,
     Mcap,
     Sqlite3,
+    Ros1,
+    /// Compressed as a whole.
+    Zstd,
     Foreign(ForeignFile),
 }
 
+/// Whether a file begins as one of the formats that [`crate::Bag::open`] reads does.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn begins_as_a_bag(path: &Path) -> io::Result<bool> {
+    Ok(!matches!(kind_of(path)?, FileKind::Empty | FileKind::Foreign(_)))
+}
+
+/// The kind of a file by its content.
+pub(crate) fn kind_of(path: &Path) -> io::Result<FileKind> {
+    let mut start = Vec::new();
+    File::open(path)?.take(SNIFF_BYTES).read_to_end(&mut start)?;
+    Ok(if start.is_empty() { FileKind::Empty } else { sniff(&start) })
+}
+
 /// Recognises a file by its first bytes.
-pub(crate) fn sniff(start: &[u8]) -> FileKind {
+fn sniff(start: &[u8]) -> FileKind {
     if start.starts_with(mcap::MAGIC) {
-        return FileKind::Mcap;
-    }
-    if start.starts_with(b"SQLite format 3\0") {
-        return FileKind::Sqlite3;
-    }
-    FileKind::Foreign(if start.starts_with(b"#ROSBAG V") {
-        ForeignFile::Ros1Bag
-    } else if start.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]) {
-        ForeignFile::Zstd
+        FileKind::Mcap
+    } else if start.starts_with(b"SQLite format 3\0") {
+        FileKind::Sqlite3
+    } else if start.starts_with(b"#ROSBAG V") {
+        FileKind::Ros1
+    } else if start.starts_with(&ZSTD_MAGIC) {
+        FileKind::Zstd
     } else if start.starts_with(b"version https://git-lfs") {
-        ForeignFile::LfsPointer
+        FileKind::Foreign(ForeignFile::LfsPointer)
     } else {
-        ForeignFile::Unknown(start.iter().copied().take(mcap::MAGIC.len()).collect())
-    })
+        let start = start.iter().copied().take(mcap::MAGIC.len()).collect();
+        FileKind::Foreign(ForeignFile::Unknown(start))
+    }
 }
 
 impl fmt::Display for ForeignFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Ros1Bag => {
-                write!(
-                    f,
-                    "it is a ROS 1 bag; convert it (`mcap convert in.bag out.mcap` keeps ROS 1 messages, `rosbags-convert` makes ROS 2 ones)"
-                )
-            }
-            Self::Zstd => {
-                write!(f, "it is compressed as a whole; run `zstd -d` on it first")
-            }
             Self::LfsPointer => {
                 write!(f, "it is only the pointer that Git LFS left here; run `git lfs pull`")
+            }
+            Self::Compressed(content) => {
+                write!(f, "it is compressed with zstd, and within it {content}")
             }
             Self::Unknown(start) => {
                 write!(f, "it begins with")?;
@@ -66,7 +83,8 @@ impl fmt::Display for ForeignFile {
                 }
                 write!(
                     f,
-                    " where an MCAP file has 89 4d 43 41 50 30 0d 0a; give an .mcap file or a rosbag2 directory"
+                    ", not as a bag: MCAP has 89 4d 43 41 50 30 0d 0a, sqlite3 `SQLite format 3`, ROS 1 `#ROSBAG V2.0`; \
+                     give such a file or a rosbag2 folder"
                 )
             }
         }

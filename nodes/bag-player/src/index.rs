@@ -1,4 +1,4 @@
-//! The index of one MCAP file: its segments, channels and statistics.
+//! The index of one file: its segments, channels and statistics; or the tables of a database.
 //!
 //! The index at the end of the file says where the chunks are. What it does not cover (files
 //! without an index, cut files, messages outside of chunks) is walked record by record; only the
@@ -7,25 +7,39 @@
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use mcap::parse_record;
 use mcap::records::{ChunkIndex, Record, Statistics, op};
 
-use crate::catalogue::Catalogue;
+use crate::catalogue::{Catalogue, Channel};
 use crate::error::{BagError, Loss, LossKind};
-use crate::foreign::{FileKind, SNIFF_BYTES, sniff};
+use crate::info::Storage;
 use crate::segment::{ChunkHead, Form, MESSAGE_HEADER_BYTES, Segment, for_each_record, message_of};
 use crate::source::{Frame, MAX_RECORD_BYTES, Source};
+use crate::sqlite::{Database, Paths};
 use crate::summary::{self, Summary};
+use crate::temporary::Temporary;
 
 /// Messages outside of chunks are read in runs of about this size, as if they were a chunk.
 const RUN_BYTES: u64 = 1 << 20;
 
-/// The index of one MCAP file.
+mod opening;
+
+/// The index of one file.
 #[derive(Clone, Debug)]
 pub(crate) struct FileIndex {
     pub(crate) path: PathBuf,
     pub(crate) size_bytes: u64,
+    pub(crate) storage: Storage,
+    /// The file that is read in place of it.
+    temporary: Option<Arc<Temporary>>,
+    /// What is to be known of the file and is no loss.
+    pub(crate) remark: Option<String>,
+    /// Whether it is compressed as a whole.
+    pub(crate) is_packed: bool,
+    /// A database has no segments and no catalogue.
+    pub(crate) database: Option<Database>,
     pub(crate) profile: String,
     pub(crate) library: String,
     /// In the order of the file.
@@ -40,11 +54,48 @@ pub(crate) struct FileIndex {
 }
 
 impl FileIndex {
-    /// Opens a file and finds out what is where.
-    pub(crate) fn open(path: &Path) -> Result<Self, BagError> {
+    fn empty(path: &Path, size_bytes: u64, storage: Storage) -> Self {
+        Self {
+            path: path.to_owned(),
+            size_bytes,
+            storage,
+            temporary: None,
+            remark: None,
+            is_packed: false,
+            database: None,
+            profile: String::new(),
+            library: String::new(),
+            segments: Vec::new(),
+            catalogue: Catalogue::default(),
+            statistics: None,
+            losses: Vec::new(),
+            indexed: false,
+        }
+    }
+
+    /// The path to name, and the one to open.
+    pub(crate) fn paths(&self) -> Paths<'_> {
+        let opened = self.temporary.as_ref().map_or(self.path.as_path(), |file| file.path());
+        Paths { named: &self.path, opened }
+    }
+
+    /// The topics that are known without reading the messages.
+    pub(crate) fn channels(&self) -> impl Iterator<Item = &Arc<Channel>> {
+        let of_database = self.database.iter().flat_map(|database| database.topics.values());
+        self.catalogue.channels().map(|(_, channel)| channel).chain(of_database)
+    }
+
+    /// Time of the first message, as the index has it.
+    pub(crate) fn first_ns(&self) -> Option<u64> {
+        let of_database = self.database.as_ref().and_then(|database| database.span_ns);
+        let of_segments = self.segments.iter().map(|segment| segment.first_ns);
+        of_segments.chain(of_database.map(|(first_ns, _)| first_ns)).min()
+    }
+
+    /// Opens an MCAP file and finds out what is where.
+    fn of_mcap(path: &Path) -> Result<Self, BagError> {
         let refused = |source| BagError::Open { path: path.to_owned(), source };
         let mut source = Source::open(path).map_err(refused)?;
-        check_kind(path, &mut source)?;
         let mut losses = Vec::new();
         let summary = match summary::read(&mut source) {
             Ok(summary) => summary,
@@ -80,21 +131,6 @@ impl FileIndex {
     }
 }
 
-fn check_kind(path: &Path, source: &mut Source) -> Result<(), BagError> {
-    if source.size == 0 {
-        return Err(BagError::Empty { path: path.to_owned() });
-    }
-    let mut start = [0; SNIFF_BYTES];
-    let length = source.size.min(SNIFF_BYTES as u64) as usize;
-    let refused = |source| BagError::Open { path: path.to_owned(), source };
-    source.read_exact(&mut start[..length]).map_err(refused)?;
-    match sniff(&start[..length]) {
-        FileKind::Mcap => Ok(()),
-        FileKind::Sqlite3 => Err(BagError::Sqlite3 { path: path.to_owned() }),
-        FileKind::Foreign(found) => Err(BagError::NotABag { path: path.to_owned(), found }),
-    }
-}
-
 /// A walk over the records of a file's data section.
 struct Walk<'a> {
     index: FileIndex,
@@ -107,15 +143,9 @@ impl<'a> Walk<'a> {
     fn new(path: &Path, source: &Source, summary: &'a Summary) -> Self {
         Self {
             index: FileIndex {
-                path: path.to_owned(),
-                size_bytes: source.size,
-                profile: String::new(),
-                library: String::new(),
-                segments: Vec::new(),
                 catalogue: summary.catalogue.clone(),
-                statistics: None,
-                losses: Vec::new(),
                 indexed: !summary.chunks.is_empty(),
+                ..FileIndex::empty(path, source.size, Storage::Mcap)
             },
             chunks: summary.chunks.iter().map(|chunk| (chunk.chunk_start_offset, chunk)).collect(),
             losses: Vec::new(),

@@ -10,12 +10,13 @@ use serde::Serialize;
 
 use crate::bag::Bag;
 use crate::catalogue::{Catalogue, Channel};
-use crate::error::{BagError, Loss, LossKind};
+use crate::error::{BagError, Loss, LossKind, add_loss};
 use crate::index::FileIndex;
 use crate::message::{CDR, bare, stamp};
 use crate::qos::OfferedQos;
 use crate::segment::{Form, for_each_record, message_of};
 use crate::source::Source;
+use crate::sqlite::{self, Database, Paths};
 
 mod display;
 mod span;
@@ -54,6 +55,8 @@ pub struct FileInfo {
     pub path: PathBuf,
     /// Its size.
     pub size_bytes: u64,
+    /// The format of its content.
+    pub storage: Storage,
     /// Its MCAP profile; `ros2` for a ROS 2 bag.
     pub profile: String,
     /// The program that wrote it.
@@ -66,6 +69,18 @@ pub struct FileInfo {
     pub compression: Vec<String>,
 }
 
+/// The format of a file.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Storage {
+    /// MCAP.
+    Mcap,
+    /// rosbag2's database.
+    Sqlite3,
+    /// A bag of ROS 1, which is converted to be read.
+    Ros1,
+}
+
 /// One topic of a bag.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct TopicInfo {
@@ -76,6 +91,8 @@ pub struct TopicInfo {
     /// The definition of its type and of those within it, in the form of `.msg` files, where the bag has it.
     #[serde(skip)]
     pub definition: Option<String>,
+    /// The hash of its type's description (REP-2011), where the bag has it.
+    pub type_hash: Option<String>,
     /// How its messages are encoded.
     pub encoding: String,
     /// How many there are.
@@ -93,6 +110,7 @@ struct Tallied {
     span: Option<Span>,
     qos: Option<OfferedQos>,
     definition: Option<String>,
+    type_hash: Option<String>,
 }
 
 impl BagInfo {
@@ -100,6 +118,14 @@ impl BagInfo {
     #[must_use]
     pub fn topic(&self, named: &str) -> Option<&TopicInfo> {
         self.topics.iter().find(|topic| bare(&topic.topic) == bare(named))
+    }
+
+    /// The encodings of its messages that are not decoded, such as `json` and `protobuf`.
+    #[must_use]
+    pub fn other_encodings(&self) -> BTreeSet<&str> {
+        let topics =
+            self.topics.iter().filter(|topic| !topic.is_playable() && topic.message_count > 0);
+        topics.map(|topic| topic.encoding.as_str()).collect()
     }
 
     /// The name as the bag has it, which may be given with or without its leading slash; as it is where the bag has none
@@ -129,6 +155,10 @@ struct Tally {
 pub(crate) fn of(bag: &Bag, read_all: bool) -> Result<BagInfo, BagError> {
     let mut tally = Tally { losses: bag.losses().to_vec(), ..Tally::default() };
     for file in bag.files() {
+        if let Some(database) = &file.database {
+            tally.read_rows(file.paths(), database, read_all)?;
+            continue;
+        }
         match &file.statistics {
             Some(statistics) if file.knows_all_channels() && !read_all => {
                 let spans = span::of_channels(file)
@@ -159,6 +189,7 @@ pub(crate) fn of(bag: &Bag, read_all: bool) -> Result<BagInfo, BagError> {
             topic,
             type_name,
             definition: tallied.definition,
+            type_hash: tallied.type_hash,
             encoding,
             message_count: tallied.messages,
         })
@@ -190,9 +221,18 @@ fn file_info(file: &FileIndex) -> FileInfo {
         };
         compression.insert(if name.is_empty() { "none" } else { name }.to_owned());
     }
+    if let Some(database) = &file.database {
+        let each = if database.has_packed_messages { "zstd, each message" } else { "none" };
+        compression.insert(each.to_owned());
+    }
+    if file.is_packed {
+        compression.remove("none");
+        compression.insert("zstd, the whole file".to_owned());
+    }
     FileInfo {
         path: file.path.clone(),
         size_bytes: file.size_bytes,
+        storage: file.storage,
         profile: file.profile.clone(),
         library: file.library.clone(),
         indexed: file.indexed,
@@ -215,15 +255,44 @@ impl Tally {
         if entry.definition.is_none() && !channel.definition.is_empty() {
             entry.definition = Some(channel.definition.to_string());
         }
+        if entry.type_hash.is_none() && !channel.type_hash.is_empty() {
+            entry.type_hash = Some(channel.type_hash.to_string());
+        }
     }
 
     fn extend(&mut self, span: Span) {
         self.span = joined(self.span, Some(span));
     }
 
+    /// Counts the messages of a database: without their data, unless that is asked for or the table cannot be read
+    /// through.
+    fn read_rows(
+        &mut self,
+        paths: Paths<'_>,
+        database: &Database,
+        read_all: bool,
+    ) -> Result<(), BagError> {
+        let walked = if read_all { None } else { sqlite::walk(paths, database).ok() };
+        let (counts, losses) = match walked {
+            Some(walked) => walked,
+            None => sqlite::read_through(paths, database)?,
+        };
+        for loss in losses {
+            add_loss(&mut self.losses, loss);
+        }
+        for (id, channel) in &database.topics {
+            let counted = counts.get(id);
+            let span = counted
+                .map(|counted| Span { first_ns: counted.first_ns, last_ns: counted.last_ns });
+            self.add(channel, counted.map_or(0, |counted| counted.messages), span);
+            self.span = joined(self.span, span);
+        }
+        Ok(())
+    }
+
     /// Counts the messages of a file by reading it, in the order of the file.
     fn read(&mut self, file: &FileIndex) -> Result<(), BagError> {
-        let mut source = Source::open(&file.path)
+        let mut source = Source::open(file.paths().opened)
             .map_err(|source| BagError::Open { path: file.path.clone(), source })?;
         let mut catalogue: Catalogue = file.catalogue.clone();
         let mut unknown: BTreeMap<u16, u64> = BTreeMap::new();

@@ -1,4 +1,5 @@
-//! Recorded bags: reading and writing MCAP, rosbag2 directories, and the schedule of their playback.
+//! Recorded bags: reading MCAP, rosbag2's sqlite3 and bags of ROS 1, writing MCAP, rosbag2 directories, and the
+//! schedule of their playback.
 //!
 //! Without the feature `ros` this is a library of files: [`Bag`] reads, [`BagWriter`] writes,
 //! [`Schedule`] says when to publish what. With it, the module `shell` plays a bag onto DDS.
@@ -10,6 +11,7 @@
 
 mod bag;
 mod catalogue;
+mod compression;
 mod error;
 mod foreign;
 mod index;
@@ -24,17 +26,21 @@ mod segment;
 #[cfg(feature = "ros")]
 pub mod shell;
 mod source;
+mod sqlite;
 mod summary;
+mod temporary;
 mod writer;
 
 pub use bag::{Bag, DEFAULT_MERGE_WINDOW_BYTES};
 pub use error::{BagError, Loss, LossKind};
-pub use foreign::ForeignFile;
-pub use info::{BagInfo, FileInfo, TopicInfo};
+pub use foreign::{ForeignFile, begins_as_a_bag};
+pub use info::{BagInfo, FileInfo, Storage, TopicInfo};
 pub use message::{BagMessage, CDR, Selection};
 pub use messages::{Messages, Skipped};
 pub use qos::{Durability, OfferedQos, Reliability};
-pub use ros1::{DefinitionError, LeftOut, Ros1Conversion, Ros1Error, TranscodeError, convert_ros1};
+pub use ros1::{
+    DefinitionError, LeftOut, Ros1Conversion, Ros1Error, TranscodeError, convert_ros1, is_ros1,
+};
 pub use schedule::{Decision, RateError, Schedule};
 pub use writer::{BagSummary, BagWriter, ChannelId};
 

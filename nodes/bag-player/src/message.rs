@@ -112,6 +112,16 @@ impl Filter {
         })
     }
 
+    /// Everything.
+    pub(crate) fn all() -> Self {
+        Self { topics: None, start_ns: 0, end_ns: None, all_encodings: true }
+    }
+
+    /// The time that it begins at, and the one that it ends before.
+    pub(crate) fn times(&self) -> (u64, Option<u64>) {
+        (self.start_ns, self.end_ns)
+    }
+
     pub(crate) fn wants_topic(&self, topic: &str) -> bool {
         self.topics.as_ref().is_none_or(|topics| topics.contains(bare(topic)))
     }

@@ -7,11 +7,13 @@ use mcap::records::{MessageHeader, op};
 use serde::Serialize;
 
 use crate::catalogue::{Catalogue, Channel};
-use crate::error::{BagError, Loss, LossKind};
+use crate::compression;
+use crate::error::{BagError, Loss, LossKind, add_loss};
 use crate::index::FileIndex;
 use crate::message::{BagMessage, Filter, stamp};
 use crate::segment::{channels_of, for_each_record, message_of, messages_indexed_behind};
 use crate::source::Source;
+use crate::sqlite::{Database, Paths, Rows};
 
 mod queue;
 
@@ -47,6 +49,8 @@ pub struct Skipped {
 struct FileReader {
     index: Arc<FileIndex>,
     source: Option<Source>,
+    /// The cursor of a database.
+    rows: Option<Rows>,
     catalogue: Catalogue,
     /// How many segments are still to be read; the file is closed behind the last.
     open_segments: usize,
@@ -90,6 +94,9 @@ impl Messages {
                         .is_none_or(|offsets| offsets.keys().any(channel_wanted))
             });
             let before = pending.len();
+            let spans = index.database.iter().filter_map(|database| database.span_ns);
+            let rows = spans.filter(|(first_ns, last_ns)| filter.overlaps(*first_ns, *last_ns));
+            pending.extend(rows.map(|(first_ns, _)| PendingSegment { file, segment: 0, first_ns }));
             pending.extend(wanted.map(|(number, segment)| PendingSegment {
                 file,
                 segment: number,
@@ -98,6 +105,7 @@ impl Messages {
             readers.push(FileReader {
                 index: Arc::clone(index),
                 source: None,
+                rows: None,
                 catalogue: index.catalogue.clone(),
                 open_segments: pending.len() - before,
                 channels_read_up_to: 0,
@@ -155,10 +163,13 @@ impl Messages {
     fn load(&mut self, pending: &PendingSegment) -> Result<(), BagError> {
         let reader = &mut self.files[pending.file];
         let index = Arc::clone(&reader.index);
+        if let Some(database) = &index.database {
+            return self.load_rows(pending.file, database, index.paths());
+        }
         let segment = &index.segments[pending.segment];
         let source = match &mut reader.source {
             Some(source) => source,
-            None => match Source::open(&index.path) {
+            None => match Source::open(index.paths().opened) {
                 Ok(source) => reader.source.insert(source),
                 Err(source) => {
                     self.pending.retain(|other| other.file != pending.file);
@@ -246,6 +257,44 @@ impl Messages {
         Ok(())
     }
 
+    /// Reads the next rows of a database, which is pending again for those behind them.
+    fn load_rows(
+        &mut self,
+        file: usize,
+        database: &Database,
+        paths: Paths<'_>,
+    ) -> Result<(), BagError> {
+        let mut rows = match self.files[file].rows.take() {
+            Some(rows) => rows,
+            None => Rows::open(paths, database, &self.filter)?,
+        };
+        for row in rows.batch(&self.filter) {
+            if self.filter.wants_encoding(&row.channel.encoding) {
+                self.queue.push(Queued {
+                    log_time_ns: row.log_time_ns,
+                    place: (file, 0, row.place),
+                    publish_time_ns: row.log_time_ns,
+                    channel: row.channel,
+                    data: row.data,
+                });
+            } else {
+                self.skip(&row.channel);
+            }
+        }
+        if let Some(first_ns) = rows.next_ns() {
+            let is_before = |other: &PendingSegment| {
+                (other.first_ns, other.file, other.segment) < (first_ns, file, 0)
+            };
+            let place = self.pending.partition_point(is_before);
+            self.pending.insert(place, PendingSegment { file, segment: 0, first_ns });
+        }
+        for loss in rows.take_losses() {
+            add_loss(&mut self.losses, loss);
+        }
+        self.files[file].rows = (!rows.is_at_end()).then_some(rows);
+        Ok(())
+    }
+
     fn enqueue(&mut self, pending: &PendingSegment, message: Found) {
         let reader = &self.files[pending.file];
         let channel = match message.channel {
@@ -264,13 +313,26 @@ impl Messages {
             self.skip(&channel);
             return;
         }
-        self.queue.push(Queued {
-            log_time_ns: message.header.log_time,
-            place: (pending.file, pending.segment, message.place),
-            publish_time_ns: message.header.publish_time,
-            channel,
-            data: message.data,
-        });
+        match compression::message(&channel.encoding, message.data) {
+            Ok(data) => self.queue.push(Queued {
+                log_time_ns: message.header.log_time,
+                place: (pending.file, pending.segment, message.place),
+                publish_time_ns: message.header.publish_time,
+                channel,
+                data,
+            }),
+            Err(reason) => {
+                let index = &self.files[pending.file].index;
+                let loss = Loss {
+                    file: index.path.clone(),
+                    offset_bytes: index.segments[pending.segment].offset,
+                    size_bytes: 0,
+                    messages: Some(1),
+                    kind: LossKind::BadMessages { reason },
+                };
+                add_loss(&mut self.losses, loss);
+            }
+        }
     }
 
     fn skip(&mut self, channel: &Channel) {
@@ -282,22 +344,14 @@ impl Messages {
 
     fn lose_message(&mut self, pending: &PendingSegment, channel_id: u16, data_bytes: usize) {
         let index = &self.files[pending.file].index;
-        let known = self.losses.iter_mut().find(|loss| {
-            loss.file == index.path && loss.kind == LossKind::UnknownChannel { channel_id }
-        });
-        match known {
-            Some(loss) => {
-                loss.messages = loss.messages.map(|count| count + 1);
-                loss.size_bytes += data_bytes as u64;
-            }
-            None => self.losses.push(Loss {
-                file: index.path.clone(),
-                offset_bytes: index.segments[pending.segment].offset,
-                size_bytes: data_bytes as u64,
-                messages: Some(1),
-                kind: LossKind::UnknownChannel { channel_id },
-            }),
-        }
+        let loss = Loss {
+            file: index.path.clone(),
+            offset_bytes: index.segments[pending.segment].offset,
+            size_bytes: data_bytes as u64,
+            messages: Some(1),
+            kind: LossKind::UnknownChannel { channel_id },
+        };
+        add_loss(&mut self.losses, loss);
     }
 }
 

@@ -20,7 +20,10 @@ pub use self::definition::DefinitionError;
 use self::definition::{Definitions, Member, as_ros2, layout};
 pub use self::transcode::TranscodeError;
 use self::transcode::transcode;
+use crate::error::{Loss, LossKind};
+use crate::foreign::{FileKind, kind_of};
 use crate::qos::OfferedQos;
+use crate::temporary::Temporary;
 use crate::{BagError, BagSummary, BagWriter, ChannelId};
 
 /// History depth of a publisher of ROS 1, as far as it matters to a player.
@@ -32,7 +35,7 @@ const HEADER_BYTES: u64 = 4096 + 13;
 #[derive(Debug, thiserror::Error)]
 pub enum Ros1Error {
     /// The file cannot be opened, or is no bag.
-    #[error("cannot read {} as a bag of ROS 1", path.display())]
+    #[error("cannot read {} as a bag of ROS 1: {source}", path.display())]
     Open {
         /// The file.
         path: PathBuf,
@@ -118,6 +121,40 @@ pub fn convert_ros1(
     }
     let Converter { writer, left_out, .. } = conversion;
     Ok(Ros1Conversion { summary: writer.finish()?, left_out, broken_off })
+}
+
+/// Whether a file begins as a bag of ROS 1 does.
+#[must_use]
+pub fn is_ros1(path: &Path) -> bool {
+    matches!(kind_of(path), Ok(FileKind::Ros1))
+}
+
+/// A bag of ROS 1 as one of ROS 2 in a temporary file, with what does not come along.
+pub(crate) fn converted(path: &Path) -> Result<(Temporary, Vec<Loss>), BagError> {
+    let temporary = Temporary::place_for(path)?;
+    let conversion =
+        convert_ros1(path, temporary.path(), || true).map_err(|error| match error {
+            Ros1Error::Write(error) => error,
+            error => BagError::Ros1(Box::new(error)),
+        })?;
+    let loss = |messages, kind| Loss {
+        file: path.to_owned(),
+        offset_bytes: 0,
+        size_bytes: 0,
+        messages,
+        kind,
+    };
+    let mut losses: Vec<Loss> = conversion
+        .left_out
+        .into_iter()
+        .map(|(topic, LeftOut { type_name, reason, messages })| {
+            let topic = format!("{topic} ({type_name})");
+            loss(Some(messages), LossKind::LeftOut { topic, reason })
+        })
+        .collect();
+    let broken_off = conversion.broken_off.map(|reason| LossKind::BrokenOff { reason });
+    losses.extend(broken_off.map(|kind| loss(None, kind)));
+    Ok((temporary, losses))
 }
 
 /// Where the header says that the index is. The reader of the crate takes the header's word for it.

@@ -137,12 +137,13 @@ impl Metadata {
 fn check_storage(directory: &Path, information: &Information) -> Result<(), BagError> {
     let path = directory.to_owned();
     match information.storage_identifier.as_str() {
-        "mcap" => {}
-        "sqlite3" => return Err(BagError::Sqlite3 { path }),
+        "mcap" | "sqlite3" => {}
         other => return Err(BagError::UnknownStorage { path, storage: other.to_owned() }),
     }
     match information.compression_mode.to_ascii_uppercase().as_str() {
         "" | "NONE" => Ok(()),
+        // The content says which files and which messages are compressed.
+        _ if information.compression_format == "zstd" => Ok(()),
         mode => Err(BagError::OuterCompression {
             path,
             mode: mode.to_owned(),
@@ -158,8 +159,18 @@ fn within(directory: &Path, listed: &str) -> PathBuf {
     let listed = Path::new(listed);
     let inside = listed.components().all(|component| matches!(component, Component::Normal(_)));
     let direct = directory.join(listed);
-    match listed.file_name() {
+    let found = match listed.file_name() {
         Some(name) if !inside || !direct.exists() => directory.join(name),
         _ => direct,
+    };
+    // A file of the bag may have been compressed or unpacked since.
+    let mut packed = found.clone().into_os_string();
+    packed.push(".zstd");
+    let packed = PathBuf::from(packed);
+    if !found.exists() && packed.exists() {
+        return packed;
     }
+    let unpacked = found.with_extension("");
+    let is_packed = found.extension().is_some_and(|extension| extension == "zstd");
+    if is_packed && !found.exists() && unpacked.exists() { unpacked } else { found }
 }

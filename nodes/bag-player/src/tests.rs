@@ -10,6 +10,8 @@ mod order;
 mod rosbag2;
 mod round_trip;
 mod samples;
+mod sqlite;
+mod sqlite_damage;
 
 /// A file or folder of the committed recordings.
 fn committed(name: &str) -> PathBuf {

@@ -1,11 +1,11 @@
 //! `stillmap import`: recorded data sets become bags.
 
+mod bag;
 mod clouds;
 mod csv;
 mod depth;
 mod depth_png;
 pub mod kitti;
-mod ros1;
 mod scan_cut;
 pub mod tum;
 mod velodyne;
@@ -25,8 +25,9 @@ pub enum ImportArgs {
     Tum(tum::TumArgs),
     /// Numbered 16-bit depth pictures of a static camera
     Depth(depth::DepthArgs),
-    /// A bag of ROS 1
-    Ros1(ros1::Ros1Args),
+    /// A bag of ROS 1, sqlite3 or MCAP, as an MCAP file
+    #[command(alias = "ros1")]
+    Bag(bag::BagArgs),
     /// A capture of a Velodyne's packets, pcap or pcapng
     Velodyne(velodyne::VelodyneArgs),
     /// Laser scans of KITTI or KITTI-360, with true poses where there are any
@@ -43,7 +44,7 @@ pub(crate) fn run(args: ImportArgs, interrupt: &Interrupt) -> Result<Outcome, Fa
     match args {
         ImportArgs::Tum(args) => tum::import(&args, interrupt),
         ImportArgs::Depth(args) => depth::import(&args, interrupt),
-        ImportArgs::Ros1(args) => ros1::import(&args, interrupt),
+        ImportArgs::Bag(args) => bag::import(&args, interrupt),
         ImportArgs::Velodyne(args) => velodyne::import(&args, interrupt),
         ImportArgs::Kitti(args) => kitti::import(&args, interrupt),
         ImportArgs::Csv(args) => csv::import(&args, interrupt),
@@ -56,7 +57,7 @@ impl ImportArgs {
         match self {
             Self::Tum(args) => &args.output,
             Self::Depth(args) => &args.output,
-            Self::Ros1(args) => &args.output,
+            Self::Bag(args) => &args.output,
             Self::Velodyne(args) => &args.output,
             Self::Kitti(args) => &args.output,
             Self::Csv(args) => &args.output,

@@ -9,6 +9,7 @@
 )]
 
 mod bad_input;
+mod bag_formats;
 mod bags;
 mod existing_files;
 mod interrupted;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::BagInfo;
+use super::{BagInfo, Storage};
 
 pub(super) fn write(info: &BagInfo, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     writeln!(f, "bag        {}", info.path.display())?;
@@ -24,10 +24,21 @@ pub(super) fn write(info: &BagInfo, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     };
     writeln!(f, "profile    {}", distinct(&|file| file.profile.clone()))?;
     writeln!(f, "written by {}", distinct(&|file| file.library.clone()))?;
-    let chunks: usize = info.files.iter().map(|file| file.chunks).sum();
+    let is_mcap = info.files.iter().all(|file| file.storage == Storage::Mcap);
     let compression = distinct(&|file| file.compression.join(", "));
+    if !is_mcap {
+        let storage = distinct(&|file| match file.storage {
+            Storage::Mcap => "mcap".to_owned(),
+            Storage::Sqlite3 => "sqlite3".to_owned(),
+            Storage::Ros1 => "ROS 1, converted to be read".to_owned(),
+        });
+        writeln!(f, "storage    {storage}, compression {compression}")?;
+    }
+    let chunks: usize = info.files.iter().map(|file| file.chunks).sum();
     let index = if info.files.iter().all(|file| file.indexed) { "indexed" } else { "no index" };
-    writeln!(f, "chunks     {chunks} ({index}), compression {compression}")?;
+    if is_mcap {
+        writeln!(f, "chunks     {chunks} ({index}), compression {compression}")?;
+    }
     write_topics(info, f)?;
     for remark in &info.remarks {
         writeln!(f, "note: {remark}")?;

@@ -40,7 +40,7 @@ impl Span {
 
 /// The spans of the channels of a file, by their numbers.
 pub(super) fn of_channels(file: &FileIndex) -> io::Result<BTreeMap<u16, Span>> {
-    let mut source = Source::open(&file.path)?;
+    let mut source = Source::open(file.paths().opened)?;
     let mut spans: BTreeMap<u16, Span> = BTreeMap::new();
     let mut indexed: Vec<(&Segment, &BTreeMap<u16, u64>)> = Vec::new();
     for segment in &file.segments {

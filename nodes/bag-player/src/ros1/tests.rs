@@ -3,7 +3,7 @@ use msgs::sensor_msgs::LaserScan;
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Bag, Selection};
+use crate::{Bag, Selection, Storage};
 
 const HEADER: &str = "uint32 seq\ntime stamp\nstring frame_id\n";
 const SCAN: &str = "Header header # the first ray
@@ -191,6 +191,37 @@ fn scans_and_poses_come_over_field_by_field() {
             assert_eq!(&*message.topic, "/pose");
             assert_eq!((pose.pose.position.y, pose.pose.orientation.w), (-2.0, 1.0));
         }
+    }
+}
+
+#[test]
+fn a_bag_of_ros_1_is_read_as_one_of_ros_2_by_its_content() {
+    let recorded = |topic, type_name, definition, messages| Recorded {
+        topic,
+        type_name,
+        definition,
+        messages,
+    };
+    let scans = scan_definition();
+    let bytes = bag(&[
+        recorded("scan", "sensor_msgs/LaserScan", &scans, vec![scan_message(1), scan_message(2)]),
+        recorded("/odd", "std_msgs/String", "string data\n", vec![vec![9, 0, 0, 0, 1]]),
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    // Neither the name nor the compression of the whole file matters.
+    for bytes in [bytes.clone(), zstd::encode_all(bytes.as_slice(), 1).unwrap()] {
+        let path = folder.path().join("people.mcap");
+        std::fs::write(&path, bytes).unwrap();
+        let bag = Bag::open(&path).unwrap();
+        let info = bag.info().unwrap();
+        assert_eq!((info.files[0].storage, &info.files[0].path), (Storage::Ros1, &path));
+        assert!(info.remarks[0].contains("`stillmap import bag "), "{:?}", info.remarks);
+        let mut messages = bag.messages(&Selection::default()).unwrap();
+        assert_eq!(messages.by_ref().filter(|message| message.is_ok()).count(), 2);
+        let [loss] = messages.losses() else { panic!("{:?}", messages.losses()) };
+        assert_eq!((loss.messages, &loss.file, &info.losses[0]), (Some(1), &path, loss));
+        let said = loss.to_string();
+        assert!(said.contains("/odd (std_msgs/String) is left out"), "{said}");
     }
 }
 

@@ -168,6 +168,7 @@ mod tests {
             topic: name.into(),
             type_name: type_name.into(),
             definition: None,
+            type_hash: None,
             encoding: "cdr".into(),
             message_count: 3,
             rate_hz: None,

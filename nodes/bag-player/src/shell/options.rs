@@ -17,7 +17,7 @@ const DEFAULT_LATE_MS: f64 = 20.0;
 /// What to play and how: the arguments of `stillmap play` and `bag-player`.
 #[derive(clap::Args, Clone, PartialEq, Debug)]
 pub struct PlayOptions {
-    /// The bag: an .mcap file or a rosbag2 directory
+    /// The bag: MCAP, sqlite3 or ROS 1, told by its content, or a rosbag2 folder
     pub bag: PathBuf,
     /// Seconds of the bag per second of the clock
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, default_value_t = 1.0)]

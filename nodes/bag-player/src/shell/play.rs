@@ -47,12 +47,12 @@ pub enum PlayError {
         value: f64,
     },
     /// There is no message to play.
-    #[error("{path} has no message to play {selected}; `stillmap info {path}` shows what is in it", path = path.display())]
+    #[error("{path} has no message to play {selected}. `stillmap info {path}` shows what is in it", path = path.display())]
     NothingToPlay {
         /// The bag.
         path: PathBuf,
         /// The selection.
-        selected: &'static str,
+        selected: String,
     },
     /// A topic to wait for is not played.
     #[error("--wait-for {topic}: no such topic is played; there are {available}")]
@@ -191,9 +191,15 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
     if summary.published() + summary.failed() == 0 && ending == Ending::Finished {
         let everything = options.selection() == Selection::default();
         let selected = if everything {
-            "in CDR, the encoding of ROS 2"
+            let others: Vec<&str> = info.other_encodings().into_iter().collect();
+            let others = if others.is_empty() {
+                String::new()
+            } else {
+                format!(": its messages are encoded as {}", others.join(", "))
+            };
+            format!("in cdr, the encoding of ROS 2{others}")
         } else {
-            "in the selection of --topics, --start and --duration"
+            "in the selection of --topics, --start and --duration".to_owned()
         };
         return Err(PlayError::NothingToPlay { path: options.bag, selected });
     }

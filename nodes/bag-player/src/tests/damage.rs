@@ -246,9 +246,11 @@ fn other_encodings_are_skipped_and_counted() -> Result<(), BagError> {
 fn a_file_that_is_no_bag_is_named_with_the_fix() {
     let said = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
     assert!(said(b"").contains("is empty (0 bytes)"));
-    assert!(said(b"#ROSBAG V2.0\n...").contains("it is a ROS 1 bag; convert it"));
-    assert!(said(b"SQLite format 3\0...").contains("ros2 bag convert"));
-    assert!(said(b"\x28\xb5\x2f\xfd....").contains("run `zstd -d`"));
+    assert!(
+        said(b"#ROSBAG V2.0\n...").contains("as a bag of ROS 1: it does not begin as a bag does")
+    );
+    assert!(said(b"SQLite format 3\0...").contains("of the storage sqlite3: "));
+    assert!(said(b"\x28\xb5\x2f\xfd....").contains("cannot be unpacked (zstd)"));
     assert!(said(b"version https://git-lfs.github.com/spec/v1").contains("git lfs pull"));
     assert!(said(b"hello, bag").contains("it begins with 68 65 6c 6c 6f 2c 20 62"));
     let missing = Bag::open(Path::new("/nowhere/bag.mcap")).unwrap_err().to_string();

@@ -85,7 +85,7 @@ impl LidarSource {
         }
         let bag = Bag::open(path).map_err(|error| {
             Failure::new(error.to_string()).fix(
-                "a LiDAR is read from a bag (MCAP or rosbag2), a capture (pcap, pcapng), or a folder of KITTI's scans",
+                "a LiDAR is read from a bag, a capture (pcap, pcapng), or a folder of KITTI's scans",
             )
         })?;
         let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;

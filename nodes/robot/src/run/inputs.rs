@@ -1,6 +1,6 @@
 //! Which topics of a bag the pipeline reads.
 
-use bag_player::BagInfo;
+use bag_player::{BagInfo, TopicInfo};
 use clap::Args;
 use detection::shell::DetectionParameters;
 use geometry::ExtrinsicsSource;
@@ -182,6 +182,23 @@ impl Inputs {
     }
 }
 
+/// Whether a topic has messages of a type that can be decoded.
+pub(crate) fn is_input(topic: &TopicInfo, type_name: &str) -> bool {
+    topic.type_name == type_name && topic.message_count > 0 && topic.is_playable()
+}
+
+/// What a bag has in other encodings than that of ROS 2, to be added to what it lacks; empty where it has nothing such.
+pub(crate) fn unread(info: &BagInfo) -> String {
+    let encodings: Vec<&str> = info.other_encodings().into_iter().collect();
+    if encodings.is_empty() {
+        return String::new();
+    }
+    format!(
+        " in cdr (ROS 2), the encoding that is read: it has messages in {}",
+        encodings.join(", ")
+    )
+}
+
 struct Chooser<'a> {
     info: &'a BagInfo,
 }
@@ -229,6 +246,11 @@ impl Chooser<'_> {
         let wanted = M::TYPE_NAME;
         if let Some(named) = named {
             return match self.info.topic(named) {
+                Some(topic) if !topic.is_playable() => Err(Failure::new(format!(
+                    "topic {named} is encoded as {}, and only cdr (ROS 2) is read",
+                    topic.encoding
+                ))
+                .fix(self.candidates(wanted, option))),
                 Some(topic) if topic.type_name == wanted => Ok(topic.topic.clone()),
                 Some(topic) => Err(Failure::new(format!(
                     "topic {named} carries {}, not {wanted}",
@@ -242,8 +264,11 @@ impl Chooser<'_> {
         let candidates = self.of_type(wanted);
         let usual = |name: &&&str| usual_names.iter().any(|usual| name.contains(usual));
         match candidates.as_slice() {
-            [] => Err(Failure::new(format!("the bag has no topic of type {wanted}"))
-                .fix(format!("{option} needs one; `stillmap info` lists what the bag holds"))),
+            [] => Err(Failure::new(format!(
+                "the bag has no topic of type {wanted}{}",
+                unread(self.info)
+            ))
+            .fix(format!("{option} needs one; `stillmap info` lists what the bag holds"))),
             [only] => Ok((*only).to_owned()),
             several => {
                 let usual: Vec<&&str> = several.iter().filter(usual).collect();
@@ -273,7 +298,7 @@ impl Chooser<'_> {
         self.info
             .topics
             .iter()
-            .filter(|topic| topic.type_name == type_name && topic.message_count > 0)
+            .filter(|topic| is_input(topic, type_name))
             .map(|topic| topic.topic.as_str())
             .filter(|topic| !topic.starts_with("/truth/"))
             .collect()

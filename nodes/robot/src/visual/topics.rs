@@ -7,6 +7,7 @@ use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu};
 
 use crate::failure::Failure;
+use crate::run::inputs::{is_input, unread};
 
 /// Topics that the user names; the rest is found by type and name.
 #[derive(Args, Clone, Debug, Default)]
@@ -101,7 +102,7 @@ pub fn depth_topic(named: Option<&str>, info: &BagInfo) -> Result<String, Failur
     let mut found = of_type(info, Image::TYPE_NAME).filter(|topic| topic.contains("depth"));
     match (found.next(), found.next()) {
         (Some(only), None) => Ok(only.to_owned()),
-        (None, _) => Err(Failure::new("the bag has no depth images".to_owned())
+        (None, _) => Err(Failure::new(format!("the bag has no depth images{}", unread(info)))
             .fix("--depth names their topic; `stillmap info` lists what the bag holds")),
         (Some(one), Some(other)) => {
             Err(Failure::new("the bag has several topics of depth images".to_owned())
@@ -143,7 +144,7 @@ fn color_image(
     };
     let usual: Vec<&(&str, bool)> = candidates.iter().filter(usual).collect();
     match (candidates.as_slice(), usual.as_slice()) {
-        ([], _) => Err(Failure::new("the bag has no colour images".to_owned()).fix(
+        ([], _) => Err(Failure::new(format!("the bag has no colour images{}", unread(info))).fix(
             "visual odometry takes sensor_msgs/Image or CompressedImage beside the depth images",
         )),
         ([(topic, is_compressed)], _) => Ok(((*topic).to_owned(), *is_compressed)),
@@ -160,7 +161,7 @@ fn color_image(
 fn of_type<'a>(info: &'a BagInfo, type_name: &'a str) -> impl Iterator<Item = &'a str> {
     info.topics
         .iter()
-        .filter(move |topic| topic.type_name == type_name && topic.message_count > 0)
+        .filter(move |topic| is_input(topic, type_name))
         .map(|topic| topic.topic.as_str())
         .filter(|topic| !topic.starts_with("/truth/"))
 }

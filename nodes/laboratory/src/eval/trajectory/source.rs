@@ -1,18 +1,12 @@
 //! Where a trajectory comes from: what a file is, is told by its content.
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
+use bag_player::begins_as_a_bag;
 use evaluation::trajectory::{Trajectory, parse_stamps, parse_trajectory};
 
 use super::bag_poses;
 use robot::Failure;
-
-/// What an MCAP file begins with.
-const MCAP_MAGIC: &[u8] = b"\x89MCAP";
-/// What the database of an early rosbag2 begins with; the bag's reader says what to do with it.
-const SQLITE_MAGIC: &[u8] = b"SQLite";
 
 /// Where a trajectory is.
 pub(super) struct Source<'a> {
@@ -35,7 +29,8 @@ impl Source<'_> {
     /// Reads it; `option` is the one that chooses the topic.
     pub(super) fn read(&self, option: &str) -> Result<Read, Failure> {
         let path = self.path;
-        if path.is_dir() || self.begins_as_a_bag()? {
+        let is_bag = || begins_as_a_bag(path).map_err(|error| cannot_read(path, &error));
+        if path.is_dir() || is_bag()? {
             return bag_poses::read(path, self.topic, option);
         }
         if self.topic.is_some() {
@@ -53,16 +48,6 @@ impl Source<'_> {
                 .map_err(|error| Failure::new(format!("{}: {error}", times.display())))?;
         }
         Ok(Read { format: parsed.format.name(), trajectory, losses: 0 })
-    }
-
-    fn begins_as_a_bag(&self) -> Result<bool, Failure> {
-        let mut start = Vec::new();
-        File::open(self.path)
-            .and_then(|file| {
-                file.take(MCAP_MAGIC.len().max(SQLITE_MAGIC.len()) as u64).read_to_end(&mut start)
-            })
-            .map_err(|error| cannot_read(self.path, &error))?;
-        Ok([MCAP_MAGIC, SQLITE_MAGIC].iter().any(|magic| start.starts_with(magic)))
     }
 }
 

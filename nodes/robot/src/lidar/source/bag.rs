@@ -12,6 +12,7 @@ use msgs::{RosMessage, std_msgs};
 use super::{LidarArgs, Losses, Sensed, assembly, cloud_of, packet_losses};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::run::inputs::{is_input, unread};
 use crate::sensor_bag;
 
 /// The topics of a bag.
@@ -35,8 +36,7 @@ impl BagSource {
     ) -> Result<Self, Failure> {
         let of_type = |type_name: &str| {
             let topics = info.topics.iter();
-            let fits =
-                topics.filter(|topic| topic.type_name == type_name && topic.message_count > 0);
+            let fits = topics.filter(|topic| is_input(topic, type_name));
             fits.map(|topic| topic.topic.clone())
                 .filter(|topic| !topic.starts_with("/truth/"))
                 .collect::<Vec<String>>()
@@ -62,7 +62,7 @@ impl BagSource {
             (None, [only], _) => only.clone(),
             (None, [], [only]) => only.clone(),
             (None, [], []) => {
-                return Err(Failure::new("the bag has no scans of a LiDAR").fix(
+                return Err(Failure::new(format!("the bag has no scans of a LiDAR{}", unread(info))).fix(
                     "it takes sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan; `stillmap info` lists what there is",
                 ));
             }

@@ -1,0 +1,112 @@
+//! What rosbag2 compressed on its own, with zstd: whole files, or single messages.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::Path;
+
+use crate::error::{BagError, Loss, LossKind};
+use crate::message::CDR;
+use crate::source::MAX_RECORD_BYTES;
+use crate::temporary::Temporary;
+
+/// How a zstd frame begins (RFC 8878, 3.1.1).
+pub(crate) const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// Largest content of a compressed file that is unpacked. rosbag2 splits the bags that it compresses; 64 GiB are
+/// several hours of raw images.
+const MAX_FILE_BYTES: u64 = 64 << 30;
+
+/// Bytes that are unpacked at once.
+const BLOCK_BYTES: usize = 128 << 10;
+
+/// Unpacks a file that was compressed as a whole. One that is cut or damaged gives what lies before the damage, and
+/// the loss.
+pub(crate) fn unpack(path: &Path) -> Result<(Temporary, Option<Loss>), BagError> {
+    unpack_at_most(path, MAX_FILE_BYTES)
+}
+
+fn unpack_at_most(path: &Path, limit_bytes: u64) -> Result<(Temporary, Option<Loss>), BagError> {
+    let refused = |source| BagError::Open { path: path.to_owned(), source };
+    let damaged = |reason: String| BagError::Compressed { path: path.to_owned(), reason };
+    let file = File::open(path).map_err(refused)?;
+    let packed_bytes = file.metadata().map_err(refused)?.len();
+    let mut content =
+        zstd::stream::read::Decoder::new(file).map_err(|error| damaged(error.to_string()))?;
+    let temporary = Temporary::place_for(path)?;
+    let mut unpacked =
+        File::create(temporary.path()).map_err(|error| temporary.refused(path, error))?;
+    let mut block = vec![0; BLOCK_BYTES];
+    let mut unpacked_bytes = 0;
+    loop {
+        let length = match content.read(&mut block) {
+            Ok(0) => return Ok((temporary, None)),
+            Ok(length) => length,
+            Err(error) if unpacked_bytes == 0 => return Err(damaged(error.to_string())),
+            Err(error) => {
+                let loss = Loss {
+                    file: path.to_owned(),
+                    offset_bytes: 0,
+                    size_bytes: packed_bytes,
+                    messages: None,
+                    kind: LossKind::Compression { reason: error.to_string() },
+                };
+                return Ok((temporary, Some(loss)));
+            }
+        };
+        unpacked_bytes += length as u64;
+        if unpacked_bytes > limit_bytes {
+            let limit = format!("it unpacks to more than {} GiB", limit_bytes >> 30);
+            return Err(damaged(limit));
+        }
+        unpacked.write_all(&block[..length]).map_err(|error| temporary.refused(path, error))?;
+    }
+}
+
+/// The content of a message, which may be a zstd frame: CDR begins with `00`, so the frame is known by its magic
+/// number also where no metadata says so.
+pub(crate) fn message(encoding: &str, data: Vec<u8>) -> Result<Vec<u8>, String> {
+    if encoding != CDR || !data.starts_with(&ZSTD_MAGIC) {
+        return Ok(data);
+    }
+    let damaged = |error: std::io::Error| format!("its zstd frame is damaged: {error}");
+    let mut content = Vec::new();
+    zstd::stream::read::Decoder::new(data.as_slice())
+        .map_err(damaged)?
+        .take(MAX_RECORD_BYTES + 1)
+        .read_to_end(&mut content)
+        .map_err(damaged)?;
+    if content.len() as u64 > MAX_RECORD_BYTES {
+        return Err(format!("it unpacks to more than {} GiB", MAX_RECORD_BYTES >> 30));
+    }
+    Ok(content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_beyond_the_limit_is_refused_and_leaves_no_temporary_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bag.db3.zstd");
+        std::fs::write(&path, zstd::encode_all(vec![7; 300_000].as_slice(), 1).unwrap()).unwrap();
+        let refused = unpack_at_most(&path, 299_999).unwrap_err().to_string();
+        assert!(refused.contains("unpacks to more than"), "{refused}");
+        let (whole, loss) = unpack_at_most(&path, 300_000).unwrap();
+        assert_eq!((std::fs::read(whole.path()).unwrap(), loss), (vec![7; 300_000], None));
+        let place = whole.path().to_owned();
+        drop(whole);
+        assert!(!place.exists() && !place.parent().unwrap().exists());
+    }
+
+    #[test]
+    fn only_frames_in_place_of_cdr_are_unpacked() {
+        let text = b"\0\x01\0\0some message".to_vec();
+        let frame = zstd::encode_all(text.as_slice(), 1).unwrap();
+        assert_eq!(message(CDR, frame.clone()), Ok(text.clone()));
+        assert_eq!(message(CDR, text.clone()), Ok(text));
+        assert_eq!(message("protobuf", frame.clone()), Ok(frame.clone()));
+        let cut = frame[..frame.len() - 3].to_vec();
+        assert!(message(CDR, cut).unwrap_err().contains("zstd frame is damaged"));
+    }
+}
