@@ -6,7 +6,8 @@
 //! - Within the truncation it joins the weighted mean (Curless and Levoy, eq. 3 and 4). The weight falls with the variance of
 //!   the depth, to which an error of the pose adds, and at a low angle what the depth changes within a pixel.
 //! - Nearer than the truncation, it joins as the full truncation: what is before a surface is free, and what was there goes in
-//!   time. Farther behind than the depth may be wrong by, and a voxel, it counts less and less ([`Behind`]); from there on nothing
+//!   time: nodes that are before it by more than it may be wrong by, and a voxel, forget what they were ([`MOST_BEFORE_FREE`]).
+//!   Farther behind than the depth may be wrong by, and a voxel, it counts less and less ([`Behind`]); from there on nothing
 //!   is known, and nothing changes.
 //! - What moves and what is out of range is no surface: only that it is free before it counts, from the truncation on. The
 //!   nodes near it keep what they are.
@@ -26,8 +27,11 @@ use crate::descent::{Behind, Judge, Margins, block_edge_m, level_of};
 use crate::noise::{DepthNoise, FULL_WEIGHT};
 use crate::projection::{LANES, Pinhole, Project, Row, Spherical};
 
-/// Weights end here, at 32 of the best depths, so that what changes is believed: 5 s at 7 Hz.
+/// Weights end here, at 32 of the best depths.
 const MOST_WEIGHT: f32 = 32.0 * FULL_WEIGHT;
+/// Where a depth shows a node to be free for sure, what is known of the node counts as no more than so many such depths: what
+/// was there for however long is gone after nine, as a block is that is free as a whole ([`crate::evidence`]).
+const MOST_BEFORE_FREE: f32 = 8.0;
 /// Colours follow with at least this share of what is new.
 const LEAST_COLOUR_SHARE: f32 = 1.0 / 16.0;
 
@@ -195,6 +199,7 @@ fn join<P>(
     let mut joins = [false; LANES];
     let mut shares = [0.0_f32; LANES];
     let mut weights = [0.0_f32; LANES];
+    let mut most_known = [0.0_f32; LANES];
     let (mut is_any, mut is_near) = (false, false);
     for lane in 0..LANES {
         let depth_m = seen_m[lane];
@@ -208,13 +213,16 @@ fn join<P>(
         shares[lane] = (before_m * by_truncation).clamp(-1.0, 1.0);
         let counts = ((before_m + ends_m) * by_fall).clamp(0.0, 1.0);
         weights[lane] = (counts * weight_in(depth_m)).max(1.0);
+        let is_free_for_sure = before_m >= job.behind.full_to_m(depth_m, &job.noise);
+        most_known[lane] =
+            if is_free_for_sure { MOST_BEFORE_FREE * weights[lane] } else { MOST_WEIGHT };
     }
     if !is_any {
         return Joined { is_any, is_near };
     }
     for lane in 0..LANES {
         let weight_here = weights[lane];
-        let known = f32::from(weight[lane]);
+        let known = f32::from(weight[lane]).min(most_known[lane]);
         // Where nothing joins there may be no weight at all, and the mean is not used.
         let sum = known + weight_here;
         let mean = (f32::from(distance[lane]) * known + FULL * shares[lane] * weight_here) / sum;

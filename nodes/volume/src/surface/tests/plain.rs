@@ -100,7 +100,9 @@ impl<P: Project> PlainImage<'_, P> {
             };
             let counts = ((before_m + ends_m) * (1.0 / falls_in_m)).clamp(0.0, 1.0);
             is_hit |= share < 1.0;
-            join(&mut block, index, share, (counts * weight_in(depth_m)).max(1.0));
+            let most_known = if before_m >= full_m { 8.0 } else { f32::INFINITY };
+            let weight = (counts * weight_in(depth_m)).max(1.0);
+            join(&mut block, index, share, weight, most_known * weight);
         }
         if is_hit {
             block.evidence.hit();
@@ -123,8 +125,8 @@ impl<P: Project> PlainImage<'_, P> {
     }
 }
 
-fn join(block: &mut SurfaceBlock, index: usize, share: f32, weight: f32) {
-    let known = f32::from(block.weight[index]);
+fn join(block: &mut SurfaceBlock, index: usize, share: f32, weight: f32, most_known: f32) {
+    let known = f32::from(block.weight[index]).min(most_known);
     let mean =
         (f32::from(block.distance[index]) * known + FULL * share * weight) / (known + weight);
     block.distance[index] = mean.round_ties_even() as i16;

@@ -45,6 +45,22 @@ fn what_has_gone_is_cleared_by_what_is_seen_behind_it() {
     }
 }
 
+/// Blocks with the wall in them are never free as a whole: their nodes have to forget the ball.
+#[test]
+fn what_was_close_before_a_wall_for_long_goes_as_soon_as_what_was_there_shortly() {
+    let ball = Scene { balls: vec![([0.0, 0.0, 2.9].into(), 0.15)], ..Scene::wall(3.0) };
+    for images in [3, 300] {
+        let mut surface = after(&ball, images);
+        assert!(near(&surface, Point3::new(0.0, 0.0, 2.75), 0.06) > 2);
+        let until_gone = (1..60).find(|_| {
+            see(&mut surface, &Scene::wall(3.0), 1);
+            let is_before = |point: &&SurfacePoint| point.position_m.z < 2.94;
+            points(&surface).iter().filter(is_before).count() == 0
+        });
+        assert!(until_gone.is_some_and(|cleared| cleared <= 12), "{images} images: {until_gone:?}");
+    }
+}
+
 #[test]
 fn where_nothing_comes_back_nothing_is_cleared() {
     let camera = testing::camera(160, 120);
