@@ -172,6 +172,20 @@ fn a_compressed_file_that_was_cut_is_read_as_far_as_it_goes() -> Result<(), BagE
     Ok(())
 }
 
+#[test]
+fn a_journal_that_was_left_is_said_and_not_rolled_back() -> Result<(), BagError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = recording(folder.path());
+    let journal = folder.path().join("bag.db3-journal");
+    fs::write(&journal, [7; 600]).unwrap();
+    let (messages, losses) = read_all(&Bag::open(&path)?, &Selection::default())?;
+    assert_eq!((messages.len(), losses.len()), (400, 1));
+    assert!(losses[0].costs_messages(), "{}", losses[0]);
+    assert!(losses[0].to_string().contains("its -journal file"), "{}", losses[0]);
+    assert_eq!(fs::read(journal).unwrap(), [7; 600]);
+    Ok(())
+}
+
 /// The pages of the index of times, by SQLite's own account.
 fn index_pages(connection: &Connection) -> Vec<u64> {
     let root = "SELECT rootpage FROM sqlite_schema WHERE name = 'timestamp_idx'";
