@@ -1,5 +1,6 @@
 //! The network part of a node: its participant, its announcer, and its own tasks.
 
+use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -20,7 +21,8 @@ use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
 use crate::wire::payload::Payload;
 use crate::wire::transport::{
-    self, Announcer, BacklogWatch, GrantedBuffer, Joined, LibraryThreads, ReceiveHealth, Transport,
+    self, Announcer, AtRest, BacklogWatch, GrantedBuffer, Joined, LibraryThreads, ReceiveHealth,
+    Transport,
 };
 
 /// How long the node waits for its own tasks at the end.
@@ -49,12 +51,31 @@ struct Library {
     threads: LibraryThreads,
 }
 
+/// The library's node while its threads are at rest, to make an endpoint.
+pub(crate) struct EndpointMaker<'a> {
+    // The threads go on before another thread makes an endpoint.
+    _at_rest: AtRest<'a>,
+    node: MutexGuard<'a, ros2_client::Node>,
+}
+
+impl Deref for EndpointMaker<'_> {
+    type Target = ros2_client::Node;
+
+    fn deref(&self) -> &Self::Target {
+        &self.node
+    }
+}
+
+impl DerefMut for EndpointMaker<'_> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.node
+    }
+}
+
 impl Library {
-    /// The node, to make an endpoint: once the library is done with the one before.
-    fn for_an_endpoint(&self) -> MutexGuard<'_, ros2_client::Node> {
+    fn for_an_endpoint(&self) -> EndpointMaker<'_> {
         let node = self.node.lock().unwrap_or_else(PoisonError::into_inner);
-        self.threads.wait_for_rest();
-        node
+        EndpointMaker { _at_rest: self.threads.at_rest(), node }
     }
 }
 
@@ -71,20 +92,22 @@ impl Network {
         let Joined { announcer, participant, granted, health, backlog, threads } =
             transport.join()?;
         siblings.enter(participant.guid());
-        // Each of these makes an endpoint.
-        threads.wait_for_rest();
+        let at_rest = threads.at_rest();
         let names = graph::announced_names(&participant);
-        threads.wait_for_rest();
+        drop(at_rest);
+        let at_rest = threads.at_rest();
         let context = Context::from_domain_participant(participant.clone())
             .map_err(|error| join_error(error.to_string()))?;
+        drop(at_rest);
         let name = NodeName::new(identity.namespace(), identity.name())
             .map_err(|error| join_error(error.to_string()))?;
         // The library's parameter services have a mapping that Cyclone's clients cannot call, and its rosout knows nothing
         // of this suite's log.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        threads.wait_for_rest();
+        let at_rest = threads.at_rest();
         let node =
             context.new_node(name, options).map_err(|error| join_error(error.to_string()))?;
+        drop(at_rest);
         let stop = watch::Sender::new(false);
         let follow = graph.clone().follow(participant, names, stopped(&stop));
         let follow = tokio::spawn(follow.in_current_span());
@@ -187,7 +210,7 @@ impl Network {
     }
 
     /// The library's node, to make an endpoint.
-    pub(crate) fn for_an_endpoint(&self) -> MutexGuard<'_, ros2_client::Node> {
+    pub(crate) fn for_an_endpoint(&self) -> EndpointMaker<'_> {
         self.library.for_an_endpoint()
     }
 }

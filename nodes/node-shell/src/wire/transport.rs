@@ -18,6 +18,7 @@ mod listening;
 mod multicast_bar;
 mod ports;
 mod receiving;
+mod reception;
 mod sockets;
 
 use std::fmt;
@@ -32,7 +33,7 @@ pub use health::ReceiveHealth;
 pub use in_use::InterfaceInUse;
 pub(crate) use interfaces::smallest_mtu_bytes;
 pub use join::Joined;
-pub(crate) use library_threads::LibraryThreads;
+pub(crate) use library_threads::{AtRest, LibraryThreads};
 
 /// The group that DDS uses for multicast.
 const MULTICAST_GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddrV4};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rustdds::{DomainParticipant, DomainParticipantBuilder, RTPSEntity};
 
@@ -20,6 +20,9 @@ use crate::wire::error::ShellError;
 
 /// How often a participant is opened when the multicast ports are taken.
 const MULTICAST_ATTEMPTS: usize = 3;
+
+/// Held while a participant is opened.
+static JOINING: Mutex<()> = Mutex::new(());
 
 /// One participant on the network.
 pub struct Joined {
@@ -123,15 +126,18 @@ impl Transport {
     pub(super) fn join_announcing(&self) -> Result<(Joined, Option<Participant>), ShellError> {
         let present = interfaces::of_this_machine();
         let plan = self.plan(&present)?;
+        // One after the other, so that each participant's sockets and threads are known for its own.
+        let joining = JOINING.lock().unwrap_or_else(PoisonError::into_inner);
         // Participants of one process share the multicast ports, though not their sockets.
         let before = sockets::own().unwrap_or_default();
         let threads_before = LibraryThreads::present();
         let (participant, multicast_offered) = self.participant(&plan, &present, &before)?;
-        let threads = LibraryThreads::since(&threads_before);
         let number = participant.participant_id();
         let loopback = present.iter().find(|one| one.is_loopback() && plan.is_loopback_only());
-        let Receiving { granted, inodes, backlog, filter } =
+        let Receiving { granted, inodes, numbers, backlog, filter } =
             self.receiving(number, &before, loopback);
+        let threads = LibraryThreads::since(&threads_before, &numbers);
+        drop(joining);
         let announced = plan.announced(&participant, &present, multicast_offered);
         let announcer = announced.as_ref().and_then(|announced| {
             let multicast_from = plan.multicast_from(&present);

@@ -1,15 +1,18 @@
-//! The threads by which the DDS library serves a participant, and when they rest.
+//! The threads by which the DDS library serves a participant, and how they are stopped while an endpoint is made.
 //!
 //! RustDDS 0.15.1 deadlocks where an endpoint is made at the wrong moment. Its discovery thread locks
 //! its database for reading while it sends the event loop, through a queue of 32, the matches of a new endpoint; the
 //! event loop, which empties the queue, reads the database for each participant that it is sent; and the thread that
 //! creates the next endpoint waits to write to the database, which holds up every reader after it. Some twenty
-//! participants that start together on a busy machine are enough: one of them neither receives nor sends any more. The
-//! library's interface does not show when the discovery thread is done with an endpoint, but the kernel does: when
-//! that thread and the event loop sleep at one moment, the queue is empty and nothing is locked.
+//! participants that start together on a busy machine are enough: one of them neither receives nor sends any more. So
+//! the participant receives nothing while an endpoint is made, and it is made once both threads are done with what came
+//! before. The library's interface does not show when they are, but the kernel does: when both sleep at one moment, the
+//! queue is empty and nothing is locked.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
+
+use super::reception::{Paused, Reception};
 
 /// How the library's threads are called: "RustDDS Participant 0 event loop", "RustDDS discovery thread".
 const NAME: &str = "RustDDS";
@@ -17,17 +20,22 @@ const NAME: &str = "RustDDS";
 /// The pause between two looks. The threads need some 0.1 ms for an endpoint.
 const PAUSE: Duration = Duration::from_micros(100);
 
-/// After this long the next endpoint is made in any case: an event loop that data keep busy never rests, and of 24 nodes that
-/// start at once on two cores two endpoints in three wait this long. By then the discovery thread is done with the one before:
-/// ten such starts of ten went well.
-const LONGEST: Duration = Duration::from_millis(250);
+/// After this long an endpoint is made in any case. While nothing is received the threads come to rest, as soon as they have had
+/// the CPU time for what they have received; only where reception cannot be paused, data can keep the event loop busy for ever.
+const LONGEST: Duration = Duration::from_secs(2);
 
-/// The library's threads for one participant, by their numbers in the kernel: none where the kernel does not list
-/// them, which is always at rest.
+/// The library's threads for one participant, by their numbers in the kernel, and what keeps them busy: none where the kernel
+/// does not list them, which is always at rest.
 #[derive(Debug)]
 pub(crate) struct LibraryThreads {
     numbers: BTreeSet<u32>,
+    reception: Reception,
 }
+
+/// While it is there, the threads of a participant are at rest.
+#[must_use = "an endpoint is made while it is there"]
+#[derive(Debug)]
+pub(crate) struct AtRest<'a>(#[expect(dead_code, reason = "it ends with this")] Paused<'a>);
 
 /// A thread as the kernel shows it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -48,21 +56,20 @@ impl LibraryThreads {
             .collect()
     }
 
-    /// Those that have begun since `before`. Of two participants that begin at once, each may have both's.
-    pub(super) fn since(before: &BTreeSet<u32>) -> Self {
-        Self { numbers: Self::present().difference(before).copied().collect() }
+    /// Those that have begun since `before`, of a participant that receives in these sockets.
+    pub(super) fn since(before: &BTreeSet<u32>, sockets: &[i32]) -> Self {
+        let numbers = Self::present().difference(before).copied().collect();
+        Self { numbers, reception: Reception::of(sockets) }
     }
 
-    /// Waits until all of them sleep at one moment, a quarter of a second at most; `false` when they did not.
-    pub(crate) fn wait_for_rest(&self) -> bool {
+    /// Pauses the reception, and waits until all threads sleep at one moment. One at a time.
+    pub(crate) fn at_rest(&self) -> AtRest<'_> {
+        let paused = self.reception.pause();
         let begun = Instant::now();
-        while !self.rest() {
-            if begun.elapsed() > LONGEST {
-                return false;
-            }
+        while !self.rest() && begun.elapsed() < LONGEST {
             std::thread::sleep(PAUSE);
         }
-        true
+        AtRest(paused)
     }
 
     /// Whether each sleeps, and has slept from the first look at it to the second: all of them between the looks.

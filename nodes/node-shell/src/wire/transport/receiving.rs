@@ -15,6 +15,8 @@ pub(super) struct Receiving {
     pub(super) granted: GrantedBuffer,
     /// The sockets, where the kernel lists them.
     pub(super) inodes: Option<BTreeSet<u64>>,
+    /// The sockets by their numbers in this process.
+    pub(super) numbers: Vec<i32>,
     /// Keeps the participant from reading for ever; `None` where its sockets are not available.
     pub(super) backlog: Option<BacklogWatch>,
     /// Whether what arrives is judged before the library gets it.
@@ -45,7 +47,9 @@ impl Transport {
         let found = found.ok().filter(|found| !found.is_empty());
         let inodes =
             found.as_ref().map(|found| found.iter().map(|(entry, _)| entry.inode).collect());
-        let sockets = handles(&found.unwrap_or_default());
+        let found = found.unwrap_or_default();
+        let numbers = found.iter().map(|(_, number)| *number).collect();
+        let sockets = handles(&found);
         let filter = DatagramFilter::on(sockets.iter().map(|(_, socket)| &socket.handle));
         if let Some(interface) = loopback {
             hear_only(interface, &sockets);
@@ -59,6 +63,7 @@ impl Transport {
         Receiving {
             granted: GrantedBuffer::new(bytes, self.receive_buffer, loopback.is_some()),
             inodes,
+            numbers,
             backlog: watched(sockets, &data),
             filter,
         }

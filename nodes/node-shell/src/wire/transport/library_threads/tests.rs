@@ -37,13 +37,15 @@ fn a_thread_that_runs_is_not_at_rest() {
         std::thread::park();
     });
     let thread = thread.unwrap();
-    let threads = LibraryThreads { numbers: BTreeSet::from([number.recv().unwrap()]) };
-    assert!(!threads.wait_for_rest());
+    let numbers = BTreeSet::from([number.recv().unwrap()]);
+    let threads = LibraryThreads { numbers, reception: Reception::of(&[]) };
+    assert!(!threads.rest());
     stop.store(true, Ordering::Relaxed);
-    assert!(threads.wait_for_rest(), "it sleeps");
+    let _at_rest = threads.at_rest();
+    assert!(threads.rest(), "it sleeps");
     thread.thread().unpark();
     thread.join().unwrap();
-    assert!(threads.wait_for_rest(), "it has ended");
+    assert!(threads.rest(), "it has ended");
 }
 
 /// The library's two threads and the one that made the endpoints once waited for each other for ever.
