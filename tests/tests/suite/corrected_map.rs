@@ -1,6 +1,6 @@
 //! The trajectory of the platform is corrected while its map is another process's.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use geometry::{Cloud, MapPath, PathVertex, SegmentedCycle, Stamp};
 use msgs::convert;
@@ -43,16 +43,20 @@ impl Peer {
         self.maps.wait_for_publishers(1).await;
     }
 
-    /// Sends clouds of one point, each a second later, until the report of one holds what is asked for; returns when.
+    /// Sends clouds of one point, each a second later, until the report of one holds what is asked for. A cloud that is refused
+    /// ends the test: so are those after it.
     async fn see_until(&mut self, point_m: [f32; 3], enough: impl Fn(&StageReport) -> bool) {
+        let begun = Instant::now();
         loop {
             self.second += 1.0;
             let stamp = Stamp::default().plus_seconds(self.second);
             self.clouds.publish(cloud(stamp, point_m)).unwrap();
             let report = timeout(PATIENCE, self.reports.next()).await.unwrap().message;
+            assert!(report.processed, "refused after {} s: {}", self.second, report.drop_reason);
             if enough(&report) {
                 return;
             }
+            assert!(begun.elapsed() < PATIENCE, "none of {} s has it: {report:?}", self.second);
         }
     }
 
@@ -117,7 +121,7 @@ async fn a_map_in_another_process_follows_the_way() {
     peer.correct(0.0);
     // In the middle of a voxel, that its mean is it to the bit however often it is seen.
     let before = [0.5, 0.5, 0.5];
-    peer.see_until(before, |report| report.processed && !has_corrections(report)).await;
+    peer.see_until(before, |report| !has_corrections(report)).await;
     peer.hear_map(&[before]).await;
     // Where all was that was seen by then is two metres on; what is seen later stays.
     peer.correct(2.0);
