@@ -68,7 +68,8 @@ async fn each_fresh_client_of_a_composed_suite_is_answered() {
 async fn each_fresh_client_of_a_node_of_its_own_process_is_answered() {
     let place = Place::new().await;
     let rule = format!("__ns:={}", place.namespace());
-    let nodes = ["segmentation", "compression", "lidar_odometry"];
+    let nodes =
+        ["detection", "segmentation", "reconstruction", "pose", "compression", "lidar_odometry"];
     let running = nodes.map(|node| {
         let program = node.replace('_', "-");
         Running::start_on(place.domain_id(), ["node", &program, "--ros-args", "-r", &rule])
