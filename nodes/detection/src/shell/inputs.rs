@@ -161,6 +161,15 @@ impl Inputs {
         }
     }
 
+    /// Whether somebody publishes images or clouds.
+    pub(super) fn has_view_publishers(&self) -> bool {
+        let publishers = match &self.view {
+            ViewInputs::Depth(depth) => depth.images.publisher_count(),
+            ViewInputs::Points(clouds) => clouds.publisher_count(),
+        };
+        publishers > 0
+    }
+
     /// Whether the images are raw, so that the calibration determines their size.
     pub(super) fn has_raw_images(&self) -> bool {
         matches!(&self.view, ViewInputs::Depth(depth) if matches!(depth.images, DepthImages::Raw(_)))
@@ -250,6 +259,13 @@ impl DepthImages {
         match self {
             Self::Raw(images) => images.topic(),
             Self::Compressed(images) => images.topic(),
+        }
+    }
+
+    fn publisher_count(&self) -> usize {
+        match self {
+            Self::Raw(images) => images.publisher_count(),
+            Self::Compressed(images) => images.publisher_count(),
         }
     }
 

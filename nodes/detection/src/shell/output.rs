@@ -5,7 +5,7 @@ use std::sync::Arc;
 use geometry::{DetectedCycle, Stamp};
 use msgs::convert;
 use msgs::std_msgs::Header;
-use msgs::stillmap_msgs::DynamicZones;
+use msgs::stillmap_msgs::{DynamicZones, StageReport};
 use node_shell::{Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, ValuePublisher};
 
 use super::PROGRAM;
@@ -15,11 +15,15 @@ use crate::Detected;
 /// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
 
+/// Reports of views that a subscriber may be behind.
+const VIEWS_KEPT: usize = 100;
+
 /// The node's publishers.
 pub(super) struct Output {
     cycles: ValuePublisher<DetectedCycle>,
     dynamic_zones: Publisher<DynamicZones>,
     reporter: StageReporter,
+    views: Publisher<StageReport>,
     rig_frame_id: String,
     next_cycle: u32,
 }
@@ -32,6 +36,7 @@ impl Output {
             cycles: node.value_publisher("reduced_cloud", &Qos::reliable(CYCLES_KEPT))?,
             dynamic_zones: node.publisher("dynamic_zones", &Qos::reliable(CYCLES_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
+            views: node.publisher("~/views", &Qos::reliable(VIEWS_KEPT))?,
             rig_frame_id: rig_frame_id.to_owned(),
             next_cycle: 0,
         })
@@ -70,6 +75,16 @@ impl Output {
     ) {
         let header = self.header(scan_stamp);
         self.reporter.dropped(header, self.next_cycle, (cause, reason), &inputs.counts());
+    }
+
+    /// Reports that an image or a cloud was taken: there is room for another one.
+    pub(super) fn view_taken(&self, stamp: Stamp) {
+        self.views.publish_if_awaited(|| StageReport {
+            header: self.header(stamp),
+            stage: PROGRAM.name.to_owned(),
+            cycle: self.next_cycle,
+            ..StageReport::default()
+        });
     }
 
     fn header(&self, stamp: Stamp) -> Header {

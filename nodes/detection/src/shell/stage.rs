@@ -104,6 +104,11 @@ impl Stage {
         self.matcher.waiting_scans() > 0 || !self.unmounted.is_empty()
     }
 
+    /// Whether there may be more images or clouds: somebody publishes them.
+    pub(super) fn has_view_publishers(&self) -> bool {
+        self.inputs.has_view_publishers()
+    }
+
     pub(super) fn take(&mut self, arrival: Arrival) {
         let events = match arrival {
             Arrival::Scan(message) => match convert::scan_from_message(&message) {
@@ -121,7 +126,10 @@ impl Stage {
                 Ok(camera) => return self.take_camera(camera),
                 Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
             },
-            Arrival::View(message) => return self.take_view(message),
+            Arrival::View(message) => {
+                self.output.view_taken(message.stamp());
+                return self.take_view(message);
+            }
             Arrival::Path(message) => match convert::map_path_from_message(&message) {
                 Ok(path) => return self.detector.follow_path(path),
                 Err(error) => return self.refuse_on(self.inputs.path_topic(), &error.to_string()),

@@ -10,15 +10,15 @@ use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan};
 use msgs::stillmap_msgs::{DynamicZones, ReducedCloud, StageReport};
 use nalgebra::Isometry3;
-use node_shell::{Publisher, Qos, RosArguments, Shutdown, Subscription, Transport};
+use node_shell::{Host, Publisher, Qos, RosArguments, Shutdown, Subscription, Transport};
 
 use super::*;
 
 /// A test that waits longer has failed, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A node on a domain and in a namespace of this process and test.
-fn node(name: &str, test: &str) -> Node {
+/// A node on a domain and in a namespace of this process and test, which takes so many cycles.
+fn node_with(name: &str, test: &str, max_waiting_cycles: usize) -> Node {
     let process = std::process::id();
     let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
     let namespace = format!("__ns:=/detection_test_{process}_{test}");
@@ -26,8 +26,18 @@ fn node(name: &str, test: &str) -> Node {
     let own_tf = ["-r", "/tf:=tf", "-r", "/tf_static:=tf_static"];
     let line = ["--ros-args", "-r", &namespace].into_iter().chain(own_tf);
     let arguments = RosArguments::parse(line).unwrap();
-    Node::start_on(transport, name, &arguments).unwrap()
+    let host = Host::on(transport).unwrap().with_max_waiting_cycles(max_waiting_cycles);
+    host.node(name, &arguments).unwrap()
 }
+
+fn node(name: &str, test: &str) -> Node {
+    node_with(name, test, OF_A_RECORDING)
+}
+
+/// Cycles that may wait where each one counts, ...
+const OF_A_RECORDING: usize = 50;
+/// ... and where the newest does.
+const LIVE: usize = 2;
 
 async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
     match tokio::time::timeout(PATIENCE, wait).await {
@@ -106,6 +116,13 @@ impl Bench {
         Self::start_with(test, max_wait_s, CloudInput::Depth).await
     }
 
+    /// The newest cycles count.
+    async fn start_live(test: &str, max_wait_s: f64) -> Self {
+        let config = DetectionConfig { max_wait_s, ..DetectionConfig::default() };
+        let parameters = DetectionParameters { config, ..DetectionParameters::default() };
+        Self::start_node(node_with("detection", test, LIVE), test, parameters).await
+    }
+
     async fn start_with(test: &str, max_wait_s: f64, input: CloudInput) -> Self {
         let config = DetectionConfig { max_wait_s, ..DetectionConfig::default() };
         let parameters = DetectionParameters { input, config, ..DetectionParameters::default() };
@@ -113,7 +130,11 @@ impl Bench {
     }
 
     async fn start_by(test: &str, parameters: DetectionParameters) -> Self {
-        let (own, peer) = (node("detection", test), node("robot", test));
+        Self::start_node(node("detection", test), test, parameters).await
+    }
+
+    async fn start_node(own: Node, test: &str, parameters: DetectionParameters) -> Self {
+        let peer = node("robot", test);
         let input = parameters.input;
         let shutdown = own.shutdown_signal();
         let served = tokio::spawn(async move {
@@ -242,7 +263,7 @@ async fn a_compressed_image_gives_the_same_cycle_as_a_raw_one() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_scan_without_its_pose_is_dropped_with_the_topic_when_the_input_stops() {
-    let bench = Bench::start("silence", 0.1).await;
+    let bench = Bench::start_live("silence", 0.1).await;
     bench.camera_infos.publish(camera_info(4)).unwrap();
     bench.images.publish(image(at(1_010))).unwrap();
     bench.scans.publish(scan(at(1_000))).unwrap();
@@ -253,6 +274,30 @@ async fn a_scan_without_its_pose_is_dropped_with_the_topic_when_the_input_stops(
         report.drop_reason.starts_with(&format!("missing {};", bench.poses.topic())),
         "{report:?}"
     );
+    bench.end().await;
+}
+
+/// A player that waited for slow nodes on a busy machine was once taken for one that had ended.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_scan_of_a_recording_waits_for_as_long_as_its_player_is_there() {
+    const MAX_WAIT_S: f64 = 0.02;
+    let bench = Bench::start("pause", MAX_WAIT_S).await;
+    let views = bench.peer.subscription::<StageReport>("detection/views", &Qos::reliable(5));
+    let views = views.unwrap();
+    soon("the views", views.wait_for_publishers(1)).await;
+    bench.camera_infos.publish(camera_info(4)).unwrap();
+    bench.images.publish(image(at(1_010))).unwrap();
+    bench.scans.publish(scan(at(1_000))).unwrap();
+    // Several times what it waits for live.
+    tokio::time::sleep(Duration::from_secs_f64(10.0 * SILENCE_IN_WAITS * MAX_WAIT_S)).await;
+    bench.poses.publish(pose(at(1_000), 1.0)).unwrap();
+    bench.poses.publish(pose(at(1_015), 3.0)).unwrap();
+    let report = bench.report().await;
+    assert!(report.processed, "{report:?}");
+    bench.images.publish(image(at(1_050))).unwrap();
+    let taken = soon("an image", views.next()).await.message;
+    assert!(convert::stamp_from_time(taken.header.stamp) >= at(1_010));
+    drop(views);
     bench.end().await;
 }
 

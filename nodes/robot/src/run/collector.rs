@@ -71,6 +71,10 @@ impl Collector {
         })
     }
 
+    pub(super) fn node(&self) -> &Node {
+        &self.node
+    }
+
     /// What the kernel grants the sockets of this run.
     pub(super) fn granted_buffer(&self) -> Option<GrantedBuffer> {
         self.node.granted_buffer()

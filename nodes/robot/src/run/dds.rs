@@ -3,6 +3,7 @@
 
 mod discovery;
 mod feed;
+mod pacing;
 mod player;
 
 use std::path::Path;
@@ -16,6 +17,7 @@ use node_shell::{
 use report::{RunRecord, Transport};
 
 use self::feed::Feed;
+use self::pacing::Pacing;
 use self::player::Sent;
 use super::collector::{CollectedState, Collector};
 use super::findings::LostMessages;
@@ -77,7 +79,7 @@ pub(crate) fn run(
             PoseSource::Visual(topics) => Some(topics),
             PoseSource::Topic(_) => None,
         };
-        let (collector, poses) = subscribe_in(&namespace, visual.is_some())
+        let Subscribed { collector, poses, pacing } = subscribe_in(&namespace, visual.is_some())
             .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
         let recorder = Recorder::new(parameters.reconstruction())
             .map_err(|error| Failure::new(error.to_string()))?;
@@ -93,6 +95,7 @@ pub(crate) fn run(
             namespace,
             feed,
             collector,
+            pacing,
             poses,
             received_poses: Vec::new(),
             recorder,
@@ -122,10 +125,7 @@ pub(crate) fn run(
 const WAITING_POSES: usize = 1000;
 
 /// Joins the network in a namespace and subscribes there; to poses as well, if the run computes them.
-fn subscribe_in(
-    namespace: &str,
-    with_poses: bool,
-) -> Result<(Collector, Option<Subscription<PoseStamped>>), ShellError> {
+fn subscribe_in(namespace: &str, with_poses: bool) -> Result<Subscribed, ShellError> {
     let arguments = RosArguments::parse([
         "--ros-args".to_owned(),
         "-r".to_owned(),
@@ -136,13 +136,22 @@ fn subscribe_in(
     let node = Node::start("collector", &arguments)?;
     let to_poses = || node.subscription("pose", &Qos::reliable(WAITING_POSES));
     let poses = with_poses.then(to_poses).transpose()?;
-    Ok((Collector::on(node)?, poses))
+    let pacing = Pacing::listen(&node)?;
+    Ok(Subscribed { poses, pacing, collector: Collector::on(node)? })
+}
+
+/// The subscriptions of this process.
+struct Subscribed {
+    collector: Collector,
+    poses: Option<Subscription<PoseStamped>>,
+    pacing: Pacing,
 }
 
 struct Run {
     namespace: String,
     feed: Feed,
     collector: Collector,
+    pacing: Pacing,
     poses: Option<Subscription<PoseStamped>>,
     received_poses: Vec<PoseStamped>,
     recorder: Recorder,
@@ -216,6 +225,10 @@ impl Run {
                 return Ok(());
             }
             self.check()?;
+            if !self.pacing.has_started() && self.hear_the_player() {
+                let started = self.pacing.start(self.collector.node());
+                started.map_err(|error| Failure::new(error.to_string()))?;
+            }
             if sent.is_none() && player.ended()?.is_some() {
                 sent = Some(Sent::by(player)?);
                 last_received = Instant::now();
@@ -249,12 +262,19 @@ impl Run {
 
     /// Receives one message, or none within a time; returns whether one about a cycle was received.
     async fn receive_for(&mut self, longest: Duration) -> bool {
-        let received =
-            tokio::time::timeout(longest, self.collector.receive(&mut self.recorder)).await;
+        let received = tokio::select! {
+            received = self.collector.receive(&mut self.recorder) => received,
+            report = self.pacing.next() => {
+                self.pacing.take(report);
+                false
+            }
+            () = tokio::time::sleep(longest) => false,
+        };
+        self.pacing.pass_on(self.recorder.cycles_ahead());
         while let Some(pose) = self.poses.as_ref().and_then(Subscription::try_next) {
             self.received_poses.push((*pose.message).clone());
         }
-        received.unwrap_or(false)
+        received
     }
 
     /// An error if a node has ended.
@@ -292,8 +312,9 @@ impl Run {
                 self.recorder.unusable(cause, count);
             }
         }
-        let Self { collector, recorder, nodes, lost, poses, received_poses, .. } = self;
+        let Self { collector, recorder, nodes, lost, poses, pacing, received_poses, .. } = self;
         let poses = poses.map(|_| received_poses);
+        drop(pacing);
         let mut failure = failure;
         for mut node in nodes {
             let status = node.stop()?;

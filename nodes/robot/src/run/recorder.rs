@@ -193,6 +193,12 @@ impl Recorder {
         self.cycles.values().filter(|partial| partial.first_missing_stage().is_some()).count()
     }
 
+    /// The number of cycles after the last one that every stage has reported: they are on their way.
+    pub(crate) fn cycles_ahead(&self) -> usize {
+        let newest_first = self.cycles.values().rev();
+        newest_first.take_while(|partial| partial.first_missing_stage().is_some()).count()
+    }
+
     /// The frame of the map, once a cycle has named it.
     pub(crate) fn map_frame_id(&self) -> String {
         let detected = self.cycles.values().find_map(|partial| partial.detected.as_ref());

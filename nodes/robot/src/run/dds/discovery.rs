@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{POLL_PERIOD, Run};
+use super::{POLL_PERIOD, Run, pacing};
 use crate::failure::Failure;
 use crate::run::recorder::Stage;
 use crate::visual;
@@ -33,6 +33,12 @@ impl Run {
         }
     }
 
+    /// Whether the nodes have discovered the player: what it sent before would be lost.
+    pub(super) fn hear_the_player(&self) -> bool {
+        let mut topics = self.feed.topics.iter();
+        topics.all(|topic| self.diagnostic(topic.node, "publishers", &topic.node_name()) > 0)
+    }
+
     /// Connections of the pipeline that no node reports yet.
     fn undiscovered(&self) -> Vec<String> {
         // Node, its own diagnostic, and the peers that it must have: the next node and this process.
@@ -41,6 +47,7 @@ impl Run {
         let connections = [
             (detection, "subscribers", "reduced_cloud", 2),
             (detection, "subscribers", "detection/report", 1),
+            (detection, "subscribers", pacing::VIEWS, 1),
             (segmentation, "publishers", "reduced_cloud", 1),
             (segmentation, "subscribers", "segmented_cloud", 1),
             (segmentation, "subscribers", "dynamic_cloud", 1),

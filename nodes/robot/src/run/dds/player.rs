@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Stdio;
 
 use super::feed::FedTopic;
-use super::{Playback, Run};
+use super::{Playback, Run, pacing};
 use crate::failure::Failure;
 use crate::processes::Process;
 use crate::run::findings::LostMessages;
@@ -25,6 +25,11 @@ impl Run {
             }
             let awaited = format!("{}/{}", self.namespace, topic.node_name());
             arguments.extend(["--wait-for".to_owned(), awaited]);
+        }
+        let is_view = |topic: &&FedTopic| matches!(topic.played_name, "depth/image" | "points");
+        if let Some(views) = self.feed.topics.iter().find(is_view) {
+            let pace = format!("{}={}/{}", views.bag_topic, self.namespace, pacing::TOPIC);
+            arguments.extend(["--pace".to_owned(), pace]);
         }
         // The pose node is the slowest; the player waits for it so that no images are lost.
         let images = self.feed.topics.iter().find(|topic| topic.played_name == "depth/image");
