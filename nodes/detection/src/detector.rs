@@ -7,18 +7,16 @@ mod surround;
 
 use std::sync::Arc;
 
+use crate::aperture::{Aperture, Beam, ScanAnglesError};
+use crate::config::DetectionConfig;
+pub use cycle::{CycleInput, CycleStatistics, Detected, DetectionError, Step, View};
+use finder::Finder;
 use geometry::{
     CameraModel, CameraModelError, Cloud, CloudCamera, CycleSetup, DepthCameraError, DepthFrame,
     DepthFrameError, DepthLimits, DepthProjector, DetectedCycle, MapPath, ParameterError,
     PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts, Scan, VoxelAccumulator,
     check_pose, pose_vector,
 };
-use nalgebra::Isometry3;
-
-use crate::aperture::{Aperture, Beam, ScanAnglesError};
-use crate::config::DetectionConfig;
-pub use cycle::{CycleInput, CycleStatistics, Detected, DetectionError, Step, View};
-use finder::Finder;
 
 /// Finds the dynamic zones of each cycle and reduces its cloud (Rec-HV 3.3.2).
 #[derive(Clone, Debug)]
@@ -124,6 +122,7 @@ impl Detector {
             unmeasured: found.unmeasured,
             window_restarted,
             not_pinhole,
+            pose_jump: found.pose_jump,
         };
         Ok(Detected { cycle, statistics })
     }
@@ -135,17 +134,22 @@ impl Detector {
         self.cloud_camera = CloudCamera::default();
     }
 
-    /// Takes another pose of the scanner in the rig than the configuration's. What was seen is forgotten; the cycles
-    /// count on.
+    /// Takes other mounts than the configuration's. What was seen is forgotten; the cycles count on. Projectors that were made
+    /// before have the camera's former mount.
     ///
     /// # Errors
-    /// When it holds a number that is not finite; nothing is changed then.
-    pub fn mount_lidar(&mut self, rig_from_lidar: &Isometry3<f64>) -> Result<(), ParameterError> {
-        let rig = RigConfig { rig_from_lidar: pose_vector(rig_from_lidar), ..RigConfig::default() };
+    /// When they hold a number that is not finite; nothing is changed then.
+    pub fn mount(&mut self, mounts: &RigMounts) -> Result<(), ParameterError> {
+        let rig = RigConfig {
+            rig_from_camera: pose_vector(&mounts.rig_from_camera),
+            rig_from_lidar: pose_vector(&mounts.rig_from_lidar),
+            ..RigConfig::default()
+        };
         rig.validate()?;
-        self.mounts.rig_from_lidar = *rig_from_lidar;
+        self.mounts = *mounts;
         self.aperture = None;
-        self.finder = Finder::new(&self.config, *rig_from_lidar);
+        self.finder = Finder::new(&self.config, mounts.rig_from_lidar);
+        self.cloud_camera = CloudCamera::default();
         Ok(())
     }
 

@@ -40,6 +40,7 @@ use deskewed_scan::{DeskewInput, DeskewedScan, Return};
 use evidence::{EvidenceGrid, ReturnClass, ReturnLabel};
 use moving_runs::moving_runs;
 use platform_motion::PlatformMotion;
+pub use platform_motion::PoseJump;
 use scan_window::{ScanWindow, is_newly_occupied};
 use tracker::{MAX_SPEED_M_PER_S, MotionEvidence, Tracker, motion_evidence};
 use zones::{CycleView, MovingBeams, ZoneMaker};
@@ -80,6 +81,7 @@ pub struct Deviations {
     std_dev_m: Option<Vec<Option<f32>>>,
     now_ms: u32,
     platform_moves: bool,
+    pose_jump: Option<PoseJump>,
 }
 
 /// The result of one cycle.
@@ -97,6 +99,8 @@ pub struct MotionSearch {
     pub moving_beams: usize,
     /// Beams of the aperture without a return.
     pub unknown_beams: usize,
+    /// The step of the pose since the last cycle, if no platform makes it: what earlier cycles saw was forgotten.
+    pub pose_jump: Option<PoseJump>,
 }
 
 /// Finds moving objects by returns in observed free space.
@@ -173,12 +177,13 @@ impl MotionFinder {
             scan,
             now_ms,
             platform_moves: motion.moves,
+            pose_jump: motion.jump,
         }
     }
 
     /// The zones of the cycle, and the evidence that it adds.
     pub fn find(&mut self, deviations: &Deviations, within: &Range<usize>) -> MotionSearch {
-        let Deviations { scan, std_dev_m, now_ms, platform_moves } = deviations;
+        let Deviations { scan, std_dev_m, now_ms, platform_moves, pose_jump } = deviations;
         if let Some(beam) = scan.beams.first() {
             self.evidence.center_on(&beam.origin_m);
         }
@@ -221,7 +226,8 @@ impl MotionFinder {
         let view = CycleView { scan, classes: &classes, within, platform_moves: *platform_moves };
         let objects = self.tracker.objects_mut();
         let zones = self.zone_maker.zones(&view, &measured, objects, known_m);
-        self.search(&classes, zones, &measured, known_m, within)
+        let found = self.search(&classes, zones, &measured, known_m, within);
+        MotionSearch { pose_jump: *pose_jump, ..found }
     }
 
     /// The runs of beams in free space, in the aperture and outside of it.
@@ -332,6 +338,7 @@ impl MotionFinder {
             high_variability_beams,
             moving_beams,
             unknown_beams,
+            pose_jump: None,
         }
     }
 

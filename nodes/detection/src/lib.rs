@@ -38,5 +38,6 @@ pub mod zone_finder;
 
 pub use config::{DetectionConfig, FreeSpaceConfig, RecHvConfig, RunBound};
 pub use detector::{CycleInput, CycleStatistics, Detected, DetectionError, Detector, Step, View};
+pub use free_space::PoseJump;
 pub use matching::{DropCause, Dropped, Input, MatchEvent, Matched, Matcher};
 pub use zone_finder::Unmeasured;

@@ -31,6 +31,7 @@ struct Limits {
 ///   does not depend on the order of arrival.
 /// - It gets the pose at the cloud's stamp, interpolated between the poses around it, once a pose with
 ///   the cloud's stamp or a later one has been seen.
+///   A matcher [without poses](Self::without_poses) leaves that to its caller.
 /// - It waits for these until the newest stamp seen on any input is `max_wait_s` later than its own, or
 ///   `max_waiting_scans` are waiting; then it is dropped, with what was missing.
 /// - Scans leave in the order of their stamps, matched or dropped.
@@ -44,7 +45,8 @@ pub struct Matcher<S, C> {
     limits: Limits,
     scans: VecDeque<(Stamp, S)>,
     clouds: VecDeque<(Stamp, C)>,
-    poses: PoseBuffer,
+    /// None where the caller has the poses.
+    poses: Option<PoseBuffer>,
     newest: Option<Stamp>,
     latest_scan: Option<Stamp>,
     latest_cloud: Option<Stamp>,
@@ -66,13 +68,21 @@ impl<S, C: Clone> Matcher<S, C> {
             limits,
             scans: VecDeque::new(),
             clouds: VecDeque::new(),
-            poses: PoseBuffer::new(config.max_waiting_poses).with_max_gap_s(config.max_pose_gap_s),
+            poses: Some(
+                PoseBuffer::new(config.max_waiting_poses).with_max_gap_s(config.max_pose_gap_s),
+            ),
             newest: None,
             latest_scan: None,
             latest_cloud: None,
             latest_pose: None,
             discarded_clouds: 0,
         }
+    }
+
+    /// A matcher of scans and clouds alone, for a caller who finds the pose of each match by itself, as from tf.
+    #[must_use]
+    pub fn without_poses(config: &DetectionConfig) -> Self {
+        Self { poses: None, ..Self::new(config) }
     }
 
     /// Adds a scan, and returns what this decides, in the order of the scans.
@@ -185,13 +195,14 @@ impl<S, C: Clone> Matcher<S, C> {
     }
 
     fn take_pose(&mut self, pose: StampedPose, events: &mut Vec<MatchEvent<S, C>>) {
-        match self.poses.push(pose.clone()) {
+        let Some(poses) = &mut self.poses else { return };
+        match poses.push(pose.clone()) {
             Ok(()) => {}
             Err(PosePushError::OtherFrame { expected, found }) => {
                 // Poses of two frames cannot be interpolated; the newer frame is used.
-                self.poses.clear();
+                poses.clear();
                 events.push(MatchEvent::PoseFrameChanged { from: expected, to: found });
-                if let Err(error) = self.poses.push(pose) {
+                if let Err(error) = poses.push(pose) {
                     events.push(MatchEvent::PoseRefused(error));
                 }
             }
@@ -199,9 +210,10 @@ impl<S, C: Clone> Matcher<S, C> {
         }
     }
 
-    /// Whether the pose at `stamp` can be decided: a pose of that stamp or a later one has been taken.
+    /// Whether the pose at `stamp` can be decided: a pose of that stamp or a later one has been taken, or the caller has it.
     fn has_pose_from(&self, stamp: Stamp) -> bool {
-        self.poses.newest().is_some_and(|newest| newest.stamp >= stamp)
+        let Some(poses) = &self.poses else { return true };
+        poses.newest().is_some_and(|newest| newest.stamp >= stamp)
     }
 
     /// Drops all waiting scans and forgets every stamp.
@@ -210,7 +222,9 @@ impl<S, C: Clone> Matcher<S, C> {
             self.drop_first(cause, events);
         }
         self.clouds.clear();
-        self.poses.clear();
+        if let Some(poses) = &mut self.poses {
+            poses.clear();
+        }
         self.newest = None;
         self.latest_scan = None;
         self.latest_cloud = None;
@@ -262,7 +276,7 @@ impl<S, C: Clone> Matcher<S, C> {
         if !self.has_pose_from(cloud_stamp) {
             return Decision::Wait;
         }
-        match self.poses.at(cloud_stamp) {
+        match self.poses.as_ref().map(|poses| poses.at(cloud_stamp)).transpose() {
             Ok(pose) => Decision::Match { cloud_stamp, cloud: cloud.clone(), pose },
             Err(error) => drop(Input::Pose, DropCause::NoPose(error)),
         }
@@ -301,7 +315,7 @@ impl<S, C: Clone> Matcher<S, C> {
 
 enum Decision<C> {
     Wait,
-    Match { cloud_stamp: Stamp, cloud: C, pose: StampedPose },
+    Match { cloud_stamp: Stamp, cloud: C, pose: Option<StampedPose> },
     Drop(Dropped),
 }
 

@@ -7,19 +7,23 @@ mod mounts;
 mod output;
 mod parameters;
 mod rendering;
+mod rig_pose;
 mod stage;
 #[cfg(test)]
 mod tests;
+mod transform_state;
+mod transforms;
 
 use std::process::ExitCode;
 use std::time::Duration;
 
+use geometry::ExtrinsicsSource;
 use node_shell::{Node, NodeFailure, Program};
 
 use crate::DetectionConfig;
 pub use camera::IMAGE_WITHOUT_CALIBRATION;
-pub use mounts::WAITING_FOR_TRANSFORM;
 pub use stage::{Stage, UNUSABLE_MESSAGE_ON};
+pub use transforms::WAITING_FOR_TRANSFORM;
 
 const PROGRAM: Program = Program {
     name: "detection",
@@ -30,10 +34,12 @@ const PROGRAM: Program = Program {
                  with input:=compressed_depth
              in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with both of these
              in  points (sensor_msgs/msg/PointCloud2), best effort; with input:=points
-             in  pose (geometry_msgs/msg/PoseStamped: the rig in the map), best effort
+             in  pose (geometry_msgs/msg/PoseStamped: the rig in the map), best effort; with pose_source:=pose
+             in  pose_with_covariance (geometry_msgs/msg/PoseWithCovarianceStamped), best effort; with this pose_source
+             in  odom (nav_msgs/msg/Odometry), best effort; with pose_source:=odometry
              in  map_path (nav_msgs/msg/Path: the trajectory of the rig, as corrected by now), reliable; nobody need publish it
-             in  /tf_static, /tf (tf2_msgs/msg/TFMessage: where the scanner is from the camera), reliable and transient
-                 local, best effort; with extrinsics:=tf
+             in  /tf_static, /tf (tf2_msgs/msg/TFMessage: where the sensors are, or the rig in the map), reliable and transient
+                 local, best effort; with extrinsics:=tf, extrinsics:=tf_from_rig, or pose_source:=tf
              out reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
              out dynamic_zones (stillmap_msgs/msg/DynamicZones), reliable
              out ~/report (stillmap_msgs/msg/StageReport), reliable
@@ -56,12 +62,33 @@ geometry::choices! {
     }
 }
 
+geometry::choices! {
+    /// Where the pose of the rig comes from.
+    pub enum PoseInput {
+        /// pose, a PoseStamped.
+        Pose = "pose",
+        /// pose_with_covariance, a PoseWithCovarianceStamped, as AMCL and RTAB-Map publish it. The covariance is not used.
+        PoseWithCovariance = "pose_with_covariance",
+        /// odom, an Odometry. With extrinsics: tf_from_rig its child_frame_id may be another frame of the robot than rig_frame_id; else
+        /// it is taken as the rig.
+        Odometry = "odometry",
+        /// /tf and /tf_static: rig_frame_id in map_frame_id, at the stamp of the camera's message. A scan waits for it as for its
+        /// image.
+        Tf = "tf",
+    }
+}
+
 geometry::parameters! {
     /// The parameters of the node.
     #[derive(Clone, PartialEq, Debug)]
     pub struct DetectionParameters {
         /// Where the cloud comes from.
         input: CloudInput = CloudInput::Depth;
+        /// Where the pose of the rig comes from.
+        pose_source: PoseInput = PoseInput::Pose;
+        /// The frame of the map.
+        // REP-105.
+        map_frame_id: String = "map".to_owned(), read_with("pose_source", "tf");
         /// The depth camera's calibration in place of that on depth/camera_info: the path of a camera_info file in YAML, as
         /// camera_calibration and camera_info_manager write it; "" for none.
         camera_info_file: String = String::new();
@@ -73,6 +100,15 @@ geometry::parameters! {
         extrinsics_limit_m: f64 = calibration::DriftConfig::default().limit_m, positive, changeable;
         /// The parameters of the method.
         config: DetectionConfig as flatten;
+    }
+}
+
+impl DetectionParameters {
+    /// Whether the node needs anything from tf.
+    #[must_use]
+    pub fn needs_tf(&self) -> bool {
+        let extrinsics = self.config.pipeline.rig.extrinsics;
+        self.pose_source == PoseInput::Tf || extrinsics != ExtrinsicsSource::Parameters
     }
 }
 

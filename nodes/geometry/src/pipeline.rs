@@ -143,8 +143,8 @@ impl PipelineConfig {
         }
     }
 
-    /// Whether a cycle in the rig's frame `rig_frame_id` was made with this configuration. The scanner's mount is not compared
-    /// where it comes from tf: the cycle's is the one there is.
+    /// Whether a cycle in the rig's frame `rig_frame_id` was made with this configuration. A mount that comes from tf is not
+    /// compared: the cycle's is the one there is.
     ///
     /// # Errors
     /// When it was made with another, with both values of each parameter that differs.
@@ -166,7 +166,9 @@ impl PipelineConfig {
             differ("rig_frame_id", rig_frame_id.to_owned(), self.rig.rig_frame_id.clone());
         }
         let (of_cycle, own) = (&setup.mounts, self.rig.mounts());
-        if !is_same_mount(&of_cycle.rig_from_camera, &own.rig_from_camera) {
+        if self.rig.extrinsics != ExtrinsicsSource::TfFromRig
+            && !is_same_mount(&of_cycle.rig_from_camera, &own.rig_from_camera)
+        {
             let (of_cycle, own) = (&of_cycle.rig_from_camera, &own.rig_from_camera);
             differ("rig_from_camera", mount_text(of_cycle), mount_text(own));
         }
@@ -218,6 +220,11 @@ mod tests {
         setup.mounts.rig_from_lidar.translation.z = -0.8;
         assert_eq!(by_tf.check(&setup, "rig"), Ok(()));
         assert!(PipelineConfig::default().check(&setup, "rig").is_err());
+
+        setup.mounts.rig_from_camera.translation.z = 1.1;
+        assert!(by_tf.check(&setup, "rig").is_err(), "the camera's mount is a parameter");
+        by_tf.rig.extrinsics = ExtrinsicsSource::TfFromRig;
+        assert_eq!(by_tf.check(&setup, "rig"), Ok(()));
     }
 
     #[test]

@@ -75,14 +75,16 @@ pub(crate) fn mount_text(mount: &Isometry3<f64>) -> String {
 }
 
 crate::choices! {
-    /// Where the pose of the scanner comes from.
+    /// Where the poses of camera and scanner in the rig come from.
     pub enum ExtrinsicsSource {
-        /// The parameter rig_from_lidar.
+        /// The parameters rig_from_camera and rig_from_lidar.
         Parameters = "parameters",
         /// /tf_static and /tf, by the frames that the scans and the camera's messages carry; rig_from_lidar is not read. Until
         /// tf has the transform, detection drops scans, and reports what is missing in the log and on /diagnostics.
         /// rig_from_camera stays a parameter.
         Tf = "tf",
+        /// The same of both: rig_frame_id is a frame of the robot's description, such as base_link, and neither parameter is read.
+        TfFromRig = "tf_from_rig",
     }
 }
 
@@ -90,16 +92,17 @@ crate::parameters! {
     /// The frames and mounts of the rig, as parameters.
     #[derive(Clone, PartialEq, Debug)]
     pub struct RigConfig {
-        /// Frame of the reduced cloud: the rig, x forward, y left, z up, its origin the camera's optical centre.
+        /// Frame of the reduced cloud: the rig, x forward, y left, z up; with the default mounts its origin is the camera's
+        /// optical centre. It is the frame whose pose is received.
         rig_frame_id: String = "rig".to_owned();
         /// Pose of the camera's optical frame in the rig: [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]. The default only turns
-        /// optical axes (x right, y down, z forward) into the rig's.
+        /// optical axes (x right, y down, z forward) into the rig's. Not read with extrinsics: tf_from_rig.
         // The optical frame of REP-103.
         rig_from_camera: [f64; 6] = [0.0, 0.0, 0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2];
         /// Pose of the scanner in the rig, in the same form: 5 cm below the camera.
         // Rec-HV 3.2.4: the LiDAR's origin lies 5 cm below the camera's.
         rig_from_lidar: [f64; 6] = [0.0, 0.0, -0.05, 0.0, 0.0, 0.0], read_with("extrinsics", "parameters");
-        /// Where the pose of the scanner comes from.
+        /// Where the poses of camera and scanner in the rig come from.
         extrinsics: ExtrinsicsSource = ExtrinsicsSource::Parameters;
     }
 }

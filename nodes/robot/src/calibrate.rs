@@ -21,8 +21,8 @@ use self::reader::{Choosing, Read, ReadCycles, Topics};
 use crate::console;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
-use crate::run::Stage;
-use crate::run::inputs::{Inputs, PoseSource, TopicArgs, ViewTopics};
+use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
+use crate::run::{PoseSource, Stage};
 
 /// Arguments of `stillmap calibrate`.
 #[derive(Args, Debug)]
@@ -63,12 +63,12 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let failed = |error: bag_player::BagError| Failure::new(error.to_string());
     let bag = Bag::open(&args.bag).map_err(failed)?;
     let info = bag.info().map_err(failed)?;
-    let inputs = Inputs::choose(&args.topics, &info)?;
+    let node = load_parameters(&args.parameter_files)?;
+    let inputs = Inputs::choose(&args.topics, &info, &node)?;
     let ViewTopics::Depth { image, camera_info } = inputs.view else {
         return Err(Failure::new("clouds cannot be calibrated by, only depth images")
             .fix("record the depth image and its camera_info too, or name them with --depth and --camera-info"));
     };
-    let node = load_parameters(&args.parameter_files)?;
     let config = CalibrationConfig::default();
     let choosing = Choosing {
         most_cycles: usize::from(args.cycles),
@@ -77,11 +77,11 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         max_image_offset_s: node.config.max_cloud_offset_s,
         beam_order: node.config.free_space.beam_order,
     };
-    let PoseSource::Topic(pose) = inputs.pose else {
+    let PoseSource::Topic { topic: pose, kind: pose_kind } = inputs.pose else {
         return Err(Failure::new("the calibration takes its poses from a topic".to_owned())
             .fix("give a --pose topic, or leave it out"));
     };
-    let topics = Topics { scan: inputs.scan, image, camera_info, pose };
+    let topics = Topics { scan: inputs.scan, image, camera_info, pose, pose_kind };
     let Read { cycles, camera, losses } = reader::read(&bag, &info, &topics, &choosing)?;
     let camera = match &args.camera_file {
         Some(file) => read_camera(file)?,

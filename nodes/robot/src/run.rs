@@ -8,13 +8,16 @@ mod local;
 mod output;
 pub mod parameters;
 pub mod pipeline;
+mod pose_topics;
 mod recorder;
+mod tf_frames;
 mod trajectory;
 
 use std::path::{Path, PathBuf};
 
 use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
+use geometry::ExtrinsicsSource;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::LaserScan;
@@ -26,6 +29,7 @@ use self::inputs::{Inputs, TopicArgs};
 use self::output::OutputFolder;
 pub use self::output::refuse_results;
 use self::parameters::{ParameterArgs, PipelineParameters};
+pub(crate) use self::pose_topics::{PoseSource, PoseTopicKind};
 pub(crate) use self::recorder::Stage;
 use crate::console;
 use crate::existing::refuse_to_replace;
@@ -155,8 +159,10 @@ pub fn run_bag(
     refuse_results(out, how.overwrite)?;
     let bag = Bag::open(bag_path).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
-    let parameters = PipelineParameters::load(&how.parameters)?;
-    let inputs = Inputs::choose(topics, &info)?.needed_by(parameters.detection_node());
+    let mut parameters = PipelineParameters::load(&how.parameters)?;
+    let inputs = Inputs::choose(topics, &info, parameters.detection_node())?;
+    take_poses_of(&bag, &inputs, &mut parameters)?;
+    let inputs = inputs.needed_by(parameters.detection_node());
     if !(how.rate.is_finite() && how.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
@@ -209,6 +215,36 @@ pub fn run_bag(
         return Ok(Outcome::Interrupted);
     }
     Ok(if findings.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+/// Sets the parameters to the poses of the bag; says so where they are not those of a PoseStamped.
+fn take_poses_of(
+    bag: &Bag,
+    inputs: &Inputs,
+    parameters: &mut PipelineParameters,
+) -> Result<(), Failure> {
+    parameters.set_pose_source(inputs.pose.input());
+    match &inputs.pose {
+        PoseSource::Topic { kind: PoseTopicKind::Pose, .. } | PoseSource::Visual(_) => {}
+        PoseSource::Topic { topic, kind } => {
+            console::note(format_args!("the poses are those of {topic} ({})", kind.type_name()));
+        }
+        PoseSource::Tf => {
+            let frames = tf_frames::find(bag, &inputs.transforms, parameters.detection_node())?;
+            let mounts = match frames.extrinsics {
+                ExtrinsicsSource::Parameters => "the mounts of the sensors those of the parameters",
+                ExtrinsicsSource::Tf | ExtrinsicsSource::TfFromRig => {
+                    "the mounts of the sensors by tf, too"
+                }
+            };
+            console::note(format_args!(
+                "the poses are those of {} in {} by tf; {mounts}",
+                frames.robot, frames.map
+            ));
+            parameters.set_tf_frames(&frames);
+        }
+    }
+    Ok(())
 }
 
 /// What either transport yields.

@@ -33,7 +33,8 @@ pub(crate) fn with_organised_clouds(folder: &Path, bag: &Path) -> PathBuf {
     })
 }
 
-fn messages_of<M: RosMessage>(bag: &Path, topic: &str) -> Vec<(Stamp, M)> {
+/// The messages of a topic, each with its time.
+pub(crate) fn messages_of<M: RosMessage>(bag: &Path, topic: &str) -> Vec<(Stamp, M)> {
     let selection = Selection { topics: Some(vec![topic.to_owned()]), ..Selection::default() };
     let messages = Bag::open(bag).unwrap().messages(&selection).unwrap();
     let decoded = |message: BagMessage| (message.log_time, message.decode().unwrap());

@@ -26,6 +26,7 @@ mod local_run;
 mod packages;
 mod packaging;
 mod parameter_table;
+mod pose_sources;
 mod trajectory;
 mod transforms;
 

@@ -54,10 +54,15 @@ fn room_with_tf(folder: &Path) -> PathBuf {
 
 /// What the sensors of a simulated bag have read, and where it was.
 pub(crate) fn copy_readings(from: &Bag, topics: &mut Topics) {
+    copy_sensors(from, topics);
+    copy::<PoseStamped>(from, "/pose", topics);
+}
+
+/// What the sensors of a simulated bag have read.
+pub(crate) fn copy_sensors(from: &Bag, topics: &mut Topics) {
     copy::<LaserScan>(from, "/scan", topics);
     copy::<Image>(from, "/camera/depth/image_raw", topics);
     copy::<CameraInfo>(from, "/camera/depth/camera_info", topics);
-    copy::<PoseStamped>(from, "/pose", topics);
 }
 
 fn copy<M: RosMessage>(from: &Bag, topic: &str, topics: &mut Topics) {

@@ -7,6 +7,7 @@ use geometry::{
 use nalgebra::Isometry3;
 
 use crate::aperture::ScanAnglesError;
+use crate::free_space::PoseJump;
 use crate::zone_finder::Unmeasured;
 
 /// What the camera saw in a cycle.
@@ -109,6 +110,9 @@ pub struct CycleStatistics {
     /// Why the cycle's depth image was rendered from the points of an organised cloud, if it was: no pinhole camera is known
     /// that the cloud was computed with.
     pub not_pinhole: Option<PinholeFitError>,
+    /// The step of the pose since the last cycle, if no platform makes it: what earlier cycles saw was forgotten. None with the
+    /// method `rec_hv`, which compares no poses.
+    pub pose_jump: Option<PoseJump>,
 }
 
 impl CycleStatistics {

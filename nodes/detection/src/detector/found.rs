@@ -2,7 +2,7 @@
 
 use geometry::DynamicZone;
 
-use crate::free_space::MotionSearch;
+use crate::free_space::{MotionSearch, PoseJump};
 use crate::zone_finder::{Unmeasured, ZoneSearch};
 
 /// The zones, and what the statistics tell of them.
@@ -14,6 +14,7 @@ pub(super) struct Found {
     pub(super) moving_beams: usize,
     pub(super) unknown_beams: usize,
     pub(super) unmeasured: Option<Unmeasured>,
+    pub(super) pose_jump: Option<PoseJump>,
 }
 
 impl Found {
@@ -30,6 +31,8 @@ impl Found {
             moving_beams: 0,
             unknown_beams,
             unmeasured: search.unmeasured,
+            // It asks for no pose.
+            pose_jump: None,
         }
     }
 
@@ -43,6 +46,7 @@ impl Found {
             moving_beams: search.moving_beams,
             unknown_beams: search.unknown_beams,
             unmeasured: search.unmeasured,
+            pose_jump: search.pose_jump,
         }
     }
 }

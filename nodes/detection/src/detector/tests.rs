@@ -6,7 +6,7 @@ use geometry::{
     DepthImage, DepthPixels, Distortion, Method, OrganisedCloud, PipelineConfig, Stamp,
     UnusablePose, ZoneSource,
 };
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 
 use super::*;
 use crate::config::{RecHvConfig, RunBound};

@@ -52,11 +52,25 @@ impl Twist {
     }
 }
 
+/// A step of the pose from a cycle to the next that no platform makes: its source has corrected itself, or was lost.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PoseJump {
+    /// Length of the step, in metres.
+    pub step_m: f64,
+    /// Angle of the step, in radians.
+    pub step_rad: f64,
+    /// The time between the two poses, in seconds.
+    pub passed_s: f64,
+}
+
 /// The platform's motion in one cycle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Motion {
-    /// The pose jumped: earlier observations are of no use.
+    /// The pose does not continue the former ones, as it has jumped, or is of another frame or time: earlier observations are of
+    /// no use.
     pub(super) jumped: bool,
+    /// The step, if it is that which no platform makes.
+    pub(super) jump: Option<PoseJump>,
     /// The velocity between the last two cycles.
     pub(super) twist: Twist,
     /// How much the velocity differs from the one before: the error of a constant twist.
@@ -124,6 +138,7 @@ impl PlatformMotion {
     ) -> Motion {
         let mut motion = Motion {
             jumped: false,
+            jump: None,
             twist: Twist::ZERO,
             twist_change: Twist::ZERO,
             moves: false,
@@ -141,10 +156,12 @@ impl PlatformMotion {
             let (step_m, step_rad) = (step.translation.vector.norm(), step.rotation.angle());
             let most_m = JUMP_SLACK_M + self.max_speed_m_per_s * passed_s;
             let most_rad = JUMP_SLACK_RAD + self.max_turn_rad_per_s * passed_s;
-            motion.jumped = !(0.0..=self.longest_gap_s).contains(&passed_s)
-                || step_m > most_m
-                || step_rad > most_rad
-                || previous.map_frame_id != map_frame_id;
+            let continues = (0.0..=self.longest_gap_s).contains(&passed_s)
+                && previous.map_frame_id == map_frame_id;
+            let is_too_far = step_m > most_m || step_rad > most_rad;
+            motion.jump =
+                (continues && is_too_far).then_some(PoseJump { step_m, step_rad, passed_s });
+            motion.jumped = !continues || is_too_far;
             if motion.jumped {
                 self.steps.clear();
                 self.places.clear();
@@ -229,16 +246,17 @@ mod tests {
         let same = pose_from_vector(&[0.0; 6]);
         let aside = pose_from_vector(&[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
         let turned = pose_from_vector(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
-        for (stamp, pose, frame) in [
-            (at(1), aside, "map"),
-            (at(1), turned, "map"),
-            (at(1), same, "odom"),
-            (Stamp::from_nanos(-1), same, "map"),
-            (at(10_000), same, "map"),
+        for (stamp, pose, frame, is_step) in [
+            (at(1), aside, "map", true),
+            (at(1), turned, "map", true),
+            (at(1), same, "odom", false),
+            (Stamp::from_nanos(-1), same, "map", false),
+            (at(10_000), same, "map", false),
         ] {
             let mut motion = PlatformMotion::new(&FreeSpaceConfig::default());
             assert!(!motion.advance(at(0), &same, "map").jumped);
-            assert!(motion.advance(stamp, &pose, frame).jumped);
+            let reported = motion.advance(stamp, &pose, frame);
+            assert_eq!((reported.jumped, reported.jump.is_some()), (true, is_step));
         }
     }
 

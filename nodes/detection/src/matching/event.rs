@@ -38,8 +38,8 @@ pub struct Matched<S, C> {
     pub cloud_stamp: Stamp,
     /// The cloud or depth image nearest to the scan.
     pub cloud: C,
-    /// The pose at the cloud's stamp.
-    pub pose: StampedPose,
+    /// The pose at the cloud's stamp; `None` of a matcher without poses.
+    pub pose: Option<StampedPose>,
 }
 
 /// A scan for which no cycle could be put together.

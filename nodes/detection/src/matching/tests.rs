@@ -50,9 +50,22 @@ fn the_nearest_cloud_and_the_pose_at_its_stamp() {
     let matched = matched(matcher.push_pose(pose(125, 1.25)));
     assert_eq!((matched.scan, matched.scan_stamp), ("scan", at(100)));
     assert_eq!((matched.cloud, matched.cloud_stamp), (110, at(110)));
-    assert_eq!(matched.pose.stamp, at(110));
-    assert!((matched.pose.map_from_rig.translation.x - 1.10).abs() < 1e-9);
+    let pose = matched.pose.unwrap();
+    assert_eq!(pose.stamp, at(110));
+    assert!((pose.map_from_rig.translation.x - 1.10).abs() < 1e-9);
     assert_eq!(matcher.waiting_scans(), 0);
+}
+
+#[test]
+fn a_matcher_without_poses_leaves_them_to_its_caller() {
+    let mut matcher = Matcher::without_poses(&DetectionConfig::default());
+    assert_eq!(matcher.push_cloud(at(70), 70), []);
+    assert_eq!(matcher.push_scan(at(100), "scan"), []);
+    let matched = matched(matcher.push_cloud(at(110), 110));
+    assert_eq!((matched.scan, matched.cloud, matched.pose), ("scan", 110, None));
+    // A pose that comes all the same decides nothing.
+    assert_eq!(matcher.push_scan(at(200), "next"), []);
+    assert_eq!(matcher.push_pose(pose(300, 0.0)), []);
 }
 
 #[test]
@@ -139,7 +152,7 @@ fn another_frame_of_the_poses_is_reported_and_used() {
     assert_eq!(matcher.push_pose(other(90)), [expected]);
     assert_eq!(matcher.push_pose(other(120)), []);
     matcher.push_cloud(at(100), 100);
-    assert_eq!(matched(matcher.push_scan(at(100), "scan")).pose.frame_id, "odom");
+    assert_eq!(matched(matcher.push_scan(at(100), "scan")).pose.unwrap().frame_id, "odom");
 }
 
 #[test]
@@ -323,7 +336,7 @@ fn outcomes(messages: &[Message]) -> Vec<(Stamp, Option<(i64, f64)>)> {
         .into_iter()
         .map(|event| match event {
             MatchEvent::Matched(matched) => {
-                let x_m = matched.pose.map_from_rig.translation.x;
+                let x_m = matched.pose.as_ref().unwrap().map_from_rig.translation.x;
                 (matched.scan_stamp, Some((matched.cloud, x_m)))
             }
             MatchEvent::Dropped(dropped) => {

@@ -88,6 +88,17 @@ impl Camera {
         Ok(true)
     }
 
+    /// Takes over the mounts that `detector` has by now.
+    ///
+    /// # Errors
+    /// When the numbers do not describe a camera.
+    pub(super) fn mount(&mut self, detector: &Detector) -> Result<(), CameraModelError> {
+        if let Some((camera, projector)) = &mut self.known {
+            *projector = detector.depth_projector(camera)?;
+        }
+        Ok(())
+    }
+
     /// The waiting images, in their order.
     pub(super) fn take_uncalibrated(&mut self) -> VecDeque<ViewMessage> {
         std::mem::take(&mut self.uncalibrated)

@@ -93,9 +93,9 @@ impl ExtrinsicsCheck {
         Some(verdict)
     }
 
-    /// Takes another pose of the scanner, and resets the check.
-    pub(super) fn mount_lidar(&mut self, rig_from_lidar: &Isometry3<f64>) {
-        self.mounts.rig_from_lidar = *rig_from_lidar;
+    /// Takes other mounts, and resets the check.
+    pub(super) fn mount(&mut self, mounts: &RigMounts) {
+        self.mounts = *mounts;
         self.forget();
     }
 

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use geometry::Stamp;
 use msgs::convert::{COMPRESSED_DEPTH_TOPIC, stamp_from_time};
-use msgs::geometry_msgs::PoseStamped;
-use msgs::nav_msgs::Path;
+use msgs::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped};
+use msgs::nav_msgs::{Odometry, Path};
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
 use msgs::std_msgs::Header;
 use node_shell::{Node, Qos, ShellError, Subscription, TransformArrival};
 
-use super::CloudInput;
+use super::{CloudInput, DetectionParameters, PoseInput};
 use crate::Input;
 
 /// The depth images; the compressed ones have a name below it.
@@ -61,12 +61,20 @@ impl ViewMessage {
     }
 }
 
+/// A pose as received.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) enum PoseMessage {
+    Pose(Arc<PoseStamped>),
+    WithCovariance(Arc<PoseWithCovarianceStamped>),
+    Odometry(Arc<Odometry>),
+}
+
 /// A message that arrived.
 pub(super) enum Arrival {
     Scan(Arc<LaserScan>),
     View(ViewMessage),
     CameraInfo(Arc<CameraInfo>),
-    Pose(Arc<PoseStamped>),
+    Pose(PoseMessage),
     Path(Arc<Path>),
     Transforms(TransformArrival),
 }
@@ -75,8 +83,16 @@ pub(super) enum Arrival {
 pub(super) struct Inputs {
     scans: Subscription<LaserScan>,
     view: ViewInputs,
-    poses: Subscription<PoseStamped>,
+    poses: PoseSubscription,
     paths: Subscription<Path>,
+}
+
+enum PoseSubscription {
+    Poses(Subscription<PoseStamped>),
+    WithCovariance(Box<Subscription<PoseWithCovarianceStamped>>),
+    Odometry(Box<Subscription<Odometry>>),
+    /// Transforms are received elsewhere.
+    Tf,
 }
 
 enum ViewInputs {
@@ -95,8 +111,11 @@ enum DepthImages {
 }
 
 impl Inputs {
-    pub(super) fn subscribe(node: &Node, input: CloudInput) -> Result<Self, ShellError> {
-        let view = match input {
+    pub(super) fn subscribe(
+        node: &Node,
+        parameters: &DetectionParameters,
+    ) -> Result<Self, ShellError> {
+        let view = match parameters.input {
             CloudInput::Depth => ViewInputs::depth(node, |qos| {
                 Ok(DepthImages::Raw(node.subscription(DEPTH_TOPIC, qos)?))
             })?,
@@ -113,7 +132,7 @@ impl Inputs {
         Ok(Self {
             view,
             paths,
-            poses: node.subscription("pose", &Qos::sensor(POSES_KEPT))?,
+            poses: PoseSubscription::subscribe(node, parameters.pose_source)?,
             scans: node.subscription("scan", &Qos::sensor(SCANS_KEPT))?,
         })
     }
@@ -127,7 +146,7 @@ impl Inputs {
             received = self.paths.next() => Arrival::Path(received.message),
             arrival = self.view.next() => arrival,
             received = self.scans.next() => Arrival::Scan(received.message),
-            received = self.poses.next() => Arrival::Pose(received.message),
+            pose = self.poses.next() => Arrival::Pose(pose),
         }
     }
 
@@ -136,7 +155,7 @@ impl Inputs {
         let path = self.paths.try_next().map(|received| Arrival::Path(received.message));
         path.or_else(|| self.view.try_next())
             .or_else(|| self.scans.try_next().map(|received| Arrival::Scan(received.message)))
-            .or_else(|| self.poses.try_next().map(|received| Arrival::Pose(received.message)))
+            .or_else(|| self.poses.try_next().map(Arrival::Pose))
     }
 
     /// The absolute name of an input's topic.
@@ -197,6 +216,56 @@ impl Inputs {
         }
         counts.push(("poses_received", self.poses.received_count()));
         counts
+    }
+}
+
+impl PoseSubscription {
+    fn subscribe(node: &Node, source: PoseInput) -> Result<Self, ShellError> {
+        let qos = Qos::sensor(POSES_KEPT);
+        Ok(match source {
+            PoseInput::Pose => Self::Poses(node.subscription("pose", &qos)?),
+            PoseInput::PoseWithCovariance => {
+                Self::WithCovariance(Box::new(node.subscription("pose_with_covariance", &qos)?))
+            }
+            PoseInput::Odometry => Self::Odometry(Box::new(node.subscription("odom", &qos)?)),
+            PoseInput::Tf => Self::Tf,
+        })
+    }
+
+    async fn next(&self) -> PoseMessage {
+        match self {
+            Self::Poses(poses) => PoseMessage::Pose(poses.next().await.message),
+            Self::WithCovariance(poses) => PoseMessage::WithCovariance(poses.next().await.message),
+            Self::Odometry(odometry) => PoseMessage::Odometry(odometry.next().await.message),
+            Self::Tf => std::future::pending().await,
+        }
+    }
+
+    fn try_next(&self) -> Option<PoseMessage> {
+        Some(match self {
+            Self::Poses(poses) => PoseMessage::Pose(poses.try_next()?.message),
+            Self::WithCovariance(poses) => PoseMessage::WithCovariance(poses.try_next()?.message),
+            Self::Odometry(odometry) => PoseMessage::Odometry(odometry.try_next()?.message),
+            Self::Tf => return None,
+        })
+    }
+
+    fn topic(&self) -> &str {
+        match self {
+            Self::Poses(poses) => poses.topic(),
+            Self::WithCovariance(poses) => poses.topic(),
+            Self::Odometry(odometry) => odometry.topic(),
+            Self::Tf => "/tf",
+        }
+    }
+
+    fn received_count(&self) -> u64 {
+        match self {
+            Self::Poses(poses) => poses.received_count(),
+            Self::WithCovariance(poses) => poses.received_count(),
+            Self::Odometry(odometry) => odometry.received_count(),
+            Self::Tf => 0,
+        }
     }
 }
 

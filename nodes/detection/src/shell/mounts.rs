@@ -1,206 +1,169 @@
-//! The mount of the scanner, from tf.
+//! The mounts of the sensors, from tf.
 
 use geometry::{
-    ExtrinsicsSource, PoseLookupError, Stamp, is_same_mount, pose_from_vector, pose_vector,
+    ExtrinsicsSource, PoseLookupError, RigConfig, RigMounts, Stamp, is_same_mount, pose_vector,
 };
 use nalgebra::Isometry3;
-use node_shell::{
-    Counters, Node, ShellError, Throttle, TransformArrival, TransformError, TransformListener,
-};
+use node_shell::{Counters, TransformError, TransformTree};
 
-use super::DetectionParameters;
-
-/// The cause of a drop: the transform from the scanner to the camera is not known yet.
-pub const WAITING_FOR_TRANSFORM: &str = "no transform from the scanner to the camera";
+use super::transform_state::TransformState;
 
 /// The name on `/diagnostics`.
 const CONDITION: &str = "transform from scanner to camera";
 
-/// The pose of the scanner in the rig frame, from its pose in the camera frame by tf.
+/// The poses of the sensors in the rig frame by tf: of the scanner, whose pose in the camera frame tf has, or of both.
 pub(super) struct Mounts {
-    listener: TransformListener,
-    rig_from_camera: Isometry3<f64>,
-    /// The pose in use.
-    rig_from_lidar: Option<Isometry3<f64>>,
-    changes: StateChanges,
-    counters: Counters,
+    /// The rig's frame, where tf has the camera's pose in it, too.
+    rig_frame_id: Option<String>,
+    by_parameters: RigMounts,
+    in_use: Option<RigMounts>,
+    state: TransformState,
+}
+
+/// The frames and the stamp by which the mounts of a cycle are looked up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SensorFrames<'a> {
+    pub(super) lidar: &'a str,
+    pub(super) camera: &'a str,
+    /// Of the camera's message.
+    pub(super) stamp: Stamp,
 }
 
 impl Mounts {
-    /// Subscribes to tf if the parameters say so.
-    ///
-    /// # Errors
-    /// When a subscription fails.
-    pub(super) fn new(
-        node: &Node,
-        parameters: &DetectionParameters,
-    ) -> Result<Option<Self>, ShellError> {
-        let rig = &parameters.config.pipeline.rig;
-        if rig.extrinsics == ExtrinsicsSource::Parameters {
-            return Ok(None);
-        }
-        let counters = node.counters();
-        counters.note_condition(CONDITION, "no scan has needed it yet", false);
-        Ok(Some(Self {
-            listener: TransformListener::new(node)?,
-            rig_from_camera: pose_from_vector(&rig.rig_from_camera),
-            rig_from_lidar: None,
-            changes: StateChanges::default(),
-            counters,
-        }))
+    /// Those of tf, if the parameters say so.
+    pub(super) fn new(rig: &RigConfig, counters: Counters) -> Option<Self> {
+        let rig_frame_id = match rig.extrinsics {
+            ExtrinsicsSource::Parameters => return None,
+            ExtrinsicsSource::Tf => None,
+            ExtrinsicsSource::TfFromRig => Some(rig.rig_frame_id.clone()),
+        };
+        Some(Self {
+            rig_frame_id,
+            by_parameters: rig.mounts(),
+            in_use: None,
+            state: TransformState::new(CONDITION.to_owned(), counters),
+        })
     }
 
-    /// The next message of tf. May be dropped while it waits.
-    pub(super) async fn next(&self) -> TransformArrival {
-        self.listener.next().await
-    }
-
-    /// The next message, if one has arrived.
-    pub(super) fn try_next(&self) -> Option<TransformArrival> {
-        self.listener.try_next()
-    }
-
-    pub(super) fn take(&mut self, arrival: &TransformArrival) {
-        self.listener.take(arrival);
-    }
-
-    /// Forgets the timed transforms, as after a jump of the clock.
-    pub(super) fn forget_timed(&mut self) {
-        self.listener.forget_timed();
-    }
-
-    /// The pose of the scanner in the rig, if it differs from the one in use; then [`Mounts::set_in_use`] must be called.
+    /// The mounts, if they differ from those in use; then [`Mounts::set_in_use`] must be called.
     ///
     /// # Errors
     /// When tf has no transform for the stamp of the camera's message; if all of its transforms are earlier, the latest is
     /// used.
     pub(super) fn changed(
         &mut self,
-        lidar_frame: &str,
-        (camera_frame, stamp): (&str, Stamp),
-    ) -> Result<Option<Isometry3<f64>>, TransformError> {
-        let known = match self.listener.lookup(camera_frame, lidar_frame, stamp) {
-            // A mount hardly moves, and tf may be received after the cycle is complete.
-            Err(TransformError::Time { source: PoseLookupError::AfterNewest { .. }, .. }) => {
-                self.listener.lookup_latest(camera_frame, lidar_frame)
-            }
-            known => known,
-        };
-        let camera_from_lidar = match known {
-            Ok(camera_from_lidar) => camera_from_lidar,
+        tree: &TransformTree,
+        frames: SensorFrames<'_>,
+    ) -> Result<Option<RigMounts>, TransformError> {
+        let known = match self.lookup(tree, frames) {
+            Ok(known) => known,
             Err(error) => {
-                self.report(&format!("waiting for it: {error}"), true);
+                self.state.wait_for(&error);
                 return Err(error);
             }
         };
-        let rig_from_lidar = self.rig_from_camera * camera_from_lidar;
-        if self.rig_from_lidar.is_some_and(|known| is_same_mount(&known, &rig_from_lidar)) {
-            self.report_in_use(lidar_frame, camera_frame);
+        if self.in_use.is_some_and(|in_use| is_same(&in_use, &known)) {
+            self.report_in_use(frames);
             return Ok(None);
         }
-        Ok(Some(rig_from_lidar))
+        Ok(Some(known))
     }
 
-    /// Notes that this pose of the scanner in the rig is in use.
-    pub(super) fn set_in_use(
-        &mut self,
-        rig_from_lidar: &Isometry3<f64>,
-        lidar_frame: &str,
-        camera_frame: &str,
-    ) {
-        self.rig_from_lidar = Some(*rig_from_lidar);
-        self.report_in_use(lidar_frame, camera_frame);
+    /// Notes that these mounts are in use.
+    pub(super) fn set_in_use(&mut self, mounts: &RigMounts, frames: SensorFrames<'_>) {
+        self.in_use = Some(*mounts);
+        self.report_in_use(frames);
     }
 
-    fn report_in_use(&mut self, lidar_frame: &str, camera_frame: &str) {
-        let Some(rig_from_lidar) = &self.rig_from_lidar else { return };
-        let [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad] = pose_vector(rig_from_lidar);
-        let text = format!(
-            "{lidar_frame} to {camera_frame} by tf; rig_from_lidar is [{x_m:.3}, {y_m:.3}, {z_m:.3}, {yaw_rad:.4}, \
-             {pitch_rad:.4}, {roll_rad:.4}]"
-        );
-        self.report(&text, false);
-    }
-
-    /// Reports the state on `/diagnostics`, and changes of it in the log.
-    fn report(&mut self, text: &str, is_waiting: bool) {
-        let Some(changes) = self.changes.of(text, is_waiting) else { return };
-        self.counters.note_condition(CONDITION, text, is_waiting);
-        match changes {
-            Some(Line::Waits) => tracing::warn!("{CONDITION}: {text}"),
-            Some(Line::IsKnown) => tracing::info!("{CONDITION}: {text}"),
-            Some(Line::HasChanged { unreported }) => tracing::warn!(
-                "{CONDITION}: it has changed, and earlier observations are discarded: {text} ({unreported} more changes since \
-                 the last warning)"
-            ),
-            None => {}
-        }
-    }
-}
-
-/// A line of the log.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Line {
-    Waits,
-    IsKnown,
-    HasChanged { unreported: u64 },
-}
-
-/// The last reported state, and which changes of it are logged: those of a transform that keeps changing only at intervals.
-struct StateChanges {
-    reported: Option<(String, bool)>,
-    waits: Throttle,
-    known: Throttle,
-    changed: Throttle,
-}
-
-impl Default for StateChanges {
-    fn default() -> Self {
-        let [waits, known, changed] = [(); 3].map(|()| Throttle::for_warnings());
-        Self { reported: None, waits, known, changed }
-    }
-}
-
-impl StateChanges {
-    /// The line to log for a state; the outer `None` if the state has not changed.
-    fn of(&mut self, text: &str, is_waiting: bool) -> Option<Option<Line>> {
-        let reported =
-            self.reported.as_ref().map(|(text, is_waiting)| (text.as_str(), *is_waiting));
-        if reported == Some((text, is_waiting)) {
-            return None;
-        }
-        let line = match (reported, is_waiting) {
-            // The text has a time difference, which changes with every scan.
-            (Some((_, true)), true) => None,
-            (_, true) => self.waits.pass().map(|_| Line::Waits),
-            (Some((_, false)), false) => {
-                self.changed.pass().map(|unreported| Line::HasChanged { unreported })
+    fn lookup(
+        &self,
+        tree: &TransformTree,
+        SensorFrames { lidar, camera, stamp }: SensorFrames<'_>,
+    ) -> Result<RigMounts, TransformError> {
+        let mount = |target: &str, source: &str| hardly_moving(tree, target, source, stamp);
+        match &self.rig_frame_id {
+            Some(rig) => Ok(RigMounts {
+                rig_from_camera: mount(rig, camera)?,
+                rig_from_lidar: mount(rig, lidar)?,
+            }),
+            None => {
+                let rig_from_camera = self.by_parameters.rig_from_camera;
+                let rig_from_lidar = rig_from_camera * mount(camera, lidar)?;
+                Ok(RigMounts { rig_from_camera, rig_from_lidar })
             }
-            (_, false) => self.known.pass().map(|_| Line::IsKnown),
-        };
-        self.reported = Some((text.to_owned(), is_waiting));
-        Some(line)
+        }
     }
+
+    fn report_in_use(&mut self, SensorFrames { lidar, camera, .. }: SensorFrames<'_>) {
+        let Some(mounts) = &self.in_use else { return };
+        let of_lidar = vector_text(&mounts.rig_from_lidar);
+        let of_camera = match self.rig_frame_id {
+            Some(_) => format!(", rig_from_camera {}", vector_text(&mounts.rig_from_camera)),
+            None => String::new(),
+        };
+        let text = format!("{lidar} to {camera} by tf; rig_from_lidar is {of_lidar}{of_camera}");
+        self.state.set_known(&text);
+    }
+}
+
+/// A mount hardly moves, and tf may be received after the cycle is complete: its latest transform will do.
+fn hardly_moving(
+    tree: &TransformTree,
+    target: &str,
+    source: &str,
+    stamp: Stamp,
+) -> Result<Isometry3<f64>, TransformError> {
+    match tree.lookup(target, source, stamp) {
+        Err(TransformError::Time { source: PoseLookupError::AfterNewest { .. }, .. }) => {
+            tree.lookup_latest(target, source)
+        }
+        known => known,
+    }
+}
+
+fn is_same(one: &RigMounts, other: &RigMounts) -> bool {
+    is_same_mount(&one.rig_from_lidar, &other.rig_from_lidar)
+        && is_same_mount(&one.rig_from_camera, &other.rig_from_camera)
+}
+
+fn vector_text(pose: &Isometry3<f64>) -> String {
+    let [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad] = pose_vector(pose);
+    format!("[{x_m:.3}, {y_m:.3}, {z_m:.3}, {yaw_rad:.4}, {pitch_rad:.4}, {roll_rad:.4}]")
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
 
     #[test]
-    fn a_mount_that_keeps_changing_is_logged_at_intervals() {
-        let mut changes = StateChanges::default();
-        assert_eq!(changes.of("no frame", true), Some(Some(Line::Waits)));
-        assert_eq!(changes.of("no moment", true), Some(None), "it waits as before");
-        assert_eq!(changes.of("at 0", false), Some(Some(Line::IsKnown)));
-        assert_eq!(changes.of("at 0", false), None);
-        assert_eq!(changes.of("at 1", false), Some(Some(Line::HasChanged { unreported: 0 })));
-        for at in ["at 0", "at 1", "at 0"] {
-            assert_eq!(changes.of(at, false), Some(None), "reported on /diagnostics only");
-        }
-        for _ in 0..3 {
-            assert_eq!(changes.of("no frame", true), Some(None));
-            assert_eq!(changes.of("at 0", false), Some(None));
-        }
+    fn both_mounts_are_those_in_the_frame_of_the_rig() {
+        let base_from_camera = Isometry3::new(Vector3::new(0.3, 0.1, 1.1), Vector3::y() * 0.5);
+        let base_from_lidar = Isometry3::new(Vector3::new(0.1, 0.0, 0.4), Vector3::z() * 0.2);
+        let mut tree = TransformTree::default();
+        tree.insert_fixed("base_link", "mast", &Isometry3::translation(0.0, 0.0, 1.0)).unwrap();
+        let mast_from_camera = Isometry3::translation(0.0, 0.0, -1.0) * base_from_camera;
+        tree.insert_fixed("mast", "camera", &mast_from_camera).unwrap();
+        let frames = SensorFrames { lidar: "laser", camera: "camera", stamp: Stamp::default() };
+        let rig = RigConfig {
+            rig_frame_id: "base_link".to_owned(),
+            extrinsics: ExtrinsicsSource::TfFromRig,
+            ..RigConfig::default()
+        };
+        let mut mounts = Mounts::new(&rig, Counters::default()).unwrap();
+        assert!(mounts.changed(&tree, frames).unwrap_err().to_string().contains("\"laser\""));
+        tree.insert_fixed("base_link", "laser", &base_from_lidar).unwrap();
+        let known = mounts.changed(&tree, frames).unwrap().unwrap();
+        let expected =
+            RigMounts { rig_from_camera: base_from_camera, rig_from_lidar: base_from_lidar };
+        assert!(is_same(&known, &expected), "{known:?}");
+        mounts.set_in_use(&known, frames);
+        assert_eq!(mounts.changed(&tree, frames), Ok(None));
+        // The mast is extended.
+        tree.insert_fixed("base_link", "mast", &Isometry3::translation(0.0, 0.0, 1.2)).unwrap();
+        let known = mounts.changed(&tree, frames).unwrap().unwrap();
+        assert!((known.rig_from_camera.translation.z - 1.3).abs() < 1e-9, "{known:?}");
+        assert!(Mounts::new(&RigConfig::default(), Counters::default()).is_none());
     }
 }

@@ -2,20 +2,21 @@
 //! warning.
 
 use calibration::DepthOptics;
-use geometry::{CameraModel, Scan, Stamp};
+use geometry::{CameraModel, Scan, Stamp, StampedPose};
 use msgs::convert;
 use node_shell::{Counters, GrantedBuffer, Node, NodeFailure, StepTimer, Throttle, TransformWait};
 
-use super::DetectionParameters;
 use super::camera::Camera;
 use super::extrinsics::ExtrinsicsCheck;
-use super::inputs::{Arrival, Inputs, ViewMessage};
-use super::mounts::{Mounts, WAITING_FOR_TRANSFORM};
+use super::inputs::{Arrival, Inputs, PoseMessage, ViewMessage};
+use super::mounts::SensorFrames;
 use super::output::Output;
 use super::rendering::RenderingReport;
+use super::rig_pose::{UnusablePoseMessage, pose_of_message};
+use super::transforms::{Transforms, WAITING_FOR_TRANSFORM};
+use super::{DetectionParameters, PoseInput};
 use crate::{
-    CycleInput, Detected, DetectionConfig, Detector, Dropped, Input, MatchEvent, Matched, Matcher,
-    View,
+    CycleInput, Detected, Detector, Dropped, Input, MatchEvent, Matched, Matcher, PoseJump, View,
 };
 
 /// The cause of a drop of a message that drops no scan; the topic's name follows.
@@ -24,20 +25,20 @@ pub const UNUSABLE_MESSAGE_ON: &str = "unusable message on ";
 /// The core with its topics.
 pub struct Stage {
     inputs: Inputs,
-    config: DetectionConfig,
     matcher: Matcher<Scan, ViewMessage>,
     detector: Detector,
     camera: Camera,
     extrinsics: Option<ExtrinsicsCheck>,
-    /// The mount of the scanner by tf; none if a parameter gives it.
-    mounts: Option<Mounts>,
-    /// Matched cycles that wait for their transform.
-    unmounted: TransformWait<Matched<Scan, ViewMessage>>,
+    /// What comes from tf; none if nothing does.
+    transforms: Option<Transforms>,
+    /// Matched cycles that wait for their transforms.
+    unlocated: TransformWait<Matched<Scan, ViewMessage>>,
     rendering: RenderingReport,
     output: Output,
     counters: Counters,
     granted: Option<GrantedBuffer>,
     bad_input: Throttle,
+    jumps: Throttle,
 }
 
 impl Stage {
@@ -49,19 +50,22 @@ impl Stage {
         let config = &parameters.config;
         let detector = Detector::new(config.clone())?;
         Ok(Self {
-            config: config.clone(),
             camera: Camera::new(parameters, &detector, node.counters())?,
             detector,
-            matcher: Matcher::new(config),
+            matcher: match parameters.pose_source {
+                PoseInput::Tf => Matcher::without_poses(config),
+                _ => Matcher::new(config),
+            },
             extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
-            mounts: Mounts::new(node, parameters)?,
-            unmounted: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
+            transforms: Transforms::new(node, parameters)?,
+            unlocated: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
             rendering: RenderingReport::new(node.counters(), Throttle::for_warnings()),
             output: Output::new(node, &config.pipeline.rig.rig_frame_id)?,
             counters: node.counters(),
             granted: node.granted_buffer(),
             bad_input: Throttle::for_warnings(),
-            inputs: Inputs::subscribe(node, parameters.input)?,
+            jumps: Throttle::for_warnings(),
+            inputs: Inputs::subscribe(node, parameters)?,
         })
     }
 
@@ -76,20 +80,20 @@ impl Stage {
 
     /// The next message. May be dropped while it waits.
     pub(super) async fn next(&self) -> Arrival {
-        match &self.mounts {
+        match &self.transforms {
             None => self.inputs.next().await,
             // Transforms before scans, since a scan needs them.
-            Some(mounts) => tokio::select! {
+            Some(transforms) => tokio::select! {
                 biased;
-                arrival = mounts.next() => Arrival::Transforms(arrival),
+                arrival = transforms.next() => Arrival::Transforms(arrival),
                 arrival = self.inputs.next() => arrival,
             },
         }
     }
 
     fn try_next(&self) -> Option<Arrival> {
-        let transforms = self.mounts.as_ref().and_then(Mounts::try_next).map(Arrival::Transforms);
-        transforms.or_else(|| self.inputs.try_next())
+        let transforms = self.transforms.as_ref().and_then(Transforms::try_next);
+        transforms.map(Arrival::Transforms).or_else(|| self.inputs.try_next())
     }
 
     /// Takes every message that has arrived.
@@ -101,7 +105,7 @@ impl Stage {
 
     /// Whether scans wait for their image, pose or transform.
     pub(super) fn is_waiting(&self) -> bool {
-        self.matcher.waiting_scans() > 0 || !self.unmounted.is_empty()
+        self.matcher.waiting_scans() > 0 || !self.unlocated.is_empty()
     }
 
     /// Whether there may be more images or clouds: somebody publishes them.
@@ -118,7 +122,7 @@ impl Stage {
                     return self.drop_scan(stamp, "malformed scan", &error.to_string());
                 }
             },
-            Arrival::Pose(message) => match convert::pose_from_message(&message) {
+            Arrival::Pose(message) => match self.pose_of_message(&message) {
                 Ok(pose) => self.matcher.push_pose(pose),
                 Err(error) => return self.refuse(Input::Pose, &error.to_string()),
             },
@@ -135,8 +139,8 @@ impl Stage {
                 Err(error) => return self.refuse_on(self.inputs.path_topic(), &error.to_string()),
             },
             Arrival::Transforms(transforms) => {
-                if let Some(mounts) = &mut self.mounts {
-                    mounts.take(&transforms);
+                if let Some(known) = &mut self.transforms {
+                    known.take(&transforms);
                 }
                 return self.process_matched();
             }
@@ -185,15 +189,15 @@ impl Stage {
     /// Drops waiting messages, observations, and the camera's calibration unless it is of a file. Static transforms stay: they
     /// are published once.
     pub(super) fn reset(&mut self) {
-        self.matcher = Matcher::new(&self.config);
-        self.unmounted.start_anew();
+        self.matcher.flush();
+        self.unlocated.start_anew();
         self.camera.reset();
         self.forget();
     }
 
     /// Forgets the observations of earlier cycles, and drops cycles that wait for a transform of the time before.
     fn forget(&mut self) {
-        for matched in self.unmounted.start_anew() {
+        for matched in self.unlocated.start_anew() {
             let reason = "the time jumped back before its transform was received";
             self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, reason);
         }
@@ -201,8 +205,8 @@ impl Stage {
         if let Some(check) = &mut self.extrinsics {
             check.forget();
         }
-        if let Some(mounts) = &mut self.mounts {
-            mounts.forget_timed();
+        if let Some(transforms) = &mut self.transforms {
+            transforms.forget_timed();
         }
     }
 
@@ -210,10 +214,10 @@ impl Stage {
     pub fn give_up_waiting(&mut self) {
         let events = self.matcher.flush();
         self.handle(events);
-        while let Some((_, matched)) = self.unmounted.pop() {
-            match self.mount_lidar(&matched) {
-                Ok(()) => self.cycle(&matched),
-                Err(error) => self.drop_unmounted(&matched, error.as_ref()),
+        while let Some((_, matched)) = self.unlocated.pop() {
+            match self.locate(&matched) {
+                Ok(pose) => self.cycle(&matched, &pose),
+                Err(error) => self.drop_unlocated(&matched, error.as_ref()),
             }
         }
     }
@@ -222,7 +226,7 @@ impl Stage {
         for event in events {
             match event {
                 MatchEvent::Matched(matched) => {
-                    self.unmounted.push(matched.scan_stamp, matched);
+                    self.unlocated.push(matched.scan_stamp, matched);
                     self.process_matched();
                 }
                 MatchEvent::Dropped(dropped) => {
@@ -259,28 +263,38 @@ impl Stage {
         }
     }
 
-    /// Processes the matched cycles that have their transform, in order. The others wait for a while; transforms may be late.
+    fn pose_of_message(&self, message: &PoseMessage) -> Result<StampedPose, UnusablePoseMessage> {
+        match &self.transforms {
+            Some(transforms) => transforms.pose_of_message(message),
+            None => pose_of_message(message, None),
+        }
+    }
+
+    /// Processes the matched cycles that have their transforms, in order. The others wait for a while; transforms may be late.
     fn process_matched(&mut self) {
-        while let Some((stamp, matched)) = self.unmounted.pop() {
-            match self.mount_lidar(&matched) {
-                Ok(()) => self.cycle(&matched),
-                Err(error) => match self.unmounted.wait_on(stamp, matched) {
+        while let Some((stamp, matched)) = self.unlocated.pop() {
+            match self.locate(&matched) {
+                Ok(pose) => self.cycle(&matched, &pose),
+                Err(error) => match self.unlocated.wait_on(stamp, matched) {
                     Ok(()) => return,
-                    Err(matched) => self.drop_unmounted(&matched, error.as_ref()),
+                    Err(matched) => self.drop_unlocated(&matched, error.as_ref()),
                 },
             }
         }
     }
 
-    fn drop_unmounted(&self, matched: &Matched<Scan, ViewMessage>, error: &dyn std::error::Error) {
+    fn drop_unlocated(&self, matched: &Matched<Scan, ViewMessage>, error: &dyn std::error::Error) {
         self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, &error.to_string());
     }
 
-    fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>) {
+    fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>, pose: &StampedPose) {
         let mut timer = StepTimer::start();
-        match self.detect(matched, &mut timer) {
+        match self.detect(matched, pose, &mut timer) {
             Ok(detected) => {
                 self.rendering.take(self.inputs.view_topic(), detected.statistics.not_pinhole);
+                if let Some(jump) = detected.statistics.pose_jump {
+                    self.report_jump(jump);
+                }
                 self.output.publish(detected, &self.inputs, &mut timer);
             }
             Err(error) => {
@@ -290,23 +304,32 @@ impl Stage {
         }
     }
 
-    /// Updates the mount of the scanner from tf, by the frames of the matched messages.
-    fn mount_lidar(&mut self, matched: &Matched<Scan, ViewMessage>) -> Result<(), NodeFailure> {
-        let Some(mounts) = &mut self.mounts else { return Ok(()) };
-        let camera = (matched.cloud.frame_id(), matched.cloud_stamp);
-        if let Some(rig_from_lidar) = mounts.changed(&matched.scan.frame_id, camera)? {
-            self.detector.mount_lidar(&rig_from_lidar)?;
-            mounts.set_in_use(&rig_from_lidar, &matched.scan.frame_id, camera.0);
-            if let Some(check) = &mut self.extrinsics {
-                check.mount_lidar(&rig_from_lidar);
+    /// The pose of the rig in a matched cycle, and the mounts of its sensors brought up to date, as far as tf gives them.
+    fn locate(&mut self, matched: &Matched<Scan, ViewMessage>) -> Result<StampedPose, NodeFailure> {
+        let mut by_tf = None;
+        if let Some(transforms) = &mut self.transforms {
+            let frames = SensorFrames {
+                lidar: &matched.scan.frame_id,
+                camera: matched.cloud.frame_id(),
+                stamp: matched.cloud_stamp,
+            };
+            if let Some(mounts) = transforms.changed_mounts(frames)? {
+                self.detector.mount(&mounts)?;
+                self.camera.mount(&self.detector)?;
+                transforms.set_in_use(&mounts, frames);
+                if let Some(check) = &mut self.extrinsics {
+                    check.mount(&mounts);
+                }
             }
+            by_tf = transforms.pose_at(matched.cloud_stamp)?;
         }
-        Ok(())
+        by_tf.or_else(|| matched.pose.clone()).ok_or_else(|| "the cycle has no pose".into())
     }
 
     fn detect(
         &mut self,
         matched: &Matched<Scan, ViewMessage>,
+        pose: &StampedPose,
         timer: &mut StepTimer,
     ) -> Result<Detected, NodeFailure> {
         let (image, cloud, organised);
@@ -336,16 +359,27 @@ impl Stage {
             (&mut self.extrinsics, view, self.camera.known())
         {
             let optics = DepthOptics { camera, rays: projector.rays() };
-            check.look(&matched.scan, image, optics, &matched.pose.map_from_rig);
+            check.look(&matched.scan, image, optics, &pose.map_from_rig);
             timer.end_of("extrinsics_check");
         }
         let input = CycleInput {
             scan: &matched.scan,
             view,
-            map_from_rig: &matched.pose.map_from_rig,
-            map_frame_id: &matched.pose.frame_id,
+            map_from_rig: &pose.map_from_rig,
+            map_frame_id: &pose.frame_id,
         };
         Ok(self.detector.step(&input, |step| timer.end_of(step.name()))?)
+    }
+
+    fn report_jump(&self, PoseJump { step_m, step_rad, passed_s }: PoseJump) {
+        if let Some(held_back) = self.jumps.pass() {
+            tracing::warn!(
+                "{}: the pose jumped by {step_m:.2} m and {step_rad:.2} rad within {passed_s:.2} s: what moves is searched for anew, \
+                 and what was mapped before stays where it was. Take poses in a frame that does not jump (odom), or let the SLAM \
+                 publish map_path ({held_back} more since the last warning)",
+                self.inputs.topic(Input::Pose)
+            );
+        }
     }
 
     fn drop_scan(&self, scan_stamp: Stamp, cause: &str, reason: &str) {

@@ -6,7 +6,6 @@ use calibration::Cycle;
 use geometry::BeamOrder;
 use geometry::{CameraModel, Scan, Stamp};
 use msgs::convert;
-use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::LaserScan;
 
 use super::choice::{Candidate, Chosen, choose};
@@ -14,6 +13,7 @@ use super::gathering::Gathering;
 use super::poses::Poses;
 use crate::failure::Failure;
 use crate::progress::Progress;
+use crate::run::PoseTopicKind;
 
 /// Poses that are kept at most: nine hours at 30 Hz, 150 MB.
 const MOST_POSES: usize = 1 << 20;
@@ -28,6 +28,7 @@ pub(crate) struct Topics {
     pub(crate) image: String,
     pub(crate) camera_info: String,
     pub(crate) pose: String,
+    pub(crate) pose_kind: PoseTopicKind,
 }
 
 /// How cycles are made of messages.
@@ -87,7 +88,10 @@ pub(crate) fn read(
             if *message.topic == *topics.scan {
                 turns.take(message);
             } else {
-                take_pose(&mut poses, message);
+                match topics.pose_kind.read(message) {
+                    Some(pose) => poses.push(pose),
+                    None => poses.skip(),
+                }
             }
         })?;
     turns.complete();
@@ -195,14 +199,6 @@ impl Turns {
 pub(super) fn read_scan(message: &BagMessage) -> Option<Scan> {
     let message = message.decode::<LaserScan>().ok()?;
     convert::scan_from_message(&message).ok()
-}
-
-fn take_pose(poses: &mut Poses, message: &BagMessage) {
-    let pose = message.decode::<PoseStamped>().ok();
-    match pose.and_then(|pose| convert::pose_from_message(&pose).ok()) {
-        Some(pose) => poses.push(pose),
-        None => poses.skip(),
-    }
 }
 
 /// The scans whose poses are known.

@@ -23,7 +23,7 @@ pub(super) fn findings(
     parameters: &DetectionParameters,
     buffer: Option<&ReceiveBuffer>,
 ) -> Result<Vec<Finding>, Failure> {
-    let facts = BagFacts::read(bag, topics)?;
+    let facts = BagFacts::read(bag, topics, parameters)?;
     let mut findings = rules::losses(&facts);
     findings.push(rules::choice(&facts));
     findings.extend(facts.topics.iter().flat_map(|(topic, facts)| rules::topic(topic, facts)));

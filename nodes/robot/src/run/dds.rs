@@ -21,8 +21,9 @@ use self::pacing::Pacing;
 use self::player::Sent;
 use super::collector::{CollectedState, Collector};
 use super::findings::LostMessages;
-use super::inputs::{Inputs, PoseSource, TF, TF_STATIC};
+use super::inputs::{Inputs, TF, TF_STATIC};
 use super::parameters::PipelineParameters;
+use super::pose_topics::PoseSource;
 use super::recorder::{Recorder, RunName, Stage};
 use crate::console;
 use crate::failure::Failure;
@@ -77,7 +78,7 @@ pub(crate) fn run(
         let namespace = format!("/stillmap_run_{}", std::process::id());
         let visual = match &inputs.pose {
             PoseSource::Visual(topics) => Some(topics),
-            PoseSource::Topic(_) => None,
+            PoseSource::Topic { .. } | PoseSource::Tf => None,
         };
         let Subscribed { collector, poses, pacing } = subscribe_in(&namespace, visual.is_some())
             .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;

@@ -2,13 +2,12 @@
 
 use bag_player::{BagInfo, TopicInfo};
 use clap::Args;
-use detection::shell::DetectionParameters;
-use geometry::ExtrinsicsSource;
+use detection::shell::{DetectionParameters, PoseInput};
 use msgs::RosMessage;
-use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 
+use super::pose_topics::{BY_TF, PoseSource, PoseTopicKind};
 use crate::failure::Failure;
 use crate::lidar::{LIDAR, LidarArgs};
 use crate::sensor_bag;
@@ -29,8 +28,8 @@ pub struct TopicArgs {
     /// A PointCloud2 topic, to be read in place of a depth image
     #[arg(long, value_name = "TOPIC", conflicts_with_all = ["depth", "camera_info"])]
     points: Option<String>,
-    /// The PoseStamped topic; or `visual`: visual odometry from the colour and depth images; or `lidar`: odometry from the scans
-    /// of a 3D LiDAR
+    /// The topic of the rig's poses (PoseStamped, Odometry or PoseWithCovarianceStamped); or `tf`: the robot in the map by /tf; or
+    /// `visual`: visual odometry from the colour and depth images; or `lidar`: odometry from the scans of a 3D LiDAR
     #[arg(long, value_name = "TOPIC")]
     pose: Option<String>,
     #[command(flatten)]
@@ -72,25 +71,6 @@ pub struct Inputs {
     pub(crate) transforms: Vec<&'static str>,
 }
 
-/// Where the rig's pose comes from.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub(crate) enum PoseSource {
-    /// A topic of the bag.
-    Topic(String),
-    /// Visual odometry.
-    Visual(VisualTopics),
-}
-
-impl PoseSource {
-    /// The topic of the bag, if the poses come from one.
-    pub(crate) fn topic(&self) -> Option<&str> {
-        match self {
-            Self::Topic(topic) => Some(topic),
-            Self::Visual(_) => None,
-        }
-    }
-}
-
 /// The topics of tf, the same in every bag.
 pub(crate) const TF_STATIC: &str = "/tf_static";
 pub(crate) const TF: &str = "/tf";
@@ -121,8 +101,12 @@ impl ViewTopics {
 
 impl Inputs {
     /// Chooses the topics of a bag: those that the user named, else the only one of its type, else the
-    /// one with the usual name.
-    pub(crate) fn choose(args: &TopicArgs, info: &BagInfo) -> Result<Self, Failure> {
+    /// one with the usual name. Poses are of the kind that `detection` asks for, if the bag has it, or else of another.
+    pub(crate) fn choose(
+        args: &TopicArgs,
+        info: &BagInfo,
+        detection: &DetectionParameters,
+    ) -> Result<Self, Failure> {
         let choose = Chooser { info };
         let scan = choose.topic::<LaserScan>(&args.scan, "--scan", &["scan"])?;
         let view = match &args.points {
@@ -133,7 +117,7 @@ impl Inputs {
             )?),
             None => choose.view(args)?,
         };
-        let pose = choose.pose(args, &view)?;
+        let pose = choose.pose(args, &view, detection.pose_source)?;
         let labels = info
             .topics
             .iter()
@@ -141,34 +125,27 @@ impl Inputs {
                 topic.topic == sensor_bag::TRUE_LABELS && topic.type_name == Image::TYPE_NAME
             })
             .map(|topic| topic.topic.clone());
-        let is_there = |name: &&str| {
-            let is_it = |topic: &&bag_player::TopicInfo| topic.topic == *name;
-            let topic = info.topics.iter().find(is_it);
-            topic.is_some_and(|topic| topic.type_name == TFMessage::TYPE_NAME)
-        };
-        let transforms = [TF_STATIC, TF].into_iter().filter(is_there).collect();
+        let transforms = [TF_STATIC, TF].into_iter().filter(|name| choose.has_tf(name)).collect();
         Ok(Self { scan, view, pose, labels, transforms })
     }
 
     /// Whether the rig's poses come from the bag. Otherwise the run computes them, in a frame whose origin is the first camera.
     #[must_use]
     pub fn has_poses_of_bag(&self) -> bool {
-        self.pose.topic().is_some()
+        !matches!(self.pose, PoseSource::Visual(_))
     }
 
     /// The same without the topics that no node uses with these parameters.
     pub(crate) fn needed_by(self, detection: &DetectionParameters) -> Self {
-        match detection.config.pipeline.rig.extrinsics {
-            ExtrinsicsSource::Parameters => Self { transforms: Vec::new(), ..self },
-            ExtrinsicsSource::Tf => self,
-        }
+        if detection.needs_tf() { self } else { Self { transforms: Vec::new(), ..self } }
     }
 
     /// The sensors' topics that the nodes subscribe to, each with the name that the node knows it by.
     pub(crate) fn by_node_name(&self) -> Vec<(&'static str, &str)> {
         let mut topics = vec![("scan", self.scan.as_str())];
         match &self.pose {
-            PoseSource::Topic(pose) => topics.push(("pose", pose)),
+            PoseSource::Topic { topic, kind } => topics.push((kind.node_name(), topic)),
+            PoseSource::Tf => {}
             PoseSource::Visual(visual) => topics.extend(visual.by_node_name()),
         }
         match &self.view {
@@ -221,11 +198,55 @@ impl Chooser<'_> {
         Ok(ViewTopics::Depth { image, camera_info })
     }
 
-    fn pose(&self, args: &TopicArgs, view: &ViewTopics) -> Result<PoseSource, Failure> {
-        if args.pose.as_deref() != Some(VISUAL) {
-            let pose = self.topic::<PoseStamped>(&args.pose, "--pose", &["pose"])?;
-            return Ok(PoseSource::Topic(pose));
+    fn pose(
+        &self,
+        args: &TopicArgs,
+        view: &ViewTopics,
+        preferred: PoseInput,
+    ) -> Result<PoseSource, Failure> {
+        match args.pose.as_deref() {
+            Some(VISUAL) => self.visual_odometry(args, view),
+            Some(BY_TF) => Ok(PoseSource::Tf),
+            Some(named) => self.named_pose(named),
+            None => self.pose_of_kind(preferred),
         }
+    }
+
+    /// The topic that the user names, whatever its kind.
+    fn named_pose(&self, named: &str) -> Result<PoseSource, Failure> {
+        let type_name = self.info.topic(named).map_or("", |topic| &topic.type_name);
+        let is_it = |kind: &PoseTopicKind| kind.type_name() == type_name;
+        let kind = PoseTopicKind::ALL.into_iter().find(is_it).unwrap_or(PoseTopicKind::Pose);
+        let named = Some(named.to_owned());
+        let topic = self.topic_of_type(kind.type_name(), &named, "--pose", &[])?;
+        Ok(PoseSource::Topic { topic, kind })
+    }
+
+    /// The poses that the bag has: of the preferred kind, or else of the first kind that there is.
+    fn pose_of_kind(&self, preferred: PoseInput) -> Result<PoseSource, Failure> {
+        let has_tf = [TF_STATIC, TF].into_iter().any(|name| self.has_tf(name));
+        if preferred == PoseInput::Tf && has_tf {
+            return Ok(PoseSource::Tf);
+        }
+        let is_there = |kind: &PoseTopicKind| !self.of_type(kind.type_name()).is_empty();
+        let preferred = PoseTopicKind::ALL.into_iter().find(|kind| kind.input() == preferred);
+        match preferred.into_iter().chain(PoseTopicKind::ALL).find(is_there) {
+            Some(kind) => {
+                let usual = [kind.node_name()];
+                let topic = self.topic_of_type(kind.type_name(), &None, "--pose", &usual)?;
+                Ok(PoseSource::Topic { topic, kind })
+            }
+            None if has_tf => Ok(PoseSource::Tf),
+            None => Err(Failure::new(format!(
+                "the bag has no pose: neither a topic of type {} nor /tf{}",
+                PoseTopicKind::ALL.map(PoseTopicKind::type_name).join(", "),
+                unread(self.info)
+            ))
+            .fix("`--pose visual` computes it from colour and depth images; `stillmap info` lists what the bag holds")),
+        }
+    }
+
+    fn visual_odometry(&self, args: &TopicArgs, view: &ViewTopics) -> Result<PoseSource, Failure> {
         let ViewTopics::Depth { image, camera_info } = view else {
             return Err(Failure::new(
                 "--pose visual needs depth images, and the bag has only clouds".to_owned(),
@@ -236,6 +257,12 @@ impl Chooser<'_> {
         Ok(PoseSource::Visual(topics))
     }
 
+    /// Whether a topic of tf is in the bag.
+    fn has_tf(&self, name: &str) -> bool {
+        let topics = &self.info.topics;
+        topics.iter().any(|topic| topic.topic == name && is_input(topic, TFMessage::TYPE_NAME))
+    }
+
     /// The topic for messages of type `M`.
     fn topic<M: RosMessage>(
         &self,
@@ -243,7 +270,16 @@ impl Chooser<'_> {
         option: &str,
         usual_names: &[&str],
     ) -> Result<String, Failure> {
-        let wanted = M::TYPE_NAME;
+        self.topic_of_type(M::TYPE_NAME, named, option, usual_names)
+    }
+
+    fn topic_of_type(
+        &self,
+        wanted: &str,
+        named: &Option<String>,
+        option: &str,
+        usual_names: &[&str],
+    ) -> Result<String, Failure> {
         if let Some(named) = named {
             return match self.info.topic(named) {
                 Some(topic) if !topic.is_playable() => Err(Failure::new(format!(

@@ -9,9 +9,10 @@ use msgs::geometry_msgs::PoseStamped;
 use node_shell::{NodeFailure, Publisher};
 use report::RunRecord;
 
-use super::inputs::{Inputs, PoseSource, TF_STATIC, ViewTopics};
+use super::inputs::{Inputs, TF_STATIC, ViewTopics};
 use super::parameters::PipelineParameters;
 use super::pipeline::{Pipeline, Sensors};
+use super::pose_topics::{PoseSource, PoseTopicKind};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -83,8 +84,14 @@ fn publish(message: &BagMessage, inputs: &Inputs, sensors: &Sensors) -> Result<(
     if topic == inputs.scan {
         return pass_on(message, &sensors.scans);
     }
-    if inputs.pose.topic() == Some(topic) {
-        return pass_on(message, &sensors.poses);
+    if let PoseSource::Topic { topic: poses, kind } = &inputs.pose
+        && topic == poses
+    {
+        return match kind {
+            PoseTopicKind::Pose => pass_on(message, &sensors.poses),
+            PoseTopicKind::Odometry => pass_on(message, &sensors.odometry),
+            PoseTopicKind::PoseWithCovariance => pass_on(message, &sensors.poses_with_covariance),
+        };
     }
     match &inputs.view {
         ViewTopics::Depth { camera_info, .. } if topic == camera_info => {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use detection::DetectionConfig;
-use detection::shell::DetectionParameters;
+use detection::shell::{DetectionParameters, PoseInput};
 use geometry::{Method, PipelineConfig};
 use node_shell::parameters::{self, Assignment};
 use pose::shell::PoseParameters;
@@ -16,6 +16,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::recorder::Stage;
+use super::tf_frames::TfFrames;
 use crate::console;
 use crate::failure::Failure;
 use crate::visual;
@@ -121,6 +122,20 @@ impl PipelineParameters {
             &mut self.segmentation.config.pipeline,
             &mut self.reconstruction.config.pipeline,
         ]
+    }
+
+    /// Takes the poses from another source than the files say.
+    pub(super) fn set_pose_source(&mut self, source: PoseInput) {
+        self.detection.pose_source = source;
+    }
+
+    /// Takes the frames of a bag's tf.
+    pub(super) fn set_tf_frames(&mut self, frames: &TfFrames) {
+        self.detection.map_frame_id.clone_from(&frames.map);
+        for pipeline in self.pipelines_mut() {
+            pipeline.rig.rig_frame_id.clone_from(&frames.robot);
+            pipeline.rig.extrinsics = frames.extrinsics;
+        }
     }
 
     /// The parameters that the nodes share.

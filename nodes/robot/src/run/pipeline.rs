@@ -2,7 +2,8 @@
 //! only on the published messages, so the same messages give the same record, except for the times.
 
 use detection::shell::{CloudInput, DetectionParameters, Stage as Detection};
-use msgs::geometry_msgs::PoseStamped;
+use msgs::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped};
+use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, ShellError};
@@ -162,6 +163,8 @@ pub struct Sensors {
     pub images: Publisher<Image>,
     /// `depth/camera_info`.
     pub camera_infos: Publisher<CameraInfo>,
+    pub(crate) odometry: Publisher<Odometry>,
+    pub(crate) poses_with_covariance: Publisher<PoseWithCovarianceStamped>,
     pub(crate) clouds: Publisher<PointCloud2>,
     pub(crate) fixed_transforms: Publisher<TFMessage>,
     pub(crate) transforms: Publisher<TFMessage>,
@@ -173,6 +176,8 @@ impl Sensors {
         Ok(Self {
             scans: node.publisher("scan", &qos)?,
             poses: node.publisher("pose", &qos)?,
+            odometry: node.publisher("odom", &qos)?,
+            poses_with_covariance: node.publisher("pose_with_covariance", &qos)?,
             images: node.publisher("depth/image", &qos)?,
             camera_infos: node.publisher("depth/camera_info", &qos)?,
             clouds: node.publisher("points", &qos)?,

@@ -117,12 +117,14 @@ impl Tour {
         if time_s >= (self.rows.len() + 1) as f64 * MINUTE_S {
             self.end_minute();
         }
-        let Some((_, projector)) = &self.projector else { return Ok(()) };
+        let (Some((_, projector)), Some(pose)) = (&self.projector, &matched.pose) else {
+            return Ok(());
+        };
         let input = CycleInput {
             scan: &matched.scan,
             view: View::Depth { image: &matched.cloud, projector },
-            map_from_rig: &matched.pose.map_from_rig,
-            map_frame_id: &matched.pose.frame_id,
+            map_from_rig: &pose.map_from_rig,
+            map_frame_id: &pose.frame_id,
         };
         let clock = Clock::start();
         let detected = self.detector.step(&input, |_| ()).map_err(failure)?;

@@ -2,12 +2,8 @@
 
 use std::sync::Arc;
 
-use geometry::Stamp;
-use msgs::convert;
 use msgs::tf2_msgs::TFMessage;
-use nalgebra::Isometry3;
 
-use super::error::TransformError;
 use super::tree::TransformTree;
 use crate::endpoints::subscription::Subscription;
 use crate::node::Node;
@@ -72,49 +68,18 @@ impl TransformListener {
             TransformArrival::Fixed(message) => (message, true),
             TransformArrival::Timed(message) => (message, false),
         };
-        for transform in &message.transforms {
-            let (parent, child) = (&transform.header.frame_id, &transform.child_frame_id);
-            let taken = match convert::isometry_from_transform(&transform.transform) {
-                Err(error) => Err(format!("the transform from {child:?} to {parent:?}: {error}")),
-                Ok(parent_from_child) => if is_fixed {
-                    self.tree.insert_fixed(parent, child, &parent_from_child)
-                } else {
-                    let stamp = convert::stamp_from_time(transform.header.stamp);
-                    self.tree.insert_timed(stamp, parent, child, &parent_from_child)
-                }
-                .map_err(|error| error.to_string()),
-            };
-            if let Err(reason) = taken
-                && let Some(held_back) = self.refused.pass()
-            {
+        let refused = &self.refused;
+        self.tree.insert_message(message, is_fixed, |reason| {
+            if let Some(held_back) = refused.pass() {
                 tracing::warn!("tf: {reason} ({held_back} more since the last warning)");
             }
-        }
+        });
     }
 
-    /// See [`TransformTree::lookup`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn lookup(
-        &self,
-        target: &str,
-        source: &str,
-        stamp: Stamp,
-    ) -> Result<Isometry3<f64>, TransformError> {
-        self.tree.lookup(target, source, stamp)
-    }
-
-    /// See [`TransformTree::lookup_latest`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn lookup_latest(
-        &self,
-        target: &str,
-        source: &str,
-    ) -> Result<Isometry3<f64>, TransformError> {
-        self.tree.lookup_latest(target, source)
+    /// The transforms that were received.
+    #[must_use]
+    pub fn tree(&self) -> &TransformTree {
+        &self.tree
     }
 
     /// See [`TransformTree::forget_timed`].

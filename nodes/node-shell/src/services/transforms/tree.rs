@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use geometry::{PoseBuffer, PoseLookupError, PosePushError, Stamp, StampedPose, check_pose};
+use msgs::convert;
+use msgs::tf2_msgs::TFMessage;
 use nalgebra::Isometry3;
 
 use super::error::{FRAMES_NAMED, TransformError, TransformRefused};
@@ -38,6 +40,32 @@ enum Kind {
 }
 
 impl TransformTree {
+    /// Takes in the transforms of a message of `/tf_static` (`are_fixed`) or `/tf`. Invalid ones are left out, and `refuse` is
+    /// called with the reason of each.
+    pub fn insert_message(
+        &mut self,
+        message: &TFMessage,
+        are_fixed: bool,
+        mut refuse: impl FnMut(String),
+    ) {
+        for transform in &message.transforms {
+            let (parent, child) = (&transform.header.frame_id, &transform.child_frame_id);
+            let inserted = match convert::isometry_from_transform(&transform.transform) {
+                Err(error) => Err(format!("the transform from {child:?} to {parent:?}: {error}")),
+                Ok(parent_from_child) => if are_fixed {
+                    self.insert_fixed(parent, child, &parent_from_child)
+                } else {
+                    let stamp = convert::stamp_from_time(transform.header.stamp);
+                    self.insert_timed(stamp, parent, child, &parent_from_child)
+                }
+                .map_err(|error| error.to_string()),
+            };
+            if let Err(reason) = inserted {
+                refuse(reason);
+            }
+        }
+    }
+
     /// Takes in that `child` is fixed to `parent`: `parent_from_child * point_in_child` is a point in the parent.
     ///
     /// # Errors

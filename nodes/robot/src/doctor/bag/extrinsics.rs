@@ -11,6 +11,7 @@ use super::reading::BagFacts;
 use crate::calibrate::reader::{self, Choosing, Topics};
 use crate::doctor::checks::Check;
 use crate::doctor::finding::Finding;
+use crate::run::PoseSource;
 use crate::run::inputs::{Inputs, ViewTopics};
 
 /// Cycles that are compared together, each with its image in memory: those in which the platform moves least.
@@ -37,11 +38,13 @@ pub(super) fn finding(
         max_image_offset_s: config.max_cloud_offset_s,
         beam_order: config.free_space.beam_order,
     };
+    let PoseSource::Topic { topic: pose, kind: pose_kind } = &inputs.pose else { return None };
     let topics = Topics {
         scan: inputs.scan.clone(),
         image: image.clone(),
         camera_info: camera_info.clone(),
-        pose: inputs.pose.topic()?.to_owned(),
+        pose: pose.clone(),
+        pose_kind: *pose_kind,
     };
     // Other faults of the bag are found by other rules.
     let read = reader::read(bag, &facts.info, &topics, &choosing).ok()?;
@@ -110,7 +113,7 @@ fn from_verdicts(
 ) -> Option<Finding> {
     const CALIBRATE: &str =
         "stillmap calibrate BAG -o extrinsics.yaml, then --params-file extrinsics.yaml";
-    let reads_tf = source == ExtrinsicsSource::Tf;
+    let reads_tf = source != ExtrinsicsSource::Parameters;
     if let Some((verdict, mounts)) = &by_tf {
         let offset_by_tf = offset(verdict)?;
         if verdict.is_wrong() {

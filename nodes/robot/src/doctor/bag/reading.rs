@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use bag_player::{Bag, BagError, BagInfo, BagMessage, Loss, Selection};
+use detection::shell::DetectionParameters;
 use geometry::Stamp;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
@@ -48,10 +49,14 @@ pub(super) struct TopicFacts {
 }
 
 impl BagFacts {
-    pub(super) fn read(bag: &Bag, topics: &TopicArgs) -> Result<Self, Failure> {
+    pub(super) fn read(
+        bag: &Bag,
+        topics: &TopicArgs,
+        parameters: &DetectionParameters,
+    ) -> Result<Self, Failure> {
         let fail = |error: BagError| Failure::new(error.to_string());
         let info = bag.info().map_err(fail)?;
-        let choice = Inputs::choose(topics, &info);
+        let choice = Inputs::choose(topics, &info, parameters);
         let mut facts: BTreeMap<String, TopicFacts> = info
             .topics
             .iter()

@@ -49,11 +49,8 @@ pub(super) fn choice(facts: &BagFacts) -> Finding {
                 ViewTopics::Depth { image, camera_info } => format!("{image} with {camera_info}"),
                 ViewTopics::Points(points) => points.clone(),
             };
-            let what = format!(
-                "`stillmap run` reads {}, {view}, {}",
-                inputs.scan,
-                inputs.pose.topic().unwrap_or_default()
-            );
+            let what =
+                format!("`stillmap run` reads {}, {view}, {}", inputs.scan, inputs.pose.name());
             Finding::ok(CHECK, what)
         }
         Err(failure) => {

@@ -10,7 +10,8 @@ use msgs::convert::{self, COMPRESSED_DEPTH_TOPIC};
 use msgs::sensor_msgs::Image;
 use node_shell::{GrantedBuffer, RAISE_RECEIVE_BUFFER};
 
-use crate::run::inputs::{Inputs, PoseSource, ViewTopics};
+use crate::run::PoseSource;
+use crate::run::inputs::{Inputs, ViewTopics};
 use crate::run::parameters::PipelineParameters;
 use crate::run::recorder::Stage;
 use crate::visual;
