@@ -14,6 +14,7 @@ mod cycle;
 mod depth;
 mod depth_frame;
 mod error;
+mod filtered;
 mod labels;
 mod lidar_cloud;
 mod map_path;
@@ -45,6 +46,7 @@ pub use cycle::{
 };
 pub use depth::{depth_from_message, message_from_depth};
 pub use error::ConvertError;
+pub use filtered::{cloud_without, depth_without, dynamic_scan, static_scan};
 pub use labels::{labels_from_message, message_from_labels};
 pub use lidar_cloud::{
     LidarCloudReading, PointTimes, TimeOrigin, TimeUnit, lidar_cloud_from_message,

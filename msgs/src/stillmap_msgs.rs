@@ -86,6 +86,10 @@ pub struct ReducedCloud {
     pub map_from_rig: Pose,
     /// Zones with moving objects; empty when there are none.
     pub zones: Vec<DynamicZone>,
+    /// The beams of the scan that hit something that moves: their indices, rising.
+    pub moving_beams: Vec<u32>,
+    /// For each of them the range in metres of the static surface behind the object; NaN where it is not known.
+    pub background_ranges: Vec<f32>,
     /// The reduced cloud; its header is the message's own.
     pub cloud: PointCloud2,
     /// How many points each of the cloud's is the mean of, in their order.

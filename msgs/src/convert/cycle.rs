@@ -1,6 +1,6 @@
 //! The messages of one cycle.
 
-use geometry::{Cloud, CycleSetup, DetectedCycle, Method, RigMounts, SegmentedCycle};
+use geometry::{Cloud, CycleSetup, DetectedCycle, Method, MovingBeam, RigMounts, SegmentedCycle};
 
 use super::depth_frame::{
     bits_from_mask, depth_frame_from_messages, masked_depth_from_messages,
@@ -41,6 +41,7 @@ pub fn detected_cycle_from_message(message: &ReducedCloud) -> Result<DetectedCyc
         map_from_rig: isometry_from_pose(&message.map_from_rig)?,
         map_frame_id: message.map_frame_id.clone(),
         zones: zones_from_messages(&message.zones)?,
+        moving_beams: moving_beams_from_message(message)?,
         depth,
     })
 }
@@ -58,10 +59,29 @@ pub fn message_from_detected_cycle(cycle: &DetectedCycle) -> ReducedCloud {
         map_frame_id: cycle.map_frame_id.clone(),
         map_from_rig: pose_from_isometry(&cycle.map_from_rig),
         zones: messages_from_zones(&cycle.zones),
+        moving_beams: cycle.moving_beams.iter().map(|beam| beam.index).collect(),
+        background_ranges: cycle
+            .moving_beams
+            .iter()
+            .map(|beam| beam.background_m.unwrap_or(f32::NAN))
+            .collect(),
         cloud: message_from_cloud(&cycle.reduced_cloud),
         voxel_points: cycle.voxel_points.clone(),
         depth: messages_from_depth_frame(cycle.depth.as_deref()),
     }
+}
+
+fn moving_beams_from_message(message: &ReducedCloud) -> Result<Vec<MovingBeam>, ConvertError> {
+    let (indices, ranges_m) = (&message.moving_beams, &message.background_ranges);
+    let (beams, ranges) = (indices.len(), ranges_m.len());
+    if beams != ranges {
+        return Err(ConvertError::MovingBeams { beams, ranges });
+    }
+    let beam = |(&index, range_m): (&u32, &f32)| MovingBeam {
+        index,
+        background_m: (*range_m > 0.0 && range_m.is_finite()).then_some(*range_m),
+    };
+    Ok(indices.iter().zip(ranges_m).map(beam).collect())
 }
 
 /// The two parts of a cycle's cloud.
@@ -173,6 +193,10 @@ mod tests {
             points_before_reduction: 307_200,
             map_from_rig: pose_from_vector(pose),
             map_frame_id: "map".to_owned(),
+            moving_beams: vec![
+                MovingBeam { index: 3, background_m: Some(2.5) },
+                MovingBeam { index: 4, background_m: None },
+            ],
             zones: vec![
                 DynamicZone {
                     azimuth_min_rad: -0.1,
@@ -269,6 +293,12 @@ mod tests {
         by_another_method.setup.method = "median".to_owned();
         let error = detected_cycle_from_message(&by_another_method).unwrap_err();
         assert!(error.to_string().contains("\"median\""), "{error}");
+        let mut unequal = whole.clone();
+        unequal.background_ranges.pop();
+        assert_eq!(
+            detected_cycle_from_message(&unequal),
+            Err(ConvertError::MovingBeams { beams: 2, ranges: 1 })
+        );
         let mut turned = whole;
         turned.zones[0].azimuth_max_rad = -2.0;
         assert!(matches!(

@@ -23,14 +23,31 @@ pub fn depth_from_message(message: &Image) -> Result<DepthImage, ConvertError> {
     let pixels = match message.encoding.as_str() {
         MILLIMETRES | MILLIMETRES_TOO => DepthPixels::Millimetres(whole_pixels(message)?),
         METRES => DepthPixels::Metres(pixels(message, f32::from_le_bytes, f32::from_be_bytes)?),
-        other => {
-            let wanted = "depth image: 16UC1, mono16 and 32FC1 are";
-            return Err(ConvertError::Encoding { encoding: excerpt(other), wanted });
-        }
+        other => return Err(no_depth_encoding(other)),
     };
     let stamp = stamp_from_time(message.header.stamp);
     let size_px = (message.width as usize, message.height as usize);
     Ok(DepthImage::new(stamp, message.header.frame_id.clone(), size_px, pixels)?)
+}
+
+/// The bytes of a pixel of this depth image where nothing was measured: 0 in millimetres, NaN in metres.
+///
+/// # Errors
+/// When the encoding is none of a depth image.
+pub(super) fn unmeasured_pixel(message: &Image) -> Result<&'static [u8], ConvertError> {
+    const LITTLE_NAN: [u8; 4] = f32::NAN.to_le_bytes();
+    const BIG_NAN: [u8; 4] = f32::NAN.to_be_bytes();
+    match message.encoding.as_str() {
+        MILLIMETRES | MILLIMETRES_TOO => Ok(&[0; 2]),
+        METRES if message.is_bigendian == 0 => Ok(&LITTLE_NAN),
+        METRES => Ok(&BIG_NAN),
+        other => Err(no_depth_encoding(other)),
+    }
+}
+
+fn no_depth_encoding(other: &str) -> ConvertError {
+    let wanted = "depth image: 16UC1, mono16 and 32FC1 are";
+    ConvertError::Encoding { encoding: excerpt(other), wanted }
 }
 
 /// The pixels of an image of 16 bits.

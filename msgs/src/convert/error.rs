@@ -311,6 +311,30 @@ pub enum ConvertError {
         /// Frame of the cycle, the start of its name.
         cycle_frame_id: String,
     },
+    /// A mask is not one of its message.
+    #[error("{message}: a mask of {entries} entries for {records} points or pixels")]
+    Mask {
+        /// The type of the message.
+        message: &'static str,
+        /// Entries of the mask.
+        entries: usize,
+        /// Points or pixels of the message.
+        records: usize,
+    },
+    /// A coordinate that cannot be NaN.
+    #[error("PointCloud2: field {field} holds whole numbers, and a point that is taken out is NaN")]
+    NotANumber {
+        /// The coordinate.
+        field: &'static str,
+    },
+    /// The beams that move and the ranges behind them are not as many.
+    #[error("ReducedCloud: background_ranges has {ranges} entries for {beams} moving_beams")]
+    MovingBeams {
+        /// How many beams.
+        beams: usize,
+        /// How many ranges.
+        ranges: usize,
+    },
     /// The counts of a reduced cloud are not those of its points.
     #[error("ReducedCloud: voxel_points has {counts} entries for a cloud of {means} points")]
     VoxelPoints {

@@ -74,6 +74,16 @@ impl<'data> Rows<'data> {
         self.records
     }
 
+    /// Where each record of `record_bytes` begins in the data, row by row.
+    pub(super) fn record_starts(&self, record_bytes: usize) -> impl Iterator<Item = usize> + use<> {
+        let (step, row_bytes) = (self.step, self.row_bytes);
+        let rows = self.data.len() / step;
+        let in_row = move |row: usize| {
+            (0..row_bytes / record_bytes.max(1)).map(move |at| row * step + at * record_bytes)
+        };
+        (0..rows).flat_map(in_row)
+    }
+
     /// The rows without what pads them.
     pub(super) fn iter(&self) -> impl Iterator<Item = &'data [u8]> + use<'data> {
         let row_bytes = self.row_bytes;

@@ -110,6 +110,7 @@ impl Detector {
             map_from_rig: *input.map_from_rig,
             map_frame_id: input.map_frame_id.to_owned(),
             zones: found.zones,
+            moving_beams: found.hits,
             depth,
         };
         let statistics = CycleStatistics {

@@ -30,7 +30,7 @@ mod zones;
 
 use std::ops::Range;
 
-use geometry::{DynamicZone, Scan, Stamp, ZoneSource};
+use geometry::{DynamicZone, MovingBeam, Scan, Stamp, ZoneSource};
 use nalgebra::Isometry3;
 
 use crate::aperture::Beam;
@@ -101,6 +101,8 @@ pub struct MotionSearch {
     pub unknown_beams: usize,
     /// The step of the pose since the last cycle, if no platform makes it: what earlier cycles saw was forgotten.
     pub pose_jump: Option<PoseJump>,
+    /// The beams that hit what moves, of the whole scan, by their places among [`MotionInput::beams`].
+    pub hits: Vec<MovingBeam>,
 }
 
 /// Finds moving objects by returns in observed free space.
@@ -204,7 +206,6 @@ impl MotionFinder {
         }
         let runs = self.runs(scan, &classes, within);
         let runs = self.moving(scan, runs, *now_ms, *platform_moves);
-
         let mut labels = vec![ReturnLabel::Background; scan.beams.len()];
         // Otherwise earlier returns of a person who walks away would count as background, since poses are not exact.
         self.tracker.under_way().for_each(|beams| labels[beams].fill(ReturnLabel::Undecided));
@@ -215,6 +216,11 @@ impl MotionFinder {
         }
         self.evidence.integrate(scan, &labels, *now_ms);
 
+        let mut beams: Vec<usize> = runs
+            .iter()
+            .flat_map(|run| scan.returns_of_object(run.beams.clone()))
+            .map(|(beam, _)| beam)
+            .collect();
         let is_in_aperture =
             |run: &MovingBeams| within.start <= run.beams.start && run.beams.end <= within.end;
         let measured: Vec<MovingBeams> = runs.into_iter().filter(is_in_aperture).collect();
@@ -226,8 +232,23 @@ impl MotionFinder {
         let view = CycleView { scan, classes: &classes, within, platform_moves: *platform_moves };
         let objects = self.tracker.objects_mut();
         let zones = self.zone_maker.zones(&view, &measured, objects, known_m);
+        beams.extend(beams_in_held_zones(scan, &classes, &zones));
+        let hits = self.hits(scan, beams, *now_ms);
         let found = self.search(&classes, zones, &measured, known_m, within);
-        MotionSearch { pose_jump: *pose_jump, ..found }
+        MotionSearch { hits, pose_jump: *pose_jump, ..found }
+    }
+
+    /// The hits of beams, each with the background behind it.
+    fn hits(&self, scan: &DeskewedScan, mut beams: Vec<usize>, now_ms: u32) -> Vec<MovingBeam> {
+        beams.sort_unstable();
+        beams.dedup();
+        let hit = |place: usize| {
+            let beam = &scan.beams[place];
+            let hit = beam.hit.as_ref()?;
+            let background_m = self.evidence.background_behind_m(beam, hit, now_ms);
+            Some(MovingBeam { index: place as u32, background_m })
+        };
+        beams.into_iter().filter_map(hit).collect()
     }
 
     /// The runs of beams in free space, in the aperture and outside of it.
@@ -339,6 +360,7 @@ impl MotionFinder {
             moving_beams,
             unknown_beams,
             pose_jump: None,
+            hits: Vec::new(),
         }
     }
 
@@ -358,6 +380,31 @@ impl MotionFinder {
         self.epoch = Some((first, now_ms));
         now_ms
     }
+}
+
+/// The beams that end where a zone is held, and not at background: the object was not found in this scan, and is there.
+fn beams_in_held_zones(
+    scan: &DeskewedScan,
+    classes: &[Option<ReturnClass>],
+    zones: &[DynamicZone],
+) -> Vec<usize> {
+    let held = |zone: &&DynamicZone| zone.source != ZoneSource::Measured;
+    let spans: Vec<_> = zones.iter().filter(held).filter_map(|z| Some((z, z.returns?))).collect();
+    let is_held = |hit: &Return| {
+        let (distance_m, point) = (hit.distance_m(), hit.in_rig_m.cast::<f32>());
+        spans.iter().any(|(zone, span)| {
+            let span_m =
+                f64::from(span.nearest_m) - hit.error_m..=f64::from(span.farthest_m) + hit.error_m;
+            span_m.contains(&distance_m) && zone.contains(&point)
+        })
+    };
+    let beams = scan.beams.iter().zip(classes).enumerate();
+    beams
+        .filter(|(_, (beam, class))| {
+            *class != &Some(ReturnClass::Background) && beam.hit.as_ref().is_some_and(is_held)
+        })
+        .map(|(place, _)| place)
+        .collect()
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Cloud, CycleSetup, DepthFrame, DynamicZone, MaskedDepth, Stamp};
+use crate::{Cloud, CycleSetup, DepthFrame, DynamicZone, MaskedDepth, MovingBeam, Stamp};
 
 /// The output of detection to segmentation: the reduced cloud, the pose and the zones of one cycle.
 /// They are one value so that a cloud is never combined with the pose or the zone of another cycle.
@@ -29,6 +29,9 @@ pub struct DetectedCycle {
     pub map_frame_id: String,
     /// Zones with moving objects; empty when there are none.
     pub zones: Vec<DynamicZone>,
+    /// The beams of the scan that hit something that moves, by rising index, in whatever direction; none where the method does
+    /// not know single beams (`rec_hv`).
+    pub moving_beams: Vec<MovingBeam>,
     /// The depth image of the cloud, or one that is made of the cloud, with its stamp; absent where the method has no use for it
     /// ([`PipelineConfig::needs_depth`](crate::PipelineConfig::needs_depth)).
     pub depth: Option<Arc<DepthFrame>>,

@@ -39,6 +39,7 @@ mod label;
 mod lidar_cloud;
 mod map_path;
 mod method;
+mod moving_beam;
 mod organised_cloud;
 pub mod parameter;
 pub mod pcd;
@@ -75,6 +76,7 @@ pub use map_path::{
     ContinuousFrame, LateCorrections, MapPath, MapPathError, PathCorrection, PathKnot, PathVertex,
 };
 pub use method::Method;
+pub use moving_beam::{BeamFill, MovingBeam};
 pub use organised_cloud::OrganisedCloud;
 pub use parameter::ParameterError;
 pub use pipeline::{CycleSetup, PipelineConfig, PipelineDifference, PipelineMismatch};

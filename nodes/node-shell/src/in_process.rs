@@ -68,6 +68,7 @@ fn cycle(index: u32) -> DetectedCycle {
         map_from_rig: nalgebra::Isometry3::identity(),
         map_frame_id: "map".to_owned(),
         zones: Vec::new(),
+        moving_beams: Vec::new(),
     }
 }
 

@@ -57,6 +57,19 @@ impl BagOutput {
         refuse_to_replace([self.output.clone()], self.overwrite, "-o")
     }
 
+    /// Refuses to replace the bag that is read.
+    ///
+    /// # Errors
+    /// When it is the same file.
+    pub fn refuse_itself(&self, bag: &Path) -> Result<(), Failure> {
+        let real = bag.canonicalize();
+        if real.is_ok_and(|real| self.output.canonicalize().is_ok_and(|output| output == real)) {
+            return Err(Failure::new(format!("{} cannot replace itself", bag.display()))
+                .fix("-o names another place"));
+        }
+        Ok(())
+    }
+
     /// Creates the bag.
     ///
     /// # Errors

@@ -4,11 +4,13 @@
 //!
 //! Modules that the subcommands of the laboratory use as well are public.
 
+mod bag_copy;
 mod calibrate;
 pub mod console;
 mod doctor;
 mod existing;
 mod failure;
+mod filter;
 pub mod import;
 mod info;
 mod interrupt;
@@ -43,6 +45,8 @@ pub use rig::rig_from_camera;
 pub enum Command {
     /// A bag through the whole pipeline
     Run(run::RunArgs),
+    /// A bag without what moves: all its messages, those of scanner and depth camera filtered
+    Filter(filter::FilterArgs),
     /// The trajectory of a bag's camera, from the points and lines in its images; or of its LiDAR
     Odometry(odometry::OdometryArgs),
     /// Play a bag onto DDS
@@ -77,6 +81,7 @@ impl Command {
     ) -> Result<ExitCode, Failure> {
         let outcome = match self {
             Self::Run(args) => run::run(&args, scoring, &Interrupt::on_signals()?),
+            Self::Filter(args) => filter::run(&args, &Interrupt::on_signals()?),
             Self::Odometry(args) => odometry::run(&args),
             Self::Play(options) => return code_of(bag_player::shell::run_options(options, ros)),
             Self::Record(options) => return code_of(record::run(&options, ros)),

@@ -4,7 +4,7 @@ mod collector;
 mod dds;
 mod findings;
 pub mod inputs;
-mod local;
+pub(crate) mod local;
 mod output;
 pub mod parameters;
 pub mod pipeline;
@@ -25,6 +25,7 @@ use nalgebra::Isometry3;
 use report::{DynamicScore, RunRecord, Summary};
 
 use self::findings::InputLosses;
+pub(crate) use self::findings::no_cycle;
 use self::inputs::{Inputs, TopicArgs};
 use self::output::OutputFolder;
 pub use self::output::refuse_results;
@@ -160,9 +161,7 @@ pub fn run_bag(
     let bag = Bag::open(bag_path).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
     let mut parameters = PipelineParameters::load(&how.parameters)?;
-    let inputs = Inputs::choose(topics, &info, parameters.detection_node())?;
-    take_poses_of(&bag, &inputs, &mut parameters)?;
-    let inputs = inputs.needed_by(parameters.detection_node());
+    let inputs = choose_inputs(&bag, &info, topics, &mut parameters)?;
     if !(how.rate.is_finite() && how.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
@@ -215,6 +214,18 @@ pub fn run_bag(
         return Ok(Outcome::Interrupted);
     }
     Ok(if findings.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+/// Chooses the topics of a bag, and sets the parameters to the poses that it has.
+pub(crate) fn choose_inputs(
+    bag: &Bag,
+    info: &BagInfo,
+    topics: &TopicArgs,
+    parameters: &mut PipelineParameters,
+) -> Result<Inputs, Failure> {
+    let inputs = Inputs::choose(topics, info, parameters.detection_node())?;
+    take_poses_of(bag, &inputs, parameters)?;
+    Ok(inputs.needed_by(parameters.detection_node()))
 }
 
 /// Sets the parameters to the poses of the bag; says so where they are not those of a PoseStamped.

@@ -21,6 +21,7 @@
 //! | `continuous` | all of them in a frame that does not jump when the map is corrected |
 //! | [`free_space`] | all of them in turn |
 //! | `moving_pixels` | the verdict as a mask on the depth image, where the map is made of depth images |
+//! | [`filter`] | the verdict at the moments of scans, images and clouds, between the cycles too |
 //!
 //! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
 //!
@@ -51,6 +52,7 @@ pub mod angular;
 pub mod config;
 mod continuous;
 pub mod depth_clustering;
+pub mod filter;
 pub mod floor;
 pub mod free_space;
 pub mod growth;

@@ -1,10 +1,12 @@
 //! The node `segmentation`: reduced clouds with their zones in, static and dynamic clouds out.
 
+mod filter;
 #[cfg(test)]
 mod tests;
 
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Duration;
 
 use geometry::{Cloud, DetectedCycle, Method, SegmentedCycle};
 use msgs::convert;
@@ -18,7 +20,10 @@ use node_shell::{
     StepTimer, Subscription, Throttle, ValuePublisher, ValueSubscription,
 };
 
+use crate::filter::Verdict;
 use crate::{SegmentationConfig, Segmented, Segmenter};
+use filter::Filter;
+pub use filter::FilterParameters;
 
 const PROGRAM: Program = Program {
     name: "segmentation",
@@ -30,6 +35,11 @@ const PROGRAM: Program = Program {
              out dynamic_cloud (sensor_msgs/msg/PointCloud2, rig frame), reliable
              out tracks (stillmap_msgs/msg/Tracks, map frame), reliable
              out track_markers (visualization_msgs/msg/MarkerArray, map frame), reliable, for a viewer
+             in  scan, depth/image, depth/camera_info, points: while one of the next six is subscribed to
+             out static_scan, dynamic_scan (sensor_msgs/msg/LaserScan: scan without what moves, and that alone), reliable
+             out static_depth/image, dynamic_depth/image (sensor_msgs/msg/Image: the same of depth/image), best effort,
+                 each with its camera_info (sensor_msgs/msg/CameraInfo)
+             out static_points, dynamic_points (sensor_msgs/msg/PointCloud2: the same of points), best effort
              out ~/report (stillmap_msgs/msg/StageReport), reliable",
 };
 
@@ -43,6 +53,9 @@ const CYCLES_KEPT: usize = 50;
 /// Each path holds the whole trajectory.
 const PATHS_KEPT: usize = 5;
 
+/// How often the node looks whether somebody wants a filtered topic.
+const LOOK_FOR_SUBSCRIBERS: Duration = Duration::from_millis(250);
+
 /// A viewer needs the latest markers alone.
 const MARKERS_KEPT: usize = 1;
 
@@ -52,6 +65,8 @@ geometry::parameters! {
     pub struct SegmentationParameters {
         /// The parameters of the method.
         config: SegmentationConfig as flatten;
+        /// The parameters of the filtered topics.
+        filter: FilterParameters as flatten;
     }
 }
 
@@ -72,14 +87,18 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
     node.serve_parameters(&parameters)?;
     let mut lifecycle = node.manage()?;
     let shutdown = node.shutdown_signal();
+    let mut look = tokio::time::interval(LOOK_FOR_SUBSCRIBERS);
+    look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     loop {
         tokio::select! {
             biased;
             () = shutdown.wait() => break,
             _reset = lifecycle.reset() => stage.reset()?,
+            _now = look.tick() => stage.follow_subscribers(node)?,
             // It concerns the cycles after it.
             received = stage.paths.next() => stage.take_path(&received.message),
             received = stage.cycles.next() => stage.take(&received.message),
+            arrival = stage.filter.next() => stage.filter.take(arrival),
         }
     }
     if node.takes_every_cycle() {
@@ -108,6 +127,7 @@ pub struct Stage {
     dynamic_clouds: Publisher<PointCloud2>,
     segmented_cycles: ValuePublisher<SegmentedCycle>,
     tracks: Publisher<Tracks>,
+    filter: Filter,
     markers: Publisher<MarkerArray>,
     reporter: StageReporter,
     counters: Counters,
@@ -133,6 +153,11 @@ impl Stage {
             dynamic_clouds: node.publisher("dynamic_cloud", &Qos::reliable(CYCLES_KEPT))?,
             segmented_cycles: node
                 .value_publisher("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            filter: Filter::new(
+                node,
+                &parameters.filter,
+                parameters.config.pipeline.voxel_grid()?,
+            )?,
             tracks: node.publisher("tracks", &Qos::reliable(CYCLES_KEPT))?,
             markers: node.publisher("track_markers", &Qos::reliable(MARKERS_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
@@ -144,11 +169,26 @@ impl Stage {
     /// Drops the evidence and the tracks.
     fn reset(&mut self) -> Result<(), NodeFailure> {
         self.segmenter = Segmenter::new(self.config.clone())?;
+        self.filter.reset();
         Ok(())
+    }
+
+    /// Takes what the filtered topics are made of, where somebody wants them: for who calls it now and then.
+    ///
+    /// # Errors
+    /// When a topic cannot be had.
+    pub fn follow_subscribers(&mut self, node: &Node) -> Result<(), NodeFailure> {
+        self.filter.follow_subscribers(node)
+    }
+
+    /// There is no more input: the filtered topics get what waits for a cycle.
+    pub fn give_up_waiting(&mut self) {
+        self.filter.give_up_waiting();
     }
 
     /// Takes every message that is here already.
     pub fn take_waiting(&mut self) {
+        self.filter.take_waiting();
         while let Some(received) = self.paths.try_next() {
             self.take_path(&received.message);
         }
@@ -203,10 +243,15 @@ impl Stage {
             .map_err(|mismatch| (PipelineWatch::MISMATCH, mismatch.to_string()))?;
         timer.end_of("convert");
         let has_depth = cycle.depth.is_some();
-        let Segmented { cycle, tracks, counts } = self
+        let segmented = self
             .segmenter
             .step(&cycle, |step| timer.end_of(step.name()))
             .map_err(|error| (FAILED, error.to_string()))?;
+        if self.filter.is_wanted() {
+            self.filter.take_verdict(Verdict::of(&cycle, &segmented));
+            timer.end_of("filter");
+        }
+        let Segmented { cycle, tracks, counts } = segmented;
         let cycle = Arc::new(cycle);
         self.segmented_cycles.publish_or_warn(Arc::clone(&cycle));
         let map = &cycle.static_cloud;

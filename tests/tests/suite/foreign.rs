@@ -15,6 +15,7 @@ mod place;
 mod by_name;
 mod discovery;
 mod drivers;
+mod filtered_scan;
 mod fresh_clients;
 mod latched;
 mod lifecycle;

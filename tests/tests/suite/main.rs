@@ -36,6 +36,7 @@ mod corrected_map;
 mod dds_run;
 mod doctor;
 mod ending;
+mod filtered;
 mod following;
 mod foreign;
 mod killed_nodes;

@@ -139,5 +139,6 @@ fn cycle() -> geometry::DetectedCycle {
         map_from_rig: pose.map_from_rig,
         map_frame_id: pose.frame_id,
         zones: Vec::new(),
+        moving_beams: Vec::new(),
     }
 }

@@ -84,6 +84,23 @@ impl FieldPlace {
         self.datatype.read(record.get(self.offset..)?, big_endian)
     }
 
+    /// The bytes of NaN, and where they go in the record of a point; `None` for whole numbers.
+    pub(in crate::convert) fn not_a_number(
+        self,
+        big_endian: bool,
+    ) -> Option<(std::ops::Range<usize>, [u8; 8])> {
+        let size_bytes = self.datatype.size_bytes();
+        let mut bytes = [0; 8];
+        match (self.datatype, big_endian) {
+            (Datatype::Float32, false) => bytes[..4].copy_from_slice(&f32::NAN.to_le_bytes()),
+            (Datatype::Float32, true) => bytes[..4].copy_from_slice(&f32::NAN.to_be_bytes()),
+            (Datatype::Float64, false) => bytes = f64::NAN.to_le_bytes(),
+            (Datatype::Float64, true) => bytes = f64::NAN.to_be_bytes(),
+            _ => return None,
+        }
+        Some((self.offset..self.offset + size_bytes, bytes))
+    }
+
     /// Where a message says that a field is.
     pub(in crate::convert) fn of(
         message: &PointCloud2,

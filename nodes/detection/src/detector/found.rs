@@ -1,6 +1,6 @@
 //! What a method finds in a cycle, whichever it is.
 
-use geometry::DynamicZone;
+use geometry::{DynamicZone, MovingBeam};
 
 use crate::free_space::{MotionSearch, PoseJump};
 use crate::zone_finder::{Unmeasured, ZoneSearch};
@@ -8,6 +8,8 @@ use crate::zone_finder::{Unmeasured, ZoneSearch};
 /// The zones, and what the statistics tell of them.
 pub(super) struct Found {
     pub(super) zones: Vec<DynamicZone>,
+    /// Of the whole scan, by their indices in it.
+    pub(super) hits: Vec<MovingBeam>,
     pub(super) filled_beams: usize,
     pub(super) max_std_dev_m: Option<f32>,
     pub(super) high_variability_beams: usize,
@@ -25,6 +27,8 @@ impl Found {
     ) -> Self {
         Self {
             zones: search.zone.into_iter().collect(),
+            // It knows deviations of ranges, and not which returns are the object's.
+            hits: Vec::new(),
             filled_beams,
             max_std_dev_m: search.max_std_dev_m,
             high_variability_beams: search.high_variability_beams,
@@ -40,6 +44,7 @@ impl Found {
     pub(super) fn by_free_space(search: MotionSearch) -> Self {
         Self {
             zones: search.zones,
+            hits: search.hits,
             filled_beams: 0,
             max_std_dev_m: search.max_std_dev_m,
             high_variability_beams: search.high_variability_beams,

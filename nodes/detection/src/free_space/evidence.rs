@@ -122,6 +122,31 @@ impl EvidenceGrid {
         self.ends_around(place_m, radius_m, now_ms).any(|ends| f64::from(ends) >= PRIOR)
     }
 
+    /// The range along a beam of the first place behind its return that is background, to half a cell; `None` where none is
+    /// known within the reach of the evidence.
+    pub(super) fn background_behind_m(
+        &self,
+        beam: &DeskewedBeam,
+        hit: &Return,
+        now_ms: u32,
+    ) -> Option<f32> {
+        let step_m = SAMPLES_PER_CELL * self.grid.edge_m();
+        // The object itself may have been background for a while.
+        let first_m = f64::from(hit.range_m) + hit.error_m + self.grid.edge_m();
+        let samples = ((self.reach_m - first_m) / step_m).max(0.0) as u32;
+        let is_background = |range_m: &f64| {
+            let key = self.grid.key_of(&(beam.origin_m + beam.direction * *range_m));
+            self.grid.cell(key).is_some_and(|cell| {
+                let passed = f64::from(cell.passes(now_ms, self.memory_ms));
+                let ended = f64::from(cell.ends(now_ms, self.memory_ms));
+                let rate = (ended + PRIOR) / (passed + ended + 2.0 * PRIOR);
+                ended >= PRIOR && rate > BACKGROUND_RATE
+            })
+        };
+        let mut ranges_m = (0..samples).map(|sample| first_m + f64::from(sample) * step_m);
+        ranges_m.find(is_background).map(|range_m| range_m as f32)
+    }
+
     /// The counts of returns in the cells around a place.
     fn ends_around(
         &self,

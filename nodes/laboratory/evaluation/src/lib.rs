@@ -32,5 +32,5 @@ pub use cloud_distance::{CloudDistanceError, ReducedClouds};
 pub use correlation::{Correlation, CorrelationError, LocalisedView, correlation};
 pub use dynamic_score::{ScoreError, score_dynamic};
 pub use identity::{IdentityCycle, score_identities};
-pub use scan_zones::{LabelledScan, ScanZoneScore, score_scan_zones};
+pub use scan_zones::{LabelledScan, ScanReturn, ScanZoneScore, score_scan_zones};
 pub use truth::{LabelledPoint, TruthFrame, TruthFrameError};

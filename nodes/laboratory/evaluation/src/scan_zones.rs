@@ -4,6 +4,8 @@
 //! Labels do not say who walks and who stands. A label stays where another label is at the same place a while
 //! earlier or later; any other moves. A walker's leg stands for 0.6 s of a step, so the while is longer.
 
+use std::collections::BTreeMap;
+
 use geometry::DynamicZone;
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
@@ -14,6 +16,12 @@ const WHILE_S: f64 = 1.0;
 const LOOK_S: f64 = 0.5;
 /// Within this distance two labels are at one place: a leg's width and the noise of a cluster's middle.
 const SAME_PLACE_M: f64 = 0.15;
+/// A return so near to a label is of its leg: half of a thick one's width. Labels are the middles of the legs' returns.
+const OF_LEG_M: f64 = 0.1;
+/// A return of the background has the range that is the median of its beam, but for its noise.
+const OF_BACKGROUND_M: f64 = 0.1;
+/// Labels leave persons out, so that the background is told by this: a beam with at least such a share of its returns there.
+const OF_STEADY_BEAM: f64 = 0.5;
 
 /// One scan: what is labelled in it, and the zones that were found.
 #[derive(Clone, PartialEq, Debug)]
@@ -26,6 +34,21 @@ pub struct LabelledScan {
     pub zones: Vec<DynamicZone>,
     /// The labelled places in the rig frame; `None` where the scan was not labelled.
     pub labels_in_rig_m: Option<Vec<Point3<f64>>>,
+    /// Its returns.
+    pub returns: Vec<ScanReturn>,
+}
+
+/// A return of a scan.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ScanReturn {
+    /// The beam's index in the scan.
+    pub beam: usize,
+    /// As measured.
+    pub range_m: f64,
+    /// Its place in the rig frame.
+    pub in_rig_m: Point3<f64>,
+    /// Whether a static scan is without it.
+    pub is_removed: bool,
 }
 
 /// The score of a recording.
@@ -47,6 +70,14 @@ pub struct ScanZoneScore {
     pub moving_labels: usize,
     /// Of these, labels in the direction of a zone.
     pub moving_labels_in_zone: usize,
+    /// Of the moving labels, those with a return at their place.
+    pub moving_legs: usize,
+    /// Of these, legs of which no return is left.
+    pub moving_legs_removed: usize,
+    /// Returns of the background: at the range that their beam has most of the time. None where the platform moves.
+    pub background_returns: usize,
+    /// Of these, returns that are removed.
+    pub background_returns_removed: usize,
 }
 
 impl ScanZoneScore {
@@ -54,6 +85,19 @@ impl ScanZoneScore {
     #[must_use]
     pub fn found_share(&self) -> Option<f64> {
         share(self.moving_labels_in_zone, self.moving_labels)
+    }
+
+    /// The share of the moving legs of which no return is left; none without one.
+    #[must_use]
+    pub fn removed_share(&self) -> Option<f64> {
+        share(self.moving_legs_removed, self.moving_legs)
+    }
+
+    /// The share of the background's returns that are left; none without one.
+    #[must_use]
+    pub fn background_share(&self) -> Option<f64> {
+        let kept = self.background_returns - self.background_returns_removed;
+        share(kept, self.background_returns)
     }
 
     /// The share of scans with a zone; none without a scan.
@@ -71,6 +115,12 @@ fn share(part: usize, whole: usize) -> Option<f64> {
 #[must_use]
 pub fn score_scan_zones(scans: &[LabelledScan]) -> ScanZoneScore {
     let mut score = ScanZoneScore { scans: scans.len(), ..ScanZoneScore::default() };
+    let is_background = background(scans);
+    let returns = scans.iter().flat_map(|scan| &scan.returns);
+    for one in returns.filter(|one| is_background(one)) {
+        score.background_returns += 1;
+        score.background_returns_removed += usize::from(one.is_removed);
+    }
     for (index, scan) in scans.iter().enumerate() {
         score.zones += scan.zones.len();
         score.scans_with_zone += usize::from(!scan.zones.is_empty());
@@ -87,9 +137,37 @@ pub fn score_scan_zones(scans: &[LabelledScan]) -> ScanZoneScore {
             score.moving_labels += 1;
             let in_zone = scan.zones.iter().any(|zone| zone.contains(&label.cast()));
             score.moving_labels_in_zone += usize::from(in_zone);
+            let of_leg = scan.returns.iter().filter(|one| apart_m(label, one) <= OF_LEG_M);
+            let kept: Vec<bool> = of_leg.map(|one| !one.is_removed).collect();
+            score.moving_legs += usize::from(!kept.is_empty());
+            score.moving_legs_removed += usize::from(!kept.is_empty() && !kept.contains(&true));
         }
     }
     score
+}
+
+/// Whether a return is of the background, as the scans of a standing platform show it.
+fn background(scans: &[LabelledScan]) -> impl Fn(&ScanReturn) -> bool + use<> {
+    let stands = scans.windows(2).all(|pair| pair[0].map_from_rig == pair[1].map_from_rig);
+    let mut by_beam: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    for one in scans.iter().filter(|_| stands).flat_map(|scan| &scan.returns) {
+        by_beam.entry(one.beam).or_default().push(one.range_m);
+    }
+    let steady = by_beam.into_iter().filter_map(|(beam, mut ranges_m)| {
+        ranges_m.sort_by(f64::total_cmp);
+        let median_m = *ranges_m.get(ranges_m.len() / 2)?;
+        let near = ranges_m.iter().filter(|range_m| (*range_m - median_m).abs() <= OF_BACKGROUND_M);
+        (near.count() as f64 >= OF_STEADY_BEAM * ranges_m.len() as f64).then_some((beam, median_m))
+    });
+    let steady: BTreeMap<usize, f64> = steady.collect();
+    move |one| {
+        let known_m = steady.get(&one.beam);
+        known_m.is_some_and(|known_m| (one.range_m - known_m).abs() <= OF_BACKGROUND_M)
+    }
+}
+
+fn apart_m(label: &Point3<f64>, one: &ScanReturn) -> f64 {
+    nalgebra::distance(&label.xy(), &one.in_rig_m.xy())
 }
 
 /// Whether a label of scan `index` has another at its place a while earlier or later.
@@ -132,7 +210,34 @@ mod tests {
             map_from_rig: Isometry3::identity(),
             zones,
             labels_in_rig_m: Some(labels),
+            returns: Vec::new(),
         }
+    }
+
+    #[test]
+    fn a_leg_is_gone_when_none_of_its_returns_is_left() {
+        let back = |beam: usize, x: f64, y: f64, is_removed| ScanReturn {
+            beam,
+            range_m: x.hypot(y),
+            in_rig_m: Point3::new(x, y, 0.0),
+            is_removed,
+        };
+        let walk = |index: usize| LabelledScan {
+            returns: vec![
+                // The leg, of which one return is left in each second scan.
+                back(0, 2.0, 0.1 * index as f64, true),
+                back(1, 2.05, 0.1 * index as f64, index % 2 == 0),
+                // The other leg, and the wall, before which he is once.
+                back(2, 2.0, 0.1 * index as f64 + 0.3, true),
+                back(3, if index == 7 { 2.0 } else { 4.0 }, 0.0, index == 3 || index == 7),
+            ],
+            ..scan(index, &[[2.0, 0.1 * index as f64]], Vec::new())
+        };
+        let score = score_scan_zones(&(0..40).map(walk).collect::<Vec<_>>());
+        assert_eq!((score.moving_legs, score.moving_legs_removed), (40, 20));
+        assert_eq!((score.background_returns, score.background_returns_removed), (39, 1));
+        assert_eq!(score.removed_share(), Some(0.5));
+        assert_eq!(score.background_share(), Some(38.0 / 39.0));
     }
 
     #[test]

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use bag_player::{Bag, BagMessage, Selection};
 use clap::{Args, ValueEnum};
 use detection::{CycleInput, DetectionConfig, Detector, View};
-use evaluation::{LabelledScan, ScanZoneScore, score_scan_zones};
-use geometry::{Cloud, PoseBuffer, Scan, Stamp, StampedPose};
+use evaluation::{LabelledScan, ScanReturn, ScanZoneScore, score_scan_zones};
+use geometry::{Cloud, PoseBuffer, Scan, Stamp, StampedPose, pose_from_vector};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::LaserScan;
@@ -232,12 +232,26 @@ impl<'a> Watch<'a> {
             self.unusable += 1;
             return;
         };
+        let rig_from_lidar = pose_from_vector(&self.rig_from_lidar);
+        let moving = &detected.cycle.moving_beams;
+        let returns = (0..scan.ranges_m.len()).filter_map(|index| {
+            let range_m = f64::from(scan.measured_range_m(index)?);
+            let (sin, cos) = scan.azimuth_rad(index).sin_cos();
+            Some(ScanReturn {
+                beam: index,
+                range_m,
+                in_rig_m: rig_from_lidar * Point3::new(range_m * cos, range_m * sin, 0.0),
+                is_removed: moving.binary_search_by_key(&(index as u32), |beam| beam.index).is_ok(),
+            })
+        });
+        let returns = returns.collect();
         let first = *self.first.get_or_insert(scan.stamp);
         self.scans.push(LabelledScan {
             time_s: scan.stamp.seconds_since(first),
             map_from_rig,
             zones: detected.cycle.zones,
             labels_in_rig_m,
+            returns,
         });
     }
 }
@@ -264,6 +278,16 @@ fn print(printed: &Printed) -> Result<(), Failure> {
             percent(score.found_share()),
             score.zones_in_empty_scans,
             score.empty_scans
+        ))?;
+        console::print(format_args!(
+            "static_scan: {} moving legs, {} of them gone ({}); {} returns of the background, {} of them kept",
+            score.moving_legs,
+            score.moving_legs_removed,
+            percent(score.removed_share()),
+            score.background_returns,
+            score
+                .background_share()
+                .map_or("-".to_owned(), |share| format!("{:.2} %", 100.0 * share))
         ))?;
     }
     if *labels_of_no_scan > 0 {

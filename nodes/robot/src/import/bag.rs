@@ -1,16 +1,12 @@
 //! `stillmap import bag`: a bag of any format that is read, as an MCAP file.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Arc;
 
-use bag_player::{
-    Bag, BagError, BagInfo, BagMessage, BagSummary, BagWriter, ChannelId, Selection, convert_ros1,
-    is_ros1,
-};
+use bag_player::{Bag, BagError, BagSummary, Selection, convert_ros1, is_ros1};
 use clap::Args;
 
 use super::print_summary;
+use crate::bag_copy::BagCopy;
 use crate::console;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
@@ -31,14 +27,7 @@ pub struct BagArgs {
 }
 
 pub(crate) fn import(args: &BagArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
-    let is_itself = |path: &PathBuf| {
-        let real = path.canonicalize();
-        real.is_ok_and(|real| args.output.path().canonicalize().is_ok_and(|output| output == real))
-    };
-    if is_itself(&args.bag) {
-        return Err(Failure::new(format!("{} cannot replace itself", args.bag.display()))
-            .fix("-o names another place"));
-    }
+    args.output.refuse_itself(&args.bag)?;
     let (summary, lost) =
         if is_ros1(&args.bag) { from_ros1(args, interrupt)? } else { copy(args, interrupt)? };
     for line in &lost {
@@ -75,7 +64,7 @@ fn copy(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String
     let bag = Bag::open(&args.bag).map_err(failed)?;
     let info = bag.info().map_err(failed)?;
     let mut messages = bag.messages(&Selection::default()).map_err(failed)?;
-    let mut copy = Copy::begin(args, &info).map_err(failed)?;
+    let mut copy = BagCopy::begin(args.output.path(), &info).map_err(failed)?;
     for message in messages.by_ref() {
         if interrupt.has_come() {
             break;
@@ -90,42 +79,6 @@ fn copy(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String
             skipped.messages, skipped.encoding
         )
     }));
-    let summary = copy.writer.finish().map_err(failed)?;
+    let summary = copy.finish().map_err(failed)?;
     Ok((summary, lost))
-}
-
-struct Copy {
-    writer: BagWriter,
-    /// By topic and type.
-    channels: BTreeMap<(Arc<str>, Arc<str>), ChannelId>,
-}
-
-impl Copy {
-    /// Begins a bag with the playable topics of another, also those without messages.
-    fn begin(args: &BagArgs, info: &BagInfo) -> Result<Self, BagError> {
-        let mut copy =
-            Self { writer: BagWriter::create(args.output.path())?, channels: BTreeMap::new() };
-        for topic in info.topics.iter().filter(|topic| topic.is_playable()) {
-            let key = (topic.topic.as_str().into(), topic.type_name.as_str().into());
-            let known = || msgs::schema_of(&topic.type_name);
-            let definition = topic.definition.clone().or_else(known).unwrap_or_default();
-            let qos = topic.qos.map(|qos| qos.to_yaml()).unwrap_or_default();
-            let id = copy.writer.raw_channel(&topic.topic, &topic.type_name, &definition, &qos)?;
-            copy.channels.insert(key, id);
-        }
-        Ok(copy)
-    }
-
-    fn write(&mut self, message: &BagMessage) -> Result<(), BagError> {
-        let key = (Arc::clone(&message.topic), Arc::clone(&message.type_name));
-        let id = match self.channels.get(&key) {
-            Some(id) => *id,
-            None => {
-                let id = self.writer.raw_channel(&message.topic, &message.type_name, "", "")?;
-                self.channels.insert(key, id);
-                id
-            }
-        };
-        self.writer.write_raw(id, message.log_time, message.publish_time, &message.data)
-    }
 }

@@ -87,17 +87,23 @@ pub(crate) fn findings(losses: &InputLosses, record: &RunRecord, inputs: &Inputs
 
 /// Why a run has no result, if it has none: no cycle, or no point in its map.
 pub(crate) fn no_result(record: &RunRecord) -> Option<Failure> {
+    no_cycle(record)
+        .or_else(|| record.static_map.is_empty().then(|| Failure::new("the map has no point")))
+}
+
+/// Why no scan became a cycle, if none did.
+pub(crate) fn no_cycle(record: &RunRecord) -> Option<Failure> {
     if record.cycles.is_empty() {
         let reasons: Vec<String> = record
             .drops
             .iter()
             .map(|drop| format!("{}: {} ({} times)", drop.topic_or_stage, drop.reason, drop.count))
             .collect();
-        let failure = Failure::new("no scan became a cycle, so there is no map");
+        let failure = Failure::new("no scan became a cycle, so there is no result");
         return Some(match reasons.is_empty() {
             true => failure,
             false => failure.fix(reasons.join("\n  ")),
         });
     }
-    record.static_map.is_empty().then(|| Failure::new("the map has no point"))
+    None
 }

@@ -140,6 +140,12 @@ impl Inputs {
         if detection.needs_tf() { self } else { Self { transforms: Vec::new(), ..self } }
     }
 
+    /// Whether a node subscribes to a topic of the bag.
+    pub(crate) fn is_of(&self, topic: &str) -> bool {
+        self.transforms.contains(&topic)
+            || self.by_node_name().into_iter().any(|(_, known)| known == topic)
+    }
+
     /// The sensors' topics that the nodes subscribe to, each with the name that the node knows it by.
     pub(crate) fn by_node_name(&self) -> Vec<(&'static str, &str)> {
         let mut topics = vec![("scan", self.scan.as_str())];

@@ -38,14 +38,7 @@ pub(crate) fn run(
     (progress, interrupt): (&Progress, &Interrupt),
 ) -> Result<LocalRun, Failure> {
     let failed = |error: NodeFailure| Failure::new(error.to_string());
-    let input = match inputs.view {
-        ViewTopics::Depth { .. } => CloudInput::Depth,
-        ViewTopics::Points(_) => CloudInput::Points,
-    };
-    let mut pipeline = Pipeline::new(input, &inputs.by_node_name(), parameters).map_err(failed)?;
-    if let PoseSource::Visual(topics) = &inputs.pose {
-        pipeline = pipeline.with_visual_odometry(topics, parameters.pose_node()).map_err(failed)?;
-    }
+    let mut pipeline = pipeline_for(inputs, parameters).map_err(failed)?;
     let sensors = inputs.by_node_name().into_iter().map(|(_, topic)| topic);
     let topics: BTreeSet<String> =
         sensors.chain(inputs.transforms.iter().copied()).map(str::to_owned).collect();
@@ -74,7 +67,28 @@ pub(crate) fn run(
     Ok(LocalRun { record, losses, blind_scans, poses, is_interrupted })
 }
 
-fn publish(message: &BagMessage, inputs: &Inputs, sensors: &Sensors) -> Result<(), FeedError> {
+/// The pipeline for the inputs of a bag.
+pub(crate) fn pipeline_for(
+    inputs: &Inputs,
+    parameters: &PipelineParameters,
+) -> Result<Pipeline, NodeFailure> {
+    let input = match inputs.view {
+        ViewTopics::Depth { .. } => CloudInput::Depth,
+        ViewTopics::Points(_) => CloudInput::Points,
+    };
+    let pipeline = Pipeline::new(input, &inputs.by_node_name(), parameters)?;
+    match &inputs.pose {
+        PoseSource::Topic { .. } | PoseSource::Tf => Ok(pipeline),
+        PoseSource::Visual(topics) => pipeline.with_visual_odometry(topics, parameters.pose_node()),
+    }
+}
+
+/// Passes a message of an input to the nodes.
+pub(crate) fn publish(
+    message: &BagMessage,
+    inputs: &Inputs,
+    sensors: &Sensors,
+) -> Result<(), FeedError> {
     let topic = &*message.topic;
     if inputs.transforms.contains(&topic) {
         let is_fixed = topic == TF_STATIC;

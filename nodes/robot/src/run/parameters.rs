@@ -11,7 +11,7 @@ use node_shell::parameters::{self, Assignment};
 use pose::shell::PoseParameters;
 use reconstruction::ReconstructionConfig;
 use reconstruction::shell::ReconstructionParameters;
-use segmentation::shell::SegmentationParameters;
+use segmentation::shell::{FilterParameters, SegmentationParameters};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -151,6 +151,11 @@ impl PipelineParameters {
     /// The parameters of the node segmentation.
     pub fn segmentation_node(&self) -> &SegmentationParameters {
         &self.segmentation
+    }
+
+    /// Those of the filtered topics.
+    pub(crate) fn filter_mut(&mut self) -> &mut FilterParameters {
+        &mut self.segmentation.filter
     }
 
     /// The parameters of the node reconstruction.

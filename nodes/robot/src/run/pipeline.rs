@@ -30,6 +30,7 @@ pub struct Pipeline {
     visual: Option<VisualOdometry>,
     detection: Detection,
     segmentation: Segmentation,
+    segmentation_node: Node,
     reconstruction: Reconstruction,
     collector: Collector,
     recorder: Recorder,
@@ -48,15 +49,14 @@ impl Pipeline {
         let arguments = arguments(topics)?;
         let node = |name: &str| host.node(name, &arguments);
         let detection = node(Stage::Detection.name())?;
+        let segmentation_node = node(Stage::Segmentation.name())?;
         let detection_parameters =
             DetectionParameters { input, ..parameters.detection_node().clone() };
         Ok(Self {
             counters: detection.counters(),
             detection: Detection::new(&detection, &detection_parameters)?,
-            segmentation: Segmentation::new(
-                &node(Stage::Segmentation.name())?,
-                parameters.segmentation_node(),
-            )?,
+            segmentation: Segmentation::new(&segmentation_node, parameters.segmentation_node())?,
+            segmentation_node,
             reconstruction: Reconstruction::new(
                 &node(Stage::Reconstruction.name())?,
                 parameters.reconstruction_node(),
@@ -108,6 +108,9 @@ impl Pipeline {
             visual.flow();
         }
         self.detection.take_waiting();
+        if let Err(error) = self.segmentation.follow_subscribers(&self.segmentation_node) {
+            self.recorder.dropped(Stage::Segmentation.name(), &error.to_string(), 1);
+        }
         self.segmentation.take_waiting();
         self.reconstruction.take_waiting();
         self.collector.receive_waiting(&mut self.recorder);
@@ -117,6 +120,7 @@ impl Pipeline {
     pub fn end_of_input(&mut self) {
         self.detection.give_up_waiting();
         self.flow();
+        self.segmentation.give_up_waiting();
     }
 
     /// The map so far.

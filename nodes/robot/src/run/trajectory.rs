@@ -79,6 +79,7 @@ mod tests {
             map_frame_id: map_frame_id.to_owned(),
             setup: geometry::CycleSetup::default(),
             zones: Vec::new(),
+            moving_beams: Vec::new(),
         }
     }
 

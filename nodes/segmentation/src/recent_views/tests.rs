@@ -21,6 +21,7 @@ fn cycle_of(points_m: Vec<Point3<f32>>, x_m: f64) -> DetectedCycle {
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         zones: Vec::new(),
+        moving_beams: Vec::new(),
     }
 }
 

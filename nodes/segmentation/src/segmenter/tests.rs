@@ -32,6 +32,7 @@ fn cycle(points_m: Vec<Point3<f32>>, zones: Vec<DynamicZone>) -> DetectedCycle {
         map_frame_id: "map".to_owned(),
         setup: CycleSetup::default(),
         zones,
+        moving_beams: Vec::new(),
     }
 }
 

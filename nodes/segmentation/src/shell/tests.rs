@@ -43,6 +43,7 @@ fn cycle() -> DetectedCycle {
         map_from_rig: Isometry3::translation(10.0, 0.0, 0.0),
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
+        moving_beams: Vec::new(),
         zones: vec![DynamicZone {
             azimuth_min_rad: -0.1,
             azimuth_max_rad: 0.1,

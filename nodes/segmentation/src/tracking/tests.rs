@@ -35,6 +35,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         zones: Vec::new(),
+        moving_beams: Vec::new(),
     };
     (cycle, groups)
 }

@@ -98,6 +98,7 @@ fn reduced_cloud(index: u32) -> ReducedCloud {
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         zones: Vec::new(),
+        moving_beams: Vec::new(),
     })
 }
 

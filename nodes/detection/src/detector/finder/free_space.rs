@@ -54,8 +54,12 @@ impl FreeSpaceFinder {
         };
         let deviations = self.motion.take_in(&motion_input);
         observe(Step::Variability);
-        let search = self.motion.find(&deviations, surround.within());
+        let mut search = self.motion.find(&deviations, surround.within());
         observe(Step::ZoneSearch);
+        for hit in &mut search.hits {
+            hit.index = beams[hit.index as usize].index as u32;
+        }
+        search.hits.sort_by_key(|hit| hit.index);
         Ok(Found::by_free_space(search))
     }
 

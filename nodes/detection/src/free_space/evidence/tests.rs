@@ -77,3 +77,24 @@ fn evidence_leaves_with_the_window_and_with_time() {
     evidence.center_on(&Point2::new(0.3, -0.2));
     assert_eq!(class(&evidence, 180, 2.0, 2100), ReturnClass::Unknown);
 }
+
+#[test]
+fn behind_an_object_the_wall_is_known_where_it_was_seen() {
+    let mut evidence = evidence();
+    let mut ranges_m = vec![4.0_f32; 360];
+    ranges_m[8..13].fill(f32::INFINITY);
+    see(&mut evidence, &ranges_m, 1, 20);
+    let object = static_scan(&StaticPlatform::default(), &[2.0; 360]);
+    let behind_m = |beam: usize| {
+        let beam = &object.beams[beam];
+        evidence.background_behind_m(beam, &beam.hit.unwrap(), 2100)
+    };
+    for beam in (0..360).filter(|beam| beam % 10 == 5) {
+        let behind_m = behind_m(beam).unwrap();
+        assert!((behind_m - 4.0).abs() <= 0.1, "{beam}: {behind_m}");
+    }
+    assert_eq!(behind_m(10), None);
+    let wall = static_scan(&StaticPlatform::default(), &[4.0; 360]);
+    let beyond = evidence.background_behind_m(&wall.beams[5], &wall.beams[5].hit.unwrap(), 2100);
+    assert_eq!(beyond, None);
+}

@@ -21,6 +21,7 @@ fn detected(index: u32, x_m: f64) -> DetectedCycle {
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         zones: Vec::new(),
+        moving_beams: Vec::new(),
     }
 }
 

@@ -201,6 +201,7 @@ pub(super) fn look(
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         zones,
+        moving_beams: Vec::new(),
     };
     View { cycle, ids, is_border, centres_m, ids_of_pixels }
 }

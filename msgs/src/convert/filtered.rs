@@ -1,0 +1,115 @@
+//! Messages without the beams, pixels or points that move, or with these alone. All else is as the driver sent it, bit for bit.
+
+#[cfg(test)]
+mod tests;
+
+use geometry::{BeamFill, MovingBeam};
+
+use super::ConvertError;
+use super::cloud::layout::FieldPlace;
+use super::depth::unmeasured_pixel;
+use super::rows::{Rows, StatedSizes};
+use crate::sensor_msgs::{Image, LaserScan, PointCloud2};
+
+/// The scan without the beams that move. Beams beyond the scan's last are ignored.
+#[must_use]
+pub fn static_scan(message: &LaserScan, moving: &[MovingBeam], fill: BeamFill) -> LaserScan {
+    let mut filtered = message.clone();
+    for beam in moving {
+        let known_m = match fill {
+            BeamFill::Nan => None,
+            BeamFill::Background => {
+                beam.background_m.filter(|range_m| *range_m <= message.range_max)
+            }
+        };
+        if let Some(range_m) = filtered.ranges.get_mut(beam.index as usize) {
+            *range_m = known_m.unwrap_or(f32::NAN);
+        }
+    }
+    filtered
+}
+
+/// The scan with the beams that move alone; the others are NaN.
+#[must_use]
+pub fn dynamic_scan(message: &LaserScan, moving: &[MovingBeam]) -> LaserScan {
+    let mut filtered = message.clone();
+    filtered.ranges.fill(f32::NAN);
+    for beam in moving {
+        let index = beam.index as usize;
+        if let (Some(to), Some(from)) = (filtered.ranges.get_mut(index), message.ranges.get(index))
+        {
+            *to = *from;
+        }
+    }
+    filtered
+}
+
+/// The depth image without the pixels whose entry in `is_moving`, row by row, is `removed`: they are 0 in `16UC1` and `mono16`,
+/// NaN in `32FC1` (REP-118).
+///
+/// # Errors
+/// When the message is no depth image, or the mask is of another size.
+pub fn depth_without(
+    message: &Image,
+    is_moving: &[bool],
+    removed: bool,
+) -> Result<Image, ConvertError> {
+    let nothing = unmeasured_pixel(message)?;
+    let sizes = StatedSizes {
+        message: "Image",
+        width: message.width,
+        height: message.height,
+        record_bytes: nothing.len() as u32,
+        step: message.step,
+    };
+    let rows = Rows::checked(&message.data, &sizes)?;
+    check_mask("Image", is_moving, &rows)?;
+    let mut filtered = message.clone();
+    let starts = rows.record_starts(nothing.len()).zip(is_moving);
+    for (start, _) in starts.filter(|(_, is_moving)| **is_moving == removed) {
+        filtered.data[start..start + nothing.len()].copy_from_slice(nothing);
+    }
+    Ok(filtered)
+}
+
+/// The cloud without the points whose entry in `is_moving`, row by row, is `removed`: their x, y and z are NaN, and the cloud is
+/// not dense.
+///
+/// # Errors
+/// When the cloud is none, its coordinates cannot be NaN, or the mask is of another size.
+pub fn cloud_without(
+    message: &PointCloud2,
+    is_moving: &[bool],
+    removed: bool,
+) -> Result<PointCloud2, ConvertError> {
+    let rows = Rows::checked(&message.data, &message.into())?;
+    check_mask("PointCloud2", is_moving, &rows)?;
+    let mut filtered = message.clone();
+    if !is_moving.contains(&removed) {
+        return Ok(filtered);
+    }
+    let coordinate = |field| {
+        FieldPlace::of(message, field)?
+            .not_a_number(message.is_bigendian)
+            .ok_or(ConvertError::NotANumber { field })
+    };
+    let coordinates = [coordinate("x")?, coordinate("y")?, coordinate("z")?];
+    filtered.is_dense = false;
+    let starts = rows.record_starts(message.point_step as usize).zip(is_moving);
+    for (start, _) in starts.filter(|(_, is_moving)| **is_moving == removed) {
+        for (place, bytes) in &coordinates {
+            let to = start + place.start..start + place.end;
+            filtered.data[to].copy_from_slice(&bytes[..place.len()]);
+        }
+    }
+    Ok(filtered)
+}
+
+fn check_mask(
+    message: &'static str,
+    is_moving: &[bool],
+    rows: &Rows<'_>,
+) -> Result<(), ConvertError> {
+    let (entries, records) = (is_moving.len(), rows.records());
+    if entries == records { Ok(()) } else { Err(ConvertError::Mask { message, entries, records }) }
+}

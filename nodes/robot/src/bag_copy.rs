@@ -1,0 +1,48 @@
+//! Messages of a bag written to another one as they are.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use bag_player::{BagError, BagInfo, BagMessage, BagSummary, BagWriter, ChannelId};
+
+/// A bag with the topics of another.
+pub(crate) struct BagCopy {
+    writer: BagWriter,
+    /// By topic and type.
+    channels: BTreeMap<(Arc<str>, Arc<str>), ChannelId>,
+}
+
+impl BagCopy {
+    /// Begins a bag with the playable topics of another, also those without messages.
+    pub(crate) fn begin(output: &Path, info: &BagInfo) -> Result<Self, BagError> {
+        let mut copy = Self { writer: BagWriter::create(output)?, channels: BTreeMap::new() };
+        for topic in info.topics.iter().filter(|topic| topic.is_playable()) {
+            let key = (topic.topic.as_str().into(), topic.type_name.as_str().into());
+            let known = || msgs::schema_of(&topic.type_name);
+            let definition = topic.definition.clone().or_else(known).unwrap_or_default();
+            let qos = topic.qos.map(|qos| qos.to_yaml()).unwrap_or_default();
+            let id = copy.writer.raw_channel(&topic.topic, &topic.type_name, &definition, &qos)?;
+            copy.channels.insert(key, id);
+        }
+        Ok(copy)
+    }
+
+    pub(crate) fn write(&mut self, message: &BagMessage) -> Result<(), BagError> {
+        let key = (Arc::clone(&message.topic), Arc::clone(&message.type_name));
+        let id = match self.channels.get(&key) {
+            Some(id) => *id,
+            None => {
+                let id = self.writer.raw_channel(&message.topic, &message.type_name, "", "")?;
+                self.channels.insert(key, id);
+                id
+            }
+        };
+        self.writer.write_raw(id, message.log_time, message.publish_time, &message.data)
+    }
+
+    /// Completes the bag; until then it has a temporary name.
+    pub(crate) fn finish(self) -> Result<BagSummary, BagError> {
+        self.writer.finish()
+    }
+}

@@ -1,0 +1,310 @@
+//! `stillmap filter`: a recording without what moves.
+
+mod queue;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bag_player::{Bag, BagError, BagInfo, BagMessage, Selection};
+use clap::Args;
+use geometry::BeamFill;
+use msgs::sensor_msgs::{CompressedImage, Image, LaserScan, PointCloud2};
+use msgs::{RosMessage, cdr};
+use node_shell::{NodeFailure, Qos, Subscription};
+use serde::Serialize;
+
+use self::queue::{Outgoing, Queue, Replaced};
+use crate::bag_copy::BagCopy;
+use crate::console;
+use crate::existing::BagOutput;
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
+use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
+use crate::run::parameters::{ParameterArgs, PipelineParameters};
+use crate::run::pipeline::Pipeline;
+use crate::run::{choose_inputs, local};
+
+/// Beyond detection's wait, in which a scan becomes a cycle or is dropped.
+const SPARE_WAIT_S: f64 = 0.5;
+/// Filtered messages that may wait: all are taken after each message of the bag.
+const FILTERED_KEPT: usize = 1024;
+
+/// Arguments of `stillmap filter`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap filter room.mcap -o room_static.mcap --scan /laser/scan
+
+Every message of the bag is in the other one, in its order and byte for byte, except those of the scanner and of the depth
+camera (images, or clouds with --points): in their place, with their stamps, are the same without what moves.")]
+pub struct FilterArgs {
+    /// A bag (MCAP, sqlite3 or ROS 1, told by its content) or a rosbag2 folder
+    bag: PathBuf,
+    #[command(flatten)]
+    output: BagOutput,
+    #[command(flatten)]
+    topics: TopicArgs,
+    /// What a beam has that hit something moving: no measurement, or the range of the static surface behind it, where that is
+    /// known
+    #[arg(long, value_parser = ["nan", "background"])]
+    fill: Option<String>,
+    #[command(flatten)]
+    parameters: ParameterArgs,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Printed {
+    path: PathBuf,
+    messages: u64,
+    cycles: usize,
+    /// Scans that became no cycle: they are filtered by the cycles beside them.
+    scans_without_cycle: u64,
+    scans: Replaced,
+    views: Replaced,
+    /// Topics of sensors that are as they were, though what moves may be in them.
+    not_filtered: Vec<String>,
+}
+
+/// Runs `stillmap filter`.
+pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
+    args.output.check()?;
+    args.output.refuse_itself(&args.bag)?;
+    if args.topics.wants_lidar() {
+        return Err(Failure::new("the filter needs a 2D scanner; --pose lidar runs without")
+            .fix("give a --pose topic, or --pose visual"));
+    }
+    let bag = Bag::open(&args.bag).map_err(failed)?;
+    let info = bag.info().map_err(failed)?;
+    let mut parameters = PipelineParameters::load(&args.parameters)?;
+    let inputs = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;
+    let longest_s = parameters.detection().max_wait_s + SPARE_WAIT_S;
+    let filter = parameters.filter_mut();
+    // A recording has time: each message waits for its own cycle.
+    (filter.static_scan_max_wait_s, filter.static_depth_max_wait_s) = (longest_s, longest_s);
+    if let Some(fill) = &args.fill {
+        filter.static_scan_fill =
+            if fill == "background" { BeamFill::Background } else { BeamFill::Nan };
+    }
+
+    let mut job = Job::begin(args, &info, &inputs, &parameters)?;
+    let progress = Progress::new("filtering", info.message_count);
+    let mut messages = bag.messages(&Selection::default()).map_err(failed)?;
+    for message in messages.by_ref() {
+        if interrupt.has_come() {
+            break;
+        }
+        job.take(message.map_err(failed)?)?;
+        progress.advance();
+    }
+    let finished = job.finish(&args.bag)?;
+    progress.finish();
+    let mut lost: Vec<String> =
+        messages.losses().iter().map(|loss| format!("lost: {loss}")).collect();
+    lost.extend(messages.skipped().iter().map(|(topic, skipped)| {
+        let (messages, encoding) = (skipped.messages, &skipped.encoding);
+        format!("{topic}: {messages} messages are left out: they are encoded as {encoding}, and only cdr (ROS 2) is read")
+    }));
+    lost.extend(finished.unfiltered);
+    for line in &lost {
+        console::print_failure(&Failure::new(line.clone()));
+    }
+    let mut printed = finished.printed;
+    printed.not_filtered = others(&info, &inputs);
+    print(&printed, args.json)?;
+    if interrupt.has_come() {
+        let path = args.output.path().display();
+        console::note(format_args!("interrupted: {path} has what was filtered until then"));
+        return Ok(Outcome::Interrupted);
+    }
+    Ok(if lost.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+fn failed(error: BagError) -> Failure {
+    Failure::new(error.to_string())
+}
+
+fn of_node(error: NodeFailure) -> Failure {
+    Failure::new(error.to_string())
+}
+
+/// The bag on its way through the pipeline.
+struct Job<'a> {
+    inputs: &'a Inputs,
+    pipeline: Pipeline,
+    scans: Subscription<LaserScan>,
+    images: Subscription<Image>,
+    points: Subscription<PointCloud2>,
+    queue: Queue,
+    copy: BagCopy,
+    unfiltered: Vec<String>,
+}
+
+struct Finished {
+    printed: Printed,
+    unfiltered: Vec<String>,
+}
+
+impl<'a> Job<'a> {
+    fn begin(
+        args: &FilterArgs,
+        info: &BagInfo,
+        inputs: &'a Inputs,
+        parameters: &PipelineParameters,
+    ) -> Result<Self, Failure> {
+        let pipeline = local::pipeline_for(inputs, parameters).map_err(of_node)?;
+        let listener = pipeline.listener().map_err(of_node)?;
+        let qos = Qos::reliable(FILTERED_KEPT);
+        let shell = |error: node_shell::ShellError| Failure::new(error.to_string());
+        let mut job = Self {
+            inputs,
+            scans: listener.subscription("static_scan", &qos).map_err(shell)?,
+            images: listener.subscription("static_depth/image", &qos).map_err(shell)?,
+            points: listener.subscription("static_points", &qos).map_err(shell)?,
+            pipeline,
+            queue: Queue::default(),
+            copy: BagCopy::begin(args.output.path(), info).map_err(failed)?,
+            unfiltered: Vec::new(),
+        };
+        // The nodes see that the filtered topics are wanted.
+        job.pipeline.flow();
+        Ok(job)
+    }
+
+    /// Passes a message to the nodes that want it, and writes what has become certain.
+    fn take(&mut self, message: BagMessage) -> Result<(), Failure> {
+        let fed = self.pipeline.visual().map_or(Ok(()), |visual| visual.feed(&message));
+        let topic = &*message.topic;
+        let sensors = self.pipeline.sensors();
+        let passed = fed.and_then(|()| match &self.inputs.view {
+            _ if topic == self.inputs.scan => {
+                let scan = Arc::new(message.decode::<LaserScan>()?);
+                sensors.scans.publish(Arc::clone(&scan))?;
+                Ok(Some(Outgoing::Scan(scan)))
+            }
+            ViewTopics::Depth { image, .. } if topic == image => {
+                let image = Arc::new(message.decode::<Image>()?);
+                sensors.images.publish(Arc::clone(&image))?;
+                Ok(Some(Outgoing::Image(image)))
+            }
+            ViewTopics::Points(points) if topic == points => {
+                let points = Arc::new(message.decode::<PointCloud2>()?);
+                sensors.clouds.publish(Arc::clone(&points))?;
+                Ok(Some(Outgoing::Points(points)))
+            }
+            _ if self.inputs.is_of(topic) => {
+                local::publish(&message, self.inputs, sensors).map(|()| None)
+            }
+            _ => Ok(None),
+        });
+        match passed {
+            Ok(outgoing) => self.queue.push(message, outgoing),
+            Err(error) => {
+                let topic = message.topic.to_string();
+                self.pipeline.dropped(&topic, &error.to_string());
+                self.unfiltered.push(format!("{topic}: a message is kept as it is: {error}"));
+                self.queue.push(message, None);
+            }
+        }
+        self.pipeline.flow();
+        self.collect()?;
+        self.write()
+    }
+
+    /// Takes the filtered messages that have come.
+    fn collect(&mut self) -> Result<(), Failure> {
+        while let Some(received) = self.scans.try_next() {
+            self.queue.scan_came(&received.message).map_err(encoded)?;
+        }
+        while let Some(received) = self.images.try_next() {
+            self.queue.image_came(&received.message).map_err(encoded)?;
+        }
+        while let Some(received) = self.points.try_next() {
+            self.queue.points_came(&received.message).map_err(encoded)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self) -> Result<(), Failure> {
+        while let Some(message) = self.queue.pop() {
+            self.copy.write(&message).map_err(failed)?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self, bag: &std::path::Path) -> Result<Finished, Failure> {
+        self.pipeline.end_of_input();
+        self.collect()?;
+        for (topic, messages) in self.queue.give_up() {
+            self.unfiltered.push(format!("{topic}: {messages} messages are kept as they are"));
+        }
+        self.write()?;
+        let (scans, views) = self.queue.replaced();
+        let record = self.pipeline.finish(&bag.to_string_lossy());
+        if let Some(failure) = crate::run::no_cycle(&record) {
+            return Err(failure);
+        }
+        let of_detection = record.drops.iter().filter(|drop| drop.topic_or_stage == "detection");
+        let scans_without_cycle = of_detection.map(|drop| drop.count).sum();
+        let summary = self.copy.finish().map_err(failed)?;
+        let printed = Printed {
+            path: summary.path,
+            messages: summary.message_count,
+            cycles: record.cycles.len(),
+            scans_without_cycle,
+            scans,
+            views,
+            not_filtered: Vec::new(),
+        };
+        Ok(Finished { printed, unfiltered: self.unfiltered })
+    }
+}
+
+fn encoded(error: cdr::CdrError) -> Failure {
+    Failure::new(format!("cannot encode a filtered message: {error}"))
+}
+
+/// Topics of scanners and depth cameras that are not filtered.
+fn others(info: &BagInfo, inputs: &Inputs) -> Vec<String> {
+    let kinds = [
+        LaserScan::TYPE_NAME,
+        PointCloud2::TYPE_NAME,
+        Image::TYPE_NAME,
+        CompressedImage::TYPE_NAME,
+    ];
+    let is_other = |topic: &&bag_player::TopicInfo| {
+        kinds.contains(&topic.type_name.as_str())
+            && topic.message_count > 0
+            && !topic.topic.starts_with("/truth/")
+            && topic.topic != inputs.scan
+            && !matches!(&inputs.view, ViewTopics::Depth { image, .. } if *image == topic.topic)
+            && !matches!(&inputs.view, ViewTopics::Points(points) if *points == topic.topic)
+    };
+    info.topics.iter().filter(is_other).map(|topic| topic.topic.clone()).collect()
+}
+
+fn print(printed: &Printed, json: bool) -> Result<(), Failure> {
+    if json {
+        let json = serde_json::to_string_pretty(printed)
+            .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
+        return console::print(json);
+    }
+    let Printed { path, messages, cycles, scans_without_cycle, scans, views, not_filtered } =
+        printed;
+    console::print(format_args!("{}: {messages} messages", path.display()))?;
+    console::print(format_args!(
+        "scans: {} of {} changed, {} beams taken out; {cycles} cycles, {scans_without_cycle} scans without one",
+        scans.changed, scans.messages, scans.taken_out
+    ))?;
+    console::print(format_args!(
+        "images or clouds: {} of {} changed, {} pixels or points taken out",
+        views.changed, views.messages, views.taken_out
+    ))?;
+    if !not_filtered.is_empty() {
+        console::print(format_args!("as they were: {}", not_filtered.join(", ")))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,198 @@
+//! What moves, at the moment of any scan, image or cloud: for filters of the sensors' own messages.
+//!
+//! A cycle says what moves at its own moment. For another moment, as of the images between two scans, its moving points are
+//! carried on by the velocities of their tracks, and seen from where the rig has got to by then.
+
+mod carried;
+mod verdict;
+
+use std::collections::{HashSet, VecDeque};
+
+use geometry::{
+    BuildVoxelHasher, CameraModel, CloudCamera, DepthFrame, DepthFrameError, DepthImage,
+    MovingBeam, OrganisedCloud, Scan, Stamp, VoxelGrid, VoxelKey,
+};
+use nalgebra::{Isometry3, Point3};
+
+use crate::moving_pixels::MovingPixels;
+use carried::rig_pose_at;
+pub use verdict::Verdict;
+
+/// A verdict is carried on for so long. A walker who turns is by then where no constant velocity leads.
+const LONGEST_CARRY_S: f64 = 1.0;
+/// More than the fastest scanner makes in that time.
+const VERDICTS_KEPT: usize = 64;
+
+/// Tells of the scans, images and clouds of a rig which beams, pixels and points move.
+#[derive(Clone, Debug)]
+pub struct MotionFilter {
+    grid: VoxelGrid,
+    /// Of the last cycles, by their order.
+    verdicts: VecDeque<Verdict>,
+    moving_pixels: MovingPixels,
+    cloud_camera: CloudCamera,
+}
+
+impl MotionFilter {
+    /// A filter of cycles whose clouds were reduced by this grid.
+    #[must_use]
+    pub fn new(grid: VoxelGrid) -> Self {
+        Self {
+            grid,
+            verdicts: VecDeque::new(),
+            moving_pixels: MovingPixels::new(grid),
+            cloud_camera: CloudCamera::default(),
+        }
+    }
+
+    /// Takes the verdict of a cycle. One of an earlier time begins anew.
+    pub fn take(&mut self, verdict: Verdict) {
+        if self.verdicts.back().is_some_and(|last| verdict.scan_stamp <= last.scan_stamp) {
+            self.verdicts.clear();
+        }
+        if self.verdicts.len() == VERDICTS_KEPT {
+            self.verdicts.pop_front();
+        }
+        self.verdicts.push_back(verdict);
+    }
+
+    /// Forgets all verdicts.
+    pub fn clear(&mut self) {
+        self.verdicts.clear();
+    }
+
+    /// Whether a scan of this stamp is decided: no later cycle says more of it.
+    #[must_use]
+    pub fn has_scan(&self, stamp: Stamp) -> bool {
+        self.verdicts.back().is_some_and(|last| last.scan_stamp >= stamp)
+    }
+
+    /// Whether an image or a cloud of this stamp is decided.
+    #[must_use]
+    pub fn has_view(&self, stamp: Stamp) -> bool {
+        self.verdicts.back().is_some_and(|last| last.view_stamp >= stamp)
+    }
+
+    /// The beams of a scan that hit what moves, by rising index: those of the scan's own cycle, and those that end beside moving
+    /// points. `None` where no cycle is near.
+    #[must_use]
+    pub fn beams(&self, scan: &Scan) -> Option<Vec<MovingBeam>> {
+        let own = self.verdicts.iter().rev().find(|one| one.scan_stamp == scan.stamp);
+        // The beams were measured one after the other: on average in the middle of the turn.
+        let turn_s = f64::from(scan.time_increment_s) * scan.ranges_m.len() as f64;
+        let middle = scan.stamp.plus_seconds(0.5 * turn_s.clamp(0.0, LONGEST_CARRY_S));
+        let verdict = own.or_else(|| self.nearest(middle))?;
+        let rig_from_lidar = verdict.mounts.rig_from_lidar;
+        let voxels = self.voxels_of(&self.moving_in_rig(verdict, middle));
+        let known = own.map_or(&[][..], |own| &own.beams);
+        let beams = (0..scan.ranges_m.len()).filter_map(|index| {
+            let beam = index as u32;
+            if let Ok(place) = known.binary_search_by_key(&beam, |known| known.index) {
+                return Some(known[place]);
+            }
+            let range_m = f64::from(scan.measured_range_m(index)?);
+            let (sin, cos) = scan.azimuth_rad(index).sin_cos();
+            let hit = rig_from_lidar * Point3::new(range_m * cos, range_m * sin, 0.0);
+            let is_beside = self.is_beside(&voxels, &hit.cast::<f32>());
+            is_beside.then_some(MovingBeam { index: beam, background_m: None })
+        });
+        Some(beams.collect())
+    }
+
+    /// The pixels of a depth image that show what moves, row by row; `None` where no cycle is near.
+    ///
+    /// # Errors
+    /// When the image is not of this camera.
+    pub fn pixels(
+        &mut self,
+        image: &DepthImage,
+        camera: &CameraModel,
+    ) -> Result<Option<Vec<bool>>, DepthFrameError> {
+        let Some(verdict) = self.nearest(image.stamp) else { return Ok(None) };
+        if let Some(depth) = &verdict.depth
+            && verdict.view_stamp == image.stamp
+            && depth.frame.camera() == camera
+        {
+            return Ok(Some(depth.is_moving.clone()));
+        }
+        let moving = self.moving_in_rig(verdict, image.stamp);
+        if moving.is_empty() {
+            return Ok(Some(vec![false; image.pixels().len()]));
+        }
+        let rig_from_camera = verdict.mounts.rig_from_camera;
+        let frame = DepthFrame::new(image, *camera)?;
+        Ok(Some(self.moving_pixels.mask(&frame, &rig_from_camera, moving.iter())?))
+    }
+
+    /// The points of a cloud of `places` points, row by row, that move; `None` where no cycle is near. Where a pinhole camera has
+    /// computed the cloud, they are the pixels of its depth image; otherwise the points beside moving ones.
+    ///
+    /// # Errors
+    /// When the image of the cloud is not of its camera.
+    pub fn points(
+        &mut self,
+        cloud: &OrganisedCloud,
+        places: usize,
+    ) -> Result<Option<Vec<bool>>, DepthFrameError> {
+        let stamp = cloud.cloud().stamp;
+        let Some(verdict) = self.nearest(stamp) else { return Ok(None) };
+        let moving = self.moving_in_rig(verdict, stamp);
+        let mut is_moving = vec![false; places];
+        if moving.is_empty() {
+            return Ok(Some(is_moving));
+        }
+        let rig_from_camera = verdict.mounts.rig_from_camera;
+        match self.cloud_camera.frame_of_organised(cloud) {
+            Ok(frame) if frame.image().pixels().len() == places => {
+                is_moving = self.moving_pixels.mask(&frame, &rig_from_camera, moving.iter())?;
+            }
+            _ => {
+                let voxels = self.voxels_of(&moving);
+                let rig_from_camera = rig_from_camera.cast::<f32>();
+                for (point, [column, row]) in cloud.with_pixels() {
+                    let is_beside = self.is_beside(&voxels, &(rig_from_camera * point));
+                    if let Some(place) = is_moving.get_mut(row * cloud.width_px() + column) {
+                        *place = is_beside;
+                    }
+                }
+            }
+        }
+        Ok(Some(is_moving))
+    }
+
+    /// The verdict whose view is nearest in time, the earlier one of two.
+    fn nearest(&self, stamp: Stamp) -> Option<&Verdict> {
+        let away_s = |one: &&Verdict| one.view_stamp.seconds_since(stamp).abs();
+        let near = self.verdicts.iter().min_by(|a, b| away_s(a).total_cmp(&away_s(b)));
+        near.filter(|one| away_s(one) <= LONGEST_CARRY_S)
+    }
+
+    /// Where the verdict's moving points are in the rig at a moment.
+    fn moving_in_rig(&self, verdict: &Verdict, at: Stamp) -> Vec<Point3<f32>> {
+        let after_s = at.seconds_since(verdict.view_stamp);
+        let rig_from_map: Isometry3<f64> =
+            rig_pose_at(&self.verdicts, at).unwrap_or(verdict.map_from_rig).inverse();
+        let carried = |point: &verdict::MovingPoint| {
+            let in_map = point.in_map_m + point.velocity_m_per_s * after_s;
+            (rig_from_map * in_map).cast::<f32>()
+        };
+        if after_s == 0.0 {
+            // Not to the map and back: the points are to stay in their voxels.
+            return verdict.points.iter().map(|point| point.in_rig_m).collect();
+        }
+        verdict.points.iter().map(carried).collect()
+    }
+
+    fn voxels_of(&self, points: &[Point3<f32>]) -> HashSet<VoxelKey, BuildVoxelHasher> {
+        points.iter().map(|point| self.grid.key(point)).collect()
+    }
+
+    /// Whether a point lies in a voxel of these, or beside one.
+    fn is_beside(&self, voxels: &HashSet<VoxelKey, BuildVoxelHasher>, point: &Point3<f32>) -> bool {
+        !voxels.is_empty()
+            && self.grid.key(point).with_neighbours().any(|voxel| voxels.contains(&voxel))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,292 @@
+//! The sensors' own messages without what moves: `static_scan`, `static_depth`, `static_points`, and their complements.
+//!
+//! The raw topics are subscribed to only while somebody wants what is made of them. A message waits for the cycle that decides
+//! it, as long as the parameters allow; then it goes out by the nearest cycle there is.
+
+mod lane;
+
+use std::sync::Arc;
+
+use geometry::{BeamFill, CameraModel, VoxelGrid};
+use msgs::convert::{self, ConvertError};
+use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use node_shell::{Counters, Node, NodeFailure, Publisher, Qos, Subscription, Throttle};
+
+use crate::filter::{MotionFilter, Verdict};
+use lane::{Lane, Wait};
+
+/// Scans and messages of cameras that may wait.
+const SCANS_KEPT: usize = 50;
+const VIEWS_KEPT: usize = 10;
+/// Those that wait for their cycle, where the parameters let them: two seconds of a camera.
+const VIEWS_WAITING: usize = 64;
+/// Publishers' depths.
+const SCANS_SENT: usize = 10;
+const VIEWS_SENT: usize = 5;
+const CAMERA_INFOS_KEPT: usize = 10;
+/// The condition on /diagnostics.
+const CONDITION: &str = "filter";
+
+geometry::parameters! {
+    /// The parameters of the filtered topics.
+    #[derive(Clone, Copy, PartialEq, Debug)]
+    pub struct FilterParameters {
+        /// What a beam of static_scan has that hit something moving: no measurement, or the range of the static surface behind it
+        /// where that is known.
+        static_scan_fill: BeamFill = BeamFill::Nan;
+        /// A scan waits so long for the cycle that decides it, by the stamps of later scans; then static_scan is made of it by
+        /// the nearest cycle. Longer than a cycle takes.
+        // Three turns of the RPLIDAR A1.
+        static_scan_max_wait_s: f64 = 0.5, not_negative;
+        /// The same for depth images and clouds. 0: each goes out at once, with what the last cycle found carried on by the
+        /// velocities of the tracks. With the period of the scanner and more an image has the verdict of its own cycle.
+        static_depth_max_wait_s: f64 = 0.0, not_negative;
+    }
+}
+
+/// A raw message that arrived.
+pub(super) enum RawArrival {
+    Scan(Arc<LaserScan>),
+    Image(Arc<Image>),
+    CameraInfo(Arc<CameraInfo>),
+    Points(Arc<PointCloud2>),
+}
+
+/// The filtered topics with the raw ones that they are made of.
+pub(super) struct Filter {
+    motion: MotionFilter,
+    fill: BeamFill,
+    scans: Lane<LaserScan>,
+    images: Lane<Image>,
+    points: Lane<PointCloud2>,
+    camera_infos: Option<Subscription<CameraInfo>>,
+    static_camera_infos: Publisher<CameraInfo>,
+    dynamic_camera_infos: Publisher<CameraInfo>,
+    camera: Option<CameraModel>,
+    counters: Counters,
+    bad_input: Throttle,
+}
+
+impl Filter {
+    pub(super) fn new(
+        node: &Node,
+        parameters: &FilterParameters,
+        grid: VoxelGrid,
+    ) -> Result<Self, NodeFailure> {
+        let FilterParameters { static_scan_max_wait_s, static_depth_max_wait_s, static_scan_fill } =
+            *parameters;
+        let sent = Qos::sensor(VIEWS_SENT);
+        let view = Wait { longest_s: static_depth_max_wait_s, most: VIEWS_WAITING };
+        let scan = Wait { longest_s: static_scan_max_wait_s, most: SCANS_KEPT };
+        Ok(Self {
+            motion: MotionFilter::new(grid),
+            fill: static_scan_fill,
+            // Subscribers of either kind match: localisers and mappers differ in what they ask for.
+            scans: Lane::new(
+                node,
+                ["scan", "static_scan", "dynamic_scan"],
+                &Qos::reliable(SCANS_SENT),
+                scan,
+            )?,
+            images: Lane::new(
+                node,
+                ["depth/image", "static_depth/image", "dynamic_depth/image"],
+                &sent,
+                view,
+            )?,
+            points: Lane::new(node, ["points", "static_points", "dynamic_points"], &sent, view)?,
+            camera_infos: None,
+            static_camera_infos: node.publisher("static_depth/camera_info", &sent)?,
+            dynamic_camera_infos: node.publisher("dynamic_depth/camera_info", &sent)?,
+            camera: None,
+            counters: node.counters(),
+            bad_input: Throttle::for_warnings(),
+        })
+    }
+
+    /// Subscribes to the raw topics whose filtered ones are wanted, and to no others.
+    pub(super) fn follow_subscribers(&mut self, node: &Node) -> Result<(), NodeFailure> {
+        self.scans.follow_subscribers(node, &Qos::sensor(SCANS_KEPT))?;
+        self.points.follow_subscribers(node, &Qos::sensor(VIEWS_KEPT))?;
+        self.images.follow_subscribers(node, &Qos::sensor(VIEWS_KEPT))?;
+        let wants_camera = self.images.is_wanted()
+            || self.static_camera_infos.subscriber_count() > 0
+            || self.dynamic_camera_infos.subscriber_count() > 0;
+        if wants_camera && self.camera_infos.is_none() {
+            let qos = Qos::sensor(CAMERA_INFOS_KEPT);
+            self.camera_infos = Some(node.subscription("depth/camera_info", &qos)?);
+        } else if !wants_camera {
+            self.camera_infos = None;
+        }
+        if !self.is_wanted() {
+            self.motion.clear();
+        }
+        Ok(())
+    }
+
+    /// Whether anything is filtered.
+    pub(super) fn is_wanted(&self) -> bool {
+        self.scans.is_wanted() || self.images.is_wanted() || self.points.is_wanted()
+    }
+
+    /// The next raw message. May be dropped while it waits.
+    pub(super) async fn next(&self) -> RawArrival {
+        let camera_infos = async {
+            match &self.camera_infos {
+                Some(camera_infos) => camera_infos.next().await.message,
+                None => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            biased;
+            message = self.scans.next() => RawArrival::Scan(message),
+            message = camera_infos => RawArrival::CameraInfo(message),
+            message = self.images.next() => RawArrival::Image(message),
+            message = self.points.next() => RawArrival::Points(message),
+        }
+    }
+
+    /// Takes every raw message that is here already.
+    pub(super) fn take_waiting(&mut self) {
+        while let Some(message) = self.scans.try_next() {
+            self.take(RawArrival::Scan(message));
+        }
+        while let Some(received) = self.camera_infos.as_ref().and_then(Subscription::try_next) {
+            self.take(RawArrival::CameraInfo(received.message));
+        }
+        while let Some(message) = self.images.try_next() {
+            self.take(RawArrival::Image(message));
+        }
+        while let Some(message) = self.points.try_next() {
+            self.take(RawArrival::Points(message));
+        }
+    }
+
+    pub(super) fn take(&mut self, arrival: RawArrival) {
+        match arrival {
+            RawArrival::Scan(message) => self.scans.push(message),
+            RawArrival::Image(message) => self.images.push(message),
+            RawArrival::Points(message) => self.points.push(message),
+            RawArrival::CameraInfo(message) => {
+                match convert::camera_from_message(&message) {
+                    Ok(camera) => self.camera = Some(camera),
+                    Err(error) => self.refuse("depth/camera_info", &error),
+                }
+                for publisher in [&self.static_camera_infos, &self.dynamic_camera_infos] {
+                    if publisher.subscriber_count() > 0 {
+                        publisher.publish_or_warn(Arc::clone(&message));
+                    }
+                }
+            }
+        }
+        self.release(false);
+    }
+
+    /// Takes what a cycle found; what waited for it goes out.
+    pub(super) fn take_verdict(&mut self, verdict: Verdict) {
+        self.motion.take(verdict);
+        self.release(false);
+    }
+
+    /// There is no more input: what waits goes out.
+    pub(super) fn give_up_waiting(&mut self) {
+        self.release(true);
+    }
+
+    /// Forgets the cycles and what waits for one.
+    pub(super) fn reset(&mut self) {
+        self.motion.clear();
+        self.scans.clear();
+        self.images.clear();
+        self.points.clear();
+    }
+
+    /// Sends what is decided, or has waited for too long; everything where there is no more input.
+    fn release(&mut self, is_over: bool) {
+        while let Some(message) = self.scans.pop(is_over, |stamp| self.motion.has_scan(stamp)) {
+            if let Err(error) = self.filter_scan(&message) {
+                self.refuse("scan", &error);
+                self.scans.pass_on(message);
+            }
+        }
+        // An image without the calibration of its camera waits for that.
+        while let Some(camera) = self.camera.filter(|_| self.images.is_wanted())
+            && let Some(message) = self.images.pop(is_over, |stamp| self.motion.has_view(stamp))
+        {
+            if let Err(error) = self.filter_image(&message, &camera) {
+                self.refuse("depth/image", error.as_ref());
+                self.images.pass_on(message);
+            }
+        }
+        while let Some(message) = self.points.pop(is_over, |stamp| self.motion.has_view(stamp)) {
+            if let Err(error) = self.filter_points(&message) {
+                self.refuse("points", error.as_ref());
+                self.points.pass_on(message);
+            }
+        }
+    }
+
+    fn filter_scan(&self, message: &Arc<LaserScan>) -> Result<(), ConvertError> {
+        let scan = convert::scan_from_message(message)?;
+        let beams = self.motion.beams(&scan);
+        self.note_verdict(beams.is_some());
+        let beams = beams.unwrap_or_default();
+        let is_untouched = beams.is_empty();
+        self.scans.publish(
+            message,
+            is_untouched,
+            || Ok(convert::static_scan(message, &beams, self.fill)),
+            || Ok(convert::dynamic_scan(message, &beams)),
+        )
+    }
+
+    fn filter_image(
+        &mut self,
+        message: &Arc<Image>,
+        camera: &CameraModel,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        let image = convert::depth_from_message(message)?;
+        let is_moving = self.motion.pixels(&image, camera)?;
+        self.note_verdict(is_moving.is_some());
+        let is_moving = is_moving.unwrap_or_else(|| vec![false; image.pixels().len()]);
+        Ok(self.images.publish(
+            message,
+            !is_moving.contains(&true),
+            || convert::depth_without(message, &is_moving, true),
+            || convert::depth_without(message, &is_moving, false),
+        )?)
+    }
+
+    fn filter_points(
+        &mut self,
+        message: &Arc<PointCloud2>,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        let cloud = convert::organised_cloud_from_message(message)?;
+        let places = message.width as usize * message.height as usize;
+        let is_moving = self.motion.points(&cloud, places)?;
+        self.note_verdict(is_moving.is_some());
+        let is_moving = is_moving.unwrap_or_else(|| vec![false; places]);
+        Ok(self.points.publish(
+            message,
+            !is_moving.contains(&true),
+            || convert::cloud_without(message, &is_moving, true),
+            || convert::cloud_without(message, &is_moving, false),
+        )?)
+    }
+
+    /// Reports whether there is a cycle near enough.
+    fn note_verdict(&self, is_there: bool) {
+        let text =
+            if is_there { "by cycles" } else { "no cycle is near: messages pass as they are" };
+        self.counters.note_condition(CONDITION, text, !is_there);
+    }
+
+    fn refuse(&self, topic: &str, error: &dyn std::fmt::Display) {
+        self.counters.count_drop(&format!("not filtered on {topic}"));
+        if let Some(held_back) = self.bad_input.pass() {
+            tracing::warn!(
+                "{topic}: {error}: it passes as it is ({held_back} more since the last warning)"
+            );
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! A raw topic with the two that are made of it.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use geometry::Stamp;
+use msgs::RosMessage;
+use msgs::convert::{ConvertError, stamp_from_time};
+use msgs::sensor_msgs::{Image, LaserScan, PointCloud2};
+use msgs::std_msgs::Header;
+use node_shell::{Node, Publisher, Qos, ShellError, Subscription};
+
+/// A stamp so much before the last one is the start of another run, not a late message.
+const ANOTHER_RUN_S: f64 = 1.0;
+
+/// A message of a sensor.
+pub(super) trait Stamped: RosMessage {
+    fn header(&self) -> &Header;
+}
+
+impl Stamped for LaserScan {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+}
+
+impl Stamped for Image {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+}
+
+impl Stamped for PointCloud2 {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+}
+
+/// How long and how many messages wait for the cycle that decides them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wait {
+    /// By the stamps of later messages.
+    pub(super) longest_s: f64,
+    pub(super) most: usize,
+}
+
+/// A raw topic, subscribed to while one of its filtered topics is wanted.
+pub(super) struct Lane<M: Stamped> {
+    raw_name: &'static str,
+    raw: Option<Subscription<M>>,
+    statics: Publisher<M>,
+    dynamics: Publisher<M>,
+    wait: Wait,
+    waiting: VecDeque<(Stamp, Arc<M>)>,
+    newest: Option<Stamp>,
+}
+
+impl<M: Stamped> Lane<M> {
+    /// With the names of the raw topic, of what is static in it, and of what moves.
+    pub(super) fn new(
+        node: &Node,
+        [raw_name, statics, dynamics]: [&'static str; 3],
+        qos: &Qos,
+        wait: Wait,
+    ) -> Result<Self, ShellError> {
+        Ok(Self {
+            raw_name,
+            raw: None,
+            statics: node.publisher(statics, qos)?,
+            dynamics: node.publisher(dynamics, qos)?,
+            wait,
+            waiting: VecDeque::new(),
+            newest: None,
+        })
+    }
+
+    pub(super) fn follow_subscribers(&mut self, node: &Node, qos: &Qos) -> Result<(), ShellError> {
+        let is_wanted = self.statics.subscriber_count() + self.dynamics.subscriber_count() > 0;
+        if is_wanted && self.raw.is_none() {
+            self.raw = Some(node.subscription(self.raw_name, qos)?);
+        } else if !is_wanted && self.raw.is_some() {
+            self.raw = None;
+            self.clear();
+        }
+        Ok(())
+    }
+
+    pub(super) fn is_wanted(&self) -> bool {
+        self.raw.is_some()
+    }
+
+    pub(super) async fn next(&self) -> Arc<M> {
+        match &self.raw {
+            Some(raw) => raw.next().await.message,
+            None => std::future::pending().await,
+        }
+    }
+
+    pub(super) fn try_next(&self) -> Option<Arc<M>> {
+        Some(self.raw.as_ref()?.try_next()?.message)
+    }
+
+    pub(super) fn push(&mut self, message: Arc<M>) {
+        let stamp = stamp_from_time(message.header().stamp);
+        if self.newest.is_some_and(|newest| newest.seconds_since(stamp) > ANOTHER_RUN_S) {
+            // The time has jumped back: no cycle of before comes any more.
+            self.clear();
+        }
+        self.newest = self.newest.max(Some(stamp));
+        self.waiting.push_back((stamp, message));
+    }
+
+    /// The next message that is decided or has waited for too long, or the next one at all.
+    pub(super) fn pop(
+        &mut self,
+        at_all: bool,
+        is_decided: impl Fn(Stamp) -> bool,
+    ) -> Option<Arc<M>> {
+        let (stamp, _) = self.waiting.front()?;
+        let waited_s = self.newest?.seconds_since(*stamp);
+        let is_due = at_all
+            || waited_s >= self.wait.longest_s
+            || self.waiting.len() > self.wait.most
+            || is_decided(*stamp);
+        if !is_due {
+            return None;
+        }
+        self.waiting.pop_front().map(|(_, message)| message)
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.waiting.clear();
+        self.newest = None;
+    }
+
+    /// Sends what is made of a message, as far as it is wanted. What has nothing that moves goes on as the very message.
+    pub(super) fn publish(
+        &self,
+        message: &Arc<M>,
+        is_untouched: bool,
+        make_static: impl FnOnce() -> Result<M, ConvertError>,
+        make_dynamic: impl FnOnce() -> Result<M, ConvertError>,
+    ) -> Result<(), ConvertError> {
+        if self.statics.subscriber_count() > 0 {
+            let of_static =
+                if is_untouched { Arc::clone(message) } else { Arc::new(make_static()?) };
+            self.statics.publish_or_warn(of_static);
+        }
+        if self.dynamics.subscriber_count() > 0 {
+            self.dynamics.publish_or_warn(make_dynamic()?);
+        }
+        Ok(())
+    }
+
+    /// Sends a message that cannot be filtered as it is, on the static topic.
+    pub(super) fn pass_on(&self, message: Arc<M>) {
+        if self.statics.subscriber_count() > 0 {
+            self.statics.publish_or_warn(message);
+        }
+    }
+}

@@ -1,0 +1,329 @@
+//! The sensors' topics without what moves: of a recording by `stillmap filter`, and live.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use bag_player::{Bag, BagMessage, Selection};
+use msgs::RosMessage;
+use msgs::convert;
+use msgs::sensor_msgs::{Image, LaserScan};
+use node_shell::{Node, Qos, Role, RosArguments, Transport};
+use serde_json::Value;
+use tokio::time::timeout;
+
+use crate::bags::small_room;
+use crate::program::{Running, stillmap, succeed};
+use crate::python::python_with;
+
+const SCAN: &str = "/scan";
+const DEPTH: &str = "/camera/depth/image_raw";
+
+fn messages(bag: &Path) -> Vec<BagMessage> {
+    let messages = Bag::open(bag).unwrap().messages(&Selection::default()).unwrap();
+    messages.map(Result::unwrap).collect()
+}
+
+fn filtered(bag: &Path, more: &[&str]) -> (PathBuf, Value) {
+    let out = bag.with_extension("static.mcap");
+    let arguments = ["filter", bag.to_str().unwrap(), "-o", out.to_str().unwrap(), "--json"];
+    let printed = succeed(arguments.iter().chain(more));
+    (out, serde_json::from_str(&printed).unwrap())
+}
+
+fn of<M: RosMessage>(messages: &[BagMessage], topic: &str) -> Vec<M> {
+    messages.iter().filter(|one| one.is_on(topic)).map(|one| one.decode().unwrap()).collect()
+}
+
+/// How many entries a mask keeps and takes out, of those that are static and of those that move.
+#[derive(Default, Debug)]
+struct Shares {
+    moving: usize,
+    moving_out: usize,
+    still: usize,
+    still_out: usize,
+}
+
+impl Shares {
+    fn add(&mut self, is_moving: bool, is_out: bool) {
+        let (all, out) = if is_moving {
+            (&mut self.moving, &mut self.moving_out)
+        } else {
+            (&mut self.still, &mut self.still_out)
+        };
+        *all += 1;
+        *out += usize::from(is_out);
+    }
+
+    fn gone(&self) -> f64 {
+        self.moving_out as f64 / self.moving.max(1) as f64
+    }
+
+    fn kept(&self) -> f64 {
+        1.0 - self.still_out as f64 / self.still.max(1) as f64
+    }
+}
+
+#[test]
+fn a_filtered_recording_is_the_same_but_for_what_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let (out, printed) = filtered(&bag, &[]);
+    let (raw, now) = (messages(&bag), messages(&out));
+    assert_eq!(raw.len(), now.len());
+    for (raw, now) in raw.iter().zip(&now) {
+        assert_eq!((&raw.topic, &raw.type_name), (&now.topic, &now.type_name));
+        assert_eq!((raw.log_time, raw.publish_time), (now.log_time, now.publish_time));
+        if !raw.is_on(SCAN) && !raw.is_on(DEPTH) {
+            assert_eq!(raw.data, now.data, "{} is not as it was", raw.topic);
+        }
+    }
+
+    let labels = of::<LaserScan>(&raw, "/truth/scan_labels");
+    let mut beams = Shares::default();
+    for ((raw, now), labels) in
+        of::<LaserScan>(&raw, SCAN).iter().zip(of::<LaserScan>(&now, SCAN)).zip(labels)
+    {
+        let rest = LaserScan { ranges: raw.ranges.clone(), ..now.clone() };
+        assert_eq!(format!("{rest:?}"), format!("{raw:?}"));
+        for (beam, (raw_m, now_m)) in raw.ranges.iter().zip(&now.ranges).enumerate() {
+            let is_out = raw_m.to_bits() != now_m.to_bits();
+            assert!(!is_out || now_m.is_nan(), "{raw_m} has become {now_m}");
+            if raw_m.is_finite() {
+                beams.add(labels.intensities[beam] > 0.0, is_out);
+            }
+        }
+    }
+    let labels = of::<Image>(&raw, "/truth/labels");
+    let labels: BTreeMap<_, _> = labels
+        .iter()
+        .map(|message| (message.header.stamp, convert::labels_from_message(message).unwrap()))
+        .collect();
+    let mut pixels = Shares::default();
+    for (raw, now) in of::<Image>(&raw, DEPTH).iter().zip(of::<Image>(&now, DEPTH)) {
+        assert_eq!(Image { data: raw.data.clone(), ..now.clone() }, *raw);
+        let Some(labels) = labels.get(&raw.header.stamp) else { continue };
+        for (pixel, (raw, now)) in raw.data.chunks(2).zip(now.data.chunks(2)).enumerate() {
+            assert!(raw == now || now == [0, 0]);
+            if raw != [0, 0] {
+                pixels.add(labels.object_ids()[pixel] > 0, raw != now);
+            }
+        }
+    }
+    println!("{printed}\nbeams: {beams:?}\npixels: {pixels:?}");
+    assert!(beams.gone() > 0.85 && beams.kept() > 0.995, "{beams:?}");
+    assert!(pixels.gone() > 0.85 && pixels.kept() > 0.99, "{pixels:?}");
+    assert_eq!(printed["messages"], raw.len());
+    assert_eq!(printed["scans"]["taken_out"], beams.moving_out + beams.still_out);
+}
+
+#[test]
+fn a_bag_is_filtered_the_same_each_time_and_replaced_only_with_overwrite() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let (out, _) = filtered(&bag, &["--fill", "background"]);
+    let first = std::fs::read(&out).unwrap();
+    let (bag, name) = (bag.to_str().unwrap(), out.to_str().unwrap());
+    let refused = stillmap(["filter", bag, "-o", name]);
+    assert_eq!(refused.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(said.contains("is there already") && said.contains("--overwrite"), "{said}");
+    succeed(["filter", bag, "-o", name, "--overwrite", "--fill", "background"]);
+    assert_eq!(first, std::fs::read(&out).unwrap());
+    let itself = stillmap(["filter", bag, "-o", bag, "--overwrite"]);
+    assert_eq!(itself.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&itself.stderr).contains("cannot replace itself"));
+}
+
+/// The hall with the crowd, as a bag.
+fn crowd(folder: &Path) -> PathBuf {
+    let scene = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../nodes/laboratory/simulator/scenes/crowd/hall.yaml"
+    );
+    let bag = folder.join("crowd.mcap");
+    succeed(["simulate", scene, "-o", bag.to_str().unwrap()]);
+    bag
+}
+
+#[test]
+fn a_mapper_of_others_sees_no_ghosts_of_a_crowd() {
+    let Some(python) = python_with("rosbags") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let bag = crowd(folder.path());
+    let (out, printed) = filtered(&bag, &[]);
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/peers/grid/ghosts.py");
+    let output = Command::new(python)
+        .args([script, bag.to_str().unwrap(), &format!("filtered={}", out.display())])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    println!("{printed}\n{told}");
+    let count = |bag: &str, name: &str| told[bag][name].as_f64().unwrap();
+    let ghosts = |bag: &str| count(bag, "ghost_cells_mean");
+    assert!(ghosts("raw") > 10.0, "{told}");
+    assert!(ghosts("filtered") < 0.25 * ghosts("raw"), "{told}");
+    let kept = count("filtered", "static_cells_lost") / count("filtered", "static_cells");
+    assert!(kept < 0.01, "{told}");
+}
+
+/// The recording of a person in a kitchen; where it is absent, the test says so and ends.
+const KITCHEN: &str = "../shared/data/dynamic-depth-kitchen/data_01-05-11";
+/// A pixel is steady in an image when its depth is so near to its median over all images.
+const STEADY_MM: u16 = 50;
+
+#[test]
+fn the_person_goes_from_the_kitchens_images_and_the_room_stays() {
+    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(KITCHEN);
+    if !recording.is_dir() {
+        return println!("skipped: the recording dynamic-depth-kitchen is not here");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("kitchen.mcap");
+    let (depth, masks) = (recording.join("depth"), recording.join("mask_derived"));
+    succeed(
+        ["import", "depth", depth.to_str().unwrap(), "--masks", masks.to_str().unwrap()]
+            .iter()
+            .chain(&[
+                "--intrinsics",
+                "365,365,256,212",
+                "--rate",
+                "10",
+                "--scan-from-depth",
+                "-o",
+                bag.to_str().unwrap(),
+            ]),
+    );
+    let (out, printed) = filtered(&bag, &[]);
+    let depths = |bag: &Path| -> Vec<Vec<u16>> {
+        let images = of::<Image>(&messages(bag), DEPTH);
+        let depths = |image: &Image| {
+            image.data.chunks(2).map(|two| u16::from_le_bytes([two[0], two[1]])).collect()
+        };
+        images.iter().map(depths).collect()
+    };
+    let (raw, now) = (depths(&bag), depths(&out));
+    let labels = of::<Image>(&messages(&bag), "/truth/labels");
+    let labels: Vec<_> =
+        labels.iter().map(|one| convert::labels_from_message(one).unwrap()).collect();
+    let mut pixels = Shares::default();
+    for pixel in 0..raw[0].len() {
+        let mut measured: Vec<u16> =
+            raw.iter().map(|image| image[pixel]).filter(|mm| *mm > 0).collect();
+        measured.sort_unstable();
+        let Some(median) = measured.get(measured.len() / 2) else { continue };
+        for image in (0..raw.len()).filter(|image| raw[*image][pixel] > 0) {
+            let is_person = labels[image].object_ids()[pixel] > 0;
+            if is_person || raw[image][pixel].abs_diff(*median) <= STEADY_MM {
+                pixels.add(is_person, raw[image][pixel] != now[image][pixel]);
+            }
+        }
+    }
+    println!("{printed}\n{pixels:?}: {:.4} gone, {:.5} kept", pixels.gone(), pixels.kept());
+    // He is there from the first image on, and is found when he first leaves a place.
+    assert!(pixels.gone() > 0.4 && pixels.kept() > 0.995, "{pixels:?}");
+}
+
+/// Longer than anything here takes on a busy machine; reached only by a fault.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Nothing more comes after a bag when nothing has come for this long.
+const SILENCE: Duration = Duration::from_secs(3);
+
+/// When messages came, by their stamps.
+type Times = BTreeMap<msgs::builtin_interfaces::Time, Instant>;
+
+fn percentiles(raw: &Times, made: &Times) -> String {
+    let mut waits: Vec<Duration> = made
+        .iter()
+        .filter_map(|(stamp, at)| Some(at.saturating_duration_since(*raw.get(stamp)?)))
+        .collect();
+    waits.sort();
+    let at = |percent: usize| {
+        waits.get((waits.len() * percent).div_ceil(100).saturating_sub(1)).copied()
+    };
+    format!("{} of {}: median {:?}, p99 {:?}", waits.len(), raw.len(), at(50), at(99))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn filtered_topics_come_at_the_rates_of_the_sensors_and_only_while_they_are_wanted() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = crowd(folder.path());
+    let domain_id = (1 + std::process::id().wrapping_mul(23) % 100) as u16;
+    let namespace = format!("/filtered_{}", std::process::id());
+    let rule = format!("__ns:={namespace}");
+    let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
+    let node =
+        Node::start_on(Transport::on_domain(domain_id).unwrap(), "mapper", &arguments).unwrap();
+    let up = Running::start_on(domain_id, ["up", "--ros-args", "-r", &rule]);
+    let qos = Qos::sensor(50);
+    let scans = node.subscription::<LaserScan>("scan", &qos).unwrap();
+    let images = node.subscription::<Image>("depth/image", &qos).unwrap();
+    let raw_readers = |topic: &str| {
+        let topic = format!("{namespace}/{topic}");
+        let ends = node.survey();
+        ends.iter().filter(|end| end.topic == topic && end.role == Role::Subscription).count()
+    };
+    // Detection alone wants the raw topics.
+    let waited = async {
+        while raw_readers("scan") < 1 || raw_readers("depth/image") < 1 {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    };
+    timeout(PATIENCE, waited).await.unwrap();
+    let static_scans = node.subscription::<LaserScan>("static_scan", &qos).unwrap();
+    let static_images = node.subscription::<Image>("static_depth/image", &qos).unwrap();
+    let waited = async {
+        while raw_readers("scan") < 2 || raw_readers("depth/image") < 2 {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    };
+    timeout(PATIENCE, waited).await.expect("segmentation subscribes when it is wanted");
+    let mut play = vec!["play".to_owned(), bag.display().to_string()];
+    for (from, name) in [
+        (SCAN, "scan"),
+        ("/pose", "pose"),
+        (DEPTH, "depth/image"),
+        ("/camera/depth/camera_info", "depth/camera_info"),
+    ] {
+        let to = format!("{namespace}/{name}");
+        play.push(format!("--topics={from}"));
+        play.push(format!("--remap={from}:={to}"));
+        play.push(format!("--wait-for={to}"));
+    }
+    let player = Running::start_on(domain_id, play);
+    let [mut raw_scans, mut made_scans, mut raw_images, mut made_images] =
+        [const { Times::new() }; 4];
+    let mut patience = PATIENCE;
+    loop {
+        let next = async {
+            tokio::select! {
+                got = scans.next() => raw_scans.insert(got.message.header.stamp, Instant::now()),
+                got = static_scans.next() => made_scans.insert(got.message.header.stamp, Instant::now()),
+                got = images.next() => raw_images.insert(got.message.header.stamp, Instant::now()),
+                got = static_images.next() => made_images.insert(got.message.header.stamp, Instant::now()),
+            }
+        };
+        if timeout(patience, next).await.is_err() {
+            break;
+        }
+        patience = SILENCE;
+    }
+    println!("static_scan at 10 Hz, {}", percentiles(&raw_scans, &made_scans));
+    println!("static_depth at 30 Hz, {}", percentiles(&raw_images, &made_images));
+    assert!(made_scans.len() > raw_scans.len() / 2, "{} scans", made_scans.len());
+    assert!(made_images.len() > raw_images.len() / 4, "{} images", made_images.len());
+
+    // Who goes away ends the work.
+    drop((static_scans, static_images));
+    let waited = async {
+        while raw_readers("scan") > 1 || raw_readers("depth/image") > 1 {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    };
+    timeout(PATIENCE, waited).await.expect("segmentation gives the raw topics up");
+    drop((player, scans, images));
+    assert!(up.interrupt());
+    node.close().await;
+}
