@@ -14,6 +14,7 @@ LEAST_CYCLES_REMOVED = 0.95  # of the cycles in which an object is in view
 LEAST_REMOVED = 0.95  # of an object's true points
 LEAST_KEPT = 0.99  # of the true static scene
 MOST_LEFT = 0.01  # of the voxels that only objects touched
+MOST_REPORT_BYTES = 6_000_000
 
 
 def points_of_ply(path):
@@ -65,7 +66,10 @@ def main(folder):
     removed = sum(len(points_of_ply(path)) for path in sorted((out / "dynamic").glob("cycle_*.ply")))
     assert removed > 0
     report = (out / "report.html").read_text()
-    assert "data:image/png;base64," in report and "http" not in report.replace("http://www.w3.org", "")
+    script = report.rindex("<script>")
+    assert "data:image/png;base64," in report and "http" not in report[:script].replace("http://www.w3.org", "").replace("http-equiv", "")
+    assert "Content-Security-Policy" in report and "default-src 'none'" in report
+    assert len(report) < MOST_REPORT_BYTES, len(report)
     print(f"map of {len(points)} points; {removed} points removed; report of {len(report)} bytes")
 
 

@@ -62,11 +62,26 @@ pub enum Marks {
 impl Chart {
     /// The chart as an `svg` element with its legend under it.
     pub(crate) fn render(&self) -> Markup {
+        self.render_with(None)
+    }
+
+    /// The same, and the page's script marks the moment in it: its axis to the right is the time since the first scan.
+    pub(crate) fn render_over_time(&self) -> Markup {
+        let (first_s, last_s) = self.x.ends();
+        let bottom = self.height() - BOTTOM;
+        self.render_with(Some(format!(
+            "{LEFT} {} {first_s} {last_s} {TOP} {bottom}",
+            WIDTH - RIGHT
+        )))
+    }
+
+    /// `time` has where the plot begins and ends to the right, the times there, and where it begins and ends downwards.
+    fn render_with(&self, time: Option<String>) -> Markup {
         let (title_id, description_id) = (format!("{}-t", self.id), format!("{}-d", self.id));
         html! {
             figure.chart {
                 figcaption { (self.title) }
-                svg viewBox=(format!("0 0 {WIDTH} {}", number(self.height()))) role="img"
+                svg viewBox=(format!("0 0 {WIDTH} {}", number(self.height()))) role="img" data-time=[time]
                     aria-labelledby=(format!("{title_id} {description_id}")) {
                     title id=(title_id) { (self.title) }
                     desc id=(description_id) { (self.description) }

@@ -1,6 +1,6 @@
 //! The outcome of a run in words: the page's first lines, and the last output of the command line.
 
-use crate::{DynamicScore, ObjectScore, Summary};
+use crate::{DynamicScore, KeptOutCause, ObjectScore, Summary};
 
 /// The outcome of a run in plain sentences, the most important first. There is at least one.
 #[must_use]
@@ -17,6 +17,7 @@ pub fn headline(summary: &Summary) -> Vec<String> {
         _ => sentences.push(zone_sentence(summary)),
     }
     sentences.push(map_sentence(summary));
+    sentences.extend(kept_out_sentence(summary));
     if summary.dropped() > 0 {
         sentences.push(format!(
             "{} dropped in transit; the table of drops says where and why.",
@@ -145,11 +146,32 @@ fn zone_sentence(summary: &Summary) -> String {
 
 fn map_sentence(summary: &Summary) -> String {
     let map = &summary.map;
-    format!(
-        "The map holds {}; removal kept {} out of it.",
-        counted(map.points, "point", "points"),
+    format!("The map holds {}.", counted(map.points, "point", "points"))
+}
+
+/// Why the map has no point in some voxels of the map without removal: something moved there, or why not.
+fn kept_out_sentence(summary: &Summary) -> Option<String> {
+    let map = &summary.map;
+    if map.voxels_kept_out == 0 {
+        return None;
+    }
+    let other = KeptOutCause::ALL
+        .into_iter()
+        .filter(|cause| *cause != KeptOutCause::Moved && map.kept_out.of(*cause) > 0)
+        .map(|cause| format!("{} ({})", cause.name(), grouped(map.kept_out.of(cause))))
+        .collect::<Vec<_>>();
+    let moved = map.kept_out.moved;
+    let rest = if other.is_empty() {
+        String::new()
+    } else {
+        format!("; the others did not move: {}", other.join(", "))
+    };
+    Some(format!(
+        "{} of the map without removal {} no point of the map: something moved in {} of them{rest}.",
         counted(map.voxels_kept_out, "voxel", "voxels"),
-    )
+        if map.voxels_kept_out == 1 { "holds" } else { "hold" },
+        grouped(moved),
+    ))
 }
 
 fn capitalised(text: &str) -> String {

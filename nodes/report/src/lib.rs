@@ -18,18 +18,25 @@
 //! ```
 
 mod chart;
+mod cycle_view;
 mod headline;
 mod html_document;
+mod kept_out;
 mod page;
 mod pictures;
 mod run_record;
 mod run_report;
+mod scene;
 mod summary;
 mod timing;
 mod truth_score;
 
 pub use chart::{Axis, Chart, Marks, Series};
+pub use cycle_view::{
+    CLOUD_STEP_M, CycleView, RANGE_STEP_M, RigCamera, ScanView, SmallDepth, cloud_steps,
+};
 pub use headline::headline;
+pub use kept_out::{KeptOut, KeptOutCause};
 pub use page::{
     CellTone, Page, PageCell, PagePart, PagePicture, PageRow, PageSection, PageTable, page_html,
 };
@@ -38,9 +45,11 @@ pub use pictures::{
     map_pictures,
 };
 pub use run_record::{CycleRecord, DropCount, RunRecord, Transport};
-pub use run_report::report_html;
+pub use run_report::{report_html, report_html_within};
+pub use scene::PageLimits;
 pub use summary::{
-    CycleCounts, DropSummary, MapSummary, PointStatistics, StagePoints, Summary, ZoneShares,
+    CycleCounts, DropSummary, KeptOutCounts, MapSummary, PointStatistics, StagePoints, Summary,
+    ZoneShares,
 };
 pub use timing::{DurationStatistics, StepTiming, Timing};
 pub use truth_score::{

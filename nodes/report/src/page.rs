@@ -147,7 +147,7 @@ pub fn page_html(page: &Page) -> String {
             @for section in &page.sections { (section_markup(section)) }
         }
     };
-    document(&page.title, STYLE, &body)
+    document(&page.title, STYLE, None, &body)
 }
 
 fn section_markup(section: &PageSection) -> Markup {

@@ -16,10 +16,11 @@ pub(crate) use self::canvas::HEIGHT_COLOURS;
 use self::canvas::{Canvas, Colour, faded, height_colour};
 pub use self::clouds::{CloudPicture, cloud_pictures};
 pub use self::frame::{PictureFrame, View};
-use crate::{RunRecord, summary::voxels_kept_out};
+use crate::{KeptOut, KeptOutCause, RunRecord};
 
-/// The voxels that removal kept out of the map.
+/// The voxels that are not in the map since something moved there, and those for another reason.
 const REMOVED: Colour = [0xff, 0x8a, 0x3d];
+const NOT_CONFIRMED: Colour = [0xb5, 0x8c, 0xff];
 /// The static map where it is only the background of what was removed.
 const BACKDROP: Colour = [0x5b, 0x6b, 0x7f];
 /// Where the rig went.
@@ -43,7 +44,7 @@ pub struct ViewPictures {
     pub with_removal: Vec<u8>,
     /// The map that the same clouds give when nothing is removed.
     pub without_removal: Vec<u8>,
-    /// The voxels of the map without removal alone, over the static map.
+    /// The voxels that are not in the map, over the static map: those in which something moved, and the others below them.
     pub removed: Vec<u8>,
 }
 
@@ -58,14 +59,17 @@ pub enum PictureError {
     Encode(#[from] image::ImageError),
 }
 
-/// The pictures of the maps of `run`, with the rig's path in white and a bar of
+/// The pictures of the maps of `run`, and of `kept_out` over the map, with the rig's path in white and a bar of
 /// [`PictureFrame::scale_bar_m`] in the lower left corner.
 ///
 /// # Errors
 /// When the run's voxel edge is not a positive number, or a picture cannot be encoded.
-pub fn map_pictures(run: &RunRecord) -> Result<MapPictures, PictureError> {
+pub fn map_pictures(run: &RunRecord, kept_out: &[KeptOut]) -> Result<MapPictures, PictureError> {
     let grid = VoxelGrid::new(run.voxel_edge_m)?;
-    let removed = voxels_kept_out(run, &grid);
+    let (moved, other): (Vec<&KeptOut>, Vec<&KeptOut>) =
+        kept_out.iter().partition(|voxel| voxel.cause == KeptOutCause::Moved);
+    let points = |voxels: &[&KeptOut]| voxels.iter().map(|voxel| voxel.point_m).collect::<Vec<_>>();
+    let removed = [points(&other), points(&moved)];
     let path: Vec<Point3<f32>> = run
         .cycles
         .iter()
@@ -120,16 +124,18 @@ fn removal_picture(
     frame: &PictureFrame,
     shade: &Shade,
     kept: &[Point3<f32>],
-    removed: &[Point3<f32>],
+    [other, moved]: &[Vec<Point3<f32>>; 2],
     path: &[Point3<f32>],
 ) -> Result<Vec<u8>, PictureError> {
     let mut canvas = Canvas::new(frame);
     canvas.paint_columns(&frame.columns(kept), |column| {
         faded(BACKDROP, shade.brightness(column.points))
     });
-    canvas.paint_columns(&frame.columns(removed), |column| {
-        faded(REMOVED, shade.brightness(column.points))
-    });
+    for (points, colour) in [(other, NOT_CONFIRMED), (moved, REMOVED)] {
+        canvas.paint_columns(&frame.columns(points), |column| {
+            faded(colour, shade.brightness(column.points))
+        });
+    }
     finish(canvas, path)
 }
 

@@ -6,6 +6,8 @@ use geometry::{DynamicZone, SegmentationCounts, Stamp};
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
+use crate::{CycleView, RigCamera};
+
 /// How the stages of a run were connected.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -39,6 +41,12 @@ pub struct RunRecord {
     pub method: String,
     /// Edge of the voxels of the reduction and of the map (Rec-HV 3.2.3: t_vg).
     pub voxel_edge_m: f64,
+    /// From a point of the map to the next; absent where that is `voxel_edge_m`.
+    pub map_edge_m: Option<f64>,
+    /// The depth camera; absent where no cycle has a depth image.
+    pub camera: Option<RigCamera>,
+    /// The scanner's frame in the rig.
+    pub rig_from_lidar: Isometry3<f64>,
     /// The frame of both maps.
     pub map_frame_id: String,
     /// The cycles that went through all three stages, in the order of their index. A cycle that was lost
@@ -50,6 +58,19 @@ pub struct RunRecord {
     pub static_map: Vec<Point3<f32>>,
     /// The map that the same clouds give when nothing is removed, in the map frame.
     pub unfiltered_map: Vec<Point3<f32>>,
+}
+
+impl RunRecord {
+    /// From a point of the map to the next.
+    pub(crate) fn map_spacing_m(&self) -> f64 {
+        self.map_edge_m.unwrap_or(self.voxel_edge_m)
+    }
+
+    /// What [`CycleRecord::map_points`] counts: of a map of depth images its voxels at the surface, of which several can
+    /// have a point, or none.
+    pub(crate) fn map_unit(&self) -> &'static str {
+        if self.map_edge_m.is_some() { "voxels at the surface" } else { "points" }
+    }
 }
 
 /// One cycle of a run.
@@ -69,12 +90,15 @@ pub struct CycleRecord {
     pub points_in: usize,
     /// Points of each stage of the segmentation.
     pub counts: SegmentationCounts,
-    /// Points of the static map after this cycle.
+    /// Points of the static map after this cycle; of a map of depth images ([`RunRecord::map_edge_m`]) its voxels near the
+    /// surface.
     pub map_points: usize,
     /// The points that segmentation took for moving: reduced points in the rig frame.
     pub dynamic_points_m: Vec<Point3<f32>>,
     /// Where the tracks are, in the map frame, by their numbers; empty with a method that follows nothing.
     pub tracks_m: BTreeMap<u32, Point3<f64>>,
+    /// What the sensors saw; of a long run only every n-th cycle has it.
+    pub view: Option<CycleView>,
     /// How long each step took, in the order of the steps. The names are unique within the cycle (say
     /// `detection/gap_fill`) and the steps do not overlap: their sum is the cycle's time.
     pub step_durations_s: Vec<(String, f64)>,

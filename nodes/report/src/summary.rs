@@ -3,13 +3,13 @@
 #[cfg(test)]
 mod tests;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
-use geometry::{VoxelEdgeError, VoxelGrid, VoxelKey, ZoneSource};
-use nalgebra::Point3;
+use geometry::{VoxelEdgeError, VoxelGrid, ZoneSource};
 use serde::{Deserialize, Serialize};
 
-use crate::{CycleRecord, DynamicScore, RunRecord, Timing, Transport};
+use crate::kept_out::kept_out;
+use crate::{CycleRecord, DynamicScore, KeptOut, KeptOutCause, RunRecord, Timing, Transport};
 
 /// The figures of a run. Its keys come in the order of these fields, and but for `timing` two runs of the
 /// same input give the same bytes.
@@ -35,6 +35,9 @@ pub struct Summary {
     pub map: MapSummary,
     /// The drops, by topic or stage and then by reason.
     pub drops: Vec<DropSummary>,
+    /// The voxels that the map does not hold, for the pictures; the file has their counts.
+    #[serde(skip)]
+    pub kept_out: Vec<KeptOut>,
     /// The score against the truth, where there is one.
     pub truth: Option<DynamicScore>,
     /// How long the steps took; left out when it was not measured or not requested.
@@ -101,8 +104,55 @@ pub struct MapSummary {
     pub points: usize,
     /// Points of the map that the same clouds give when nothing is removed.
     pub points_without_removal: usize,
-    /// Voxels that only the map without removal holds: what the removal kept out of the map.
+    /// Voxels of the map without removal that hold no point of the map.
     pub voxels_kept_out: usize,
+    /// The same by their causes.
+    #[serde(default)]
+    pub kept_out: KeptOutCounts,
+}
+
+/// Voxels that are not in the map, by the cause.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct KeptOutCounts {
+    /// [`KeptOutCause::Moved`].
+    pub moved: usize,
+    /// [`KeptOutCause::BesideSurface`].
+    pub beside_surface: usize,
+    /// [`KeptOutCause::SeenThrough`].
+    pub seen_through: usize,
+    /// [`KeptOutCause::NoReturn`].
+    pub no_return: usize,
+    /// [`KeptOutCause::SeenOnce`].
+    pub seen_once: usize,
+    /// [`KeptOutCause::Uncertain`].
+    pub uncertain: usize,
+}
+
+impl KeptOutCounts {
+    fn of_voxels(voxels: &[KeptOut]) -> Self {
+        let of = |cause| voxels.iter().filter(|voxel| voxel.cause == cause).count();
+        Self {
+            moved: of(KeptOutCause::Moved),
+            beside_surface: of(KeptOutCause::BesideSurface),
+            seen_through: of(KeptOutCause::SeenThrough),
+            no_return: of(KeptOutCause::NoReturn),
+            seen_once: of(KeptOutCause::SeenOnce),
+            uncertain: of(KeptOutCause::Uncertain),
+        }
+    }
+
+    /// The voxels of one cause.
+    #[must_use]
+    pub fn of(&self, cause: KeptOutCause) -> usize {
+        match cause {
+            KeptOutCause::Moved => self.moved,
+            KeptOutCause::BesideSurface => self.beside_surface,
+            KeptOutCause::SeenThrough => self.seen_through,
+            KeptOutCause::NoReturn => self.no_return,
+            KeptOutCause::SeenOnce => self.seen_once,
+            KeptOutCause::Uncertain => self.uncertain,
+        }
+    }
 }
 
 /// How often one thing was dropped for one reason.
@@ -128,6 +178,7 @@ impl Summary {
         with_timing: bool,
     ) -> Result<Self, VoxelEdgeError> {
         let grid = VoxelGrid::new(run.voxel_edge_m)?;
+        let kept_out = kept_out(run, &grid);
         let duration_s = match (run.cycles.first(), run.cycles.last()) {
             (Some(first), Some(last)) => last.scan_stamp.seconds_since(first.scan_stamp),
             _ => 0.0,
@@ -145,9 +196,11 @@ impl Summary {
                 points_after_first_cycle: run.cycles.first().map_or(0, |cycle| cycle.map_points),
                 points: run.static_map.len(),
                 points_without_removal: run.unfiltered_map.len(),
-                voxels_kept_out: voxels_kept_out(run, &grid).len(),
+                voxels_kept_out: kept_out.len(),
+                kept_out: KeptOutCounts::of_voxels(&kept_out),
             },
             drops: merged_drops(run),
+            kept_out,
             truth,
             timing: if with_timing { Timing::of_cycles(&run.cycles) } else { None },
         })
@@ -230,12 +283,6 @@ impl ZoneShares {
             dynamic: share(with_zone().map(|cycle| cycle.counts.dynamic).sum()),
         }
     }
-}
-
-/// The points of the map without removal whose voxel the static map does not hold.
-pub(crate) fn voxels_kept_out(run: &RunRecord, grid: &VoxelGrid) -> Vec<Point3<f32>> {
-    let kept: HashSet<VoxelKey> = run.static_map.iter().map(|point| grid.key(point)).collect();
-    run.unfiltered_map.iter().filter(|point| !kept.contains(&grid.key(point))).copied().collect()
 }
 
 /// The drops of a run, one entry for each place and reason, in alphabetical order.

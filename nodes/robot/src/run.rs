@@ -82,6 +82,9 @@ pub struct HowArgs {
     /// Print the summary as JSON
     #[arg(long)]
     json: bool,
+    /// Open the report at the end, in the desktop's browser
+    #[arg(long)]
+    open: bool,
 }
 
 /// How the stages of a run are connected.
@@ -209,6 +212,9 @@ pub fn run_bag(
         return Err(failure);
     }
     print_summary(&folder, &summary, how.json)?;
+    if how.open {
+        open_report(&folder);
+    }
     if is_interrupted {
         console::note("interrupted: the results are of what was read until then");
         return Ok(Outcome::Interrupted);
@@ -305,6 +311,13 @@ fn run_over_dds(
 
 fn messages_on(info: &BagInfo, topic: &str) -> u64 {
     info.topics.iter().filter(|known| known.topic == topic).map(|known| known.message_count).sum()
+}
+
+/// Opens the report. Where there is no desktop, its path was printed.
+fn open_report(folder: &OutputFolder) {
+    if let Err(error) = opener::open(folder.path().join(output::REPORT)) {
+        console::note(format_args!("the report was not opened: {error}"));
+    }
 }
 
 /// The bag's name without its folder.

@@ -88,6 +88,11 @@ impl Axis {
         }
     }
 
+    /// The values at its ends.
+    pub(super) fn ends(&self) -> (f64, f64) {
+        (self.first, self.last)
+    }
+
     pub(crate) fn label(&self) -> &str {
         &self.label
     }

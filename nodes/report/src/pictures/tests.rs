@@ -33,9 +33,17 @@ fn example() -> RunRecord {
     run
 }
 
+/// The pictures, as if something had moved wherever the map has nothing.
+fn pictures_of(run: &RunRecord) -> Result<MapPictures, PictureError> {
+    let grid = VoxelGrid::new(run.voxel_edge_m)?;
+    let mut voxels = crate::kept_out::kept_out(run, &grid);
+    voxels.iter_mut().for_each(|voxel| voxel.cause = KeptOutCause::Moved);
+    map_pictures(run, &voxels)
+}
+
 #[test]
 fn with_and_without_removal_differ_only_where_something_was_removed() {
-    let pictures = map_pictures(&example()).unwrap();
+    let pictures = pictures_of(&example()).unwrap();
     let column_px = 16;
     let (with, without) =
         (decoded(&pictures.top.with_removal), decoded(&pictures.top.without_removal));
@@ -48,7 +56,7 @@ fn with_and_without_removal_differ_only_where_something_was_removed() {
 
 #[test]
 fn x_runs_right_y_up_from_above_and_z_up_from_the_side() {
-    let pictures = map_pictures(&example()).unwrap();
+    let pictures = pictures_of(&example()).unwrap();
     // From above 20 x 10 voxels and a margin of 3 all around; the post at voxel (3, 9), the farthest y.
     let above = decoded(&pictures.top.removed);
     assert_eq!(above.dimensions(), (26 * 16, 16 * 16));
@@ -69,7 +77,7 @@ fn x_runs_right_y_up_from_above_and_z_up_from_the_side() {
 
 #[test]
 fn the_scale_is_shared_and_stated() {
-    let pictures = map_pictures(&example()).unwrap();
+    let pictures = pictures_of(&example()).unwrap();
     assert_eq!(pictures.top.frame.px_per_m(), pictures.side.frame.px_per_m());
     assert!((pictures.top.frame.px_per_m() - 160.0).abs() < 1e-9);
     assert!((pictures.top.frame.scale_bar_m() - 1.0).abs() < 1e-9);
@@ -79,7 +87,7 @@ fn the_scale_is_shared_and_stated() {
 
 #[test]
 fn the_same_run_gives_the_same_bytes() {
-    assert_eq!(map_pictures(&example()).unwrap(), map_pictures(&example()).unwrap());
+    assert_eq!(pictures_of(&example()).unwrap(), pictures_of(&example()).unwrap());
 }
 
 #[test]
@@ -88,7 +96,7 @@ fn the_path_is_in_the_picture_though_no_point_is_near_it() {
     let mut behind = cycle(0);
     behind.map_from_rig.translation.vector.x = -2.0;
     run.cycles = vec![behind];
-    let pictures = map_pictures(&run).unwrap();
+    let pictures = pictures_of(&run).unwrap();
     let with = decoded(&pictures.top.with_removal);
     assert_eq!(with.width(), 46 * 16);
     assert!(with.pixels().any(|pixel| pixel.0 == PATH));
@@ -98,14 +106,14 @@ fn the_path_is_in_the_picture_though_no_point_is_near_it() {
 fn a_far_outlier_neither_shrinks_the_picture_nor_is_kept_silent() {
     let mut run = example();
     run.unfiltered_map.push(Point3::new(1e6, 0.0, 0.0));
-    let frame = map_pictures(&run).unwrap().top.frame;
+    let frame = pictures_of(&run).unwrap().top.frame;
     assert_eq!(frame.points_outside(), 1);
     assert!(frame.size_px().0 < 40 * 16);
 }
 
 #[test]
 fn an_empty_map_gives_an_empty_picture() {
-    let pictures = map_pictures(&run(vec![])).unwrap();
+    let pictures = pictures_of(&run(vec![])).unwrap();
     let picture = decoded(&pictures.top.with_removal);
     assert!(picture.width() > 0 && picture.height() > 0);
     assert_eq!(*picture.get_pixel(picture.width() / 2, 2), image::Rgb(background(&picture)));
@@ -132,7 +140,7 @@ proptest! {
         run.voxel_edge_m = edge_m;
         run.unfiltered_map = points.iter().map(|&[x, y, z]| Point3::new(x, y, z)).collect();
         run.static_map = run.unfiltered_map.iter().take(points.len() / 2).copied().collect();
-        let pictures = map_pictures(&run).unwrap();
+        let pictures = pictures_of(&run).unwrap();
         for view in [&pictures.top, &pictures.side] {
             let (width_px, height_px) = view.frame.size_px();
             prop_assert!((1..=1200).contains(&width_px) && (1..=1200).contains(&height_px));

@@ -23,7 +23,11 @@ pub(super) fn charts_section(run: &RunRecord, summary: &Summary) -> Markup {
                 p { "There is no cycle to draw." }
             } @else {
                 div.pair {
-                    (bearing_chart(run, truth, &times))
+                    @if run.cycles.iter().any(|cycle| !cycle.zones.is_empty()) || truth.is_some() {
+                        (bearing_chart(run, truth, &times))
+                    } @else {
+                        p { "No cycle has a dynamic zone: nothing that moves was found, and there is no bearing to draw." }
+                    }
                     @if let Some(score) = truth { (removed_chart(score, &times)) }
                     (growth_chart(run, &times))
                     (stage_chart(run, &times))
@@ -112,7 +116,7 @@ fn bearing_chart(run: &RunRecord, truth: Option<&DynamicScore>, times: &CycleTim
         y: Axis::spanning("azimuth (degrees, left is positive)", values),
         series,
     }
-    .render()
+    .render_over_time()
 }
 
 /// How much of each object was removed, cycle by cycle.
@@ -140,7 +144,7 @@ fn removed_chart(score: &DynamicScore, times: &CycleTimes) -> Markup {
         y: Axis::spanning("removed (%)", [0.0, 100.0]),
         series,
     }
-    .render()
+    .render_over_time()
 }
 
 fn growth_chart(run: &RunRecord, times: &CycleTimes) -> Markup {
@@ -152,16 +156,21 @@ fn growth_chart(run: &RunRecord, times: &CycleTimes) -> Markup {
     Chart {
         id: "growth".to_owned(),
         title: "Growth of the map".to_owned(),
-        description: format!("The map grows from {} to {} points.", grouped(first), grouped(last)),
+        description: format!(
+            "The map grows from {} to {} {}.",
+            grouped(first),
+            grouped(last),
+            run.map_unit()
+        ),
         x: times.axis(),
-        y: Axis::spanning("points", points.iter().map(|point| point.1).chain([0.0])),
+        y: Axis::spanning(run.map_unit(), points.iter().map(|point| point.1).chain([0.0])),
         series: vec![Series {
             name: "static map".to_owned(),
             class: "map",
             marks: Marks::Line(points),
         }],
     }
-    .render()
+    .render_over_time()
 }
 
 fn stage_chart(run: &RunRecord, times: &CycleTimes) -> Markup {
@@ -186,5 +195,5 @@ fn stage_chart(run: &RunRecord, times: &CycleTimes) -> Markup {
         y: Axis::spanning("points", values.into_iter().chain([0.0])),
         series,
     }
-    .render()
+    .render_over_time()
 }

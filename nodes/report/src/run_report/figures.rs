@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use crate::headline::grouped;
 use crate::pictures::{HEIGHT_COLOURS, ViewPictures};
-use crate::{MapPictures, PictureFrame, RunRecord, Summary};
+use crate::{KeptOutCause, MapPictures, PictureFrame, RunRecord, Summary};
 
 pub(super) fn map_section(run: &RunRecord, summary: &Summary, pictures: &MapPictures) -> Markup {
     let map = &summary.map;
@@ -18,26 +18,53 @@ pub(super) fn map_section(run: &RunRecord, summary: &Summary, pictures: &MapPict
                 "The same clouds, once with moving objects cut out and once with everything left in, drawn alike. "
                 "The colour is the mean height of the voxels that lie behind each other, the brighter the more they are. The white line is the rig's path in "
                 code { (run.map_frame_id) } ", the bar in the corner is " (metres(frame.scale_bar_m())) " long."
+                @if let Some(edge_m) = run.map_edge_m {
+                    " The map is a surface of the depth images with a point about every " (edge_m) " m; the map without removal has a point in each voxel of "
+                    (run.voxel_edge_m) " m in which something was seen."
+                }
             }
             (height_key(frame))
             (pair("From above (x to the right, y up)", &pictures.top, summary))
             (pair("From the right-hand side (x to the right, z up)", &pictures.side, summary))
-            h3 { "What removal kept out of the map" }
+            h3 { "What is not in the map, and why" }
+            (kept_out_table(summary))
             p.note {
-                span.key.bars.removed aria-hidden="true" {} " "
-                (grouped(map.voxels_kept_out)) " voxels that only the map without removal holds, over the map with removal in grey."
+                span.key.bars.removed aria-hidden="true" {} " something moved there; "
+                span.key.bars.not-confirmed aria-hidden="true" {} " nothing moved there, see the table. In grey the map."
             }
             div.pair {
-                (picture(&pictures.top.removed, frame, "Kept out, from above",
-                    &format!("{} voxels kept out of the map, seen from above.", grouped(map.voxels_kept_out))))
-                (picture(&pictures.side.removed, &pictures.side.frame, "Kept out, from the side",
-                    &format!("{} voxels kept out of the map, seen from the side.", grouped(map.voxels_kept_out))))
+                (picture(&pictures.top.removed, frame, "Not in the map, from above",
+                    &format!("{} voxels that are not in the map, seen from above.", grouped(map.voxels_kept_out))))
+                (picture(&pictures.side.removed, &pictures.side.frame, "Not in the map, from the side",
+                    &format!("{} voxels that are not in the map, seen from the side.", grouped(map.voxels_kept_out))))
             }
             @if frame.points_outside() + pictures.side.frame.points_outside() > 0 {
                 p.note {
                     "A few points lie far from all others and outside of the pictures: "
                     (grouped(frame.points_outside())) " from above, "
                     (grouped(pictures.side.frame.points_outside())) " from the side, of both maps together."
+                }
+            }
+        }
+    }
+}
+
+/// How many voxels the map does not hold, by their causes.
+fn kept_out_table(summary: &Summary) -> Markup {
+    let map = &summary.map;
+    html! {
+        p.note {
+            "Of the " (grouped(map.points_without_removal)) " voxels of the map without removal, " (grouped(map.voxels_kept_out))
+            " hold no point of the map."
+        }
+        div.scroll {
+            table {
+                caption { "Voxels without a point of the map" }
+                thead { tr { th.text scope="col" { "why" } th scope="col" { "voxels" } th.text scope="col" { "what that means" } } }
+                tbody {
+                    @for cause in KeptOutCause::ALL {
+                        tr { th scope="row" { (cause.name()) } td { (grouped(map.kept_out.of(cause))) } td.text { (cause.meaning()) } }
+                    }
                 }
             }
         }
@@ -52,8 +79,8 @@ fn pair(view: &str, pictures: &ViewPictures, summary: &Summary) -> Markup {
         div.pair {
             (picture(&pictures.with_removal, &pictures.frame, &format!("With removal: {with} points"),
                 &format!("The map with removal, {view}: {with} points.")))
-            (picture(&pictures.without_removal, &pictures.frame, &format!("Without removal: {without} points"),
-                &format!("The map without removal, {view}: {without} points.")))
+            (picture(&pictures.without_removal, &pictures.frame, &format!("Without removal: {without} voxels"),
+                &format!("The map without removal, {view}: {without} voxels.")))
         }
     }
 }

@@ -18,8 +18,8 @@ pub(super) fn tables_section(run: &RunRecord, summary: &Summary) -> Markup {
             div.tables {
                 (cycle_table(summary))
                 (point_table(summary))
-                (map_table(summary))
-                (drop_table(summary))
+                (map_table(run, summary))
+                div.scroll { (drop_table(summary)) }
             }
         }
         @if let Some(score) = &summary.truth {
@@ -98,16 +98,17 @@ fn point_table(summary: &Summary) -> Markup {
     }
 }
 
-fn map_table(summary: &Summary) -> Markup {
+fn map_table(run: &RunRecord, summary: &Summary) -> Markup {
     let (map, shares) = (&summary.map, &summary.zone_shares);
     html! {
         table {
             caption { "Map and shares" }
             tbody {
-                (row("map, after the first cycle", grouped(map.points_after_first_cycle)))
-                (row("map, at the end", grouped(map.points)))
-                (row("map, nothing removed", grouped(map.points_without_removal)))
-                (row("voxels kept out", grouped(map.voxels_kept_out)))
+                (row(&format!("map, after the first cycle ({})", run.map_unit()), grouped(map.points_after_first_cycle)))
+                (row("map, at the end (points)", grouped(map.points)))
+                (row("map without removal (voxels)", grouped(map.points_without_removal)))
+                (row("of these, without a point of the map", grouped(map.voxels_kept_out)))
+                (row("of these, since something moved there", grouped(map.kept_out.moved)))
                 (row("of the cloud in a zone, where there is one", percent(shares.in_zone)))
                 (row("of the cloud taken for moving, where there is a zone", percent(shares.dynamic)))
             }
@@ -125,7 +126,7 @@ fn drop_table(summary: &Summary) -> Markup {
                 thead { tr { th.text scope="col" { "where" } th.text scope="col" { "why" } th scope="col" { "how often" } } }
                 tbody {
                     @for drop in &summary.drops {
-                        tr { th scope="row" { (drop.topic_or_stage) } td.text { (drop.reason) } td { (drop.count) } }
+                        tr { th.text scope="row" { (drop.topic_or_stage) } td.text { (drop.reason) } td { (drop.count) } }
                     }
                 }
             }
@@ -266,7 +267,7 @@ fn every_cycle_table(run: &RunRecord, truth: Option<&DynamicScore>) -> Markup {
                     th scope="col" { "reduced" }
                     th scope="col" { "in a zone" }
                     th scope="col" { "moving" }
-                    th scope="col" { "map" }
+                    th scope="col" { "map (" (run.map_unit()) ")" }
                     @if truth.is_some() {
                         th scope="col" { "of objects removed" }
                         th scope="col" { "of static removed" }

@@ -7,7 +7,7 @@ use geometry::{DetectedCycle, SegmentationCounts, Stamp};
 use msgs::convert::{self, ConvertError};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::nav_msgs::Path;
-use msgs::sensor_msgs::PointCloud2;
+use msgs::sensor_msgs::{LaserScan, PointCloud2};
 use msgs::stillmap_msgs::{StageReport, Tracks};
 use nalgebra::Point3;
 use node_shell::{Arrived, GrantedBuffer, Node, Qos, ShellError, Subscription, ValueSubscription};
@@ -25,6 +25,7 @@ const WAITING_DIAGNOSTICS: usize = 32;
 pub(super) struct Collector {
     node: Node,
     diagnostics: Subscription<DiagnosticArray>,
+    scans: Subscription<LaserScan>,
     detected: ValueSubscription<DetectedCycle>,
     dynamic_clouds: Subscription<PointCloud2>,
     tracks: Subscription<Tracks>,
@@ -56,6 +57,7 @@ impl Collector {
         };
         Ok(Self {
             diagnostics: node.subscription("/diagnostics", &Qos::reliable(WAITING_DIAGNOSTICS))?,
+            scans: node.subscription("scan", &Qos::sensor(WAITING_MESSAGES))?,
             detected: node.value_subscription("reduced_cloud", &reliable)?,
             dynamic_clouds: node.subscription("dynamic_cloud", &reliable)?,
             tracks: node.subscription("tracks", &reliable)?,
@@ -90,6 +92,7 @@ impl Collector {
         let [detection, segmentation, reconstruction] = &self.reports;
         let received = tokio::select! {
             received = self.diagnostics.next() => Received::Diagnostics(received.message),
+            received = self.scans.next() => Received::Scan(received.message),
             received = self.detected.next() => Received::Detected(received.message),
             received = self.dynamic_clouds.next() => Received::DynamicCloud(received.message),
             received = self.tracks.next() => Received::Tracks(received.message),
@@ -99,7 +102,8 @@ impl Collector {
             received = segmentation.next() => Received::Report(Stage::Segmentation, received.message),
             received = reconstruction.next() => Received::Report(Stage::Reconstruction, received.message),
         };
-        let about_a_cycle = !matches!(received, Received::Diagnostics(_) | Received::Path(_));
+        let about_a_cycle =
+            !matches!(received, Received::Diagnostics(_) | Received::Path(_) | Received::Scan(_));
         self.take(received, recorder);
         about_a_cycle
     }
@@ -116,6 +120,7 @@ impl Collector {
             reports.try_next().map(|next| Received::Report(stage, next.message))
         });
         reports
+            .or_else(|| self.scans.try_next().map(|next| Received::Scan(next.message)))
             .or_else(|| self.detected.try_next().map(|next| Received::Detected(next.message)))
             .or_else(|| {
                 self.dynamic_clouds.try_next().map(|next| Received::DynamicCloud(next.message))
@@ -142,6 +147,7 @@ impl Collector {
 
 enum Received {
     Diagnostics(Arc<DiagnosticArray>),
+    Scan(Arc<LaserScan>),
     Detected(Arc<Arrived<DetectedCycle>>),
     DynamicCloud(Arc<PointCloud2>),
     Tracks(Arc<Tracks>),
@@ -167,6 +173,12 @@ impl CollectedState {
     fn take(&mut self, received: Received, recorder: &mut Recorder) -> Result<(), ConvertError> {
         match received {
             Received::Diagnostics(diagnostics) => self.take_diagnostics(&diagnostics),
+            // Detection reports one that cannot be read.
+            Received::Scan(message) => {
+                if let Ok(scan) = convert::scan_from_message(&message) {
+                    recorder.scan(&scan);
+                }
+            }
             Received::Detected(arrived) => {
                 let cycle = Arc::unwrap_or_clone(arrived.value()?);
                 self.last_cloud = self.last_cloud.max(Some(cycle.reduced_cloud.stamp));

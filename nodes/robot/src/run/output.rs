@@ -15,9 +15,12 @@ const DYNAMIC_FOLDER: &str = "dynamic";
 /// The parameters of the run, in the form that the nodes read.
 const PARAMETERS: &str = "parameters.yaml";
 
+/// The page of the run.
+pub(super) const REPORT: &str = "report.html";
+
 /// The files that a run writes to its folder.
 const RESULTS: [&str; 6] =
-    ["map.ply", "map.pcd", "summary.json", "report.html", PARAMETERS, "trajectory.txt"];
+    ["map.ply", "map.pcd", "summary.json", REPORT, PARAMETERS, "trajectory.txt"];
 
 /// Refuses a folder with the results of another run, unless `overwrite`.
 ///
@@ -90,7 +93,7 @@ impl OutputFolder {
         self.write_file("summary.json", json.as_bytes())?;
         let report = report::report_html(record, summary)
             .map_err(|error| Failure::new(format!("cannot draw the report: {error}")))?;
-        self.write_file("report.html", report.as_bytes())
+        self.write_file(REPORT, report.as_bytes())
     }
 
     /// Writes under a temporary name first: a reader never finds half a file.

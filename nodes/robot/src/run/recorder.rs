@@ -1,18 +1,20 @@
 //! Builds the record of a run from the messages of the stages, in whatever order they arrive.
 
 mod partial_cycle;
+mod views;
 
 use std::collections::{BTreeMap, VecDeque};
 
 use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
 use geometry::{
-    Cloud, DetectedCycle, MapPath, Method, PipelineConfig, SegmentationCounts, Stamp, Track,
+    Cloud, DetectedCycle, MapPath, Method, PipelineConfig, Scan, SegmentationCounts, Stamp, Track,
 };
 use nalgebra::Point3;
 use reconstruction::{AtMaxVoxels, ConfigError, ReconstructionConfig, StaticMap};
 use report::{DropCount, RunRecord};
 
 use self::partial_cycle::PartialCycle;
+use self::views::Views;
 use super::trajectory::Trajectory;
 
 /// The three stages of the pipeline.
@@ -61,6 +63,7 @@ pub(crate) struct Recorder {
     pipeline: PipelineConfig,
     unfiltered_map: StaticMap,
     cycles: BTreeMap<u32, PartialCycle>,
+    views: Views,
     trajectory: Trajectory,
     drops: BTreeMap<(String, String), u64>,
     blind_scans: usize,
@@ -89,6 +92,7 @@ impl Recorder {
             pipeline: map.pipeline.clone(),
             unfiltered_map: StaticMap::new(unfiltered)?,
             cycles: BTreeMap::new(),
+            views: Views::default(),
             trajectory: Trajectory::default(),
             drops: BTreeMap::new(),
             blind_scans: 0,
@@ -104,12 +108,20 @@ impl Recorder {
         let _ = self.unfiltered_map.add(&in_map);
         let reported_map_from_rig = cycle.map_from_rig;
         self.trajectory.correct_late(&mut cycle);
-        // The images of a run are not kept in memory.
+        self.views.detected(&cycle);
+        // The clouds and images of a run are not kept in memory but for the views.
         cycle.depth = None;
+        cycle.reduced_cloud.points_m = Vec::new();
+        cycle.voxel_points = Vec::new();
         let partial = self.partial(cycle.index);
         partial.reported_map_from_rig = reported_map_from_rig;
         partial.detected = Some(cycle);
         self.assign();
+    }
+
+    /// A scan, which may arrive before or after detection's result of its cycle.
+    pub(crate) fn scan(&mut self, scan: &Scan) {
+        self.views.scan(scan);
     }
 
     /// A corrected or extended trajectory of the rig: earlier cycles are corrected, as in the map.
@@ -210,7 +222,7 @@ impl Recorder {
         let mut cycles = Vec::new();
         for (index, partial) in std::mem::take(&mut self.cycles) {
             let missing = partial.first_missing_stage();
-            match (partial.into_record(index), missing) {
+            match (partial.into_record(index, self.views.take(index)), missing) {
                 (Some(cycle), _) => cycles.push(cycle),
                 (None, stage) => {
                     let stage = stage.unwrap_or(Stage::Segmentation);
@@ -228,6 +240,9 @@ impl Recorder {
             transport: run.transport,
             method: self.pipeline.method.name().to_owned(),
             voxel_edge_m: self.pipeline.voxel_edge_m,
+            map_edge_m: self.pipeline.depth_map_edge_m(),
+            camera: self.views.camera(),
+            rig_from_lidar: self.views.rig_from_lidar(),
             map_frame_id: run.map_frame_id,
             cycles,
             drops,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use geometry::{DetectedCycle, SegmentationCounts};
 use nalgebra::{Isometry3, Point3};
-use report::CycleRecord;
+use report::{CycleRecord, CycleView};
 
 use super::{Stage, StepDurations};
 
@@ -37,7 +37,7 @@ impl PartialCycle {
         }
     }
 
-    pub(super) fn into_record(self, index: u32) -> Option<CycleRecord> {
+    pub(super) fn into_record(self, index: u32, view: Option<CycleView>) -> Option<CycleRecord> {
         let detected = self.detected?;
         // The tracks keep their positions relative to the rig when the trajectory is corrected.
         let corrected_from_reported = detected.map_from_rig * self.reported_map_from_rig.inverse();
@@ -53,6 +53,7 @@ impl PartialCycle {
             map_points: self.map_points?,
             dynamic_points_m: self.dynamic_points_m?,
             tracks_m: tracks_m.map(|(id, at_m)| (id, corrected_from_reported * at_m)).collect(),
+            view,
             step_durations_s: self.durations.into_iter().flatten().collect(),
         })
     }

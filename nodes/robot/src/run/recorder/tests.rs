@@ -95,3 +95,47 @@ fn tracks_follow_a_correction_of_the_trajectory() {
     assert!((record.cycles[0].map_from_rig.translation.x - 0.5).abs() < 1e-9);
     assert!((record.cycles[0].tracks_m[&4].x - 2.5).abs() < 1e-9);
 }
+
+#[test]
+fn a_scan_is_assigned_to_its_cycle_in_any_order() {
+    let scan = |seconds, range_m| Scan {
+        stamp: at(seconds),
+        range_max_m: 10.0,
+        ranges_m: vec![range_m],
+        ..Scan::default()
+    };
+    let mut recorder = recorder();
+    recorder.scan(&scan(0.0, 1.0));
+    recorder.detected(detected(0, 0.0));
+    recorder.detected(detected(1, 0.0));
+    recorder.scan(&scan(1.0, 2.0));
+    recorder.scan(&scan(9.0, 3.0));
+    for index in [0, 1] {
+        report_other_stages(&mut recorder, index);
+        recorder.tracks(index, &[]);
+    }
+    let record = finish(recorder);
+    let ranges = record.cycles.iter().map(|cycle| {
+        cycle.view.as_ref().and_then(|view| view.scan.as_ref()).map(|scan| scan.ranges.clone())
+    });
+    assert_eq!(ranges.collect::<Vec<_>>(), [Some(vec![500]), Some(vec![1000])]);
+}
+
+#[test]
+fn a_long_run_keeps_a_bounded_number_of_views_spread_over_all_of_it() {
+    let mut recorder = recorder();
+    for index in 0..1500 {
+        recorder.detected(detected(index, 0.0));
+        report_other_stages(&mut recorder, index);
+        recorder.tracks(index, &[]);
+    }
+    let record = finish(recorder);
+    let viewed: Vec<u32> = record
+        .cycles
+        .iter()
+        .filter(|cycle| cycle.view.is_some())
+        .map(|cycle| cycle.index)
+        .collect();
+    assert_eq!((record.cycles.len(), viewed.len()), (1500, 375));
+    assert_eq!(viewed[..3], [0, 4, 8]);
+}

@@ -1,0 +1,77 @@
+// What the page carries: a header in JSON and blocks of bytes, each compressed (deflate) and written in base64.
+
+/** The header, or null where the page carries none. */
+export function readHeader() {
+  const holder = document.getElementById("scene-header");
+  return holder && JSON.parse(holder.textContent);
+}
+
+/** The bytes of a block. */
+export async function readBlock(name) {
+  const text = atob(document.getElementById(`scene-${name}`).textContent);
+  const packed = new Uint8Array(text.length);
+  for (let at = 0; at < text.length; at += 1) packed[at] = text.charCodeAt(at);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** A block that holds JSON. */
+export async function readJson(name) {
+  return JSON.parse(new TextDecoder().decode(await readBlock(name)));
+}
+
+/** Reads numbers and planes of numbers from bytes, in order. Numbers are little-endian. */
+export class Reader {
+  constructor(bytes) {
+    this.bytes = bytes;
+    this.numbers = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+    this.at = 0;
+  }
+
+  take(length) {
+    this.at += length;
+    return this.bytes.subarray(this.at - length, this.at);
+  }
+
+  u16() {
+    this.at += 2;
+    return this.numbers.getUint16(this.at - 2, true);
+  }
+
+  u32() {
+    this.at += 4;
+    return this.numbers.getUint32(this.at - 4, true);
+  }
+
+  f32() {
+    this.at += 4;
+    return this.numbers.getFloat32(this.at - 4, true);
+  }
+
+  /**
+   * `count` numbers of 16 bits, written as the differences of neighbours: first the low bytes, then the high ones.
+   * They go to `into[first + n * stride]`.
+   */
+  differences16(count, into, first = 0, stride = 1) {
+    const low = this.take(count);
+    const high = this.take(count);
+    let value = 0;
+    for (let n = 0; n < count; n += 1) {
+      const folded = low[n] | (high[n] << 8);
+      value = (value + ((folded >>> 1) ^ -(folded & 1))) & 0xffff;
+      into[first + n * stride] = value;
+    }
+  }
+
+  /** `count` numbers of 8 bits, written as the differences of neighbours. */
+  differences8(count) {
+    const differences = this.take(count);
+    const values = new Uint8Array(count);
+    let value = 0;
+    for (let n = 0; n < count; n += 1) {
+      value = (value + differences[n]) & 0xff;
+      values[n] = value;
+    }
+    return values;
+  }
+}
