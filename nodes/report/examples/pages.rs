@@ -228,7 +228,7 @@ fn depth(map_from_rig: &Isometry3<f32>, person: &Point3<f32>) -> SmallDepth {
         let ray = Vector3::new((column - 79.5) / 145.0, (row - 59.5) / 145.0, 1.0);
         // The ray is one metre long along the optical axis, so that the range in rays is the depth.
         let depth_m = range_m(&at, &(rotation * ray), person);
-        if pixel % 97 == 0 { 0 } else { (depth_m * 1e3) as u16 }
+        if pixel.is_multiple_of(97) { 0 } else { (depth_m * 1e3) as u16 }
     };
     let depths_mm = (0..model.width_px * model.height_px).map(depth_mm).collect();
     SmallDepth { columns: model.width_px, rows: model.height_px, pixel_step: 1, depths_mm }

@@ -171,6 +171,6 @@ function greys(codes) {
   const [near, far] = [0.01, 0.99].map((share) => sorted[Math.floor(share * (sorted.length - 1))] ?? 1);
   return Array.from({ length: 256 }, (_, code) => {
     const share = (code - near) / Math.max(far - near, 1);
-    return code === 0 ? 0 : 245 - 205 * Math.min(1, Math.max(0, share));
+    return code === 0 ? 0 : 245 - 165 * Math.min(1, Math.max(0, share));
   });
 }

@@ -7,13 +7,19 @@ import { Walk } from "./walk.js";
 
 /** How much of the smallest sphere around the map fits into the view: a map fills less of it. */
 const SPHERE_SHARE = 0.88;
+/** The whole map is looked at with this slope: 33 degrees downwards. */
+const HOME_SLOPE = 0.65;
 /** A standing person's eyes above the floor. */
 const EYE_M = 1.6;
 const FIELD_OF_VIEW_DEG = 55;
 
 export class Stage {
-  /** `bounds` are those of the map: `[[x, y, z], [x, y, z]]` in metres. */
-  constructor(canvas, bounds, isPhone, shared, onframe) {
+  /**
+   * `bounds` are those of the map: `[[x, y, z], [x, y, z]]` in metres. `towards` is the direction, on a level, in which the whole map is
+   * looked at.
+   */
+  constructor(canvas, bounds, towards, isPhone, shared, onframe) {
+    this.towards = towards;
     this.canvas = canvas;
     this.onframe = onframe;
     this.box = new Box3(new Vector3(...bounds[0]), new Vector3(...bounds[1]));
@@ -45,12 +51,12 @@ export class Stage {
     return (SPHERE_SHARE * this.size_m) / 2 / Math.sin(narrower_rad);
   }
 
-  /** The view of the whole map, from the south-west and above. */
+  /** The view of the whole map, from above and behind. */
   home() {
     this.setMode("orbit");
     const middle = this.box.getCenter(new Vector3());
     this.orbit.target.copy(middle);
-    this.camera.position.copy(middle).addScaledVector(new Vector3(-0.5, -0.62, 0.6).normalize(), this.distance_m());
+    this.camera.position.copy(middle).addScaledVector(this.towards.clone().negate().setZ(HOME_SLOPE).normalize(), this.distance_m());
     this.orbit.update();
     this.wake(true);
   }

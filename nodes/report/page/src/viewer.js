@@ -1,5 +1,6 @@
 // The interactive part of the page.
 
+import { Quaternion, Vector3 } from "three";
 import { CloudLayer, geometriesOf } from "./cloud_layer.js";
 import { COLOURING, sharedUniforms } from "./cloud_material.js";
 import { COLOURS } from "./colours.js";
@@ -20,9 +21,12 @@ import { Views } from "./views.js";
 /** Points that a page keeps, and that it keeps on a phone. */
 const MOST_POINTS = 12_000_000;
 const MOST_POINTS_ON_PHONE = 1_000_000;
-/** How large a point is drawn, in distances of neighbouring points: without gaps when seen from the side. */
-const SIZE_IN_SPACINGS = 1.5;
+/** How large a point is drawn, in distances of neighbouring points: the map without gaps when seen from the side, the others so that they do not hide it. */
+const SIZE_IN_SPACINGS = { map: 1.5, removed: 0.5, kept_out: 0.7 };
 const TURN_RAD = Math.PI / 12;
+/** The whole map is seen from this much aside. Below this share of its length the mean direction of the rig tells nothing. */
+const ASIDE_RAD = 0.5;
+const LOOKS_ALIKE = 0.4;
 
 /** Builds the viewer in `place` and resolves when it shows the map. */
 export async function startViewer(place, header) {
@@ -38,7 +42,7 @@ export async function startViewer(place, header) {
     "aria-label": "The map in 3D. Arrow keys move the view, the keys with [ and ] turn it, plus and minus bring it nearer and farther.",
   });
   const shared = sharedUniforms(header);
-  const stage = new Stage(canvas, header.bounds_m, isPhone, shared, () => showStatus(status, stage, header));
+  const stage = new Stage(canvas, header.bounds_m, homeDirection(run), isPhone, shared, () => showStatus(status, stage, header));
   const clouds = cloudLayers(header, sets, shared);
   for (const { cloud } of clouds) stage.picture.addLayer(cloud);
   const moment = run.cycles.length > 0 ? new Moment(run.cycles.map((cycle) => cycle.t_s)) : null;
@@ -66,6 +70,15 @@ export async function startViewer(place, header) {
   }
 }
 
+/** The direction in which the rig looks most, a little from its right; a diagonal of the map where it looks around. */
+function homeDirection({ cycles }) {
+  const sum = new Vector3();
+  for (const { pose } of cycles) sum.add(new Vector3(1, 0, 0).applyQuaternion(new Quaternion(...pose.slice(3))));
+  sum.setZ(0);
+  if (sum.length() < LOOKS_ALIKE * cycles.length || cycles.length === 0) return new Vector3(0.6, 0.8, 0);
+  return sum.normalize().applyAxisAngle(new Vector3(0, 0, 1), ASIDE_RAD);
+}
+
 /** Shows each moment in everything. */
 function follow(moment, run, views, { clouds, overlay, panels, stage }) {
   let shown = null;
@@ -85,7 +98,7 @@ function follow(moment, run, views, { clouds, overlay, panels, stage }) {
 }
 
 function cloudLayers(header, sets, shared) {
-  const layer = (set, look) => new CloudLayer(sets[set], shared, { sizeM: header.points[set].spacing_m * SIZE_IN_SPACINGS, ...look });
+  const layer = (set, look) => new CloudLayer(sets[set], shared, { sizeM: header.points[set].spacing_m * SIZE_IN_SPACINGS[set], ...look });
   const hasColour = header.points.map.has.includes("colour");
   const layers = [{
     id: "map", name: "static map", colour: "linear-gradient(90deg, #4f6bed, #43c59e, #ffd94a)", shown: true, followsTime: true,
