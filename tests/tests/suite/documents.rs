@@ -36,7 +36,7 @@ fn pages_below(folder: &Path, found: &mut Vec<Page>) {
     for path in entries {
         let name = path.file_name().unwrap().to_string_lossy();
         if path.is_dir() {
-            if name != "target" && !name.starts_with('.') {
+            if name != "target" && name != "node_modules" && !name.starts_with('.') {
                 pages_below(&path, found);
             }
         } else if name.ends_with(".md") {

@@ -1,5 +1,4 @@
-// The report page in a browser, from files and over HTTP: `node --test tests/page.test.mjs` with PAGES set to the folder that
-// `cargo run -p report --example pages` has written. Every wait is for a condition.
+// The report page in a browser, from files and over HTTP: test.sh sets PAGES to the folder of pages. Every wait is for a condition.
 
 import assert from "node:assert/strict";
 import { createReadStream, existsSync } from "node:fs";
