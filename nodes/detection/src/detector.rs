@@ -97,12 +97,7 @@ impl Detector {
         self.next_index = self.next_index.wrapping_add(1);
         let cycle = DetectedCycle {
             index,
-            setup: CycleSetup {
-                method: self.config.pipeline.method,
-                voxel_edge_m: self.config.pipeline.voxel_edge_m,
-                map_edge_m: self.config.pipeline.map_edge_m,
-                mounts: self.mounts,
-            },
+            setup: CycleSetup { mounts: self.mounts, ..self.config.pipeline.setup() },
             scan_stamp: input.scan.stamp,
             reduced_cloud,
             voxel_points,

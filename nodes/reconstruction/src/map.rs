@@ -2,19 +2,19 @@
 
 use geometry::{Cloud, MapPath, SegmentedCycle, VoxelGrid};
 use nalgebra::{Point3, Vector3};
+use volume::BLOCK_EDGE;
 
-use crate::static_map::WholeMap;
 use crate::surface_map::SurfaceMap;
 use crate::tiles::{SpillCounts, TileError, TileStore};
 use crate::{
     Addition, ConfigError, CorrectionCounts, CorrectionError, LoadError, MapChanges, MapCorrection,
-    MapError, ReconstructionConfig, StaticMap,
+    MapError, ReconstructionConfig, StaticMap, WholeMap,
 };
 
-/// The static map: of the means of the reduced clouds, or, where `map_edge_m` is set, of the depth images.
+/// The static map: of means with the method `rec_hv`, of the depth images with `free_space`.
 #[derive(Debug)]
 pub enum Map {
-    /// Of the reduced clouds, with voxels of `voxel_edge_m`.
+    /// Of the means of the reduced clouds, with voxels of `voxel_edge_m`.
     Means(Box<StaticMap>),
     /// Of the depth images, with voxels of `map_edge_m`.
     Surface(Box<SurfaceMap>),
@@ -46,18 +46,12 @@ impl Map {
         store: Option<Box<dyn TileStore>>,
     ) -> Result<Self, ConfigError> {
         config.validate()?;
-        if let Some(surface) = config.surface() {
-            let tiles = config
-                .surface_tiles()?
-                .map(|frame| Ok::<_, ConfigError>((frame, store.ok_or(ConfigError::NoTileStore)?)));
-            let map = SurfaceMap::new(surface, config.at_max_voxels, tiles.transpose()?)?;
-            return Ok(Self::Surface(Box::new(map)));
-        }
-        let map = match store {
-            Some(store) => StaticMap::with_tile_store(config, store)?,
-            None => StaticMap::new(config)?,
-        };
-        Ok(map.into())
+        let Some(surface) = config.surface() else { return Ok(StaticMap::new(config)?.into()) };
+        let tiles = config
+            .tiles_of(surface.edge_m)?
+            .map(|frame| Ok::<_, ConfigError>((frame, store.ok_or(ConfigError::NoTileStore)?)));
+        let map = SurfaceMap::new(surface, config.at_max_voxels, tiles.transpose()?)?;
+        Ok(Self::Surface(Box::new(map)))
     }
 
     /// Takes in one cycle: [`StaticMap::integrate`], [`SurfaceMap::integrate`].
@@ -80,7 +74,7 @@ impl Map {
     /// [`SurfaceMap::replace`].
     ///
     /// # Errors
-    /// When they do not fit, or have no normals where these are needed.
+    /// When they do not fit.
     pub fn replace(
         &mut self,
         points_m: &[Point3<f32>],
@@ -135,7 +129,10 @@ impl Map {
     /// # Errors
     /// When a spilled tile cannot be read for now.
     pub fn cloud_for_listeners(&mut self) -> Result<Cloud, TileError> {
-        of_either!(self, map => map.cloud_for_listeners())
+        match self {
+            Self::Means(map) => Ok(map.cloud_for_listeners()),
+            Self::Surface(map) => map.cloud_for_listeners(),
+        }
     }
 
     /// How many points the map has; of a map of depth images about: [`SurfaceMap::len`].
@@ -162,12 +159,14 @@ impl Map {
         }
     }
 
-    /// So many voxels an octomap may have that is to be loaded; none into a map of depth images, since it has no normals.
+    /// So many voxels an octomap may have that is to be loaded: as many as fit, or as a flat surface crosses in all blocks.
     #[must_use]
     pub fn max_voxels(&self) -> usize {
         match self {
             Self::Means(map) => map.max_voxels(),
-            Self::Surface(_) => 0,
+            Self::Surface(map) => {
+                map.surface().config().max_blocks.saturating_mul(BLOCK_EDGE * BLOCK_EDGE)
+            }
         }
     }
 
@@ -198,11 +197,17 @@ impl Map {
     /// How the tiles are; `None` where none are spilled.
     #[must_use]
     pub fn spill_counts(&self) -> Option<SpillCounts> {
-        of_either!(self, map => map.spill_counts())
+        match self {
+            Self::Means(_) => None,
+            Self::Surface(map) => map.spill_counts(),
+        }
     }
 
     /// What went wrong with a tile since this was asked last.
     pub fn take_tile_error(&mut self) -> Option<TileError> {
-        of_either!(self, map => map.take_tile_error())
+        match self {
+            Self::Means(_) => None,
+            Self::Surface(map) => map.take_tile_error(),
+        }
     }
 }

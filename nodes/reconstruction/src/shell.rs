@@ -18,7 +18,7 @@
 //!
 //! # Corrections
 //! The source of the poses may correct its map, as a SLAM that closes a loop. On `map_path` it publishes its
-//! corrected trajectory: the map is corrected with it ([`StaticMap::follow_path`](crate::StaticMap::follow_path)), and is
+//! corrected trajectory: the map is corrected with it ([`Map::follow_path`](crate::Map::follow_path)), and is
 //! published as a whole. The topic is optional, and may be published by any node, as long as its frame is the map's and the stamps of its poses do
 //! not change: `pose` publishes it, and RTAB-Map under the name `mapPath`. The map so far is assumed to agree with the first
 //! path that is received.
@@ -86,8 +86,7 @@ geometry::parameters! {
     pub struct ReconstructionParameters {
         /// While clouds come, the whole map is published on static_map once in this time, if somebody subscribes. Besides it is
         /// published when somebody new subscribes, when no cloud has come for half a second, and when the service ~/publish_map
-        /// is called. When voxels were removed (method free_space, or at_max_voxels drop_oldest), the next one comes after a
-        /// quarter of this time.
+        /// is called. When voxels were removed (method free_space), the next one comes after a quarter of this time.
         // A map of 10^6 points is 12 MB; for those who watch it grow there are the updates.
         map_publish_period_s: f64 = 10.0, between(SHORTEST_S, LONGEST_S), changeable;
         /// Points that are new, or have moved by more than a 32nd of the voxel's edge, are published on static_map_updates once
@@ -97,8 +96,8 @@ geometry::parameters! {
         /// where the kernel's receive buffer is at its default of 208 KiB.
         // 120 kB. 20,000 points a second are several times what a camera adds.
         map_update_max_points: usize = 10_000, at_least(1.0), changeable;
-        /// The file of the map: a path that ends in .ply, .pcd or .bt (OctoMap's binary files, which hold the voxels but not their
-        /// means), or "" for none. The node starts with the map of the file, where there is one, and saves it there while it changes
+        /// The file of the map: a path that ends in .ply, .pcd or .bt (OctoMap's binary files, which hold the voxels but not the
+        /// points in them), or "" for none. A file of any edge, with or without normals, is loaded with the method free_space. The node starts with the map of the file, where there is one, and saves it there while it changes
         /// and when the node ends. The first save of each start, and one of less than half of the points, keeps the file that is
         /// there as a numbered version beside it (map.version-1.ply); the five latest stay. A map is continued where the poses are in
         /// a frame map, whose origin must be the same one after each start; in another frame, as odom, each start begins an empty

@@ -1,20 +1,13 @@
-//! The incremental voxel map (Rec-HV 3.2.8, 3.3.4, eq. 9).
+//! The incremental voxel map of means (Rec-HV 3.2.8, 3.3.4, eq. 9).
 
-mod addition;
 mod anchor;
-mod behaviour;
-mod blanks;
-mod blocks;
 mod changes;
-mod clearing;
 mod correction;
-mod evidence;
-mod loading;
-mod queries;
-mod seen_order;
-mod spill;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
 mod voxel;
-mod whole;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -23,23 +16,17 @@ use geometry::{BuildVoxelHasher, Cloud, SegmentedCycle, Stamp, VoxelGrid, VoxelK
 use nalgebra::Point3;
 
 use crate::config::{AtMaxVoxels, ConfigError, ReconstructionConfig};
-use crate::tiles::TileStore;
-pub use addition::{Addition, MapError};
+use crate::correction::Corrections;
+use crate::{Addition, LoadError, MapError, WholeMap};
 use anchor::Anchor;
-use behaviour::{Behaviour, Clearing};
-pub(crate) use blocks::BLOCK_EDGE_VOXELS;
-use blocks::Blocks;
 use changes::Changes;
-pub use changes::{LISTENER_TOLERANCE_IN_EDGES, MapChanges};
-pub use correction::{CorrectionCounts, CorrectionError, MapCorrection};
-pub(crate) use correction::{Corrections, MapNow};
-pub use loading::{LOADED_HITS, LoadError};
-use seen_order::SeenOrder;
-use spill::Spill;
+pub use changes::LISTENER_TOLERANCE_IN_EDGES;
 use voxel::VoxelMean;
-pub use whole::WholeMap;
 
-/// The static map: for each voxel the mean of all points that ever fell into it.
+/// A point of a loaded map counts as so many points of its voxel's mean.
+pub const LOADED_HITS: u32 = 2;
+
+/// The static map of the method `rec_hv`: for each voxel the mean of all points that ever fell into it.
 ///
 /// The thesis concatenates the map with the cycle's cloud and reduces the whole again every cycle
 /// (eq. 9). Here each voxel keeps the sum and the number of its points, so that
@@ -47,26 +34,15 @@ pub use whole::WholeMap;
 ///   spread over the cycles costs a constant a voxel);
 /// - the map is [`VoxelGrid::reduce`] of all clouds put together, with every point weighing the same,
 ///   whereas in the thesis' repeated average the latest cycle weighs as much as all before;
-/// - the sums are exact integers, so that the map does not hang on the order in which the clouds (or
+/// - the sums are exact integers, so that the map does not depend on the order in which the clouds (or
 ///   their points) came, to the last bit, as long as no point was refused.
 ///
-/// That is [`geometry::Method::RecHv`]. With [`geometry::Method::FreeSpace`] the rays to the points clear what they pass
-/// ([`StaticMap::integrate`]), and what stood in directions from which nothing comes back any more goes, too; a map that
-/// loses voxels so hangs on the order of the cycles, not on that of the points within one.
-///
-/// The map of a SLAM that corrects itself follows its corrections: [`StaticMap::follow_path`].
+/// What was put in stays in. The map of a SLAM that corrects itself follows its corrections: [`StaticMap::follow_path`].
 ///
 /// # Memory
-/// 80 bytes a voxel, the time at which it was seen first among them, and a byte of the table, which is between 7/16 and 7/8 full: 93 to 185 bytes a voxel,
-/// and half as much again while the table grows. Where voxels go, too, their places are not all used again before the
-/// table grows once more, so that it may end half as full: up to 370 bytes a voxel. While changes are followed, 12 to 24
-/// bytes more for each voxel that waits, and 28 to 56 for each one that is gone and waits. [`geometry::Method::FreeSpace`] keeps a
-/// bit a voxel besides, in blocks of 64 that take 25 to 60 bytes, and 0.3 MB for what the camera saw by direction;
-/// [`AtMaxVoxels::DropOldest`] keeps 40 to 80 bytes a voxel besides. `max_voxels` bounds them all.
-///
-/// [`AtMaxVoxels::Spill`] keeps the bits too, and `max_voxels` bounds what is in memory. Besides, with the way that
-/// was driven and no other bound, grow the 25 to 50 bytes of each tile that is out of memory, a thousandth of what its
-/// voxels take or less, and while changes are followed those of the voxels that wait, as above.
+/// 80 bytes a voxel, the time at which it was seen first among them, and a byte of the table, which is between 7/16 and 7/8 full:
+/// 93 to 185 bytes a voxel, and half as much again while the table grows. While changes are followed, 12 to 24 bytes more for
+/// each voxel that waits. `max_voxels` bounds them all: a point that needs another voxel is refused.
 #[derive(Debug)]
 pub struct StaticMap {
     grid: VoxelGrid,
@@ -76,13 +52,6 @@ pub struct StaticMap {
     changed: Vec<VoxelKey>,
     /// Present while somebody follows the changes.
     changes: Option<Changes>,
-    /// Present where rays clear voxels, or tiles are spilled.
-    occupied: Option<Blocks>,
-    behaviour: Behaviour,
-    /// Present where old voxels make room.
-    seen_order: Option<SeenOrder>,
-    /// Present where tiles are spilled.
-    spill: Option<Spill>,
     frame_id: Option<String>,
     stamp: Stamp,
     cycles: u32,
@@ -95,51 +64,21 @@ pub struct StaticMap {
 }
 
 impl StaticMap {
-    /// An empty map that holds all it has in memory.
+    /// An empty map.
     ///
     /// # Errors
-    /// When a parameter is out of its range, or the map is to spill tiles: see [`StaticMap::with_tile_store`].
+    /// When a parameter is out of its range, or old voxels are to be dropped or spilled.
     pub fn new(config: ReconstructionConfig) -> Result<Self, ConfigError> {
-        Self::with_store_if_any(config, None)
-    }
-
-    /// An empty map that writes tiles to `store`, where [`AtMaxVoxels::Spill`] is chosen. The store is the map's
-    /// alone, and is cleared.
-    ///
-    /// # Errors
-    /// When a parameter is out of its range.
-    pub fn with_tile_store(
-        config: ReconstructionConfig,
-        store: Box<dyn TileStore>,
-    ) -> Result<Self, ConfigError> {
-        Self::with_store_if_any(config, Some(store))
-    }
-
-    fn with_store_if_any(
-        config: ReconstructionConfig,
-        store: Option<Box<dyn TileStore>>,
-    ) -> Result<Self, ConfigError> {
         config.validate()?;
-        let grid = config.pipeline.voxel_grid()?;
-        let behaviour = Behaviour::of(config.pipeline.method);
-        let clears = matches!(behaviour, Behaviour::FreeSpace(_));
-        let spill = match config.at_max_voxels {
-            AtMaxVoxels::Spill => {
-                let store = store.ok_or(ConfigError::NoTileStore)?;
-                Some(Spill::new(config.tile_edge_voxels()?, grid, store))
-            }
-            AtMaxVoxels::Refuse | AtMaxVoxels::DropOldest => None,
-        };
+        if config.at_max_voxels != AtMaxVoxels::Refuse {
+            return Err(ConfigError::MeansAreRefused);
+        }
         Ok(Self {
-            grid,
+            grid: config.pipeline.voxel_grid()?,
             max_voxels: config.max_voxels,
             voxels: HashMap::default(),
             changed: Vec::new(),
             changes: None,
-            occupied: (clears || spill.is_some()).then(Blocks::default),
-            behaviour,
-            seen_order: (config.at_max_voxels == AtMaxVoxels::DropOldest).then(SeenOrder::default),
-            spill,
             frame_id: None,
             stamp: Stamp::default(),
             cycles: 0,
@@ -150,22 +89,12 @@ impl StaticMap {
         })
     }
 
-    /// Takes in one cycle. [`geometry::Method::RecHv`]: [`StaticMap::add`] of its static cloud. [`geometry::Method::FreeSpace`]:
-    /// besides, what the rays from the camera to the points of both clouds pass loses evidence, as does what is in
-    /// directions that have gone blank, and goes when it has none left (modules `clearing` and `blanks`, and
-    /// [`Addition::cleared_voxels`]). The order of the points changes nothing there.
+    /// Takes in one cycle: [`StaticMap::add`] of its static cloud.
     ///
     /// # Errors
     /// When the static cloud is in another frame; the map is then as it was.
     pub fn integrate(&mut self, cycle: &SegmentedCycle) -> Result<Addition, MapError> {
-        // Taken out for the time of the cycle, since it works on the voxels.
-        let mut behaviour = std::mem::take(&mut self.behaviour);
-        let addition = match &mut behaviour {
-            Behaviour::RecHv => self.add(&cycle.static_cloud),
-            Behaviour::FreeSpace(clearing) => self.add_and_clear(cycle, clearing),
-        };
-        self.behaviour = behaviour;
-        addition
+        self.add(&cycle.static_cloud)
     }
 
     /// Joins one cycle's static cloud PCL_k, in the map frame, to the map PCL_kT (eq. 9). The first
@@ -174,39 +103,35 @@ impl StaticMap {
     /// # Errors
     /// When the cloud is in another frame; the map is then as it was.
     pub fn add(&mut self, static_cloud: &Cloud) -> Result<Addition, MapError> {
-        self.begin_cycle(static_cloud)?;
-        let static_cloud = self.cloud_brought_over(static_cloud);
+        let Cloud { stamp, frame_id, points_m } = static_cloud;
+        match &self.frame_id {
+            Some(map) if map != frame_id => {
+                let (map, cloud) = (map.clone(), frame_id.clone());
+                return Err(MapError::AnotherFrame { map, cloud });
+            }
+            Some(_) => {}
+            None => {
+                self.frame_id = Some(frame_id.clone());
+                self.corrections.forget_path_of_another_frame(frame_id);
+            }
+        }
+        self.stamp = *stamp;
+        self.anchor = Anchor::at(*stamp, *self.epoch.get_or_insert(*stamp));
+        self.begin_cycle();
         let mut addition = Addition::default();
-        for point in &static_cloud.points_m {
+        // A cloud with an earlier pose than a correction is put where it belongs.
+        let missed = self.corrections.missed_at(*stamp);
+        let corrected = missed.map(|missed| static_cloud.transformed(&missed, frame_id).points_m);
+        for point in corrected.as_ref().unwrap_or(points_m) {
             self.add_point(point, &mut addition);
         }
         self.end_adding(&mut addition);
         Ok(addition)
     }
 
-    fn begin_cycle(&mut self, static_cloud: &Cloud) -> Result<(), MapError> {
-        match &self.frame_id {
-            Some(map) if *map != static_cloud.frame_id => {
-                let cloud = static_cloud.frame_id.clone();
-                return Err(MapError::AnotherFrame { map: map.clone(), cloud });
-            }
-            Some(_) => {}
-            None => {
-                self.frame_id = Some(static_cloud.frame_id.clone());
-                self.corrections.forget_path_of_another_frame(&static_cloud.frame_id);
-            }
-        }
-        self.stamp = static_cloud.stamp;
-        let epoch = *self.epoch.get_or_insert(static_cloud.stamp);
-        self.anchor = Anchor::at(static_cloud.stamp, epoch);
-        self.begin_counting_cycle();
-        Ok(())
-    }
-
-    fn begin_counting_cycle(&mut self) {
+    fn begin_cycle(&mut self) {
         self.cycles = self.cycles.wrapping_add(1);
         self.changed.clear();
-        self.begin_round();
     }
 
     fn end_adding(&mut self, addition: &mut Addition) {
@@ -220,77 +145,66 @@ impl StaticMap {
             return;
         }
         let key = self.grid.key(point);
-        let is_refused = !self.fetch(key)
-            || (self.voxels.len() >= self.max_voxels
-                && !self.voxels.contains_key(&key)
-                && !self.make_room(addition));
-        if is_refused {
-            addition.refused_points += 1;
-            return;
-        }
+        let is_full = self.voxels.len() >= self.max_voxels;
         let voxel = match self.voxels.entry(key) {
             Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(_) if is_full => {
+                addition.refused_points += 1;
+                return;
+            }
             Entry::Vacant(entry) => {
                 addition.new_voxels += 1;
-                if let Some(occupied) = &mut self.occupied {
-                    occupied.insert(key);
-                }
-                if let Some(spill) = &mut self.spill {
-                    spill.has_one_more();
-                }
-                let new = VoxelMean::new(self.anchor);
-                let voxel = entry.insert(new);
-                if let Some(changes) = &mut self.changes {
-                    voxel.told = changes.told_of_new(key);
-                }
-                voxel
+                entry.insert(VoxelMean::new(self.anchor))
             }
         };
         if voxel.points() == 0 || voxel.last_cycle != self.cycles {
             voxel.last_cycle = self.cycles;
-            voxel.evidence.hit();
             self.changed.push(key);
             if let Some(changes) = &mut self.changes {
                 changes.touched(key, &mut voxel.told);
-            }
-            if let Some(seen_order) = &mut self.seen_order {
-                seen_order.saw(key);
             }
         }
         voxel.add(point);
         addition.added_points += 1;
     }
 
-    /// Makes room for a voxel. Returns whether there is some: not where old voxels are kept, not where all
-    /// were seen in this cycle, and not where no tile can be written.
-    fn make_room(&mut self, addition: &mut Addition) -> bool {
-        if self.spill.is_some() {
-            return self.spill_until(1);
+    /// Puts these points, in `frame_id`, in the place of the whole map: each voxel is the mean of its points, with
+    /// [`LOADED_HITS`]. Points that are not finite are left out. The order of the points changes nothing. The
+    /// stamp stays. Who follows the changes has to start with a new map, as after [`StaticMap::clear`].
+    ///
+    /// # Errors
+    /// When the points need more than `max_voxels`; the map is then as it was.
+    pub fn replace(
+        &mut self,
+        points_m: &[Point3<f32>],
+        frame_id: &str,
+    ) -> Result<Addition, LoadError> {
+        let finite = points_m.iter().filter(|point| geometry::is_finite(point));
+        let mut keyed: Vec<(VoxelKey, &Point3<f32>)> =
+            finite.map(|point| (self.grid.key(point), point)).collect();
+        keyed.sort_unstable_by_key(|(key, _)| *key);
+        let (voxels, max_voxels) = (keyed.chunk_by(|a, b| a.0 == b.0).count(), self.max_voxels);
+        if voxels > max_voxels {
+            return Err(LoadError::TooManyVoxels { voxels, max_voxels });
         }
-        let oldest = self.seen_order.as_ref().and_then(SeenOrder::oldest);
-        let Some(key) = oldest else { return false };
-        if self.voxels.get(&key).is_none_or(|voxel| voxel.last_cycle == self.cycles) {
-            return false;
+        let stamp = self.stamp;
+        self.clear();
+        self.stamp = stamp;
+        self.frame_id = Some(frame_id.to_owned());
+        self.begin_cycle();
+        let mut addition = Addition::default();
+        for _ in 0..LOADED_HITS {
+            keyed.iter().for_each(|(_, point)| self.add_point(point, &mut addition));
         }
-        self.remove(key);
-        addition.dropped_voxels += 1;
-        true
+        addition.added_points = keyed.len();
+        addition.not_finite_points = points_m.len() - keyed.len();
+        self.end_adding(&mut addition);
+        Ok(addition)
     }
 
-    fn remove(&mut self, key: VoxelKey) {
-        let Some(voxel) = self.voxels.remove(&key) else { return };
-        if let Some(changes) = &mut self.changes {
-            changes.removed(key, &voxel.told, voxel.mean());
-            if changes.gone() > self.max_voxels {
-                self.follow_changes_anew();
-            }
-        }
-        if let Some(occupied) = &mut self.occupied {
-            occupied.remove(key);
-        }
-        if let Some(seen_order) = &mut self.seen_order {
-            seen_order.forget(key);
-        }
+    /// Gives the frame of the map another name, as when its first cloud has the name in full. The points stay.
+    pub fn rename_frame(&mut self, frame_id: &str) {
+        self.frame_id = Some(frame_id.to_owned());
     }
 
     /// Empties the map, its frame included. Who follows the changes has to start with a new map.
@@ -300,16 +214,6 @@ impl StaticMap {
         if let Some(changes) = &mut self.changes {
             *changes = Changes::default();
         }
-        if let Some(occupied) = &mut self.occupied {
-            *occupied = Blocks::default();
-        }
-        self.behaviour.clear();
-        if let Some(seen_order) = &mut self.seen_order {
-            *seen_order = SeenOrder::default();
-        }
-        if let Some(spill) = &mut self.spill {
-            spill.clear();
-        }
         self.frame_id = None;
         self.stamp = Stamp::default();
         self.cycles = 0;
@@ -318,9 +222,88 @@ impl StaticMap {
         self.anchor = Anchor::default();
         self.corrections.clear();
     }
-}
 
-#[cfg(test)]
-mod testing;
-#[cfg(test)]
-mod tests;
+    /// The points of the map, one a voxel, in ascending order of the voxels' keys. Takes 24 bytes a voxel while it is made.
+    #[must_use]
+    pub fn points(&self) -> Vec<Point3<f32>> {
+        let mut voxels: Vec<(VoxelKey, Point3<f32>)> =
+            self.voxels.iter().map(|(key, voxel)| (*key, voxel.mean())).collect();
+        voxels.sort_unstable_by_key(|(key, _)| *key);
+        voxels.into_iter().map(|(_, mean)| mean).collect()
+    }
+
+    /// The same, as any map has them.
+    #[must_use]
+    pub fn whole(&self) -> WholeMap {
+        WholeMap { points_m: self.points(), ..WholeMap::default() }
+    }
+
+    /// The map as a cloud: [`StaticMap::points`] with the map's frame and the stamp of the latest cycle. An
+    /// empty frame before the first cycle.
+    #[must_use]
+    pub fn cloud(&self) -> Cloud {
+        self.cloud_of(self.points())
+    }
+
+    fn cloud_of(&self, points_m: Vec<Point3<f32>>) -> Cloud {
+        let frame_id = self.frame_id.clone().unwrap_or_default();
+        Cloud { stamp: self.stamp, frame_id, points_m }
+    }
+
+    /// The voxels that the latest cycle touched, in the order in which its points touched them.
+    #[must_use]
+    pub fn changed(&self) -> &[VoxelKey] {
+        &self.changed
+    }
+
+    /// The point of a voxel and the number of points that it is the mean of.
+    #[must_use]
+    pub fn voxel(&self, key: VoxelKey) -> Option<(Point3<f32>, u32)> {
+        self.voxels.get(&key).map(|voxel| (voxel.mean(), voxel.points()))
+    }
+
+    /// The grid of the map's voxels.
+    #[must_use]
+    pub fn grid(&self) -> &VoxelGrid {
+        &self.grid
+    }
+
+    /// So many voxels the map may have.
+    #[must_use]
+    pub fn max_voxels(&self) -> usize {
+        self.max_voxels
+    }
+
+    /// The frame of the map, which the first cloud sets.
+    #[must_use]
+    pub fn frame_id(&self) -> Option<&str> {
+        self.frame_id.as_deref()
+    }
+
+    /// How many voxels, and so points, the map has.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.voxels.len()
+    }
+
+    /// Whether the map has no point.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.voxels.is_empty()
+    }
+
+    /// The points that were refused since the map was empty.
+    #[must_use]
+    pub fn refused_points(&self) -> u64 {
+        self.refused_points
+    }
+
+    /// About how many bytes the map takes now.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        // The table is filled up to 7/8, and keeps one byte beside each entry.
+        let slots = (self.voxels.capacity() * 8).div_ceil(7);
+        let waiting = self.changes.as_ref().map_or(0, Changes::memory_bytes);
+        slots * (size_of::<(VoxelKey, VoxelMean)>() + 1) + waiting
+    }
+}

@@ -4,15 +4,15 @@
 //! the map are where these change their sign, one a voxel, with a normal each. What goes is cleared by what is seen behind it,
 //! and by directions from which nothing comes back, as the crate `volume` has it.
 //!
-//! The map of the reduced clouds, [`crate::StaticMap`], is made of the means of voxels of the edge in which what moves is
-//! looked for. Both are behind [`crate::Map`].
+//! It is the map of the method `free_space`. That of `rec_hv` is [`crate::StaticMap`]; both are behind [`crate::Map`].
 
 mod changes;
 mod correction;
 mod loading;
+mod normals;
 mod spill;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod whole;
 
 use estimation::executor::Serial;
@@ -23,7 +23,7 @@ use volume::{
 };
 
 use crate::config::{AtMaxVoxels, ConfigError};
-use crate::static_map::Corrections;
+use crate::correction::Corrections;
 use crate::tiles::{TileFrame, TileStore};
 use crate::{Addition, CorrectionCounts, MapError};
 use spill::Spill;

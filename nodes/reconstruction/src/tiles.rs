@@ -4,8 +4,7 @@
 //! the core gets as an input. The node's is a folder with a file a tile.
 //!
 //! # The bytes of a tile
-//! Version 2. All numbers are little-endian; a varint is an unsigned number in groups of seven bits, the lowest first,
-//! with the top bit of a byte set when more follow (LEB128); a signed varint is one in the zigzag order 0, -1, 1, -2.
+//! Version 2. All numbers are little-endian.
 //!
 //! | bytes | what |
 //! |---|---|
@@ -17,33 +16,7 @@
 //! | | the content |
 //! | 4 | CRC-32 (IEEE) of all before |
 //!
-//! A store is of one map, and the content is that of the kind of the map.
-//!
-//! ## Of a map of the reduced clouds
-//!
-//! | bytes | what |
-//! |---|---|
-//! | 4 | the number of voxels |
-//! | 4 | the latest cycle that touched one of them |
-//! | 4 | the latest time at which one of them was seen first: hundredths of a second since the map began, plus one; 0 for a map that was loaded |
-//! | | the voxels, in ascending order of their keys |
-//!
-//! A voxel has the key `(x, y, z)` within the tile, and the index `(x * edge + y) * edge + z`:
-//!
-//! | bytes | what |
-//! |---|---|
-//! | varint | its index, less that of the voxel before it plus one |
-//! | varint | the number of its points |
-//! | varint | how many cycles before the tile's latest it was touched last |
-//! | varint | how long before the tile's latest it was seen first |
-//! | 1 | its evidence, signed: log-odds in steps of 0.05 |
-//! | 1 | what listeners know of it: 1 told, 2 waiting |
-//! | 3 x 2 | if told: the place that they know, in 65535ths of the voxel's edge |
-//! | 3 x (1, varint) | of the sum of its points along each axis, in 2^-60 m, less the number of its points times the voxel's middle, which is rounded to a 32-bit float of metres before: the number of zero bits at its lower end, and it without them, a signed varint |
-//!
-//! That is some 22 bytes a voxel, a quarter of what it takes in memory, and exact.
-//!
-//! ## Of a map of depth images
+//! The content:
 //!
 //! | bytes | what |
 //! |---|---|
@@ -71,7 +44,7 @@ use std::hash::{Hash, Hasher};
 use geometry::VoxelKey;
 
 pub use counts::SpillCounts;
-pub(crate) use file::{TileFrame, TileReader, push_varint};
+pub(crate) use file::TileFrame;
 pub(crate) use table::{InStore, Reached, TileTable};
 
 /// A tile's place: a cube of voxels, counted as voxels are.

@@ -18,7 +18,7 @@ use tracing::Instrument;
 
 use crate::failure::{Failure, Outcome};
 use crate::run::Stage;
-use crate::run::parameters::check_agreement;
+use crate::run::parameters::{check_agreement, check_map_edge};
 use crate::{lidar, visual};
 
 /// Arguments of `stillmap up`.
@@ -36,7 +36,7 @@ pub struct UpArgs {
     /// A further node that publishes the pose for the others; without it the pose comes from another process
     #[arg(long, value_enum, value_name = "BY")]
     pose: Option<PoseNode>,
-    /// Edge of the voxels of a map of the depth images, in metres; 0 for a map of the reduced clouds
+    /// Edge of the map's voxels, in metres; of the method free_space
     #[arg(long, value_name = "METRES")]
     map_edge: Option<f64>,
 }
@@ -90,6 +90,7 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
             &nodes.segmentation.1.config.pipeline,
             &nodes.reconstruction.1.config.pipeline,
         )?;
+        check_map_edge(args.map_edge, &nodes.reconstruction.1.config.pipeline)?;
         nodes.serve().await
     })
 }

@@ -143,7 +143,7 @@ impl Segmenter {
                 frame: ContinuousFrame::default(),
             })),
         };
-        let moving_pixels = config.pipeline.depth_map_edge_m().map(|_| MovingPixels::new(grid));
+        let moving_pixels = config.pipeline.needs_depth().then(|| MovingPixels::new(grid));
         Ok(Self { implementation, moving_pixels })
     }
 

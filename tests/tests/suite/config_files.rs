@@ -198,9 +198,8 @@ fn the_names_of_each_nodes_parameters_fit_into_one_response() {
 }
 
 /// Their ranges hang on one another.
-const BOUND_BY_OTHERS: [&str; 13] = [
+const BOUND_BY_OTHERS: [&str; 12] = [
     "voxel_edge_m",
-    "map_edge_m",
     "evidence_cell_m",
     "evidence_extent_m",
     "evidence_reach_m",

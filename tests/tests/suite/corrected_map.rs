@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use geometry::{Cloud, MapPath, PathVertex, SegmentedCycle, Stamp};
+use geometry::{Cloud, MapPath, Method, PathVertex, PipelineConfig, SegmentedCycle, Stamp};
 use msgs::convert;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
@@ -101,7 +101,7 @@ fn cloud(stamp: Stamp, point_m: [f32; 3]) -> SegmentedCloud {
         static_cloud: cloud("map", vec![Point3::from(point_m)]),
         dynamic_cloud: cloud("rig", Vec::new()),
         map_from_rig: Isometry3::identity(),
-        setup: geometry::CycleSetup::default(),
+        setup: PipelineConfig::new(Method::RecHv, 0.08).setup(),
     })
 }
 
@@ -112,7 +112,8 @@ fn has_corrections(report: &StageReport) -> bool {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_map_in_another_process_follows_the_way() {
     let namespace = format!("__ns:=/corrected_map_{}", std::process::id());
-    let arguments = ["--ros-args", "-r", &namespace];
+    // The map of means moves point by point.
+    let arguments = ["--ros-args", "-r", &namespace, "-p", "method:=rec_hv"];
     let node = Node::start("peer", &RosArguments::parse(arguments).unwrap()).unwrap();
     let mut peer = Peer::on(&node);
     let reconstruction = Running::start(["node", "reconstruction"].into_iter().chain(arguments));

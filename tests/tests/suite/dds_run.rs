@@ -35,7 +35,7 @@ fn an_edge_of_the_map_that_cannot_be_is_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let bag = small_room(folder.path());
     for (arguments, parts) in [
-        (vec!["--map-edge", "0.02", "--method", "rec_hv"], ["map_edge_m", "one edge"]),
+        (vec!["--map-edge", "0.02", "--method", "rec_hv"], ["--map-edge", "free_space"]),
         (vec!["--map-edge", "0.0001"], ["map_edge_m", "0.001"]),
         (vec!["--map-edge", "nan"], ["map_edge_m", "NaN"]),
     ] {

@@ -53,6 +53,8 @@ fn the_kitchen_runs_over_dds_to_its_end_without_a_drop() {
     let [left, touched] =
         ["object_only_left", "object_only_without_removal"].map(|name| map[name].as_f64().unwrap());
     assert!(touched > 100.0 && left <= 0.02 * touched, "{map}");
-    // 0.865 was measured: what noise has put before the room's surfaces goes, too.
-    assert!(map["static_kept_share_of_unfiltered"].as_f64().unwrap() > 0.84, "{map}");
+    // Of the voxels that were seen in three images or more 0.883 was measured. Of a surface that half of a pixel's images show
+    // 99.9 % are kept: the others are what noise, and the person where the mask lacks him, put before the room's surfaces.
+    let confirmed = &map["static_confirmed"];
+    assert!(confirmed["kept_share"].as_f64().unwrap() > 0.87, "{confirmed}");
 }

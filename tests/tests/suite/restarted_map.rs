@@ -1,6 +1,6 @@
 //! The service is stopped, started and killed: its map grows on.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -100,6 +100,23 @@ fn points(bytes: &[u8]) -> Vec<Point3<f32>> {
     ply::decode(bytes).unwrap()
 }
 
+/// A map of surfaces is made anew of its points: nine of ten are within 2 cm of one that is shown, and the other way round.
+fn assert_is_shown(shown: &[Point3<f32>], saved: &[Point3<f32>]) {
+    let near = |of: &[Point3<f32>], to: &[Point3<f32>]| {
+        let grid = VoxelGrid::new(0.02).unwrap();
+        let mut cells = BTreeMap::<VoxelKey, Vec<Point3<f32>>>::new();
+        to.iter().for_each(|point| cells.entry(grid.key(point)).or_default().push(*point));
+        let is_near = |point: &&Point3<f32>| {
+            let around = grid.key(point).with_neighbours().filter_map(|key| cells.get(&key));
+            around.flatten().any(|other| (other - **point).norm() <= 0.02)
+        };
+        of.iter().filter(is_near).count() as f64 / of.len() as f64
+    };
+    let shares = [near(saved, shown), near(shown, saved)];
+    println!("{} points shown, {} saved: within 2 cm are {shares:.3?}", shown.len(), saved.len());
+    assert!(shares.iter().all(|share| *share > 0.9), "{shares:.3?}");
+}
+
 fn voxels(points_m: &[Point3<f32>]) -> BTreeSet<VoxelKey> {
     let grid = VoxelGrid::new(0.08).unwrap();
     points_m.iter().map(|point| grid.key(point)).collect()
@@ -121,7 +138,7 @@ async fn the_service_as_shipped_goes_on_with_its_map_after_each_end() {
 
     // No sensor is connected: the map is there, and stays.
     let running = service.start();
-    assert_eq!(service.shown().await, points(&first));
+    assert_is_shown(&service.shown().await, &points(&first));
     assert!(running.end(Signal::TERM).success());
     assert!(service.bytes() == first);
     assert_eq!(service.others(), Vec::<String>::new());
@@ -144,7 +161,7 @@ async fn the_service_as_shipped_goes_on_with_its_map_after_each_end() {
     assert!(std::fs::read(service.folder.path().join("map.version-1.ply")).unwrap() == first);
 
     let running = service.start();
-    assert_eq!(service.shown().await, points(&killed));
+    assert_is_shown(&service.shown().await, &points(&killed));
     assert!(running.end(Signal::TERM).success());
     assert!(service.bytes() == killed);
 }

@@ -7,9 +7,10 @@ use geometry::{OrientedPoints, VoxelGrid, VoxelKey, pcd, ply};
 use nalgebra::{Point3, Vector3};
 use node_shell::{NodeFailure, folder_of, keep_version, write_whole_file};
 
-use crate::{Map, WholeMap, octomap};
+use crate::octomap::{self, Octree};
+use crate::{Map, WholeMap};
 
-/// The resolution of an octomap and the edge of the map are equal if they differ by no more than this share: octomap writes
+/// The resolution of an octomap and the edge of a map of means are equal if they differ by no more than this share: octomap writes
 /// a decimal number of six digits.
 const SAME_EDGE: f64 = 1e-5;
 
@@ -138,8 +139,8 @@ impl MapFile {
             let before = fs::read(&self.path).map_err(|error| failed(&error))?;
             if before != bytes {
                 let kept = keep_version(&self.path).map_err(|error| failed(&error))?;
-                let points = self.points_of(&before, grid, snapshot.max_voxels).ok();
-                let points = points.map(|points| points.points_m.len());
+                let points = self.points_of(&before, snapshot.max_voxels).ok();
+                let points = points.map(|file| file.points.points_m.len());
                 former = kept.map(|version| Former { version, points });
             }
         }
@@ -154,41 +155,52 @@ impl MapFile {
             format!("the map could not be loaded from {}: {reason}", self.path.display())
         };
         let bytes = fs::read(&self.path).map_err(|error| failed(&error))?;
-        let points = self.points_of(&bytes, map.grid(), map.max_voxels());
-        let OrientedPoints { points_m, normals } = points.map_err(|reason| failed(&reason))?;
+        let file = self.points_of(&bytes, map.max_voxels()).map_err(|reason| failed(&reason))?;
+        check_edge(file.edge_m, map).map_err(|reason| failed(&reason))?;
+        let OrientedPoints { points_m, normals } = file.points;
         map.replace(&points_m, &normals, frame_id).map_err(|error| failed(&error))?;
         tracing::info!("loaded a map of {} voxels from {}", map.len(), self.path.display());
         Ok(map.len())
     }
 
-    fn points_of(
-        &self,
-        bytes: &[u8],
-        grid: &VoxelGrid,
-        max_voxels: usize,
-    ) -> Result<OrientedPoints, String> {
+    fn points_of(&self, bytes: &[u8], max_voxels: usize) -> Result<FilePoints, String> {
         match self.format {
             Format::Ply => ply::decode_with_normals(bytes).map_err(|error| error.to_string()),
             Format::Pcd => pcd::decode_with_normals(bytes).map_err(|error| error.to_string()),
             Format::Octomap => {
                 let octree =
                     octomap::decode(bytes, max_voxels).map_err(|error| error.to_string())?;
-                let edge_m = grid.edge_m();
-                if (octree.edge_m - edge_m).abs() > SAME_EDGE * edge_m {
-                    return Err(format!(
-                        "its resolution is {} m, and voxel_edge_m is {edge_m} m",
-                        octree.edge_m
-                    ));
-                }
-                let points_m = octree.voxels.into_iter().map(|voxel| centre(voxel, grid)).collect();
-                Ok(OrientedPoints { points_m, normals: Vec::new() })
+                return Ok(FilePoints {
+                    points: OrientedPoints { points_m: centres_m(&octree), normals: Vec::new() },
+                    edge_m: Some(octree.edge_m),
+                });
             }
         }
+        .map(|points| FilePoints { points, edge_m: None })
     }
 }
 
-/// The centre of a voxel. Within octomap's range it lies in that voxel also in single precision.
-fn centre(voxel: VoxelKey, grid: &VoxelGrid) -> Point3<f32> {
-    let middle = |cell: i32| ((f64::from(cell) + 0.5) * grid.edge_m()) as f32;
-    Point3::new(middle(voxel.x), middle(voxel.y), middle(voxel.z))
+/// The content of a file.
+struct FilePoints {
+    points: OrientedPoints,
+    /// Of an octomap the edge of its voxels.
+    edge_m: Option<f64>,
+}
+
+/// A map of means has no room for voxels of another edge.
+fn check_edge(edge_m: Option<f64>, map: &Map) -> Result<(), String> {
+    let own_m = map.grid().edge_m();
+    match (edge_m, map) {
+        (Some(edge_m), Map::Means(_)) if (edge_m - own_m).abs() > SAME_EDGE * own_m => {
+            Err(format!("its resolution is {edge_m} m, and voxel_edge_m is {own_m} m"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The centres of voxels. Within octomap's range each lies in its voxel also in single precision.
+fn centres_m(octree: &Octree) -> Vec<Point3<f32>> {
+    let middle = |cell: i32| ((f64::from(cell) + 0.5) * octree.edge_m) as f32;
+    let centre = |voxel: &VoxelKey| [voxel.x, voxel.y, voxel.z].map(middle).into();
+    octree.voxels.iter().map(centre).collect()
 }

@@ -19,7 +19,7 @@ pub(super) const NO_MAP_FILE: &str =
 /// The name of the file on `/diagnostics`.
 const CONDITION: &str = "map file";
 
-/// A map with less than this fraction (1 / 2) of the points of its file counts as another map: rays clear less within
+/// A map with less than this fraction (1 / 2) of the points of its file counts as another map: less is cleared within
 /// one run, unless the poses are wrong.
 const SHRUNK: usize = 2;
 

@@ -19,7 +19,7 @@ use super::{PROGRAM, ReconstructionParameters};
 use crate::{Addition, Map};
 
 /// The fix for cycles that take too long.
-const REMEDY: &str = "raise voxel_edge_m, or map_edge_m where it is set, of the whole pipeline";
+const REMEDY: &str = "raise map_edge_m, or voxel_edge_m, of the whole pipeline";
 
 /// The cause of a drop.
 const REFUSED: &str = "static cloud refused";

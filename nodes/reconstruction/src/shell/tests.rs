@@ -185,32 +185,36 @@ async fn a_map_with_an_unreadable_tile_is_not_published_and_reported() {
     let parameters = ReconstructionParameters {
         spill_folder: folder.path().to_str().unwrap().to_owned(),
         config: ReconstructionConfig {
-            pipeline: pipeline(),
-            max_voxels: 64,
+            pipeline: PipelineConfig { map_edge_m: 1.0, ..PipelineConfig::default() },
+            max_map_blocks: 20,
             at_max_voxels: crate::AtMaxVoxels::Spill,
-            spill_tile_edge_m: 4.0,
+            spill_tile_edge_m: 8.0,
             ..ReconstructionConfig::default()
         },
         ..ReconstructionParameters::default()
     };
     let mut stage = Stage::new(&node, &parameters).unwrap();
-    let line: Vec<[f32; 3]> = (0..100_u8).map(|x| [f32::from(x) + 0.5, 0.5, 0.5]).collect();
-    stage.take(&node_shell::Arrived::Message(std::sync::Arc::new(cloud(1, "map", &line))));
-    assert_eq!(stage.publish_on_request().unwrap(), "published the map of 100 points");
+    let line = (0..100_u8).flat_map(|x| (0..7_u8).map(move |y| [x, y, 4].map(f32::from)));
+    let line: Vec<Point3<f32>> = line.map(Point3::from).collect();
+    stage.map.replace(&line, &[], "map").unwrap();
+    let points = stage.map.points().len();
+    let published = format!("published the map of {points} points");
+    assert_eq!(stage.publish_on_request().unwrap(), published);
     let own = std::fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap().path();
-    let tile = own.join("0_0_0.tile");
+    let tiles = std::fs::read_dir(own).unwrap().map(|entry| entry.unwrap().path());
+    let tile = tiles.filter(|path| path.extension().is_some_and(|it| it == "tile")).min().unwrap();
     let bytes = std::fs::read(&tile).unwrap();
     std::fs::remove_file(&tile).unwrap();
     // A folder in place of the file cannot be read.
     std::fs::create_dir(&tile).unwrap();
     let error = stage.publish_on_request().unwrap_err().to_string();
-    assert!(error.contains("incomplete") && error.contains("(0, 0, 0)"), "{error}");
-    assert_eq!(stage.map.len(), 100);
+    let key = tile.file_stem().unwrap().to_str().unwrap().replace('_', ", ");
+    assert!(error.contains("incomplete") && error.contains(&format!("({key})")), "{error}");
     let due = stage.schedule.look(Instant::now() + LOOK_AGAIN, Subscribers { map: 1, updates: 0 });
     assert!(!due.map, "not again at once");
     std::fs::remove_dir(&tile).unwrap();
     std::fs::write(&tile, bytes).unwrap();
-    assert_eq!(stage.publish_on_request().unwrap(), "published the map of 100 points");
+    assert_eq!(stage.publish_on_request().unwrap(), published);
     drop(stage);
     node.close().await;
 }

@@ -1,4 +1,4 @@
-use geometry::PipelineConfig;
+use geometry::{Method, PipelineConfig};
 use proptest::prelude::*;
 
 use super::*;
@@ -8,7 +8,7 @@ fn cloud(points: &[[f32; 3]]) -> Cloud {
 }
 
 fn config_of(voxel_edge_m: f64, max_voxels: usize) -> ReconstructionConfig {
-    let pipeline = PipelineConfig { voxel_edge_m, ..PipelineConfig::default() };
+    let pipeline = PipelineConfig::new(Method::RecHv, voxel_edge_m);
     ReconstructionConfig { pipeline, max_voxels, ..ReconstructionConfig::default() }
 }
 
@@ -145,6 +145,11 @@ fn bad_parameters_are_named() {
     {
         let config = config_of(voxel_edge_m, max_voxels);
         assert!(StaticMap::new(config).unwrap_err().to_string().contains(name));
+    }
+    for at_max_voxels in [AtMaxVoxels::DropOldest, AtMaxVoxels::Spill] {
+        let config = ReconstructionConfig { at_max_voxels, ..config_of(0.08, 1) };
+        let error = StaticMap::new(config).unwrap_err().to_string();
+        assert!(error.contains("at_max_voxels must be refuse with the method rec_hv"), "{error}");
     }
 }
 

@@ -4,11 +4,10 @@ use nalgebra::Point3;
 
 use super::anchor::Anchor;
 use super::changes::Told;
-use super::evidence::Evidence;
 
 /// The sums count in units of 2^-60 m: every 32-bit coordinate of 2^-37 m or more is a whole number of
 /// them, so that sums are exact and do not depend on their order. 2^67 m fit into 128 bits.
-pub(super) const UNITS_PER_METRE: f64 = (1u64 << 60) as f64;
+const UNITS_PER_METRE: f64 = (1u64 << 60) as f64;
 
 /// Sums along the axes. Packed, so that what else is known of a voxel fits beside.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,9 +23,7 @@ pub(super) struct VoxelMean {
     pub(super) last_cycle: u32,
     /// What listeners know of the voxel.
     pub(super) told: Told,
-    /// How sure it is that something stands there.
-    pub(super) evidence: Evidence,
-    /// With which part of the way it moves.
+    /// With which part of the trajectory it moves.
     pub(super) anchor: Anchor,
 }
 
@@ -72,41 +69,20 @@ impl VoxelMean {
         self.points = self.points.saturating_add(other.points);
         self.last_cycle = self.last_cycle.max(other.last_cycle);
         self.told = Told::default();
-        self.evidence.merge(other.evidence);
         self.anchor = self.anchor.min(other.anchor);
     }
 
     /// The mean lies in the voxel of the points: each rounding on the way keeps the order of numbers, and the
     /// lowest and the highest of the points are 32-bit numbers themselves.
     pub(super) fn mean(&self) -> Point3<f32> {
+        let Sums(sums) = self.sums;
         let units = f64::from(self.points.max(1)) * UNITS_PER_METRE;
-        Point3::from(self.sum_units().map(|sum| (sum as f64 / units) as f32))
+        Point3::from(sums.map(|sum| (sum as f64 / units) as f32))
     }
 
     pub(super) fn points(&self) -> u32 {
         self.points
     }
-
-    /// The sums along the axes, to be written.
-    pub(super) fn sum_units(&self) -> [i128; 3] {
-        let Sums(sums) = self.sums;
-        sums
-    }
-
-    /// As it was written: the sums and the number of the points, and what else is known.
-    pub(super) fn of(sum_units: [i128; 3], points: u32, known: Known) -> Self {
-        let Known { last_cycle, told, evidence, anchor } = known;
-        Self { sums: Sums(sum_units), points, last_cycle, told, evidence, anchor }
-    }
-}
-
-/// What is known of a voxel besides its points.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Known {
-    pub(super) last_cycle: u32,
-    pub(super) told: Told,
-    pub(super) evidence: Evidence,
-    pub(super) anchor: Anchor,
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use volume::BlockKey;
 
 use super::SurfaceMap;
 use super::spill::{LookedAt, Spill};
-use crate::static_map::MapNow;
+use crate::correction::MapNow;
 use crate::tiles::TileError;
 use crate::{CorrectionError, MapCorrection};
 

@@ -1,37 +1,50 @@
 //! A map that was saved takes the place of this one.
 
+use geometry::{VoxelGrid, VoxelKey};
 use nalgebra::{Point3, Vector3};
 use volume::BlockBox;
 
-use super::SurfaceMap;
+use super::{SurfaceMap, normals};
 use crate::tiles::TileKey;
 use crate::{Addition, LoadError};
 
-/// A point is joined to the nodes of its voxel and of those beside: of no more blocks than meet in a corner.
-const MOST_BLOCKS_A_POINT: usize = 8;
+/// Points that are farther apart than so many edges are not joined to a surface.
+const MOST_SPACING_IN_EDGES: f64 = 16.0;
 
 impl SurfaceMap {
-    /// Puts points with their normals, in `frame_id`, in the place of the whole map. The stamp stays. Who follows the changes has
-    /// to start with a new map.
+    /// Puts points, in `frame_id`, in the place of the whole map: of a map of any edge, with a normal each or with none, which are
+    /// then estimated. A point says where the surface is as far around it as the points are apart. The stamp stays. Who follows
+    /// the changes has to start with a new map.
     ///
     /// # Errors
-    /// When there are points and no normals, or no room; the map is then as it was. Where tiles are spilled, when they cannot be:
-    /// the old map has gone then, half a map is none, and the map is empty.
+    /// When there is no room; the map is then as it was. Where tiles are spilled, when they cannot be: the old map has gone then,
+    /// half a map is none, and the map is empty.
     pub fn replace(
         &mut self,
         points_m: &[Point3<f32>],
         normals: &[Vector3<f32>],
         frame_id: &str,
     ) -> Result<Addition, LoadError> {
-        if points_m.len() != normals.len() {
-            return Err(LoadError::NoNormals);
-        }
+        let has_normals = points_m.len() == normals.len();
+        let (points_m, normals) = &one_a_voxel(points_m, normals, self.grid());
+        let edge_m = self.grid().edge_m();
+        let most_m = MOST_SPACING_IN_EDGES * edge_m;
+        let spacing_m = normals::spacing_m(points_m, edge_m, most_m);
+        let estimated;
+        let normals = if has_normals {
+            normals
+        } else {
+            estimated = normals::normals(points_m, spacing_m.unwrap_or(most_m));
+            &estimated
+        };
+        // Points that are too far apart are not joined.
+        let reach_m = spacing_m.unwrap_or(edge_m);
         if self.spill.is_some() {
-            return self.replace_tile_by_tile(points_m, normals, frame_id);
+            return self.replace_tile_by_tile(points_m, normals, reach_m, frame_id);
         }
         let mut surface = self.surface.emptied();
         let points = points_m.iter().copied().zip(normals.iter().copied());
-        if surface.put_points(points, BlockBox::ALL) > 0 {
+        if surface.put_points(points, reach_m, BlockBox::ALL) > 0 {
             let max_map_blocks = surface.config().max_blocks;
             return Err(LoadError::TooManyBlocks { max_map_blocks });
         }
@@ -46,13 +59,14 @@ impl SurfaceMap {
         &mut self,
         points_m: &[Point3<f32>],
         normals: &[Vector3<f32>],
+        reach_m: f64,
         frame_id: &str,
     ) -> Result<Addition, LoadError> {
         let stamp = self.stamp;
         self.clear();
         self.stamp = stamp;
         self.rename_frame(frame_id);
-        let mut by_tile = self.points_by_tile(points_m);
+        let mut by_tile = self.points_by_tile(points_m, reach_m);
         // Those of a tile in their order.
         by_tile.sort_unstable();
         let mut addition = Addition::default();
@@ -61,7 +75,7 @@ impl SurfaceMap {
             let points = of_tile.iter().filter_map(|(_, index)| {
                 Some((*points_m.get(*index as usize)?, *normals.get(*index as usize)?))
             });
-            let Some(new_blocks) = self.put_tile(*tile, of_tile.len(), points) else {
+            let Some(new_blocks) = self.put_tile(*tile, points, reach_m) else {
                 let reason = self.take_tile_error();
                 self.clear();
                 return Err(LoadError::NoRoom { refused_points: of_tile.len(), reason });
@@ -72,31 +86,32 @@ impl SurfaceMap {
     }
 
     /// The tiles of the blocks that each point is joined to, with its index.
-    fn points_by_tile(&self, points_m: &[Point3<f32>]) -> Vec<(TileKey, u32)> {
+    fn points_by_tile(&self, points_m: &[Point3<f32>], reach_m: f64) -> Vec<(TileKey, u32)> {
         let Some(spill) = &self.spill else { return Vec::new() };
-        let finite = (0..).zip(points_m).filter(|(_, point_m)| geometry::is_finite(point_m));
         let of_point = |(index, point_m): (u32, &Point3<f32>)| {
-            spill.tiles_of(self.surface.point_box(point_m)).map(move |tile| (tile, index))
+            spill.tiles_of(self.surface.point_box(point_m, reach_m)).map(move |tile| (tile, index))
         };
-        finite.flat_map(of_point).collect()
+        (0..).zip(points_m).flat_map(of_point).collect()
     }
 
-    /// Joins all points of a tile to it, so many. Returns how many blocks it has; `None` where there is no room.
+    /// Joins all points of a tile to it. Returns how many blocks it has; `None` where there is no room.
     fn put_tile(
         &mut self,
         tile: TileKey,
-        points: usize,
-        oriented: impl Iterator<Item = (Point3<f32>, Vector3<f32>)>,
+        oriented: impl Iterator<Item = (Point3<f32>, Vector3<f32>)> + Clone,
+        reach_m: f64,
     ) -> Option<usize> {
+        let blocks_around =
+            |(point, _): (Point3<f32>, _)| self.surface.point_box(&point, reach_m).blocks();
+        let most_new = oriented.clone().map(blocks_around).fold(0, u64::saturating_add);
         let spill = self.spill.as_mut()?;
         let blocks = spill.blocks_of(tile);
         spill.tiles.pass_on();
-        let most_new = points.saturating_mul(MOST_BLOCKS_A_POINT).min(blocks.blocks() as usize);
-        if !self.spill_until(most_new) {
+        if !self.spill_until(most_new.min(blocks.blocks()) as usize) {
             return None;
         }
         let before = self.surface.blocks();
-        let refused = self.surface.put_points(oriented, blocks);
+        let refused = self.surface.put_points(oriented, reach_m, blocks);
         self.spill.as_mut()?.tiles.has(tile);
         (refused == 0).then(|| self.surface.blocks() - before)
     }
@@ -105,4 +120,26 @@ impl SurfaceMap {
     pub fn rename_frame(&mut self, frame_id: &str) {
         self.frame_id = Some(frame_id.to_owned());
     }
+}
+
+/// One point for each voxel, the mean of those in it, with the sum of their normals, by ascending key: a place with many points
+/// costs as one with one. Points that are not finite are left out.
+fn one_a_voxel(
+    points_m: &[Point3<f32>],
+    normals: &[Vector3<f32>],
+    grid: &VoxelGrid,
+) -> (Vec<Point3<f32>>, Vec<Vector3<f32>>) {
+    let mut keyed: Vec<(VoxelKey, usize)> = (0..)
+        .zip(points_m)
+        .filter(|(_, point_m)| geometry::is_finite(point_m))
+        .map(|(index, point_m)| (grid.key(point_m), index))
+        .collect();
+    keyed.sort_unstable();
+    let of_voxel = |points: &[(VoxelKey, usize)]| {
+        let own = || points.iter().filter_map(|(_, index)| points_m.get(*index));
+        let sum = own().fold(Vector3::zeros(), |sum, point_m| sum + point_m.coords.cast::<f64>());
+        let normals = points.iter().filter_map(|(_, index)| normals.get(*index));
+        (Point3::from(sum / points.len() as f64).cast(), normals.sum::<Vector3<f32>>())
+    };
+    keyed.chunk_by(|a, b| a.0 == b.0).map(of_voxel).unzip()
 }

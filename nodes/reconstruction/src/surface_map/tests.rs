@@ -1,5 +1,6 @@
+mod loading;
 mod rules;
-mod scene;
+pub(crate) mod scene;
 mod spilling;
 
 use estimation::Random;

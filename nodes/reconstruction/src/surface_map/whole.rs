@@ -6,7 +6,7 @@ use volume::{BlockKey, ChangeFollower, PointRules, SurfacePoint};
 
 use super::SurfaceMap;
 use super::spill::LookedAt;
-use crate::static_map::WholeMap;
+use crate::WholeMap;
 use crate::tiles::{TileError, TileKey};
 
 impl SurfaceMap {

@@ -94,28 +94,4 @@ impl<'a> TileReader<'a> {
         self.bytes = rest;
         Ok(slice)
     }
-
-    pub(crate) fn varint(&mut self) -> Result<u128, TileFormatError> {
-        let mut value = 0_u128;
-        for shift in (0..u128::BITS).step_by(7) {
-            let [byte] = self.array()?;
-            value |= u128::from(byte & 0x7f) << shift;
-            if byte & 0x80 == 0 {
-                return Ok(value);
-            }
-        }
-        Err(TileFormatError::Content)
-    }
-
-    pub(crate) fn number<N: TryFrom<u128>>(&mut self) -> Result<N, TileFormatError> {
-        N::try_from(self.varint()?).map_err(|_| TileFormatError::Content)
-    }
-}
-
-pub(crate) fn push_varint(bytes: &mut Vec<u8>, mut value: u128) {
-    while value >= 0x80 {
-        bytes.push(value as u8 | 0x80);
-        value >>= 7;
-    }
-    bytes.push(value as u8);
 }

@@ -30,7 +30,7 @@ pub struct ParameterArgs {
     /// The method of all three nodes, whatever the files say
     #[arg(long, value_parser = method_parser())]
     method: Option<Method>,
-    /// Edge of the voxels of a map of the depth images, in metres; 0 for a map of the reduced clouds
+    /// Edge of the map's voxels, in metres; of the method free_space
     #[arg(long, value_name = "METRES")]
     map_edge: Option<f64>,
 }
@@ -91,6 +91,7 @@ impl PipelineParameters {
             pipeline.method = args.method.unwrap_or(pipeline.method);
             pipeline.map_edge_m = args.map_edge.unwrap_or(pipeline.map_edge_m);
         }
+        check_map_edge(args.map_edge, parameters.pipeline())?;
         // The map of a run is that of its bag alone, and is written to the folder of the run.
         parameters.reconstruction.map_file = String::new();
         let checked = parameters.reconstruction.config.validate();
@@ -187,6 +188,24 @@ impl PipelineParameters {
         yaml.push_str(&section(visual::NODE, &self.pose)?);
         Ok(yaml)
     }
+}
+
+/// Refuses an edge of the map that the method does not use.
+///
+/// # Errors
+/// When an edge is given with the method `rec_hv`.
+pub(crate) fn check_map_edge(
+    map_edge_m: Option<f64>,
+    pipeline: &PipelineConfig,
+) -> Result<(), Failure> {
+    if map_edge_m.is_some() && pipeline.depth_map_edge_m().is_none() {
+        let method = pipeline.method;
+        return Err(Failure::new(format!(
+            "--map-edge is of the method free_space: the map of {method} has the edge voxel_edge_m"
+        ))
+        .fix("leave it out, or choose --method free_space"));
+    }
+    Ok(())
 }
 
 /// Refuses nodes that differ in parameters that must be equal, before they refuse each other's cycles.

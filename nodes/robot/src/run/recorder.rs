@@ -76,16 +76,8 @@ impl Recorder {
     pub(crate) fn new(map: &ReconstructionConfig) -> Result<Self, ConfigError> {
         // A map that is never cleared: points stay even if the camera sees through them.
         let unfiltered = ReconstructionConfig {
-            pipeline: PipelineConfig {
-                method: Method::RecHv,
-                map_edge_m: 0.0,
-                ..map.pipeline.clone()
-            },
-            // It only serves a figure of the report, and has no folder of tiles of its own.
-            at_max_voxels: match map.at_max_voxels {
-                AtMaxVoxels::Spill => AtMaxVoxels::Refuse,
-                kept => kept,
-            },
+            pipeline: PipelineConfig { method: Method::RecHv, ..map.pipeline.clone() },
+            at_max_voxels: AtMaxVoxels::Refuse,
             ..map.clone()
         };
         Ok(Self {

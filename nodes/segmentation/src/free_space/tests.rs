@@ -17,10 +17,8 @@ use self::score::{Run, Score};
 use super::*;
 use crate::{SegmentationConfig, Segmented, Segmenter};
 
-/// With a map of depth images, so that the pixels that move are masked.
 fn config() -> SegmentationConfig {
-    let pipeline = PipelineConfig { map_edge_m: 0.02, ..PipelineConfig::default() };
-    SegmentationConfig { pipeline, ..SegmentationConfig::default() }
+    SegmentationConfig::default()
 }
 
 /// A way across the view, at a speed, from a second on.

@@ -7,10 +7,14 @@ use nalgebra::{Point3, Vector3};
 
 use super::Surface;
 use super::block::{FULL, SurfaceBlock};
-use crate::block::{BlockBox, BlockKey, voxel_index};
+use crate::block::{BLOCK_EDGE, BlockBox, BlockKey, voxel_index};
 
-/// A point says where the surface is so many edges around it: at the nodes of its own voxel and of those beside.
-const REACH_IN_EDGES: f32 = 2.0;
+/// A point says where the surface is at the nodes of its own voxel and of those beside it at least: so many edges around it.
+const LEAST_REACH_IN_EDGES: f64 = 2.0;
+/// Farther apart points are not joined: it bounds what a point costs.
+const MOST_REACH_IN_EDGES: f64 = 16.0;
+/// Before and behind its plane it says so many edges far: nodes on both sides of each cell that the plane crosses.
+const THICKNESS_IN_EDGES: f64 = 2.0;
 /// The weight of a node in the middle of the plane of its point: that of a depth at 1.7 m, so that what is seen anew counts.
 const MOST_WEIGHT: f32 = 64.0;
 /// A block counts as one that so many images have shown.
@@ -18,21 +22,25 @@ const HITS: usize = 2;
 
 impl Surface {
     /// Joins points of a surface, each with the normal of its plane there, to the blocks within a box; those with a number that
-    /// is not finite, or a normal without a direction, are left out. What they give has been seen at no moment: corrections
-    /// leave it where it is. A block depends on the points of [`Surface::point_box`] alone. Returns how many nodes there was no
-    /// room for.
+    /// is not finite, or a normal without a direction, are left out. A point says where the surface is up to `reach_m` around it,
+    /// in bounds: as far as the points are apart, they join to a surface without gaps. What they give has been seen at no moment:
+    /// corrections leave it where it is. A block depends on the points of [`Surface::point_box`] alone. Returns how many blocks
+    /// of points there was no room for.
     pub fn put_points(
         &mut self,
         points: impl IntoIterator<Item = (Point3<f32>, Vector3<f32>)>,
+        reach_m: f64,
         within: BlockBox,
     ) -> usize {
+        let reach = self.reach_in_edges(reach_m);
         let mut refused = 0;
         let mut joined = BTreeSet::new();
         for (point, normal) in points {
             let normal =
                 normal.try_normalize(f32::EPSILON).filter(|n| n.iter().all(|x| x.is_finite()));
             if let Some(normal) = normal.filter(|_| geometry::is_finite(&point)) {
-                refused += self.put_point(&point, &normal, within, &mut joined);
+                let plane = Plane::of(&point, normal, reach, self.config.edge_m);
+                refused += self.put_plane(&plane, within, &mut joined);
             }
         }
         joined.into_iter().for_each(|key| self.count_near_of(key));
@@ -41,77 +49,148 @@ impl Surface {
 
     /// The blocks that [`Surface::put_points`] joins a point to.
     #[must_use]
-    pub fn point_box(&self, point: &Point3<f32>) -> BlockBox {
-        let voxel = self.grid.key(point);
-        let beside = |cells: i32| {
-            let along = |cell: i32| cell.saturating_add(cells);
-            BlockKey::of(VoxelKey { x: along(voxel.x), y: along(voxel.y), z: along(voxel.z) })
-        };
-        BlockBox { least: beside(-1), most: beside(2) }
+    pub fn point_box(&self, point: &Point3<f32>, reach_m: f64) -> BlockBox {
+        let half = self.reach_in_edges(reach_m).hypot(THICKNESS_IN_EDGES);
+        let in_edges = point.coords.cast::<f64>() / self.config.edge_m;
+        NodeBox::around(&in_edges, &Vector3::repeat(half)).blocks()
     }
 
-    fn put_point(
+    fn reach_in_edges(&self, reach_m: f64) -> f64 {
+        // Of a NaN the least.
+        (reach_m / self.config.edge_m).max(LEAST_REACH_IN_EDGES).min(MOST_REACH_IN_EDGES)
+    }
+
+    /// Returns for how many blocks there was no room.
+    fn put_plane(
         &mut self,
-        point: &Point3<f32>,
-        normal: &Vector3<f32>,
+        plane: &Plane,
         within: BlockBox,
         joined: &mut BTreeSet<BlockKey>,
     ) -> usize {
-        let edge_m = self.config.edge_m;
-        let first = self.grid.key(point);
-        let (mut refused, mut last) = (0, None);
-        for step in 0..64 {
-            let along = |axis: i32| (step >> (2 * axis) & 3) - 1;
-            let voxel = VoxelKey {
-                x: first.x.saturating_add(along(0)),
-                y: first.y.saturating_add(along(1)),
-                z: first.z.saturating_add(along(2)),
-            };
-            let key = BlockKey::of(voxel);
-            if !within.contains(key) {
-                continue;
-            }
-            let node = Point3::new(voxel.x, voxel.y, voxel.z).map(|cell| f64::from(cell) * edge_m);
-            // In edges.
-            let from_point = ((node - point.cast::<f64>()) / edge_m).cast::<f32>();
-            let before = from_point.dot(normal);
-            let aside = (from_point - before * normal).norm();
-            let share = 1.0 - (aside / REACH_IN_EDGES).powi(2);
-            let distance = before / self.config.truncation_in_edges as f32;
-            if share > 0.0 && distance.abs() < 1.0 {
-                let weight = (share * MOST_WEIGHT).max(1.0);
-                if !self.join_plane(voxel, distance * FULL, weight) {
-                    refused += 1;
-                } else if last.replace(key) != Some(key) {
-                    joined.insert(key);
+        let BlockBox { least, most } = plane.nodes.blocks().intersection(&within);
+        let mut refused = 0;
+        for z in least.z..=most.z {
+            for y in least.y..=most.y {
+                for x in least.x..=most.x {
+                    match self.join_plane(BlockKey { x, y, z }, plane) {
+                        Joined::Nothing => {}
+                        Joined::Nodes => drop(joined.insert(BlockKey { x, y, z })),
+                        Joined::NoRoom => refused += 1,
+                    }
                 }
             }
         }
         refused
     }
 
-    /// Returns whether there was room.
-    fn join_plane(&mut self, voxel: VoxelKey, distance: f32, weight: f32) -> bool {
-        let key = BlockKey::of(voxel);
-        if self.layer.get(key).is_none() {
-            if self.layer.len() >= self.config.max_blocks {
-                return false;
+    fn join_plane(&mut self, key: BlockKey, plane: &Plane) -> Joined {
+        let truncation = self.config.truncation_in_edges as f32;
+        let mut is_joined = false;
+        for node in plane.nodes.of_block(key) {
+            let Some((before, share)) = plane.at(node) else { continue };
+            let distance = before / truncation;
+            if distance.abs() >= 1.0 {
+                continue;
             }
-            let mut block = Box::new(SurfaceBlock::default());
-            (0..HITS).for_each(|_| block.evidence.hit());
-            // From no farther away than this was it seen: nothing that comes back from there says that it has gone.
-            let edge_m = super::block_edge_m(self.config.edge_m);
-            block.hit_from_m = super::middle_m(key, edge_m).cast::<f32>().into();
-            self.layer.insert(key, Some(block));
+            if !is_joined && !self.has_or_adds(key) {
+                return Joined::NoRoom;
+            }
+            is_joined = true;
+            if let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut) {
+                let index = voxel_index(node);
+                let weight = (share * MOST_WEIGHT).max(1.0);
+                let known = f32::from(block.weight[index]);
+                let mean = (f32::from(block.distance[index]) * known + distance * FULL * weight)
+                    / (known + weight);
+                block.distance[index] = mean.round() as i16;
+                block.weight[index] = (known + weight).min(MOST_WEIGHT) as u16;
+            }
         }
-        if let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut) {
-            let index = voxel_index(voxel);
-            let known = f32::from(block.weight[index]);
-            let mean =
-                (f32::from(block.distance[index]) * known + distance * weight) / (known + weight);
-            block.distance[index] = mean.round() as i16;
-            block.weight[index] = (known + weight).min(MOST_WEIGHT) as u16;
+        if is_joined { Joined::Nodes } else { Joined::Nothing }
+    }
+
+    /// Returns whether there was room.
+    fn has_or_adds(&mut self, key: BlockKey) -> bool {
+        if self.layer.get(key).is_some() {
+            return true;
         }
+        if self.layer.len() >= self.config.max_blocks {
+            return false;
+        }
+        let mut block = Box::new(SurfaceBlock::default());
+        (0..HITS).for_each(|_| block.evidence.hit());
+        // From no farther away than this was it seen: nothing that comes back from there says that it has gone.
+        let edge_m = super::block_edge_m(self.config.edge_m);
+        block.hit_from_m = super::middle_m(key, edge_m).cast::<f32>().into();
+        self.layer.insert(key, Some(block));
         true
+    }
+}
+
+enum Joined {
+    Nothing,
+    Nodes,
+    NoRoom,
+}
+
+/// The part of the plane of a point that it is known by; lengths in edges.
+struct Plane {
+    point: Vector3<f64>,
+    normal: Vector3<f32>,
+    reach: f32,
+    nodes: NodeBox,
+}
+
+impl Plane {
+    fn of(point: &Point3<f32>, normal: Vector3<f32>, reach: f64, edge_m: f64) -> Self {
+        let half = normal.cast::<f64>().map(|along| {
+            reach * (1.0 - along * along).max(0.0).sqrt() + THICKNESS_IN_EDGES * along.abs()
+        });
+        let point = point.coords.cast::<f64>() / edge_m;
+        Self { point, normal, reach: reach as f32, nodes: NodeBox::around(&point, &half) }
+    }
+
+    /// How far a node is before the plane, and how much it counts there; `None` where the point says nothing of it.
+    fn at(&self, node: VoxelKey) -> Option<(f32, f32)> {
+        let node = Vector3::new(node.x, node.y, node.z).cast::<f64>();
+        let from_point = (node - self.point).cast::<f32>();
+        let before = from_point.dot(&self.normal);
+        let aside = (from_point - before * self.normal).norm();
+        let share = 1.0 - (aside / self.reach).powi(2);
+        (share > 0.0 && before.abs() <= THICKNESS_IN_EDGES as f32).then_some((before, share))
+    }
+}
+
+/// The nodes between two, these included.
+struct NodeBox {
+    least: [i32; 3],
+    most: [i32; 3],
+}
+
+impl NodeBox {
+    /// Those within half a box around a place, in edges.
+    fn around(middle: &Vector3<f64>, half: &Vector3<f64>) -> Self {
+        // The casts saturate.
+        let least = (middle - half).map(|along| along.ceil() as i32);
+        let most = (middle + half).map(|along| along.floor() as i32);
+        Self { least: least.into(), most: most.into() }
+    }
+
+    fn blocks(&self) -> BlockBox {
+        let block = |[x, y, z]: [i32; 3]| BlockKey::of(VoxelKey { x, y, z });
+        BlockBox { least: block(self.least), most: block(self.most) }
+    }
+
+    /// Those of a block.
+    fn of_block(&self, key: BlockKey) -> impl Iterator<Item = VoxelKey> + use<> {
+        let first = key.voxel(0);
+        let [x, y, z] = [(first.x, 0), (first.y, 1), (first.z, 2)].map(|(first, axis)| {
+            let last = first.saturating_add(BLOCK_EDGE as i32 - 1);
+            first.max(self.least[axis])..=last.min(self.most[axis])
+        });
+        z.flat_map(move |z| {
+            let x = x.clone();
+            y.clone().flat_map(move |y| x.clone().map(move |x| VoxelKey { x, y, z }))
+        })
     }
 }

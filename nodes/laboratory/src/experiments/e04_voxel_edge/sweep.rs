@@ -5,7 +5,7 @@ use std::time::Instant;
 use detection::{CycleInput, DetectionConfig, Detector, View};
 use geometry::{CameraModel, DepthImage, DynamicZone, Scan, ZoneSource};
 use nalgebra::Isometry3;
-use reconstruction::{ReconstructionConfig, StaticMap};
+use reconstruction::{Map, ReconstructionConfig};
 use segmentation::Segmenter;
 use simulator::{Sample, Scenario};
 
@@ -79,7 +79,7 @@ impl Recording {
 struct Pipeline {
     detector: Detector,
     segmenter: Segmenter,
-    map: StaticMap,
+    map: Map,
 }
 
 impl Pipeline {
@@ -91,7 +91,7 @@ impl Pipeline {
             detector: Detector::new(parameters.detection().clone()).map_err(failure)?,
             segmenter: Segmenter::new(parameters.segmentation_node().config.clone())
                 .map_err(failure)?,
-            map: StaticMap::new(reconstruction).map_err(failure)?,
+            map: Map::new(reconstruction, None).map_err(failure)?,
         })
     }
 

@@ -1,64 +1,49 @@
 use std::fs;
 
-use geometry::{Cloud, Stamp};
-use nalgebra::Point3;
-
 use super::*;
+use crate::ReconstructionConfig;
+use crate::surface_map::tests::scene::{Scene, rig_at, sized_cycle};
 use crate::tiles::testing::MemoryStore;
 use crate::tiles::{TileError, TileFormatError};
-use crate::{ReconstructionConfig, StaticMap};
 
-/// The point of a tile of its own.
-fn cloud(tile: u8) -> Cloud {
-    Cloud {
-        stamp: Stamp::default(),
-        frame_id: "map".to_owned(),
-        points_m: (0..64_u8)
-            .map(|index| [4 * tile + index / 16, index / 4 % 4, index % 4])
-            .map(|cell| Point3::from(cell.map(|along| f32::from(along) + 0.5)))
-            .collect(),
-    }
-}
-
-/// A map of which four tiles of 16 voxels are in memory, of clouds of a tile each.
-fn four_tiles() -> ReconstructionConfig {
-    ReconstructionConfig {
-        pipeline: geometry::PipelineConfig {
-            voxel_edge_m: 1.0,
-            ..geometry::PipelineConfig::default()
-        },
-        max_voxels: 64,
+/// A map that has no room for all of a corridor: a view of it with what is beside has some 700 blocks.
+fn small(max_map_blocks: usize) -> ReconstructionConfig {
+    let mut config = ReconstructionConfig {
+        max_map_blocks,
         at_max_voxels: AtMaxVoxels::Spill,
-        spill_tile_edge_m: 4.0,
+        spill_tile_edge_m: 1.2,
         ..ReconstructionConfig::default()
-    }
+    };
+    config.pipeline.map_edge_m = 0.05;
+    config
 }
 
-fn add(map: &mut Map, tile: u8) {
-    let Map::Means(map) = map else { panic!("of depth images") };
-    map.add(&cloud(tile)).unwrap();
+/// The view from a place of the corridor.
+fn add(map: &mut Map, index: u32, x_m: f64) {
+    let view = sized_cycle(&Scene::corridor(20.0), index, &rig_at(x_m, 0.0), None, (160, 120));
+    map.integrate(&view).unwrap();
 }
 
 #[test]
 fn the_warning_goes_once_the_store_has_not_failed_for_a_while() {
     let store = MemoryStore::default();
-    let mut map = Map::new(four_tiles(), Some(Box::new(store.clone()))).unwrap();
+    let mut map = Map::new(small(500), Some(Box::new(store.clone()))).unwrap();
     let mut watch = SpillWatch::new(Counters::default());
     let start = Instant::now();
     let mut look = |map: &mut Map, seconds: u64| {
         watch.condition(map, start + Duration::from_secs(seconds)).unwrap()
     };
-    add(&mut map, 0);
+    add(&mut map, 0, 0.0);
     assert!(!look(&mut map, 0).1);
     store.fail(true);
     // As long as it fails, and is asked.
-    for seconds in [10, 30, 50, 70] {
-        add(&mut map, 1);
+    for (index, seconds) in (1..).zip([10, 30, 50, 70]) {
+        add(&mut map, index, 4.0 * f64::from(index));
         let (text, is_warning) = look(&mut map, seconds);
         assert!(is_warning && text.contains("1 failures"), "{text}");
     }
     store.fail(false);
-    add(&mut map, 1);
+    add(&mut map, 5, 16.0);
     assert!(look(&mut map, 99).1);
     let (text, is_warning) = look(&mut map, 101);
     assert!(!is_warning && text.contains("1 failures"), "the number stays: {text}");
@@ -103,29 +88,27 @@ fn a_map_larger_than_the_memory_is_whole_and_a_spoilt_file_is_told() {
     let parent = tempfile::tempdir().unwrap();
     let folder = store_in(parent.path().to_str().unwrap()).unwrap();
     let files = folder.path().to_owned();
-    let mut map = StaticMap::with_tile_store(four_tiles(), Box::new(folder)).unwrap();
-    let all: Vec<Point3<f32>> = (0..100_u8)
-        .flat_map(|x| (0..4_u8).map(move |y| Point3::new(f32::from(x) + 0.5, f32::from(y), 0.0)))
-        .collect();
-    for points in all.chunks(16) {
-        let cloud = Cloud {
-            stamp: Stamp::default(),
-            frame_id: "map".to_owned(),
-            points_m: points.to_vec(),
-        };
-        map.add(&cloud).unwrap();
+    let mut map = Map::new(small(800), Some(Box::new(folder))).unwrap();
+    let unbounded = ReconstructionConfig { at_max_voxels: AtMaxVoxels::Refuse, ..small(5000) };
+    let mut twin = Map::new(unbounded, None).unwrap();
+    for index in 0..19 {
+        add(&mut map, index, f64::from(index));
+        add(&mut twin, index, f64::from(index));
     }
-    assert_eq!(map.points(), all);
-    assert_eq!(entries(&files), 21 + 1, "25 tiles, and the lock");
-    fs::write(files.join("0_0_0.tile"), "SMTL spoilt").unwrap();
+    assert!(map.points() == twin.points() && map.points().len() > 5_000);
+    let tiles = map.spill_counts().unwrap().tiles_in_store;
+    assert_eq!(entries(&files), tiles + 1, "and the lock");
+    let tile = fs::read_dir(&files).unwrap().map(|entry| entry.unwrap().path());
+    let tile = tile.filter(|path| path.extension().is_some_and(|it| it == "tile")).min().unwrap();
+    fs::write(&tile, "SMTL spoilt").unwrap();
     let whole = map.whole();
-    assert_eq!(whole.points_m, all[16..]);
-    let [TileError::Broken { tile, source: TileFormatError::OtherVersion { .. } }] =
+    assert!(whole.points_m.len() < twin.points().len());
+    let [TileError::Broken { tile: broken, source: TileFormatError::OtherVersion { .. } }] =
         &whole.unreadable[..]
     else {
         panic!("{:?}", whole.unreadable)
     };
-    assert_eq!(*tile, TileKey::default());
+    assert_eq!(tile.file_name().unwrap().to_str().unwrap(), file_name(*broken));
     drop(map);
     assert_eq!(entries(parent.path()), 0);
 }

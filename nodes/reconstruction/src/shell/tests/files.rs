@@ -20,7 +20,7 @@ fn a_file_that_cannot_be_saved_is_an_error_at_the_start() {
 
 fn map_of(voxel_edge_m: f64, max_voxels: usize) -> Map {
     let config = ReconstructionConfig {
-        pipeline: PipelineConfig { voxel_edge_m, ..PipelineConfig::default() },
+        pipeline: PipelineConfig::new(Method::RecHv, voxel_edge_m),
         max_voxels,
         ..ReconstructionConfig::default()
     };
@@ -66,6 +66,31 @@ fn a_map_that_was_saved_is_loaded() {
         sorted.replace(&points, &[], "map").unwrap();
         sorted.points()
     });
+}
+
+/// Regression: a map of depth images was loaded from files of such a map alone.
+#[test]
+fn any_file_is_loaded_into_a_map_of_depth_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let floor = (0..900_i32).map(|n| Point3::new((n / 30) as f32, (n % 30) as f32, 0.5) * 0.1);
+    let mut means = map_of(0.1, 1000);
+    means.replace(&floor.collect::<Vec<_>>(), &[], "map").unwrap();
+    for name in ["m.ply", "m.pcd", "m.bt"] {
+        let path = folder.path().join(name);
+        let file = MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap();
+        save(&file, &means);
+        let mut map = Map::new(ReconstructionConfig::default(), None).unwrap();
+        file.load(&mut map, "map").unwrap();
+        // 3 m by 3 m at 2 cm, without gaps.
+        let points = map.points();
+        assert!(points.len() > 22_000, "{name}: {}", points.len());
+        assert!(points.iter().all(|point| (point.z - 0.05).abs() < 0.011), "{name}");
+        // And its own file.
+        assert_eq!(save(&file, &map), points.len());
+        let mut again = Map::new(ReconstructionConfig::default(), None).unwrap();
+        file.load(&mut again, "map").unwrap();
+        assert!(again.points().len() > 22_000, "{name}: {}", again.points().len());
+    }
 }
 
 fn save(file: &MapFile, map: &Map) -> usize {

@@ -5,8 +5,7 @@ use proptest::prelude::*;
 
 use super::super::testing;
 use super::*;
-use crate::tiles::testing::MemoryStore;
-use crate::{AtMaxVoxels, ReconstructionConfig, StaticMap};
+use crate::{ReconstructionConfig, StaticMap};
 
 const EDGE_M: f64 = 0.1;
 
@@ -16,24 +15,11 @@ fn grid() -> VoxelGrid {
 
 fn empty_map(max_voxels: usize) -> StaticMap {
     let config = ReconstructionConfig {
-        pipeline: PipelineConfig::new(Method::FreeSpace, EDGE_M),
+        pipeline: PipelineConfig::new(Method::RecHv, EDGE_M),
         max_voxels,
         ..ReconstructionConfig::default()
     };
     StaticMap::new(config).unwrap()
-}
-
-/// A map of which one full tile, of 4 voxels an axis, is in memory, and where the others go.
-fn spilling_map() -> (StaticMap, MemoryStore) {
-    let config = ReconstructionConfig {
-        pipeline: PipelineConfig::new(Method::FreeSpace, EDGE_M),
-        max_voxels: 64,
-        at_max_voxels: AtMaxVoxels::Spill,
-        spill_tile_edge_m: 4.0 * EDGE_M,
-        ..ReconstructionConfig::default()
-    };
-    let store = MemoryStore::default();
-    (StaticMap::with_tile_store(config, Box::new(store.clone())).unwrap(), store)
 }
 
 fn cloud(points: &[[f32; 3]]) -> Cloud {
@@ -59,9 +45,7 @@ impl Listener {
 
     fn apply_changes(&mut self, changes: &MapChanges) {
         self.apply(&changes.updated.points_m);
-        for point in &changes.removed.points_m {
-            self.points.remove(&grid().key(point));
-        }
+        assert!(changes.removed.points_m.is_empty());
     }
 
     /// The farthest that a point stands from the map's; `None` when the voxels are not the same.
@@ -143,102 +127,24 @@ fn the_memory_of_the_queue_is_counted_and_bounded() {
     assert_eq!(followed.memory_bytes(), alone.memory_bytes());
 }
 
-#[test]
-fn what_goes_is_told_once_and_by_the_voxel_that_it_was() {
-    let mut map = empty_map(100);
-    map.add(&cloud(&[[0.02, 0.0, 0.0], [0.55, 0.0, 0.0], [0.75, 0.0, 0.0]])).unwrap();
-    map.follow_changes();
-    for x in [0.02, 0.55] {
-        map.remove(grid().key(&Point3::new(x, 0.0, 0.0)));
-    }
-    // One comes back before it is told of, elsewhere in its voxel: the new point stands for it.
-    map.add(&cloud(&[[0.58, 0.0, 0.0]])).unwrap();
-    let changes = map.take_changes(10);
-    assert_eq!(changes.removed.points_m, [Point3::new(0.02, 0.0, 0.0)]);
-    assert_eq!(changes.updated.points_m, [Point3::new(0.58, 0.0, 0.0)]);
-    let nothing = map.take_changes(10);
-    assert!(nothing.removed.points_m.is_empty() && nothing.updated.points_m.is_empty());
-}
-
-#[test]
-fn what_goes_and_is_not_asked_for_has_a_bound() {
-    let mut map = empty_map(10);
-    map.follow_changes();
-    for x in 0..100 {
-        map.add(&cloud(&[[x as f32, 0.0, 0.0]])).unwrap();
-        map.remove(grid().key(&Point3::new(x as f32, 0.0, 0.0)));
-        assert!(map.waiting_changes() <= 11);
-    }
-    assert!(map.take_changes(1).is_incomplete && !map.take_changes(1).is_incomplete);
-}
-
-/// The first tile of a spilling map has two voxels that nobody has been told of; it has gone to the store.
-fn with_untold_voxels_in_the_store() -> (StaticMap, MemoryStore) {
-    let (mut map, store) = spilling_map();
-    map.follow_changes();
-    map.add(&cloud(&[[0.05, 0.05, 0.05], [0.15, 0.05, 0.05]])).unwrap();
-    let full_tile: Vec<[f32; 3]> = (0..64_u8)
-        .map(|index| [index / 16, index / 4 % 4, index % 4])
-        .map(|along| along.map(|cell| 4.05 + 0.1 * f32::from(cell)))
-        .collect();
-    map.add(&cloud(&full_tile)).unwrap();
-    assert_eq!(
-        map.take_changes(0),
-        MapChanges {
-            updated: map.cloud_of(vec![]),
-            removed: map.cloud_of(vec![]),
-            is_incomplete: false
-        }
-    );
-    (map, store)
-}
-
-#[test]
-fn a_tile_that_cannot_be_read_for_now_keeps_its_voxels_in_the_queue() {
-    let (mut map, store) = with_untold_voxels_in_the_store();
-    store.fail(true);
-    let told = |map: &mut StaticMap| map.take_changes(usize::MAX).updated.points_m;
-    assert_eq!(told(&mut map).len(), 64, "what is in memory is told of");
-    assert_eq!((map.waiting_changes(), told(&mut map).len()), (2, 0));
-    // No cycle comes; the next time that listeners are told, the store is asked again.
-    store.fail(false);
-    assert_eq!(told(&mut map), [[0.05_f32; 3], [0.15, 0.05, 0.05]].map(Point3::from));
-    assert_eq!(map.waiting_changes(), 0);
-}
-
-#[test]
-fn a_tile_that_is_lost_while_it_waits_is_told_by_the_whole_map_alone() {
-    let (mut map, store) = with_untold_voxels_in_the_store();
-    store.with(|tiles| tiles.clear());
-    assert!(map.take_changes(usize::MAX).is_incomplete);
-    assert_eq!((map.waiting_changes(), map.len()), (0, 64));
-    assert!(!map.take_changes(usize::MAX).is_incomplete, "once");
-}
-
 /// What may happen to a map that is listened to.
 #[derive(Clone, Debug)]
 enum Event {
     Add(Vec<[f32; 3]>),
-    /// The voxels of these points go.
-    Remove(Vec<[f32; 3]>),
     Take(usize),
     /// Another listener comes, and gets the whole map of this moment.
     Listen,
     /// All listeners go, and the next ones follow from this moment on.
     FollowAnew,
-    /// From now on the store of the tiles fails, or does no more.
-    Fail(bool),
 }
 
 fn events() -> impl Strategy<Value = Vec<Event>> {
     let points = |most| prop::collection::vec(prop::array::uniform3(-0.15f32..0.15), 0..most);
     let event = prop_oneof![
         6 => points(30).prop_map(Event::Add),
-        3 => points(20).prop_map(Event::Remove),
         4 => (0_usize..8).prop_map(Event::Take),
         1 => Just(Event::Listen),
         1 => Just(Event::FollowAnew),
-        1 => any::<bool>().prop_map(Event::Fail),
     ];
     prop::collection::vec(event, 0..60)
 }
@@ -259,54 +165,33 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn who_has_a_map_and_all_changes_after_it_has_the_map(events in events(), spills in any::<bool>()) {
-        let (mut map, store) =
-            if spills { spilling_map() } else { (empty_map(50), MemoryStore::default()) };
-        let mut fails = false;
+    fn who_has_a_map_and_all_changes_after_it_has_the_map(events in events()) {
+        let mut map = empty_map(50);
         map.follow_changes();
-        let mut listeners = vec![Listener::with(&map.cloud_for_listeners().unwrap().points_m)];
-        // Over eight tiles of 27 voxels, of which two or three are in memory.
-        let wide = |points: Vec<[f32; 3]>| -> Vec<[f32; 3]> {
-            let scale = if spills { 2.0 } else { 1.0 };
-            points.into_iter().map(|point| point.map(|along| along * scale)).collect()
-        };
+        let mut listeners = vec![Listener::with(&map.cloud_for_listeners().points_m)];
         for event in events {
             match event {
                 Event::Add(points) => {
-                    map.add(&cloud(&wide(points))).unwrap();
-                }
-                Event::Remove(points) => {
-                    for key in wide(points).into_iter().map(|point| grid().key(&point.into())) {
-                        map.fetch(key);
-                        map.remove(key);
-                    }
+                    map.add(&cloud(&points)).unwrap();
                 }
                 Event::Take(most_points) => {
                     let waiting = map.waiting_changes();
                     let changes = map.take_changes(most_points);
-                    let told = changes.updated.points_m.len() + changes.removed.points_m.len();
+                    let told = changes.updated.points_m.len();
                     prop_assert!(told <= most_points && !changes.is_incomplete);
-                    prop_assert!(fails || told == most_points || map.waiting_changes() == 0);
+                    prop_assert!(told == most_points || map.waiting_changes() == 0);
                     prop_assert!(map.waiting_changes() + told <= waiting);
                     listeners.iter_mut().for_each(|listener| listener.apply_changes(&changes));
                 }
-                // While the store fails nobody gets a map that is not whole.
                 Event::Listen => {
-                    let whole = map.cloud_for_listeners();
-                    listeners.extend(whole.iter().map(|cloud| Listener::with(&cloud.points_m)));
+                    listeners.push(Listener::with(&map.cloud_for_listeners().points_m));
                 }
                 Event::FollowAnew => {
                     map.follow_changes();
-                    let whole = map.cloud_for_listeners();
-                    listeners = whole.iter().map(|cloud| Listener::with(&cloud.points_m)).collect();
-                }
-                Event::Fail(now) => {
-                    store.fail(now);
-                    fails = now;
+                    listeners = vec![Listener::with(&map.cloud_for_listeners().points_m)];
                 }
             }
         }
-        store.fail(false);
         while map.waiting_changes() > 0 {
             let changes = map.take_changes(7);
             listeners.iter_mut().for_each(|listener| listener.apply_changes(&changes));
@@ -332,7 +217,7 @@ proptest! {
         for _ in 0..repeats {
             map.add(&cloud(&points)).unwrap();
         }
-        let listener = Listener::with(&map.cloud_for_listeners().unwrap().points_m);
+        let listener = Listener::with(&map.cloud_for_listeners().points_m);
         prop_assert_eq!(listener.points.len(), map.len());
         for (key, mean) in &listener.points {
             prop_assert_eq!(map.voxel(*key).map(|(own, _)| own), Some(*mean));

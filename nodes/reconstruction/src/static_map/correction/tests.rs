@@ -1,15 +1,12 @@
 mod building;
 
-use geometry::{
-    Cloud, MapPath, Method, PathVertex, PipelineConfig, SegmentedCycle, Stamp, pose_from_vector,
-};
+use geometry::{Cloud, MapPath, Method, PathVertex, PipelineConfig, Stamp, pose_from_vector};
 use nalgebra::{Isometry3, Point3};
 use proptest::prelude::*;
 
-use super::super::{Addition, StaticMap, testing};
+use super::super::testing;
 use super::*;
-use crate::tiles::testing::MemoryStore;
-use crate::{AtMaxVoxels, ReconstructionConfig};
+use crate::ReconstructionConfig;
 
 fn at(seconds: f64) -> Stamp {
     Stamp::from_secs_nanos(1_700_000_000, 0).plus_seconds(seconds)
@@ -35,29 +32,13 @@ fn cloud(seconds: f64, points: &[[f32; 3]]) -> Cloud {
     testing::cloud(at(seconds), "map", points)
 }
 
-fn cycle(seconds: f64, points: &[[f32; 3]]) -> SegmentedCycle {
-    testing::cycle(at(seconds), points, &[])
-}
-
-fn config(at_max_voxels: AtMaxVoxels) -> ReconstructionConfig {
-    ReconstructionConfig {
-        pipeline: PipelineConfig::new(Method::FreeSpace, 1.0),
+fn empty_map() -> StaticMap {
+    let config = ReconstructionConfig {
+        pipeline: PipelineConfig::new(Method::RecHv, 1.0),
         max_voxels: 1000,
-        at_max_voxels,
-        spill_tile_edge_m: 4.0,
         ..ReconstructionConfig::default()
-    }
-}
-
-fn refusing() -> StaticMap {
-    StaticMap::new(config(AtMaxVoxels::Refuse)).unwrap()
-}
-
-/// With room for a full tile and no more.
-fn spilling() -> (StaticMap, MemoryStore) {
-    let config = ReconstructionConfig { max_voxels: 64, ..config(AtMaxVoxels::Spill) };
-    let store = MemoryStore::default();
-    (StaticMap::with_tile_store(config, Box::new(store.clone())).unwrap(), store)
+    };
+    StaticMap::new(config).unwrap()
 }
 
 fn points_of(map: &StaticMap) -> u32 {
@@ -76,7 +57,7 @@ fn check_points(map: &StaticMap, expected: &[[f32; 3]]) {
 
 #[test]
 fn what_was_seen_moves_with_its_part_of_the_way() {
-    let mut map = refusing();
+    let mut map = empty_map();
     let vertices = |end_m: f64| [(0.0, along(0.0)), (1.0, along(0.0)), (2.0, along(end_m))];
     assert_eq!(map.follow_path(&path(2.0, &vertices(0.0))), Ok(MapCorrection::default()));
     for (seconds, y) in [(0.5, 0.5), (1.5, 2.5), (2.0, 4.5), (2.5, 6.5)] {
@@ -96,7 +77,7 @@ fn what_was_seen_moves_with_its_part_of_the_way() {
 
 #[test]
 fn two_voxels_that_come_to_one_place_are_one_with_all_their_points() {
-    let mut map = refusing();
+    let mut map = empty_map();
     map.follow_path(&path(2.0, &[(0.0, along(0.0)), (2.0, along(0.0))])).unwrap();
     map.add(&cloud(0.0, &[[0.25, 0.5, 0.5]; 3])).unwrap();
     map.add(&cloud(2.0, &[[5.75, 0.5, 0.5]])).unwrap();
@@ -109,7 +90,7 @@ fn two_voxels_that_come_to_one_place_are_one_with_all_their_points() {
 
 #[test]
 fn a_little_is_not_forgotten_until_it_has_become_enough() {
-    let mut map = refusing();
+    let mut map = empty_map();
     map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
     map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
     for off_m in [0.1, 0.2] {
@@ -124,15 +105,15 @@ fn a_little_is_not_forgotten_until_it_has_become_enough() {
 
 #[test]
 fn a_cycle_that_was_on_its_way_is_brought_over() {
-    let mut map = refusing();
+    let mut map = empty_map();
     map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
-    map.integrate(&cycle(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
+    map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
     map.follow_path(&moved_by(2.0, along(3.0))).unwrap();
     // Measured before the correction, and told in the map of before.
-    map.integrate(&cycle(1.9, &[[0.5, 0.5, 0.5]])).unwrap();
+    map.add(&cloud(1.9, &[[0.5, 0.5, 0.5]])).unwrap();
     check_points(&map, &[[3.5, 0.5, 0.5]]);
     assert_eq!(map.correction_counts().late_cycles, 1);
-    map.integrate(&cycle(2.0, &[[3.5, 0.5, 0.5]])).unwrap();
+    map.add(&cloud(2.0, &[[3.5, 0.5, 0.5]])).unwrap();
     map.add(&cloud(1.95, &[[0.5, 0.5, 0.5]])).unwrap();
     check_points(&map, &[[3.5, 0.5, 0.5]]);
     assert_eq!(points_of(&map), 4);
@@ -141,7 +122,7 @@ fn a_cycle_that_was_on_its_way_is_brought_over() {
 /// Of a cycle that was told in the corrected map, and came before the path that says so.
 #[test]
 fn a_cycle_that_was_faster_than_its_path_stays() {
-    let mut map = refusing();
+    let mut map = empty_map();
     map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
     map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
     map.add(&cloud(2.0, &[[3.5, 2.5, 0.5]])).unwrap();
@@ -151,7 +132,7 @@ fn a_cycle_that_was_faster_than_its_path_stays() {
 
 #[test]
 fn a_loaded_map_stays() {
-    let mut map = refusing();
+    let mut map = empty_map();
     map.replace(&[Point3::new(0.5, 0.5, 0.5)], "map").unwrap();
     map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
     map.add(&cloud(0.0, &[[0.5, 2.5, 0.5], [0.5, 0.5, 0.5]])).unwrap();
@@ -161,7 +142,7 @@ fn a_loaded_map_stays() {
 
 #[test]
 fn a_path_that_begins_anew_moves_nothing() {
-    let mut map = refusing();
+    let mut map = empty_map();
     map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
     map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
     assert_eq!(map.follow_path(&path(9.0, &[(9.0, along(7.0))])), Ok(MapCorrection::default()));
@@ -174,7 +155,7 @@ fn a_path_that_begins_anew_moves_nothing() {
 
 #[test]
 fn a_stamp_of_another_clock_does_not_move_what_comes_later() {
-    let mut map = refusing();
+    let mut map = empty_map();
     map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
     map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
     map.follow_path(&moved_by(1e6, along(3.0))).unwrap();
@@ -183,22 +164,8 @@ fn a_stamp_of_another_clock_does_not_move_what_comes_later() {
 }
 
 #[test]
-fn the_voxel_that_was_seen_longest_ago_is_the_same_after_a_correction() {
-    let config = ReconstructionConfig { max_voxels: 3, ..config(AtMaxVoxels::DropOldest) };
-    let mut map = StaticMap::new(config).unwrap();
-    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
-    for (seconds, x) in [(0.0, 0.5), (0.1, 10.5), (0.2, 20.5), (0.3, 0.5)] {
-        map.add(&cloud(seconds, &[[x, 0.5, 0.5]])).unwrap();
-    }
-    map.follow_path(&moved_by(1.0, along(3.0))).unwrap();
-    let addition = map.add(&cloud(1.0, &[[30.5, 0.5, 0.5]])).unwrap();
-    assert_eq!(addition.dropped_voxels, 1);
-    check_points(&map, &[[3.5, 0.5, 0.5], [23.5, 0.5, 0.5], [30.5, 0.5, 0.5]]);
-}
-
-#[test]
 fn who_follows_the_changes_gets_the_whole_map() {
-    let mut map = refusing();
+    let mut map = empty_map();
     map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
     map.follow_changes();
     map.add(&cloud(0.0, &[[0.5, 0.5, 0.5]])).unwrap();
@@ -206,54 +173,16 @@ fn who_follows_the_changes_gets_the_whole_map() {
     map.follow_path(&moved_by(1.0, along(3.0))).unwrap();
     assert!(map.take_changes(9).is_incomplete);
     assert!(map.changed().is_empty());
-    assert_eq!(map.cloud_for_listeners().unwrap().points_m, [Point3::new(3.5, 0.5, 0.5)]);
+    assert_eq!(map.cloud_for_listeners().points_m, [Point3::new(3.5, 0.5, 0.5)]);
     map.add(&cloud(2.0, &[[3.5, 0.5, 0.5]])).unwrap();
     assert!(!map.take_changes(9).is_incomplete);
 }
 
-#[test]
-fn rays_clear_what_was_moved_where_it_is_now() {
-    let mut map = refusing();
-    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
-    map.integrate(&cycle(0.0, &[[5.5, 0.5, 0.5]])).unwrap();
-    map.follow_path(&moved_by(1.0, pose_from_vector(&[0.0, 4.0, 0.0, 0.0, 0.0, 0.0]))).unwrap();
-    let seen = |seconds, y: f32| {
-        let mut seen = cycle(seconds, &[[9.5, y, 0.5]]);
-        seen.setup = testing::camera_at(Point3::new(0.5, f64::from(y), 0.5));
-        seen
-    };
-    let cleared = |map: &mut StaticMap, y| -> usize {
-        (0..3).map(|_| map.integrate(&seen(2.0, y)).unwrap().cleared_voxels).sum()
-    };
-    assert_eq!((cleared(&mut map, 0.5), cleared(&mut map, 4.5)), (0, 1));
-}
-
-#[test]
-fn a_store_that_fails_puts_the_correction_off() {
-    let line: Vec<[f32; 3]> = (0..200_u8).map(|x| [f32::from(x) + 0.5, 0.5, 0.5]).collect();
-    let (mut map, store) = spilling();
-    map.follow_path(&moved_by(0.0, along(0.0))).unwrap();
-    map.integrate(&cycle(0.0, &line)).unwrap();
-    let before = map.points();
-    store.fail(true);
-    let error = map.follow_path(&moved_by(1.0, along(0.5))).unwrap_err();
-    assert!(error.to_string().contains("no space left"), "{error}");
-    store.fail(false);
-    assert_eq!(map.points(), before);
-    // What comes now is told in the corrected map already.
-    map.integrate(&cycle(1.5, &[[0.25, 6.5, 0.5]])).unwrap();
-    map.follow_path(&moved_by(2.0, along(0.5))).unwrap();
-    let mut expected: Vec<[f32; 3]> = line.iter().map(|[x, y, z]| [x + 0.5, *y, *z]).collect();
-    expected.insert(0, [0.25, 6.5, 0.5]);
-    check_points(&map, &expected);
-    assert!(map.voxels.len() <= 64);
-}
-
-fn clouds() -> impl Strategy<Value = Vec<SegmentedCycle>> {
+fn clouds() -> impl Strategy<Value = Vec<Cloud>> {
     let points = prop::collection::vec(prop::array::uniform3(-8.0..8.0_f32), 0..60);
     prop::collection::vec(points, 1..8).prop_map(|clouds| {
         let stamped = clouds.iter().enumerate();
-        stamped.map(|(index, points)| cycle(index as f64, points)).collect()
+        stamped.map(|(index, points)| cloud(index as f64, points)).collect()
     })
 }
 
@@ -265,34 +194,35 @@ fn poses() -> impl Strategy<Value = Vec<(f64, Isometry3<f64>)>> {
     })
 }
 
-/// With the way as it was first, and then as it is in the end.
-fn built(map: &mut StaticMap, cycles: &[SegmentedCycle], paths: &[&MapPath]) -> Vec<Addition> {
-    let [first, others @ ..] = paths else { return Vec::new() };
+/// With the trajectory as it was first, and then as it is in the end.
+fn built(map: &mut StaticMap, clouds: &[Cloud], paths: &[&MapPath]) {
+    let [first, others @ ..] = paths else { return };
     map.follow_path(first).unwrap();
-    let additions = cycles.iter().map(|cycle| map.integrate(cycle).unwrap()).collect();
+    for cloud in clouds {
+        map.add(cloud).unwrap();
+    }
     for path in others {
         map.follow_path(path).unwrap();
     }
-    additions
 }
 
 proptest! {
     #[test]
-    fn the_same_path_again_changes_no_bit(cycles in clouds(), poses in poses()) {
-        let (mut map, mut twin) = (refusing(), refusing());
+    fn the_same_path_again_changes_no_bit(clouds in clouds(), poses in poses()) {
+        let (mut map, mut twin) = (empty_map(), empty_map());
         let path = path(9.0, &poses);
-        built(&mut map, &cycles, &[&path, &path, &path]);
-        for cycle in &cycles {
-            twin.integrate(cycle).unwrap();
+        built(&mut map, &clouds, &[&path, &path, &path]);
+        for cloud in &clouds {
+            twin.add(cloud).unwrap();
         }
         prop_assert_eq!(map.points(), twin.points());
     }
 
     #[test]
-    fn there_and_back_no_point_is_lost(cycles in clouds(), there in poses(), back in poses()) {
-        let mut map = refusing();
+    fn there_and_back_no_point_is_lost(clouds in clouds(), there in poses(), back in poses()) {
+        let mut map = empty_map();
         let (there, back) = (path(9.0, &there), path(9.0, &back));
-        built(&mut map, &cycles, &[&back]);
+        built(&mut map, &clouds, &[&back]);
         let before = points_of(&map);
         for path in [&there, &back] {
             map.follow_path(path).unwrap();
@@ -301,23 +231,9 @@ proptest! {
     }
 
     #[test]
-    fn a_map_that_spills_moves_as_one_that_does_not(
-        cycles in clouds(), one in poses(), other in poses(), third in poses(),
-    ) {
-        let ((mut map, _store), mut twin) = (spilling(), refusing());
-        let paths = [path(9.0, &one), path(9.0, &other), path(9.0, &third)];
-        let paths: Vec<&MapPath> = paths.iter().collect();
-        prop_assert_eq!(built(&mut map, &cycles, &paths), built(&mut twin, &cycles, &paths));
-        prop_assert!(map.voxels.len() <= 64);
-        prop_assert_eq!(map.points(), twin.points());
-        prop_assert_eq!((map.len(), points_of(&map)), (twin.len(), points_of(&twin)));
-        prop_assert_eq!(map.correction_counts(), twin.correction_counts());
-    }
-
-    #[test]
-    fn each_mean_is_in_its_voxel_after_a_correction(cycles in clouds(), one in poses(), other in poses()) {
-        let mut map = refusing();
-        built(&mut map, &cycles, &[&path(9.0, &one), &path(9.0, &other)]);
+    fn each_mean_is_in_its_voxel_after_a_correction(clouds in clouds(), one in poses(), other in poses()) {
+        let mut map = empty_map();
+        built(&mut map, &clouds, &[&path(9.0, &one), &path(9.0, &other)]);
         for (key, voxel) in &map.voxels {
             prop_assert_eq!(map.grid().key(&voxel.mean()), *key);
         }

@@ -6,7 +6,7 @@ use geometry::{MapPath, PathVertex, Stamp, VoxelKey};
 
 use super::scene::sized_cycle;
 use super::*;
-use crate::{AtMaxVoxels, LoadError, MapError};
+use crate::{AtMaxVoxels, MapError};
 
 /// Applies what a listener is told until nothing waits.
 /// Returns how many points have gone.
@@ -125,8 +125,6 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
     let short = refused(&|cycle| cycle.depth.as_mut().unwrap().is_moving.truncate(7));
     assert!(matches!(short, MapError::View(_)), "{short}");
     assert_eq!(map.points(), before);
-    assert!(matches!(map.replace(&before, &[], "map"), Err(LoadError::NoNormals)));
-    assert_eq!(map.points(), before);
 }
 
 #[test]
@@ -162,29 +160,4 @@ fn edges_that_are_of_no_use_are_refused_and_extreme_ones_have_a_bounded_cost() {
         map.integrate(&view).unwrap();
         assert!(map.fill().1 <= 500);
     }
-}
-
-#[test]
-fn a_saved_map_is_loaded_and_goes_on_growing() {
-    let rig = rig_at(0.0, 0.0);
-    let mut map = map(0.04);
-    map.integrate(&cycle(&Scene::room(), 0, &rig, None)).unwrap();
-    let whole = map.whole();
-    let mut loaded = super::map(0.04);
-    loaded.replace(&whole.points_m, &whole.normals, "map").unwrap();
-    let (before, after) = (whole.points_m.len(), loaded.points().len());
-    assert!(after as f64 > 0.95 * before as f64, "{after} of {before} points");
-    for index in 0..10 {
-        loaded.integrate(&cycle(&Scene::room(), index, &rig, None)).unwrap();
-    }
-    let off_m: Vec<f64> =
-        points(&loaded).iter().map(|(point, _)| Scene::room().nearest(point).0).collect();
-    // Where two walls meet, the planes of the points reach a little beyond.
-    let stray = off_m.iter().filter(|off_m| **off_m > 0.02).count();
-    assert!(stray <= off_m.len() / 200, "{stray} of {} points", off_m.len());
-    assert!(median(off_m) < 0.002);
-    let few = ReconstructionConfig { max_map_blocks: 3, ..config(0.04) };
-    let mut small = Map::new(few, None).unwrap();
-    let refused = small.replace(&whole.points_m, &whole.normals, "map").unwrap_err();
-    assert!(matches!(refused, LoadError::TooManyBlocks { max_map_blocks: 3 }) && small.is_empty());
 }

@@ -15,7 +15,7 @@ const PERSON_RADIUS_M: f64 = 0.3;
 
 /// Planes, and the middle of the person.
 #[derive(Clone, Debug)]
-pub(super) struct Scene {
+pub(crate) struct Scene {
     /// Normals into the room and offsets: a point is on a plane where `normal . point = offset`.
     planes: Vec<(Vector3<f64>, f64)>,
     person_m: Option<Point3<f64>>,
@@ -23,7 +23,7 @@ pub(super) struct Scene {
 
 impl Scene {
     /// A far wall, a side wall and the floor; x forward, y left, z up.
-    pub(super) fn room() -> Self {
+    pub(crate) fn room() -> Self {
         let planes = [([-1.0, 0.05, 0.0], -2.8), ([0.0, -1.0, 0.0], -1.2), ([0.0, 0.0, 1.0], -0.9)];
         let planes = planes.map(|(normal, offset)| {
             let normal = Vector3::from(normal);
@@ -33,7 +33,7 @@ impl Scene {
     }
 
     /// A corridor 2 m wide along x, from -2 m to so far.
-    pub(super) fn corridor(end_m: f64) -> Self {
+    pub(crate) fn corridor(end_m: f64) -> Self {
         let planes = [
             ([-1.0, 0.0, 0.0], -end_m),
             ([1.0, 0.0, 0.0], -2.0),
@@ -46,7 +46,7 @@ impl Scene {
         Self { planes: planes.to_vec(), person_m: None }
     }
 
-    pub(super) fn with_person(mut self, y_m: f64) -> Self {
+    pub(crate) fn with_person(mut self, y_m: f64) -> Self {
         self.person_m = Some(Point3::new(1.8, y_m, 0.0));
         self
     }
@@ -66,7 +66,7 @@ impl Scene {
     }
 
     /// How far a point is from the nearest surface of the room, and the direction away from that.
-    pub(super) fn nearest(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+    pub(crate) fn nearest(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
         let planes = self.planes.iter();
         let off =
             planes.map(|(normal, offset)| ((normal.dot(&point.coords) - offset).abs(), *normal));
@@ -74,7 +74,7 @@ impl Scene {
     }
 
     /// Which pixels show the person, and those beside.
-    pub(super) fn shows_person(&self, frame: &DepthFrame, rig: &Isometry3<f64>) -> Vec<bool> {
+    pub(crate) fn shows_person(&self, frame: &DepthFrame, rig: &Isometry3<f64>) -> Vec<bool> {
         let shows = hits(self, frame.camera(), rig)
             .map(|hit| hit.is_some_and(|(_, is_person)| is_person))
             .collect::<Vec<_>>();
@@ -91,18 +91,18 @@ impl Scene {
 }
 
 /// How many points are on the person.
-pub(super) fn near(points: &[(Point3<f64>, Vector3<f64>)], scene: &Scene) -> usize {
+pub(crate) fn near(points: &[(Point3<f64>, Vector3<f64>)], scene: &Scene) -> usize {
     let middle = scene.person_m.unwrap();
     let is_near = |(point, _): &&(Point3<f64>, _)| (point - middle).norm() < PERSON_RADIUS_M + 0.05;
     points.iter().filter(is_near).count()
 }
 
-pub(super) fn rig_at(x_m: f64, yaw_rad: f64) -> Isometry3<f64> {
+pub(crate) fn rig_at(x_m: f64, yaw_rad: f64) -> Isometry3<f64> {
     let turn = UnitQuaternion::from_euler_angles(0.0, 0.0, yaw_rad);
     Isometry3::from_parts(Translation3::new(x_m, 0.0, 0.0), turn)
 }
 
-pub(super) fn camera((width_px, height_px): (usize, usize)) -> CameraModel {
+pub(crate) fn camera((width_px, height_px): (usize, usize)) -> CameraModel {
     let focal_px = 525.0 * width_px as f64 / 640.0;
     CameraModel {
         width_px,
@@ -130,7 +130,7 @@ fn hits(
 }
 
 /// A cycle that sees the scene, with the Kinect's noise where there is a source of it.
-pub(super) fn cycle(
+pub(crate) fn cycle(
     scene: &Scene,
     index: u32,
     rig: &Isometry3<f64>,
@@ -140,7 +140,7 @@ pub(super) fn cycle(
 }
 
 /// The same with an image of another size.
-pub(super) fn sized_cycle(
+pub(crate) fn sized_cycle(
     scene: &Scene,
     index: u32,
     rig: &Isometry3<f64>,

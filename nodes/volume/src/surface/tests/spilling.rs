@@ -38,7 +38,7 @@ fn a_block_that_was_seen_at_no_moment_comes_back_as_one() {
     let points = points(&seen(2));
     let points = points.iter().map(|point| (point.position_m, point.normal));
     let mut put = surface(0.05);
-    put.put_points(points, BlockBox::ALL);
+    put.put_points(points, 0.0, BlockBox::ALL);
     let before = contents(&put);
     for (key, _) in &before {
         let bytes = put.block_bytes(*key).unwrap();
@@ -125,26 +125,24 @@ fn points_put_tile_by_tile_give_the_same_surface() {
             (point.position_m + off_m * point.normal, point.normal)
         })
         .collect();
-    let mut whole = surface(0.05);
-    assert_eq!(whole.put_points(points.clone(), BlockBox::ALL), 0);
-    let mut by_tile = surface(0.05);
-    let tiles: BTreeSet<_> =
-        whole.block_keys().into_iter().map(|key| tile_of(key).least).rev().collect();
-    assert!(tiles.len() > 10);
-    for tile in tiles {
-        let tile = tile_of(tile);
-        let reaches = |point: &Point3<f32>| {
-            let ends = by_tile.point_box(point);
-            let meets = |[a, b]: [i32; 2], [c, d]: [i32; 2]| a <= d && c <= b;
-            meets([ends.least.x, ends.most.x], [tile.least.x, tile.most.x])
-                && meets([ends.least.y, ends.most.y], [tile.least.y, tile.most.y])
-                && meets([ends.least.z, ends.most.z], [tile.least.z, tile.most.z])
-        };
-        let near: Vec<_> = points.iter().filter(|(point, _)| reaches(point)).copied().collect();
-        assert_eq!(by_tile.put_points(near, tile), 0);
+    for reach_m in [0.0, 0.3] {
+        let mut whole = surface(0.05);
+        assert_eq!(whole.put_points(points.clone(), reach_m, BlockBox::ALL), 0);
+        let mut by_tile = surface(0.05);
+        let tiles: BTreeSet<_> =
+            whole.block_keys().into_iter().map(|key| tile_of(key).least).rev().collect();
+        assert!(tiles.len() > 10);
+        for tile in tiles {
+            let tile = tile_of(tile);
+            let reaches = |point: &Point3<f32>| {
+                by_tile.point_box(point, reach_m).intersection(&tile).blocks() > 0
+            };
+            let near: Vec<_> = points.iter().filter(|(point, _)| reaches(point)).copied().collect();
+            assert_eq!(by_tile.put_points(near, reach_m, tile), 0);
+        }
+        assert!(contents(&by_tile) == contents(&whole));
+        assert_eq!(by_tile.near_nodes(), whole.near_nodes());
     }
-    assert!(contents(&by_tile) == contents(&whole));
-    assert_eq!(by_tile.near_nodes(), whole.near_nodes());
 }
 
 #[test]

@@ -38,7 +38,7 @@ fn points_with_normals_give_the_surface_that_they_are_of() {
     }
     let before = points(&seen);
     let mut put = surface(0.03);
-    let refused = put.put_points(with_normals(&before), BlockBox::ALL);
+    let refused = put.put_points(with_normals(&before), 0.0, BlockBox::ALL);
     assert_eq!(refused, 0);
     let after = points(&put);
     let off = |point: &SurfacePoint| Scene::room().nearest(&point.position_m.cast()).0;
@@ -62,9 +62,9 @@ fn points_with_normals_give_the_surface_that_they_are_of() {
         (Point3::origin(), nalgebra::Vector3::zeros()),
         (Point3::new(f32::NAN, 0.0, 0.0), nalgebra::Vector3::x()),
     ];
-    assert_eq!((put.put_points(nothing, BlockBox::ALL), put.blocks()), (0, put.blocks()));
+    assert_eq!((put.put_points(nothing, 0.0, BlockBox::ALL), put.blocks()), (0, put.blocks()));
     let mut small = Surface::new(SurfaceConfig { max_blocks: 3, ..config(0.03) }).unwrap();
-    assert!(small.put_points(with_normals(&before), BlockBox::ALL) > 0);
+    assert!(small.put_points(with_normals(&before), 0.0, BlockBox::ALL) > 0);
     assert_eq!(small.blocks(), 3);
 }
 

@@ -154,7 +154,8 @@ fn score(map: &StaticMap) -> Score {
 }
 
 fn empty() -> StaticMap {
-    StaticMap::new(ReconstructionConfig::default()).unwrap()
+    let pipeline = PipelineConfig::new(Method::RecHv, 0.08);
+    StaticMap::new(ReconstructionConfig { pipeline, ..ReconstructionConfig::default() }).unwrap()
 }
 
 #[test]
