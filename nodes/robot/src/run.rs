@@ -14,6 +14,7 @@ mod tf_frames;
 mod trajectory;
 
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
@@ -313,10 +314,17 @@ fn messages_on(info: &BagInfo, topic: &str) -> u64 {
     info.topics.iter().filter(|known| known.topic == topic).map(|known| known.message_count).sum()
 }
 
-/// Opens the report. Where there is no desktop, its path was printed.
+/// Opens the report with the desktop's program (xdg-utils). Where there is none, its path was printed.
 fn open_report(folder: &OutputFolder) {
-    if let Err(error) = opener::open(folder.path().join(output::REPORT)) {
-        console::note(format_args!("the report was not opened: {error}"));
+    let opened = Command::new("xdg-open")
+        .arg(folder.path().join(output::REPORT))
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .status();
+    match opened {
+        Ok(status) if status.success() => {}
+        Ok(status) => console::note(format_args!("the report was not opened: xdg-open {status}")),
+        Err(error) => console::note(format_args!("the report was not opened: xdg-open: {error}")),
     }
 }
 

@@ -2,10 +2,13 @@
 //! 2012, section IV.B).
 
 use geometry::Stamp;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion};
 use serde::Serialize;
 
 use super::statistics::Statistics;
+
+/// Quaternions whose sum is shorter have no mean: their turns go in all directions.
+const LEAST_SUM: f64 = 1e-9;
 
 /// What the absolute errors of a trajectory come to.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -14,6 +17,11 @@ pub struct AbsoluteScore {
     pub translation_m: Statistics,
     /// Of the rotations, by the angle of the turn between them; absent where the alignment leaves the turn open.
     pub rotation_deg: Option<Statistics>,
+    /// The turn from the reference's body frame to the estimate's that fits all poses best: two frames on one body, such as a camera and
+    /// the markers of a motion capture, differ by a constant turn, which is no error of the estimate.
+    pub rotation_offset_deg: Option<f64>,
+    /// Of the rotations, with that constant turn taken out.
+    pub rotation_without_offset_deg: Option<Statistics>,
 }
 
 /// A pair of poses in the frame of the reference, with its errors.
@@ -52,10 +60,34 @@ pub(super) fn score(pairs: &[MatchedPose], rotation_is_determined: bool) -> Opti
     let of = |error: fn(&MatchedPose) -> f64| {
         Statistics::of(&pairs.iter().map(error).collect::<Vec<f64>>())
     };
+    let translation_m = of(|pair| pair.translation_m)?;
+    let offset = mean_turn(pairs).filter(|_| rotation_is_determined);
+    let without_offset = offset.and_then(|offset| {
+        let left = |pair: &MatchedPose| offset.angle_to(&turn(pair)).to_degrees();
+        Statistics::of(&pairs.iter().map(left).collect::<Vec<f64>>())
+    });
     Some(AbsoluteScore {
-        translation_m: of(|pair| pair.translation_m)?,
+        translation_m,
         rotation_deg: of(|pair| pair.rotation_deg).filter(|_| rotation_is_determined),
+        rotation_offset_deg: offset.map(|offset| offset.angle().to_degrees()),
+        rotation_without_offset_deg: without_offset,
     })
+}
+
+/// The turn from the reference to the estimate, in the reference's body frame.
+fn turn(pair: &MatchedPose) -> UnitQuaternion<f64> {
+    pair.reference.rotation.inverse() * pair.estimate.rotation
+}
+
+/// The mean of the turns: of their quaternions, each with the sign that is nearer to the first; none of none.
+fn mean_turn(pairs: &[MatchedPose]) -> Option<UnitQuaternion<f64>> {
+    let first = turn(pairs.first()?).into_inner();
+    let nearer = |pair: &MatchedPose| {
+        let turn = turn(pair).into_inner();
+        if turn.dot(&first) < 0.0 { -turn } else { turn }
+    };
+    let sum = pairs.iter().map(nearer).fold(Quaternion::default(), |sum, turn| sum + turn);
+    UnitQuaternion::try_new(sum, LEAST_SUM)
 }
 
 #[cfg(test)]
@@ -77,5 +109,26 @@ mod tests {
         assert!(score(&[pair], true).unwrap().rotation_deg.is_some());
         assert!(score(&[pair], false).unwrap().rotation_deg.is_none());
         assert!(score(&[], true).is_none());
+    }
+
+    #[test]
+    fn a_constant_turn_of_the_body_frame_is_taken_out() {
+        let offset = pose([0.0; 3], [0.3, -0.4, 0.1]).rotation;
+        let pairs: Vec<MatchedPose> = (0..20)
+            .map(|index| {
+                let reference =
+                    pose([f64::from(index), 0.0, 0.0], [0.0, 0.1, 0.2 * f64::from(index)]);
+                let error_rad = if index % 2 == 0 { 0.01 } else { -0.01 };
+                let error = pose([0.0; 3], [error_rad, 0.0, 0.0]).rotation;
+                let mut estimate = reference;
+                estimate.rotation *= offset * error;
+                MatchedPose::new(None, f64::from(index), estimate, reference)
+            })
+            .collect();
+        let score = score(&pairs, true).unwrap();
+        assert!((score.rotation_offset_deg.unwrap() - offset.angle().to_degrees()).abs() < 1e-6);
+        let left = score.rotation_without_offset_deg.unwrap();
+        assert!((left.max - 0.01_f64.to_degrees()).abs() < 1e-6, "{left:?}");
+        assert!(score.rotation_deg.unwrap().rmse > 25.0);
     }
 }

@@ -120,6 +120,10 @@ fn error_table(score: &TrajectoryScore) -> PageTable {
         statistics_row("position (m)", Some(&score.absolute.translation_m)),
         statistics_row("rotation (deg)", score.absolute.rotation_deg.as_ref()),
     ];
+    if let Some(offset_deg) = score.absolute.rotation_offset_deg {
+        let name = format!("rotation (deg), constant offset of {offset_deg:.2} taken out");
+        rows.push(statistics_row(&name, score.absolute.rotation_without_offset_deg.as_ref()));
+    }
     for relative in &score.relative {
         let of = match relative.pairs {
             Pairs::All => "all",

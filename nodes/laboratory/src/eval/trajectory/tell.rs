@@ -27,6 +27,10 @@ pub(super) fn print(score: &TrajectoryScore, formats: [&str; 2]) -> Result<(), F
     )?;
     row("ATE position (m)", Some(&score.absolute.translation_m))?;
     row("ATE rotation (deg)", score.absolute.rotation_deg.as_ref())?;
+    if let Some(offset_deg) = score.absolute.rotation_offset_deg {
+        let name = format!("  without its constant {offset_deg:.2} (deg)");
+        row(&name, score.absolute.rotation_without_offset_deg.as_ref())?;
+    }
     for relative in &score.relative {
         let of = match relative.pairs {
             Pairs::All => "all",
