@@ -1,4 +1,4 @@
-//! Writes report pages of runs that are made up, for the tests of the page in a browser: `cargo run -p report --example pages -- DIR`.
+//! Writes report pages of runs that are made up into a folder, for the tests of the page in a browser (`page/test.sh`).
 //!
 //! `room.html` is of a small room that a person crosses, `hostile.html` the same with names that are markup, `large.html` has ten
 //! million points.

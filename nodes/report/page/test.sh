@@ -7,5 +7,7 @@ pages=$(cd "$1" && pwd)
 cd "$(dirname "$0")"
 
 [[ -d node_modules/playwright-core ]] || npm ci --ignore-scripts --no-audit --no-fund --silent
-cargo run --quiet --locked -p report --example pages -- "$pages"
+# With the tests' features, of which all packages are built already.
+cargo build --quiet --locked -p report -p stillmap-tests --example pages
+"${CARGO_TARGET_DIR:-../../../target}/debug/examples/pages" "$pages"
 PAGES=$pages node --test tests/page.test.mjs
