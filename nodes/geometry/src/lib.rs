@@ -93,7 +93,6 @@ pub use stamp::Stamp;
 pub use track::Track;
 pub use view::{DepthByDirection, MIN_SLOPE_DEPTH_M, View, slopes_from};
 pub use voxel::{
-    BuildVoxelHasher, RayCells, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
-    VoxelRay,
+    BuildVoxelHasher, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
 };
 pub use zone::{DynamicZone, ReturnSpan, ZoneSource};

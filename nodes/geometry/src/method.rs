@@ -15,7 +15,7 @@ pub enum Method {
     /// a map that keeps what was put into it.
     RecHv,
     /// Objects in observed free space are moving: several zones a cycle, on a platform that may move, objects grown from
-    /// them and tracked, and a map whose voxels go where rays pass them.
+    /// them and tracked, and a map of surfaces that is cleared by what is seen behind.
     #[default]
     FreeSpace,
 }
@@ -71,7 +71,7 @@ impl Parameter for Method {
         Choice {
             text: Self::FreeSpace.name(),
             doc: "What is in observed free space, on a platform that may move: several zones a cycle, objects that are tracked, \
-                  and a map whose voxels are cleared where rays pass them.",
+                  and a map of surfaces that is cleared by what is seen behind.",
         },
     ]);
 

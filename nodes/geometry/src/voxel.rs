@@ -3,7 +3,6 @@
 mod accumulator;
 mod hash;
 mod order;
-mod ray;
 #[cfg(test)]
 mod tests;
 
@@ -11,7 +10,6 @@ use nalgebra::Point3;
 
 pub use accumulator::VoxelAccumulator;
 pub use hash::{BuildVoxelHasher, VoxelHasher};
-pub use ray::{RayCells, VoxelRay};
 
 /// The cell of a point: its coordinates divided by the edge, rounded down.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]

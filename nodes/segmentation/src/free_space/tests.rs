@@ -7,7 +7,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use estimation::Random;
-use geometry::PipelineConfig;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use self::room::{

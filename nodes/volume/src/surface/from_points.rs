@@ -56,8 +56,7 @@ impl Surface {
     }
 
     fn reach_in_edges(&self, reach_m: f64) -> f64 {
-        // Of a NaN the least.
-        (reach_m / self.config.edge_m).max(LEAST_REACH_IN_EDGES).min(MOST_REACH_IN_EDGES)
+        (reach_m / self.config.edge_m).clamp(LEAST_REACH_IN_EDGES, MOST_REACH_IN_EDGES)
     }
 
     /// Returns for how many blocks there was no room.
