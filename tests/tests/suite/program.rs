@@ -51,6 +51,15 @@ impl Running {
         Self::spawn(Command::new(env!("CARGO_BIN_EXE_stillmap-under-test")).args(arguments))
     }
 
+    /// The same, without a cycle that is dropped for a newer one, however slow the machine is.
+    pub(crate) fn start_for_every_cycle<A: AsRef<OsStr>>(
+        arguments: impl IntoIterator<Item = A>,
+    ) -> Self {
+        let (variable, value) = node_shell::EVERY_CYCLE;
+        let mut program = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"));
+        Self::spawn(program.args(arguments).env(variable, value))
+    }
+
     /// The same on a DDS domain.
     pub(crate) fn start_on<A: AsRef<OsStr>>(
         domain_id: u16,

@@ -30,7 +30,7 @@ async fn the_suite_in_one_process_builds_the_local_runs_map_and_shows_it_outside
     let node = Node::start("outsider", &arguments).unwrap();
     let reduced = node.subscription::<ReducedCloud>("reduced_cloud", &Qos::reliable(200)).unwrap();
     let still = node.subscription::<PointCloud2>("static_cloud", &Qos::reliable(200)).unwrap();
-    let up = Running::start([
+    let up = Running::start_for_every_cycle([
         "up",
         "--ros-args",
         "-r",
