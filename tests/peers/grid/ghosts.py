@@ -1,6 +1,7 @@
 """Builds occupancy grids of the scans of a simulated bag, and of other bags' scans with the same poses, and tells in JSON how many
-of the occupied cells are ghosts: no static surface is near them. A plain log-odds grid (Moravec and Elfes, 1985), foreign to the
-suite: it reads the bags with `rosbags`, and knows poses and scans alone.
+of the occupied cells are ghosts: no static surface is near them. Two grids, foreign to the suite: `log_odds` of Moravec and Elfes
+(1985), and `share`, where a cell is occupied when a tenth of at least two beams through it end there, the rule of Karto and
+slam_toolbox. They read the bags with `rosbags`, and know poses and scans alone.
 
     ghosts.py TRUTH_BAG [NAME=BAG]...
 """
@@ -16,6 +17,8 @@ from rosbags.typesys import Stores, get_typestore
 CELL_M = 0.05
 # Log odds of a cell that a beam ends in, of one that it passes, and beyond which a cell is occupied.
 HIT, MISS, BOUND, OCCUPIED = 0.85, -0.4, 3.5, 0.62
+# The defaults of Karto: min_pass_through and occupancy_threshold.
+LEAST_BEAMS, LEAST_SHARE = 2, 0.1
 # A cell so near to one that static returns alone have made occupied is no ghost.
 NEAR_CELLS = 2
 SIDE = 640
@@ -49,8 +52,8 @@ class Poses:
 
 
 def grids_of(scans, poses, keep=None):
-    """The log odds after each tenth scan and after the last; `keep` says of the beams of each which are looked at."""
-    odds = np.zeros((SIDE, SIDE))
+    """The occupied cells of both grids after each tenth scan and after the last; `keep` says of the beams of each which are looked at."""
+    odds, hits, beams = (np.zeros((SIDE, SIDE)) for _ in range(3))
     for index, scan in enumerate(scans):
         x, y, heading = poses.at(stamp(scan.header))
         ranges = np.array(scan.ranges, dtype=float)
@@ -63,12 +66,17 @@ def grids_of(scans, poses, keep=None):
             along = np.arange(0, max(length - CELL_M, 0), 0.5 * CELL_M)
             place = cells(x + along * np.cos(angle), y + along * np.sin(angle))
             seen[place] = True
-            ended[cells(x + length * np.cos(angle), y + length * np.sin(angle))] = True
+            end = cells(x + length * np.cos(angle), y + length * np.sin(angle))
+            ended[end] = True
+            beams[place[0][::2], place[1][::2]] += 1
+            beams[end] += 1
+            hits[end] += 1
         odds[seen & ~ended] += MISS
         odds[ended] += HIT
         np.clip(odds, -BOUND, BOUND, out=odds)
         if index % 10 == 9 or index == len(scans) - 1:
-            yield odds.copy()
+            is_occupied = (beams >= LEAST_BEAMS) & (hits > LEAST_SHARE * beams)
+            yield {"log_odds": odds > OCCUPIED, "share": is_occupied}
 
 
 def cells(x, y):
@@ -88,30 +96,31 @@ def main(truth, others):
     raw, labels = list(read(truth, SCANNER)), list(read(truth, "/truth/scan_labels"))
     moving = [np.array(one.intensities) > 0 for one in labels]
     *_, static = grids_of(raw, poses, [~one for one in moving])
-    static = static > OCCUPIED
-    near = grown(static, NEAR_CELLS)
+    near = {grid: grown(cells, NEAR_CELLS) for grid, cells in static.items()}
     told = {}
     for name, path in [("raw", truth), *others]:
         scans = list(read(path, SCANNER))
-        moments = [one > OCCUPIED for one in grids_of(scans, poses)]
-        ghosts = [int((one & ~near).sum()) for one in moments]
-        occupied = moments[-1]
-        lost = static & ~grown(occupied, 1)
+        moments = list(grids_of(scans, poses))
+        about = told[name] = {"scans": len(scans)}
+        for grid, cells_ in static.items():
+            ghosts = [int((one[grid] & ~near[grid]).sum()) for one in moments]
+            all_cells = [int(one[grid].sum()) for one in moments]
+            about |= {
+                # At the end, and over the moments of the drive, with the share of all occupied cells.
+                f"{grid}/ghost_cells": ghosts[-1],
+                f"{grid}/ghost_cells_most": max(ghosts),
+                f"{grid}/ghost_cells_mean": sum(ghosts) / len(ghosts),
+                f"{grid}/ghost_share_mean": sum(ghosts) / sum(all_cells),
+                f"{grid}/occupied_cells": all_cells[-1],
+                f"{grid}/static_cells": int(cells_.sum()),
+                f"{grid}/static_cells_lost": int((cells_ & ~grown(moments[-1][grid], 1)).sum()),
+            }
         kept_bits = [np.array(a.ranges).view(np.uint32) == np.array(b.ranges).view(np.uint32) for a, b in zip(raw, scans)]
         returns = [np.isfinite(np.array(one.ranges)) for one in raw]
         of = lambda which: [(int((~kept & which(m) & back).sum()), int((which(m) & back).sum()))
                             for kept, m, back in zip(kept_bits, moving, returns)]
         moving_out, static_out = of(lambda m: m), of(lambda m: ~m)
-        told[name] = {
-            "scans": len(scans),
-            "occupied_cells": int(occupied.sum()),
-            # At the end, and over the moments of the drive, with the share of all occupied cells.
-            "ghost_cells": ghosts[-1],
-            "ghost_cells_most": max(ghosts),
-            "ghost_cells_mean": sum(ghosts) / len(ghosts),
-            "ghost_share_mean": sum(ghosts) / sum(int(one.sum()) for one in moments),
-            "static_cells": int(static.sum()),
-            "static_cells_lost": int(lost.sum()),
+        about |= {
             "moving_beams": sum(all_ for _, all_ in moving_out),
             "moving_beams_removed": sum(out for out, _ in moving_out),
             "static_beams": sum(all_ for _, all_ in static_out),

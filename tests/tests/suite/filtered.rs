@@ -112,8 +112,8 @@ fn a_filtered_recording_is_the_same_but_for_what_moves() {
         }
     }
     println!("{printed}\nbeams: {beams:?}\npixels: {pixels:?}");
-    assert!(beams.gone() > 0.85 && beams.kept() > 0.995, "{beams:?}");
-    assert!(pixels.gone() > 0.85 && pixels.kept() > 0.99, "{pixels:?}");
+    assert!(beams.gone() > 0.75 && beams.kept() > 0.999, "{beams:?}");
+    assert!(pixels.gone() > 0.95 && pixels.kept() > 0.99, "{pixels:?}");
     assert_eq!(printed["messages"], raw.len());
     assert_eq!(printed["scans"]["taken_out"], beams.moving_out + beams.still_out);
 }
@@ -162,11 +162,14 @@ fn a_mapper_of_others_sees_no_ghosts_of_a_crowd() {
     let told: Value = serde_json::from_slice(&output.stdout).unwrap();
     println!("{printed}\n{told}");
     let count = |bag: &str, name: &str| told[bag][name].as_f64().unwrap();
-    let ghosts = |bag: &str| count(bag, "ghost_cells_mean");
-    assert!(ghosts("raw") > 10.0, "{told}");
-    assert!(ghosts("filtered") < 0.25 * ghosts("raw"), "{told}");
-    let kept = count("filtered", "static_cells_lost") / count("filtered", "static_cells");
-    assert!(kept < 0.01, "{told}");
+    let ghosts = |bag: &str| count(bag, "share/ghost_cells_mean");
+    assert!(ghosts("raw") > 20.0, "{told}");
+    assert!(ghosts("filtered") < 0.4 * ghosts("raw"), "{told}");
+    assert!(count("filtered", "log_odds/ghost_cells") <= count("raw", "log_odds/ghost_cells"));
+    for grid in ["share", "log_odds"] {
+        let lost = count("filtered", &format!("{grid}/static_cells_lost"));
+        assert!(lost < 0.01 * count("filtered", &format!("{grid}/static_cells")), "{told}");
+    }
 }
 
 /// The recording of a person in a kitchen; where it is absent, the test says so and ends.

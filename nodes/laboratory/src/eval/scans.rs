@@ -2,6 +2,7 @@
 
 mod labels;
 
+use std::fmt::Write;
 use std::path::PathBuf;
 
 use bag_player::{Bag, BagMessage, Selection};
@@ -19,7 +20,7 @@ use serde::Serialize;
 use labels::Labels;
 use robot::console;
 use robot::run::parameters::{ParameterArgs, PipelineParameters};
-use robot::{Failure, Outcome};
+use robot::{Failure, Outcome, refuse_to_replace};
 
 /// The frame of the poses that are not in the bag.
 const ODOM_FRAME: &str = "odom";
@@ -46,6 +47,9 @@ pub struct ScansArgs {
     /// Where the platform's pose comes from
     #[arg(long, value_enum, default_value_t = Odometry::Still)]
     odometry: Odometry,
+    /// Write the poses to this file, in the format of the TUM benchmark, for `stillmap eval trajectory`
+    #[arg(long, value_name = "FILE")]
+    poses: Option<PathBuf>,
     /// The PoseStamped topic of `--odometry bag`
     #[arg(long, value_name = "TOPIC", default_value = "/pose")]
     pose: String,
@@ -85,6 +89,7 @@ struct Printed {
 }
 
 pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
+    refuse_to_replace(args.poses.clone(), false, "--poses")?;
     let parameters = PipelineParameters::load(&args.parameters)?;
     let mut watch = Watch::new(args, &parameters)?;
     let bag = Bag::open(&args.bag).map_err(failure)?;
@@ -99,7 +104,11 @@ pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
     }
     watch.step_all();
     let labels_of_no_scan = watch.labels.left();
-    let Watch { scans, unusable, .. } = watch;
+    let Watch { scans, unusable, trajectory, .. } = watch;
+    if let Some(path) = &args.poses {
+        std::fs::write(path, trajectory)
+            .map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
+    }
     if scans.is_empty() {
         return Err(Failure::new(format!("no scan on {} could be used", args.scan)));
     }
@@ -146,6 +155,8 @@ struct Watch<'a> {
     scans: Vec<LabelledScan>,
     unusable: usize,
     first: Option<Stamp>,
+    /// The poses, a line each.
+    trajectory: String,
 }
 
 impl<'a> Watch<'a> {
@@ -168,6 +179,7 @@ impl<'a> Watch<'a> {
             scans: Vec::new(),
             unusable: 0,
             first: None,
+            trajectory: String::new(),
         })
     }
 
@@ -221,6 +233,14 @@ impl<'a> Watch<'a> {
             self.unusable += 1;
             return;
         };
+        let ((secs, nanos), place) = (stamp.secs_nanos(), map_from_rig.translation.vector);
+        let turn = map_from_rig.rotation.coords;
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            self.trajectory,
+            "{secs}.{nanos:09} {} {} {} {} {} {} {}",
+            place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w
+        );
         let nothing = Cloud { stamp, frame_id: String::new(), points_m: Vec::new() };
         let input = CycleInput {
             scan,
