@@ -56,6 +56,11 @@ const RATE_BESIDE_AN_OBJECT: f64 = 0.25;
 /// bound that accepts them, recordings of people have more zones, and no more of the people's legs in them.
 const RATE_OF_TRAVELLING_OBJECT: f64 = 0.1;
 
+/// A walker's feet are no farther apart: half of a long stride.
+const STEP_M: f64 = 0.75;
+/// The width of a leg in trousers.
+const LEG_M: f64 = 0.2;
+
 /// Background so near to an object may be a part of it that was missed before: the width of a chair.
 const CLUTTER_M: f64 = 0.5;
 
@@ -233,6 +238,7 @@ impl MotionFinder {
         let objects = self.tracker.objects_mut();
         let zones = self.zone_maker.zones(&view, &measured, objects, known_m);
         beams.extend(beams_in_held_zones(scan, &classes, &zones));
+        beams.extend(beams_beside(scan, &classes, &beams));
         let hits = self.hits(scan, beams, *now_ms);
         let found = self.search(&classes, zones, &measured, known_m, within);
         MotionSearch { hits, pose_jump: *pose_jump, ..found }
@@ -380,6 +386,28 @@ impl MotionFinder {
         self.epoch = Some((first, now_ms));
         now_ms
     }
+}
+
+/// The beams that end beside a return that moves: in observed free space within a step, a foot that is too narrow to be an object
+/// by itself; and within a leg's width wherever background is not known.
+fn beams_beside(
+    scan: &DeskewedScan,
+    classes: &[Option<ReturnClass>],
+    moving: &[usize],
+) -> Vec<usize> {
+    let place_m = |beam: usize| scan.beams[beam].hit.map(|hit| hit.in_map_m);
+    let moving_m: Vec<_> = moving.iter().filter_map(|beam| place_m(*beam)).collect();
+    let is_beside = |beam: &usize| {
+        let within_m = match classes[*beam] {
+            Some(ReturnClass::InFreeSpace { .. }) => STEP_M,
+            Some(ReturnClass::Unknown | ReturnClass::Ambiguous) => LEG_M,
+            Some(ReturnClass::Background) | None => return false,
+        };
+        place_m(*beam).is_some_and(|own_m| {
+            moving_m.iter().any(|other_m| (own_m - other_m).norm() <= within_m)
+        })
+    };
+    (0..classes.len()).filter(is_beside).collect()
 }
 
 /// The beams that end where a zone is held, and not at background: the object was not found in this scan, and is there.
