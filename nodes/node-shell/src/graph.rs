@@ -29,6 +29,7 @@ use crate::graph::siblings::Siblings;
 use crate::settings::names::{dds_request_topic_name, dds_response_topic_name};
 use broken::Broken;
 pub(crate) use broken::{Prefix, Renew};
+pub(crate) use clients::Client;
 use clients::Clients;
 use names::NodeNames;
 pub(crate) use names::announced as announced_names;
@@ -264,11 +265,11 @@ impl Graph {
         }
     }
 
-    /// Waits until a participant that asks the service `name` can hear the response; returns its readers of responses.
-    pub(crate) async fn wait_for_client(&self, name: &str, participant: Prefix) -> BTreeSet<GUID> {
+    /// Waits until a client that asks the service `name` can hear the response; returns its participant's readers of responses.
+    pub(crate) async fn wait_for_client(&self, name: &str, client: Client) -> BTreeSet<GUID> {
         let mut changes = self.changes();
         loop {
-            if let Some(readers) = self.readers_of_client(name, participant) {
+            if let Some(readers) = self.readers_of_client(name, client) {
                 return readers;
             }
             // The exchange holds the sender, so the channel cannot close under the wait.
@@ -276,14 +277,10 @@ impl Graph {
         }
     }
 
-    /// The readers by which a participant that asks the service `name` hears the response; `None` while it does not.
-    pub(crate) fn readers_of_client(
-        &self,
-        name: &str,
-        participant: Prefix,
-    ) -> Option<BTreeSet<GUID>> {
+    /// The readers by which the participant of a client that asks the service `name` hears the response; `None` while it does not.
+    pub(crate) fn readers_of_client(&self, name: &str, client: Client) -> Option<BTreeSet<GUID>> {
         let topics = (dds_request_topic_name(name), dds_response_topic_name(name));
-        self.lock_clients().readers_of((&topics.0, &topics.1), participant)
+        self.lock_clients().readers_of((&topics.0, &topics.1), client)
     }
 
     /// Leaves those that are readers of clients.

@@ -4,10 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustdds::GUID;
 
-use super::Prefix;
-
 /// How many writers of responses a service has: each must have found a client's reader.
 const RESPONSE_WRITERS: usize = 2;
+
+/// What a request says of its client.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Client {
+    /// One of its ends.
+    pub(crate) guid: GUID,
+    /// Whether that is its writer of requests for certain.
+    pub(crate) is_writer: bool,
+}
 
 /// The ends of clients that the node's services have found. A client has two of them, in one participant: a writer of requests, and
 /// a reader of responses.
@@ -42,14 +49,18 @@ impl Clients {
         self.writers.retain(|writer, _| !is_lost(writer));
     }
 
-    /// The readers of a participant that a response would reach, by the topics of the service. `None` while one of its clients has
-    /// none: nothing in a request says which reader belongs to it, so each writer of requests is given one.
+    /// The readers of a client's participant that a response would reach, by the topics of the service. `None` while the writer
+    /// that the client asked by is not found, where the request names it, or while one of the clients has no reader: nothing in a
+    /// request says which reader belongs to it, so each writer of requests is given one.
     pub(super) fn readers_of(
         &self,
         (requests, responses): (&str, &str),
-        participant: Prefix,
+        client: Client,
     ) -> Option<BTreeSet<GUID>> {
-        let is_of_it = |guid: &GUID| *guid.prefix.as_ref() == participant;
+        if client.is_writer && !self.writers.contains_key(&client.guid) {
+            return None;
+        }
+        let is_of_it = |guid: &GUID| guid.prefix == client.guid.prefix;
         let asking = self
             .writers
             .iter()
@@ -80,8 +91,14 @@ mod tests {
         GUID::from_bytes(bytes)
     }
 
+    /// How many readers the client has that asks by this end of this participant.
+    fn readers_by(clients: &Clients, participant: u8, entity: u8) -> Option<usize> {
+        let client = Client { guid: guid(participant, entity), is_writer: true };
+        clients.readers_of(TOPICS, client).map(|readers| readers.len())
+    }
+
     fn readers(clients: &Clients, participant: u8) -> Option<usize> {
-        clients.readers_of(TOPICS, [participant; 12]).map(|readers| readers.len())
+        readers_by(clients, participant, 1)
     }
 
     #[test]
@@ -111,6 +128,10 @@ mod tests {
         found(&mut clients, 2);
         clients.writer_found("rq/otherRequest", guid(5, 3));
         assert_eq!(readers(&clients, 5), Some(1), "it is a client of another service");
+        let by_its_reader = Client { guid: guid(5, 2), is_writer: false };
+        assert_eq!(clients.readers_of(TOPICS, by_its_reader).map(|readers| readers.len()), Some(1));
+        // Its request was here before its writer was found; the response once went out to the first client's reader alone.
+        assert_eq!(readers_by(&clients, 5, 4), None);
         clients.writer_found(TOPICS.0, guid(5, 4));
         assert_eq!(readers(&clients, 5), None);
         found(&mut clients, 6);

@@ -75,6 +75,7 @@ impl Graph {
                     && data.topic_name().starts_with(REQUESTS)
                 {
                     self.lock_clients().writer_found(data.topic_name(), *remote_writer);
+                    self.exchange.notify();
                     return;
                 }
                 let peer_type = data.map(|data| data.type_name);

@@ -13,7 +13,7 @@ use ros2_client::dds::Server;
 use rustdds::GUID;
 
 use super::wire::{self, Body};
-use crate::graph::{Graph, Prefix};
+use crate::graph::{Client, Graph};
 use crate::process::throttle::Throttle;
 use crate::wire::error::PublishError;
 
@@ -59,10 +59,10 @@ pub(super) struct Outgoing {
 }
 
 impl Outgoing {
-    fn participant(&self) -> Prefix {
-        let mut prefix = Prefix::default();
-        prefix.copy_from_slice(&self.client.writer_gid.to_bytes16()[..12]);
-        prefix
+    /// The client. Others than Cyclone DDS may name their reader.
+    fn asked_by(&self) -> Client {
+        let guid = GUID::from_bytes(self.client.writer_gid.to_bytes16());
+        Client { guid, is_writer: self.has_header }
     }
 }
 
@@ -95,7 +95,7 @@ impl Ends {
                 largest: self.largest_whole,
             });
         }
-        let readers = self.graph.readers_of_client(&self.name, outgoing.participant());
+        let readers = self.graph.readers_of_client(&self.name, outgoing.asked_by());
         if let Some(readers) = &readers
             && !(outgoing.has_header && self.has_new(readers))
         {
@@ -147,9 +147,9 @@ impl Ends {
     fn log_loss(&self, outgoing: &Outgoing, reason: &str) {
         if let Some(held_back) = self.failed.pass() {
             tracing::warn!(
-                "{}: a response to {:02x?} is dropped: {reason} ({held_back} more since the last warning)",
+                "{}: a response to {:?} is dropped: {reason} ({held_back} more since the last warning)",
                 self.name,
-                outgoing.participant()
+                outgoing.asked_by().guid
             );
         }
     }
@@ -162,7 +162,7 @@ async fn hold(ends: Weak<Ends>, _held: Arc<()>, outgoing: Outgoing) {
         return;
     };
     let (graph, name) = graph;
-    let found = graph.wait_for_client(&name, outgoing.participant());
+    let found = graph.wait_for_client(&name, outgoing.asked_by());
     let found = tokio::time::timeout(LONGEST_HOLD, found).await;
     let Some(service) = ends.upgrade() else { return };
     let Ok(readers) = found else {
