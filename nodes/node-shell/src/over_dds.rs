@@ -342,7 +342,15 @@ async fn endpoints_created_again_after_a_broken_link_exchange_messages_again() {
             elapsed: rustdds::Duration::from_secs(51),
         };
         let is_named = |one: &DiscoveredEndpoint| one.node == Some(listener.full_name());
-        let prefix = talker.survey().into_iter().find(is_named).unwrap().participant.0;
+        let prefix = soon("the listener's name", async {
+            loop {
+                if let Some(found) = talker.survey().into_iter().find(is_named) {
+                    return found.participant.0;
+                }
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        })
+        .await;
         talker.graph().participant_lost(prefix, &silence);
         assert_eq!((map.subscriber_count(), scans.subscriber_count()), (0, 0));
         talker.graph().participant_heard(prefix);
