@@ -160,17 +160,20 @@ fn kept_out_sentence(summary: &Summary) -> Option<String> {
         .filter(|cause| *cause != KeptOutCause::Moved && map.kept_out.of(*cause) > 0)
         .map(|cause| format!("{} ({})", cause.name(), grouped(map.kept_out.of(cause))))
         .collect::<Vec<_>>();
+    let other = other.join(", ");
     let moved = map.kept_out.moved;
-    let rest = if other.is_empty() {
-        String::new()
-    } else {
-        format!("; the others did not move: {}", other.join(", "))
+    let why = match (moved, other.is_empty()) {
+        (0, _) => format!("; nothing moved there: {other}"),
+        (_, true) => format!(": something moved in {} of them", grouped(moved)),
+        (_, false) => format!(
+            ": something moved in {} of them; the others did not move: {other}",
+            grouped(moved)
+        ),
     };
     Some(format!(
-        "{} of the map without removal {} no point of the map: something moved in {} of them{rest}.",
+        "{} of the map without removal {} no point of the map{why}.",
         counted(map.voxels_kept_out, "voxel", "voxels"),
         if map.voxels_kept_out == 1 { "holds" } else { "hold" },
-        grouped(moved),
     ))
 }
 
@@ -182,6 +185,29 @@ fn capitalised(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A static recording read "No moving object was found", and then that removal kept 2,815 voxels out of the map.
+    #[test]
+    fn what_is_not_in_a_static_map_is_not_said_to_have_moved() {
+        let mut summary = Summary::of_run(
+            &crate::run_record::tests::run(vec![crate::run_record::tests::cycle(0)]),
+            None,
+            false,
+        )
+        .unwrap();
+        summary.map.voxels_kept_out = 2815;
+        summary.map.kept_out.seen_once = 15;
+        summary.map.kept_out.beside_surface = 2800;
+        assert_eq!(
+            headline(&summary)[2],
+            "2,815 voxels of the map without removal hold no point of the map; nothing moved there: \
+             beside a surface of the map (2,800), seen in one cycle only (15)."
+        );
+        summary.map.kept_out.moved = 2815;
+        summary.map.kept_out.seen_once = 0;
+        summary.map.kept_out.beside_surface = 0;
+        assert!(headline(&summary)[2].ends_with(": something moved in 2,815 of them."));
+    }
 
     #[test]
     fn thousands_are_grouped() {

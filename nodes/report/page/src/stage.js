@@ -6,7 +6,7 @@ import { Picture } from "./picture.js";
 import { Walk } from "./walk.js";
 
 /** How much of the smallest sphere around the map fits into the view: a map fills less of it. */
-const SPHERE_SHARE = 0.88;
+const SPHERE_SHARE = 0.8;
 /** The whole map is looked at with this slope: 33 degrees downwards. */
 const HOME_SLOPE = 0.65;
 /** A standing person's eyes above the floor. */
