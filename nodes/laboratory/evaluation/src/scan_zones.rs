@@ -226,7 +226,7 @@ mod tests {
             returns: vec![
                 // The leg, of which one return is left in each second scan.
                 back(0, 2.0, 0.1 * index as f64, true),
-                back(1, 2.05, 0.1 * index as f64, index % 2 == 0),
+                back(1, 2.05, 0.1 * index as f64, index.is_multiple_of(2)),
                 // The other leg, and the wall, before which he is once.
                 back(2, 2.0, 0.1 * index as f64 + 0.3, true),
                 back(3, if index == 7 { 2.0 } else { 4.0 }, 0.0, index == 3 || index == 7),
