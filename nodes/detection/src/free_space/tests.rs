@@ -2,6 +2,7 @@
 
 mod any_input;
 mod corrected_map;
+mod moving_beams;
 mod moving_platform;
 mod objects;
 mod static_platform;
