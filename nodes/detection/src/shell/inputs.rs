@@ -88,7 +88,7 @@ pub(super) struct Inputs {
 }
 
 enum PoseSubscription {
-    Poses(Subscription<PoseStamped>),
+    Poses(Box<Subscription<PoseStamped>>),
     WithCovariance(Box<Subscription<PoseWithCovarianceStamped>>),
     Odometry(Box<Subscription<Odometry>>),
     /// Transforms are received elsewhere.
@@ -223,7 +223,7 @@ impl PoseSubscription {
     fn subscribe(node: &Node, source: PoseInput) -> Result<Self, ShellError> {
         let qos = Qos::sensor(POSES_KEPT);
         Ok(match source {
-            PoseInput::Pose => Self::Poses(node.subscription("pose", &qos)?),
+            PoseInput::Pose => Self::Poses(Box::new(node.subscription("pose", &qos)?)),
             PoseInput::PoseWithCovariance => {
                 Self::WithCovariance(Box::new(node.subscription("pose_with_covariance", &qos)?))
             }

@@ -22,7 +22,7 @@ pub(super) enum UnusablePoseMessage {
         /// The rig's frame.
         rig: String,
         /// Why it cannot be carried over.
-        source: TransformError,
+        source: Box<TransformError>,
     },
 }
 
@@ -47,7 +47,7 @@ pub(super) fn pose_of_message(
         let child = &odometry.child_frame_id;
         let child_from_rig = tree.lookup_latest(child, rig).map_err(|source| {
             let (child, rig) = (child.clone(), rig.to_owned());
-            UnusablePoseMessage::OtherFrame { child, rig, source }
+            UnusablePoseMessage::OtherFrame { child, rig, source: Box::new(source) }
         })?;
         pose.map_from_rig *= child_from_rig;
     }
@@ -142,7 +142,7 @@ mod tests {
         let message = convert::message_from_pose(&stamped(pose(1.0, 0.5)));
         let mut with_covariance =
             PoseWithCovarianceStamped { header: message.header.clone(), ..Default::default() };
-        with_covariance.pose.pose = message.pose.clone();
+        with_covariance.pose.pose = message.pose;
         for message in [
             PoseMessage::Pose(Arc::new(message)),
             PoseMessage::WithCovariance(Arc::new(with_covariance)),

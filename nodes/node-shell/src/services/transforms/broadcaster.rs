@@ -76,9 +76,9 @@ mod tests {
             listener.take(&arrival);
         }
         let halfway = Stamp::from_secs_nanos(0, 500_000_000);
-        let map_from_base = listener.lookup("map", "base_link", halfway).unwrap();
+        let map_from_base = listener.tree().lookup("map", "base_link", halfway).unwrap();
         let place = map_from_base.translation.vector;
         assert!((place - Vector3::new(0.0, 0.5, 0.0)).norm() < 1e-12, "{place}");
-        assert!(listener.lookup("map", "base_link", at(2)).is_err(), "it is not carried on");
+        assert!(listener.tree().lookup("map", "base_link", at(2)).is_err(), "it is not carried on");
     }
 }
