@@ -61,7 +61,7 @@ fn a_bag_without_one_of_the_topics() {
         topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
         topics.messages("/points", ten_stamps().map(|stamp| (stamp, wall(stamp, 100))));
     });
-    refused(&without_pose, &["no topic of type geometry_msgs/msg/PoseStamped", "--pose"]);
+    refused(&without_pose, &["the bag has no pose", "geometry_msgs/msg/PoseStamped", "--pose"]);
 
     let without_cloud = bag_of(folder.path(), "cloud.mcap", |topics| {
         topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));

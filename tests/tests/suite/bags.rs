@@ -129,10 +129,13 @@ pub(crate) fn pose(stamp: Stamp) -> PoseStamped {
     })
 }
 
-/// A cloud of `points` points on a wall two metres ahead, in the camera's optical frame.
+/// A cloud of `points` points, in rows, on a wall two metres ahead, in the camera's optical frame.
 pub(crate) fn wall(stamp: Stamp, points: u16) -> PointCloud2 {
+    const COLUMNS: u16 = 20;
+    const STEP_M: f32 = 0.02;
     let points_m = (0..points)
-        .map(|index| nalgebra::Point3::new(f32::from(index) * 0.01 - 0.5, 0.0, 2.0))
+        .map(|index| [index % COLUMNS, index / COLUMNS].map(|place| f32::from(place) * STEP_M))
+        .map(|[x_m, y_m]| Point3::new(x_m - 0.2, y_m, 2.0))
         .collect();
     let mut cloud = convert::message_from_cloud(&geometry::Cloud {
         stamp,

@@ -303,7 +303,7 @@ async fn a_scan_of_a_recording_waits_for_as_long_as_its_player_is_there() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn faults_of_an_input_are_reported() {
-    let bench = Bench::start("wrong", 0.4).await;
+    let bench = Bench::start_live("wrong", 0.4).await;
     // A scan without beams is dropped at once.
     bench.scans.publish(LaserScan { ranges: Vec::new(), ..scan(at(500)) }).unwrap();
     let report = bench.report().await;

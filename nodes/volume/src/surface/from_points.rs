@@ -142,8 +142,11 @@ struct Plane {
 
 impl Plane {
     fn of(point: &Point3<f32>, normal: Vector3<f32>, reach: f64, edge_m: f64) -> Self {
+        // No wider than a box around the point: an oblique plane would reach farther, beyond the border of what was there.
+        let most = reach.max(THICKNESS_IN_EDGES);
         let half = normal.cast::<f64>().map(|along| {
-            reach * (1.0 - along * along).max(0.0).sqrt() + THICKNESS_IN_EDGES * along.abs()
+            let aside = reach * (1.0 - along * along).max(0.0).sqrt();
+            (aside + THICKNESS_IN_EDGES * along.abs()).min(most)
         });
         let point = point.coords.cast::<f64>() / edge_m;
         Self { point, normal, reach: reach as f32, nodes: NodeBox::around(&point, &half) }

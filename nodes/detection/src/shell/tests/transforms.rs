@@ -102,7 +102,8 @@ async fn a_scan_waits_for_its_transform() {
 async fn the_mount_of_tf_is_used_as_soon_as_it_is_received() {
     // A scan without a transform waits for twice this time.
     let parameters = by_tf(0.1);
-    let bench = Bench::start_by("tf", parameters).await;
+    let own = node_with("detection", "tf", LIVE);
+    let bench = Bench::start_node(own, "tf", parameters).await;
     let diagnostics =
         bench.peer.subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(50)).unwrap();
     bench.camera_infos.publish(camera_info(4)).unwrap();

@@ -139,7 +139,7 @@ fn all_findings_of_a_healthy_bag_are_ok() {
 #[test]
 fn a_bag_without_poses_names_what_is_missing() {
     let bag = Recording { poses: Vec::new(), ..Recording::healthy() };
-    let parts = ["no topic of type geometry_msgs/msg/PoseStamped", "--pose"];
+    let parts = ["the bag has no pose", "geometry_msgs/msg/PoseStamped", "--pose"];
     only_fault(&bag.findings(), Severity::Error, &parts);
 }
 

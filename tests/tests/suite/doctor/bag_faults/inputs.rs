@@ -2,7 +2,7 @@
 
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
-use msgs::nav_msgs::Odometry;
+use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::{Image, LaserScan};
 
 use super::{DEPTH, POSE, SCAN};
@@ -22,10 +22,9 @@ pub(super) const FAULTS: &[Fault] = &[
         "poses of another type",
         Base::Room,
         |bag| {
-            bag.retype(POSE, |pose: PoseStamped| {
-                let mut odometry = Odometry { header: pose.header, ..Odometry::default() };
-                odometry.pose.pose = pose.pose;
-                odometry
+            bag.retype(POSE, |pose: PoseStamped| Path {
+                header: pose.header.clone(),
+                poses: vec![pose],
             });
         },
         ["error", "inputs"],
