@@ -15,7 +15,7 @@ use nalgebra::Isometry3;
 
 use crate::tiles::TileError;
 
-/// What moves by no more than this share of the voxel's edge stays: 2 cm of 8 cm, about what a voxel's mean tells of its
+/// What moves by no more than this share of the voxel's edge stays: 2 cm of 8 cm, about what a voxel's mean says of its
 /// surface. Each move costs the map some of its voxels, where two come to one place.
 const STAYS_IN_EDGES: f64 = 0.25;
 

@@ -23,7 +23,7 @@ const LONGEST_CARRY_S: f64 = 1.0;
 /// More than the fastest scanner makes in that time.
 const VERDICTS_KEPT: usize = 64;
 
-/// Tells of the scans, images and clouds of a rig which beams, pixels and points move.
+/// Finds which beams, pixels and points of the scans, images and clouds of a rig move.
 #[derive(Clone, Debug)]
 pub struct MotionFilter {
     grid: VoxelGrid,
