@@ -33,12 +33,38 @@ fn parse_line(line: &str) -> Option<UdpSocketEntry> {
     })
 }
 
-/// The kernel's list of the UDP sockets of the network that this thread is on.
+/// The UDP sockets of the network that this thread is on, each once, as the kernel lists them.
 ///
 /// # Errors
 /// Where the kernel has no such list.
 pub(super) fn list() -> std::io::Result<Vec<UdpSocketEntry>> {
-    Ok(parse_list(&std::fs::read_to_string("/proc/thread-self/net/udp")?))
+    whole_list(|| Ok(parse_list(&std::fs::read_to_string("/proc/thread-self/net/udp")?)))
+}
+
+/// How often the list is read at most, where sockets come and go all the time.
+const MOST_READINGS: usize = 10;
+
+/// Joins readings of the kernel's list until one names the same sockets as the one before. The list is read in
+/// parts that the kernel counts off from its start: a socket that comes or goes meanwhile makes it name another
+/// twice, or leave one out.
+fn whole_list(
+    mut reading: impl FnMut() -> std::io::Result<Vec<UdpSocketEntry>>,
+) -> std::io::Result<Vec<UdpSocketEntry>> {
+    let by_inode = |entries: Vec<UdpSocketEntry>| -> BTreeMap<u64, UdpSocketEntry> {
+        entries.into_iter().map(|entry| (entry.inode, entry)).collect()
+    };
+    let mut last = by_inode(reading()?);
+    let mut joined = last.clone();
+    for _ in 1..MOST_READINGS {
+        let next = by_inode(reading()?);
+        let is_settled = next.keys().eq(last.keys());
+        joined.extend(&next);
+        last = next;
+        if is_settled {
+            break;
+        }
+    }
+    Ok(joined.into_values().collect())
 }
 
 /// The sockets of this process, by inode, with their numbers.

@@ -32,6 +32,33 @@ proptest! {
     }
 }
 
+/// The socket of this inode, with so many drops.
+fn entry(inode: u64, dropped: u64) -> UdpSocketEntry {
+    UdpSocketEntry { port: 7411, inode, waiting_bytes: 0, dropped }
+}
+
+#[test]
+fn sockets_that_come_and_go_make_no_other_listed_twice_or_left_out() {
+    let readings = [
+        vec![entry(1, 0), entry(2, 3), entry(2, 3)],
+        vec![entry(2, 3), entry(3, 0)],
+        vec![entry(1, 4), entry(2, 5), entry(3, 0)],
+        vec![entry(1, 4), entry(2, 5), entry(3, 0)],
+    ];
+    let mut left = readings.clone().into_iter();
+    let list = whole_list(|| Ok(left.next().unwrap())).unwrap();
+    assert_eq!(list, [entry(1, 4), entry(2, 5), entry(3, 0)]);
+    assert_eq!(left.len(), 0);
+
+    let mut count = 0;
+    let list = whole_list(|| {
+        count += 1;
+        Ok(vec![entry(count, 0)])
+    });
+    assert_eq!(list.unwrap().len(), MOST_READINGS, "a list that never settles ends");
+    assert!(whole_list(|| Err(std::io::ErrorKind::NotFound.into())).is_err());
+}
+
 #[test]
 fn the_kernel_grants_no_more_than_was_asked() {
     let granted = read_back(64 << 10).unwrap();
