@@ -62,15 +62,20 @@ def grids_of(scans, poses, keep=None):
         if keep is not None:
             real &= keep[index]
         seen, ended = np.zeros((SIDE, SIDE), bool), np.zeros((SIDE, SIDE), bool)
-        for length, angle in zip(ranges[real], angles[real]):
-            along = np.arange(0, max(length - CELL_M, 0), 0.5 * CELL_M)
-            place = cells(x + along * np.cos(angle), y + along * np.sin(angle))
-            seen[place] = True
-            end = cells(x + length * np.cos(angle), y + length * np.sin(angle))
-            ended[end] = True
-            beams[place[0][::2], place[1][::2]] += 1
-            beams[end] += 1
-            hits[end] += 1
+        lengths, angles = ranges[real], angles[real]
+        # Half a cell apart along all beams at once, a row a beam, as far as the cell before its end.
+        along = np.arange(0, lengths.max(initial=0), 0.5 * CELL_M)
+        is_before = along[None, :] < (lengths - CELL_M)[:, None]
+        row, column = cells(x + np.outer(np.cos(angles), along), y + np.outer(np.sin(angles), along))
+        seen[row[is_before], column[is_before]] = True
+        ends = cells(x + lengths * np.cos(angles), y + lengths * np.sin(angles))
+        ended[ends] = True
+        # Each cell that a beam passes once.
+        passed = is_before.copy()
+        passed[:, 1:] &= (row[:, 1:] != row[:, :-1]) | (column[:, 1:] != column[:, :-1])
+        for of in (beams, hits):
+            np.add.at(of, ends, 1)
+        np.add.at(beams, (row[passed], column[passed]), 1)
         odds[seen & ~ended] += MISS
         odds[ended] += HIT
         np.clip(odds, -BOUND, BOUND, out=odds)
