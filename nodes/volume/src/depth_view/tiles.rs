@@ -226,13 +226,17 @@ fn grow(
     let line = |row: usize| finer.get(row * columns..(row + 1) * columns).unwrap_or_default();
     for (row, made) in coarser.chunks_exact_mut(columns.max(1)).enumerate() {
         let (upper, lower) = (line(row), line((row + reach).min(rows - 1)));
-        let here = upper.iter().zip(lower);
-        let right = here.clone().skip(reach);
+        let (Some(upper_last), Some(lower_last)) = (upper.last(), lower.last()) else { return };
         // Beyond the last column there is only the last one itself.
-        let right =
-            right.chain(std::iter::repeat_n((&upper[columns - 1], &lower[columns - 1]), reach));
-        for ((made, here), right) in made.iter_mut().zip(here).zip(right) {
-            *made = choose(choose(*here.0, *right.0), choose(*here.1, *right.1));
+        let (inner, outer) = made.split_at_mut(columns.saturating_sub(reach));
+        let right = upper.iter().skip(reach).zip(lower.iter().skip(reach));
+        for (((made, upper), lower), right) in inner.iter_mut().zip(upper).zip(lower).zip(right) {
+            *made = choose(choose(*upper, *right.0), choose(*lower, *right.1));
+        }
+        let last = choose(*upper_last, *lower_last);
+        let left = upper.iter().zip(lower).skip(columns.saturating_sub(reach));
+        for (made, (upper, lower)) in outer.iter_mut().zip(left) {
+            *made = choose(choose(*upper, *lower), last);
         }
     }
 }
