@@ -48,6 +48,17 @@ pub(crate) struct Trial {
     pub(crate) correlation: Option<Correlation>,
 }
 
+impl Trial {
+    /// What the method measures of a scene in which nothing moves: the map without removal where it is of the same kind as
+    /// the map (means of voxels), and otherwise the map.
+    pub(crate) fn undisturbed_map(&self) -> &[Point3<f32>] {
+        match self.method {
+            Method::RecHv => &self.record.unfiltered_map,
+            Method::FreeSpace => &self.record.static_map,
+        }
+    }
+}
+
 /// What is true of a cycle, and what was said of it.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct TrialCycle {

@@ -42,11 +42,13 @@ pub(crate) struct MapFigures {
     pub(crate) points_without_removal: usize,
     /// With the true surface of the empty scene.
     pub(crate) correlation: Option<Correlation>,
-    /// With a map of the empty scene, as far as the run has one to compare with.
+    /// With the map that the same method measures of the empty scene, as far as the run has one to compare with.
     pub(crate) correlation_with_measured: Option<Correlation>,
-    /// The same of all that was seen, with nothing removed: in a scene in which nothing moves, two measurements of
-    /// one thing, and so the most that any map can be expected to reach.
-    pub(crate) unfiltered_correlation_with_measured: Option<Correlation>,
+    /// Of that map, the points that have none of this one within an edge of the voxels of the question what moves, as a share.
+    pub(crate) lost_of_measured: Option<f64>,
+    /// The correlation of what the method measures where nothing moves: then of two measurements of one thing, and so the
+    /// most that any map can be expected to reach.
+    pub(crate) undisturbed_correlation_with_measured: Option<Correlation>,
     /// From the true surface, as `stillmap run` has it.
     pub(crate) surface: Option<CloudDistance>,
 }
@@ -60,9 +62,6 @@ pub(crate) struct LabelFigures {
     pub(crate) precision_with_borders: Option<f64>,
     /// Static points that were removed, of all that were seen.
     pub(crate) static_points_removed: Option<f64>,
-    /// The static scene's voxels of the map without removal that the final map lacks, as a share: all that were touched
-    /// at all.
-    pub(crate) static_map_lost: Option<f64>,
     /// Voxels of the final map that only objects ever touched.
     pub(crate) ghost_voxels: usize,
 }

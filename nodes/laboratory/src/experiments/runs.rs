@@ -78,9 +78,10 @@ impl Run {
         let beams = if has_objects { beams_on_objects(scenario)? } else { BTreeMap::new() };
         let trials = run_trial(scenario, &options, interrupt)
             .map_err(|failure| failure.within(format_args!("scenario {}", scenario.name)))?;
-        let reference_m = reference.map(Vec::as_slice);
-        let figures =
-            |trial| RunFigures::of(trial, scenario, &beams, reference_m, self.keeps_clouds);
+        let figures = |trial: Trial| {
+            let reference_m = reference.and_then(|maps| maps.get(&trial.method)).map(Vec::as_slice);
+            RunFigures::of(trial, scenario, &beams, reference_m, self.keeps_clouds)
+        };
         Ok(trials.map(|trials| trials.into_iter().map(figures).collect()))
     }
 }
@@ -89,8 +90,11 @@ fn key_of(scenario: &Scenario) -> Key {
     (scenario.name.clone(), scenario.seed)
 }
 
+/// What each method measures of a scene in which nothing moves.
+type MeasuredMaps = BTreeMap<Method, Vec<Point3<f32>>>;
+
 /// The maps that others are compared with.
-type References = BTreeMap<Key, Vec<Point3<f32>>>;
+type References = BTreeMap<Key, MeasuredMaps>;
 
 /// Each scenario that runs are compared with, once.
 fn references_of(runs: &[Run]) -> Vec<&Scenario> {
@@ -100,23 +104,22 @@ fn references_of(runs: &[Run]) -> Vec<&Scenario> {
     by_key.into_values().collect()
 }
 
-/// All clouds of a scenario in one map, as the thesis measures its reference; `None` where it was interrupted.
-fn measured_map(
+/// The maps of a scenario in which nothing moves, of `rec_hv` as the thesis measures its reference: all clouds in one map;
+/// `None` where it was interrupted.
+fn measured_maps(
     scenario: &Scenario,
     interrupt: &Interrupt,
-) -> Result<Option<Vec<Point3<f32>>>, Failure> {
+) -> Result<Option<MeasuredMaps>, Failure> {
     let options = TrialOptions {
-        methods: vec![Method::RecHv],
+        methods: METHODS.to_vec(),
         correlate_each_cycle: false,
         score_labels: false,
         voxel_edge_m: None,
     };
     let trials = run_trial(scenario, &options, interrupt)
         .map_err(|failure| failure.within(format_args!("scenario {}", scenario.name)))?;
-    let map = |trials: Vec<Trial>| {
-        trials.into_iter().flat_map(|trial| trial.record.unfiltered_map).collect()
-    };
-    Ok(trials.map(map))
+    let map = |trial: &Trial| (trial.method, trial.undisturbed_map().to_vec());
+    Ok(trials.map(|trials| trials.iter().map(map).collect()))
 }
 
 /// What came of the runs.
@@ -136,7 +139,7 @@ impl Runs {
     ) -> Result<Self, Failure> {
         let mut runs = merged(runs);
         let scenarios = references_of(&runs);
-        let map = |scenario: &&Scenario| measured_map(scenario, interrupt);
+        let map = |scenario: &&Scenario| measured_maps(scenario, interrupt);
         let maps = in_order(&scenarios, threads, map, &mut done)?;
         let keys = scenarios.into_iter().map(key_of);
         let references: References =

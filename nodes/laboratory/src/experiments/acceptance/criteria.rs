@@ -107,7 +107,7 @@ pub(super) fn all() -> Vec<Criterion> {
             |_, run| run.labels?.precision,
         ),
         crossing("static map wrongly removed", Unit::Share, LessThan(0.005), |_, run| {
-            run.labels?.static_map_lost
+            run.map.lost_of_measured
         }),
         crossing("depth of the centroid, mean error", Unit::Metres, AtMost(0.02), |_, run| {
             Some(position(run, Along::Depth)?.mean_m)
@@ -223,7 +223,7 @@ pub(super) fn ceiling() -> Criterion {
         "ceiling of the correlation: two measurements of the empty scene",
         Unit::Share,
         Target::AtLeast(0.97),
-        |_, run| Some(run.map.unfiltered_correlation_with_measured?.front),
+        |_, run| Some(run.map.undisturbed_correlation_with_measured?.front),
     ))
 }
 

@@ -11,7 +11,6 @@ fn labels(recall: f64) -> LabelFigures {
         precision: Some(1.0),
         precision_with_borders: Some(0.9),
         static_points_removed: Some(0.0),
-        static_map_lost: Some(0.0),
         ghost_voxels: 0,
     }
 }
@@ -116,7 +115,7 @@ fn a_case_that_reaches_the_ceiling_of_its_scene_meets_the_correlation() {
                 let mut run = run(9, vec![sighting(4)]);
                 let is_empty = planned.scenario.scene.objects.is_empty();
                 run.map.correlation_with_measured = front(if is_empty { 0.5 } else { crossed });
-                run.map.unfiltered_correlation_with_measured =
+                run.map.undisturbed_correlation_with_measured =
                     front(if is_empty { 0.9 } else { 1.0 });
                 run
             }),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use evaluation::{IdentityCycle, correlation, score_identities};
+use evaluation::{IdentityCycle, ReducedClouds, correlation, score_identities};
 use geometry::{Track, ZoneSource};
 use nalgebra::Point3;
 use report::{CycleRecord, DynamicScore, ObjectCycleScore};
@@ -34,7 +34,8 @@ impl RunFigures {
                 sightings: sightings(&trial, scenario, beams, object.id),
             })
             .collect();
-        let with_measured = |map_m| correlation(reference_m?, map_m, record.voxel_edge_m).ok();
+        let edge_m = record.voxel_edge_m;
+        let with_measured = |map_m| correlation(reference_m?, map_m, edge_m).ok();
         let in_view = in_view(score);
         let identities = cycles().map(|(record, cycle)| identity_cycle(record, cycle, &in_view));
         Self {
@@ -46,7 +47,9 @@ impl RunFigures {
                 points_without_removal: record.unfiltered_map.len(),
                 correlation: trial.correlation,
                 correlation_with_measured: with_measured(&record.static_map),
-                unfiltered_correlation_with_measured: with_measured(&record.unfiltered_map),
+                lost_of_measured: reference_m
+                    .and_then(|reference_m| lost(reference_m, &record.static_map, edge_m)),
+                undisturbed_correlation_with_measured: with_measured(trial.undisturbed_map()),
                 surface: score.and_then(|score| score.map.surface),
             },
             labels: score.map(LabelFigures::of),
@@ -61,6 +64,12 @@ impl RunFigures {
     }
 }
 
+/// The share of a reference's points from which a map has none within `edge_m`.
+fn lost(reference_m: &[Point3<f32>], map_m: &[Point3<f32>], edge_m: f64) -> Option<f64> {
+    let clouds = ReducedClouds { reference_m: reference_m.to_vec(), map_m: map_m.to_vec() };
+    Some(1.0 - clouds.distance(edge_m).ok()?.recall)
+}
+
 impl LabelFigures {
     fn of(score: &DynamicScore) -> Self {
         Self {
@@ -68,7 +77,6 @@ impl LabelFigures {
             precision: score.labels.precision,
             precision_with_borders: score.labels.precision_with_borders,
             static_points_removed: score.static_points.share,
-            static_map_lost: score.map.static_kept_share_of_unfiltered.map(|kept| 1.0 - kept),
             ghost_voxels: score.map.object_only_left,
         }
     }
@@ -190,6 +198,23 @@ fn identity_cycle(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_hole_of_the_map_is_lost_and_what_is_beside_the_reference_is_not() {
+        let wall = |columns: std::ops::Range<i16>, off_m: f32| -> Vec<Point3<f32>> {
+            let point = |column: i16, row: i16| {
+                Point3::new(2.0 + off_m, 0.02 * f32::from(column), 0.02 * f32::from(row))
+            };
+            columns.flat_map(|column| (0..50).map(move |row| point(column, row))).collect()
+        };
+        let reference = wall(0..100, 0.0);
+        assert_eq!(lost(&reference, &wall(0..100, 0.05), 0.08), Some(0.0));
+        // 20 columns are missing, of which 4 on each side have a point within an edge.
+        let holed = [wall(0..40, 0.0), wall(60..100, 0.0)].concat();
+        let share = lost(&reference, &holed, 0.08).unwrap();
+        assert!((share - 0.12).abs() < 0.011, "{share}");
+        assert_eq!(lost(&reference, &[], 0.08), None);
+    }
 
     #[test]
     fn the_nearest_track_is_that_in_the_plane() {

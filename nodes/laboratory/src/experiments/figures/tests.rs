@@ -41,7 +41,8 @@ pub(crate) fn run(cycles: usize, sightings: Vec<Sighting>) -> RunFigures {
         points_without_removal: 3_100,
         correlation: None,
         correlation_with_measured: None,
-        unfiltered_correlation_with_measured: None,
+        lost_of_measured: Some(0.0),
+        undisturbed_correlation_with_measured: None,
         surface: None,
     };
     RunFigures {
