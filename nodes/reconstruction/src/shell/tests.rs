@@ -186,7 +186,7 @@ async fn a_map_with_an_unreadable_tile_is_not_published_and_reported() {
         spill_folder: folder.path().to_str().unwrap().to_owned(),
         config: ReconstructionConfig {
             pipeline: PipelineConfig { map_edge_m: 1.0, ..PipelineConfig::default() },
-            max_map_blocks: 20,
+            max_map_blocks: 10,
             at_max_voxels: crate::AtMaxVoxels::Spill,
             spill_tile_edge_m: 8.0,
             ..ReconstructionConfig::default()

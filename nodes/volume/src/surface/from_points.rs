@@ -9,12 +9,17 @@ use super::Surface;
 use super::block::{FULL, SurfaceBlock};
 use crate::block::{BLOCK_EDGE, BlockBox, BlockKey, voxel_index};
 
-/// A point says where the surface is at the nodes of its own voxel and of those beside it at least: so many edges around it.
+/// Points that are no farther apart than this are one in each voxel of the surface, as a map of this edge has them. Each says
+/// where the surface is at the corners of its own voxel and nowhere else: otherwise each reload would add a rim to the map.
+const ONE_A_VOXEL_IN_EDGES: f64 = 1.2;
+/// Points that are farther apart say where the surface is so many edges around them at least: also in the voxels beside theirs.
 const LEAST_REACH_IN_EDGES: f64 = 2.0;
 /// Farther apart points are not joined: it bounds what a point costs.
 const MOST_REACH_IN_EDGES: f64 = 16.0;
 /// Before and behind its plane it says so many edges far: nodes on both sides of each cell that the plane crosses.
 const THICKNESS_IN_EDGES: f64 = 2.0;
+/// A point that is so near to a face of its voxel, in edges, counts as so far from it: more than a step of the distances.
+const INSIDE: f64 = 1e-3;
 /// The weight of a node in the middle of the plane of its point: that of a depth at 1.7 m, so that what is seen anew counts.
 const MOST_WEIGHT: f32 = 64.0;
 /// A block counts as one that so many images have shown.
@@ -23,7 +28,8 @@ const HITS: usize = 2;
 impl Surface {
     /// Joins points of a surface, each with the normal of its plane there, to the blocks within a box; those with a number that
     /// is not finite, or a normal without a direction, are left out. A point says where the surface is up to `reach_m` around it,
-    /// in bounds: as far as the points are apart, they join to a surface without gaps. What they give has been seen at no moment:
+    /// in bounds: as far as the points are apart, they join to a surface without gaps. Where that is no farther than the voxels are
+    /// wide, it says so of its own voxel alone: the points of a surface give that surface again. What they give has been seen at no moment:
     /// corrections leave it where it is. A block depends on the points of [`Surface::point_box`] alone. Returns how many blocks
     /// of points there was no room for.
     pub fn put_points(
@@ -32,7 +38,7 @@ impl Surface {
         reach_m: f64,
         within: BlockBox,
     ) -> usize {
-        let reach = self.reach_in_edges(reach_m);
+        let reach = self.reach(reach_m);
         let mut refused = 0;
         let mut joined = BTreeSet::new();
         for (point, normal) in points {
@@ -50,13 +56,23 @@ impl Surface {
     /// The blocks that [`Surface::put_points`] joins a point to.
     #[must_use]
     pub fn point_box(&self, point: &Point3<f32>, reach_m: f64) -> BlockBox {
-        let half = self.reach_in_edges(reach_m).hypot(THICKNESS_IN_EDGES);
         let in_edges = point.coords.cast::<f64>() / self.config.edge_m;
-        NodeBox::around(&in_edges, &Vector3::repeat(half)).blocks()
+        let nodes = match self.reach(reach_m) {
+            Reach::OwnVoxel => NodeBox::of_voxel(&in_edges),
+            Reach::Around { in_edges: reach } => {
+                NodeBox::around(&in_edges, &Vector3::repeat(reach.hypot(THICKNESS_IN_EDGES)))
+            }
+        };
+        nodes.blocks()
     }
 
-    fn reach_in_edges(&self, reach_m: f64) -> f64 {
-        (reach_m / self.config.edge_m).clamp(LEAST_REACH_IN_EDGES, MOST_REACH_IN_EDGES)
+    fn reach(&self, reach_m: f64) -> Reach {
+        let in_edges = reach_m / self.config.edge_m;
+        if in_edges <= ONE_A_VOXEL_IN_EDGES {
+            Reach::OwnVoxel
+        } else {
+            Reach::Around { in_edges: in_edges.clamp(LEAST_REACH_IN_EDGES, MOST_REACH_IN_EDGES) }
+        }
     }
 
     /// Returns for how many blocks there was no room.
@@ -132,6 +148,18 @@ enum Joined {
     NoRoom,
 }
 
+/// Of which nodes a point says where the surface is.
+#[derive(Clone, Copy)]
+enum Reach {
+    /// The corners of its voxel.
+    OwnVoxel,
+    /// Those so far around it along its plane, and some before and behind.
+    Around {
+        /// How far.
+        in_edges: f64,
+    },
+}
+
 /// The part of the plane of a point that it is known by; lengths in edges.
 struct Plane {
     point: Vector3<f64>,
@@ -141,7 +169,20 @@ struct Plane {
 }
 
 impl Plane {
-    fn of(point: &Point3<f32>, normal: Vector3<f32>, reach: f64, edge_m: f64) -> Self {
+    fn of(point: &Point3<f32>, normal: Vector3<f32>, reach: Reach, edge_m: f64) -> Self {
+        let reach = match reach {
+            Reach::OwnVoxel => {
+                let point = point.coords.cast::<f64>() / edge_m;
+                let nodes = NodeBox::of_voxel(&point);
+                // A plane through its corners would not cross the voxel.
+                let point = point.map(|along| {
+                    let cell = along.floor();
+                    along.clamp(cell + INSIDE, cell + 1.0 - INSIDE)
+                });
+                return Self { point, normal, reach: LEAST_REACH_IN_EDGES as f32, nodes };
+            }
+            Reach::Around { in_edges } => in_edges,
+        };
         // No wider than a box around the point: an oblique plane would reach farther, beyond the border of what was there.
         let most = reach.max(THICKNESS_IN_EDGES);
         let half = normal.cast::<f64>().map(|along| {
@@ -170,6 +211,13 @@ struct NodeBox {
 }
 
 impl NodeBox {
+    /// The corners of the voxel that a place lies in, in edges.
+    fn of_voxel(place: &Vector3<f64>) -> Self {
+        // The casts saturate.
+        let least: [i32; 3] = place.map(|along| along.floor() as i32).into();
+        Self { least, most: least.map(|along| along.saturating_add(1)) }
+    }
+
     /// Those within half a box around a place, in edges.
     fn around(middle: &Vector3<f64>, half: &Vector3<f64>) -> Self {
         // The casts saturate.

@@ -3,7 +3,8 @@
 //! A voxel is the cell between eight nodes. Where some of them are before the surface and others behind it, the surface
 //! crosses edges between them; the point is the mean of the crossings, each found by linear interpolation (surface nets:
 //! Gibson, "Constrained elastic surface nets", MICCAI 1998, section 2). It lies in its voxel, and on the surface where that
-//! is flat. The normal is the gradient of the distance.
+//! is flat. The normal is the gradient of the distance. A cell of which too little is known to say where the surface leaves it
+//! has no point.
 
 use geometry::VoxelKey;
 use nalgebra::{Point3, Vector3};
@@ -14,8 +15,32 @@ use crate::block::{BLOCK_EDGE, BlockKey};
 
 /// Nodes along the edge of a block with those of its neighbours.
 const NODES: usize = BLOCK_EDGE + 1;
-/// A surface that crosses a cell crosses at least three of its edges; fewer are the border of what is known.
-const LEAST_CROSSINGS: usize = 3;
+/// The edges of each face of a cell, as bits: edge `4 axis + n` is the `n`th of those along that axis, in the order of the corner
+/// that it starts from.
+const FACES: [u16; 6] = faces();
+
+const fn faces() -> [u16; 6] {
+    let mut faces = [0; 6];
+    let mut axis = 0;
+    while axis < 3 {
+        let (mut corner, mut edge) = (0, 0);
+        while corner < 8 {
+            if corner >> axis & 1 == 0 {
+                let mut across = 0;
+                while across < 3 {
+                    if across != axis {
+                        faces[2 * across + (corner >> across & 1)] |= 1 << (4 * axis + edge);
+                    }
+                    across += 1;
+                }
+                edge += 1;
+            }
+            corner += 1;
+        }
+        axis += 1;
+    }
+    faces
+}
 /// A point stays so far within its voxel, in edges: the voxel of its coordinates is its own, rounded to single precision.
 const INSIDE: f32 = 1e-3;
 
@@ -129,10 +154,10 @@ impl Surface {
         }
         let mut sum = Vector3::zeros();
         let mut gradient = Vector3::zeros();
-        let mut crossings = 0;
+        let mut crossed = 0_u16;
         for axis in 0..3 {
             let (mut rise, mut edges) = (0.0, 0.0);
-            for from in (0..8).filter(|corner| corner >> axis & 1 == 0) {
+            for (edge, from) in (0..8).filter(|corner| corner >> axis & 1 == 0).enumerate() {
                 let to = from | 1 << axis;
                 if !(is_known[from] && is_known[to]) {
                     continue;
@@ -144,7 +169,7 @@ impl Surface {
                         Vector3::new(from & 1, from >> 1 & 1, from >> 2).map(|along| along as f32);
                     crossing[axis] = values[from] / (values[from] - values[to]);
                     sum += crossing;
-                    crossings += 1;
+                    crossed |= 1 << (4 * axis + edge);
                 }
             }
             if edges == 0.0 {
@@ -152,9 +177,12 @@ impl Surface {
             }
             gradient[axis] = rise / edges;
         }
-        if crossings < LEAST_CROSSINGS {
+        // A surface that leaves a face at one edge enters it at another one: otherwise this is the border of what is known.
+        let is_open = |face: &u16| (crossed & face).count_ones() % 2 == 1;
+        if crossed == 0 || FACES.iter().any(is_open) {
             return None;
         }
+        let crossings = crossed.count_ones();
         let normal = gradient.try_normalize(f32::EPSILON)?;
         let within = (sum / crossings as f32).map(|along| along.clamp(INSIDE, 1.0 - INSIDE));
         let voxel = key.voxel((z * BLOCK_EDGE + y) * BLOCK_EDGE + x);

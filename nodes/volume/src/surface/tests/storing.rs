@@ -68,6 +68,59 @@ fn points_with_normals_give_the_surface_that_they_are_of() {
     assert_eq!(small.blocks(), 3);
 }
 
+/// A floor at a height of whole voxels is a plane through their corners.
+#[test]
+fn points_on_the_faces_of_voxels_are_a_surface() {
+    let floor = (0..40_u8).flat_map(|x| (0..40_u8).map(move |y| (x, y)));
+    let floor: Vec<_> = floor
+        .map(|(x, y)| {
+            let place = Point3::new(0.05 * f32::from(x), 0.05 * f32::from(y), 0.1);
+            (place, nalgebra::Vector3::z())
+        })
+        .collect();
+    let mut put = surface(0.05);
+    assert_eq!(put.put_points(floor.clone(), 0.05, BlockBox::ALL), 0);
+    let after = points(&put);
+    assert!(after.iter().all(|point| (point.position_m.z - 0.1).abs() < 1e-3));
+    assert!(after.len() >= floor.len(), "{} of {}", after.len(), floor.len());
+}
+
+/// Each reload added a rim of two voxels to the borders of the map: after 20 of them this one had 17 times its points.
+#[test]
+fn a_map_that_is_saved_and_loaded_again_and_again_does_not_grow() {
+    let first = points(&seen());
+    let mut now = first.clone();
+    for _ in 0..20 {
+        let mut put = surface(0.05);
+        assert_eq!(put.put_points(with_normals(&now), 0.05, BlockBox::ALL), 0);
+        now = points(&put);
+    }
+    assert!(now.iter().all(|point| geometry::is_finite(&point.position_m)));
+    let voxels = |points: &[SurfacePoint]| -> std::collections::HashSet<VoxelKey> {
+        points.iter().map(|point| point.voxel).collect()
+    };
+    let (was, is) = (voxels(&first), voxels(&now));
+    let (new, lost) = (is.difference(&was).count(), was.difference(&is).count());
+    println!("{} points, after 20 reloads {new} new and {lost} lost", first.len());
+    // Where two walls meet the planes of their points reach into each other's voxels.
+    assert!(
+        new.max(lost) <= first.len() / 16,
+        "of {} points {new} are new, {lost} lost",
+        first.len()
+    );
+    assert!(
+        now.len().abs_diff(first.len()) <= first.len() / 50,
+        "{} of {}",
+        now.len(),
+        first.len()
+    );
+    let now_m = now.iter().map(|point| Scene::room().nearest(&point.position_m.cast()).0);
+    let before_m = first.iter().map(|point| Scene::room().nearest(&point.position_m.cast()).0);
+    let mean_m = |off_m: Vec<f64>| off_m.iter().sum::<f64>() / off_m.len() as f64;
+    let (now_m, before_m) = (mean_m(now_m.collect()), mean_m(before_m.collect()));
+    assert!(now_m < before_m + 0.002, "{now_m} m off the room, {before_m} m before");
+}
+
 #[test]
 fn a_surface_comes_back_from_its_bytes_to_the_bit() {
     let mut before = seen();
