@@ -144,7 +144,10 @@ pub async fn serve(node: &Node, parameters: DetectionParameters) -> Result<(), N
             parameters = live.changed() => stage.change(&parameters)?,
             _reset = lifecycle.reset() => stage.reset(),
             now = jumps.next() => stage.set_back(now),
-            arrival = stage.next() => stage.take(arrival),
+            arrival = stage.next() => {
+                stage.take(arrival);
+                node_shell::let_peers_run().await;
+            }
             // Of a recording every cycle counts, and its player waits for slow nodes: silence is no end while it is there.
             () = silence => if !(node.takes_every_cycle() && stage.has_view_publishers()) {
                 stage.give_up_waiting();

@@ -97,7 +97,10 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
             _now = look.tick() => stage.follow_subscribers(node)?,
             // It concerns the cycles after it.
             received = stage.paths.next() => stage.take_path(&received.message),
-            received = stage.cycles.next() => stage.take(&received.message),
+            received = stage.cycles.next() => {
+                stage.take(&received.message);
+                node_shell::let_peers_run().await;
+            }
             arrival = stage.filter.next() => stage.filter.take(arrival),
         }
     }

@@ -10,6 +10,13 @@ use crate::settings::waiting_cycles;
 use crate::wire::error::ShellError;
 use crate::wire::transport::Transport;
 
+/// Lets the other tasks of the runtime run before a node goes on: to be awaited after each step that publishes. The peer that a
+/// message wakes is next on this thread, and no other thread may take it from there: a node that always has input would keep it
+/// waiting, and its cycles would be dropped as those of a slow node.
+pub async fn let_peers_run() {
+    tokio::task::yield_now().await;
+}
+
 /// Several nodes in one process. A message between two of them is a shared pointer; only who is outside
 /// gets it over DDS, and it is encoded only for them. Neither the publisher nor the subscription knows
 /// which of the two it is.

@@ -54,6 +54,39 @@ fn cycle() -> DetectedCycle {
     }
 }
 
+/// While cycles waited before segmentation, reconstruction in the same process was kept waiting and lost its own.
+#[tokio::test]
+async fn a_peer_gets_each_cycle_while_more_of_them_wait() {
+    const CYCLES: u32 = 3;
+    let host = node_shell::Host::in_process();
+    let arguments = RosArguments::parse(["--ros-args"]).unwrap();
+    let node = |name: &str| host.node(name, &arguments).unwrap();
+    let (own, peer) = (node("segmentation"), node("peer"));
+    let cycles = peer.value_publisher::<DetectedCycle>("reduced_cloud", &Qos::reliable(5)).unwrap();
+    let statics = peer.subscription::<PointCloud2>("static_cloud", &Qos::reliable(1)).unwrap();
+    let shutdown = own.shutdown_signal();
+    let heard = tokio::spawn(async move {
+        let mut stamps = Vec::new();
+        for _ in 0..CYCLES {
+            let before = format!("a cycle after {stamps:?}");
+            stamps.push(soon(&before, statics.next()).await.message.header.stamp.nanosec);
+        }
+        shutdown.trigger();
+        stamps
+    });
+    let published = async {
+        cycles.wait_for_subscribers(1).await;
+        for index in 0..CYCLES {
+            let stamp = Stamp::from_nanos(i64::from(1 + index));
+            let reduced_cloud = Cloud { stamp, ..cycle().reduced_cloud };
+            cycles.publish(DetectedCycle { index, reduced_cloud, ..cycle() }).unwrap();
+        }
+    };
+    let served = async { tokio::join!(serve(&own, SegmentationParameters::default()), published) };
+    soon("the end", served).await.0.unwrap();
+    assert_eq!(heard.await.unwrap(), [1, 2, 3]);
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_cycle_comes_out_in_two_parts_with_its_report() {
     let (own, peer) = (node("segmentation"), node("peer"));
