@@ -1,7 +1,7 @@
-//! How long a depth image of 640 x 480 takes, at edges of 1 to 10 cm: `cargo bench -p volume`.
+//! Benchmark: the integration of a depth image of 640 x 480 at voxel edges of 1 to 10 cm: `cargo bench -p volume`.
 //!
 //! The camera moves 1 cm an image through a furnished room, with the noise of a Kinect.
-// A benchmark may stop where it stands, and exports nothing.
+// A benchmark may panic, and exports nothing.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -19,10 +19,10 @@ const CAMERA: CameraModel = CameraModel {
     cy_px: 239.5,
     distortion: Distortion::None,
 };
-/// As many images as the camera's path has; then it goes back.
+/// The number of images of the camera's path; then it goes back.
 const IMAGES: usize = 30;
 
-/// The depth of a ray from a place in the room, which has five walls, two boxes and a ball.
+/// The depth of a ray from a position in the room, which has five walls, two boxes and a ball.
 fn depth_m(from: &Point3<f64>, ray: &Vector3<f64>) -> f64 {
     let planes = [
         ([0.18, 0.0, 1.0], 3.95),

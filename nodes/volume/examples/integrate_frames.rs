@@ -2,7 +2,7 @@
 //! `integrate_frames FOLDER EDGE_M REPETITIONS [THREADS]`.
 //!
 //! The folder has `0000.depth.bin` (640 x 480 depths, 16 bits, millimetres, row by row) and `0000.pose.txt` (4 x 4, map from
-//! optical frame), and so on. Prints one line of JSON: milliseconds of each image, preparation included, and what came of it.
+//! optical frame), and so on. Prints one line of JSON: milliseconds of each image, preparation included, and the size of the map.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::fs;
@@ -94,7 +94,7 @@ fn main() {
         Occupancy::new(OccupancyConfig { reach_m: 6.0, ..Default::default() }).unwrap();
     let (mut ms, mut preparation, mut space) = (Vec::new(), Vec::new(), Vec::new());
     let mut update = None;
-    // The first images make the blocks of the room, as one that is driven through does only once.
+    // The first images create the blocks of the room, which happens only once in a run.
     for (image, map_from_camera) in frames.iter().cycle().take(repetitions.max(1) + 2) {
         let mut start = Instant::now();
         let mut lap_ms = || {
@@ -113,7 +113,7 @@ fn main() {
         space.push(lap_ms());
     }
     ms.drain(..2);
-    // The least is what it takes when nothing else runs.
+    // The minimum is the time on an idle machine.
     let of = |times: &mut Vec<f64>| {
         times.sort_by(f64::total_cmp);
         format!("{:.2} (least {:.2})", times[times.len() / 2], times[0])

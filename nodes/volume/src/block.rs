@@ -1,4 +1,4 @@
-//! Blocks: cubes of voxels that are stored, looked up and decided together.
+//! Blocks: cubes of voxels that are stored, looked up and classified together.
 
 use std::hash::{Hash, Hasher};
 
@@ -46,7 +46,7 @@ impl BlockKey {
         }
     }
 
-    /// The block so many blocks away.
+    /// The block at this offset in blocks.
     #[must_use]
     #[inline]
     pub fn offset(self, x: i32, y: i32, z: i32) -> Self {
@@ -97,7 +97,7 @@ impl BlockBox {
             && (least.z..=most.z).contains(&key.z)
     }
 
-    /// The blocks of both; none where the least are beyond the greatest.
+    /// The intersection of both; it is empty where `least` is beyond `most`.
     #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
         let (a, b) = (self, other);
@@ -108,7 +108,7 @@ impl BlockBox {
         Self { least: [x.0, y.0, z.0].into(), most: [x.1, y.1, z.1].into() }
     }
 
-    /// How many blocks it has room for.
+    /// The number of block positions in it.
     #[must_use]
     pub fn blocks(&self) -> u64 {
         let along = self.least.coordinates().into_iter().zip(self.most.coordinates());
@@ -116,7 +116,7 @@ impl BlockBox {
         along.fold(1, |blocks: u64, along| blocks.saturating_mul(along.max(0) as u64))
     }
 
-    /// The box with so many blocks more on each side.
+    /// The box, larger by this many blocks on each side.
     #[must_use]
     pub fn grown(&self, blocks: i32) -> Self {
         Self {

@@ -1,38 +1,37 @@
-//! The evidence on one cell of space, in the plane as in space: how often something was there, how often it was free, and
-//! since when.
+//! The evidence on one cell, in 2D as in 3D: how often it was hit, how often it was free, and since when.
 //!
-//! In each cycle a cell is hit (something static ends there), passed (all of it is free for sure), or neither. A hit outweighs
-//! any number of passes of its cycle: the caller sees to it. What moves is neither.
+//! In each cycle a cell is hit (a static point is in it), passed (all of it is certainly free), or neither. A hit outweighs
+//! any number of passes of its cycle; the caller ensures that. Moving points are neither.
 
-/// Cycles in which a cell was passed before it counts as free. One may be a depth that was wrong, two may come from one
-/// image used twice.
+/// Cycles in which a cell must be passed before it counts as free. One pass may be a wrong depth, two may come from one
+/// image that was used twice.
 const LEAST_PASSES: u8 = 3;
-/// A free cell is hit in fewer cycles than one in so many: what noise throws there, not what is there.
+/// A free cell is hit in fewer than one of this many cycles: such hits are noise.
 const PASSES_PER_HIT_WHERE_FREE: u16 = 15;
-/// Hits below which nothing is occupied, as for [`LEAST_PASSES`].
+/// A cell with fewer hits is not occupied, as for [`LEAST_PASSES`].
 const LEAST_HITS: u8 = 3;
-/// What is occupied is hit at least once in so many cycles: the surface's own cells in all of them, those beside it as often
-/// as the noise of depth throws it over the border.
+/// An occupied cell is hit at least once in this many cycles: the cells of a surface in all of them, those beside it as often
+/// as the noise of depth moves a point across the border.
 const PASSES_PER_HIT_WHERE_OCCUPIED: u16 = 5;
-/// A single hit may be noise; two may be of a surface.
+/// A single hit may be noise; two may be a surface.
 const LEAST_HITS_OF_SURFACE: u8 = 2;
-/// Counts are halved when they come to this sum, so that a cell that changes is believed after some 10 s at 7 Hz. Passes alone
-/// end before it.
+/// Counts are halved when their sum reaches this, so that a cell that changes gets its new state after some 10 s at 7 Hz. Passes
+/// alone do not reach it.
 const MOST_CYCLES: u8 = 64;
 
 /// The state of a cell.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum CellState {
-    /// Nothing is known, or not enough.
+    /// There is no evidence, or too little.
     #[default]
     Unknown,
-    /// It was seen free, cycle after cycle.
+    /// It was observed free in several cycles.
     Free,
-    /// Something was there, cycle after cycle.
+    /// It was hit in several cycles.
     Occupied,
 }
 
-/// The evidence on a cell. Moments are ticks of the caller, from 1 on; 0 is none.
+/// The evidence on a cell. Times are ticks of the caller, from 1 on; 0 means never.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Cell {
     free_since: u32,
@@ -43,7 +42,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Something static ended in it in this cycle.
+    /// A static point was in it in this cycle.
     #[inline]
     pub fn hit(&mut self, now: u32) {
         if self.hits == 0 {
@@ -76,19 +75,19 @@ impl Cell {
         }
     }
 
-    /// It counts as free from now on, if it does not yet.
+    /// Sets it to free from now on, unless it is free already.
     pub fn take_for_free(&mut self, now: u32) {
         let is_free = self.state() == CellState::Free;
         let free_since = if is_free { self.free_since } else { now };
         *self = Self { free_since, passes: self.passes.max(LEAST_PASSES), ..Self::default() };
     }
 
-    /// It counts as occupied from this moment on.
+    /// Sets it to occupied since this time.
     pub fn take_for_occupied(&mut self, since: u32, now: u32) {
         *self = Self { first_hit: since, last_hit: now, hits: MOST_CYCLES / 2, ..Self::default() };
     }
 
-    /// What it is.
+    /// Its state.
     #[must_use]
     #[inline]
     pub fn state(&self) -> CellState {
@@ -102,26 +101,26 @@ impl Cell {
         }
     }
 
-    /// Whether a surface is in it, or may be.
+    /// Whether it is, or may be, part of a surface.
     #[must_use]
     pub fn may_be_surface(&self) -> bool {
         let (hits, passes) = (u16::from(self.hits), u16::from(self.passes));
         self.hits >= LEAST_HITS_OF_SURFACE && hits * PASSES_PER_HIT_WHERE_OCCUPIED >= passes
     }
 
-    /// Whether it was hit in enough cycles to mean something.
+    /// Whether it was hit in enough cycles to be more than noise.
     #[must_use]
     pub fn was_hit(&self) -> bool {
         self.hits >= LEAST_HITS
     }
 
-    /// Cycles in which it was hit; fading.
+    /// Cycles in which it was hit, with decay.
     #[must_use]
     pub fn hits(&self) -> u8 {
         self.hits
     }
 
-    /// Cycles in which it was passed; fading.
+    /// Cycles in which it was passed, with decay.
     #[must_use]
     pub fn passes(&self) -> u8 {
         self.passes
@@ -133,24 +132,24 @@ impl Cell {
         self.free_since
     }
 
-    /// When it was hit first, of the hits that count still.
+    /// The first of the hits that still count.
     #[must_use]
     pub fn first_hit(&self) -> u32 {
         self.first_hit
     }
 
-    /// When it was hit last.
+    /// The last hit.
     #[must_use]
     pub fn last_hit(&self) -> u32 {
         self.last_hit
     }
 
-    /// Whether no more passes can change it: then it may be one with its neighbours.
+    /// Whether further passes cannot change it: then it can be merged with its neighbours.
     pub(crate) fn is_free_for_long(&self) -> bool {
         self.hits == 0 && self.passes == MOST_CYCLES - 1
     }
 
-    /// One cell in the place of two that are free for long: free since the later moment.
+    /// The cell that replaces two that have long been free: free since the later time.
     pub(crate) fn merged(self, other: Self) -> Self {
         Self {
             free_since: self.free_since.max(other.free_since),

@@ -1,4 +1,4 @@
-//! One depth image, prepared for projective updates: depths in metres, coarser images, and the least and greatest depth of
+//! One depth image, prepared for projective updates: depths in metres, coarser levels, and the least and greatest depth of
 //! any rectangle.
 
 mod levels;
@@ -20,28 +20,28 @@ pub(crate) use tiles::Tiles;
 /// Which depths are used.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct DepthRange {
-    /// Nearer depths count as not measured.
+    /// Smaller depths count as not measured.
     pub min_m: f32,
-    /// Farther depths are no surface; that it is free up to here they show all the same.
+    /// Larger depths add no surface; they do show that the space up to this depth is free.
     pub max_m: f32,
 }
 
 impl Default for DepthRange {
-    /// What depth cameras measure: see [`geometry::NEAREST_SEEN_M`] and [`geometry::FARTHEST_SEEN_M`], and some nearer.
+    /// The range of depth cameras: see [`geometry::NEAREST_SEEN_M`] and [`geometry::FARTHEST_SEEN_M`]; the minimum is lower.
     fn default() -> Self {
         Self { min_m: 0.3, max_m: geometry::FARTHEST_SEEN_M as f32 }
     }
 }
 
-/// A depth image and what belongs to it.
+/// A depth image with its mask, colours, camera and pose.
 #[derive(Clone, Copy, Debug)]
 pub struct DepthInput<'a> {
     /// The depths.
     pub image: &'a DepthImage,
-    /// For each pixel, row by row, whether it shows what moves. Such a pixel adds no surface; that the space before it is
-    /// free it shows as any other.
+    /// For each pixel, row by row, whether it shows a moving object. Such a pixel adds no surface; like any other it shows that
+    /// the space in front of it is free.
     pub is_moving: Option<&'a [bool]>,
-    /// The colour that each pixel shows, row by row: red, green, blue.
+    /// The colour of each pixel, row by row: red, green, blue.
     pub colour: Option<&'a [[u8; 3]]>,
     /// The camera of the depth image.
     pub camera: &'a CameraModel,
@@ -49,53 +49,53 @@ pub struct DepthInput<'a> {
     pub map_from_camera: &'a Isometry3<f64>,
 }
 
-/// A depth image cannot be used. The view is then empty.
+/// A depth image that cannot be used. The view is then empty.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum ViewError {
-    /// The camera is none.
+    /// The camera model is invalid.
     #[error(transparent)]
     Camera(#[from] CameraModelError),
-    /// The panorama is none.
+    /// The panorama model is invalid.
     #[error(transparent)]
     Panorama(#[from] SphericalModelError),
-    /// The image is of another size than the camera.
+    /// The image has another size than the camera model.
     #[error(transparent)]
     Size(#[from] DepthCameraError),
-    /// A mask or a colour image is of another size than the depth image.
+    /// A mask or a colour image has another size than the depth image.
     #[error("{what} of {pixels} pixels does not fit a depth image of {expected}")]
     Beside {
-        /// What it is.
+        /// Mask or colour image.
         what: &'static str,
         /// How many pixels it has.
         pixels: usize,
         /// How many it must have.
         expected: usize,
     },
-    /// The pose is none.
+    /// The pose is invalid.
     #[error(transparent)]
     Pose(#[from] UnusablePose),
-    /// The range of depths is none.
+    /// The range of depths is invalid.
     #[error("depths from {min_m} m to {max_m} m: they must be finite, not negative, and rise")]
     Range {
-        /// The least.
+        /// The minimum.
         min_m: f32,
-        /// The most.
+        /// The maximum.
         max_m: f32,
     },
 }
 
-/// How the image was made.
+/// The projection of the image.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Kind {
     Pinhole(Pinhole),
     Spherical(Spherical),
 }
 
-/// One depth image, prepared. It is filled anew for each image and keeps its memory; several layers, at different
-/// edges, are updated from one.
+/// One depth image, prepared. It is refilled for each image and keeps its memory; several layers with different voxel edges
+/// can be updated from one view.
 ///
-/// In its images a positive number is the depth of what may be a surface, a negative one says that it is free so far and
-/// nothing else (what moves, and what is too far), and 0 that nothing is known.
+/// In its images a positive number is the depth of a possible surface, a negative one means only that the space up to this
+/// depth is free (moving objects, and depths out of range), and 0 means unknown.
 #[derive(Clone, Debug)]
 pub struct DepthView {
     pub(crate) stamp: Stamp,
@@ -110,10 +110,10 @@ pub struct DepthView {
 }
 
 impl DepthView {
-    /// An empty view, for depths of a sensor with this noise.
+    /// An empty view, for the depths of a sensor with this noise.
     ///
     /// # Errors
-    /// When the range is none.
+    /// When the range is invalid.
     pub fn new(range: DepthRange, noise: DepthNoise) -> Result<Self, ViewError> {
         let DepthRange { min_m, max_m } = range;
         let is_range = min_m >= 0.0 && max_m > min_m && max_m.is_finite();
@@ -141,7 +141,7 @@ impl DepthView {
     /// Fills the view with a depth image.
     ///
     /// # Errors
-    /// When the parts do not fit together, or the camera or the pose is none.
+    /// When the sizes differ, or the camera or the pose is invalid.
     pub fn fill(&mut self, input: &DepthInput<'_>) -> Result<(), ViewError> {
         self.levels.clear();
         let DepthInput { image, is_moving, colour, camera, map_from_camera } = *input;
@@ -190,11 +190,11 @@ impl DepthView {
         Ok(())
     }
 
-    /// Fills the view with the points of a cloud that has no image, as a 3D LiDAR's. The nearest point of each pixel
-    /// counts. Points are of the sensor's frame (x forward, y left, z up).
+    /// Fills the view with the points of a cloud without an image, such as that of a 3D LiDAR. The nearest point of each pixel
+    /// is used. Points are in the sensor's frame (x forward, y left, z up).
     ///
     /// # Errors
-    /// When the panorama or the pose is none, or the mask is not one of the points.
+    /// When the panorama or the pose is invalid, or the mask has another length than the points.
     pub fn fill_from_points(
         &mut self,
         stamp: Stamp,
@@ -252,24 +252,24 @@ impl DepthView {
         self.levels.finest().is_empty()
     }
 
-    /// When the image was taken.
+    /// The time of the image.
     #[must_use]
     pub fn stamp(&self) -> Stamp {
         self.stamp
     }
 
-    /// Where the camera was, as a transform from its frame to the map.
+    /// The pose of the camera: the transform from its frame to the map.
     #[must_use]
     pub fn map_from_camera(&self) -> &Isometry3<f64> {
         &self.map_from_camera
     }
 
-    /// The farthest that anything is known of, in metres.
+    /// The greatest depth in the image, in metres.
     pub(crate) fn farthest_m(&self) -> f32 {
         self.tiles.farthest_m()
     }
 
-    /// The memory taken, in bytes.
+    /// The memory in use, in bytes.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         self.levels.memory_bytes()
@@ -279,7 +279,7 @@ impl DepthView {
     }
 }
 
-/// Puts depths into metres, 0 where nothing was measured.
+/// Converts depths to metres, 0 where nothing was measured.
 #[multiversion(targets("x86_64+avx2"))]
 fn load(pixels: &DepthPixels, range: DepthRange, depths_m: &mut [f32]) {
     match pixels {
@@ -303,7 +303,7 @@ fn within(depth_m: f32, range: DepthRange) -> f32 {
     if is_measured { depth_m } else { 0.0 }
 }
 
-/// Calls a function with the projection, whichever it is.
+/// Calls a function with the projection, of either kind.
 macro_rules! with_projection {
     ($kind:expr, $projection:ident => $call:expr) => {
         match $kind {

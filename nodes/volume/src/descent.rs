@@ -1,4 +1,4 @@
-//! Which blocks an image says something about: from large cubes to blocks, each decided as a whole where it can be.
+//! Finds the blocks that an image affects: from large cubes down to blocks, each classified as a whole where possible.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -7,76 +7,76 @@ use crate::depth_view::{DepthView, LEVELS};
 use crate::noise::DepthNoise;
 use crate::projection::{CameraBox, Covered, Extent, Project};
 
-/// Roots along an axis of the box around the view, at most, and one more.
+/// The maximum number of root cubes along an axis of the box around the view, less one.
 const ROOTS_AN_AXIS: i64 = 4;
 /// Cubes have at most `2^20` blocks an axis.
 const MOST_LEVEL: u32 = 20;
 
-/// What an image says of a cube.
+/// The class of a cube by an image.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Verdict {
-    /// The image shows it nowhere, or it is out of reach.
+    /// It is outside of the image, or out of reach.
     Unseen,
-    /// Nothing comes back from any pixel that it may cover; a part of it may be beside the image.
+    /// No pixel that it may cover has a return; a part of it may be outside of the image.
     Blank,
-    /// It is behind what the image shows.
+    /// It is behind the surfaces in the image.
     Hidden,
-    /// All of it is free, by the margin asked for.
+    /// All of it is free, with the required margin.
     Free,
     /// Its parts may differ.
     Mixed,
 }
 
-/// How far around the depth of the image something is decided.
+/// The margins around the depth of the image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Margins {
-    /// What is nearer by less than this is not free for sure.
+    /// Space is certainly free only if it is nearer than the depth by more than this.
     pub(crate) before_m: f32,
-    /// What is farther by less than this is not hidden.
+    /// Space farther than the depth by less than this is not hidden.
     pub(crate) behind: Behind,
-    /// Farther from the camera nothing is decided: in the image's kind of depth.
+    /// Cubes farther from the camera are not classified: depth along the axis or range, as in the image.
     pub(crate) reach_m: f32,
 }
 
-/// How far behind a depth something is recorded. A depth that is measured too short puts the surface before where it is: so far as
-/// that happens, what is behind it must count as much as what is before it, or the mean is biased away from the camera.
+/// How far behind a depth nodes are updated. A depth that is measured too short puts the surface in front of where it is: within
+/// the range of such errors, nodes behind must count as much as nodes in front, or the mean is biased away from the camera.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(crate) struct Behind {
-    /// It counts in full up to here at least,
+    /// Full weight up to at least this distance,
     pub(crate) full_m: f32,
-    /// and up to so many standard deviations of the depth.
+    /// and up to this many standard deviations of the depth.
     pub(crate) full_in_sigmas: f32,
-    /// From there on it counts less and less, until so much farther it counts nothing: the other side of a thin thing is seen
-    /// from there (Bylow et al., "Real-time camera tracking and 3D reconstruction using signed distance functions", RSS 2013,
+    /// From there on the weight falls to zero over this distance, so that both sides of a thin object can be mapped
+    /// (Bylow et al., "Real-time camera tracking and 3D reconstruction using signed distance functions", RSS 2013,
     /// section III-C).
     pub(crate) falls_in_m: f32,
 }
 
 impl Behind {
-    /// Where it no longer counts in full.
+    /// The distance up to which the weight is full.
     #[inline(always)]
     pub(crate) fn full_to_m(&self, depth_m: f32, noise: &DepthNoise) -> f32 {
         self.full_m.max(self.full_in_sigmas * noise.sigma_m(depth_m))
     }
 
-    /// Where it counts nothing.
+    /// The distance at which the weight is zero.
     #[inline(always)]
     pub(crate) fn ends_m(&self, depth_m: f32, noise: &DepthNoise) -> f32 {
         self.full_to_m(depth_m, noise) + self.falls_in_m
     }
 }
 
-/// An image, and the transform to it, as cubes need them.
+/// Classifies cubes by an image: the image, its projection and the transform from the map.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Judge<'a, P> {
     view: &'a DepthView,
     projection: P,
     camera_from_map: [[f32; 3]; 3],
     camera_in_map_m: Point3<f64>,
-    /// Half the extent along the camera's axes of a cube of edge 1.
+    /// Half the extent of a cube of edge 1 along the camera's axes.
     half: [f32; 3],
     margins: Margins,
-    /// The edge of the voxels that are compared with coarser images; 0 where they are compared with the finest alone.
+    /// The edge of the voxels that are compared with coarser levels; 0 where only the finest level is used.
     sampled_edge_m: f32,
 }
 
@@ -104,8 +104,8 @@ impl<'a, P: Project> Judge<'a, P> {
         }
     }
 
-    /// A point of the map in the camera's frame. The difference is taken in double precision, so that far from the map's
-    /// origin nothing is lost.
+    /// A point of the map in the camera's frame. The difference is computed in double precision, so that no precision is lost
+    /// far from the map's origin.
     #[inline]
     pub(crate) fn in_camera_m(&self, point_in_map: &Point3<f64>) -> [f32; 3] {
         let from_camera: Vector3<f64> = point_in_map - self.camera_in_map_m;
@@ -113,13 +113,13 @@ impl<'a, P: Project> Judge<'a, P> {
         self.camera_from_map.map(|[a, b, c]| a * x + b * y + c * z)
     }
 
-    /// What a step along each axis of the map is in the camera's frame.
+    /// A step of `edge_m` along each axis of the map, in the camera's frame.
     pub(crate) fn steps_m(&self, edge_m: f64) -> [[f32; 3]; 3] {
         let edge_m = edge_m as f32;
         [0, 1, 2].map(|axis: usize| self.camera_from_map.map(|row| row[axis] * edge_m))
     }
 
-    /// What a cube with this middle covers of the image.
+    /// The part of the image that a cube with this centre covers.
     #[inline]
     pub(crate) fn extent(&self, middle_in_map_m: &Point3<f64>, edge_m: f32) -> Extent {
         let middle_m = self.in_camera_m(middle_in_map_m);
@@ -127,7 +127,7 @@ impl<'a, P: Project> Judge<'a, P> {
         self.projection.extent(&CameraBox { middle_m, half_m })
     }
 
-    /// What the image says of a cube with this middle.
+    /// The class of a cube with this centre.
     #[inline]
     pub(crate) fn judge(&self, middle_in_map_m: &Point3<f64>, edge_m: f32) -> Verdict {
         let covered = match self.extent(middle_in_map_m, edge_m) {
@@ -170,7 +170,7 @@ impl<'a, P: Project> Judge<'a, P> {
         (is_mixed, is_free)
     }
 
-    /// How far beside a voxel's own pixel a pixel of its coarser image reaches.
+    /// How many pixels a pixel of the voxel's coarser level extends beyond the voxel's own pixel.
     fn beside_px(&self, nearest_m: f32) -> u32 {
         if self.sampled_edge_m == 0.0 {
             return 0;
@@ -179,24 +179,24 @@ impl<'a, P: Project> Judge<'a, P> {
     }
 }
 
-/// The coarsest image whose pixels are no larger than a voxel's edge at a depth.
+/// The coarsest level whose pixels are no larger than a voxel's edge at a depth.
 #[inline]
 pub(crate) fn level_of(edge_m: f32, pixel_slope: f32, depth_m: f32) -> u32 {
     let edge_px = edge_m / (pixel_slope * depth_m.max(1e-3));
     (1..LEVELS as u32).take_while(|level| edge_px >= (1 << level) as f32).count() as u32
 }
 
-/// Looks for the blocks that an image says something about.
+/// Finds the blocks that an image affects.
 pub(crate) struct Descent<'a, P> {
     pub(crate) judge: &'a Judge<'a, P>,
     pub(crate) block_edge_m: f64,
-    /// So many cubes are judged at most: it bounds the time.
+    /// The maximum number of classified cubes: it bounds the time.
     pub(crate) most_judged: usize,
 }
 
 impl<P: Project> Descent<'_, P> {
-    /// Calls `visit` with each largest cube that is free or blank (its least block, and how often it was doubled), and each block
-    /// that is mixed. In a fixed order, nearer ones first. Returns whether all of the view was looked at.
+    /// Calls `visit` with each largest cube that is free or blank (its least block, and its level: the edge is `2^level` blocks),
+    /// and with each block that is mixed. In a fixed order, nearer ones first. Returns whether the whole view was visited.
     pub(crate) fn run(&self, mut visit: impl FnMut(BlockKey, u32, Verdict)) -> bool {
         let Margins { reach_m, behind, .. } = self.judge.margins;
         let farthest_m = self.judge.view.farthest_m();
@@ -236,7 +236,7 @@ impl<P: Project> Descent<'_, P> {
             Verdict::Mixed if level == 0 => visit(least, level, verdict),
             Verdict::Mixed => {
                 let half = 1_i32 << (level - 1);
-                // The eighth on the camera's side comes first, so that what is left out is far away.
+                // The eighth on the camera's side comes first, so that cubes that are left out are far away.
                 let camera_m = self.judge.camera_in_map_m;
                 let nearest = [0, 1, 2].map(|axis: usize| camera_m[axis] > middle_m[axis]);
                 for eighth in 0..8 {
@@ -259,7 +259,7 @@ impl<P: Project> Descent<'_, P> {
         Point3::from(least.coordinates().map(|along| (f64::from(along) + half) * self.block_edge_m))
     }
 
-    /// The cubes that hold all that the image shows, nearest first.
+    /// The cubes that together contain the view, nearest first.
     fn roots(&self, depth_m: f32) -> Option<(Vec<BlockKey>, u32)> {
         let view = self.judge.view;
         let hull = self.judge.projection.hull_m(depth_m);

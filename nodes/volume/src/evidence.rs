@@ -1,22 +1,22 @@
-//! How sure it is that something is there: clamped log-odds.
+//! The evidence that a block is occupied: clamped log-odds.
 
-/// The log-odds of OctoMap's probabilities, in steps of 0.05: in these a bounded sum fits into a byte. A test holds them to
-/// the probabilities.
+/// The log-odds of OctoMap's probabilities, in steps of 0.05: in these a bounded sum fits into a byte. A test compares them
+/// with the probabilities.
 const HIT: i8 = 17;
 const MISS: i8 = 8;
 const BLANK: i8 = 4;
 const MOST: i8 = 70;
 
 /// Log-odds by the sensor model of OctoMap (Hornung et al., "OctoMap: an efficient probabilistic 3D mapping framework based
-/// on octrees", Autonomous Robots 34, 2013, section 5.1 and eq. 2 to 4): an image that shows it adds `l(0.7) = 0.85`, one
-/// that shows its place free takes `-l(0.4) = 0.4`, and the sum is held at or below `l(0.97) = 3.5`, so that what was there for
-/// longer is not surer for ever. Below `l(0.5) = 0` it has gone.
+/// on octrees", Autonomous Robots 34, 2013, section 5.1 and eq. 2 to 4): an image that shows the surface adds `l(0.7) = 0.85`,
+/// one that shows its place free subtracts `-l(0.4) = 0.4`, and the sum is clamped to `l(0.97) = 3.5`, so that the evidence
+/// does not grow without bound. Below `l(0.5) = 0` the surface is removed.
 ///
-/// After `n` images that show it in a row it is gone after `floor(0.85 n / 0.4) + 1` that show its place free: 3, 5, 7, 9 for
-/// `n` = 1 .. 4, and 9 for all `n` above. What is seen in one of three images, and its place free in the others, stays.
+/// After `n` images in a row that show it, it is removed by `floor(0.85 n / 0.4) + 1` that show its place free: 3, 5, 7, 9 for
+/// `n` = 1 .. 4, and 9 for all `n` above. A surface that is seen in one of three images, and free in the others, stays.
 ///
-/// An image in which nothing comes back from its direction takes half of that, `-l(0.45) = 0.2`: a surface that is dark, slants
-/// or is far away may be seen now and then. One that is seen in one of five images stays; one that was seen in five needs 18.
+/// An image without a return from its direction subtracts half of that, `-l(0.45) = 0.2`: a dark, slanted or distant surface
+/// may be seen only in some images. One that is seen in one of five images stays; one that was seen in five needs 18.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 pub(crate) struct Evidence(i8);
 
@@ -26,24 +26,24 @@ impl Evidence {
         self.0 = self.0.saturating_add(HIT).min(MOST);
     }
 
-    /// An image shows that its place is free. Returns whether it is still there.
+    /// An image shows that its place is free. Returns whether it is kept.
     pub(crate) fn miss(&mut self) -> bool {
         self.0 = self.0.saturating_sub(MISS);
         self.0 >= 0
     }
 
-    /// Nothing comes back from its direction, where it was seen before. Returns whether it is still there.
+    /// There is no return from its direction, where there was one before. Returns whether it is kept.
     pub(crate) fn blank(&mut self) -> bool {
         self.0 = self.0.saturating_sub(BLANK);
         self.0 >= 0
     }
 
-    /// The log-odds in steps of 0.05, to be written.
+    /// The log-odds in steps of 0.05, for storage.
     pub(crate) fn steps(self) -> i8 {
         self.0
     }
 
-    /// As it was written.
+    /// From the stored steps.
     pub(crate) fn of_steps(steps: i8) -> Self {
         Self(steps.min(MOST))
     }

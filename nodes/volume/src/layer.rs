@@ -6,21 +6,21 @@ use geometry::BuildVoxelHasher;
 
 use crate::block::{BlockBox, BlockKey};
 
-/// Blocks along the edge of a region, whose 64 blocks share one word that says which of them exist.
+/// Blocks along the edge of a region; one word holds which of its 64 blocks exist.
 const REGION_EDGE: i32 = 4;
 
-/// A block's place in the layer's memory. It stays until the block is removed.
+/// A block's index in the layer's memory. It does not change until the block is removed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Slot(u32);
 
 /// Blocks by key. `B` is the block, or a box that holds it.
 #[derive(Clone, Debug)]
 pub(crate) struct Layer<B> {
-    /// Looked up by key alone; its order reaches no result.
+    /// Looked up by key only; no result depends on its order.
     index: HashMap<BlockKey, u32, BuildVoxelHasher>,
     slots: Vec<Option<(BlockKey, B)>>,
     vacant: Vec<u32>,
-    /// Which blocks of a region exist. Looked up by key alone.
+    /// Which blocks of a region exist. Looked up by key only.
     regions: HashMap<BlockKey, u64, BuildVoxelHasher>,
 }
 
@@ -61,7 +61,7 @@ impl<B> Layer<B> {
         self.at_mut(slot)
     }
 
-    /// Puts a block in the place of the one that was there. Returns that one.
+    /// Inserts a block, and returns the one that it replaces.
     pub(crate) fn insert(&mut self, key: BlockKey, block: B) -> Option<B> {
         if let Some(slot) = self.slot(key) {
             let place = self.slots.get_mut(slot.0 as usize)?;
@@ -101,7 +101,7 @@ impl<B> Layer<B> {
         keys
     }
 
-    /// The blocks in no order that means anything.
+    /// The blocks in arbitrary order.
     pub(crate) fn unordered(&self) -> impl Iterator<Item = (BlockKey, &B)> {
         self.slots.iter().flatten().map(|(key, block)| (*key, block))
     }
@@ -118,7 +118,7 @@ impl<B> Layer<B> {
         self.for_each_in(BlockBox { least, most: least.offset(beyond, beyond, beyond) }, visit);
     }
 
-    /// Calls `visit` with each block that exists within a box, which costs by the box. In a fixed order.
+    /// Calls `visit` with each block that exists within a box, in a fixed order. The time grows with the box.
     pub(crate) fn for_each_in(&self, within: BlockBox, mut visit: impl FnMut(BlockKey, Slot)) {
         let BlockBox { least, most } = within;
         let regions =
@@ -141,9 +141,9 @@ impl<B> Layer<B> {
         }
     }
 
-    /// The memory of the tables, in bytes; what boxes of blocks hold is not among it.
+    /// The memory of the tables, in bytes, without that of boxed blocks.
     pub(crate) fn table_bytes(&self) -> usize {
-        // A table of the standard library is filled up to 7/8, and has a byte beside each entry.
+        // A hash table of the standard library is filled up to 7/8, and has one more byte for each entry.
         let table = |capacity: usize, entry: usize| (capacity * 8).div_ceil(7) * (entry + 1);
         table(self.index.capacity(), size_of::<(BlockKey, u32)>())
             + table(self.regions.capacity(), size_of::<(BlockKey, u64)>())
@@ -179,7 +179,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// A layer is a map, whatever is put in and taken out.
+        /// A layer behaves like a map under any insertions and removals.
         #[test]
         fn it_holds_what_a_plain_map_holds(
             steps in prop::collection::vec((any::<bool>(), -9..9, -9..9, -9..9, any::<u8>()), 0..80),

@@ -1,15 +1,15 @@
-//! What is known of space: which places are free, occupied or unknown and since when, and where the surface is.
+//! Volumetric maps: which places are free, occupied or unknown and since when, and where the surface is.
 //! No ROS, no clock, no files.
 //!
-//! Space is cut into voxels, and these into blocks of 8 an axis, found by a hash of their keys. Images update it by
-//! **projection**: a voxel is projected into the depth image and compared with what is there, in place of a ray from each
-//! pixel. A pyramid of least and greatest depths decides whole cubes of blocks at once, so that work is spent
-//! near surfaces.
+//! Space is divided into voxels, and these into blocks of 8 an axis, found by a hash of their keys. Images update it by
+//! **projection**: instead of a ray being cast from each pixel, a voxel is projected into the depth image and compared with the
+//! depth there. A pyramid of least and greatest depths classifies whole cubes of blocks at once, so that most of the time is
+//! spent near surfaces.
 //!
 //! | type | what |
 //! |---|---|
-//! | [`DepthView`] | one depth image or cloud, prepared: any number of layers, at different edges, are updated from it |
-//! | [`Occupancy`] | hits and passes: free, occupied or unknown, and since when; of a [`Cell`] each, in the plane as in space |
+//! | [`DepthView`] | one depth image or cloud, prepared: any number of layers with different voxel edges are updated from it |
+//! | [`Occupancy`] | hits and passes: free, occupied or unknown, and since when; a [`Cell`] for each voxel |
 //! | [`Surface`] | signed distances, weights, colours: the map; points, changes for listeners, blocks as bytes, corrections |
 //!
 //! ```

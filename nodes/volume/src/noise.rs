@@ -4,14 +4,14 @@ use serde::{Deserialize, Serialize};
 
 /// The standard deviation of a depth: `base_m + quadratic_per_m * depth_m^2`.
 ///
-/// Of structured light and stereo it grows with the square of the depth, since disparity has a fixed resolution (Khoshelham
+/// With structured light and stereo it grows with the square of the depth, since disparity has a fixed resolution (Khoshelham
 /// and Elberink, "Accuracy and resolution of Kinect depth data for indoor mapping applications", Sensors 12, 2012, eq. 10 and
-/// figure 8); of times of flight it hardly grows.
+/// figure 8); with time of flight it hardly grows.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct DepthNoise {
-    /// At the camera.
+    /// At depth 0.
     pub base_m: f32,
-    /// What the square of the depth adds.
+    /// The factor of the square of the depth.
     pub quadratic_per_m: f32,
 }
 
@@ -33,13 +33,13 @@ impl DepthNoise {
 
 /// The weight of a depth without noise.
 pub(crate) const FULL_WEIGHT: f32 = 255.0;
-/// What the error of a pose comes to at the surface: depths better than this weigh no more.
+/// The effect of the pose's error at the surface: more precise depths get no larger weight.
 const POSE_SIGMA_M: f32 = 0.003;
-/// The standard deviation of where in a pixel a place is seen, in pixels: of a uniform distribution.
+/// The standard deviation of a position within a pixel, in pixels: that of a uniform distribution.
 const IN_PIXEL: f32 = 0.289;
 
-/// The weight of a depth, from 1 to 255: inverse to its variance. To that adds, at a low angle or at an edge, that a place may
-/// be seen anywhere in its pixel, from which to the next one the depth changes by `slope_m`.
+/// The weight of a depth, from 1 to 255: inverse to its variance. At a grazing angle or at an edge the unknown position within
+/// the pixel adds to the variance: to the next pixel the depth changes by `slope_m`.
 #[inline(always)]
 pub(crate) fn weight_of(depth_m: f32, slope_m: f32, noise: &DepthNoise) -> u32 {
     const POSE_VARIANCE: f32 = POSE_SIGMA_M * POSE_SIGMA_M;

@@ -1,16 +1,16 @@
-//! What is known of each place: free, occupied or unknown, and since when.
+//! The state of each voxel: free, occupied or unknown, and since when.
 //!
-//! - **Hits.** A point of the cycle that does not move hits the voxel that it is in. It is the mean of a voxel's depths: the noise
-//!   of single pixels would make each surface voxels thick.
-//! - **Passes.** A voxel is passed where all pixels that it may cover show something farther away, by an edge at least. A ray
-//!   through its middle alone would say too much: rays over a floor pass through the voxels that the floor is in (the
-//!   discretisation of Hornung et al., "OctoMap", 2013, section 5.1). So surfaces at a low angle are not cleared.
-//! - **No return.** Where most pixels of a tile show nothing, nothing is known: something dark may be there.
-//! - **What moves** hits nothing; what is before it is free.
+//! - **Hits.** A static point of the cycle hits its voxel. It is the mean of a voxel's depths: the noise of single pixels would
+//!   make each surface several voxels thick.
+//! - **Passes.** A voxel is passed where all pixels that it may cover have a depth that is larger by at least an edge. A ray
+//!   through its centre alone is not enough: rays over a floor pass through the voxels that the floor is in (the
+//!   discretisation of Hornung et al., "OctoMap", 2013, section 5.1). So surfaces at a grazing angle are not cleared.
+//! - **No return.** Where most pixels of a tile have no depth, space is unknown: there may be a dark surface.
+//! - **Moving points** hit nothing; space in front of them is free.
 //! - **A hit outweighs** the passes of its cycle.
 //!
-//! A block of which each voxel has been free for long is one cell: free space costs little memory. See [`crate::Cell`] for what
-//! is made of hits and passes.
+//! A block whose voxels have all been free for long is stored as one cell, so that free space takes little memory. [`crate::Cell`]
+//! has the rules for hits and passes.
 
 mod block;
 mod config;
@@ -26,37 +26,37 @@ use crate::ticks::Ticks;
 use block::OccupancyBlock;
 pub use config::{OccupancyConfig, OccupancyConfigError};
 
-/// What is known of a place.
+/// The state of a place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Place {
-    /// Nothing, or not enough.
+    /// There is no evidence, or too little.
     Unknown,
-    /// It was seen free, cycle after cycle: what is there now has come.
+    /// It was observed free in several cycles: what is there now is newly occupied.
     Free {
         /// Since when.
         since: Stamp,
     },
-    /// Something is there.
+    /// It is occupied.
     Occupied {
-        /// When it was hit first.
+        /// The first hit.
         since: Stamp,
-        /// When it was hit last.
+        /// The last hit.
         last: Stamp,
     },
 }
 
-/// What one image did.
+/// The result of one update.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct OccupancyUpdate {
-    /// Blocks of which something was seen.
+    /// Blocks in view.
     pub seen_blocks: usize,
-    /// Blocks that were dropped, since they were seen longest ago.
+    /// Blocks that were dropped to make room: those not seen for the longest time.
     pub dropped_blocks: usize,
-    /// Whether the view has more blocks than one image may update, or than there is room for.
+    /// Whether the view has more blocks than one image may update, or than memory allows.
     pub is_incomplete: bool,
 }
 
-/// Evidence on space. See the module.
+/// The evidence on occupancy. See the module.
 #[derive(Clone, Debug)]
 pub struct Occupancy {
     config: OccupancyConfig,
@@ -69,10 +69,10 @@ pub struct Occupancy {
 }
 
 impl Occupancy {
-    /// Nothing known.
+    /// Everything is unknown.
     ///
     /// # Errors
-    /// When a parameter means nothing.
+    /// When a parameter is out of its range.
     pub fn new(config: OccupancyConfig) -> Result<Self, OccupancyConfigError> {
         config.validate()?;
         Ok(Self {
@@ -85,8 +85,8 @@ impl Occupancy {
         })
     }
 
-    /// Sets the moment that what follows is of. What is known is forgotten when more time has passed since the first moment
-    /// than the moments of voxels can say, 497 days: a clock that began at 0 and was set, for the most part.
+    /// Sets the time of the next update. All evidence is cleared when more time has passed since the first update than the ticks
+    /// of voxels can represent, 497 days: usually a clock that began at 0 and was set.
     pub fn begin_cycle(&mut self, stamp: Stamp) {
         if self.ticks.are_over_at(stamp) {
             self.clear();
@@ -94,7 +94,7 @@ impl Occupancy {
         self.now = self.ticks.at(stamp);
     }
 
-    /// What is known of the place of a point of the map.
+    /// The state of the place of a point of the map.
     #[must_use]
     pub fn place(&self, point_in_map: &Point3<f64>) -> Place {
         self.voxel(point_in_map).map_or(Place::Unknown, |voxel| self.place_of(&self.cell(voxel)))
@@ -111,22 +111,22 @@ impl Occupancy {
         }
     }
 
-    /// The evidence on a voxel; that of nothing where nothing is known.
+    /// The evidence on a voxel; the default where there is none.
     #[must_use]
     pub fn cell(&self, voxel: VoxelKey) -> Cell {
         let block = self.layer.get(BlockKey::of(voxel));
         block.map_or_else(Cell::default, |block| block.cell(voxel_index(voxel)))
     }
 
-    /// Whether hardly anything ever ended in a place, and no surface is beside it.
+    /// Whether a place was hardly ever hit, and no surface is beside it.
     #[must_use]
     pub fn is_untouched(&self, point_in_map: &Point3<f64>) -> bool {
         let was_hit = self.voxel(point_in_map).is_some_and(|voxel| self.cell(voxel).was_hit());
         !was_hit && !self.is_near_surface(point_in_map, 1)
     }
 
-    /// Whether one of the voxels no more than `steps` away along each axis is of a surface, or may be. Of a surface not all
-    /// voxels are hit in each cycle, so that a place beside one is free only for what is part of something larger.
+    /// Whether one of the voxels no more than `steps` away along each axis is, or may be, part of a surface. Not all voxels of a
+    /// surface are hit in each cycle, so that a single point in free space beside one may be noise.
     #[must_use]
     pub fn is_near_surface(&self, point_in_map: &Point3<f64>, steps: i32) -> bool {
         self.voxel(point_in_map).is_some_and(|voxel| {
@@ -135,19 +135,19 @@ impl Occupancy {
         })
     }
 
-    /// Takes a place for free: the camera would have seen what is there now.
+    /// Sets a place to free: the camera would have seen before what is there now.
     pub fn take_for_free(&mut self, point_in_map: &Point3<f64>) {
         let now = self.now;
         self.change(point_in_map, |cell| cell.take_for_free(now));
     }
 
-    /// Takes a place for occupied since a moment: what is there was followed, and has stopped for good.
+    /// Sets a place to occupied since a time: a tracked object is there that has stopped for good.
     pub fn take_for_occupied(&mut self, point_in_map: &Point3<f64>, since: Stamp) {
         let (since, now) = (self.ticks.at(since), self.now);
         self.change(point_in_map, |cell| cell.take_for_occupied(since, now));
     }
 
-    /// Takes a place for one of which nothing is known.
+    /// Sets a place to unknown.
     pub fn forget(&mut self, point_in_map: &Point3<f64>) {
         self.change(point_in_map, |cell| *cell = Cell::default());
     }
@@ -160,7 +160,7 @@ impl Occupancy {
         }
     }
 
-    /// The voxel of a point; `None` where its coordinates are no numbers.
+    /// The voxel of a point; `None` where a coordinate is not finite.
     fn voxel(&self, point_in_map: &Point3<f64>) -> Option<VoxelKey> {
         let [x, y, z] = (point_in_map.coords / self.config.edge_m).into();
         let is_finite = f64::is_finite(x) && f64::is_finite(y) && f64::is_finite(z);
@@ -169,7 +169,7 @@ impl Occupancy {
         is_finite.then(|| VoxelKey { x: cell(x), y: cell(y), z: cell(z) })
     }
 
-    /// Forgets everything.
+    /// Clears all evidence.
     pub fn clear(&mut self) {
         self.layer = Layer::default();
         self.ticks = Ticks::default();
@@ -187,13 +187,13 @@ impl Occupancy {
         &self.config
     }
 
-    /// How many blocks there are.
+    /// The number of blocks.
     #[must_use]
     pub fn blocks(&self) -> usize {
         self.layer.len()
     }
 
-    /// The memory taken, in bytes.
+    /// The memory in use, in bytes.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         let blocks = self.layer.unordered().map(|(_, block)| block.cells_bytes());

@@ -1,4 +1,4 @@
-//! A room with a ball in it, seen by a depth camera: for tests, with its truth.
+//! A room with a ball in it, seen by a depth camera, with ground truth: for tests.
 
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use crate::projection::Project;
 use crate::{DepthInput, DepthNoise, DepthRange, DepthView};
 
-/// A Kinect with an image of so many pixels.
+/// The camera model of a Kinect with an image of this size.
 pub(crate) fn camera(width_px: usize, height_px: usize) -> CameraModel {
     let focal_px = 525.0 * width_px as f64 / 640.0;
     CameraModel {
@@ -26,12 +26,12 @@ pub(crate) fn pose(shift_m: [f64; 3], turn_rad: [f64; 3]) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(Vector3::from(shift_m)), turn)
 }
 
-/// What stands in the map, whose y axis points down.
+/// The scene, in the map frame, whose y axis points down.
 #[derive(Clone, Debug)]
 pub(crate) struct Scene {
     /// Normals and offsets: a point is on a plane where `normal . point = offset`.
     pub(crate) planes: Vec<(Vector3<f64>, f64)>,
-    /// Middles and radii.
+    /// Centres and radii.
     pub(crate) balls: Vec<(Point3<f64>, f64)>,
 }
 
@@ -55,7 +55,7 @@ impl Scene {
         Self { planes: vec![(Vector3::z(), depth_m)], balls: Vec::new() }
     }
 
-    /// How far along a ray the first surface is, in lengths of the direction.
+    /// The distance of the first surface along a ray, in lengths of the direction.
     pub(crate) fn hit(&self, from: &Point3<f64>, direction: &Vector3<f64>) -> Option<f64> {
         let planes = self
             .planes
@@ -70,10 +70,10 @@ impl Scene {
         planes.chain(balls).filter(|along| *along > 0.05).min_by(f64::total_cmp)
     }
 
-    /// How far a point is from the nearest surface, and the direction away from that.
+    /// The distance of a point from the nearest surface, and the direction away from it.
     pub(crate) fn nearest(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
         let planes = self.planes.iter().map(|(normal, offset)| {
-            // Seen from inside of the room, where all planes are ahead.
+            // Seen from inside of the room, where all planes are in front.
             ((offset - normal.dot(&point.coords)).abs(), -normal)
         });
         let balls = self.balls.iter().map(|(middle, radius_m)| {
@@ -101,7 +101,7 @@ impl Scene {
     }
 }
 
-/// Numbers of a normal distribution, the same for the same seed.
+/// Normally distributed random numbers, the same for the same seed.
 pub(crate) struct Noise(u64);
 
 impl Noise {
@@ -116,7 +116,7 @@ impl Noise {
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Of mean 0 and deviation 1, by the sum of twelve.
+    /// With mean 0 and standard deviation 1, by the sum of twelve uniform numbers.
     pub(crate) fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
@@ -153,7 +153,7 @@ pub(crate) fn view_of_scene(
     view_of(camera, map_from_camera, stamp_s, depths_m, None)
 }
 
-/// What the pyramid says of a rectangle, pixel by pixel: up to where it is free, and up to where anything is known.
+/// The span of a rectangle computed pixel by pixel, as the pyramid should give it.
 pub(crate) fn plain_span(view: &DepthView, columns: [u32; 2], rows: [u32; 2]) -> (f32, f32) {
     const TILE_PX: usize = 4;
     let (width_px, height_px) = view.levels.size();

@@ -1,26 +1,26 @@
 //! The depth image, and three coarser ones in which a pixel is the mean of a square of pixels where these show one surface.
 //!
-//! A voxel that spans several pixels is compared with their mean: a single one of them has the whole noise, and the others
-//! would be wasted (the anti-aliased sampling of supereight2 and wavemap).
+//! A voxel that spans several pixels is compared with their mean: a single pixel would have more noise, and the others would
+//! not be used (the anti-aliased sampling of supereight2 and wavemap).
 //!
-//! In the lowest eight bits of each depth stands its weight, so that one look finds both; that changes the depth by less than
-//! a twenty-thousandth.
+//! The lowest eight bits of each depth hold its weight, so that one memory access reads both; that changes the depth by less
+//! than a twenty-thousandth.
 
 use multiversion::multiversion;
 
 use crate::noise::{DepthNoise, weight_of};
 
-/// Images, the finest among them: pixels of 1, 2, 4 and 8.
+/// The number of levels, with pixels of 1, 2, 4 and 8 pixels of the image.
 pub(crate) const LEVELS: usize = 4;
 
-/// Depths that differ by no more than so many standard deviations of the noise are of one surface.
+/// Depths that differ by no more than this many standard deviations of the noise are of one surface.
 const SAME_SURFACE_SIGMAS: f32 = 6.0;
 
 /// The images.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Levels {
     images: [Level; LEVELS],
-    /// How much the depth changes from pixel to pixel, of one of the images.
+    /// The change of depth from pixel to pixel, of one level at a time.
     slopes_m: Vec<f32>,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct Levels {
 struct Level {
     width_px: usize,
     height_px: usize,
-    /// Row by row, and one more, 0, for what is outside.
+    /// Row by row, and one more value, 0, for pixels outside of the image.
     depths_m: Vec<f32>,
 }
 
@@ -68,12 +68,12 @@ impl Levels {
         (finest.width_px, finest.height_px)
     }
 
-    /// The depths of a level, and 0 behind the last.
+    /// The depths of a level, and 0 after the last.
     pub(crate) fn depths_m(&self, level: u32) -> &[f32] {
         self.images.get(level as usize).map_or(&[], |image| &image.depths_m)
     }
 
-    /// Makes the coarser images, and gives all depths their weights.
+    /// Computes the coarser levels and the weights of all depths.
     pub(crate) fn complete(&mut self, noise: &DepthNoise) {
         let [finest, coarser @ ..] = &mut self.images;
         let mut finer: &Level = finest;
@@ -96,7 +96,7 @@ impl Levels {
     }
 }
 
-/// The larger of the differences to the next column and the next row; where these show nothing static, that is large, too.
+/// The larger of the differences to the next column and the next row; it is also large where one of these has no static depth.
 #[multiversion(targets("x86_64+avx2"))]
 fn find_slopes(depths_m: &[f32], width_px: usize, height_px: usize, slopes_m: &mut [f32]) {
     let rows = slopes_m.chunks_exact_mut(width_px.max(1)).take(height_px);
@@ -130,11 +130,11 @@ fn pack_weights(depths_m: &mut [f32], slopes_m: &[f32], noise: &DepthNoise) {
     }
 }
 
-/// The bits of a depth that are its weight.
+/// The bits of a depth that hold its weight.
 pub(crate) const WEIGHT_BITS: u32 = 0xff;
 
-/// Where four pixels show one surface, their mean; otherwise the pixel of the finest image that is nearest to the middle of
-/// the square: depths of different surfaces have no mean.
+/// Where four pixels show one surface, their mean; otherwise the pixel of the finest level nearest to the centre of the
+/// square: the mean of depths of different surfaces is on neither.
 #[multiversion(targets("x86_64+avx2"))]
 fn halve(finer: &Level, finest: &Level, level: u32, noise: &DepthNoise, coarser: &mut Level) {
     let to_middle = (1_usize << (level - 1)) - 1;

@@ -1,14 +1,14 @@
-//! An image as a lens without distortion would show it.
+//! Undistortion of a depth image.
 
 use geometry::CameraModel;
 use nalgebra::Point3;
 
-/// For each pixel of the image without distortion, the pixel that shows the same. Pixels are taken as they are: a mean of
-/// depths would be a depth that nobody measured.
+/// For each pixel of the undistorted image, the pixel of the original. The nearest pixel is used: an interpolated depth at
+/// an edge would be on neither surface.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Remap {
     camera: CameraModel,
-    /// One beyond the last pixel where the lens shows nothing.
+    /// One beyond the last pixel where the original has none.
     source: Vec<u32>,
 }
 
@@ -37,7 +37,7 @@ impl Remap {
         self.camera == *camera
     }
 
-    /// Puts `none` where the lens shows nothing.
+    /// Sets `none` where the original has no pixel.
     pub(super) fn apply<T: Copy>(&self, pixels: &mut [T], none: T) {
         let shown = pixels.to_vec();
         for (pixel, &source) in pixels.iter_mut().zip(&self.source) {

@@ -63,7 +63,7 @@ fn parts_that_do_not_fit_are_refused_with_numbers() {
 fn a_lens_is_taken_out_of_the_image() {
     let distortion = Distortion::PlumbBob([-0.2, 0.05, 0.001, -0.001, 0.0]);
     let camera = CameraModel { distortion, ..testing::camera(64, 48) };
-    // A wall that slants: its depth is that of the ray, wherever the lens shows it.
+    // A slanted wall: its depth is that of the ray, at whatever pixel the lens shows it.
     let normal = Vector3::new(0.3, 0.2, 1.0);
     let depth = |x: f64, y: f64| 2.0 / normal.dot(&Vector3::new(x, y, 1.0));
     let pixels = (0..48).flat_map(|row| (0..64).map(move |column| (column, row)));
@@ -124,7 +124,7 @@ fn a_cloud_is_seen_as_a_panorama_and_the_nearest_point_counts() {
 }
 
 proptest! {
-    /// The pyramid says of a rectangle what the tiles in it say.
+    /// The pyramid gives the same extremes of a rectangle as the tiles in it.
     #[test]
     fn a_rectangle_has_the_extremes_of_its_tiles(
         depths_m in prop::collection::vec(prop_oneof![Just(0.0_f32), 0.5..5.0_f32, -5.0..-0.5_f32], 37 * 29),

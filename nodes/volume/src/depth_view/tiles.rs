@@ -1,24 +1,24 @@
 //! The least and greatest depth of any rectangle of the image: a pyramid over tiles of pixels, with windows at each tile.
 //!
 //! Each level holds, for each tile, the extremes of the square of `2^level` tiles that begins there, so that a rectangle
-//! is the union of a few overlapping squares and nothing beside it is counted (the sparse table of range minimum queries:
+//! is the union of a few overlapping squares, and no tile outside of it is used (the sparse table of range minimum queries:
 //! Bender and Farach-Colton, "The LCA problem revisited", 2000, section 3).
 
 use std::ops::Range;
 
 use multiversion::multiversion;
 
-/// Pixels along a tile's edge, in an image of a usual size: a power of two.
+/// Pixels along a tile's edge, in an image of up to [`MOST_TILES`] tiles: a power of two.
 const TILE_PX: usize = 4;
-/// More tiles than this there are not: in a larger image they have more pixels.
+/// The maximum number of tiles: in a larger image a tile has more pixels.
 const MOST_TILES: usize = 40_000;
 
 /// The extremes of a rectangle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct DepthSpan {
-    /// It is free up to here wherever the image shows the rectangle; 0 where it does not show that of all of it.
+    /// Space is free up to this depth in the whole rectangle; 0 where that is not known for all of it.
     pub(crate) free_to_m: f32,
-    /// Nothing is known of what is farther; 0 where nothing came back at all.
+    /// Beyond this depth all of it is unknown; 0 where there is no return at all.
     pub(crate) known_to_m: f32,
 }
 
@@ -61,7 +61,7 @@ impl OfColumns {
         join_line(line_m, &mut self.least_m, &mut self.most_m, &mut self.returns);
     }
 
-    /// A few pixels without a return among others are noise; where there are as many, something may be there that gives none.
+    /// A few pixels without a return among others are noise; where most have none, there may be a surface that returns nothing.
     fn reduce(&self, tile_px: usize, lines: usize, least_m: &mut [f32], most_m: &mut [f32]) {
         let columns = self.least_m.chunks(tile_px).zip(self.most_m.chunks(tile_px));
         let columns = columns.zip(self.returns.chunks(tile_px));
@@ -136,7 +136,7 @@ impl Tiles {
     /// The extremes of the tiles that hold these columns and rows, first and last.
     #[inline]
     pub(crate) fn span(&self, columns: [u32; 2], rows: [u32; 2]) -> DepthSpan {
-        // A shift: divisions would take longer than all the rest.
+        // A shift: a division would take longer than the rest of the function.
         let shift = self.tile_px.trailing_zeros();
         let tile = |pixel: u32, tiles: usize| ((pixel >> shift) as usize).min(tiles - 1);
         let [left, right] = columns.map(|pixel| tile(pixel, self.columns));
@@ -211,8 +211,8 @@ impl Tiles {
     }
 }
 
-/// Makes a level from the one before: of four of its squares, those `reach` tiles apart. A square that would reach over the
-/// border is that of the tiles there are.
+/// Computes a level from the one before: from four of its squares, `reach` tiles apart. A square that extends beyond the
+/// border has only the tiles inside.
 fn grow(
     levels: &mut [Vec<f32>],
     level: usize,
@@ -227,7 +227,7 @@ fn grow(
     for (row, made) in coarser.chunks_exact_mut(columns.max(1)).enumerate() {
         let (upper, lower) = (line(row), line((row + reach).min(rows - 1)));
         let (Some(upper_last), Some(lower_last)) = (upper.last(), lower.last()) else { return };
-        // Beyond the last column there is only the last one itself.
+        // Beyond the last column the last one is repeated.
         let (inner, outer) = made.split_at_mut(columns.saturating_sub(reach));
         let right = upper.iter().skip(reach).zip(lower.iter().skip(reach));
         for (((made, upper), lower), right) in inner.iter_mut().zip(upper).zip(lower).zip(right) {

@@ -13,7 +13,7 @@ pub(super) struct OccupancyBlock {
     /// The voxels that the image with the number `image` hit.
     hits: Bits,
     image: u32,
-    /// The number of the latest image that saw something of it.
+    /// The number of the latest image that had it in view.
     pub(super) seen_by: u32,
 }
 
@@ -64,7 +64,7 @@ impl OccupancyBlock {
         is_first
     }
 
-    /// Joins the hits of this image.
+    /// Adds the hits of this image to the evidence.
     pub(super) fn join_hits(&mut self, image: u32, now: u32) {
         if self.image == image {
             let hits = self.hits;
@@ -72,7 +72,7 @@ impl OccupancyBlock {
         }
     }
 
-    /// All of it was free, but for what is hit.
+    /// All voxels were free, except those that were hit.
     pub(super) fn pass_all(&mut self, image: u32, now: u32) {
         if self.image == image {
             return self.pass(&[u64::MAX; BLOCK_VOXELS / 64], image, now);
@@ -90,7 +90,7 @@ impl OccupancyBlock {
         }
     }
 
-    /// Some voxels were free, but for what is hit.
+    /// Some voxels were free, except those that were hit.
     pub(super) fn pass(&mut self, voxels: &Bits, image: u32, now: u32) {
         let mut free = *voxels;
         if self.image == image {
@@ -115,7 +115,7 @@ impl OccupancyBlock {
         }
     }
 
-    /// What is held beside the block itself.
+    /// The memory outside of the struct itself, in bytes.
     pub(super) fn cells_bytes(&self) -> usize {
         match &self.cells {
             Cells::Same(_) => 0,

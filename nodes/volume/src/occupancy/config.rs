@@ -1,4 +1,4 @@
-//! The parameters of the occupancy, their defaults, and where these come from.
+//! The parameters of the occupancy map, their defaults, and the sources of these.
 
 use geometry::{VoxelEdgeError, VoxelGrid};
 use serde::{Deserialize, Serialize};
@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 pub struct OccupancyConfig {
     /// The edge of the voxels, in metres.
     pub edge_m: f64,
-    /// Farther from the camera than this nothing is recorded, in metres.
+    /// The maximum distance from the camera at which evidence is recorded, in metres.
     pub reach_m: f64,
-    /// Blocks of 8 voxels an axis that are kept at most; those that were seen longest ago make room.
+    /// The maximum number of blocks of 8 voxels an axis; those not seen for the longest time are dropped first.
     pub max_blocks: usize,
-    /// Blocks that one image updates at most, the nearest: it bounds the time.
+    /// The maximum number of blocks that one image updates, the nearest first: it bounds the time.
     pub max_blocks_per_image: usize,
 }
 
@@ -31,10 +31,10 @@ impl Default for OccupancyConfig {
     }
 }
 
-/// A parameter has a value that means nothing.
+/// A parameter is out of its range.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum OccupancyConfigError {
-    /// The edge is none.
+    /// The edge is invalid.
     #[error(transparent)]
     Edge(#[from] VoxelEdgeError),
     /// A length is out of its range.
@@ -44,12 +44,12 @@ pub enum OccupancyConfigError {
         name: &'static str,
         /// Its value.
         value_m: f64,
-        /// The least that is possible.
+        /// The minimum.
         least_m: f64,
-        /// The most that is possible.
+        /// The maximum.
         most_m: f64,
     },
-    /// There is no room.
+    /// A number of blocks is 0.
     #[error("{name} is 0: there must be blocks")]
     NoBlocks {
         /// The parameter.
@@ -66,7 +66,7 @@ impl OccupancyConfig {
     /// Checks every parameter.
     ///
     /// # Errors
-    /// When one means nothing.
+    /// When one is out of its range.
     pub fn validate(&self) -> Result<(), OccupancyConfigError> {
         VoxelGrid::new(self.edge_m)?;
         let lengths = [

@@ -12,7 +12,7 @@ fn occupancy(edge_m: f64) -> Occupancy {
     Occupancy::new(OccupancyConfig { edge_m, reach_m: 4.0, ..OccupancyConfig::default() }).unwrap()
 }
 
-/// Each pixel is a point of its own.
+/// Each pixel is one point.
 fn join(occupancy: &mut Occupancy, view: &DepthView) -> OccupancyUpdate {
     let camera_in_map = view.map_from_camera.translation.vector.into();
     occupancy.begin_cycle(view.stamp());
@@ -92,7 +92,7 @@ fn where_nothing_comes_back_nothing_is_known() {
         let pose = Isometry3::identity();
         let mut depths_m = Scene::wall(3.0).depths_m(&camera, &pose);
         for (pixel, depth_m) in depths_m.iter_mut().enumerate() {
-            // The left half gives nothing, and one pixel of six of the rest.
+            // The left half has no returns, and neither has one pixel of six of the rest.
             *depth_m = if pixel % 160 < 80 || pixel % 6 == 0 { 0.0 } else { *depth_m };
         }
         join(&mut known, &testing::view_of(&camera, &pose, f64::from(stamp_s), depths_m, None));
@@ -101,7 +101,7 @@ fn where_nothing_comes_back_nothing_is_known() {
     assert_eq!(known.place(&Point3::new(0.5, 0.0, 1.5)), Place::Free { since: stamp(2) });
 }
 
-/// A floor that is seen at 4 degrees.
+/// A floor seen at a grazing angle of 4 degrees.
 #[test]
 fn rays_that_graze_a_floor_do_not_pass_it() {
     let camera = testing::camera(320, 240);
@@ -178,7 +178,8 @@ fn a_place_may_be_told_what_it_is() {
     assert_eq!((known.place(&free), known.blocks()), (Place::Unknown, 0));
 }
 
-/// Regression: hits were in reach of the pose of the last image, and without one were lost on a platform that had driven on.
+/// Regression: the reach of hits was measured from the pose of the last image; on a platform that had moved on without an image
+/// they were lost.
 #[test]
 fn hits_are_in_reach_of_the_camera_without_an_image() {
     let mut known = occupancy(0.08);
@@ -200,8 +201,8 @@ fn hits_are_in_reach_of_the_camera_without_an_image() {
     assert_eq!(known.place(&Point3::new(101.0, 0.0, 0.0)), Place::Unknown, "nothing is passed");
 }
 
-/// Regression: 497 days after the first moment all were the same one, so that a clock which began at 0 and was set made
-/// background of what was seen for the first time.
+/// Regression: all times more than 497 days after the first were the same tick, so that after a clock that began at 0 was set,
+/// a surface was background when it was first seen.
 #[test]
 fn a_clock_that_is_set_forward_by_years_begins_anew() {
     const YEARS_S: u32 = 50 * 365 * 86_400;
@@ -224,7 +225,7 @@ fn a_place_is_taken_for_occupied_when_all_blocks_are_in_use() {
     let nothing = Scene { planes: Vec::new(), balls: Vec::new() };
     for x in 0..20 {
         let place = Point3::new(20.0 + f64::from(x), 0.0, 0.0);
-        // What the last image shows is kept: another one is of elsewhere.
+        // The blocks of the last image are kept; the next image is of another place.
         see(&mut known, &nothing, 4 + x..5 + x);
         known.take_for_occupied(&place, stamp(1));
         assert!(matches!(known.place(&place), Place::Occupied { .. }), "{x}");
@@ -232,7 +233,7 @@ fn a_place_is_taken_for_occupied_when_all_blocks_are_in_use() {
     }
 }
 
-/// Whether one image passes a voxel, decided for it alone.
+/// Whether one image passes a voxel, computed for this voxel alone.
 fn plain_pass(known: &Occupancy, view: &DepthView, voxel: VoxelKey) -> bool {
     let crate::depth_view::Kind::Pinhole(projection) = view.kind else { unreachable!() };
     let edge_m = known.config.edge_m;
@@ -265,7 +266,7 @@ fn plain_hits(known: &Occupancy, view: &DepthView) -> HashSet<VoxelKey> {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
-    /// Cubes that are decided as a whole are decided as each of their voxels would be.
+    /// A cube that is classified as a whole has the class that each of its voxels would have.
     #[test]
     fn the_update_is_that_of_each_voxel_alone(
         shift in prop::array::uniform3(-0.3..0.3_f64),

@@ -1,4 +1,4 @@
-//! How an image is joined to the evidence.
+//! Update of the evidence by an image.
 
 use nalgebra::{Point3, Vector3};
 
@@ -9,15 +9,15 @@ use crate::depth_view::{DepthView, with_projection};
 use crate::descent::{Behind, Descent, Judge, Margins, Verdict, block_edge_m};
 use crate::projection::Project;
 
-/// What is nearer than all that is seen by so many edges is free: the noise of depth and of poses, and the surface's own
-/// voxels.
+/// Space is free if it is nearer than all depths by this many edges: a margin for the noise of depth and of poses, and for the
+/// surface's own voxels.
 const FREE_BEFORE_IN_EDGES: f64 = 1.0;
-/// The share of the blocks that is dropped when there is no room, so that dropping is rare.
+/// One in this many blocks is dropped when there is no room, so that dropping is rare.
 const DROPPED_SHARE: usize = 4;
 
 impl Occupancy {
-    /// Joins a cycle of a camera at `camera_in_map`: the points of it that are static, each the mean of a voxel's depths, and
-    /// the image that they are of. An empty view shows nothing free.
+    /// Adds a cycle of a camera at `camera_in_map`: its static points, each the mean of a voxel's depths, and the image that they
+    /// were computed from. An empty view marks nothing as free.
     pub fn integrate<'a>(
         &mut self,
         camera_in_map: &Point3<f64>,
@@ -169,7 +169,7 @@ impl Occupancy {
         self.layer.slot(key)
     }
 
-    /// Drops the blocks that were seen longest ago, but none that this image saw. Returns whether there is room.
+    /// Drops the blocks that were not seen for the longest time, but none in the view of this image. Returns whether there is room.
     fn drop_oldest(&mut self, update: &mut OccupancyUpdate) -> bool {
         if update.is_incomplete {
             return false;

@@ -6,7 +6,7 @@ use super::{
     CameraBox, Covered, Extent, LANES, Project, Row, depths_between, nearest, pixels_between,
 };
 
-/// Nearer to the camera's plane nothing is projected. No depth camera measures so near.
+/// The smallest depth that is projected. No depth camera measures so near.
 const NEAREST_M: f32 = 0.05;
 
 /// A pinhole camera in single precision. Depth is along the optical axis.
@@ -71,7 +71,7 @@ impl Project for Pinhole {
             return Extent::Undecided;
         }
         let (by_near, by_far) = (1.0 / near_m, 1.0 / far_m);
-        // Of the slopes of a box the least is at its near side where it is negative, and at its far side where not.
+        // The least slope of a box is at its near side where it is negative, and at its far side where it is positive.
         let slopes = |middle: f32, half: f32| {
             let (least, most) = (middle - half, middle + half);
             let least = least * if least < 0.0 { by_near } else { by_far };
@@ -123,7 +123,7 @@ impl Project for Pinhole {
             height_px: self.height_px.div_ceil(1 << level),
             fx_px: self.fx_px * share,
             fy_px: self.fy_px * share,
-            // A pixel's middle has whole coordinates.
+            // The centre of a pixel has integer coordinates.
             cx_px: (self.cx_px + 0.5) * share - 0.5,
             cy_px: (self.cy_px + 0.5) * share - 0.5,
         }

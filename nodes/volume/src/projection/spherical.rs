@@ -8,13 +8,13 @@ use super::{
     CameraBox, Covered, Extent, LANES, Project, Row, depths_between, nearest, pixels_between,
 };
 
-/// Nearer than this there is no direction that means anything.
+/// Nearer points have no well-defined direction.
 const NEAREST_M: f32 = 0.05;
 
 /// A panorama around the sensor's z axis: x forward, y left, z up.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SphericalModel {
-    /// Columns, over the whole turn, from behind the sensor over its left to behind it again, clockwise from above.
+    /// Columns over the whole turn, clockwise as seen from above, beginning behind the sensor.
     pub columns: usize,
     /// Rows, from the highest elevation down.
     pub rows: usize,
@@ -24,7 +24,7 @@ pub struct SphericalModel {
     pub most_elevation_rad: f64,
 }
 
-/// The numbers describe no panorama.
+/// The model is invalid.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 #[error(
     "a panorama of {} x {} pixels from {} to {} rad: it must have between 1 and {} of them, and elevations must \
@@ -108,7 +108,7 @@ impl Project for Spherical {
                 & (column >= -0.5)
                 & (line >= -0.5)
                 & (line < self.rows as f32 - 0.5);
-            // The seam belongs to both ends.
+            // The seam is at both ends.
             let column = nearest(column).min(self.columns - 1);
             let pixel = nearest(line).wrapping_mul(self.columns).wrapping_add(column);
             row.depth_m[lane] = range_m;

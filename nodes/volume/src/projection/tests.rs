@@ -13,7 +13,7 @@ fn models() -> (CameraModel, Pinhole, SphericalModel, Spherical) {
     (camera, Pinhole::of(&camera), model, Spherical::of(&model))
 }
 
-/// Whether some point of a box is beside its bounds.
+/// Whether some point of a box is outside of its bounds.
 fn breaks_bounds<P: Project>(projection: P, of: &CameraBox, pixels: u32, columns: u32) -> bool {
     let extent = projection.extent(of);
     let at = |share: f32, axis: usize| of.middle_m[axis] + (2.0 * share - 1.0) * of.half_m[axis];
@@ -63,7 +63,7 @@ proptest! {
         let row = pinhole.coarser(level).row([x as f32, y as f32, z as f32], [0.0; 3]);
         let (columns, rows) = (64_u32.div_ceil(1 << level), 48_u32.div_ceil(1 << level));
         let expected = camera.project(&Point3::new(x, y, z)).filter(|_| z > 0.05);
-        // A point between two pixels may fall to either.
+        // A point between two pixels may be rounded to either.
         let at = |seen: f64| {
             let coarse = (seen + 0.5) / f64::from(1 << level);
             [coarse - 1e-3, coarse + 1e-3].map(|value| value.floor() as i64)
