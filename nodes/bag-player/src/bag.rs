@@ -10,18 +10,18 @@ use crate::message::{Filter, Selection, bare};
 use crate::messages::Messages;
 use crate::rosbag2::{ListedTopic, METADATA_FILE, Metadata};
 
-/// Messages of overlapping chunks that are kept in memory at most, unless
-/// [`Bag::with_merge_window`] says otherwise.
+/// The maximum size of the messages of overlapping chunks in memory, unless [`Bag::with_merge_window`]
+/// sets another.
 pub const DEFAULT_MERGE_WINDOW_BYTES: u64 = 512 << 20;
 
-/// A recorded bag, open for reading: a file of MCAP, of rosbag2's sqlite3 storage or of ROS 1, known by its content; a
+/// A recorded bag, open for reading: a file of MCAP, of rosbag2's sqlite3 storage or of ROS 1, recognised by its content; a
 /// rosbag2 directory; or a directory with `.mcap` or `.db3` files in it.
 ///
 /// A file that was compressed as a whole (zstd), and a bag of ROS 1, are read from a temporary file, which is
 /// removed when the bag and its [`Messages`] are dropped.
 ///
-/// Opening reads the index only. A damaged bag opens as long as there is something to read in it; what
-/// is lost is reported by [`Messages::losses`] and [`BagInfo::losses`].
+/// Opening reads the index only. A damaged bag opens as long as there is something to read in it; losses
+/// are reported by [`Messages::losses`] and [`BagInfo::losses`].
 #[derive(Debug)]
 pub struct Bag {
     path: PathBuf,
@@ -36,7 +36,7 @@ impl Bag {
     /// Opens a bag.
     ///
     /// # Errors
-    /// When there is no bag at `path`, or one of another storage: the message says what it is.
+    /// When there is no bag at `path`, or one with another storage, which the message names.
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let refused = |source| BagError::Open { path: path.to_owned(), source };
         let kind = std::fs::metadata(path).map_err(refused)?;
@@ -161,7 +161,7 @@ impl Bag {
     }
 
     /// The contents of the bag, counted by reading all of it: finds damaged chunks that [`Bag::info`] does
-    /// not look at.
+    /// not read.
     ///
     /// # Errors
     /// When a file can no longer be opened.
@@ -180,15 +180,15 @@ impl Bag {
     /// The selected messages, in the order of their log times.
     ///
     /// # Errors
-    /// When the selection asks for a topic that the bag does not have, or its times are no times.
+    /// When the selection asks for a topic that the bag does not have, or its times are invalid.
     pub fn messages(&self, selection: &Selection) -> Result<Messages, BagError> {
         let filter = Filter::new(selection, self.start_ns().unwrap_or(0))?;
         self.check_topics(selection)?;
         Ok(Messages::new(&self.files, filter, self.losses.clone(), self.merge_window_bytes))
     }
 
-    /// Every topic requested must be there. The whole bag is read for this only when its index does
-    /// not know the topic.
+    /// Every requested topic must exist. The whole bag is read for this only when its index does
+    /// not have the topic.
     fn check_topics(&self, selection: &Selection) -> Result<(), BagError> {
         let Some(topics) = &selection.topics else { return Ok(()) };
         let known = |topic: &str| {
@@ -230,13 +230,13 @@ impl Bag {
         self.listed_topics.iter().find(|listed| listed.name == topic)?.qos
     }
 
-    /// Log time of the first message, as the index has it.
+    /// Log time of the first message by the index.
     pub(crate) fn start_ns(&self) -> Option<u64> {
         self.files.iter().filter_map(|file| file.first_ns()).min()
     }
 }
 
-/// The files of this extension, also those that were compressed as a whole, unless the unpacked file lies beside.
+/// The files of this extension, also those that were compressed as a whole, unless the unpacked file is beside them.
 fn files_of(paths: &[PathBuf], extension: &str) -> Vec<PathBuf> {
     let is_of = |path: &Path| path.extension().is_some_and(|found| found == extension);
     let is_packed = |path: &PathBuf| {

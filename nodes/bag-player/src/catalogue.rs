@@ -1,4 +1,4 @@
-//! The channels and schemas of one file, as far as they are known.
+//! The known channels and schemas of one file.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::qos::OfferedQos;
 /// Key of a channel's metadata under which rosbag2 keeps the QoS of the recorded publishers.
 pub(crate) const QOS_METADATA_KEY: &str = "offered_qos_profiles";
 
-/// The one under which it keeps the hash of the type's description (REP-2011).
+/// The key of the hash of the type's description (REP-2011).
 const HASH_METADATA_KEY: &str = "topic_type_hash";
 
 /// The type and encoding of a channel.
@@ -20,7 +20,7 @@ pub(crate) struct Channel {
     /// Empty for a channel without a schema.
     pub(crate) type_name: Arc<str>,
     pub(crate) encoding: Arc<str>,
-    /// The definition of the type as the file has it; empty for one in another form than `.msg` files.
+    /// The definition of the type in the file; empty where it is not in the form of `.msg` files.
     pub(crate) definition: Arc<str>,
     /// The hash of the type's description; empty where there is none.
     pub(crate) type_hash: Arc<str>,
@@ -47,8 +47,8 @@ pub(crate) struct Catalogue {
 }
 
 impl Catalogue {
-    /// Takes in a schema or channel record; others are ignored. The first description of a channel
-    /// counts, as the format allows no other.
+    /// Adds a schema or channel record; others are ignored. The first description of a channel
+    /// is used, as the format allows no other.
     pub(crate) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<(), mcap::McapError> {
         if opcode != op::SCHEMA && opcode != op::CHANNEL {
             return Ok(());

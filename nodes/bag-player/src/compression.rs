@@ -1,4 +1,4 @@
-//! What rosbag2 compressed on its own, with zstd: whole files, or single messages.
+//! rosbag2's own compression with zstd, of whole files or of single messages.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -16,10 +16,10 @@ pub(crate) const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 /// several hours of raw images.
 const MAX_FILE_BYTES: u64 = 64 << 30;
 
-/// Bytes that are unpacked at once.
+/// The number of bytes that are unpacked at once.
 const BLOCK_BYTES: usize = 128 << 10;
 
-/// Unpacks a file that was compressed as a whole. One that is cut or damaged gives what lies before the damage, and
+/// Unpacks a file that was compressed as a whole. Of one that is cut or damaged the part before the damage is returned, with
 /// the loss.
 pub(crate) fn unpack(path: &Path) -> Result<(Temporary, Option<Loss>), BagError> {
     unpack_at_most(path, MAX_FILE_BYTES)
@@ -62,8 +62,8 @@ fn unpack_at_most(path: &Path, limit_bytes: u64) -> Result<(Temporary, Option<Lo
     }
 }
 
-/// The content of a message, which may be a zstd frame: CDR begins with `00`, so the frame is known by its magic
-/// number also where no metadata says so.
+/// The content of a message, which may be a zstd frame: CDR begins with `00`, so the frame is recognised by its magic
+/// number even without metadata.
 pub(crate) fn message(encoding: &str, data: Vec<u8>) -> Result<Vec<u8>, String> {
     if encoding != CDR || !data.starts_with(&ZSTD_MAGIC) {
         return Ok(data);

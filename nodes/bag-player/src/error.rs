@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::foreign::ForeignFile;
 use crate::ros1::Ros1Error;
 
-/// Why a bag cannot be read or written. Every message names the thing and what to do about it.
+/// Why a bag cannot be read or written. Every message names the file or topic, and the fix.
 #[derive(Debug, thiserror::Error)]
 pub enum BagError {
     /// The path cannot be opened at all.
@@ -27,7 +27,7 @@ pub enum BagError {
         /// The file.
         path: PathBuf,
     },
-    /// The file is no bag of a known format.
+    /// The file is not a bag of a known format.
     #[error("{path} is not a bag: {found}", path = path.display())]
     NotABag {
         /// The file.
@@ -35,12 +35,12 @@ pub enum BagError {
         /// The kind of file, with the fix in its text.
         found: ForeignFile,
     },
-    /// The file is a SQLite database that is no bag, or is too damaged to be read.
+    /// The file is a SQLite database that is not a bag, or is too damaged to be read.
     #[error("{path} cannot be read as a bag of the storage sqlite3: {reason}; copy or record it again", path = path.display())]
     Database {
         /// The database.
         path: PathBuf,
-        /// What SQLite says of it, or what it lacks.
+        /// SQLite's error, or what is missing in it.
         reason: String,
     },
     /// The file is compressed as a whole and cannot be unpacked.
@@ -51,7 +51,7 @@ pub enum BagError {
         /// Why.
         reason: String,
     },
-    /// There is no room for what a file is unpacked or converted to.
+    /// The unpacked or converted file cannot be written.
     #[error("{path} cannot be unpacked into {folder}: {source}; set TMPDIR to a folder with room for it", path = path.display(), folder = folder.display())]
     Temporary {
         /// The file.
@@ -88,8 +88,8 @@ pub enum BagError {
         /// The directory.
         path: PathBuf,
     },
-    /// `metadata.yaml` does not say what rosbag2 writes there.
-    #[error("{path} cannot be understood: {reason}; move it away to read the .mcap or .db3 files without it", path = path.display())]
+    /// `metadata.yaml` cannot be parsed as that of rosbag2.
+    #[error("{path} cannot be parsed: {reason}; move it away to read the .mcap or .db3 files without it", path = path.display())]
     BadMetadata {
         /// The metadata file.
         path: PathBuf,
@@ -116,12 +116,12 @@ pub enum BagError {
         /// Its topics, comma-separated.
         available: String,
     },
-    /// A time of the selection is no usable number.
+    /// A time of the selection is invalid.
     #[error("{name} must be a number of seconds, 0 or more, not {value_s}")]
     BadSelection {
-        /// Which one.
+        /// Its name.
         name: &'static str,
-        /// The given type.
+        /// The given value.
         value_s: f64,
     },
     /// A message was to be decoded as another type than its own.
@@ -142,14 +142,14 @@ pub enum BagError {
         /// Its encoding.
         encoding: String,
     },
-    /// The bytes of a message are not the message they should be.
+    /// A message cannot be decoded.
     #[error("the message of {topic} at {nanos} ns is damaged: {source}", nanos = log_time.as_nanos())]
     Decode {
         /// The topic.
         topic: String,
         /// When it was logged.
         log_time: Stamp,
-        /// What is wrong with it.
+        /// Why.
         source: msgs::cdr::CdrError,
     },
     /// A message cannot be encoded.
@@ -160,12 +160,12 @@ pub enum BagError {
         /// Why.
         source: msgs::cdr::CdrError,
     },
-    /// A channel was used that this writer did not hand out.
+    /// A channel that is not one of this writer.
     #[error("channel {id} is not one of this bag's {count}")]
     NoSuchChannel {
         /// Its number.
         id: u16,
-        /// How many there are.
+        /// The number of its channels.
         count: usize,
     },
     /// A message was to be written as another type than its channel's.
@@ -178,7 +178,7 @@ pub enum BagError {
         /// The type of the message.
         given: &'static str,
     },
-    /// MCAP counts time from 1970 on.
+    /// A time before 1970, which MCAP cannot represent.
     #[error("a message for {topic} has the log time {nanos} ns, before 1970, which a bag cannot hold", nanos = log_time.as_nanos())]
     TimeBeforeEpoch {
         /// The topic.
@@ -194,7 +194,7 @@ pub enum BagError {
         /// The error.
         source: mcap::McapError,
     },
-    /// The finished bag cannot be put in its place.
+    /// The finished bag cannot be renamed to its final path.
     #[error("cannot create {path}: {source}; check that its directory exists and may be written to", path = path.display())]
     Create {
         /// The file.
@@ -204,26 +204,26 @@ pub enum BagError {
     },
 }
 
-/// A part of the bag that could not be read. The rest was.
+/// A part of the bag that could not be read.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Loss {
-    /// The file that it is missing from.
+    /// The file.
     pub file: PathBuf,
-    /// Where in the file the lost part begins.
+    /// The offset of the lost part in the file.
     pub offset_bytes: u64,
-    /// How many bytes of the file could not be used.
+    /// The size of the lost part in bytes.
     pub size_bytes: u64,
-    /// How many messages are lost with it, where that is known.
+    /// The number of lost messages, where that is known.
     pub messages: Option<u64>,
     /// The kind of loss.
     pub kind: LossKind,
 }
 
-/// Why a part of a bag is lost.
+/// The cause of a loss.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case", tag = "what")]
 pub enum LossKind {
-    /// A file that the metadata lists is not there.
+    /// A file that the metadata lists does not exist.
     MissingFile,
     /// A file of the bag cannot be read.
     UnreadableFile {
@@ -232,7 +232,7 @@ pub enum LossKind {
     },
     /// The file ends in the middle of a record, or before its footer.
     CutOff {
-        /// Messages that were still recovered from the record it ends in.
+        /// Messages that were recovered from its last record.
         recovered_messages: u64,
     },
     /// The index at the end of the file is damaged; the file was read without it.
@@ -240,12 +240,12 @@ pub enum LossKind {
         /// Why.
         reason: String,
     },
-    /// A record makes no sense, and nothing behind it can be found.
+    /// A record is invalid, and the records after it cannot be found.
     BadRecord {
         /// Why.
         reason: String,
     },
-    /// A chunk's content does not have the checksum that was stored with it.
+    /// A chunk's content does not have the stored checksum.
     ChunkChecksum {
         /// The stored checksum.
         stored: u32,
@@ -257,22 +257,22 @@ pub enum LossKind {
         /// Why.
         reason: String,
     },
-    /// Messages that make no sense, each on its own.
+    /// Single messages are invalid.
     BadMessages {
         /// Why.
         reason: String,
     },
     /// The database is damaged.
     Database {
-        /// What SQLite says of it.
+        /// SQLite's error.
         reason: String,
     },
-    /// A file that is compressed as a whole is damaged; what lies before was read.
+    /// A file that is compressed as a whole is damaged; the part before the damage was read.
     Compression {
         /// Why.
         reason: String,
     },
-    /// A topic of a bag of ROS 1 that cannot become one of ROS 2.
+    /// A topic of a bag of ROS 1 that cannot be converted to ROS 2.
     LeftOut {
         /// The topic.
         topic: String,
@@ -292,14 +292,14 @@ pub enum LossKind {
 }
 
 impl Loss {
-    /// Whether messages are lost, or may be: only the index of the bag may be damaged.
+    /// Whether messages are lost, or may be. It is false where only the index of the bag is damaged.
     #[must_use]
     pub fn costs_messages(&self) -> bool {
         self.messages != Some(0)
     }
 }
 
-/// Adds a loss; those of one kind in one file whose messages are counted become one.
+/// Adds a loss; losses of one kind in one file whose messages are counted are merged.
 pub(crate) fn add_loss(losses: &mut Vec<Loss>, loss: Loss) {
     let known = losses.iter_mut().find(|known| known.file == loss.file && known.kind == loss.kind);
     match (known, loss.messages) {

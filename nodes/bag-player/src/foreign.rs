@@ -1,4 +1,4 @@
-//! What a file is by its content, whatever its name.
+//! Recognition of a file by its content.
 
 use std::fmt;
 use std::fs::File;
@@ -7,24 +7,24 @@ use std::path::Path;
 
 use crate::compression::ZSTD_MAGIC;
 
-/// A file that was given as a bag but is not one.
+/// A file that is not a bag.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum ForeignFile {
-    /// A pointer that Git LFS left in place of the file.
+    /// The pointer that Git LFS puts in place of a file.
     LfsPointer,
-    /// A file compressed with zstd as a whole that holds something else than a bag.
+    /// A file compressed with zstd as a whole whose content is not a bag.
     Compressed(Box<ForeignFile>),
-    /// Something else; its first bytes.
+    /// Another file, with its first bytes.
     Unknown(Vec<u8>),
 }
 
-/// How many bytes distinguish the known kinds.
+/// The number of bytes that distinguish the known kinds.
 const SNIFF_BYTES: u64 = 32;
 
 /// The kind of a file by its first bytes.
 #[derive(PartialEq, Eq, Debug)]
 pub(crate) enum FileKind {
-    /// Without any byte.
+    /// Empty.
     Empty,
     Mcap,
     Sqlite3,
@@ -34,7 +34,7 @@ pub(crate) enum FileKind {
     Foreign(ForeignFile),
 }
 
-/// Whether a file begins as one of the formats that [`crate::Bag::open`] reads does.
+/// Whether a file begins like one of the formats that [`crate::Bag::open`] reads.
 ///
 /// # Errors
 /// When it cannot be read.

@@ -1,8 +1,8 @@
 //! The index of one file: its segments, channels and statistics; or the tables of a database.
 //!
-//! The index at the end of the file says where the chunks are. What it does not cover (files
-//! without an index, cut files, messages outside of chunks) is walked record by record; only the
-//! heads of the records are read, nothing is decompressed.
+//! The index at the end of the file gives the positions of the chunks. Parts that it does not cover (files
+//! without an index, cut files, messages outside of chunks) are scanned record by record; only the
+//! headers of the records are read, nothing is decompressed.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -32,9 +32,9 @@ pub(crate) struct FileIndex {
     pub(crate) path: PathBuf,
     pub(crate) size_bytes: u64,
     pub(crate) storage: Storage,
-    /// The file that is read in place of it.
+    /// The temporary file that is read in place of it.
     temporary: Option<Arc<Temporary>>,
-    /// What is to be known of the file and is no loss.
+    /// Remarks about the file that are not losses.
     pub(crate) remark: Option<String>,
     /// Whether it is compressed as a whole.
     pub(crate) is_packed: bool,
@@ -45,7 +45,7 @@ pub(crate) struct FileIndex {
     /// In the order of the file.
     pub(crate) segments: Vec<Segment>,
     pub(crate) catalogue: Catalogue,
-    /// Present where the file carries them and was read by its index.
+    /// Present where the file has them and was read by its index.
     pub(crate) statistics: Option<Statistics>,
     /// The losses known before any message is read.
     pub(crate) losses: Vec<Loss>,
@@ -73,7 +73,7 @@ impl FileIndex {
         }
     }
 
-    /// The path to name, and the one to open.
+    /// The path for messages, and the one to open.
     pub(crate) fn paths(&self) -> Paths<'_> {
         let opened = self.temporary.as_ref().map_or(self.path.as_path(), |file| file.path());
         Paths { named: &self.path, opened }
@@ -85,14 +85,14 @@ impl FileIndex {
         self.catalogue.channels().map(|(_, channel)| channel).chain(of_database)
     }
 
-    /// Time of the first message, as the index has it.
+    /// Time of the first message by the index.
     pub(crate) fn first_ns(&self) -> Option<u64> {
         let of_database = self.database.as_ref().and_then(|database| database.span_ns);
         let of_segments = self.segments.iter().map(|segment| segment.first_ns);
         of_segments.chain(of_database.map(|(first_ns, _)| first_ns)).min()
     }
 
-    /// Opens an MCAP file and finds out what is where.
+    /// Opens an MCAP file and indexes its segments.
     fn of_mcap(path: &Path) -> Result<Self, BagError> {
         let refused = |source| BagError::Open { path: path.to_owned(), source };
         let mut source = Source::open(path).map_err(refused)?;
@@ -131,7 +131,7 @@ impl FileIndex {
     }
 }
 
-/// A walk over the records of a file's data section.
+/// A scan over the records of a file's data section.
 struct Walk<'a> {
     index: FileIndex,
     chunks: BTreeMap<u64, &'a ChunkIndex>,
@@ -165,7 +165,7 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    /// Takes the record at `offset` in and returns where the next one is.
+    /// Adds the record at `offset` and returns the offset of the next one.
     fn step(&mut self, source: &mut Source, offset: u64) -> io::Result<Option<u64>> {
         let Some(frame) = source.frame_at(offset)? else {
             return Ok(self.cut_off(source, offset));
@@ -209,7 +209,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Takes in a chunk that no index lists.
+    /// Adds a chunk that no index lists.
     fn chunk(&mut self, source: &mut Source, frame: &Frame) -> io::Result<Option<u64>> {
         self.end_run();
         let cut = frame.end() > source.size;
@@ -228,16 +228,16 @@ impl<'a> Walk<'a> {
             index_offsets: None,
             form: Form::Chunk { compression: head.compression },
         });
-        // Reading a chunk that the file ends in recovers what it can and reports the rest.
+        // Where the file ends within a chunk, reading the chunk recovers its first messages and reports the loss of the others.
         Ok((!cut).then_some(frame.end()))
     }
 
-    /// Where the next chunk begins that the index lists.
+    /// The offset of the next chunk that the index lists.
     fn next_chunk(&self, offset: u64) -> Option<u64> {
         self.chunks.range(offset..).next().map(|(start, _)| *start)
     }
 
-    /// Takes a chunk from the index and returns where the next record is.
+    /// Adds a chunk from the index and returns the offset of the next record.
     fn indexed_chunk(&mut self, chunk: &ChunkIndex) -> u64 {
         self.end_run();
         let end = chunk.chunk_start_offset.saturating_add(chunk.chunk_length);
@@ -292,7 +292,7 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    /// Notes what is lost from `offset` on and returns where reading can go on: at the next chunk
+    /// Records a loss from `offset` on and returns where reading can continue: at the next chunk
     /// of the index, if there is one.
     fn lose(&mut self, source: &Source, offset: u64, kind: LossKind) -> Option<u64> {
         let next = self.next_chunk(offset);
@@ -316,7 +316,7 @@ impl<'a> Walk<'a> {
 
     fn finish(mut self, source: &mut Source) -> FileIndex {
         self.index.losses = self.losses;
-        // A chunk without messages states no times: they would make the bag begin in 1970.
+        // The times of a chunk without messages are 0: with them the bag would begin in 1970.
         self.index.segments.retain_mut(|segment| {
             (segment.first_ns, segment.last_ns) != (0, 0) || take_times(source, segment)
         });
@@ -324,7 +324,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Finds the times of a segment by reading it; `false` where it is sound and has no message.
+/// Finds the times of a segment by reading it; `false` where it is undamaged and has no message.
 fn take_times(source: &mut Source, segment: &mut Segment) -> bool {
     let mut times: Option<(u64, u64)> = None;
     let read = for_each_record(source, segment, &mut |opcode, body| {

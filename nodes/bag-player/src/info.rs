@@ -51,7 +51,7 @@ pub struct BagInfo {
 /// One file of a bag.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct FileInfo {
-    /// Where it is.
+    /// Its path.
     pub path: PathBuf,
     /// Its size.
     pub size_bytes: u64,
@@ -65,7 +65,7 @@ pub struct FileInfo {
     pub indexed: bool,
     /// How many chunks it has.
     pub chunks: usize,
-    /// How its messages are compressed; `none` among them where some are not.
+    /// The compressions of its messages, with `none` where some are not compressed.
     pub compression: Vec<String>,
 }
 
@@ -88,18 +88,18 @@ pub struct TopicInfo {
     pub topic: String,
     /// The name of its type; empty where the bag has none.
     pub type_name: String,
-    /// The definition of its type and of those within it, in the form of `.msg` files, where the bag has it.
+    /// The definition of its type and of the types in it, in the form of `.msg` files, where the bag has it.
     #[serde(skip)]
     pub definition: Option<String>,
     /// The hash of its type's description (REP-2011), where the bag has it.
     pub type_hash: Option<String>,
-    /// How its messages are encoded.
+    /// The encoding of its messages.
     pub encoding: String,
     /// How many there are.
     pub message_count: u64,
-    /// Mean rate from the first to the last of them; `None` for less than two messages.
+    /// Mean rate from the first to the last message; `None` for fewer than two messages.
     pub rate_hz: Option<f64>,
-    /// The QoS that its publishers offered, where that was recorded.
+    /// The QoS that its publishers offered, where it was recorded.
     pub qos: Option<OfferedQos>,
 }
 
@@ -128,8 +128,8 @@ impl BagInfo {
         topics.map(|topic| topic.encoding.as_str()).collect()
     }
 
-    /// The name as the bag has it, which may be given with or without its leading slash; as it is where the bag has none
-    /// such.
+    /// The topic's name in the bag, given with or without its leading slash; the given name where the bag has no
+    /// such topic.
     #[must_use]
     pub fn recorded_name<'a>(&'a self, named: &'a str) -> &'a str {
         self.topic(named).map_or(named, |topic| &topic.topic)
@@ -137,14 +137,14 @@ impl BagInfo {
 }
 
 impl TopicInfo {
-    /// Whether its messages can be decoded and played: only those in CDR can.
+    /// Whether its messages can be decoded and played, which only those in CDR can.
     #[must_use]
     pub fn is_playable(&self) -> bool {
         self.encoding == CDR
     }
 }
 
-/// Messages by channel description, and the times of the first and the last one.
+/// The number of messages by channel, and the times of the first and the last one.
 #[derive(Default)]
 struct Tally {
     counts: BTreeMap<(String, String, String), Tallied>,
@@ -264,8 +264,8 @@ impl Tally {
         self.span = joined(self.span, Some(span));
     }
 
-    /// Counts the messages of a database: without their data, unless that is asked for or the table cannot be read
-    /// through.
+    /// Counts the messages of a database: without reading their data, unless that is requested or the table cannot be read
+    /// to its end.
     fn read_rows(
         &mut self,
         paths: Paths<'_>,
@@ -300,7 +300,7 @@ impl Tally {
             let mut counts: BTreeMap<u16, (u64, Span)> = BTreeMap::new();
             let read = for_each_record(&mut source, segment, &mut |opcode, body| {
                 if opcode != op::MESSAGE {
-                    // A record that makes no sense is reported when the messages are read.
+                    // An invalid record is reported when the messages are read.
                     let _ = catalogue.take(opcode, body);
                 } else if let Some((header, _)) = message_of(body) {
                     let at = Span::at(header.log_time);

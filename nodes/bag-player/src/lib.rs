@@ -2,12 +2,12 @@
 //! schedule of their playback.
 //!
 //! Without the feature `ros` this is a library of files: [`Bag`] reads, [`BagWriter`] writes,
-//! [`Schedule`] says when to publish what. With it, the module `shell` plays a bag onto DDS.
+//! [`Schedule`] decides when each message is published. With it, the module `shell` plays a bag over DDS.
 //!
-//! The reader streams: of a file it holds the index and the chunks that the current time lies in. Chunks
-//! are checked against their checksums before any of their messages is handed out, and decompressed by
-//! the reader of the mcap crate; the order over chunks is kept here, since the indexed reader of that
-//! crate checks no checksum and cannot go on behind a damaged chunk.
+//! The reader streams: of a file it keeps the index and the chunks of the current time in memory. The checksum
+//! of a chunk is checked before any of its messages is returned; chunks are decompressed by the reader of the
+//! mcap crate. Chunks are ordered here, since the indexed reader of that crate checks no checksum and cannot
+//! continue after a damaged chunk.
 
 mod bag;
 mod catalogue;

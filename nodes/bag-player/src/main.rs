@@ -1,4 +1,4 @@
-//! The bag player as a program of its own; see [`bag_player::shell`].
+//! The bag player as a separate program; see [`bag_player::shell`].
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! One recorded message, and which of them to read.
+//! A recorded message, and the selection of messages.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -8,17 +8,17 @@ use msgs::{RosMessage, cdr};
 
 use crate::error::BagError;
 
-/// The only encoding whose messages are decoded: that of ROS 2.
+/// The only encoding that is decoded: that of ROS 2.
 pub const CDR: &str = "cdr";
 
-/// A message as the bag has it.
+/// A message of a bag.
 #[derive(Clone, PartialEq, Debug)]
 pub struct BagMessage {
     /// The topic.
     pub topic: Arc<str>,
     /// The name of its type, such as `sensor_msgs/msg/LaserScan`; empty where the bag has none.
     pub type_name: Arc<str>,
-    /// How `data` is encoded; [`CDR`] unless the selection asks for other encodings too.
+    /// The encoding of `data`; [`CDR`] unless the selection includes other encodings.
     pub encoding: Arc<str>,
     /// When the recorder received it.
     pub log_time: Stamp,
@@ -35,7 +35,7 @@ impl BagMessage {
         bare(&self.topic) == bare(topic)
     }
 
-    /// The message as the type that it should have.
+    /// The message, decoded as type `M`.
     ///
     /// # Errors
     /// When the topic carries another type or encoding, or the bytes are damaged.
@@ -66,7 +66,7 @@ fn same_type(one: &str, other: &str) -> bool {
     one == other || full_type_name(one) == full_type_name(other)
 }
 
-/// A type name in three parts.
+/// A type name with its three parts.
 pub(crate) fn full_type_name(name: &str) -> String {
     match name.split_once('/') {
         Some((package, rest)) if !rest.contains('/') => format!("{package}/msg/{rest}"),
@@ -87,7 +87,7 @@ pub struct Selection {
     pub all_encodings: bool,
 }
 
-/// A selection in the terms of the bag it was made for.
+/// A selection with the absolute times of the bag.
 #[derive(Clone, Debug)]
 pub(crate) struct Filter {
     topics: Option<BTreeSet<String>>,
@@ -117,7 +117,7 @@ impl Filter {
         Self { topics: None, start_ns: 0, end_ns: None, all_encodings: true }
     }
 
-    /// The time that it begins at, and the one that it ends before.
+    /// Its begin, inclusive, and its end, exclusive.
     pub(crate) fn times(&self) -> (u64, Option<u64>) {
         (self.start_ns, self.end_ns)
     }
@@ -139,7 +139,7 @@ impl Filter {
     }
 }
 
-/// A topic without its leading slash: recordings have it, people leave it out.
+/// A topic without its leading slash: recordings have it, users often leave it out.
 pub(crate) fn bare(topic: &str) -> &str {
     topic.strip_prefix('/').unwrap_or(topic)
 }

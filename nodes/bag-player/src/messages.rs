@@ -22,8 +22,8 @@ use queue::{Queue, Queued};
 /// The messages of a bag, in the order of their log times; equal times in the order of the file.
 ///
 /// Chunks are decompressed when their first message is due. Only chunks that overlap in time are in
-/// memory together, and of these no more than the bag's merge window holds: in a file whose chunks
-/// overlap beyond that, messages come as early as they can, and those that are late are counted in
+/// memory together, and no more than the bag's merge window allows: in a file whose chunks overlap
+/// beyond that, the messages that are returned late are counted in
 /// [`Messages::out_of_order`].
 pub struct Messages {
     files: Vec<FileReader>,
@@ -37,12 +37,12 @@ pub struct Messages {
     skipped: BTreeMap<String, Skipped>,
 }
 
-/// Messages of a topic that were skipped since their encoding is not decoded.
+/// Messages of a topic that were skipped because of their encoding.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct Skipped {
     /// Their encoding.
     pub encoding: String,
-    /// How many.
+    /// Their number.
     pub messages: u64,
 }
 
@@ -52,9 +52,9 @@ struct FileReader {
     /// The cursor of a database.
     rows: Option<Rows>,
     catalogue: Catalogue,
-    /// How many segments are still to be read; the file is closed behind the last.
+    /// The number of segments still to be read; the file is closed after the last.
     open_segments: usize,
-    /// Segments before this one have given their channels.
+    /// The channels of the segments before this one are known.
     channels_read_up_to: usize,
 }
 
@@ -125,20 +125,20 @@ impl Messages {
         }
     }
 
-    /// The losses so far; complete once the iteration has ended. What is known to be
-    /// lost without reading (a missing file, a damaged index) is here from the start.
+    /// The losses so far; complete once the iteration has ended. Losses that are known without
+    /// reading (a missing file, a damaged index) are included from the start.
     #[must_use]
     pub fn losses(&self) -> &[Loss] {
         &self.losses
     }
 
-    /// The topics whose messages were skipped since they are not in CDR.
+    /// The topics whose messages were skipped because they are not in CDR.
     #[must_use]
     pub fn skipped(&self) -> &BTreeMap<String, Skipped> {
         &self.skipped
     }
 
-    /// How many messages came later than one with a later log time.
+    /// The number of messages that were returned after one with a later log time.
     #[must_use]
     pub fn out_of_order(&self) -> u64 {
         self.out_of_order
@@ -220,7 +220,7 @@ impl Messages {
             });
         };
         if malformed > 0 {
-            let kind = LossKind::BadChunk { reason: "a record makes no sense".into() };
+            let kind = LossKind::BadChunk { reason: "a record is invalid".into() };
             loss(0, Some(malformed), kind);
         }
         if let Err(fault) = read {
@@ -229,7 +229,7 @@ impl Messages {
                 let recovered_messages = found.len() as u64;
                 loss(size_bytes, None, LossKind::CutOff { recovered_messages });
             } else {
-                // The readable messages of a damaged chunk cannot be distinguished from all that it should have.
+                // It is not known how many of the messages of a damaged chunk were readable.
                 found.clear();
                 skipped.clear();
                 let wanted = |id: u16, log_time_ns: u64| {
@@ -257,7 +257,7 @@ impl Messages {
         Ok(())
     }
 
-    /// Reads the next rows of a database, which is pending again for those behind them.
+    /// Reads the next rows of a database, and queues it again for the rows after them.
     fn load_rows(
         &mut self,
         file: usize,
@@ -300,7 +300,7 @@ impl Messages {
         let channel = match message.channel {
             Some(channel) => channel,
             None => match reader.catalogue.channel(message.header.channel_id) {
-                // It is known by now but was not when the message was read: it is not filtered yet.
+                // The channel was not known when the message was read, so that the message is not filtered yet.
                 Some(channel) if !self.filter.wants_topic(&channel.topic) => return,
                 Some(channel) => Arc::clone(channel),
                 None => {
@@ -356,7 +356,7 @@ impl Messages {
 }
 
 impl FileReader {
-    /// Channels may be described in an earlier chunk only, which is not always read before.
+    /// A channel may be described only in an earlier chunk, which may not have been read.
     fn read_channels_before(&mut self, segment: usize) {
         let Some(source) = &mut self.source else { return };
         while self.channels_read_up_to < segment {

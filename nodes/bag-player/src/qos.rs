@@ -1,19 +1,19 @@
-//! The QoS of recorded publishers, in the YAML that rosbag2 keeps with each channel.
+//! The QoS of recorded publishers, in the YAML that rosbag2 stores with each channel.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Depth where the recording states none.
+/// Depth where the recording has none.
 const DEFAULT_DEPTH: u32 = 10;
 
 /// Whether lost samples are sent again.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reliability {
-    /// They are.
+    /// Reliable: they are.
     Reliable,
-    /// They are not.
+    /// Best effort: they are not.
     BestEffort,
 }
 
@@ -21,20 +21,20 @@ pub enum Reliability {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Durability {
-    /// It is not.
+    /// Volatile: it is not.
     Volatile,
-    /// It is: the topic is latched.
+    /// Transient local: it is; the topic is latched.
     TransientLocal,
 }
 
-/// The QoS that a publisher offers, as far as it decides who can subscribe.
+/// The policies of a publisher's QoS that decide whether a subscription matches.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct OfferedQos {
     /// Whether lost samples are sent again.
     pub reliability: Reliability,
     /// Whether a late subscriber is sent the last samples.
     pub durability: Durability,
-    /// How many samples are kept; `None` keeps all.
+    /// The number of samples that are kept; `None` for all.
     pub depth: Option<u32>,
 }
 
@@ -91,9 +91,9 @@ impl OfferedQos {
         )
     }
 
-    /// Reads rosbag2's YAML, in the numbers of earlier versions or the words of later ones. Of
-    /// several publishers' profiles it makes the one that suits the subscribers of all: reliable
-    /// when one was, latched when all were, the greatest depth. `None` where there is no profile.
+    /// Reads rosbag2's YAML, in the numbers of earlier versions or the words of later ones. The profiles
+    /// of several publishers are merged into one that matches the subscribers of all: reliable
+    /// if one was, latched if all were, the greatest depth. `None` where there is no profile.
     #[must_use]
     pub fn from_yaml(text: &str) -> Option<Self> {
         let profiles: Vec<Profile> = serde_saphyr::from_str(text).ok()?;
@@ -133,7 +133,7 @@ impl fmt::Display for OfferedQos {
     }
 }
 
-/// A profile as the YAML has it.
+/// A profile in the YAML.
 #[derive(Clone, PartialEq, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct Profile {
@@ -167,7 +167,7 @@ impl Policy {
 }
 
 impl Profile {
-    /// A policy that is unknown or left to the system becomes the default of ROS 2: reliable, volatile.
+    /// A policy that is unknown or the system's default is read as the default of ROS 2: reliable, volatile.
     fn offered(&self) -> OfferedQos {
         OfferedQos {
             reliability: if self.reliability.is(2, "best_effort") {

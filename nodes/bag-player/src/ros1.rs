@@ -1,7 +1,7 @@
-//! Bags of ROS 1 (format 2.0), turned into bags of ROS 2.
+//! Conversion of bags of ROS 1 (format 2.0) to bags of ROS 2.
 //!
-//! Every message is encoded again in the encoding of ROS 2, by the definition that the bag carries. Types that
-//! have another layout in ROS 2 under the same name (markers) are left out, and reported.
+//! Every message is encoded again in CDR, by the definition in the bag. Types with the same name but another
+//! layout in ROS 2 (markers) are left out, and reported.
 
 mod definition;
 #[cfg(test)]
@@ -26,15 +26,15 @@ use crate::qos::OfferedQos;
 use crate::temporary::Temporary;
 use crate::{BagError, BagSummary, BagWriter, ChannelId};
 
-/// History depth of a publisher of ROS 1, as far as it matters to a player.
+/// The history depth with which topics of ROS 1 are played.
 const DEPTH: u32 = 10;
-/// The first record of a bag is padded to this length (format 2.0), behind the line with the version.
+/// The first record of a bag is padded to this length (format 2.0), after the line with the version.
 const HEADER_BYTES: u64 = 4096 + 13;
 
 /// A bag of ROS 1 cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum Ros1Error {
-    /// The file cannot be opened, or is no bag.
+    /// The file cannot be opened, or is not a bag.
     #[error("cannot read {} as a bag of ROS 1: {source}", path.display())]
     Open {
         /// The file.
@@ -51,15 +51,15 @@ pub enum Ros1Error {
     NoIndex {
         /// The file.
         path: PathBuf,
-        /// Where the index should be; 0 where the recorder did not come to write it.
+        /// The offset of the index; 0 where the recorder did not write it.
         index_at: u64,
     },
-    /// The bag that is written.
+    /// The output bag cannot be written.
     #[error(transparent)]
     Write(#[from] BagError),
 }
 
-/// The outcome of converting a bag.
+/// The result of a conversion.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Ros1Conversion {
     /// The bag that was written.
@@ -75,18 +75,18 @@ pub struct Ros1Conversion {
 pub struct LeftOut {
     /// Its type in the bag.
     pub type_name: String,
-    /// Why; of several reasons the first.
+    /// The first reason.
     pub reason: String,
-    /// Its messages that were left out.
+    /// The number of its messages that were left out.
     pub messages: u64,
 }
 
-/// Writes the messages of a bag of ROS 1 as a bag of ROS 2, in the order in which they were recorded within each
-/// chunk of the bag. Ends before a chunk for which `goes_on` does not hold, with what was written until then.
+/// Converts a bag of ROS 1 to a bag of ROS 2, with the messages of each chunk in the order of recording. Ends
+/// before a chunk for which `goes_on` returns false, with the messages so far.
 ///
 /// # Errors
-/// When the bag cannot be read at all, or the other cannot be written. What is wrong with single topics or
-/// messages is in the result.
+/// When the bag cannot be read at all, or the output cannot be written. Errors of single topics or
+/// messages are in the result.
 pub fn convert_ros1(
     path: &Path,
     output: &Path,
@@ -123,13 +123,13 @@ pub fn convert_ros1(
     Ok(Ros1Conversion { summary: writer.finish()?, left_out, broken_off })
 }
 
-/// Whether a file begins as a bag of ROS 1 does.
+/// Whether a file begins like a bag of ROS 1.
 #[must_use]
 pub fn is_ros1(path: &Path) -> bool {
     matches!(kind_of(path), Ok(FileKind::Ros1))
 }
 
-/// A bag of ROS 1 as one of ROS 2 in a temporary file, with what does not come along.
+/// Converts a bag of ROS 1 to a temporary file; returns it with the losses.
 pub(crate) fn converted(path: &Path) -> Result<(Temporary, Vec<Loss>), BagError> {
     let temporary = Temporary::place_for(path)?;
     let conversion =
@@ -157,7 +157,7 @@ pub(crate) fn converted(path: &Path) -> Result<(Temporary, Vec<Loss>), BagError>
     Ok((temporary, losses))
 }
 
-/// Where the header says that the index is. The reader of the crate takes the header's word for it.
+/// The offset of the index by the header. The reader of the crate does not check it.
 fn index_position(path: &Path) -> std::io::Result<u64> {
     const FIELD: &[u8] = b"index_pos=";
     let mut header = Vec::new();
@@ -172,17 +172,17 @@ fn index_position(path: &Path) -> std::io::Result<u64> {
 
 struct Converter {
     writer: BagWriter,
-    /// By the number of the connection.
+    /// By the connection's number.
     topics: BTreeMap<u32, Topic>,
     left_out: BTreeMap<String, LeftOut>,
 }
 
-/// The treatment of the messages of a connection.
+/// The conversion of the messages of a connection.
 #[derive(Clone)]
 struct Topic {
     name: String,
     type_name: String,
-    /// How they are written; or why they are not.
+    /// How they are written, or why they are not.
     plan: Result<(ChannelId, Vec<Member>), String>,
 }
 
@@ -267,7 +267,7 @@ struct Plan {
 }
 
 impl Plan {
-    /// The plan of a connection; or why there is none.
+    /// The conversion of a connection, or why there is none.
     fn of(connection: &Connection<'_>) -> Result<Self, String> {
         let in_ros1 = connection.tp;
         let wrong = |error: DefinitionError| error.to_string();

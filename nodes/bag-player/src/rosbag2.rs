@@ -1,4 +1,4 @@
-//! `metadata.yaml`, by which rosbag2 ties several files into one bag.
+//! `metadata.yaml`, in which rosbag2 lists the files of a bag.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -13,7 +13,7 @@ pub(crate) const METADATA_FILE: &str = "metadata.yaml";
 /// Largest metadata file that is read; real ones have some kB per topic.
 const MAX_METADATA_BYTES: u64 = 64 << 20;
 
-/// The contents of `metadata.yaml`, as far as they are used.
+/// The used contents of `metadata.yaml`.
 #[derive(Debug)]
 pub(crate) struct Metadata {
     /// The files, in their order.
@@ -74,7 +74,7 @@ struct TopicMetadata {
     offered_qos_profiles: OfferedProfiles,
 }
 
-/// Text within the YAML up to version 8 of the metadata, YAML proper from 9 on.
+/// A string of YAML within the YAML up to version 8 of the metadata, plain YAML from 9 on.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum OfferedProfiles {
@@ -142,7 +142,7 @@ fn check_storage(directory: &Path, information: &Information) -> Result<(), BagE
     }
     match information.compression_mode.to_ascii_uppercase().as_str() {
         "" | "NONE" => Ok(()),
-        // The content says which files and which messages are compressed.
+        // Compressed files and messages are recognised by their content.
         _ if information.compression_format == "zstd" => Ok(()),
         mode => Err(BagError::OuterCompression {
             path,
@@ -153,8 +153,8 @@ fn check_storage(directory: &Path, information: &Information) -> Result<(), BagE
 }
 
 /// The listed file within the bag's directory. Early versions listed it with the directory's name
-/// before it, and a bag may have been renamed since: the file's own name counts then. Nothing outside
-/// of the directory is ever opened.
+/// in front, and the directory may have been renamed since: then only the file's name is used. Nothing
+/// outside of the directory is ever opened.
 fn within(directory: &Path, listed: &str) -> PathBuf {
     let listed = Path::new(listed);
     let inside = listed.components().all(|component| matches!(component, Component::Normal(_)));

@@ -1,4 +1,4 @@
-//! When to publish what: playback as a state machine whose time is an input.
+//! The schedule of playback: a state machine whose time is an input.
 
 use std::time::Duration;
 
@@ -6,9 +6,9 @@ use geometry::Stamp;
 
 /// Plays stamped messages at a rate, with pause, step and loop.
 ///
-/// It reads no clock and holds no message: the player hands it the time on a monotonic clock (from any
-/// origin) and the log time of the next message, and does what the [`Decision`] says. The first message
-/// of a pass is due at once. The others are due at their distance to it divided by the rate: one that
+/// It reads no clock and holds no message: the player passes the time of a monotonic clock (of any
+/// origin) and the log time of the next message, and carries out the [`Decision`]. The first message
+/// of a pass is due at once. The others are due at their time after it divided by the rate: one that
 /// is published late does not delay those after it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Schedule {
@@ -17,18 +17,18 @@ pub struct Schedule {
     state: State,
     /// Steps requested while paused and not yet taken.
     steps: u32,
-    /// Whether this pass has published anything: a loop over nothing must end.
+    /// Whether this pass has published anything: a loop over an empty bag must end.
     published_in_pass: bool,
 }
 
-/// How the time of the bag runs.
+/// The state of the bag's time.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum State {
-    /// The next message sets the time.
+    /// It starts at the next message.
     Unset { paused: bool },
-    /// At `at` of the clock it was `bag` in the bag.
+    /// It runs: at time `at` of the clock the bag's time was `bag`.
     Running { bag: Stamp, at: Duration },
-    /// It is paused.
+    /// Paused.
     Paused { bag: Stamp },
 }
 
@@ -40,11 +40,11 @@ pub enum Decision {
         /// Zero for a message on time.
         late: Duration,
     },
-    /// Nothing is due before this long; ask again then, or when a key is pressed.
+    /// Nothing is due for this duration; call again after it, or when a key is pressed.
     Wait(Duration),
     /// Nothing is due before playback continues or a step is requested.
     Paused,
-    /// The bag is at its end and starts again: hand over its first message next.
+    /// The bag is at its end and starts again: pass its first message next.
     Rewind,
     /// Everything has been published.
     Finished,
@@ -88,9 +88,9 @@ impl Schedule {
                 let elapsed_s = now.saturating_sub(at).as_secs_f64();
                 let wait_s = next.seconds_since(bag) / self.rate - elapsed_s;
                 if wait_s > 0.0 {
-                    // A wait beyond what a duration holds is a wait for ever.
+                    // A wait longer than the longest duration is unlimited.
                     let wait = Duration::try_from_secs_f64(wait_s).unwrap_or(Duration::MAX);
-                    // Rounded to nothing it would still be too early: the clock has no finer tick.
+                    // A wait that is rounded to 0 would still be too early: the clock has no finer tick.
                     Decision::Wait(wait.max(Duration::from_nanos(1)))
                 } else {
                     self.publish(Duration::try_from_secs_f64(-wait_s).unwrap_or(Duration::MAX))
@@ -98,7 +98,7 @@ impl Schedule {
             }
             State::Unset { paused: true } | State::Paused { .. } if self.steps > 0 => {
                 self.steps -= 1;
-                // A message that was overdue at the pause must not set the time back.
+                // A message that was late at the pause must not set the time back.
                 let bag = self.bag_time(now).map_or(next, |time| time.max(next));
                 self.state = State::Paused { bag };
                 self.publish(Duration::ZERO)
@@ -136,14 +136,14 @@ impl Schedule {
         };
     }
 
-    /// Counts the time of the bag as paused for this long, up to now.
+    /// Delays the bag's time by this duration, up to now.
     pub fn stand(&mut self, lasting: Duration) {
         if let State::Running { at, .. } = &mut self.state {
             *at = at.saturating_add(lasting);
         }
     }
 
-    /// Lets the time of the bag run on from its current time.
+    /// Continues the bag's time from its current value.
     pub fn resume(&mut self, now: Duration) {
         self.steps = 0;
         self.state = match self.state {

@@ -1,4 +1,4 @@
-//! The parts that a file is read in: a chunk, or a run of messages outside of chunks.
+//! Segments, the units in which a file is read: a chunk, or a run of messages outside of chunks.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -15,13 +15,13 @@ use crate::source::{FRAME_HEADER_BYTES, Frame, MAX_RECORD_BYTES, Source};
 const MAX_CHUNK_BYTES: u64 = 1 << 30;
 
 /// No chunk decompresses to more than this many times its size: a zstd block of 128 KiB takes at
-/// least 4 bytes (RFC 8878, 3.1.1.2), an lz4 block gives 255 to 1. What claims more is damaged.
+/// least 4 bytes (RFC 8878, 3.1.1.2), an lz4 block has at most 255 to 1. One that claims more is damaged.
 const MAX_COMPRESSION_RATIO: u64 = 32 * 1024;
 
 /// Smallest body of a chunk: its header with an empty compression name.
 const MIN_CHUNK_HEADER_BYTES: u64 = 40;
 
-/// Longest name of a compression that is looked at; the real ones have 3 or 4 letters.
+/// Longest accepted name of a compression; the real ones have 3 or 4 letters.
 const MAX_COMPRESSION_NAME_BYTES: u64 = 64;
 
 /// A message's header within its record: channel, sequence, log time, publish time.
@@ -32,13 +32,13 @@ pub(crate) const MESSAGE_HEADER_BYTES: u64 = 22;
 pub(crate) struct Segment {
     /// Offset of its first byte in the file.
     pub(crate) offset: u64,
-    /// Offset behind its last byte; the end of the file where it is cut off.
+    /// Offset after its last byte; the end of the file where it is cut off.
     pub(crate) end: u64,
     /// Earliest log time of its messages.
     pub(crate) first_ns: u64,
     /// Latest log time of its messages.
     pub(crate) last_ns: u64,
-    /// Where the file has the index of each channel of its messages, where it has one.
+    /// The offsets of the message index of each channel, where there is one.
     pub(crate) index_offsets: Option<BTreeMap<u16, u64>>,
     pub(crate) form: Form,
 }
@@ -52,7 +52,7 @@ pub(crate) enum Form {
     Run,
 }
 
-/// The head of a chunk's record, without its CRC, which the reader checks on its own.
+/// The header of a chunk's record, without its CRC, which the reader checks.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct ChunkHead {
     pub(crate) first_ns: u64,
@@ -60,12 +60,12 @@ pub(crate) struct ChunkHead {
     pub(crate) compression: String,
     uncompressed_bytes: u64,
     compressed_bytes: u64,
-    /// Length of this head: the records follow it.
+    /// Length of this header: the records follow it.
     head_bytes: u64,
 }
 
 impl ChunkHead {
-    /// Reads the head before a chunk's records; `None` where the record or the file ends sooner.
+    /// Reads the header before a chunk's records; `None` where the record or the file ends before.
     pub(crate) fn read(source: &mut Source, frame: &Frame) -> io::Result<Option<Self>> {
         let wanted = MIN_CHUNK_HEADER_BYTES + MAX_COMPRESSION_NAME_BYTES;
         let body = source.body_start(frame, wanted)?;
@@ -101,7 +101,7 @@ fn take_u64(bytes: &[u8]) -> Option<(u64, &[u8])> {
 #[derive(PartialEq, Debug)]
 pub(crate) struct Fault {
     pub(crate) kind: LossKind,
-    /// Whether the records before the fault can be relied on: the file was cut, not altered.
+    /// Whether the records before the fault are valid: the file was cut, not altered.
     pub(crate) cut: bool,
 }
 
@@ -131,7 +131,7 @@ impl From<McapError> for Fault {
     }
 }
 
-/// Hands every record of a segment to `take`, in the order of the file.
+/// Calls `take` with every record of a segment, in the order of the file.
 pub(crate) fn for_each_record(
     source: &mut Source,
     segment: &Segment,
@@ -167,8 +167,8 @@ fn records_of_run(
     Ok(())
 }
 
-/// Decompresses a chunk record by record. The reader of the mcap crate is fed the head and the
-/// records but never the bytes behind them, so that a record with a wrong length runs into
+/// Decompresses a chunk record by record. The reader of the mcap crate gets the header and the
+/// records but never the bytes after them, so that a record with a wrong length reaches
 /// the end of the input instead of the neighbouring bytes.
 fn records_of_chunk(
     source: &mut Source,
@@ -244,9 +244,9 @@ fn records_of_chunk(
     }
 }
 
-/// Takes in the schemas and channels of a segment without its messages.
+/// Adds the schemas and channels of a segment, without its messages.
 pub(crate) fn channels_of(source: &mut Source, segment: &Segment, catalogue: &mut Catalogue) {
-    // What is wrong with the segment is reported when its messages are read.
+    // Errors of the segment are reported when its messages are read.
     let _ = for_each_record(source, segment, &mut |opcode, body| {
         let _ = catalogue.take(opcode, body);
     });
@@ -267,7 +267,7 @@ pub(crate) fn message_of(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
     Some((header, data))
 }
 
-/// The messages that the index records behind a chunk list, for the count of a chunk that is lost.
+/// The number of messages in the message index after a chunk: the count of a lost chunk.
 /// `None` where there is no such index.
 pub(crate) fn messages_indexed_behind(
     source: &mut Source,

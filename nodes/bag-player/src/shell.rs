@@ -1,4 +1,4 @@
-//! The player: a bag onto DDS, as `bag-player BAG` or `stillmap play BAG`; and the recorder, as `stillmap record`.
+//! The player of a bag over DDS, as `bag-player BAG` or `stillmap play BAG`; and the recorder, as `stillmap record`.
 
 use std::fmt::Display;
 use std::io::{IsTerminal, Write};
@@ -36,20 +36,20 @@ pub use summary::{Ending, PlaySummary, TopicSummary};
 /// Name of the node, unless the command line gives another.
 const NODE_NAME: &str = "bag_player";
 
-/// Exit code where the bag was played and some messages were lost in transit.
+/// Exit code where the bag was played with losses.
 const INCOMPLETE: u8 = 3;
 
-/// Exit code of a process that was interrupted (128 + SIGINT, as shells have it).
+/// Exit code of a process that was interrupted (128 + SIGINT, the convention of shells).
 const INTERRUPTED: u8 = 130;
 
 /// Threads of the runtime: one that publishes, one that answers the network.
 const THREADS: usize = 2;
 
-/// Plays a recorded bag onto DDS.
+/// Plays a recorded bag over DDS.
 ///
-/// Keys while it plays, on a terminal: space to pause and go on, s or the right arrow for one message
-/// while paused, q to quit. ROS arguments (-r FROM:=TO, -r __ns:=/NAMESPACE, --log-level LEVEL) stand
-/// behind --ros-args.
+/// Keys on a terminal: space to pause and continue, s or the right arrow for one message
+/// while paused, q to quit. ROS arguments (-r FROM:=TO, -r __ns:=/NAMESPACE, --log-level LEVEL) follow
+/// --ros-args.
 #[derive(Parser, Debug)]
 #[command(name = "bag-player", after_help = EXAMPLES, max_term_width = 100)]
 struct Cli {
@@ -74,7 +74,7 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
     match try_run(arguments) {
         Ok(code) => code,
         Err(error) => {
-            // The process ends here; when even stderr is gone there is nowhere left to report.
+            // The process ends here; where stderr is closed the error cannot be reported.
             let _ = writeln!(std::io::stderr(), "bag-player: {error}");
             ExitCode::FAILURE
         }
@@ -87,7 +87,7 @@ fn try_run(arguments: impl IntoIterator<Item = String>) -> Result<ExitCode, Node
     let cli = match Cli::try_parse_from(name.chain(ros.own.iter().cloned())) {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version are such "errors" too; clap knows where each belongs.
+            // Help and version are such "errors" too; clap prints each to the right stream.
             error.print()?;
             return Ok(ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1)));
         }
@@ -95,7 +95,7 @@ fn try_run(arguments: impl IntoIterator<Item = String>) -> Result<ExitCode, Node
     run_options(cli.options, &ros)
 }
 
-/// Runs the player with options that are parsed already: prints the summary and gives the exit code.
+/// Runs the player with parsed options: prints the summary and returns the exit code.
 ///
 /// # Errors
 /// When the bag could not be played.
@@ -103,21 +103,21 @@ pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode,
     let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
     node_shell::log::start(&identity.logger_name(), &ros.log, &ros.outputs);
     ros.warn_of_options_without_effect();
-    // A bag that cannot be read needs no network to say so.
+    // An unreadable bag is reported without joining the network.
     Bag::open(&options.bag)?;
     let json = options.json;
     let looping = options.looping;
     let summary = on_a_node(NODE_NAME, ros, async |node| play(options, node).await)?;
     print_summary(&summary, json)?;
     Ok(match summary.ending {
-        // A loop has no other end than being stopped.
+        // A loop can only end by being stopped.
         Ending::Interrupted if !looping => ExitCode::from(INTERRUPTED),
         _ if summary.is_complete() => ExitCode::SUCCESS,
         _ => ExitCode::from(INCOMPLETE),
     })
 }
 
-/// Does some work on a node of its own, which is closed afterwards.
+/// Runs a task with a new node, which is closed afterwards.
 fn on_a_node<T, E>(
     name: &str,
     ros: &RosArguments,
@@ -133,7 +133,7 @@ where
         .map_err(ShellError::Process)?;
     runtime.block_on(async {
         let node = Node::start(name, ros)?;
-        // It has none but those of every node.
+        // It has only the parameters of every node.
         node.serve_parameters(&NoParameters {})?;
         let result = work(&node).await;
         node.close().await;
@@ -152,7 +152,7 @@ fn print_summary(summary: &(impl Display + Serialize), json: bool) -> Result<(),
     Ok(())
 }
 
-/// Whether a person sees what is written to stderr.
+/// Whether stderr is a terminal.
 fn is_watched() -> bool {
     std::io::stderr().is_terminal()
 }

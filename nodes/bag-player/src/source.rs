@@ -8,16 +8,16 @@ use std::path::Path;
 pub(crate) const FRAME_HEADER_BYTES: u64 = 9;
 
 /// Longest record outside of chunks that is read into memory: no real schema, channel or message
-/// comes near it, so a longer one is damage.
+/// is nearly as long, so that a longer one is damaged.
 pub(crate) const MAX_RECORD_BYTES: u64 = 1 << 30;
 
-/// Where a record lies in the file.
+/// The position of a record in the file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Frame {
     pub(crate) opcode: u8,
     /// Offset of the opcode.
     pub(crate) offset: u64,
-    /// Length of the body, as the record states it.
+    /// Length of the body by the record.
     pub(crate) body_bytes: u64,
 }
 
@@ -26,13 +26,13 @@ impl Frame {
         self.offset + FRAME_HEADER_BYTES
     }
 
-    /// Offset of the first byte behind the record; saturates where the stated length is absurd.
+    /// Offset after the record; saturates where the length is invalid.
     pub(crate) fn end(&self) -> u64 {
         self.body_offset().saturating_add(self.body_bytes)
     }
 }
 
-/// An open file, its size, and the position of reading.
+/// An open file, its size, and the read position.
 pub(crate) struct Source {
     reader: BufReader<File>,
     position: u64,
@@ -47,7 +47,7 @@ impl Source {
     }
 
     pub(crate) fn seek(&mut self, offset: u64) -> io::Result<()> {
-        // A relative seek keeps the buffer where the target lies within it.
+        // A relative seek keeps the buffer where the target is within it.
         match (i64::try_from(offset), i64::try_from(self.position)) {
             (Ok(target), Ok(position)) => self.reader.seek_relative(target - position)?,
             _ => {
@@ -62,7 +62,7 @@ impl Source {
         let result = self.reader.read_exact(buffer);
         match result {
             Ok(()) => self.position += buffer.len() as u64,
-            // When reading failed the position is not known: find it again.
+            // After a failed read the position is not known.
             Err(_) => self.position = self.reader.stream_position()?,
         }
         result
@@ -80,7 +80,7 @@ impl Source {
         Ok(Some(Frame { opcode, offset, body_bytes: u64::from_le_bytes(length) }))
     }
 
-    /// The first `wanted` bytes of a record's body, or as many as it and the file have.
+    /// The first `wanted` bytes of a record's body, or fewer where the record or the file is shorter.
     pub(crate) fn body_start(&mut self, frame: &Frame, wanted: u64) -> io::Result<Vec<u8>> {
         let available = frame.end().min(self.size).saturating_sub(frame.body_offset());
         let length = usize::try_from(wanted.min(available)).unwrap_or(usize::MAX);

@@ -1,8 +1,8 @@
-//! rosbag2's sqlite3 storage: a file that is a database with a row for each message.
+//! rosbag2's sqlite3 storage: a database with a row for each message.
 //!
 //! The tables are those of the four versions of its schema: `topics` and `messages` (1), the publishers' QoS (2),
-//! `schema` and `metadata` (3), `message_definitions` and the hashes of the types (4). The rows come from a cursor in
-//! the order of their times, never the whole file. The database is opened for reading only, and nothing is written
+//! `schema` and `metadata` (3), `message_definitions` and the hashes of the types (4). A cursor reads the rows in the order
+//! of their times, never the whole file. The database is opened for reading only, and no file is written
 //! beside it.
 
 mod connection;
@@ -22,20 +22,20 @@ pub(crate) use self::rows::Rows;
 use crate::catalogue::Channel;
 use crate::error::{BagError, Loss, LossKind};
 
-/// What is known of a database without reading its messages.
+/// The contents of a database that are read without its messages.
 #[derive(Clone, Debug)]
 pub(crate) struct Database {
-    /// By their number in the table of topics.
+    /// By their id in the table of topics.
     pub(crate) topics: BTreeMap<i64, Arc<Channel>>,
     /// The times of the first and of the last message.
     pub(crate) span_ns: Option<(u64, u64)>,
-    /// Who wrote it, as far as it says.
+    /// The program that wrote it, if known.
     pub(crate) writer: String,
     /// Whether its first message is a zstd frame.
     pub(crate) has_packed_messages: bool,
 }
 
-/// The path to name in messages, and the one to open: another where the file was unpacked.
+/// The path for messages, and the one to open, which is another where the file was unpacked.
 #[derive(Clone, Copy)]
 pub(crate) struct Paths<'a> {
     pub(crate) named: &'a Path,
@@ -43,7 +43,7 @@ pub(crate) struct Paths<'a> {
 }
 
 impl Database {
-    /// Opens a database, with what is known to be lost.
+    /// Opens a database; returns it with the known losses.
     pub(crate) fn open(paths: Paths<'_>) -> Result<(Self, Vec<Loss>), BagError> {
         let unreadable =
             |reason: String| BagError::Database { path: paths.named.to_owned(), reason };
@@ -53,13 +53,13 @@ impl Database {
         losses.extend(connection::fault_of_file(paths));
         let tables = tables::read(&connection).map_err(unreadable)?;
         if tables.unreadable_topics > 0 {
-            let reason = "its row in the table of topics makes no sense".to_owned();
+            let reason = "its row in the table of topics is invalid".to_owned();
             losses.push(loss_of_rows(paths.named, None, LossKind::BadMessages { reason }));
         }
         let span_ns = match rows::span_ns(&connection) {
             Ok(span_ns) => span_ns,
             Err(error) => {
-                // The walk over the rows says what it could not read.
+                // The cursor reports the rows that it cannot read.
                 losses.push(loss_of_rows(paths.named, Some(0), damage(&error)));
                 Some((0, i64::MAX as u64))
             }
@@ -74,7 +74,7 @@ impl Database {
     }
 }
 
-/// A loss of which no place in the file can be given.
+/// A loss without a position in the file.
 fn loss_of_rows(file: &Path, messages: Option<u64>, kind: LossKind) -> Loss {
     Loss { file: file.to_owned(), offset_bytes: 0, size_bytes: 0, messages, kind }
 }

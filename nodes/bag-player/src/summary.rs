@@ -1,4 +1,4 @@
-//! The index at the end of an MCAP file.
+//! The summary at the end of an MCAP file.
 
 use std::io;
 
@@ -20,15 +20,15 @@ pub(crate) struct Summary {
     pub(crate) chunks: Vec<ChunkIndex>,
 }
 
-/// Why there is no summary to use.
+/// Why there is no usable summary.
 pub(crate) enum Unreadable {
     /// The file does not end with a footer: it was not closed, or is cut off.
     Absent,
-    /// There is one and it is wrong.
+    /// There is one, and it is invalid.
     Damaged { offset: u64, reason: String },
 }
 
-/// Reads the summary; `None` where the file's footer says that it has none.
+/// Reads the summary; `None` where the file has none by its footer.
 pub(crate) fn read(source: &mut Source) -> Result<Option<Summary>, Unreadable> {
     let magic_bytes = mcap::MAGIC.len() as u64;
     let tail_bytes = FRAME_HEADER_BYTES + FOOTER_BODY_BYTES + magic_bytes;
@@ -70,8 +70,8 @@ fn read_records(source: &mut Source, start: u64) -> Result<Summary, String> {
     let mut reader = LinearReader::new_with_options(
         LinearReaderOptions::default()
             .with_skip_start_magic(true)
-            // Begun here and not at the start of the file, the running checksum covers just what
-            // the footer's checksum covers.
+            // Started here and not at the start of the file, the running checksum covers the same bytes as
+            // the footer's checksum.
             .with_validate_data_section_crc(true)
             .with_record_length_limit(usize::try_from(length).unwrap_or(usize::MAX)),
     );
@@ -108,7 +108,7 @@ fn parse_summary_record(opcode: u8, data: &[u8]) -> Result<Option<Record<'_>>, S
     parse_record(opcode, data).map(Some).map_err(|error| error.to_string())
 }
 
-/// Chunks must lie one behind the other in the data section.
+/// Chunks must follow one another in the data section.
 fn check_chunks(chunks: &[ChunkIndex], data_end: u64) -> Result<(), String> {
     let mut extents: Vec<(u64, u64)> = chunks
         .iter()

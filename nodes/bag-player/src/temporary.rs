@@ -1,4 +1,4 @@
-//! Files that are read by way of a temporary one: compressed as a whole, or bags of ROS 1.
+//! Temporary files, for bags that are compressed as a whole and bags of ROS 1.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 use crate::error::BagError;
 
-/// A file in a folder of its own below the system's folder for temporary files. Both are removed when the last
+/// A file in a separate folder below the system's folder for temporary files. Both are removed when the last
 /// reader is dropped.
 #[derive(Debug)]
 pub(crate) struct Temporary {
@@ -16,7 +16,7 @@ pub(crate) struct Temporary {
 }
 
 impl Temporary {
-    /// A place for what is in `original`; nothing is there yet.
+    /// A path for the content of `original`; the file is not created yet.
     pub(crate) fn place_for(original: &Path) -> Result<Self, BagError> {
         let folder = tempfile::Builder::new()
             .prefix("stillmap-bag-")
@@ -29,7 +29,7 @@ impl Temporary {
         &self.path
     }
 
-    /// The error of a write into it.
+    /// The error of a failed write.
     pub(crate) fn refused(&self, original: &Path, source: io::Error) -> BagError {
         refused(original, self.folder.path(), source)
     }

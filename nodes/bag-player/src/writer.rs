@@ -1,4 +1,4 @@
-//! Writing a bag that `ros2 bag` and Foxglove open.
+//! Writing a bag that `ros2 bag` and Foxglove can open.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -16,10 +16,10 @@ use crate::error::BagError;
 use crate::message::CDR;
 use crate::qos::OfferedQos;
 
-/// Content of a chunk: small enough that a seek decompresses little, large enough to compress well.
+/// Size of a chunk's content: small enough that a seek decompresses little, large enough to compress well.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// The fastest of zstd's levels: recording must keep up with the sensors.
+/// The fastest level of zstd: recording must keep up with the sensors.
 const COMPRESSION_LEVEL: u32 = 1;
 
 /// The newest version of rosbag2's metadata in which QoS policies are numbers, as
@@ -28,8 +28,8 @@ const METADATA_VERSION: u32 = 8;
 
 /// Writes an MCAP bag: profile `ros2`, ros2msg schemas, zstd chunks with their index, statistics.
 ///
-/// The bag is written under a temporary name (`.tmp` appended) beside its own and renamed by
-/// [`BagWriter::finish`], so that a bag of that name is always whole; an older one is replaced only
+/// The bag is written to a temporary file (`.tmp` appended to its name) and renamed by
+/// [`BagWriter::finish`], so that a bag of that name is always complete; an older one is replaced only
 /// then. A writer that is dropped without `finish` leaves the temporary file, which can be read.
 /// The same calls give the same bytes.
 pub struct BagWriter {
@@ -69,7 +69,7 @@ pub struct BagSummary {
 }
 
 impl BagWriter {
-    /// Begins a bag at `path`.
+    /// Creates a bag at `path`.
     ///
     /// # Errors
     /// When its temporary file cannot be created.
@@ -84,7 +84,7 @@ impl BagWriter {
             .library(concat!("stillmap ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
             .compression_level(COMPRESSION_LEVEL)
-            // More threads would give other bytes.
+            // With more threads the bytes would differ.
             .compression_threads(0)
             .chunk_size(Some(CHUNK_BYTES))
             .create(BufWriter::new(file))
@@ -121,7 +121,7 @@ impl BagWriter {
         self.raw_channel(topic, M::TYPE_NAME, &M::schema(), &qos.to_yaml())
     }
 
-    /// Adds a topic whose type is only known by its name and its ros2msg schema, empty where that is not known either, with
+    /// Adds a topic whose type is given by its name and its ros2msg schema, which is empty where it is not known, with
     /// the YAML of its publishers' QoS (see [`OfferedQos::to_yaml`]).
     ///
     /// # Errors
@@ -135,7 +135,7 @@ impl BagWriter {
     ) -> Result<ChannelId, BagError> {
         let metadata =
             BTreeMap::from([(QOS_METADATA_KEY.to_owned(), offered_qos_profiles.to_owned())]);
-        // A schema without a content has no encoding either (MCAP's specification, "Schema").
+        // A schema without content has no encoding (MCAP's specification, "Schema").
         let encoding = if ros2msg_schema.is_empty() { "" } else { "ros2msg" };
         let id = self
             .writer
@@ -173,7 +173,7 @@ impl BagWriter {
         self.write_raw(channel, log_time, log_time, &data)
     }
 
-    /// Writes a message that is encoded already, in CDR with the 4 bytes of its encapsulation.
+    /// Writes an encoded message, in CDR with the 4 bytes of its encapsulation.
     ///
     /// # Errors
     /// When the channel is not of this bag, a time is before 1970, or the file cannot be written.
@@ -212,10 +212,10 @@ impl BagWriter {
             .ok_or(BagError::NoSuchChannel { id: channel.0, count: self.channels.len() })
     }
 
-    /// Writes the index and puts the bag in its place.
+    /// Writes the index and renames the bag to its final name.
     ///
     /// # Errors
-    /// When the file cannot be written or renamed; what has been written stays in the temporary file.
+    /// When the file cannot be written or renamed; the temporary file is kept.
     pub fn finish(mut self) -> Result<BagSummary, BagError> {
         let metadata = Metadata {
             name: "rosbag2".to_owned(),
@@ -234,7 +234,7 @@ impl BagWriter {
         let mut buffer = writer.into_inner();
         buffer.flush().map_err(written)?;
         let file = buffer.into_inner().map_err(|error| written(error.into_error()))?;
-        // Renamed before its content is on the disk, a bag could be whole in name only.
+        // Synchronised before the renaming, so that a bag of that name is complete after a power failure too.
         file.sync_all().map_err(written)?;
         let size_bytes = file.metadata().map_err(written)?.len();
         drop(file);
@@ -247,11 +247,11 @@ impl BagWriter {
         self.channels.values().map(|channel| u64::from(channel.messages)).sum()
     }
 
-    /// The metadata as rosbag2 writes it into the file itself; it takes the topics from the
+    /// The metadata that rosbag2 writes into the file; it takes the topics from the
     /// statistics and lists none here.
     fn metadata_yaml(&self) -> String {
         let name = self.path.file_name().map_or_else(String::new, |name| {
-            // Within double quotes YAML wants what JSON wants.
+            // Double-quoted strings have the same escapes in YAML as in JSON.
             serde_json::Value::from(name.to_string_lossy().as_ref()).to_string()
         });
         let start = self.start.unwrap_or_default();

@@ -34,7 +34,7 @@ Both sensors must see the same surfaces: walls and furniture of several directio
 scanner, 1 to 5 m away. Stand still for ten seconds, or turn slowly. Coordinates that the bag does not determine stay unchanged,
 and are named. The mounting of the camera (rig_from_camera) is taken as given.")]
 pub struct CalibrateArgs {
-    /// A bag (MCAP, sqlite3 or ROS 1, told by its content) or a rosbag2 folder
+    /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder
     bag: PathBuf,
     /// The parameter file to write: rig_from_lidar, for detection
     #[arg(short, long, value_name = "FILE")]

@@ -46,7 +46,7 @@ fix.
 Exit codes: 0 nothing was found, 1 at least one error or the checks could not run, 2 a command line that cannot be
 read, 3 warnings and no error.")]
 pub struct DoctorArgs {
-    /// A bag (MCAP, sqlite3 or ROS 1, told by its content) or a rosbag2 folder; without one, this machine and the live graph
+    /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder; without one, this machine and the live graph
     bag: Option<PathBuf>,
     /// How long to listen to the live graph
     #[arg(long, value_name = "S", default_value = "3", value_parser = seconds, conflicts_with = "bag")]

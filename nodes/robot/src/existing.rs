@@ -19,9 +19,9 @@ pub fn refuse_to_replace(
     let is_there = |path: &PathBuf| path.is_file() || path.is_dir();
     match paths.into_iter().find(|path| !overwrite && is_there(path)) {
         None => Ok(()),
-        Some(path) => Err(Failure::new(format!("{} is there already", path.display())).fix(
-            format!("the same command with --overwrite replaces it; {option} names another place"),
-        )),
+        Some(path) => Err(Failure::new(format!("{} already exists", path.display())).fix(format!(
+            "the same command with --overwrite replaces it; {option} names another place"
+        ))),
     }
 }
 
@@ -90,7 +90,7 @@ mod tests {
         std::fs::write(&file, "").unwrap();
         let paths = || [none.clone(), file.clone()];
         let refused = refuse_to_replace(paths(), false, "--out").unwrap_err().to_string();
-        assert!(refused.contains("a.txt is there already"), "{refused}");
+        assert!(refused.contains("a.txt already exists"), "{refused}");
         assert!(refused.contains("--overwrite") && refused.contains("--out"), "{refused}");
         refuse_to_replace(paths(), true, "--out").unwrap();
         refuse_to_replace([none], false, "--out").unwrap();

@@ -38,7 +38,7 @@ const FILTERED_KEPT: usize = 1024;
 Every message of the bag is in the other one, in its order and byte for byte, except those of the scanner and of the depth
 camera (images, or clouds with --points): in their place, with their stamps, are the same without what moves.")]
 pub struct FilterArgs {
-    /// A bag (MCAP, sqlite3 or ROS 1, told by its content) or a rosbag2 folder
+    /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder
     bag: PathBuf,
     #[command(flatten)]
     output: BagOutput,

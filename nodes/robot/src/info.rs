@@ -13,7 +13,7 @@ use crate::failure::{Failure, Outcome};
 #[command(after_help = "Example:
   stillmap info room.mcap --json")]
 pub struct InfoArgs {
-    /// A bag (MCAP, sqlite3 or ROS 1, told by its content) or a rosbag2 folder
+    /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder
     bag: PathBuf,
     /// Print JSON
     #[arg(long)]

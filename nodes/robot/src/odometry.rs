@@ -36,7 +36,7 @@ The file has a line `seconds x y z qx qy qz qw` for each pose; images without a 
 the frame of the rig at the first image: x forward, z up.
 With --of lidar the input may also be a capture of a Velodyne's packets (pcap, pcapng) or a folder of KITTI's scans.")]
 pub struct OdometryArgs {
-    /// A bag (MCAP, sqlite3 or ROS 1, told by its content) or a rosbag2 folder, with colour and depth images or a LiDAR's scans
+    /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder, with colour and depth images or a LiDAR's scans
     bag: PathBuf,
     /// Where the poses go, in the form of the TUM benchmark
     #[arg(short, long, value_name = "FILE")]

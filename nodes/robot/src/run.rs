@@ -50,7 +50,7 @@ use crate::visual::write_trajectory;
 With --pose lidar the scans of a turning LiDAR become a road map: those of a bag with its clouds or packets, of a capture of a
 Velodyne (pcap, pcapng), or of a folder of KITTI's. The other topics of the bag are not used.")]
 pub struct RunArgs {
-    /// A bag (MCAP, sqlite3 or ROS 1, told by its content) or a rosbag2 folder; with --pose lidar a capture or a folder of scans, too
+    /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder; with --pose lidar a capture or a folder of scans, too
     bag: PathBuf,
     /// Where the map, the removed clouds, the summary and the report go
     #[arg(short, long, value_name = "DIR", default_value = "stillmap-out")]

@@ -90,7 +90,7 @@ fn what_is_there_is_replaced_only_with_overwrite() {
         let output = stillmap(inputs.words(line));
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{line}: {stderr}");
-        for part in [path.to_str().unwrap(), "is there already", "--overwrite"] {
+        for part in [path.to_str().unwrap(), "already exists", "--overwrite"] {
             assert!(stderr.contains(part), "{line}: no {part} in: {stderr}");
         }
         assert!(stderr.lines().count() <= 2, "{line}: {stderr}");

@@ -128,7 +128,7 @@ fn a_bag_is_filtered_the_same_each_time_and_replaced_only_with_overwrite() {
     let refused = stillmap(["filter", bag, "-o", name]);
     assert_eq!(refused.status.code(), Some(1));
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(said.contains("is there already") && said.contains("--overwrite"), "{said}");
+    assert!(said.contains("already exists") && said.contains("--overwrite"), "{said}");
     succeed(["filter", bag, "-o", name, "--overwrite", "--fill", "background"]);
     assert_eq!(first, std::fs::read(&out).unwrap());
     let itself = stillmap(["filter", bag, "-o", bag, "--overwrite"]);

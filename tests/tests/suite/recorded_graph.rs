@@ -132,7 +132,7 @@ async fn what_is_recorded_is_read_by_others_and_plays_again() {
     ear.close().await;
 }
 
-/// What a user types wrongly, and what is there already.
+/// What a user types wrongly, and what exists already.
 #[test]
 fn what_cannot_be_recorded_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -140,7 +140,7 @@ fn what_cannot_be_recorded_is_refused() {
     std::fs::write(&bag, "a bag").unwrap();
     let bag = bag.to_str().unwrap();
     for (line, code, part) in [
-        (vec!["record", "-o", bag], 1, "is there already"),
+        (vec!["record", "-o", bag], 1, "already exists"),
         (vec!["record", "-o", "/no/such/folder/x.mcap"], 1, "/no/such/folder"),
         (vec!["record", "-o", "x.mcap", "--duration", "-1"], 1, "--duration"),
         (vec!["record", "-o", "x.mcap", "--topics", "a b"], 1, "a b"),

@@ -1,4 +1,4 @@
-//! Opening a file by the kind of its content.
+//! Opening a file by its recognised format.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::sqlite::{self, Database, Paths};
 use crate::temporary::Temporary;
 
 impl FileIndex {
-    /// Opens a file and finds out what is where.
+    /// Opens a file and indexes it.
     pub(crate) fn open(path: &Path) -> Result<Self, BagError> {
         match kind_of(path, path)? {
             FileKind::Zstd => {
@@ -39,7 +39,7 @@ impl FileIndex {
         }
     }
 
-    /// Opens the content of the file `named`, which is in the file `opened`.
+    /// Opens the content of the file `named`, which may be in the temporary file `opened`.
     fn of_kind(kind: &FileKind, named: &Path, opened: &Path) -> Result<Self, BagError> {
         match kind {
             FileKind::Sqlite3 => match sqlite::without_cut_page(Paths { named, opened })? {
@@ -89,13 +89,13 @@ impl FileIndex {
         }
         named.clone_into(&mut self.path);
         self.size_bytes = std::fs::metadata(named).map_or(0, |metadata| metadata.len());
-        // What the content of a compressed file became is the one that is read.
+        // The content of a compressed file may itself have been converted: the last temporary file is read.
         self.temporary.get_or_insert(Arc::new(temporary));
         self
     }
 }
 
-/// The kind of the content of the file `named`, which is in the file `opened`.
+/// The format of the content of the file `named`, which may be in the temporary file `opened`.
 fn kind_of(named: &Path, opened: &Path) -> Result<FileKind, BagError> {
     match foreign::kind_of(opened) {
         Ok(FileKind::Empty) => Err(BagError::Empty { path: named.to_owned() }),

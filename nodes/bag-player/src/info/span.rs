@@ -1,7 +1,7 @@
-//! From when to when each channel of a file has messages.
+//! The time span of the messages of each channel of a file.
 //!
-//! The index of a chunk says so without the chunk being decompressed, and few of them are asked: those of the chunks in
-//! which a channel can begin or end.
+//! It is read from the message indices of chunks, without decompressing the chunks, and only of chunks in which a channel
+//! can begin or end.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -25,7 +25,7 @@ impl Span {
         Self { first_ns: log_time_ns, last_ns: log_time_ns }
     }
 
-    /// The one that holds both.
+    /// The span that contains both.
     pub(super) fn with(self, other: Self) -> Self {
         Self {
             first_ns: self.first_ns.min(other.first_ns),
@@ -60,7 +60,7 @@ pub(super) fn of_channels(file: &FileIndex) -> io::Result<BTreeMap<u16, Span>> {
     Ok(spans)
 }
 
-/// Asks the index of a chunk of the channels whose span the chunk can widen.
+/// Reads the message index of the channels whose span the chunk can extend.
 fn look(
     source: &mut Source,
     offsets: &BTreeMap<u16, u64>,
@@ -76,7 +76,7 @@ fn look(
     }
 }
 
-/// The index entry of a channel at `offset`; `None` where it is no index, or is damaged.
+/// The message index of a channel at `offset`; `None` where there is none, or it is damaged.
 fn indexed_span(source: &mut Source, channel: u16, offset: u64) -> Option<Span> {
     let frame = source.frame_at(offset).ok().flatten()?;
     if frame.opcode != op::MESSAGE_INDEX || frame.end() > source.size {
@@ -91,7 +91,7 @@ fn indexed_span(source: &mut Source, channel: u16, offset: u64) -> Option<Span> 
     }
 }
 
-/// Finds the spans of a part of the file that has no index. What cannot be read is reported where messages are.
+/// Finds the spans in a part of the file without an index. Errors are reported when the messages are read.
 fn read_through(source: &mut Source, segment: &Segment, spans: &mut BTreeMap<u16, Span>) {
     let _ = for_each_record(source, segment, &mut |opcode, body| {
         if let Some((header, _)) = (opcode == op::MESSAGE).then(|| message_of(body)).flatten() {

@@ -1,4 +1,4 @@
-//! Messages that have been read and are not due yet.
+//! Messages that have been read but not returned yet.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
@@ -46,7 +46,7 @@ impl Ord for Queued {
     }
 }
 
-/// Gives the earliest message first and knows how much memory it holds.
+/// A priority queue by log time that tracks its size in memory.
 #[derive(Default)]
 pub(super) struct Queue {
     heap: BinaryHeap<Reverse<Queued>>,

@@ -1,14 +1,14 @@
-//! Message definitions as a ROS bag carries them: the text of a type with those of all types within it.
+//! Message definitions in a ROS bag: the text of a type with those of all types in it.
 
 use std::collections::BTreeMap;
 
-/// Deeper than any message nests; a definition that contains itself ends here.
+/// More than the nesting of any message; the limit for a definition that contains itself.
 const MOST_LEVELS: usize = 32;
 
 /// A definition that cannot be used.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum DefinitionError {
-    /// A line that is no field.
+    /// A line that is not a field.
     #[error("`{line}` in the definition of {type_name} is no field")]
     NoField {
         /// The type.
@@ -22,7 +22,7 @@ pub enum DefinitionError {
         /// The type.
         type_name: String,
     },
-    /// Types within types without an end.
+    /// Unlimited nesting of types.
     #[error("the type {type_name} nests more than {MOST_LEVELS} levels deep")]
     TooDeep {
         /// The type.
@@ -36,7 +36,7 @@ pub(super) struct Definitions {
     types: BTreeMap<String, Vec<Field>>,
 }
 
-/// A field as it is written.
+/// A field of a definition.
 #[derive(Clone, PartialEq, Debug)]
 struct Field {
     /// The type of the field or of its elements, with its package where it is a message.
@@ -44,7 +44,7 @@ struct Field {
     shape: Shape,
 }
 
-/// How many elements a field has.
+/// The number of elements of a field.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Shape {
     One,
@@ -61,12 +61,12 @@ pub(super) enum Kind {
     Message(Vec<Member>),
 }
 
-/// A part of a message.
+/// A member of a message.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Member {
     pub(super) kind: Kind,
     pub(super) shape: Shape,
-    /// ROS 2 has no such field: the counter in the header of ROS 1.
+    /// Left out in ROS 2: the counter in the header of ROS 1.
     pub(super) dropped: bool,
 }
 
@@ -144,7 +144,7 @@ impl Field {
                 }
             }
         };
-        // `string<=10`: a bound that the wire does not show.
+        // `string<=10`: a bound that does not change the encoding.
         let element = element.split("<=").next().unwrap_or_default();
         Ok(Some(Self { element: qualified(type_name, element), shape }))
     }
@@ -179,7 +179,7 @@ fn primitive(name: &str) -> Option<Kind> {
     })
 }
 
-/// The layout of a message on the wire: two types with the same layout have the same bytes.
+/// The layout of the encoded message: two types with the same layout have the same bytes.
 pub(super) fn layout(members: &[Member]) -> String {
     let of = |member: &Member| {
         let element = match &member.kind {
@@ -196,7 +196,7 @@ pub(super) fn layout(members: &[Member]) -> String {
     members.iter().filter(|member| !member.dropped).map(of).collect()
 }
 
-/// A definition of ROS 1 as ROS 2 writes it.
+/// The definition of a type of ROS 1 in the form of ROS 2.
 pub(super) fn as_ros2(type_name: &str, text: &str) -> String {
     let mut within = type_name.to_owned();
     let mut lines = Vec::new();

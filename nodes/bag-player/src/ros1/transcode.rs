@@ -1,20 +1,20 @@
-//! A message of ROS 1 in the encoding of ROS 2.
+//! Re-encoding of a message of ROS 1 as CDR.
 //!
-//! Both write the fields one after the other, little end first. ROS 1 leaves no gaps; CDR puts a number where
-//! its offset is a multiple of its size, ends a text with a zero, and gives an empty message one byte.
+//! Both write the fields one after the other, little endian. ROS 1 has no padding; CDR aligns a number to
+//! its size, ends a string with a zero byte, and encodes an empty message as one byte.
 
 use super::definition::{Kind, Member, Shape};
 
-/// Little end first, plain CDR.
+/// Plain CDR, little endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// A message that is not what its type says.
+/// A message that does not fit its type.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum TranscodeError {
     /// It ends before its last field.
     #[error("the message ends after {bytes} bytes, in the middle of a field")]
     TooShort {
-        /// Its length.
+        /// Its length in bytes.
         bytes: usize,
     },
     /// It has bytes after its last field.
@@ -85,7 +85,7 @@ impl<'a> Writer<'a> {
                 }
             }
             Kind::Message(members) => {
-                // Nothing is read of an empty message, so their number is bound by nothing but this.
+                // An empty message has no bytes, so that only this bounds their number.
                 let count = if members.is_empty() { count.min(self.ros1.len()) } else { count };
                 for _ in 0..count {
                     self.message(members, kept)?;

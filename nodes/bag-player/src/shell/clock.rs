@@ -24,7 +24,7 @@ impl BagClock {
         Ok(Self { publisher, period, next: Instant::now() })
     }
 
-    /// How long until the time is to be published again.
+    /// The time until the next publication.
     pub(super) fn due_in(&self) -> Duration {
         self.next.saturating_duration_since(Instant::now())
     }
@@ -34,13 +34,13 @@ impl BagClock {
         if !self.due_in().is_zero() {
             return;
         }
-        // Ticks that were missed are not made up for: a time that is past is of no use to anybody.
+        // Missed ticks are skipped: a past time is of no use.
         let now = Instant::now();
         let steady = self.next.checked_add(self.period).filter(|next| *next > now);
         self.next = steady.or(now.checked_add(self.period)).unwrap_or(now);
         let Some(time) = time else { return };
         let (sec, nanosec) = time.secs_nanos();
-        // The next tick brings a newer time: one that was not sent is not missed.
+        // The next tick has a newer time: a failure needs no report.
         if let Err(error) = self.publisher.publish(Clock { clock: Time { sec, nanosec } }) {
             tracing::debug!("{error}");
         }

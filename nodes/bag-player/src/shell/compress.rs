@@ -1,5 +1,5 @@
-//! Outgoing images, compressed as by image_transport: depth without loss in a fifth to a
-//! half of the bytes, colours in a twentieth, for a network or a kernel that raw ones are too large for.
+//! Compression of the published images as by image_transport: depth without loss to a fifth to a
+//! half of the bytes, colours to a twentieth, for networks and receive buffers that raw images are too large for.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -18,7 +18,7 @@ use crate::message::{BagMessage, bare, full_type_name};
 use crate::shell::options::PlayOptions;
 use crate::shell::play::PlayError;
 
-/// How depth images are coded.
+/// The codec of depth images.
 #[derive(clap::ValueEnum, Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum DepthFormat {
     /// The smaller one for structured light, and read by every version of ROS
@@ -37,16 +37,16 @@ impl From<DepthFormat> for DepthCodec {
     }
 }
 
-/// A topic of colour or grey images to compress, and how well they are kept.
+/// A topic of colour or grey images to compress, with the quality.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct ColorCompression {
     /// The topic of the bag.
     pub topic: String,
-    /// How well its images are kept.
+    /// The JPEG quality of its images.
     pub quality: JpegQuality,
 }
 
-/// The text that is not of the form `TOPIC` or `TOPIC=QUALITY`.
+/// A text that is not of the form `TOPIC` or `TOPIC=QUALITY`.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum ColorCompressionError {
     /// There is no topic.
@@ -72,7 +72,7 @@ impl FromStr for ColorCompression {
     }
 }
 
-/// How the images of a topic are compressed.
+/// The compression of the images of a topic.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Codec {
     Depth(DepthCodec),
@@ -80,7 +80,7 @@ enum Codec {
 }
 
 impl Codec {
-    /// The option that asks for it.
+    /// The option.
     fn option(self) -> &'static str {
         match self {
             Self::Depth(_) => "compress-depth",
@@ -120,10 +120,10 @@ pub(super) enum CompressError {
     /// It cannot be decoded.
     #[error(transparent)]
     Bag(#[from] BagError),
-    /// It is not what it claims to be.
+    /// It is not a valid image.
     #[error("--{option}: an image on {topic} cannot be compressed: {source}")]
     Convert {
-        /// The option that asks for it.
+        /// The option.
         option: &'static str,
         /// The topic.
         topic: String,
@@ -141,14 +141,14 @@ pub(super) enum CompressError {
 }
 
 impl CompressError {
-    /// Whether the topic carries images of another kind: then every one of them fails.
+    /// Whether the topic carries images of another kind, so that every one of them fails.
     pub(super) fn is_of_topic(&self) -> bool {
         matches!(self, Self::Convert { source: ConvertError::Encoding { .. }, .. })
     }
 }
 
 impl Compression {
-    /// The topics that the options name.
+    /// The topics in the options.
     ///
     /// # Errors
     /// When the bag has no such topic of images, it is not played, or it is named twice.
@@ -176,7 +176,7 @@ impl Compression {
         self.codecs.get(bare(topic)).map(|codec| codec.topic_part())
     }
 
-    /// Compresses a message in place, if it is one of those that are compressed.
+    /// Compresses a message in place, if its topic is compressed.
     pub(super) fn apply(&self, message: &mut BagMessage) -> Result<(), CompressError> {
         let Some(codec) = self.codecs.get(bare(&message.topic)) else { return Ok(()) };
         if !is_image(&message.type_name) {

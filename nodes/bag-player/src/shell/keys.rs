@@ -1,4 +1,4 @@
-//! The keys of the player, where a person can press them.
+//! The keys of the player, on a terminal.
 
 use std::io::{IsTerminal, stdin};
 use std::sync::Arc;
@@ -9,24 +9,24 @@ use rustix::process::getpgrp;
 use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcgetpgrp, tcsetattr};
 use tokio::sync::mpsc;
 
-/// How long the thread that reads the keys takes to notice that it is no longer needed.
+/// The longest time until the thread that reads the keys notices that it should end.
 const POLL: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 
 /// The action of a key.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Key {
-    /// Pause, or go on.
+    /// Pause, or continue.
     Pause,
-    /// One message, while paused.
+    /// Publish one message while paused.
     Step,
     /// End.
     Quit,
 }
 
-/// The terminal's keys, delivered one by one; the terminal is as before when this is dropped.
+/// The terminal's keys, one by one; the terminal is restored when this is dropped.
 ///
-/// Only the line editing and the echo are switched off: Ctrl-C stays a signal, and what is printed
-/// meanwhile keeps its line breaks.
+/// Only line editing and echo are switched off: Ctrl-C is still a signal, and printed text
+/// keeps its line breaks.
 pub(super) struct Keys {
     pressed: mpsc::UnboundedReceiver<Key>,
     /// `None` where there is no terminal to read from.
@@ -39,7 +39,7 @@ struct Terminal {
 }
 
 impl Keys {
-    /// Takes the keys of the terminal on stdin, if there is one and this process may read it.
+    /// Reads the keys of the terminal on stdin, if there is one and this process may read it.
     pub(super) fn listen() -> Self {
         let (sender, pressed) = mpsc::unbounded_channel();
         Self { pressed, terminal: Terminal::take(sender) }
@@ -58,7 +58,7 @@ impl Keys {
         }
     }
 
-    /// A key that was pressed already.
+    /// A key that has been pressed.
     pub(super) fn try_next(&mut self) -> Option<Key> {
         self.pressed.try_recv().ok()
     }
@@ -77,7 +77,7 @@ impl Terminal {
         tcsetattr(&input, OptionalActions::Now, &silent).ok()?;
         let ended = Arc::new(AtomicBool::new(false));
         let terminal = Self { before, ended: Arc::clone(&ended) };
-        // Without the thread `terminal` is dropped here, and all is as before.
+        // Without the thread `terminal` is dropped here, which restores the terminal.
         std::thread::Builder::new()
             .name("keys".to_owned())
             .spawn(move || read_keys(&sender, &ended))
@@ -89,7 +89,7 @@ impl Terminal {
 impl Drop for Terminal {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Relaxed);
-        // When the terminal is gone there is nothing to restore.
+        // Where the terminal is closed there is nothing to restore.
         let _ = tcsetattr(stdin(), OptionalActions::Now, &self.before);
     }
 }
@@ -104,7 +104,7 @@ fn read_keys(sender: &mpsc::UnboundedSender<Key>, ended: &AtomicBool) {
             Ok(_) => {}
             Err(_) => return,
         }
-        // Past the buffer of std's stdin, which would hide bytes from `poll`.
+        // Not through the buffer of std's stdin, which would hide bytes from `poll`.
         let Ok(read) = rustix::io::read(&input, &mut bytes) else { return };
         if read == 0 {
             return;
@@ -117,7 +117,7 @@ fn read_keys(sender: &mpsc::UnboundedSender<Key>, ended: &AtomicBool) {
     }
 }
 
-/// The keys in what a terminal sent. An arrow is three bytes that come together.
+/// The keys in the bytes of a terminal. An arrow is a sequence of three bytes.
 fn keys_in(mut bytes: &[u8]) -> Vec<Key> {
     let mut keys = Vec::new();
     loop {

@@ -13,26 +13,26 @@ use crate::shell::compress::Compression;
 use crate::shell::options::PlayOptions;
 use crate::shell::summary::TopicSummary;
 
-/// Types whose messages are too large for repeated delivery to be of use.
+/// Types whose messages are too large for reliable delivery.
 pub(super) const LARGE_TYPES: [&str; 3] =
     ["sensor_msgs/msg/Image", "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/CompressedImage"];
 
-/// The fixed transforms. No listener of tf2 takes them unless they are latched, also where a bag that was converted or cut
-/// says that they were not.
+/// The static transforms. They are always latched, as listeners of tf2 require, even where a converted or cut bag states
+/// another QoS.
 const FIXED_TRANSFORMS: &str = "tf_static";
 
-/// Last parts of topics that are latched by convention (tf2, REP-2003), and a type that is.
+/// Last parts of topic names that are latched by convention (tf2, REP-2003), and a type that is.
 const LATCHED_TOPICS: [&str; 4] = ["tf_static", "map", "static_map", "robot_description"];
 const LATCHED_TYPE: &str = "nav_msgs/msg/OccupancyGrid";
 
 /// Samples kept for late subscribers where several publishers of a latched topic were recorded as one.
 const MOST_LATCHED: u64 = 100;
 
-/// Depths where the bag does not say: REP-2003 for sensors, the default of ROS 2 for the rest.
+/// Depths where the bag has none: REP-2003 for sensors, the default of ROS 2 for the rest.
 const SENSOR_DEPTH: u32 = 5;
 const DEFAULT_DEPTH: u32 = 10;
 
-/// A history that keeps everything is bounded here.
+/// The depth that replaces a history that keeps all.
 const KEEP_ALL_DEPTH: u64 = 1000;
 
 /// One topic that is played.
@@ -68,7 +68,7 @@ impl Offers {
             let mut type_name = full_type_name(&topic.type_name);
             let mut name = options.published_name(&topic.topic).to_owned();
             if let Some(part) = compression.topic_part(&topic.topic) {
-                // Below the name that the raw image would have after all remapping.
+                // Below the remapped name of the raw image.
                 name = format!("{}/{part}", node.resolve(&name)?);
                 type_name = CompressedImage::TYPE_NAME.to_owned();
             }
@@ -79,7 +79,7 @@ impl Offers {
         Ok(Self(offers))
     }
 
-    /// Publishes a message. `None` where its topic is not played in this type.
+    /// Publishes a message. `None` where its topic is not played with this type.
     pub(super) fn publish(&mut self, message: &BagMessage) -> Option<Result<(), PublishError>> {
         let offer = self.0.get_mut(&*message.topic)?;
         if offer.type_name != full_type_name(&message.type_name) {
@@ -108,12 +108,12 @@ impl Offers {
         }
     }
 
-    /// The publisher of a topic, by the absolute name that it is published by.
+    /// The publisher of a topic, by its absolute published name.
     pub(super) fn publisher(&self, published_name: &str) -> Option<&RawPublisher> {
         self.0.values().map(|offer| &offer.publisher).find(|one| one.topic() == published_name)
     }
 
-    /// The names that the topics are published by.
+    /// The published names of the topics.
     pub(super) fn published_names(&self) -> Vec<&str> {
         self.0.values().map(|offer| offer.publisher.topic()).collect()
     }
@@ -124,7 +124,7 @@ impl Offers {
     }
 }
 
-/// The QoS to publish a topic with: as recorded, else by type and name.
+/// The QoS of a publisher: as recorded, else by type and name.
 fn qos_of(topic: &TopicInfo) -> Qos {
     let mut offered = topic.qos.unwrap_or_else(|| default_qos(&topic.topic, &topic.type_name));
     if last_part(&topic.topic) == FIXED_TRANSFORMS {

@@ -7,17 +7,17 @@ use crate::message::{Selection, bare};
 use crate::shell::compress::{ColorCompression, DepthFormat};
 use crate::shell::pace::PaceBy;
 
-/// Rate of `/clock` that rosbag2 and the simulators use at least.
+/// The lowest rate of `/clock` that rosbag2 and simulators use.
 const DEFAULT_CLOCK_HZ: f64 = 100.0;
-/// Patience with subscribers: a node on a slow machine takes some seconds to start.
+/// The timeout for subscribers: a node on a slow machine takes some seconds to start.
 const DEFAULT_WAIT_TIMEOUT_S: f64 = 30.0;
-/// A message this late is counted: more than a period of a 50 Hz sensor.
+/// A message that is later than this is counted as late: more than a period of a 50 Hz sensor.
 const DEFAULT_LATE_MS: f64 = 20.0;
 
-/// What to play and how: the arguments of `stillmap play` and `bag-player`.
+/// The arguments of `stillmap play` and `bag-player`.
 #[derive(clap::Args, Clone, PartialEq, Debug)]
 pub struct PlayOptions {
-    /// The bag: MCAP, sqlite3 or ROS 1, told by its content, or a rosbag2 folder
+    /// The bag: MCAP, sqlite3 or ROS 1, recognised by its content, or a rosbag2 folder
     pub bag: PathBuf,
     /// Seconds of the bag per second of the clock
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, default_value_t = 1.0)]
@@ -37,7 +37,7 @@ pub struct PlayOptions {
     /// Publish the bag's time on /clock
     #[arg(long)]
     pub clock: bool,
-    /// How often
+    /// The rate of /clock
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, default_value_t = DEFAULT_CLOCK_HZ)]
     pub clock_hz: f64,
     /// Publish a topic under another name (several times for several topics)
@@ -54,15 +54,15 @@ pub struct PlayOptions {
     /// (without it 95), below the topic's name as .../compressed (several times for several topics)
     #[arg(long, value_name = "TOPIC[=QUALITY]", value_delimiter = ',', alias = "compress-colour")]
     pub compress_color: Vec<ColorCompression>,
-    /// Wait until somebody subscribes to this topic, under the name it is published by (several times
+    /// Wait for a subscriber of this topic, given by its published name (several times
     /// for several topics)
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
     pub wait_for: Vec<String>,
-    /// Stop waiting after this long; for reports to pace by, too
+    /// Stop waiting for subscribers, and for the reports of --pace, after this time
     #[arg(long = "wait-timeout", value_name = "SECONDS", allow_negative_numbers = true, default_value_t = DEFAULT_WAIT_TIMEOUT_S)]
     pub wait_timeout_s: f64,
-    /// Hold playback back while a node is behind with a topic of the bag, by what the node reports of it (as
-    /// /camera/depth/image_raw=/pose/report), so that it loses nothing by being slow (several times for several)
+    /// Hold playback back while a node is behind with a topic of the bag, by the node's reports (as
+    /// /camera/depth/image_raw=/pose/report), so that a slow node loses nothing (several times for several)
     #[arg(long = "pace", value_name = "TOPIC=REPORTS")]
     pub paces: Vec<PaceBy>,
     /// Count a message as late when it is published more than this long after it was due
@@ -74,7 +74,7 @@ pub struct PlayOptions {
 }
 
 impl PlayOptions {
-    /// All of a bag at its own rate, with everything else as without options.
+    /// The whole bag at its own rate, with the defaults of all options.
     #[must_use]
     pub fn new(bag: PathBuf) -> Self {
         Self {
@@ -107,7 +107,7 @@ impl PlayOptions {
         }
     }
 
-    /// The name that a topic of the bag is published by.
+    /// The published name of a topic of the bag.
     pub(super) fn published_name<'a>(&'a self, topic: &'a str) -> &'a str {
         self.remap
             .iter()

@@ -1,4 +1,4 @@
-//! The player over real DDS: it and its subscriber are two participants in one process.
+//! Tests of the player over DDS: player and subscriber are two participants in one process.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU16, Ordering};
@@ -23,7 +23,7 @@ const SCANS: u32 = 40;
 const SCAN_PERIOD_S: f64 = 0.02;
 const START: Stamp = Stamp::from_secs_nanos(1_700_000_000, 0);
 
-/// A player and a subscriber, apart from those of all other tests by their domain.
+/// A player and a subscriber, separated from all other tests by their domain.
 fn nodes() -> (Node, Node) {
     static COUNT: AtomicU16 = AtomicU16::new(0);
     let count = u32::from(COUNT.fetch_add(1, Ordering::Relaxed));
@@ -43,7 +43,7 @@ fn time(index: u32) -> Stamp {
     START.plus_seconds(f64::from(index) * SCAN_PERIOD_S)
 }
 
-/// A bag of scans at 50 Hz, with a latched text and a scan's worth of another encoding.
+/// A bag of scans at 50 Hz, with a latched string and one message in another encoding.
 fn bag() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bag.mcap");
@@ -132,7 +132,7 @@ async fn a_loop_goes_on_until_it_is_interrupted() {
     };
     let names = listener.subscription::<Text>("/map_name", &Qos::reliable(10)).unwrap();
     let three_passes = tokio::spawn(async move {
-        // The text comes once in a pass.
+        // The string is published once in a pass.
         receive(&names, 3).await;
         shutdown.trigger();
     });
@@ -141,7 +141,7 @@ async fn a_loop_goes_on_until_it_is_interrupted() {
     assert_eq!(summary.ending, Ending::Interrupted);
     assert!(summary.passes > 2, "{} passes", summary.passes);
     let pass = u64::from(SCANS) + 1;
-    // A latched text is not taken while its reader, which has just been found, has not acknowledged the one before.
+    // A latched string is not sent while a newly discovered reader has not acknowledged the one before.
     let played = summary.published() + summary.failed();
     assert!(played > (summary.passes - 1) * pass && played <= summary.passes * pass, "{played}");
     player.close().await;
@@ -181,7 +181,7 @@ fn depth_image(index: u32) -> DepthImage {
         .unwrap()
 }
 
-/// A bag of images: 20 depth images with, in the middle, one that was cut, and one of colours.
+/// A bag of 20 depth images, one of them cut, and one colour image.
 fn bag_of_images() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bag.mcap");
@@ -208,7 +208,7 @@ fn bag_of_images() -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-/// It was once ignored, and the topic went by the bag's name.
+/// Regression: it was ignored, and the topic was published under its name in the bag.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_not_played_gets_no_other_name() {
     let (_folder, path) = bag();
@@ -226,7 +226,7 @@ async fn what_is_not_played_gets_no_other_name() {
     assert!(play(remap("scan:=/laser/scan"), &player).await.is_ok());
 }
 
-/// Reports each scan long after the next one would be due.
+/// Reports each scan after the next one would be due.
 async fn report_slowly(scans: Subscription<LaserScan>, reports: Publisher<StageReport>) -> usize {
     let mut reported = 0;
     while tokio::time::timeout(Duration::from_secs(2), scans.next()).await.is_ok() {
@@ -241,7 +241,7 @@ async fn report_slowly(scans: Subscription<LaserScan>, reports: Publisher<StageR
 async fn a_node_that_is_slower_than_the_bag_is_waited_for() {
     let (_folder, path) = bag();
     let (player, listener) = nodes();
-    // Of messages that come twice as fast as they are taken this would lose most.
+    // Without --pace most messages would be lost: they are published twice as fast as they are taken.
     let scans = listener.subscription("scan", &Qos::sensor(4)).unwrap();
     let reports = listener.publisher("slow/report", &Qos::reliable(100)).unwrap();
     let node = tokio::spawn(report_slowly(scans, reports));

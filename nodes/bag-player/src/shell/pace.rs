@@ -1,7 +1,7 @@
-//! Playing no faster than nodes keep up: a topic is held back while what a node reports of it is behind.
+//! Playback no faster than nodes can process: a topic is held back while a node's reports on it are behind.
 //!
-//! Large messages are sent with best effort, and a node that is slower than the bag loses those it has no room for. On a
-//! robot that is right, since the newest counts; for mapping a recording all of it is needed, however slow the machine is.
+//! Large messages are sent with best effort, and a node that is slower than the bag loses messages. On a robot that is right,
+//! since the newest message matters; mapping a recording needs all of them, however slow the machine is.
 
 use std::str::FromStr;
 use std::time::{Duration, Instant};
@@ -11,23 +11,23 @@ use node_shell::{Node, Qos, ShellError, Subscription};
 
 use crate::message::{BagMessage, bare};
 
-/// This many messages may be in transit: enough to keep a node busy, and fewer than any node of the suite keeps waiting.
+/// This many messages may be in transit: enough to keep a node busy, and fewer than the queue depth of any node of the suite.
 const MOST_AHEAD: u64 = 3;
-/// A node that reports nothing for this long is not waited for: what it has not reported is lost, or never will be reported.
+/// The longest wait for a report of a node: messages that it has not reported by then count as lost.
 const LONGEST_HOLD: Duration = Duration::from_secs(5);
-/// Reports that may wait here.
+/// The queue depth for reports.
 const REPORTS_KEPT: usize = 100;
 
-/// A topic of the bag, and the reports that say how far a node is with it: `TOPIC=REPORTS`.
+/// A topic of the bag, and the topic of a node's reports on it: `TOPIC=REPORTS`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct PaceBy {
     /// The topic's name in the bag.
     pub topic: String,
-    /// The topic of the node's reports, one or more for each message; as `/pose/report`.
+    /// The topic of the node's reports, one or more for each message; such as `/pose/report`.
     pub reports: String,
 }
 
-/// A pace is not of the form `TOPIC=REPORTS`.
+/// The argument is not of the form `TOPIC=REPORTS`.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("accepted is TOPIC=REPORTS, as /camera/depth/image_raw=/pose/report")]
 pub struct PaceByError;
@@ -56,7 +56,7 @@ struct Paced {
     lead: Lead,
 }
 
-/// How far a topic is ahead of its reports.
+/// The number of messages that are published but not reported.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct Lead {
     messages: u64,
@@ -64,7 +64,7 @@ struct Lead {
 }
 
 impl Pace {
-    /// Listens to the reports.
+    /// Subscribes to the reports.
     pub(super) fn new(node: &Node, paces: &[PaceBy]) -> Result<Self, ShellError> {
         let paced = paces.iter().map(|pace| {
             let reports = node.subscription(&pace.reports, &Qos::reliable(REPORTS_KEPT))?;
@@ -79,13 +79,13 @@ impl Pace {
         unreported.map(|paced| paced.reports.topic().to_owned()).collect()
     }
 
-    /// The message was published.
+    /// Notes a published message.
     pub(super) fn published(&mut self, message: &BagMessage) {
         self.of(&message.topic).for_each(|paced| paced.lead.messages += 1);
     }
 
-    /// Whether the message must wait. After [`LONGEST_HOLD`] without a report it need not: messages that the node has not reported are
-    /// counted as lost.
+    /// Whether the message must wait. After [`LONGEST_HOLD`] without a report it is published: messages that the node has not
+    /// reported are counted as lost.
     pub(super) fn holds_or_drops(&mut self, message: &BagMessage, now: Instant) -> bool {
         let mut holds = false;
         for paced in self.of(&message.topic) {
@@ -104,7 +104,7 @@ impl Pace {
 
 impl Lead {
     fn reported(&mut self) {
-        // Some messages have two reports: of an image without a partner, and of the partner that came alone.
+        // Some messages have two reports: one for an image without a match, and one for the unmatched partner.
         *self = Self { messages: self.messages.saturating_sub(1), held_since: None };
     }
 
@@ -147,7 +147,7 @@ mod tests {
         lead.reported();
         assert!(lead.holds_or_drops(at(1.1)) && lead.holds_or_drops(at(2.0)));
         assert!(!lead.holds_or_drops(at(2.2)));
-        assert_eq!(lead, Lead::default(), "what it has not reported is taken for lost");
+        assert_eq!(lead, Lead::default(), "messages that it has not reported count as lost");
         lead.reported();
         assert_eq!(lead, Lead::default());
     }

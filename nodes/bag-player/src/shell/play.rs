@@ -1,4 +1,4 @@
-//! Playing a bag: from the options to the summary.
+//! Playback of a bag: from the options to the summary.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use crate::shell::pace::Pace;
 use crate::shell::player::{Played, Player};
 use crate::shell::summary::{Ending, PlaySummary};
 
-/// How long the publishers stay after the last message: a reliable one may have to send again.
+/// How long the publishers are kept after the last message: a reliable one may have to resend.
 const LINGER: Duration = Duration::from_millis(500);
 
 /// Why a bag could not be played.
@@ -30,13 +30,13 @@ pub enum PlayError {
     /// The bag cannot be read.
     #[error(transparent)]
     Bag(#[from] BagError),
-    /// The network does not allow it.
+    /// The node cannot be created on the network.
     #[error(transparent)]
     Shell(#[from] ShellError),
-    /// The rate is no rate.
+    /// The rate is invalid.
     #[error(transparent)]
     Rate(#[from] RateError),
-    /// Another number makes no sense.
+    /// Another number is out of its range.
     #[error("--{option} must be {accepted}, not {value}")]
     Number {
         /// The option.
@@ -62,7 +62,7 @@ pub enum PlayError {
         /// The topics played.
         available: String,
     },
-    /// A topic to give another name is not played.
+    /// A remapped topic is not played.
     #[error("--remap {from}: no such topic is played; there are {available}")]
     RemapUnplayed {
         /// The topic.
@@ -70,7 +70,7 @@ pub enum PlayError {
         /// The topics played.
         available: String,
     },
-    /// A topic to compress is not there.
+    /// A topic to compress does not exist.
     #[error("--{option} {topic}: no such topic is played; the bag's images are {images}")]
     CompressUnplayed {
         /// The option.
@@ -80,7 +80,7 @@ pub enum PlayError {
         /// The topics that carry images.
         images: String,
     },
-    /// A topic to compress carries something else.
+    /// A topic to compress is not one of images.
     #[error("--{option} {topic}: it carries {type_name}, not sensor_msgs/msg/Image")]
     CompressNoImages {
         /// The option.
@@ -93,20 +93,20 @@ pub enum PlayError {
     /// A topic to compress carries images of another kind.
     #[error("{0}")]
     CompressOtherImages(String),
-    /// A topic is to be compressed by two codecs.
+    /// A topic is named for two codecs.
     #[error("{topic} is to be compressed twice, by different codecs; name it once")]
     CompressTwice {
         /// The topic.
         topic: String,
     },
-    /// No subscriber came in time.
+    /// There was no subscriber in time.
     #[error(
         "nobody subscribed to {topics} within {seconds} s; start the subscriber, or give it longer with --wait-timeout"
     )]
     NoSubscriber {
         /// The topics without a subscriber.
         topics: String,
-        /// How long was waited.
+        /// The timeout in seconds.
         seconds: f64,
     },
     /// A topic to hold back is not played.
@@ -117,27 +117,27 @@ pub enum PlayError {
         /// The topics played.
         available: String,
     },
-    /// The reports that the bag is to be paced by are not published.
+    /// The reports of --pace are not published.
     #[error(
         "nobody published {topics} within {seconds} s; start the node, or give it longer with --wait-timeout"
     )]
     NoReports {
         /// The topics of reports.
         topics: String,
-        /// How long was waited.
+        /// The timeout in seconds.
         seconds: f64,
     },
-    /// The thread that reads the bag could not be started, or broke off.
+    /// The thread that reads the bag could not be started, or failed.
     #[error("the bag cannot be read on a thread of its own: {0}")]
     Thread(io::Error),
 }
 
-/// Plays a bag onto the network of `node`, until its end or until `node` is asked to end.
+/// Plays a bag on the network of `node`, until its end or until `node` is shut down.
 ///
 /// # Errors
-/// When the bag cannot be read or has nothing to play, the options make no sense, or a subscriber
-/// that is waited for does not come. Parts of the bag that are lost, late messages and messages that could not be
-/// sent are no errors but part of the summary.
+/// When the bag cannot be read or has nothing to play, an option is invalid, or there is no subscriber of a topic of
+/// --wait-for in time. Lost parts of the bag, late messages and messages that could not be sent are not errors but part
+/// of the summary.
 pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, PlayError> {
     let schedule = Schedule::new(options.rate, options.looping)?;
     let clock_period = clock_period(&options)?;
@@ -150,7 +150,7 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
     for loss in &info.losses {
         tracing::warn!("lost: {loss}");
     }
-    // Asked first: a topic that is not in the bag is named before anything is published.
+    // First, so that a topic that is not in the bag is reported before anything is published.
     let messages = bag.messages(&options.selection())?;
     let compression = Compression::checked(&options, &info)?;
     let wanted = |topic: &str| {
@@ -206,7 +206,7 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
     Ok(summary)
 }
 
-/// Whether what is to have another name is played: a misspelt one would else go by the bag's. And what is to be held back.
+/// Checks that the topics of --remap and --pace are played: a misspelt one would otherwise be ignored.
 fn check_names<'a>(
     options: &PlayOptions,
     played: impl Iterator<Item = &'a str> + Clone,
@@ -225,7 +225,7 @@ fn check_names<'a>(
     Ok(())
 }
 
-/// Opens the bag on a thread of its own: one without an index is read whole for it.
+/// Opens the bag on a separate thread: without an index all of it is read.
 async fn open(path: PathBuf) -> Result<(Bag, BagInfo), PlayError> {
     let opened = tokio::task::spawn_blocking(move || {
         let bag = Bag::open(Path::new(&path))?;
@@ -247,14 +247,14 @@ fn seconds(option: &'static str, value: f64) -> Result<Duration, PlayError> {
 }
 
 fn clock_period(options: &PlayOptions) -> Result<Option<Duration>, PlayError> {
-    /// No subscriber makes use of more.
+    /// No subscriber needs a higher rate.
     const MOST_HZ: f64 = 10_000.0;
     if !options.clock {
         return Ok(None);
     }
     let hz = options.clock_hz;
     if hz > 0.0 && hz <= MOST_HZ {
-        // The slowest clock ticks once in a duration's longest.
+        // The lowest rate has the longest duration as its period.
         Ok(Some(Duration::try_from_secs_f64(1.0 / hz).unwrap_or(Duration::MAX)))
     } else {
         let accepted = "more than 0 and at most 10000";
@@ -262,7 +262,7 @@ fn clock_period(options: &PlayOptions) -> Result<Option<Duration>, PlayError> {
     }
 }
 
-/// The part of the bag that is played.
+/// The played part of the bag.
 fn span(info: &BagInfo, options: &PlayOptions) -> (Stamp, Stamp) {
     let start = info.start.unwrap_or_default().plus_seconds(options.start_s.unwrap_or(0.0));
     let end = info.end.unwrap_or_default();

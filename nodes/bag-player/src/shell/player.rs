@@ -21,13 +21,13 @@ use crate::shell::read_ahead::{Ahead, PassEnd, ReadAhead};
 use crate::shell::status::StatusLine;
 use crate::shell::summary::{Ending, TopicSummary};
 
-/// A match is known here before the subscriber knows of it, and until then it drops messages.
+/// A match is known here before it is known to the subscriber, which drops messages until then.
 const SETTLE: Duration = Duration::from_millis(200);
 
-/// How often a node that is behind is looked after.
+/// How often a node that is behind is checked.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
-/// How many failures to publish are logged; all are counted.
+/// The number of publish failures that are logged; all are counted.
 const MAX_FAILURES_REPORTED: u64 = 5;
 
 /// A bag that is being played.
@@ -42,21 +42,21 @@ pub(super) struct Player {
     status: StatusLine,
     shutdown: Shutdown,
     late_above: Duration,
-    /// The origin of the time that the schedule is given.
+    /// The origin of the schedule's time.
     origin: Instant,
     failures_reported: u64,
 }
 
-/// How a bag was played.
+/// The result of playback.
 pub(super) struct Played {
     pub(super) ending: Ending,
     pub(super) passes: u64,
-    /// The reader's result of the last pass that it ended.
+    /// The reader's result of the last completed pass.
     pub(super) reader: PassEnd,
 }
 
 impl Player {
-    /// A player of the part `span` of a bag. From now on the keys are its own.
+    /// A player of the part `span` of a bag. From now on it reads the keys.
     pub(super) fn new(
         schedule: Schedule,
         offers: Offers,
@@ -92,7 +92,7 @@ impl Player {
         self.origin.elapsed()
     }
 
-    /// Waits until somebody subscribes to each of `topics`.
+    /// Waits until each of `topics` has a subscriber.
     pub(super) async fn wait_for_subscribers(
         &self,
         node: &Node,
@@ -102,7 +102,7 @@ impl Player {
         let mut awaited: Vec<&RawPublisher> = Vec::new();
         for topic in topics {
             let name = node.resolve(topic)?;
-            // Names of a bag are absolute more often than not, and people leave the slash out.
+            // Names in a bag are usually absolute, and users leave the slash out.
             let publisher = self
                 .offers
                 .publisher(&name)
@@ -132,7 +132,7 @@ impl Player {
         }
     }
 
-    /// Waits until the nodes that the bag is paced by are there.
+    /// Waits until the reports of --pace have publishers.
     pub(super) async fn wait_for_reports(&self, patience: Duration) -> Result<(), PlayError> {
         let all = async {
             while !self.pace.unreported().is_empty() {
@@ -170,7 +170,7 @@ impl Player {
     ) -> Result<Played, PlayError> {
         let mut ahead = ReadAhead::start(messages, compression).map_err(PlayError::Thread)?;
         let mut passes = 1;
-        // Until a pass has read it all: what is known to be lost without reading.
+        // Until a pass has read the whole bag, the losses that are known without reading.
         let mut reader = PassEnd { losses: bag.losses().to_vec(), ..PassEnd::default() };
         let mut next = ahead.next().await?;
         loop {
@@ -234,7 +234,7 @@ impl Player {
             && due.is_some_and(|next| self.pace.holds_or_drops(&next.message, Instant::now()))
     }
 
-    /// Waits for the next message to fall due, a key, the clock or the end.
+    /// Waits until the next message is due, or for a key, the clock or the shutdown.
     async fn idle(&mut self, wait: Option<Duration>) -> Option<Ending> {
         let clock_due = self.clock.as_ref().map(BagClock::due_in);
         let status_due = self.status.is_watched().then(|| self.status.due_in());
@@ -268,7 +268,7 @@ impl Player {
         }
     }
 
-    /// Counts a message that could not be compressed; a topic of other images is an error.
+    /// Counts a message that could not be compressed; a topic of images of another kind is an error.
     fn refuse(&mut self, message: &BagMessage, fault: &CompressError) -> Result<(), PlayError> {
         if fault.is_of_topic() {
             return Err(PlayError::CompressOtherImages(fault.to_string()));

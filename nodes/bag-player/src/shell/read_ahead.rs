@@ -1,5 +1,4 @@
-//! Reading the bag ahead of the player, so that neither decompressing a chunk nor compressing an image
-//! delays a message.
+//! Read-ahead: neither the decompression of a chunk nor the compression of an image delays a message.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -13,13 +12,13 @@ use crate::message::BagMessage;
 use crate::messages::{Messages, Skipped};
 use crate::shell::compress::{CompressError, Compression};
 
-/// The most that is read ahead, in KiB: three seconds of a depth camera, six of the largest clouds.
+/// The limit of the read-ahead, in KiB: three seconds of a depth camera, six of the largest clouds.
 const READ_AHEAD_KIB: u32 = 64 * 1024;
 
-/// A message that was read, and its share of the read-ahead.
+/// A message that was read, with its permit of the read-ahead.
 pub(super) struct Ahead {
     pub(super) message: BagMessage,
-    /// Why the message could not be made what is to be published.
+    /// Why the message could not be compressed.
     pub(super) fault: Option<CompressError>,
     _share: OwnedSemaphorePermit,
 }
@@ -38,7 +37,7 @@ enum Item {
     End(PassEnd),
 }
 
-/// A thread that reads messages and the queue they come by.
+/// A thread that reads messages, and its queue.
 pub(super) struct ReadAhead {
     queue: mpsc::UnboundedReceiver<Item>,
     share: Arc<Semaphore>,
@@ -46,7 +45,7 @@ pub(super) struct ReadAhead {
 }
 
 impl ReadAhead {
-    /// Starts reading. Must be called within a tokio runtime.
+    /// Starts the thread. Must be called within a tokio runtime.
     pub(super) fn start(messages: Messages, compression: &Compression) -> io::Result<Self> {
         let (sender, queue) = mpsc::unbounded_channel();
         let share = Arc::new(Semaphore::new(READ_AHEAD_KIB as usize));
@@ -79,7 +78,7 @@ impl ReadAhead {
 
 impl Drop for ReadAhead {
     fn drop(&mut self) {
-        // The reader may be waiting for a share that will never be given back.
+        // The reader may be waiting for a permit that will not be released.
         self.share.close();
     }
 }
@@ -95,7 +94,7 @@ fn read(
         let item = match message {
             Ok(mut message) => {
                 let fault = compression.apply(&mut message).err();
-                // A message larger than all of the read-ahead comes alone.
+                // A message larger than the whole read-ahead is read alone.
                 let kib = (message.data.len() / 1024 + 1).min(READ_AHEAD_KIB as usize) as u32;
                 let share = runtime.block_on(Arc::clone(available).acquire_many_owned(kib));
                 let Ok(share) = share else { return };
@@ -112,6 +111,6 @@ fn read(
         skipped: messages.skipped().clone(),
         out_of_order: messages.out_of_order(),
     };
-    // Without a receiver the result is not needed.
+    // Without a receiver nobody needs the result.
     let _ = sender.send(Item::End(end));
 }

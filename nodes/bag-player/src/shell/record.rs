@@ -1,4 +1,4 @@
-//! The recorder: the live graph into a bag, as `stillmap record`.
+//! The recorder of the live graph, as `stillmap record`.
 
 mod error;
 mod options;
@@ -27,7 +27,7 @@ pub use summary::{RecordSummary, RecordedTopic};
 
 /// Name of the node, unless the command line gives another.
 const NODE_NAME: &str = "bag_recorder";
-/// How often the recorder looks for topics that have come up.
+/// How often the recorder looks for new topics.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// The text below the options in `--help`.
@@ -42,9 +42,9 @@ Ctrl-C or SIGTERM ends the recording and closes the bag. Until then it is room.m
 goes. With use_sim_time messages are logged at the time of /clock; before its first tick nothing is recorded.
 
 Exit codes: 0 all was recorded; 1 it could not be recorded; 2 wrong arguments; 3 it was recorded, but messages were lost in
-transit, or a topic of --topics never came up.";
+transit, or a topic of --topics never appeared.";
 
-/// Runs the recorder: prints the summary and gives the exit code.
+/// Runs the recorder: prints the summary and returns the exit code.
 ///
 /// # Errors
 /// When nothing can be recorded, or the bag cannot be written.
@@ -58,15 +58,15 @@ pub fn run(options: &RecordOptions, ros: &RosArguments) -> Result<ExitCode, Node
     Ok(if summary.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 
-/// Records what is on the network of `node`, until it is asked to end or for as long as the options say.
+/// Records the topics on the network of `node`, until it is shut down or the duration of the options is over.
 ///
 /// # Errors
-/// When the bag is there already or cannot be written, or a name is invalid. Messages lost in transit and topics that never came
-/// are no errors but part of the summary.
+/// When the bag already exists or cannot be written, or a name is invalid. Messages lost in transit and topics without a
+/// publisher are not errors but part of the summary.
 pub async fn record(options: &RecordOptions, node: &Node) -> Result<RecordSummary, RecordError> {
     options.check()?;
     let longest = options.longest()?;
-    // Before the bag is begun: what is refused leaves nothing.
+    // Before the bag is created, so that a refused name leaves no file.
     let wanted = Wanted::new(node, options)?;
     let mut writing = Writing::start(options)?;
     let started = Instant::now();
@@ -83,7 +83,7 @@ pub async fn record(options: &RecordOptions, node: &Node) -> Result<RecordSummar
         }
         tokio::select! {
             () = shutdown.wait() => break,
-            // The disk is full, or the like: the thread says so at its end.
+            // The disk may be full: the thread returns the error at its end.
             () = writing.has_failed() => break,
             () = tokio::time::sleep(left.min(LOOK)) => {}
         }

@@ -1,4 +1,4 @@
-//! The line on a terminal that shows the progress of playback.
+//! The progress line of playback on a terminal.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use geometry::Stamp;
 
 use super::terminal_line::TerminalLine;
 
-/// How often the line changes: often enough for the eye.
+/// The period of the line's updates.
 const PERIOD: Duration = Duration::from_millis(200);
 
 /// Cells of the bar.
@@ -26,17 +26,17 @@ impl StatusLine {
         Self { terminal: TerminalLine::every(PERIOD), keys, start, end }
     }
 
-    /// Whether somebody is looking.
+    /// Whether the line is shown.
     pub(super) fn is_watched(&self) -> bool {
         self.terminal.is_watched()
     }
 
-    /// When the line is to be written again.
+    /// The time of the next update.
     pub(super) fn due_in(&self) -> Duration {
         self.terminal.due_in()
     }
 
-    /// Writes the line when it is due.
+    /// Updates the line when it is due.
     pub(super) fn update(&mut self, time: Option<Stamp>, paused: bool) {
         let Self { terminal, keys, start, end } = self;
         terminal.update(|| line(*start, *end, time, paused, *keys));
@@ -58,7 +58,7 @@ fn line(start: Stamp, end: Stamp, time: Option<Stamp>, paused: bool, keys: bool)
     let help = match (keys, paused) {
         (false, _) => "",
         (true, false) => "  [space: pause, q: quit]",
-        (true, true) => "  [space: go on, s: one message, q: quit]",
+        (true, true) => "  [space: continue, s: one message, q: quit]",
     };
     format!("[{bar}] {done_s:.1} / {total_s:.1} s {state}{help}")
 }
@@ -72,7 +72,7 @@ mod tests {
         let at = |seconds: i32| Stamp::from_secs_nanos(seconds, 0);
         assert_eq!(
             line(at(100), at(108), Some(at(102)), true, true),
-            "[######..................] 2.0 / 8.0 s paused  [space: go on, s: one message, q: quit]"
+            "[######..................] 2.0 / 8.0 s paused  [space: continue, s: one message, q: quit]"
         );
         assert_eq!(
             line(at(100), at(100), None, false, false),

@@ -1,4 +1,4 @@
-//! The outcome of playing a bag.
+//! The result of playback.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -9,47 +9,47 @@ use serde::Serialize;
 use crate::error::Loss;
 use crate::messages::Skipped;
 
-/// How playing ended.
+/// How playback ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
-    /// The bag was at its end.
+    /// At the end of the bag.
     Finished,
-    /// The key for it was pressed.
+    /// By a key.
     Quit,
-    /// A signal requested it.
+    /// By a signal.
     Interrupted,
 }
 
-/// The outcome of playing a bag.
+/// The result of playback.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct PlaySummary {
     /// The bag.
     pub bag: PathBuf,
     /// How it ended.
     pub ending: Ending,
-    /// How often the bag was begun: more than once with `--loop`.
+    /// The number of passes: more than one with `--loop`.
     pub passes: u64,
-    /// How long it took, pauses included.
+    /// Its duration, pauses included.
     pub duration_s: f64,
-    /// How late a message had to be for being counted as late.
+    /// A message later than this was counted as late.
     pub late_above_s: f64,
     /// The topics, by their name in the bag.
     pub topics: Vec<TopicSummary>,
     /// Parts of the bag that could not be read.
     pub losses: Vec<Loss>,
-    /// Topics that were left out since their messages are not in CDR.
+    /// Topics that were left out because their messages are not in CDR.
     pub skipped: BTreeMap<String, Skipped>,
-    /// Messages that the bag gave later than one with a later stamp.
+    /// Messages that were read after one with a later stamp.
     pub out_of_order: u64,
 }
 
-/// The outcome of one topic.
+/// The result for one topic.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct TopicSummary {
     /// Its name in the bag.
     pub topic: String,
-    /// The name that it was published by.
+    /// Its published name.
     pub published_as: String,
     /// The name of its type.
     pub type_name: String,
@@ -57,11 +57,11 @@ pub struct TopicSummary {
     pub published: u64,
     /// Of these, those that were late.
     pub late: u64,
-    /// How late the latest of them was; 0 where none was.
+    /// The largest delay; 0 where none was late.
     pub worst_late_s: f64,
     /// Messages that could not be published.
     pub failed: u64,
-    /// Subscribers that a message was sent to, the most at one time.
+    /// The largest number of subscribers at one time.
     pub most_subscribers: usize,
 }
 
@@ -99,7 +99,7 @@ impl PlaySummary {
         self.topics.iter().map(|topic| topic.failed).sum()
     }
 
-    /// Whether all that was to be played was: no message of the bag is lost and every one was sent.
+    /// Whether playback is complete: no message of the bag is lost and every one was sent.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         !self.losses.iter().any(Loss::costs_messages) && self.failed() == 0

@@ -1,11 +1,11 @@
-//! A line on a terminal that is written over again and again; nothing where stderr is no terminal.
+//! A line on a terminal that is overwritten repeatedly; nothing where stderr is not a terminal.
 
 use std::io::{Write, stderr};
 use std::time::{Duration, Instant};
 
 use crate::shell::is_watched;
 
-/// The line, and when it is to be written again.
+/// The line, and the time of its next update.
 pub(super) struct TerminalLine {
     watched: bool,
     next: Instant,
@@ -13,22 +13,22 @@ pub(super) struct TerminalLine {
 }
 
 impl TerminalLine {
-    /// A line that changes no more often than this.
+    /// A line with this period between updates.
     pub(super) fn every(period: Duration) -> Self {
         Self { watched: is_watched(), next: Instant::now(), period }
     }
 
-    /// Whether somebody is looking.
+    /// Whether the line is shown.
     pub(super) fn is_watched(&self) -> bool {
         self.watched
     }
 
-    /// When the line is to be written again.
+    /// The time of the next update.
     pub(super) fn due_in(&self) -> Duration {
         self.next.saturating_duration_since(Instant::now())
     }
 
-    /// Writes the line when it is due.
+    /// Updates the line when it is due.
     pub(super) fn update(&mut self, line: impl FnOnce() -> String) {
         if !self.watched || !self.due_in().is_zero() {
             return;

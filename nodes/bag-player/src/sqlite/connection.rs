@@ -1,4 +1,4 @@
-//! Opening a database without writing anything, not even beside it.
+//! Opening a database without writing any file.
 
 use std::fmt::Write;
 use std::fs::File;
@@ -23,9 +23,9 @@ const CACHE_KIB: i32 = -8192;
 
 /// Opens a database for reading.
 ///
-/// Without a write-ahead log the file is opened as one that nobody changes: no locks, no files beside it. With one
-/// the log is read too: by an index of it in memory (exclusive locking mode, where SQLite keeps no `-shm` file), without
-/// locks (the file cannot be locked for writing), and without writing it back at the end.
+/// Without a write-ahead log the file is opened as immutable: no locks, no files beside it. With one the log is read too:
+/// with its index in memory (exclusive locking mode, where SQLite keeps no `-shm` file), without locks (the file cannot be
+/// locked for writing), and without a checkpoint at the end.
 pub(super) fn open(path: &Path) -> rusqlite::Result<Connection> {
     let has_log = size_beside(path, "-wal") > WAL_HEADER_BYTES;
     let mode = if has_log { "mode=ro&vfs=unix-none" } else { "immutable=1" };
@@ -37,18 +37,18 @@ pub(super) fn open(path: &Path) -> rusqlite::Result<Connection> {
     if has_log {
         connection.pragma_update(None, "locking_mode", "EXCLUSIVE")?;
     }
-    // The only way to have SQLite read a file that is shorter than its header says; before anything reads the schema.
+    // The only way to make SQLite read a file that is shorter than its header states; before the schema is read.
     // Nothing is written: the file is opened for reading only.
     connection.pragma_update(None, "writable_schema", true)?;
-    // What SQLite advises for files of unknown origin (sqlite.org/security.html).
+    // As SQLite advises for files of unknown origin (sqlite.org/security.html).
     connection.pragma_update(None, "trusted_schema", false)?;
     connection.pragma_update(None, "cell_size_check", true)?;
     connection.pragma_update(None, "cache_size", CACHE_KIB)?;
     Ok(connection)
 }
 
-/// A copy without the last page, where the file was cut within it; `None` for other files. SQLite takes zeros for
-/// what is missing of a page, and would give messages that nobody recorded.
+/// A copy without the last page, where the file was cut within it; `None` for other files. SQLite fills the missing part of a
+/// page with zeros, and would return messages that were not recorded.
 pub(crate) fn without_cut_page(paths: Paths<'_>) -> Result<Option<Temporary>, BagError> {
     let refused = |source| BagError::Open { path: paths.named.to_owned(), source };
     let Ok(header) = Header::read(paths.opened) else { return Ok(None) };
@@ -66,7 +66,7 @@ pub(crate) fn without_cut_page(paths: Paths<'_>) -> Result<Option<Temporary>, Ba
     Ok(Some(temporary))
 }
 
-/// What is wrong with the file as a whole.
+/// Remarks about the file as a whole.
 pub(super) fn fault_of_file(paths: Paths<'_>) -> Option<Loss> {
     if size_beside(paths.named, "-journal") > 0 {
         let reason =
@@ -86,7 +86,7 @@ pub(super) fn fault_of_file(paths: Paths<'_>) -> Option<Loss> {
     })
 }
 
-/// The header of a database, as far as it is used.
+/// The used part of a database's header.
 struct Header {
     page_bytes: u64,
     /// The size of the file; `None` where it is not valid.
@@ -100,7 +100,7 @@ impl Header {
         let number = |at: usize| {
             u32::from_be_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]])
         };
-        // The page size stands in two bytes, 1 for 65536; the count of pages is valid where the counter of changes is
+        // The page size has two bytes, 1 for 65536; the number of pages is valid where the change counter equals
         // the one that it was written with.
         let page_bytes = match (u64::from(header[16]) << 8) | u64::from(header[17]) {
             1 => 65536,
@@ -112,7 +112,7 @@ impl Header {
     }
 }
 
-/// The size of the file of this name and ending; 0 where there is none. SQLite follows links before it looks.
+/// The size of the file with this name and suffix; 0 where there is none. Links are followed first, as by SQLite.
 fn size_beside(path: &Path, ending: &str) -> u64 {
     let mut beside =
         std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()).into_os_string();
@@ -120,7 +120,7 @@ fn size_beside(path: &Path, ending: &str) -> u64 {
     std::fs::metadata(PathBuf::from(beside)).map_or(0, |metadata| metadata.len())
 }
 
-/// A path as a URI, whatever bytes it has.
+/// A path with any bytes as a URI.
 fn uri(path: &Path) -> String {
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let mut uri = String::from("file://");
@@ -129,7 +129,7 @@ fn uri(path: &Path) -> String {
             b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b'.' | b'-' | b'_' => {
                 uri.push(char::from(*byte));
             }
-            // Writing into a string does not fail.
+            // Writing to a string cannot fail.
             other => drop(write!(uri, "%{other:02x}")),
         }
     }

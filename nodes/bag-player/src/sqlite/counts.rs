@@ -1,4 +1,4 @@
-//! How many messages each topic of a database has, and from when to when.
+//! The number of messages of each topic of a database, and their time span.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ fn count(counts: &mut BTreeMap<i64, Counted>, topic: i64, time_ns: u64) {
     counted.last_ns = counted.last_ns.max(time_ns);
 }
 
-/// Counts the messages of all topics by reading each of them, as a player does.
+/// Counts the messages of all topics by reading each of them.
 pub(crate) fn read_through(paths: Paths<'_>, database: &Database) -> Result<Counts, BagError> {
     let all = Filter::all();
     let mut rows = Rows::open(paths, database, &all)?;
@@ -40,7 +40,7 @@ pub(crate) fn read_through(paths: Paths<'_>, database: &Database) -> Result<Coun
     Ok((counts, rows.take_losses()))
 }
 
-/// Counts the messages of all topics by reading the table through, without their data; an error where it cannot be
+/// Counts the messages of all topics by scanning the table, without their data; an error where it cannot be
 /// read to its end.
 pub(crate) fn walk(paths: Paths<'_>, database: &Database) -> Result<Counts, BagError> {
     let connection = connect(paths)?;

@@ -13,28 +13,28 @@ use crate::compression::{self, ZSTD_MAGIC};
 use crate::error::{BagError, Loss, LossKind, add_loss};
 use crate::message::Filter;
 
-/// Messages that are read at once, at least one.
+/// The number of messages that are read at once.
 const BATCH_BYTES: usize = 4 << 20;
 
-/// Times and numbers of rows that are read at once: 2 MiB in memory. A table without an index of times is read
-/// through once for each such page.
+/// Keys (time and row id) that are read at once: 2 MiB in memory. A table without an index of times is scanned
+/// once for each such page.
 const PAGE_ROWS: usize = 1 << 16;
 
-/// Longest time, that of `i64`.
+/// The largest time, that of `i64`.
 const LAST_NS: u64 = i64::MAX as u64;
 
 /// A message.
 pub(crate) struct Row {
     pub(crate) log_time_ns: u64,
-    /// Its place among the rows that have been read.
+    /// Its position among the rows that have been read.
     pub(crate) place: usize,
-    /// Its topic's number in the table of topics.
+    /// Its topic's id in the table of topics.
     pub(crate) topic_id: i64,
     pub(crate) channel: Arc<Channel>,
     pub(crate) data: Vec<u8>,
 }
 
-/// The time and the number of a row.
+/// The time and the id of a row.
 struct Key {
     time: Value,
     row: i64,
@@ -56,7 +56,7 @@ pub(crate) struct Rows {
     topics: BTreeMap<i64, Arc<Channel>>,
     row_query: String,
     keys: VecDeque<Key>,
-    /// The key that the next page begins behind.
+    /// The key after which the next page begins.
     after: Key,
     last_ns: u64,
     /// Whether the index of times has been found to be damaged.
@@ -67,7 +67,7 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// Begins before the first message that is wanted.
+    /// Begins before the first selected message.
     pub(crate) fn open(
         paths: Paths<'_>,
         database: &Database,
@@ -81,7 +81,7 @@ impl Rows {
             .filter(|(_, channel)| !is_wanted(channel))
             .map(|(id, _)| id.to_string())
             .collect();
-        // The data of other topics is not read from the file.
+        // The data of other topics are not read from the file.
         let data = if unwanted.is_empty() {
             "data".to_owned()
         } else {
@@ -94,7 +94,7 @@ impl Rows {
             row_query: format!("SELECT topic_id, {data} FROM messages WHERE rowid = ?1"),
             keys: VecDeque::new(),
             after: Key {
-                // The last of the row numbers of the time before.
+                // The largest row id of the time before.
                 time: Value::Integer(i64::try_from(start_ns).unwrap_or(i64::MAX) - 1),
                 row: i64::MAX,
             },
@@ -108,7 +108,7 @@ impl Rows {
         Ok(rows)
     }
 
-    /// What has been lost since the last call.
+    /// The losses since the last call.
     pub(crate) fn take_losses(&mut self) -> Vec<Loss> {
         std::mem::take(&mut self.losses)
     }
@@ -132,7 +132,7 @@ impl Rows {
         }
     }
 
-    /// The next messages, and those of the wanted topics only.
+    /// The next messages of the selected topics.
     pub(crate) fn batch(&mut self, filter: &Filter) -> Vec<Row> {
         let mut batch = Vec::new();
         let mut bytes = 0;
@@ -151,7 +151,7 @@ impl Rows {
         batch
     }
 
-    /// Reads the rows of a page of keys, with one statement, up to the next key whose time is none.
+    /// Reads the rows of a page of keys, with one statement, up to the next key with an invalid time.
     fn rows_of_page(
         &mut self,
         first_ns: u64,
@@ -186,7 +186,7 @@ impl Rows {
         let hint = if self.without_index { "NOT INDEXED" } else { "" };
         let (mut keys, mut fault) = self.page(hint);
         if fault.is_some() && !self.without_index {
-            // The index may be all that is damaged. The table is read whole or not at all, since its order is another.
+            // Perhaps only the index is damaged. The table is read whole or not at all, since its order is another.
             if let (all, None) = self.page("NOT INDEXED") {
                 if let Some(error) = fault.take() {
                     let loss = loss_of_rows(&self.named, Some(0), damage(&error));
@@ -236,10 +236,10 @@ impl Rows {
         add_loss(&mut self.losses, loss_of_rows(&self.named, Some(messages), kind));
     }
 
-    /// Rows whose time is none are not among those that are read by their times.
+    /// Counts the rows with an invalid time, which are not read by time.
     fn count_without_time(&mut self) {
         let query = "SELECT count(*) FROM messages WHERE timestamp IS NULL OR timestamp < 0 OR timestamp > ?1";
-        // Where the index cannot be read, the walk says so.
+        // An unreadable index is reported by the cursor.
         let count = self.connection.query_row(query, [i64::MAX], |row| row.get::<_, i64>(0));
         if let Some(count) = count.ok().filter(|count| *count > 0) {
             self.lose(TIME_IS_NONE.to_owned(), count.unsigned_abs());
@@ -252,7 +252,7 @@ pub(super) const TOPIC_IS_UNKNOWN: &str = "its topic is not in the table of topi
 
 type Message = (i64, Arc<Channel>, Vec<u8>);
 
-/// The message in a row; `None` where its topic is not wanted.
+/// The message in a row; `None` where its topic is not selected.
 fn message(
     statement: &mut Statement<'_>,
     row: i64,
@@ -284,7 +284,7 @@ pub(super) fn data_is(kind: &str) -> String {
     format!("its data is {kind}, not a blob")
 }
 
-/// The times of the first and of the last row. Where only the end cannot be read, the last is any.
+/// The times of the first and of the last row. Where only the end cannot be read, the last is arbitrary.
 pub(super) fn span_ns(connection: &Connection) -> rusqlite::Result<Option<(u64, u64)>> {
     let one = |hint: &str, order: &str| {
         let query = format!(
@@ -298,7 +298,7 @@ pub(super) fn span_ns(connection: &Connection) -> rusqlite::Result<Option<(u64, 
             Err(error) => Err(error),
         }
     };
-    // The index may be all that is damaged.
+    // Perhaps only the index is damaged.
     let first_ns = one("", "ASC").or_else(|error| one("NOT INDEXED", "ASC").map_err(|_| error))?;
     let Some(first_ns) = first_ns else { return Ok(None) };
     let last_ns = one("", "DESC").ok().flatten().unwrap_or(LAST_NS);

@@ -1,4 +1,4 @@
-//! The tables beside the messages: topics, definitions of types, the version of the schema.
+//! The other tables: topics, definitions of types, the version of the schema.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use rusqlite::{Connection, Row};
 use crate::catalogue::{Channel, MSG_FILES};
 use crate::qos::OfferedQos;
 
-/// Most topics of a file; the channels of an MCAP file have 16 bits.
+/// The maximum number of topics of a file; the channels of an MCAP file have 16 bits.
 const MAX_TOPICS: usize = 1 << 16;
 
-/// Most text that the tables may hold together; real ones have some kB per topic.
+/// The maximum size of the text in the tables; real ones have some kB per topic.
 const MAX_TEXT_BYTES: usize = 64 << 20;
 
 /// The columns that every version of the schema has.
@@ -21,17 +21,17 @@ const MESSAGE_COLUMNS: [&str; 3] = ["topic_id", "timestamp", "data"];
 
 pub(super) struct Tables {
     pub(super) topics: BTreeMap<i64, Arc<Channel>>,
-    /// Rows of the table of topics that describe none.
+    /// The number of invalid rows of the table of topics.
     pub(super) unreadable_topics: u64,
     pub(super) writer: String,
 }
 
-/// Reads the tables; or says why this is no bag.
+/// Reads the tables, or returns why this is not a bag.
 pub(super) fn read(connection: &Connection) -> Result<Tables, String> {
     let tables = names_of_tables(connection).map_err(|error| error.to_string())?;
     let topic_columns = columns(connection, &tables, "topics", &TOPIC_COLUMNS)?;
     columns(connection, &tables, "messages", &MESSAGE_COLUMNS)?;
-    // A bag without the definitions is a bag all the same.
+    // The definitions are optional.
     let definitions = if tables.contains("message_definitions") {
         definitions(connection).unwrap_or_default()
     } else {
@@ -46,7 +46,7 @@ pub(super) fn read(connection: &Connection) -> Result<Tables, String> {
     Ok(Tables { topics, unreadable_topics, writer })
 }
 
-/// Views and virtual tables are none: what a query of them computes has no bound.
+/// Views and virtual tables do not count: a query of them may take unlimited time.
 fn names_of_tables(connection: &Connection) -> rusqlite::Result<BTreeSet<String>> {
     let query = "SELECT name FROM sqlite_schema WHERE type = 'table' AND rootpage > 0";
     connection.prepare(query)?.query_map([], |row| row.get(0))?.collect()

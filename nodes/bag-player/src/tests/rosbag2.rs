@@ -132,8 +132,8 @@ fn other_storages_and_compressions_are_refused() {
     assert!(compressed.contains("(mode FILE) in the format `lz4`"), "{compressed}");
     let other = refused(&listed.replace("identifier: mcap", "identifier: my_storage"));
     assert!(other.contains("uses the storage `my_storage`"), "{other}");
-    assert!(refused("nonsense: [").contains("cannot be understood"));
-    assert!(refused(&metadata_of(&[])).contains("cannot be understood"));
+    assert!(refused("nonsense: [").contains("cannot be parsed"));
+    assert!(refused(&metadata_of(&[])).contains("cannot be parsed"));
 }
 
 #[test]

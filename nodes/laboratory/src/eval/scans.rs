@@ -32,7 +32,7 @@ const POSES_KEPT: usize = 1 << 20;
 #[command(after_help = "Example:
   stillmap eval scans people.mcap --scan /training_scan --labels /leg_cluster_positions --method free_space")]
 pub struct ScansArgs {
-    /// A bag (MCAP, sqlite3 or ROS 1, told by its content) or a rosbag2 folder
+    /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder
     bag: PathBuf,
     /// The LaserScan topic
     #[arg(long, value_name = "TOPIC")]

@@ -19,7 +19,7 @@ use crate::interrupt::Interrupt;
   stillmap import bag people -o people.mcap             a rosbag2 folder
   stillmap import bag people_0.db3 -o people.mcap")]
 pub struct BagArgs {
-    /// A bag: ROS 1, sqlite3 or MCAP, told by its content, or a rosbag2 folder
+    /// A bag: ROS 1, sqlite3 or MCAP, recognised by its content, or a rosbag2 folder
     #[arg(value_name = "BAG")]
     bag: PathBuf,
     #[command(flatten)]

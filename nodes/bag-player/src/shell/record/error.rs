@@ -1,4 +1,4 @@
-//! Why nothing is recorded.
+//! The errors of the recorder.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,25 +10,25 @@ use crate::error::BagError;
 /// Why a bag could not be recorded.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// There is a bag of this name.
-    #[error("{path} is there already; give another name with -o, or --overwrite", path = path.display())]
+    /// The bag already exists.
+    #[error("{path} already exists; give another name with -o, or --overwrite", path = path.display())]
     Exists {
         /// The bag.
         path: PathBuf,
     },
-    /// The bag cannot be written; what was recorded stays in the temporary file beside it.
+    /// The bag cannot be written; the recorded part is in the temporary file beside it.
     #[error(transparent)]
     Bag(#[from] BagError),
-    /// The network does not allow it.
+    /// The node cannot be created on the network.
     #[error(transparent)]
     Shell(#[from] ShellError),
-    /// The duration makes no sense.
+    /// The duration is invalid.
     #[error("--duration must be a number of seconds above 0, not {value}")]
     Duration {
         /// The given value.
         value: f64,
     },
-    /// The thread that writes the bag could not be started, or broke off.
+    /// The thread that writes the bag could not be started, or failed.
     #[error("the bag cannot be written on a thread of its own: {0}")]
     Thread(io::Error),
 }

@@ -5,19 +5,19 @@ use std::time::Duration;
 
 use super::error::RecordError;
 
-/// What to record, and where to: the arguments of `stillmap record`.
+/// The arguments of `stillmap record`.
 #[derive(clap::Args, Clone, PartialEq, Debug)]
 pub struct RecordOptions {
     /// The bag, an .mcap file
     #[arg(short, long, value_name = "BAG")]
     pub output: PathBuf,
-    /// Record these topics only, otherwise all that come up (comma-separated, or given several times)
+    /// Record these topics only, otherwise all that appear (comma-separated, or given several times)
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<String>,
     /// Record all but these
     #[arg(long, value_name = "TOPIC", value_delimiter = ',', conflicts_with = "topics")]
     pub exclude: Vec<String>,
-    /// End after this long
+    /// End after this time
     #[arg(long = "duration", value_name = "SECONDS", allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
     /// Replace a bag of this name
@@ -29,7 +29,7 @@ pub struct RecordOptions {
 }
 
 impl RecordOptions {
-    /// All that comes up, until the end is requested.
+    /// All topics, until the recorder is stopped.
     #[must_use]
     pub fn new(output: PathBuf) -> Self {
         Self {
@@ -42,7 +42,7 @@ impl RecordOptions {
         }
     }
 
-    /// Refuses what cannot be recorded, before there is a node.
+    /// Checks the options, before a node is created.
     pub(super) fn check(&self) -> Result<(), RecordError> {
         self.longest()?;
         if self.output.exists() && !self.overwrite {
@@ -51,7 +51,7 @@ impl RecordOptions {
         Ok(())
     }
 
-    /// How long is recorded at most.
+    /// The maximum duration of the recording.
     pub(super) fn longest(&self) -> Result<Option<Duration>, RecordError> {
         let Some(duration_s) = self.duration_s else { return Ok(None) };
         match Duration::try_from_secs_f64(duration_s) {

@@ -1,4 +1,4 @@
-//! The recorder over real DDS: it and what it records are participants of one process.
+//! Tests of the recorder over DDS: recorder and publishers are participants in one process.
 
 use std::time::Duration;
 
@@ -15,10 +15,10 @@ use crate::{Bag, BagMessage, OfferedQos, Selection};
 
 /// Longer than anything takes on a busy machine; a test that waits this long has failed.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Until what was sent last has arrived.
+/// The time until the last message has arrived.
 const SETTLING: Duration = Duration::from_millis(500);
 
-/// A graph of its own, a recorder in it, and a node that publishes.
+/// A separate graph with a recorder and a node that publishes.
 struct Graph {
     recorder: Node,
     driver: Node,
@@ -40,7 +40,7 @@ impl Graph {
     }
 }
 
-/// Begins to record; the end is that of the recorder's node.
+/// Starts the recording, which ends with the recorder's node.
 fn recording(recorder: Node, options: RecordOptions) -> JoinHandle<RecordSummary> {
     tokio::spawn(async move {
         let summary = record(&options, &recorder).await.unwrap();

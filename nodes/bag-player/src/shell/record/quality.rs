@@ -1,21 +1,21 @@
-//! How a topic is requested, by what its publishers offer.
+//! The QoS of the recorder's subscriptions, by the QoS that the publishers offer.
 
 use node_shell::{DiscoveredEndpoint, Qos};
 
 use crate::qos::{Durability, OfferedQos, Reliability};
 use crate::shell::offers::LARGE_TYPES;
 
-/// Small messages that may wait for the recorder: two seconds of an inertial unit.
+/// The queue depth for small messages: two seconds of an IMU.
 pub(super) const WAITING_SMALL: usize = 500;
-/// Large ones, whose memory is the bound: 80 MB of the largest clouds.
+/// The queue depth for large messages, bounded by memory: 80 MB of the largest clouds.
 const WAITING_LARGE: usize = 8;
-/// The queue depths that the bag states for its publishers, which are not announced: the default of ROS 2, that of sensors, and that of
-/// latched topics.
+/// The queue depths that are recorded for publishers, since these do not announce theirs: the default of ROS 2, that of sensors,
+/// and that of latched topics.
 const DEPTH: u32 = 10;
 const SENSOR_DEPTH: u32 = 5;
 const LATCHED_DEPTH: u32 = 1;
 
-/// How a topic is subscribed to, and what the bag says of its publishers.
+/// The QoS of a subscription, and the recorded QoS of its publishers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Quality {
     pub(super) asked: Qos,
@@ -23,7 +23,7 @@ pub(super) struct Quality {
 }
 
 impl Quality {
-    /// For the publishers of a topic: what all of them offer, so that none is left out.
+    /// For the publishers of a topic: the policies that all of them offer, so that all match.
     pub(super) fn of<'a>(
         type_name: &str,
         publishers: impl Iterator<Item = &'a DiscoveredEndpoint> + Clone,
@@ -36,7 +36,7 @@ impl Quality {
     fn with(type_name: &str, is_reliable: bool, is_latched: bool) -> Self {
         let is_large = LARGE_TYPES.contains(&type_name);
         let depth = if is_large { WAITING_LARGE } else { WAITING_SMALL };
-        // Large messages are repaired too slowly to be of use, but for those that come once.
+        // Large messages are resent too slowly for reliable delivery, except those that are published once.
         let asks_again = is_reliable && (is_latched || !is_large);
         Self {
             asked: Qos::new(asks_again, is_latched, depth),

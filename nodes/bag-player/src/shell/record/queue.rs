@@ -1,5 +1,5 @@
-//! What waits for the disk: bounded by its bytes, so that a disk may pause for seconds whatever is recorded. Who has more to
-//! write waits; then messages wait in their subscriptions, and the oldest there are lost and counted.
+//! The queue of messages to write, bounded by its bytes, so that the disk may pause for seconds whatever is recorded. While it is
+//! full, messages wait in their subscriptions; the oldest there are lost and counted.
 
 #[cfg(test)]
 mod tests;
@@ -12,14 +12,14 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::qos::OfferedQos;
 
-/// Bytes that may wait: five seconds of clouds of 4.9 MB at 10 Hz.
+/// The capacity in bytes: five seconds of clouds of 4.9 MB at 10 Hz.
 pub(super) const WAITING_BYTES: usize = 256 << 20;
-/// What is counted in: a semaphore has fewer permits than memory has bytes.
+/// The unit of the capacity: a semaphore has fewer permits than memory has bytes.
 const UNIT_BYTES: usize = 1 << 10;
 
-/// What is to be written.
+/// A write job.
 pub(super) enum Job {
-    /// A topic has come up, and gets this number.
+    /// A new topic, which gets this number.
     Topic {
         number: usize,
         topic: String,
@@ -40,13 +40,13 @@ impl Job {
     }
 }
 
-/// A job that waits. The room that it takes is free when this is dropped.
+/// A queued job. Its permits are released when this is dropped.
 pub(super) struct Waiting {
     pub(super) job: Job,
     pub(super) _room: OwnedSemaphorePermit,
 }
 
-/// Where jobs are put.
+/// The sending end.
 #[derive(Clone)]
 pub(super) struct Queue {
     jobs: UnboundedSender<Waiting>,
@@ -55,15 +55,15 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// An empty queue for so many bytes, and where the jobs come out.
+    /// An empty queue with this capacity in bytes, and its receiving end.
     pub(super) fn new(bytes: usize) -> (Self, UnboundedReceiver<Waiting>) {
         let (jobs, taken) = mpsc::unbounded_channel();
         let units = bytes.div_ceil(UNIT_BYTES).clamp(1, Semaphore::MAX_PERMITS);
         (Self { jobs, room: Arc::new(Semaphore::new(units)), units }, taken)
     }
 
-    /// Puts a job in when there is room; one that is larger than all of it waits until it is alone. `false` where nothing is
-    /// written any more.
+    /// Adds a job when there is room; one that is larger than the capacity waits until the queue is empty. `false` where the writer
+    /// has ended.
     pub(super) async fn put(&self, job: Job) -> bool {
         let units = job.bytes().div_ceil(UNIT_BYTES).clamp(1, self.units);
         let Ok(units) = u32::try_from(units) else { return false };
@@ -76,7 +76,7 @@ impl Queue {
         self.room.available_permits() * 16 < self.units
     }
 
-    /// Waits until nothing is written any more; for ever where all is well.
+    /// Waits until the writer has ended, which happens only on an error.
     pub(super) async fn closed(&self) {
         self.jobs.closed().await;
     }

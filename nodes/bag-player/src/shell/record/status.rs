@@ -1,4 +1,4 @@
-//! The line on a terminal that says how far the recording is.
+//! The progress line of the recorder on a terminal.
 
 use std::time::{Duration, Instant};
 

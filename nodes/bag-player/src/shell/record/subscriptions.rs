@@ -1,4 +1,4 @@
-//! The recorder's subscriptions: one for each topic, opened when its first publisher comes up.
+//! The recorder's subscriptions: one for each topic, opened when its first publisher is discovered.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,7 +20,7 @@ pub(super) struct Subscriptions<'a> {
     node: &'a Node,
     wanted: Wanted,
     queue: Queue,
-    /// The topics that are recorded, and those that cannot be, with their types.
+    /// The topics that are recorded, and those that cannot be recorded, with their types.
     known: BTreeMap<String, String>,
     /// Those with publishers of another type, which was logged.
     of_two_types: BTreeSet<String>,
@@ -69,7 +69,7 @@ impl<'a> Subscriptions<'a> {
         }
     }
 
-    /// Subscribes to what has come up since.
+    /// Subscribes to new topics.
     pub(super) fn open_more(&mut self, survey: &[DiscoveredEndpoint]) {
         let publishers = || survey.iter().filter(|one| one.role == Role::Publisher);
         for publisher in publishers() {
@@ -92,11 +92,9 @@ impl<'a> Subscriptions<'a> {
 
     fn open(&mut self, topic: &str, type_name: &str, quality: Quality) {
         self.known.insert(topic.to_owned(), type_name.to_owned());
-        // A peer that is no node of ROS 2 may have other names; and a rule may be for this one.
+        // A peer that is not a ROS 2 node may have other names; and a remapping may apply to this one.
         if self.node.resolve(topic).as_deref().ok() != Some(topic) {
-            tracing::warn!(
-                "{topic} is no name that a topic of ROS 2 can have here: it is not recorded"
-            );
+            tracing::warn!("{topic} is not a valid name of a ROS 2 topic: it is not recorded");
             return;
         }
         let subscription = match self.node.raw_subscription(topic, type_name, &quality.asked) {
@@ -136,8 +134,8 @@ impl<'a> Subscriptions<'a> {
         self.listening.spawn(ear.listen(announced, self.stop.subscribe()));
     }
 
-    /// Takes the messages that have arrived, and ends the subscriptions. Returns the outcome of each, by name, and which of the topics that
-    /// were requested have none.
+    /// Takes the messages that have arrived, and ends the subscriptions. Returns the result of each, by name, and the requested
+    /// topics without a subscription.
     pub(super) async fn close(self) -> (Vec<RecordedTopic>, Vec<String>) {
         let Self { stop, listening, wanted, .. } = self;
         stop.send_replace(true);
@@ -157,7 +155,7 @@ struct Ear {
     subscription: RawSubscription,
     type_name: String,
     is_defined: bool,
-    /// By which its messages are known to be of it.
+    /// The number of the topic in write jobs.
     number: usize,
     clock: NodeClock,
     queue: Queue,
@@ -171,13 +169,13 @@ impl Ear {
         while goes_on {
             let received = tokio::select! {
                 biased;
-                // The sender of the stop is gone: that is the end, too.
+                // A dropped sender of the stop signal ends the recording, too.
                 _ = stop.wait_for(|stop| *stop) => break,
                 received = self.subscription.next() => received,
             };
             goes_on = self.write(received, &mut topic).await;
         }
-        // What has come by the end is written, however long the disk takes; what comes meanwhile came after the end.
+        // Messages that arrived before the end are written, however long the disk takes; later ones are not.
         let mut rest = Vec::new();
         while rest.len() < WAITING_SMALL
             && let Some(received) = self.subscription.try_next()
@@ -191,7 +189,7 @@ impl Ear {
         topic
     }
 
-    /// Hands a message to the writer; `false` where nothing is written any more.
+    /// Passes a message to the writer; `false` where the writer has ended.
     async fn write(&self, received: ReceivedBytes, topic: &mut RecordedTopic) -> bool {
         let now = self.clock.now();
         if now == Time::default() {
@@ -199,7 +197,7 @@ impl Ear {
             return true;
         }
         let log_time = stamp_from_time(now);
-        // The publisher's clock may give any time; a bag knows none before 1970.
+        // The publisher's clock may have any time; a bag has no times before 1970.
         let publish_time = received.sent.filter(|sent| *sent >= Stamp::default());
         let job = Job::Message {
             number: self.number,

@@ -1,4 +1,4 @@
-//! The outcome of recording.
+//! The result of a recording.
 
 use std::fmt;
 
@@ -6,20 +6,20 @@ use serde::Serialize;
 
 use crate::writer::BagSummary;
 
-/// The outcome of recording a bag.
+/// The result of a recording.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct RecordSummary {
     /// The bag.
     pub bag: BagSummary,
-    /// How long was recorded, by the wall clock.
+    /// The duration of the recording by the wall clock.
     pub duration_s: f64,
-    /// The topics that came up, by name.
+    /// The recorded topics, by name.
     pub topics: Vec<RecordedTopic>,
-    /// Topics that were requested and never came up, or could not be recorded, as the log says.
+    /// Requested topics without a publisher, or that could not be recorded, with the reason in the log.
     pub not_recorded: Vec<String>,
 }
 
-/// The outcome of one topic.
+/// The result for one topic.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct RecordedTopic {
     /// Its name.
@@ -30,9 +30,9 @@ pub struct RecordedTopic {
     pub is_defined: bool,
     /// Messages in the bag.
     pub recorded: u64,
-    /// Messages missing between those.
+    /// Messages lost between those.
     pub lost: u64,
-    /// Messages that came before the first tick of `/clock`, and were left out.
+    /// Messages before the first tick of `/clock`, which were left out.
     pub before_clock: u64,
 }
 
@@ -59,7 +59,7 @@ impl RecordSummary {
         Self { bag, duration_s, topics, not_recorded }
     }
 
-    /// Whether all that was to be recorded was.
+    /// Whether the recording is complete.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.not_recorded.is_empty() && self.topics.iter().all(|topic| topic.lost == 0)

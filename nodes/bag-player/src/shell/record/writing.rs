@@ -1,4 +1,4 @@
-//! The bag as it is written: on a thread of its own, since a disk may take its time.
+//! The writer of the bag, on a separate thread, since a disk may be slow.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -15,11 +15,11 @@ use super::queue::{Job, Queue, WAITING_BYTES, Waiting};
 use crate::error::BagError;
 use crate::writer::{BagSummary, BagWriter, ChannelId};
 
-/// How much has been written.
+/// The written amount.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Written {
     pub(super) messages: u64,
-    /// Of the messages, before compression.
+    /// The bytes of the messages, before compression.
     pub(super) bytes: u64,
 }
 
@@ -38,7 +38,7 @@ struct Counts {
 }
 
 impl Writing {
-    /// Begins a bag.
+    /// Creates a bag.
     pub(super) fn start(options: &RecordOptions) -> Result<Self, RecordError> {
         let writer = BagWriter::create(&options.output)?;
         let (queue, jobs) = Queue::new(WAITING_BYTES);
@@ -51,12 +51,12 @@ impl Writing {
         Ok(Self { queue, behind: Throttle::for_warnings(), written, thread })
     }
 
-    /// Where to put what is to be written.
+    /// The queue of write jobs.
     pub(super) fn queue(&self) -> Queue {
         self.queue.clone()
     }
 
-    /// Says when messages come faster than they are written, before any of them are lost.
+    /// Warns when messages arrive faster than they are written, before any are lost.
     pub(super) fn warn_if_behind(&mut self) {
         if self.queue.is_full()
             && let Some(held_back) = self.behind.pass()
@@ -70,7 +70,7 @@ impl Writing {
         }
     }
 
-    /// Waits until nothing more can be written; for ever where all is well.
+    /// Waits until the writer has ended, which happens only on an error.
     pub(super) async fn has_failed(&self) {
         self.queue.closed().await;
     }
@@ -82,13 +82,13 @@ impl Writing {
         }
     }
 
-    /// Writes the waiting messages, and closes the bag. All other senders must be dropped by then.
+    /// Writes the queued messages, and closes the bag. All other senders must have been dropped.
     pub(super) async fn finish(self) -> Result<BagSummary, RecordError> {
         drop(self.queue);
         let joined = tokio::task::spawn_blocking(move || self.thread.join()).await;
         match joined.map_err(io::Error::other).map_err(RecordError::Thread)? {
             Ok(finished) => Ok(finished?),
-            Err(_) => Err(RecordError::Thread(io::Error::other("it ended badly"))),
+            Err(_) => Err(RecordError::Thread(io::Error::other("the thread panicked"))),
         }
     }
 }
@@ -100,7 +100,7 @@ fn write_all(
     counts: &Counts,
 ) -> Result<BagSummary, BagError> {
     let mut channels: BTreeMap<usize, ChannelId> = BTreeMap::new();
-    // Its room is free when it is written.
+    // Its permits are released after it is written.
     while let Some(Waiting { job, _room }) = jobs.blocking_recv() {
         match job {
             Job::Topic { number, topic, type_name, definition, offered } => {
@@ -109,7 +109,7 @@ fn write_all(
                 channels.insert(number, channel);
             }
             Job::Message { number, log_time, publish_time, encoded } => {
-                // Its topic was written before it.
+                // Its topic was written before.
                 let Some(channel) = channels.get(&number) else { continue };
                 writer.write_raw(*channel, log_time, publish_time, &encoded)?;
                 counts.messages.fetch_add(1, Ordering::Relaxed);

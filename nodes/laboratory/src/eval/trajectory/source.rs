@@ -1,4 +1,4 @@
-//! Where a trajectory comes from: what a file is, is told by its content.
+//! Where a trajectory comes from: what a file is, is recognised by its content.
 
 use std::path::Path;
 
