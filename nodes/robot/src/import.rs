@@ -1,4 +1,4 @@
-//! `stillmap import`: recorded data sets become bags.
+//! `stillmap import`: conversion of recorded data sets to bags.
 
 mod bag;
 mod clouds;
@@ -18,7 +18,7 @@ use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 
-/// What to import.
+/// The format of the data set.
 #[derive(Subcommand, Debug)]
 pub enum ImportArgs {
     /// A TUM RGB-D sequence: colour, depth and motion-capture poses
@@ -66,7 +66,7 @@ impl ImportArgs {
     }
 }
 
-/// Prints the content of a bag, and its share of the recording if the import was interrupted.
+/// Prints the content of a bag, and a note if the import was interrupted.
 fn print_summary(
     output: &BagOutput,
     summary: &BagSummary,

@@ -133,7 +133,9 @@ fn whole_turns_become_messages_and_losses_are_told() {
     write_capture(&capture, 2368, &packets[..100]);
     let result = stillmap(["import", "velodyne", input, "--overwrite", "-o", output]);
     assert_eq!(result.status.code(), Some(3));
-    assert!(String::from_utf8_lossy(&result.stderr).contains("no turn is whole (--partial"));
+    assert!(
+        String::from_utf8_lossy(&result.stderr).contains("no revolution is complete (--partial")
+    );
 
     packets.drain(100..103);
     packets[50].truncate(1000);

@@ -1,4 +1,4 @@
-//! `stillmap import bag`: a bag of any format that is read, as an MCAP file.
+//! `stillmap import bag`: conversion of a bag of any readable format to an MCAP file.
 
 use std::path::PathBuf;
 
@@ -37,7 +37,7 @@ pub(crate) fn import(args: &BagArgs, interrupt: &Interrupt) -> Result<Outcome, F
     print_summary(&args.output, &summary, interrupt, outcome)
 }
 
-/// Converts message by message, and says what does not come along.
+/// Converts message by message, and prints the losses.
 fn from_ros1(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String>), Failure> {
     let goes_on = || !interrupt.has_come();
     let conversion = convert_ros1(&args.bag, args.output.path(), goes_on)
@@ -58,7 +58,7 @@ fn from_ros1(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<S
     Ok((conversion.summary, lost))
 }
 
-/// Copies the messages as they are.
+/// Copies the messages unchanged.
 fn copy(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String>), Failure> {
     let failed = |error: BagError| Failure::new(error.to_string());
     let bag = Bag::open(&args.bag).map_err(failed)?;

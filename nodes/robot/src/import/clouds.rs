@@ -1,4 +1,4 @@
-//! `stillmap import clouds`: the scans of a LiDAR, each a PLY or PCD file.
+//! `stillmap import clouds`: scans of a LiDAR, one PLY or PCD file each.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 
-/// The stamp of the first cloud: a round one, so that the same files always give the same bag.
+/// The stamp of the first cloud: a constant, so that the same files always give the same bag.
 const START: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
 
 /// Arguments of `stillmap import clouds`.
@@ -23,10 +23,10 @@ const START: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
 
 The files are taken in the order in which they are given. Only the points are read: no times, and no intensities.")]
 pub struct CloudsArgs {
-    /// PLY and PCD files, in the order of time
+    /// PLY and PCD files, in chronological order
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Clouds a second
+    /// Clouds per second
     #[arg(long, value_name = "HZ", default_value_t = 10.0)]
     rate: f64,
     /// The frame of the clouds

@@ -1,4 +1,4 @@
-//! `stillmap import csv`: a recording as Road LiDAR's program exported it (section 2.4, option C).
+//! `stillmap import csv`: a recording exported by the program of the road thesis (section 2.4, option C).
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ pub struct CsvArgs {
     coordinates: PathBuf,
     /// The file of intensities
     intensities: PathBuf,
-    /// The scanner
+    /// The model of the scanner
     #[arg(long, value_name = "MODEL", default_value = "hdl32e")]
     model: ModelArg,
     #[command(flatten)]

@@ -15,7 +15,7 @@ use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME};
 
-/// The stamp of the first picture, since the pictures have none: a round moment, not the present one,
+/// The stamp of the first picture, since the pictures have none: a constant and not the present time,
 /// so that the same pictures always give the same bag.
 const FIRST_STAMP: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
 
@@ -34,10 +34,10 @@ pub struct DepthArgs {
     /// Pictures per second of the recording
     #[arg(long, value_name = "HZ", default_value_t = 30.0)]
     rate: f64,
-    /// Stored depth units in a metre
+    /// Stored depth units per metre
     #[arg(long, value_name = "UNITS", default_value_t = 1000.0)]
     units_per_metre: f64,
-    /// A folder of masks, one a picture, not black where the moving object is
+    /// A folder of masks, one per picture, not black where the moving object is
     #[arg(long, value_name = "DIR")]
     masks: Option<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! 16-bit depth pictures on disk.
+//! 16-bit depth pictures in PNG files.
 
 use std::path::{Path, PathBuf};
 
@@ -6,14 +6,14 @@ use geometry::{DepthImage, DepthPixels, Stamp};
 
 use crate::failure::Failure;
 
-/// How a stored depth value becomes metres.
+/// The unit of stored depths.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthUnit {
     per_metre: f64,
 }
 
 impl DepthUnit {
-    /// Stored units in a metre: 1000 for millimetres, 5000 for the TUM RGB-D sets.
+    /// Stored units per metre: 1000 for millimetres, 5000 for the TUM RGB-D data sets.
     pub(crate) fn new(per_metre: f64) -> Result<Self, Failure> {
         if per_metre.is_finite() && per_metre > 0.0 {
             Ok(Self { per_metre })
@@ -24,7 +24,7 @@ impl DepthUnit {
     }
 }
 
-/// Reads a 16-bit greyscale picture as a depth image in millimetres, rounded to the nearest one.
+/// Reads a 16-bit greyscale picture as a depth image, rounded to the nearest millimetre.
 pub(crate) fn read_depth(
     path: &Path,
     unit: DepthUnit,
@@ -33,7 +33,7 @@ pub(crate) fn read_depth(
 ) -> Result<DepthImage, Failure> {
     let picture = open(path)?;
     let image::DynamicImage::ImageLuma16(picture) = picture else {
-        return Err(Failure::new(format!("{} is no 16-bit greyscale picture", path.display()))
+        return Err(Failure::new(format!("{} is not a 16-bit greyscale picture", path.display()))
             .fix("depth pictures hold one 16-bit number a pixel, 0 where nothing was measured"));
     };
     let (width_px, height_px) = (picture.width() as usize, picture.height() as usize);

@@ -1,4 +1,4 @@
-//! `stillmap import kitti`: the laser scans of KITTI and KITTI-360, with the true poses where they are published.
+//! `stillmap import kitti`: the laser scans of KITTI and KITTI-360, with the ground-truth poses where these are published.
 
 mod calibration;
 mod layout;
@@ -20,9 +20,9 @@ use crate::progress::Progress;
 use crate::sensor_bag::MAP_FRAME;
 use layout::{Scan, scans};
 
-/// Scans a second of the data sets, where no times are given.
+/// The scan rate of the data sets, for sequences without times.
 const SCAN_RATE_HZ: f64 = 10.0;
-/// The stamp of the start, for times since the start: a round one, not the present one, so that the same files
+/// The stamp of the start, for times relative to the start: a constant and not the present time, so that the same files
 /// always give the same bag.
 const START: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
 /// The frame of the clouds.
@@ -40,10 +40,10 @@ pub struct KittiArgs {
     /// The folder of a sequence
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// The poses of the left camera, twelve numbers a line
+    /// The poses of the left camera, twelve numbers per line
     #[arg(long, value_name = "FILE")]
     poses: Option<PathBuf>,
-    /// The calibration with the line Tr: where the scanner is from the camera
+    /// The calibration with the line Tr: the pose of the scanner in the camera frame
     #[arg(long, value_name = "FILE")]
     calib: Option<PathBuf>,
     #[command(flatten)]
@@ -85,11 +85,11 @@ pub(crate) fn import(args: &KittiArgs, interrupt: &Interrupt) -> Result<Outcome,
     print_summary(&args.output, &summary, interrupt, outcome)
 }
 
-/// The scans of a folder, with what is published beside them.
+/// The scans of a folder, with their published times and poses.
 pub struct Sequence {
     scans: Vec<Scan>,
     times: Vec<Stamp>,
-    /// The pose of the scanner at each frame, relative to the first; as far as it is known.
+    /// The pose of the scanner at each frame relative to the first, where it is known.
     poses: Option<Vec<Isometry3<f64>>>,
 }
 
@@ -116,7 +116,7 @@ impl Sequence {
         self.scans.len()
     }
 
-    /// A scan, as the data set has it: already corrected for the motion.
+    /// A scan of the data set, which is already deskewed.
     pub fn revolution(&self, index: usize) -> Result<Revolution, Failure> {
         let Some(Scan { number, path }) = self.scans.get(index) else {
             return Err(Failure::new(format!("there is no scan {index}")));
@@ -128,7 +128,7 @@ impl Sequence {
             .map_err(|error| Failure::new(error.to_string()).within(path.display()))
     }
 
-    /// The true pose of the scanner at a scan, relative to the first frame of the sequence.
+    /// The ground-truth pose of the scanner at a scan, relative to the first frame of the sequence.
     pub fn true_pose(&self, index: usize) -> Option<Isometry3<f64>> {
         self.poses.as_ref()?.get(self.scans.get(index)?.number).copied()
     }

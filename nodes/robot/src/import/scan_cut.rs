@@ -1,4 +1,4 @@
-//! A laser scan cut from a depth image, for recordings that have no laser.
+//! A laser scan computed from a depth image, for recordings without a laser scanner.
 
 use clap::Args;
 use geometry::{CameraModel, DepthImage, RayTable, Scan, ScanBand, ScanCutter, ScanFromDepth};
@@ -6,31 +6,31 @@ use geometry::{CameraModel, DepthImage, RayTable, Scan, ScanBand, ScanCutter, Sc
 use crate::failure::Failure;
 use crate::rig::rig_from_camera;
 
-/// Arguments that ask for a scan.
+/// Arguments of the computed scan.
 #[derive(Args, Debug)]
 pub(crate) struct ScanCutArgs {
-    /// Add a LaserScan cut from the depth image at the scan plane
+    /// Add a LaserScan computed from the depth image at the scan plane
     #[arg(long)]
     scan_from_depth: bool,
     /// Height of the scan plane above the camera's optical centre
     #[arg(long, value_name = "M", default_value_t = -0.05, allow_negative_numbers = true)]
     scan_height: f64,
-    /// Thickness of the layer that counts as the scan plane
+    /// Thickness of the layer around the scan plane
     #[arg(long, value_name = "M", default_value_t = 0.02)]
     scan_band: f64,
-    /// Beams over the camera's view
+    /// Beams over the camera's field of view
     #[arg(long, default_value_t = 90)]
     scan_beams: usize,
 }
 
-/// Cuts scans; keeps what depends on the camera alone from image to image.
+/// Computes scans; keeps the data that depend only on the camera.
 pub(crate) struct ScanCut {
     parameters: Option<ScanFromDepth>,
     cutter: Option<(CameraModel, ScanCutter)>,
 }
 
 impl ScanCut {
-    /// A cutter of the scans that the arguments ask for, if they ask for any.
+    /// One with these arguments; `None` if they request no scan.
     pub(crate) fn new(args: &ScanCutArgs) -> Self {
         let parameters = args.scan_from_depth.then(|| ScanFromDepth {
             band: ScanBand::Height {

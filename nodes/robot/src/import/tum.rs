@@ -31,7 +31,7 @@ pub struct TumArgs {
     /// The folder that holds rgb.txt, depth.txt and groundtruth.txt
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Focal lengths and principal point in pixels, if the folder's name does not name the camera
+    /// Focal lengths and principal point in pixels, if the folder's name does not contain the camera's
     #[arg(long, value_name = "FX,FY,CX,CY", value_parser = parse_intrinsics)]
     intrinsics: Option<[f64; 4]>,
     #[command(flatten)]
@@ -85,7 +85,7 @@ pub(crate) fn import(args: &TumArgs, interrupt: &Interrupt) -> Result<Outcome, F
             Item::Pose(map_from_camera) => bag.pose(&StampedPose {
                 stamp,
                 frame_id: MAP_FRAME.to_owned(),
-                // The benchmark's poses are those of the optical frame.
+                // The benchmark's poses are of the optical frame.
                 map_from_rig: map_from_camera * rig_from_camera().inverse(),
             })?,
         }
@@ -102,7 +102,7 @@ enum Item {
     Pose(Isometry3<f64>),
 }
 
-/// The PNG file unchanged, as image_transport's `compressed` topics carry it.
+/// The unchanged PNG file as a message of image_transport's `compressed` topics.
 fn compressed_picture(path: &Path, stamp: Stamp) -> Result<CompressedImage, Failure> {
     let data = std::fs::read(path)
         .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))?;

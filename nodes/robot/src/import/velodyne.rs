@@ -29,7 +29,7 @@ pub struct VelodyneArgs {
     /// The capture, pcap or pcapng
     #[arg(value_name = "PCAP")]
     capture: PathBuf,
-    /// Write the packets as velodyne_msgs/VelodyneScan on /velodyne_packets, and no clouds
+    /// Write the packets as velodyne_msgs/VelodyneScan on /velodyne_packets instead of clouds
     #[arg(long)]
     packets: bool,
     /// The model of the scanner, if its packets do not state it
@@ -38,16 +38,16 @@ pub struct VelodyneArgs {
     /// The scanner's own calibration: YAML of ROS' velodyne_pointcloud; an HDL-64E needs one
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
-    /// Which return a cloud has if the packets have two
+    /// The return to use where packets have two
     #[arg(long, value_name = "ECHO", default_value = "strongest")]
     echo: EchoArg,
     /// Revolutions begin where the scanner passes this azimuth, clockwise from forward
     #[arg(long, value_name = "DEG", default_value_t = RevolutionConfig::default().cut_azimuth_deg)]
     cut: f64,
-    /// Write the part of a turn at the beginning and at the end too
+    /// Also write the incomplete revolutions at the beginning and at the end
     #[arg(long)]
     partial: bool,
-    /// Stamps by when packets arrived, or by the clock of a scanner that follows GPS
+    /// Stamps by the arrival of packets, or by the clock of a scanner that is synchronised to GPS
     #[arg(long, value_name = "CLOCK", default_value = "arrival")]
     clock: ClockArg,
     /// The frame of the clouds
@@ -166,14 +166,14 @@ pub(crate) fn import(args: &VelodyneArgs, interrupt: &Interrupt) -> Result<Outco
     Ok(print_losses(args, &counts, &capture.counts(), broken, nothing_written))
 }
 
-/// How many frames a file of data packets has, for the progress bar.
+/// The number of frames of a capture file, for the progress bar.
 fn frames_in(file: &File) -> u64 {
-    /// Headers of the capture and of the network before a packet, and the packet.
+    /// The size of a packet with its headers of the capture and of the network.
     const FRAME_BYTES: u64 = 16 + 42 + 1206;
     file.metadata().map_or(0, |metadata| metadata.len() / FRAME_BYTES)
 }
 
-/// Why there is no bag.
+/// The error of a capture without data packets.
 fn nothing_imported(
     counts: &RecordingCounts,
     broken: Option<String>,
@@ -224,7 +224,7 @@ fn print_losses(
     let mut losses = Vec::new();
     losses.extend(broken);
     if nothing_written {
-        losses.push("no turn is whole (--partial writes the parts too)".to_owned());
+        losses.push("no revolution is complete (--partial writes the parts too)".to_owned());
     }
     if in_capture.cut_off {
         losses.push("the capture ends within a frame".to_owned());

@@ -1,4 +1,4 @@
-//! Transforms in files of KITTI: twelve numbers, the upper rows of a matrix.
+//! Transforms in KITTI's files: twelve numbers, the upper three rows of a 4 x 4 matrix.
 
 use std::path::Path;
 
@@ -15,18 +15,18 @@ pub(super) fn camera_from_velodyne(path: &Path) -> Result<Isometry3<f64>, Failur
             .fix("give the calibration of the sequence that has it: --calib FILE")
     })?;
     transform(line).ok_or_else(|| {
-        Failure::new(format!("{}: the line 'Tr:' is no transform of 12 numbers", path.display()))
+        Failure::new(format!("{}: the line 'Tr:' is not a transform of 12 numbers", path.display()))
     })
 }
 
-/// A line for each frame.
+/// The transforms of a file with one line per frame.
 pub(super) fn read_poses(path: &Path) -> Result<Vec<Isometry3<f64>>, Failure> {
     let text = read(path)?;
     let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let poses = lines.map(|(index, line)| {
         transform(line).ok_or_else(|| {
             Failure::new(format!(
-                "{} line {}: this is no transform of 12 numbers",
+                "{} line {}: this is not a transform of 12 numbers",
                 path.display(),
                 index + 1
             ))
@@ -40,7 +40,7 @@ fn read(path: &Path) -> Result<String, Failure> {
         .map_err(|error| Failure::new(format!("cannot read {}: {error}", path.display())))
 }
 
-/// Published rotations are rounded to seven digits: a matrix farther from a rotation than this is refused.
+/// The tolerance for a rotation matrix: published rotations are rounded to seven digits.
 const NOT_ROTATED: f64 = 1e-3;
 
 fn transform(line: &str) -> Option<Isometry3<f64>> {

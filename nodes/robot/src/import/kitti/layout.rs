@@ -1,4 +1,4 @@
-//! Where the files of a sequence are, and when its scans were made.
+//! The files of a sequence, and the times of its scans.
 
 use std::path::{Path, PathBuf};
 
@@ -37,7 +37,7 @@ pub(super) fn scans(folder: &Path) -> Result<Vec<Scan>, Failure> {
         .fix("give the folder of a sequence: it holds velodyne/000000.bin, 000001.bin, ..."))
 }
 
-/// The names of the files of times in KITTI's odometry benchmark and in KITTI-360.
+/// The names of the files with times in KITTI's odometry benchmark and in KITTI-360.
 const SECONDS: &str = "times.txt";
 const DATES: &str = "timestamps.txt";
 
@@ -76,7 +76,7 @@ pub(super) fn published_poses(folder: &Path) -> Option<PathBuf> {
     path.is_file().then_some(path)
 }
 
-/// `2013-05-28 10:47:00.123456789`, taken as UTC.
+/// `2013-05-28 10:47:00.123456789`, in UTC.
 fn date(line: &str) -> Option<Stamp> {
     let (day, time) = line.trim().split_once(' ')?;
     let [year, month, date] = numbers(day, '-')?;

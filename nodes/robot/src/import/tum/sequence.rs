@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::failure::Failure;
 
-/// Depth pictures of the benchmark store 5000 units a metre (its file format page).
+/// Depth pictures of the benchmark have 5000 units per metre (its file format page).
 pub const UNITS_PER_METRE: f64 = 5000.0;
 
 /// Intrinsics of the three colour cameras, to which the depth is registered: fx, fy, cx, cy and the
@@ -26,7 +26,7 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// By the numbers that are given, or by the name of the folder.
+    /// By the given intrinsics, or by the name of the folder.
     pub fn of(folder: &Path, intrinsics: Option<[f64; 4]>) -> Result<Self, Failure> {
         if let Some(intrinsics_px) = intrinsics {
             return Ok(Self { intrinsics_px, distortion: Distortion::None });
@@ -48,7 +48,7 @@ impl Calibration {
         }
     }
 
-    /// Of images of this size.
+    /// The camera model for images of this size.
     pub fn camera(&self, (width_px, height_px): (usize, usize)) -> CameraModel {
         let [fx_px, fy_px, cx_px, cy_px] = self.intrinsics_px;
         let distortion = self.distortion;
@@ -56,7 +56,7 @@ impl Calibration {
     }
 }
 
-/// Lines of `seconds rest`, `#` before comments.
+/// Lines of `seconds rest`, and comments that begin with `#`.
 pub fn read_list(path: &Path) -> Result<Vec<(Stamp, String)>, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| {
         Failure::new(format!("cannot read {}: {error}", path.display()))
@@ -78,7 +78,7 @@ pub fn read_list(path: &Path) -> Result<Vec<(Stamp, String)>, Failure> {
     Ok(list)
 }
 
-/// Decimal seconds, read digit by digit: a float would lose the nanoseconds.
+/// Decimal seconds, parsed digit by digit: a float would lose the nanoseconds.
 fn parse_stamp(text: &str) -> Option<Stamp> {
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     if fraction.len() > 9 {

@@ -1,4 +1,4 @@
-//! The bag that a capture becomes.
+//! The bag that is written from a capture.
 
 use bag_player::BagSummary;
 use geometry::Stamp;
@@ -14,7 +14,7 @@ use crate::existing::BagOutput;
 use crate::failure::Failure;
 use crate::sensor_bag::SensorBag;
 
-/// How many datagrams were read.
+/// Datagrams that were read.
 #[derive(Clone, Copy)]
 pub(super) struct RecordingCounts {
     /// Datagrams of the data port.
@@ -31,7 +31,7 @@ pub(super) struct Recording {
     assembly: RevolutionAssembly,
     broken_positions: u64,
     partial: bool,
-    /// With `--packets`: those of the revolution that is not complete.
+    /// With `--packets`: the packets of the incomplete revolution.
     scan: Option<VelodyneScan>,
     frame_id: String,
     last_stamp: Option<Stamp>,
@@ -80,7 +80,7 @@ impl Recording {
         }
     }
 
-    /// Writes the incomplete revolution, if that is wanted, and closes the bag.
+    /// Writes the incomplete revolution, if requested, and closes the bag.
     pub(super) fn finish(mut self) -> Result<(RecordingCounts, BagSummary), Failure> {
         let last = self.assembly.finish();
         if self.scan.is_some() {
@@ -90,7 +90,7 @@ impl Recording {
         }
         self.bag()?;
         let counts = self.counts();
-        let bag = self.bag.ok_or_else(|| Failure::new("the bag was not begun"))?;
+        let bag = self.bag.ok_or_else(|| Failure::new("the bag was not created"))?;
         Ok((counts, bag.finish()?))
     }
 
