@@ -1,5 +1,5 @@
-//! `stillmap bench`: what the transport of this machine carries, and the two ends to find it out with; what a cycle
-//! costs over an hour.
+//! `stillmap bench`: the throughput and latency of the transport on this machine, with separate publishing and subscribing
+//! ends; and the time of a cycle over an hour.
 
 mod figures;
 mod latency;
@@ -19,41 +19,41 @@ use node_shell::{Qos, RosArguments, ShellError};
 
 use robot::{Failure, Outcome};
 
-/// Threads of an end's runtime: one to hear of peers while the other one works.
+/// Threads of an end's runtime: one for discovery while the other one works.
 const THREADS: usize = 2;
-/// The longest run that a command line may ask for: one day.
+/// The longest run that is accepted: one day.
 const LONGEST_RUN_S: f64 = 86_400.0;
 
 /// Arguments of `stillmap bench`.
 #[derive(Subcommand, Debug)]
 pub enum BenchArgs {
-    /// Publish images at a steady rate, and say what that took
+    /// Publish images at a constant rate, and report the cost
     Publish(publish::PublishArgs),
-    /// Receive images, and say how many came, how late, and what that took
+    /// Receive images, and report their number, latency and cost
     Subscribe(subscribe::SubscribeArgs),
     /// Both ends as two nodes of one process
     Pair(pair::PairArgs),
     /// Payloads of 0.1 to 9.8 MB at 7, 10 and 30 Hz between processes of this machine, as a table
     Transport(transport::TransportArgs),
-    /// An hour's tour through a simulated building: what a cycle costs in each minute, and the memory
+    /// An hour's tour through a simulated building: the time of a cycle in each minute, and the memory
     Tour(tour::TourArgs),
 }
 
-/// How the topic of an end is delivered.
+/// The QoS of the topic.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct DeliveryArgs {
-    /// Lost messages are sent again
+    /// Reliable: lost messages are sent again
     #[arg(long)]
     reliable: bool,
-    /// Who comes late gets the last messages; implies --reliable
+    /// Transient local: late subscribers get the last messages; implies --reliable
     #[arg(long)]
     latched: bool,
-    /// How many messages are kept; 5 where it is not given, 1 with --latched
+    /// The queue depth [default: 5, 1 with --latched]
     #[arg(long, value_name = "MESSAGES")]
     depth: Option<usize>,
 }
 
-/// The depth that the suite's sensor topics have.
+/// The depth of the suite's sensor topics.
 const SENSOR_DEPTH: usize = 5;
 
 impl DeliveryArgs {
@@ -73,7 +73,7 @@ pub(crate) fn run(args: BenchArgs, ros: &RosArguments) -> Result<Outcome, Failur
     }
 }
 
-/// Runs an end as the node `name`, in the way of the suite's nodes.
+/// Runs an end as the node `name`, like the nodes of the suite.
 fn as_node<T>(
     name: &str,
     ros: &RosArguments,
@@ -94,7 +94,7 @@ fn shell_failure(error: ShellError) -> Failure {
     Failure::new(error.to_string())
 }
 
-/// Prints what an end found, as one JSON object.
+/// Prints the report of an end as one JSON object.
 fn print_report(report: &impl serde::Serialize) -> Result<Outcome, Failure> {
     let json = serde_json::to_string(report)
         .map_err(|error| Failure::new(format!("cannot print the report: {error}")))?;
@@ -102,14 +102,14 @@ fn print_report(report: &impl serde::Serialize) -> Result<Outcome, Failure> {
     Ok(Outcome::Complete)
 }
 
-/// Tells whoever started this end that it has found its first peer.
+/// Prints that this end has found its first peer, for the process that started it.
 fn tell_matched() {
     use std::io::Write;
-    // When even stderr is gone, there is nobody left to tell.
+    // Where stderr is closed, nobody reads it.
     let _ = writeln!(std::io::stderr(), "matched");
 }
 
-/// A time on the command line.
+/// Parses a time on the command line.
 fn seconds(text: &str) -> Result<Duration, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.0..=LONGEST_RUN_S).contains(&seconds) => {

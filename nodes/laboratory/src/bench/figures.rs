@@ -1,4 +1,4 @@
-//! Where the figures of a bench go.
+//! The output of a benchmark's results.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use super::transport::table;
 use robot::console;
 use robot::{Failure, refuse_to_replace};
 
-/// How the figures are told.
+/// The output of the results.
 #[derive(Args, Debug, Default)]
 pub(super) struct FigureArgs {
     /// Print JSON
@@ -19,18 +19,18 @@ pub(super) struct FigureArgs {
     /// Write the JSON to a file as well
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace the file where it is there
+    /// Replace an existing file
     #[arg(long, requires = "output")]
     overwrite: bool,
 }
 
 impl FigureArgs {
-    /// Refuses to replace a file, before any work is done.
+    /// Refuses to replace a file, before the benchmark starts.
     pub(super) fn check(&self) -> Result<(), Failure> {
         refuse_to_replace(self.output.iter().cloned(), self.overwrite, "-o")
     }
 
-    /// Tells `report`, which was found on `machine`: as JSON, or as these tables.
+    /// Prints `report`, measured on `machine`: as JSON, or as these tables.
     pub(super) fn tell(
         &self,
         report: &impl Serialize,

@@ -1,4 +1,4 @@
-//! How late messages were: exact to a thousandth, in a bounded memory, however many they are.
+//! The latency of messages: exact to a thousandth, in bounded memory for any number of messages.
 
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
@@ -7,9 +7,9 @@ use robot::Failure;
 
 /// Latencies are counted in microseconds.
 const MICROS_PER_MS: f64 = 1e3;
-/// Later than this counts as this: ten minutes.
+/// Larger latencies are clamped to this: ten minutes.
 const LATEST_MICROS: u64 = 600_000_000;
-/// Digits that a quantile is exact to.
+/// Significant digits of a quantile.
 const DIGITS: u8 = 3;
 
 /// Latencies so far.
@@ -21,11 +21,11 @@ pub(super) struct Latencies {
 /// Quantiles of latencies.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub(super) struct LatencyMs {
-    /// Half of the messages came within this.
+    /// The median.
     pub(super) median: f64,
-    /// 99 of 100 messages came within this.
+    /// The 99th percentile.
     pub(super) p99: f64,
-    /// All messages came within this.
+    /// The maximum.
     pub(super) max: f64,
 }
 
@@ -36,16 +36,16 @@ impl Latencies {
         Ok(Self { micros, oldest_ms: 0.0 })
     }
 
-    /// Notes a latency. One below zero, from a sender whose clock runs ahead, counts as zero.
+    /// Adds a latency. A negative one, from a sender whose clock is ahead, counts as zero.
     pub(super) fn note(&mut self, seconds: f64) {
         let milliseconds = (seconds * 1e3).max(0.0);
         self.oldest_ms = self.oldest_ms.max(milliseconds);
         self.micros.saturating_record((milliseconds * MICROS_PER_MS).round() as u64);
     }
 
-    /// The quantiles, once there is anything.
+    /// The quantiles; `None` before the first latency.
     pub(super) fn quantiles(&self) -> Option<LatencyMs> {
-        // A quantile is the upper end of its class, which may lie above all that was noted.
+        // A quantile is the upper end of its bin, which may be above all values.
         let at = |quantile| {
             (self.micros.value_at_quantile(quantile) as f64 / MICROS_PER_MS).min(self.oldest_ms)
         };
@@ -57,8 +57,8 @@ impl Latencies {
     }
 }
 
-/// How old the messages were when they were taken, but for the last one: after that nothing newer was
-/// sent, so its age tells when its reader came for it and not how far the transport is behind.
+/// The age of the messages when they were taken, except for the last one: nothing newer was sent after
+/// it, so that its age depends on when the reader took it and not on the transport.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ages {
     oldest_ms: Option<f64>,
@@ -66,14 +66,14 @@ pub(super) struct Ages {
 }
 
 impl Ages {
-    /// Notes the age of a message.
+    /// Adds the age of a message.
     pub(super) fn note(&mut self, seconds: f64) {
         if let Some(before) = self.last_ms.replace(seconds * 1e3) {
             self.oldest_ms = Some(self.oldest_ms.map_or(before, |oldest| oldest.max(before)));
         }
     }
 
-    /// The greatest age of a message that was not the last one.
+    /// The greatest age of a message other than the last.
     pub(super) fn oldest_ms(&self) -> Option<f64> {
         self.oldest_ms
     }
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!(found.max, 1e15);
     }
 
-    /// Regression: the last message, for which a slow reader comes when all is over, made a depth of 1 look late.
+    /// Regression: the last message, which a slow reader takes after the end, made a depth of 1 appear late.
     #[test]
     fn the_last_message_has_no_age() {
         let mut ages = Ages::default();

@@ -20,14 +20,14 @@ pub struct PairArgs {
     publish: PublishArgs,
 }
 
-/// What both ends found. Time and memory are those of the one process, in both.
+/// The reports of both ends. Time and memory are those of the common process in both.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(super) struct PairReport {
     pub(super) publish: PublishReport,
     pub(super) subscribe: SubscribeReport,
 }
 
-/// How long the receiving end stays when the sending one is done.
+/// How long the receiving end runs after the sending end is done.
 const LAST_ARRIVAL: Duration = Duration::from_millis(200);
 
 pub(super) fn run(args: &PairArgs, ros: &RosArguments) -> Result<Outcome, Failure> {

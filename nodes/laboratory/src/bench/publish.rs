@@ -13,16 +13,16 @@ use super::usage::{Usage, own_cpu};
 use super::{DeliveryArgs, seconds};
 use robot::{Failure, Outcome};
 
-/// How long a reader may take to know a writer after the writer knows the reader: several times what
-/// was measured. Without it the first messages of a run would be lost to discovery.
+/// The time for a reader to discover a writer after the writer has discovered the reader: several times the
+/// measured time. Without it the first messages of a run would be lost.
 const MUTUAL_DISCOVERY: Duration = Duration::from_millis(500);
-/// How long the end stays after its last message when only a count was asked for, so that what is
-/// underway arrives and what was lost is sent again.
+/// How long the end runs after its last message when only a count is given, so that messages in transit
+/// arrive and lost ones are sent again.
 const DEFAULT_LINGER: Duration = Duration::from_millis(500);
-/// Images above this are none that a camera makes; a limit keeps a slip of the hand from taking the
+/// The largest accepted image, more than any camera's: a limit, so that a typing error does not use up the
 /// machine's memory.
 const LARGEST_BYTES: i64 = 256 << 20;
-/// Faster than this the timer of the runtime, which counts in milliseconds, cannot be.
+/// The highest rate of the runtime's timer, which counts in milliseconds.
 const FASTEST_HZ: f64 = 1000.0;
 
 /// Arguments of `stillmap bench publish`.
@@ -37,53 +37,53 @@ pub struct PublishArgs {
     /// Bytes of data in a message
     #[arg(long, value_parser = clap::value_parser!(u32).range(0..=LARGEST_BYTES))]
     bytes: u32,
-    /// Messages a second
+    /// Messages per second
     #[arg(long, value_parser = rate)]
     hz: f64,
-    /// How long to run; with --count, how long to stay
+    /// How long to run; with --count, at most
     #[arg(long, group = "length", value_parser = seconds)]
     seconds: Option<Duration>,
-    /// How many messages to publish
+    /// The number of messages to publish
     #[arg(long, group = "length")]
     count: Option<u64>,
     #[command(flatten)]
     pub(super) delivery: DeliveryArgs,
-    /// Begin when there is a subscriber; --seconds counts from there
+    /// Begin when there is a subscriber; --seconds counts from then
     #[arg(long)]
     wait: bool,
-    /// How long to stay after the last message [default: 0.5 with --count alone, 0 otherwise]
+    /// How long to run on after the last message [default: 0.5 with --count alone, 0 otherwise]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     linger: Option<Duration>,
 }
 
-/// What publishing took.
+/// The report of the publishing end.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(super) struct PublishReport {
-    /// Messages that the transport took.
+    /// Messages that the transport accepted.
     pub(super) published: u64,
-    /// Messages that it did not take.
+    /// Messages that it refused.
     pub(super) refused: u64,
-    /// Moments to publish that passed while the message before was still being taken.
+    /// Messages that were skipped while the one before was still being sent.
     pub(super) missed_ticks: u64,
-    /// The most subscribers at one time.
+    /// The largest number of subscribers at one time.
     pub(super) subscribers_peak: usize,
-    /// Time on all cores, from the start to the end.
+    /// CPU time on all cores, from the start to the end.
     pub(super) cpu_s: f64,
-    /// From the start to the end.
+    /// The duration from the start to the end.
     pub(super) wall_s: f64,
-    /// The share of `cpu_s` between the first and the last message.
+    /// The part of `cpu_s` between the first and the last message.
     pub(super) active_cpu_s: f64,
-    /// From the first to the last message.
+    /// The duration from the first to the last message.
     pub(super) active_s: f64,
     pub(super) rss_peak_bytes: Option<u64>,
     pub(super) rss_end_bytes: Option<u64>,
     /// The receive buffer that the kernel grants here; absent without a network.
     pub(super) granted_buffer_bytes: Option<usize>,
-    /// The size up to which messages arrive whole with that buffer.
+    /// The size up to which messages arrive completely with that buffer.
     pub(super) largest_safe_bytes: Option<usize>,
 }
 
-/// Publishes until told to end, and says what it took.
+/// Publishes until it is stopped, and returns the report.
 pub(super) fn run(args: &PublishArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
     let report = super::as_node("bench_publisher", ros, async {
         let node = Node::start("bench_publisher", ros).map_err(super::shell_failure)?;
@@ -94,7 +94,7 @@ pub(super) fn run(args: &PublishArgs, ros: &RosArguments) -> Result<Outcome, Fai
     super::print_report(&report)
 }
 
-/// One publisher at its work.
+/// A running publisher.
 pub(super) struct Sender {
     args: PublishArgs,
     publisher: Publisher<Image>,
@@ -169,7 +169,7 @@ impl Sender {
     async fn publish_all(&mut self, deadline: Option<Instant>) {
         let period = Duration::from_secs_f64(1.0 / self.args.hz);
         let mut ticks = interval(period);
-        // What could not be sent in time is not sent in a heap afterwards: a driver does not either.
+        // Missed messages are not sent in a burst afterwards, as with a driver.
         ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
         let mut attempts = 0;
         let mut last_tick: Option<tokio::time::Instant> = None;
@@ -210,7 +210,7 @@ impl Sender {
         self.subscribers_peak = self.subscribers_peak.max(subscribers);
     }
 
-    /// Stays for those who come late, or who miss something.
+    /// Waits for late subscribers and for retransmissions.
     async fn stay(&mut self, deadline: Option<Instant>) {
         let linger = self.args.linger.unwrap_or(if deadline.is_none() {
             DEFAULT_LINGER
@@ -230,7 +230,7 @@ impl Sender {
     }
 }
 
-/// Waits until a moment; for ever where there is none.
+/// Waits until a time; without one forever.
 pub(super) async fn until(deadline: Option<Instant>) {
     match deadline {
         Some(deadline) => tokio::time::sleep_until(deadline.into()).await,
@@ -238,7 +238,7 @@ pub(super) async fn until(deadline: Option<Instant>) {
     }
 }
 
-/// A rate on the command line.
+/// Parses a rate on the command line.
 pub(super) fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(hz) if hz > 0.0 && hz <= FASTEST_HZ => Ok(hz),

@@ -1,31 +1,31 @@
-//! Which of the messages of each publisher came.
+//! The messages received from each publisher.
 
 use std::collections::BTreeMap;
 
 use super::sample::Number;
 
-/// Publishers that are told apart; the one heard least recently is forgotten for one more. A bench has
-/// one or a few, each restart is another one.
+/// The maximum number of distinguished publishers; beyond it the one received least recently is dropped. A benchmark has
+/// one or a few, and each restart is a new one.
 const MOST_RUNS: usize = 64;
 
-/// What came from one publisher.
+/// The messages received from one publisher.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     first: u64,
     last: u64,
     received: u64,
-    /// When it was heard last, in messages.
+    /// When its last message was received, counted in messages.
     heard: u64,
 }
 
 impl Run {
     fn lost(&self) -> u64 {
-        // A message that came twice must not hide one that is missing altogether, nor lead below zero.
+        // A duplicate must not hide a missing message, nor make the number negative.
         (self.last - self.first).saturating_add(1).saturating_sub(self.received)
     }
 }
 
-/// Counts messages, those that are missing between them, and those that came out of their order.
+/// Counts messages, the missing ones between them, and those out of order.
 #[derive(Debug, Default)]
 pub(super) struct Reception {
     runs: BTreeMap<u32, Run>,
@@ -36,7 +36,7 @@ pub(super) struct Reception {
 }
 
 impl Reception {
-    /// Notes a message, with its number where it has one.
+    /// Adds a message, with its number where it has one.
     pub(super) fn note(&mut self, number: Option<Number>) {
         self.received += 1;
         let Some(Number { run, count }) = number else { return };
@@ -52,7 +52,7 @@ impl Reception {
                 if count < known.first {
                     known.first = count;
                 }
-                // One that comes again is at the place of the last one; an earlier one fills a gap.
+                // A duplicate has the number of the last message; an earlier one fills a gap.
                 if count != known.last {
                     known.received += 1;
                 }
@@ -72,14 +72,14 @@ impl Reception {
         self.received
     }
 
-    /// Messages missing between the first and the last one that came of each publisher; `None` when no
-    /// message carried a number, as those of other tools.
+    /// Messages missing between the first and the last received message of each publisher; `None` when no
+    /// message had a number, as with other tools.
     pub(super) fn lost(&self) -> Option<u64> {
         let lost = || self.lost_of_forgotten + self.runs.values().map(Run::lost).sum::<u64>();
         (self.received == 0 || self.numbered > 0).then(lost)
     }
 
-    /// Messages that came after a later one of their publisher, or twice.
+    /// Messages received after a later one of their publisher, or twice.
     pub(super) fn out_of_order(&self) -> u64 {
         self.out_of_order
     }

@@ -1,5 +1,5 @@
-//! What the ends exchange: an image of any size that carries its number, so that the other end knows
-//! what it missed, and the moment of its sending, so that it knows how late it is.
+//! The test messages: images of any size with a number, by which the receiver counts losses,
+//! and the time of sending, by which it measures the latency.
 
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -8,19 +8,19 @@ use geometry::Stamp;
 use msgs::convert::{stamp_from_time, time_from_stamp};
 use msgs::sensor_msgs::Image;
 
-/// Marks the frame of an image as made here. Its numbers follow at a fixed width, so that all images of
-/// a run have one length.
+/// The prefix of the frame id of a test image. Its numbers follow with a fixed width, so that all images of
+/// a run have the same length.
 const MARK: &str = "stillmap_bench";
-/// The content repeats after so many bytes: a prime, so that no two fragments are equal.
+/// The period of the content in bytes: a prime, so that no two fragments are equal.
 const PATTERN: usize = 251;
 
-/// The wall clock, which both ends of one machine share.
+/// The wall clock, which is the same for both ends on one machine.
 pub(super) fn now() -> Stamp {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Stamp::from_nanos(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))
 }
 
-/// Which publisher an image is from, and which of its images it is.
+/// The publisher of an image, and its number.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Number {
     /// Differs between publishers.
@@ -30,7 +30,7 @@ pub(super) struct Number {
 }
 
 impl Number {
-    /// The number of an image, when it was made here.
+    /// The number of an image, if it is a test image.
     pub(super) fn of(image: &Image) -> Option<Self> {
         let mut parts = image.header.frame_id.split('/');
         if parts.next() != Some(MARK) {
@@ -46,12 +46,12 @@ impl Number {
     }
 }
 
-/// When an image was sent.
+/// The time at which an image was sent.
 pub(super) fn sent(image: &Image) -> Stamp {
     stamp_from_time(image.header.stamp)
 }
 
-/// Makes the images of one publisher. One buffer serves them all, as long as nobody else holds it.
+/// Creates the images of one publisher. They share one buffer, as long as nobody else holds it.
 pub(super) struct Source {
     image: Arc<Image>,
     next: Number,
@@ -60,7 +60,7 @@ pub(super) struct Source {
 impl Source {
     /// Images of `bytes` bytes of data.
     pub(super) fn new(bytes: u32) -> Self {
-        // Two publishers in one process do not occur; two processes differ by number or by moment.
+        // There are no two publishers in one process; two processes differ by their id or by the time.
         let run = std::process::id() ^ (now().as_nanos() as u32).rotate_left(16);
         let image = Image {
             height: 1,

@@ -15,7 +15,7 @@ use super::usage::{Usage, own_cpu};
 use super::{DeliveryArgs, seconds};
 use robot::{Failure, Outcome};
 
-/// How often the number of publishers is looked at while nothing comes.
+/// How often the number of publishers is checked while no message arrives.
 const LOOK_AGAIN: Duration = Duration::from_millis(100);
 
 /// Arguments of `stillmap bench subscribe`.
@@ -30,18 +30,18 @@ pub struct SubscribeArgs {
     /// How long to run
     #[arg(long, group = "length", value_parser = seconds)]
     seconds: Option<Duration>,
-    /// How many messages to receive
+    /// The number of messages to receive
     #[arg(long, group = "length")]
     count: Option<u64>,
     #[command(flatten)]
     delivery: DeliveryArgs,
-    /// How long to work on each message, in milliseconds
+    /// The simulated processing time of each message, in milliseconds
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 0)]
     slow_ms: u32,
 }
 
 impl SubscribeArgs {
-    /// The receiving end of a publisher in the same process, until it is told to end.
+    /// The receiving end for a publisher in the same process, until it is stopped.
     pub(super) fn beside(publisher: &PublishArgs) -> Self {
         Self {
             topic: publisher.topic.clone(),
@@ -53,40 +53,40 @@ impl SubscribeArgs {
     }
 }
 
-/// What came, and what receiving it took.
+/// The report of the receiving end.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(super) struct SubscribeReport {
-    /// Messages that came.
+    /// Received messages.
     pub(super) received: u64,
-    /// Messages missing between the first and the last one; absent when the sender does not number them.
+    /// Messages missing between the first and the last one; absent where the sender does not number them.
     pub(super) lost: Option<u64>,
-    /// Messages that came after a later one, or twice.
+    /// Messages received after a later one, or twice.
     pub(super) out_of_order: u64,
-    /// From the start to the first message.
+    /// The time from the start to the first message.
     pub(super) first_s: Option<f64>,
-    /// From the stamp to the moment when the message was taken.
+    /// The time from the stamp to when the message was taken.
     pub(super) latency_ms: Option<LatencyMs>,
-    /// The age of the oldest message when it was taken, of those after which another one came.
+    /// The greatest age of a message when it was taken, except for the last one.
     pub(super) oldest_age_ms: Option<f64>,
-    /// The most publishers at one time.
+    /// The largest number of publishers at one time.
     pub(super) publishers_peak: usize,
-    /// Time on all cores, from the start to the end.
+    /// CPU time on all cores, from the start to the end.
     pub(super) cpu_s: f64,
-    /// From the start to the end.
+    /// The duration from the start to the end.
     pub(super) wall_s: f64,
-    /// The share of `cpu_s` between the first and the last message.
+    /// The part of `cpu_s` between the first and the last message.
     pub(super) active_cpu_s: f64,
-    /// From the first to the last message.
+    /// The duration from the first to the last message.
     pub(super) active_s: f64,
     pub(super) rss_peak_bytes: Option<u64>,
     pub(super) rss_end_bytes: Option<u64>,
     /// The receive buffer that the kernel grants here; absent without a network.
     pub(super) granted_buffer_bytes: Option<usize>,
-    /// The size up to which messages arrive whole with that buffer.
+    /// The size up to which messages arrive completely with that buffer.
     pub(super) largest_safe_bytes: Option<usize>,
 }
 
-/// Receives until told to end, and says what came.
+/// Receives until it is stopped, and returns the report.
 pub(super) fn run(args: &SubscribeArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
     let report = super::as_node("bench_subscriber", ros, async {
         let started = Instant::now();
@@ -98,7 +98,7 @@ pub(super) fn run(args: &SubscribeArgs, ros: &RosArguments) -> Result<Outcome, F
     super::print_report(&report)
 }
 
-/// One subscription at its work.
+/// A running subscription.
 pub(super) struct Receiver {
     args: SubscribeArgs,
     subscription: Subscription<Image>,
@@ -114,7 +114,7 @@ pub(super) struct Receiver {
     last: Option<Moment>,
 }
 
-/// A moment with the time on all cores until then.
+/// A point in time with the CPU time until then.
 #[derive(Clone, Copy)]
 struct Moment {
     at: Instant,
@@ -152,7 +152,7 @@ impl Receiver {
         })
     }
 
-    /// Triggered, it ends the receiving.
+    /// Ends the reception when triggered.
     pub(super) fn enough(&self) -> Shutdown {
         self.enough.clone()
     }
@@ -209,7 +209,7 @@ impl Receiver {
         self.look_for_publishers();
     }
 
-    /// Works on a message as a slow node does. The wait is one for the end too.
+    /// Simulates a slow node by a wait, which the stop signal ends.
     async fn work(&self, deadline: Option<Instant>) {
         if self.args.slow_ms > 0 {
             tokio::select! {

@@ -1,5 +1,5 @@
-//! `stillmap bench tour`: an hour through a simulated building, with a map that is bounded: what a cycle costs
-//! in each minute, and what the cores hold.
+//! `stillmap bench tour`: an hour through a simulated building, with a bounded map: the time of a cycle
+//! in each minute, and the memory of the cores.
 
 mod building;
 mod drive;
@@ -21,11 +21,11 @@ use robot::Progress;
 use robot::run::parameters::method_parser;
 use robot::{Failure, Outcome};
 
-/// A longer tour than this is a mistake: a day.
+/// The longest accepted tour: a day.
 const LONGEST_MINUTES: f64 = 1440.0;
-/// The last minute's cycles may cost so much more, or less, than those of the first.
+/// The accepted relative difference between the cycle times of the last and the first minute.
 const FLAT_WITHIN: f64 = 0.2;
-/// Of a Kinect's 640 x 480, a sixteenth of the pixels over the same view: the reduced clouds are about as large, and
+/// A sixteenth of the pixels of a Kinect's 640 x 480 over the same field of view: the reduced clouds are about as large, and
 /// an hour is simulated in some minutes.
 const SIZE_PX: (usize, usize) = (160, 120);
 
@@ -40,48 +40,49 @@ The building is a corridor round a square of 28 m. A side takes a minute, and al
 minute may be compared with another. A cycle's cost is that of matching, detection, segmentation, the map and what a
 listener to the map is told; the time in which the readings are simulated is not in it.")]
 pub struct TourArgs {
-    /// How long the tour is
+    /// The duration of the tour
     #[arg(long, default_value_t = 60.0, value_parser = minutes)]
     minutes: f64,
     /// The methods, one after the other
     #[arg(long, value_parser = method_parser(), num_args = 1.., default_values = ["rec_hv", "free_space"])]
     method: Vec<Method>,
-    /// With rec_hv: voxels that the map may have; more are refused
+    /// With rec_hv: the maximum number of the map's voxels; more are refused
     #[arg(long, default_value_t = ReconstructionConfig::default().max_voxels)]
     max_voxels: usize,
     /// With free_space: edge of the map's voxels in metres
     #[arg(long, default_value_t = PipelineConfig::default().map_edge_m, value_name = "METRES")]
     map_edge: f64,
-    /// With free_space: blocks of 8 voxels an axis that the map may have; at 2 cm the building has some three times as many
+    /// With free_space: the maximum number of the map's blocks of 8 voxels an axis; at 2 cm the building has some three times as
+    /// many
     #[arg(long, default_value_t = 20_000)]
     max_map_blocks: usize,
-    /// With free_space: what happens when the map has them
+    /// With free_space: what happens at that number
     #[arg(long, value_enum, default_value_t = AtMaxVoxelsName::DropOldest)]
     at_max_voxels: AtMaxVoxelsName,
-    /// With spill: where the tiles go; a folder of its own in it, which goes at the end [default: the system's for
+    /// With spill: the folder of the tiles, in which a temporary one is created and removed at the end [default: the system's for
     /// temporary files]
     #[arg(long, value_name = "DIR")]
     spill_folder: Option<PathBuf>,
     /// With spill: the edge of a tile in metres
     #[arg(long, default_value_t = 2.0)]
     spill_tile_edge: f64,
-    /// Depth images of the full 640 x 480 pixels
+    /// Use depth images of the full 640 x 480 pixels
     #[arg(long)]
     full_images: bool,
     #[command(flatten)]
     figures: FigureArgs,
 }
 
-/// What happens when the map is full, on the command line.
+/// What happens when the map is full, as an argument.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum, Serialize)]
 #[value(rename_all = "snake_case")]
 #[serde(rename_all = "snake_case")]
 enum AtMaxVoxelsName {
     /// New blocks are refused
     Refuse,
-    /// Those seen longest ago make room
+    /// Blocks not seen for the longest time are dropped
     DropOldest,
-    /// Tiles out of view for longest go to files, and come back
+    /// Tiles out of view for the longest time are written to files, and read back
     Spill,
 }
 
@@ -90,7 +91,7 @@ impl TourArgs {
         if self.full_images { (640, 480) } else { SIZE_PX }
     }
 
-    /// The map of the tour, where `config` says the rest.
+    /// The configuration of the map; the other parameters are those of `config`.
     fn map(&self, mut config: ReconstructionConfig) -> Result<Map, Failure> {
         let at_max_voxels = match (config.pipeline.method, self.at_max_voxels) {
             (Method::RecHv, _) | (_, AtMaxVoxelsName::Refuse) => AtMaxVoxels::Refuse,
@@ -118,7 +119,7 @@ impl TourArgs {
     }
 }
 
-/// All that is found.
+/// The report.
 #[derive(Debug, Serialize)]
 struct Report {
     machine: Machine,
@@ -129,21 +130,21 @@ struct Report {
     methods: Vec<MethodReport>,
 }
 
-/// The tour by one method.
+/// The results of one method.
 #[derive(Debug, Serialize)]
 struct MethodReport {
     method: Method,
-    /// Absent where there were less than two minutes.
+    /// Absent for less than two minutes.
     flatness: Option<Flatness>,
     minutes: Vec<MinuteRow>,
 }
 
-/// The last whole minute against the first one: medians of the cycles' costs.
+/// The last whole minute compared with the first one: medians of the cycle times.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 struct Flatness {
     wall_ratio: f64,
     cpu_ratio: f64,
-    /// Whether the processor's time is within 20 %. That of the wall depends on what else the machine does.
+    /// Whether the CPU time is within 20 %. Wall time depends on the load of the machine.
     is_flat: bool,
 }
 
@@ -178,7 +179,7 @@ fn flatness(minutes: &[MinuteRow]) -> Option<Flatness> {
     })
 }
 
-/// The table of a method, and the line that sums it up.
+/// The table of a method, and its summary line.
 fn text(report: &MethodReport) -> String {
     let mut lines = vec![
         [
@@ -204,7 +205,7 @@ fn text(report: &MethodReport) -> String {
     ];
     lines.extend(report.minutes.iter().map(line));
     let sum = match report.flatness {
-        None => "a tour of less than two minutes says nothing of how flat the cost is".to_owned(),
+        None => "a tour of less than two minutes is too short to compare the times".to_owned(),
         Some(Flatness { wall_ratio, cpu_ratio, is_flat }) => format!(
             "last minute against the first: {cpu_ratio:.2} by the processor's time, {wall_ratio:.2} by the wall's; \
              {} within 20 %",
@@ -279,14 +280,14 @@ mod tests {
         let progress = Progress::new("tour", 1);
         let rows = drive::drive(&args, Method::FreeSpace, &progress).unwrap();
         let [row] = &rows[..] else { panic!("{} minutes", rows.len()) };
-        // 2.4 s at 7 Hz, but for those at the end whose image or pose would be later.
+        // 2.4 s at 7 Hz, without those at the end whose image or pose would be later.
         assert!((14..=16).contains(&row.cycles), "{row:?}");
         assert_eq!(row.scans_dropped, 0);
-        // No more points than blocks have voxels at their faces.
+        // No more points than the voxels at the faces of the blocks.
         assert!((100..50 * 128).contains(&row.counts.voxels), "{row:?}");
         assert!(row.dropped_voxels > 0 && row.counts.evidence_blocks > 100, "{row:?}");
         let report = MethodReport { method: Method::FreeSpace, flatness: None, minutes: rows };
-        assert!(text(&report).contains("says nothing"));
+        assert!(text(&report).contains("too short to compare"));
     }
 
     #[test]

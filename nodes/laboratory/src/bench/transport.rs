@@ -1,5 +1,5 @@
-//! `stillmap bench transport`: how much of what is sent arrives, how late, and at what cost, on this
-//! machine and with its settings.
+//! `stillmap bench transport`: losses, latency and cost of the transport on this machine with its
+//! settings.
 
 mod case;
 mod cyclone;
@@ -25,19 +25,20 @@ use robot::Progress;
 use robot::console;
 use robot::{Failure, Outcome};
 
-/// How long a run of a case publishes.
+/// The duration of a run of a case.
 const RUN_S: f64 = 5.0;
-/// How long one does with --quick.
+/// The duration of a run with --quick.
 const QUICK_RUN_S: f64 = 2.0;
-/// How often a case is measured; the medians stand in the table.
+/// The number of runs of a case; the table has the medians.
 const RUNS: u32 = 3;
-/// How long a scenario takes.
+/// The duration of a scenario.
 const SCENARIO_S: f64 = 600.0;
 /// The payload of a scenario: a cloud of 307,200 points.
 const SCENARIO_MB: f64 = 4.9;
-/// The rate of a scenario, and of a quick look: a Kinect's.
+/// The rate of a scenario, and with --quick: a Kinect's.
 const KINECT_HZ: f64 = 30.0;
-/// Larger than any message of a robot; it keeps a slip of the hand from taking the machine's memory.
+/// The largest accepted payload, more than any message of a robot: a limit, so that a typing error does not use up the machine's
+/// memory.
 const LARGEST_MB: f64 = 256.0;
 
 /// Arguments of `stillmap bench transport`.
@@ -51,41 +52,41 @@ Latency is from the stamp, taken before a message is published, to the moment wh
 That of Cyclone DDS is half of the round trip of the tenth of the messages that come back at full size; its
 p99 is the largest one of any second.")]
 pub struct TransportArgs {
-    /// One run of 2 s of each payload at 30 Hz, for a first look
+    /// One run of 2 s of each payload at 30 Hz
     #[arg(long)]
     quick: bool,
     /// Payloads in megabytes [default: 0.1 0.6 1 4.9 9.8; in a scenario 4.9]
     #[arg(long, value_name = "MB", num_args = 1.., value_parser = payload_mb)]
     payload: Vec<f64>,
-    /// Messages a second [default: 7 10 30; in a scenario and with --quick 30]
+    /// Messages per second [default: 7 10 30; in a scenario and with --quick 30]
     #[arg(long, value_name = "HZ", num_args = 1.., value_parser = super::publish::rate)]
     rate: Vec<f64>,
-    /// Whether lost messages are sent again
+    /// The reliability of the topic
     #[arg(long, value_enum, default_value_t = ReliabilityChoice::Both)]
     reliability: ReliabilityChoice,
-    /// How long a run publishes [default: 5; 2 with --quick; in a scenario 600]
+    /// The duration of a run in seconds [default: 5; 2 with --quick; in a scenario 600]
     #[arg(long, value_parser = run_seconds)]
     seconds: Option<f64>,
-    /// Runs of each case, whose medians are shown [default: 3; 1 with --quick and in a scenario]
+    /// Runs of each case; the table has the medians [default: 3; 1 with --quick and in a scenario]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
     runs: Option<u32>,
-    /// How the ends reach each other
+    /// How the ends are connected
     #[arg(long, value_enum, num_args = 1.., default_value = "all-networks")]
     mode: Vec<Mode>,
-    /// Play these scenarios, in place of the table
+    /// Run these scenarios instead of the table
     #[arg(long, value_enum, num_args = 1..)]
     scenario: Vec<Scenario>,
-    /// The receive buffer that sockets ask for [default: 32768]
+    /// The receive buffer that sockets request, in KiB [default: 32768]
     #[arg(long, value_name = "KIB", value_parser = clap::value_parser!(u32).range(64..1_048_576))]
     buffer_kib: Option<u32>,
-    /// Leave Cyclone DDS out
+    /// Do not measure Cyclone DDS
     #[arg(long)]
     no_cyclone: bool,
     #[command(flatten)]
     figures: FigureArgs,
 }
 
-/// All that is found.
+/// The report.
 #[derive(Debug, Serialize)]
 struct Report {
     machine: Machine,
@@ -112,7 +113,7 @@ pub(crate) fn run(args: &TransportArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Complete)
 }
 
-/// The table: every case, by each kind of peers, as often as it was asked for.
+/// The table: every case, with each DDS implementation, in the requested number of runs.
 fn measure(args: &TransportArgs, machine: &Machine) -> Result<(f64, Vec<Row>), Failure> {
     let seconds = args.seconds.unwrap_or(if args.quick { QUICK_RUN_S } else { RUN_S });
     let runs = args.runs.unwrap_or(if args.quick { 1 } else { RUNS });
@@ -125,7 +126,7 @@ fn measure(args: &TransportArgs, machine: &Machine) -> Result<(f64, Vec<Row>), F
     let mut place_number = 0;
     for case in &cases {
         let (mut ours, mut theirs) = (Vec::new(), Vec::new());
-        // In turns, so that what else the machine does disturbs both alike.
+        // Alternately, so that other load on the machine affects both equally.
         for _ in 0..runs {
             place_number += 1;
             let place = Place::new(place_number, case.mode, args.buffer_kib);
@@ -188,7 +189,7 @@ fn given<'a>(asked: &'a [f64], default: &'a [f64]) -> &'a [f64] {
     if asked.is_empty() { default } else { asked }
 }
 
-/// A payload on the command line.
+/// Parses a payload on the command line.
 fn payload_mb(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(megabytes) if megabytes > 0.0 && megabytes <= LARGEST_MB => Ok(megabytes),
@@ -196,7 +197,7 @@ fn payload_mb(text: &str) -> Result<f64, String> {
     }
 }
 
-/// How long a run takes, on the command line: at least so long that there is something to see.
+/// Parses the duration of a run, which has a minimum.
 fn run_seconds(text: &str) -> Result<f64, String> {
     let seconds = super::seconds(text)?.as_secs_f64();
     if seconds < SHORTEST_RUN_S {
@@ -205,7 +206,7 @@ fn run_seconds(text: &str) -> Result<f64, String> {
     Ok(seconds)
 }
 
-/// A run shorter than this is mostly its beginning.
+/// In a shorter run discovery would take most of the time.
 const SHORTEST_RUN_S: f64 = 0.5;
 
 #[cfg(test)]

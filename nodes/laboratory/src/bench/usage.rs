@@ -1,4 +1,4 @@
-//! What a process takes of the machine.
+//! The CPU time and memory of a process.
 
 use std::time::Duration;
 
@@ -6,14 +6,14 @@ use rustix::param::clock_ticks_per_second;
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
-/// What a process has taken so far.
+/// The resources that a process has used so far.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Usage {
-    /// Time on all cores.
+    /// CPU time on all cores.
     pub(super) cpu_s: f64,
-    /// The most memory that it held; absent where the system does not tell.
+    /// The peak memory; absent where the system does not report it.
     pub(super) rss_peak_bytes: Option<u64>,
-    /// The memory that it holds.
+    /// The present memory.
     pub(super) rss_bytes: Option<u64>,
 }
 
@@ -24,25 +24,25 @@ impl Usage {
         Self { cpu_s: own_cpu().as_secs_f64(), rss_peak_bytes, rss_bytes }
     }
 
-    /// Of another process; `None` once it has ended, or where the system does not tell.
+    /// Of another process; `None` after its end, or where the system does not report it.
     pub(super) fn of(process: u32) -> Option<Self> {
         let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
         let cpu_s = cpu_ticks(&stat)? as f64 / clock_ticks_per_second() as f64;
         let (rss_peak_bytes, rss_bytes) = memory(&process.to_string());
-        // One that has ended and that nobody has waited for has no memory any more.
+        // A zombie process has no memory.
         rss_bytes.map(|_| Self { cpu_s, rss_peak_bytes, rss_bytes })
     }
 }
 
-/// The time that this process has had on all cores.
+/// The CPU time of this process on all cores.
 pub(super) fn own_cpu() -> Duration {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     Duration::new(u64::try_from(time.tv_sec).unwrap_or(0), u32::try_from(time.tv_nsec).unwrap_or(0))
 }
 
-/// Ticks in user and in system mode, of a line of `/proc/PID/stat`.
+/// Ticks in user and in system mode, from a line of `/proc/PID/stat`.
 fn cpu_ticks(stat: &str) -> Option<u64> {
-    // The name of the program stands in parentheses and may hold anything, parentheses too.
+    // The name of the program is in parentheses and may contain any characters, even parentheses.
     let (_, after_name) = stat.rsplit_once(')')?;
     let mut fields = after_name.split_whitespace().skip(FIELDS_BEFORE_TICKS);
     let mut ticks = || fields.next()?.parse::<u64>().ok();
@@ -53,7 +53,7 @@ fn cpu_ticks(stat: &str) -> Option<u64> {
 const FIELDS_BEFORE_TICKS: usize = 11;
 
 fn memory(process: &str) -> (Option<u64>, Option<u64>) {
-    // Only Linux tells in this way; elsewhere the table has a gap.
+    // Only on Linux; elsewhere the table has a gap.
     match std::fs::read_to_string(format!("/proc/{process}/status")) {
         Ok(status) => (status_bytes(&status, "VmHWM:"), status_bytes(&status, "VmRSS:")),
         Err(_) => (None, None),

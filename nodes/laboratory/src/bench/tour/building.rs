@@ -1,7 +1,7 @@
-//! The building of the tour: a corridor round a square, and the way of the platform through it.
+//! The building of the tour: a corridor around a square, and the path of the platform through it.
 //!
-//! Each side of the square takes a minute, and all four look alike: so one minute may be compared with
-//! another, and what differs between them is what the cores remember.
+//! Each side of the square takes a minute, and all four are identical, so that minutes can be compared: they
+//! differ only by the state of the cores.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -11,13 +11,13 @@ use simulator::{Body, Material, MovingObject, Path, Rig, Scenario, Scene, Walker
 
 /// The four sides.
 pub(super) const SIDES: usize = 4;
-/// A side takes so long, its corner included.
+/// The time for a side, with its corner.
 pub(super) const SIDE_S: f64 = 60.0;
-/// Once round.
+/// The time for one lap.
 pub(super) const LAP_S: f64 = SIDES as f64 * SIDE_S;
 /// From corner to corner, along the corridor's middle.
 const SIDE_M: f64 = 28.0;
-/// How long the platform takes to turn into the next side.
+/// The time for the turn into the next side.
 const TURN_S: f64 = 4.0;
 /// The corridor.
 const HALF_WIDTH_M: f64 = 1.5;
@@ -25,16 +25,16 @@ const HEIGHT_M: f64 = 2.6;
 const WALL_M: f64 = 0.2;
 /// The camera's height, of the third mounting of Rec-HV 3.4.2.
 const RIG_HEIGHT_M: f64 = 1.2;
-/// Between two pieces of furniture.
+/// The distance between two pieces of furniture.
 const FURNITURE_STEP_M: f64 = 3.5;
-/// Somebody crosses the corridor to and fro, this far along each side.
+/// A person crosses the corridor back and forth, at this distance along each side.
 const CROSSING_AT_M: f64 = 15.0;
 const CROSSING_HALF_M: f64 = 1.0;
-/// The person's speed of Rec-HV 3.4.1 is 1.4 m/s; over 2 m one does not get so fast.
+/// The speed of the person: less than the 1.4 m/s of Rec-HV 3.4.1, which is not reached over 2 m.
 const CROSSING_M_PER_S: f64 = 1.0;
-/// A rest at either wall, in which the person turns round.
+/// The pause at either wall, in which the person turns around.
 const CROSSING_REST_S: f64 = 1.0;
-/// Two images to a turn of the scanner: each scan has one within the matcher's 0.05 s.
+/// Two images per revolution of the scanner: each scan has one within the matcher's 0.05 s.
 const IMAGES_HZ: f64 = 14.0;
 
 /// One lap through the building, as long as `duration_s`: its noise by the lap's number, its stamps from `start`.
@@ -52,7 +52,7 @@ pub(super) fn lap(number: u64, start: Stamp, duration_s: f64, size_px: (usize, u
     .with_depth_size(size_px.0, size_px.1)
 }
 
-/// From the frame of a side to the room: x along the corridor's middle from its first corner, y to the inside.
+/// The transform from the frame of a side to the room: x along the middle of the corridor from its first corner, y inwards.
 fn room_from_side(side: usize) -> Isometry3<f64> {
     let half_m = SIDE_M / 2.0;
     let quarter = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), side as f64 * FRAC_PI_2);
@@ -116,7 +116,7 @@ fn side_bodies() -> Vec<Body> {
             continue;
         }
         let height_m = 0.6 + 0.25 * place as f64;
-        // To the left and to the right in turn, along the wall.
+        // Alternately on the left and on the right, along the wall.
         let (near_m, far_m) = (HALF_WIDTH_M - 0.5, HALF_WIDTH_M);
         let y_m = if place % 2 == 0 { (near_m, far_m) } else { (-far_m, -near_m) };
         bodies.push(Body::cuboid(
@@ -135,7 +135,7 @@ fn side_bodies() -> Vec<Body> {
     bodies
 }
 
-/// To and fro across the corridor for a lap, in the frame of a side.
+/// Back and forth across the corridor for a lap, in the frame of a side.
 fn crossing() -> Vec<Waypoint> {
     let walk_s = 2.0 * CROSSING_HALF_M / CROSSING_M_PER_S;
     let leg_s = walk_s + CROSSING_REST_S;
@@ -152,12 +152,12 @@ fn crossing() -> Vec<Waypoint> {
         .collect()
 }
 
-/// Along each side and round its corner. The last waypoint is the first one of the next lap.
+/// Along each side and around its corner. The last waypoint is the first one of the next lap.
 fn way() -> Path {
     let corner = |time_s: f64, side: usize, along_m: f64, yaw_rad: f64| {
         let pose = [along_m, 0.0, RIG_HEIGHT_M, yaw_rad, 0.0, 0.0];
         let mut pose = pose_vector(&(room_from_side(side) * pose_from_vector(&pose)));
-        // Half a turn written as its negative would turn the long way round.
+        // Half a turn with the opposite sign would turn in the other direction.
         pose[3] = pose[3].rem_euclid(2.0 * PI);
         Waypoint { time_s, pose }
     };

@@ -1,4 +1,4 @@
-//! The cores of the suite on the tour: every cycle timed, minute by minute.
+//! Runs the cores of the suite on the tour, and times every cycle.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -18,15 +18,15 @@ use robot::Failure;
 use robot::Progress;
 use robot::run::parameters::PipelineParameters;
 
-/// The tour begins at some moment of 2023, as drivers stamp with the wall clock.
+/// The tour begins at a time in 2023, as drivers stamp with the wall clock.
 const START: Stamp = Stamp::from_secs_nanos(1_700_000_000, 0);
 const MINUTE_S: f64 = 60.0;
-/// A listener to the map is told of its changes after so many cycles: about twice a second, as the node does.
+/// A subscriber of the map gets its changes after this many cycles: about twice a second, as from the node.
 const CYCLES_PER_UPDATE: u64 = 4;
-/// Points of one update, as the node's default.
+/// The maximum number of points of one update, the default of the node.
 const UPDATE_POINTS: usize = 10_000;
 
-/// Drives one method through the building.
+/// Runs the tour with one method.
 pub(super) fn drive(
     args: &TourArgs,
     method: Method,
@@ -50,7 +50,7 @@ pub(super) fn drive(
     Ok(tour.rows)
 }
 
-/// The cores, and what they have taken so far.
+/// The cores, and their times so far.
 struct Tour {
     matcher: Matcher<Scan, Arc<DepthImage>>,
     detector: Detector,
@@ -58,7 +58,7 @@ struct Tour {
     segmenter: Segmenter,
     map: Map,
     cycles: u64,
-    /// What the inputs of the next cycle have cost so far.
+    /// The time for the inputs of the next cycle so far.
     spent: Spent,
     minute: Minute,
     rows: Vec<MinuteRow>,
@@ -84,7 +84,7 @@ impl Tour {
         })
     }
 
-    /// What the suite does of a sample is timed, making the sample is not.
+    /// The processing of a sample is timed, its simulation is not.
     fn take(&mut self, sample: Sample) -> Result<(), Failure> {
         let clock = Clock::start();
         let events = match sample {
@@ -98,7 +98,7 @@ impl Tour {
                 }
                 return Ok(());
             }
-            // The truth, and sensors that the rig of the tour has not.
+            // The ground truth, and sensors that the rig of the tour does not have.
             _ => return Ok(()),
         };
         self.spent += clock.spent();
@@ -172,13 +172,13 @@ impl Tour {
     }
 }
 
-/// Since when something is at work, by the wall and by the processor.
+/// The start of a measurement, in wall time and CPU time.
 struct Clock {
     wall: Instant,
     cpu: Duration,
 }
 
-/// What it took.
+/// The elapsed times.
 #[derive(Clone, Copy, Default)]
 struct Spent {
     wall: Duration,

@@ -1,10 +1,10 @@
-//! What the cycles of one minute cost, and what the cores hold at its end.
+//! The cycle times of one minute, and the memory of the cores at its end.
 
 use estimation::quantile::percentile_of_sorted;
 use reconstruction::{Addition, SpillCounts};
 use serde::Serialize;
 
-/// What one cycle took, from its inputs to the map.
+/// The time of one cycle, from its inputs to the map.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CycleCost {
     pub(super) wall_ms: f64,
@@ -14,35 +14,35 @@ pub(super) struct CycleCost {
     pub(super) map_ms: f64,
 }
 
-/// What the cores hold at the end of a minute.
+/// The state of the cores at the end of a minute.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub(super) struct Counts {
     /// Of the map.
     pub(super) voxels: usize,
-    /// Of the map, by its own count.
+    /// The memory of the map, by its own count.
     pub(super) map_bytes: usize,
-    /// Of the map; absent where none of it is spilled. `written` and `read` count from the start.
+    /// The tiles of the map; absent where none are spilled. `written` and `read` count from the start.
     pub(super) spill: Option<SpillCounts>,
-    /// Of segmentation; 0 where the method keeps none.
+    /// The evidence of segmentation; 0 where the method has none.
     pub(super) evidence_blocks: usize,
-    /// Scans and images that wait to be matched.
+    /// Scans and images that wait for a match.
     pub(super) waiting: usize,
-    /// Of the process, the simulation's included; absent where the system does not tell.
+    /// The memory of the process, including the simulation; absent where the system does not report it.
     pub(super) rss_bytes: Option<u64>,
 }
 
-/// The cycles of a minute that is not over.
+/// The cycles of the current minute.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Minute {
     costs: Vec<CycleCost>,
     most_tracks: usize,
     dropped_voxels: usize,
     refused_points: usize,
-    /// Scans that found no image or no pose.
+    /// Scans without a matching image or pose.
     pub(super) scans_dropped: usize,
 }
 
-/// A minute that is over.
+/// A completed minute.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub(super) struct MinuteRow {
     /// Counted from 1.
@@ -72,7 +72,7 @@ impl Minute {
         self.refused_points += addition.refused_points;
     }
 
-    /// The minute as a row; `None` where no cycle was.
+    /// The minute as a row; `None` without a cycle.
     pub(super) fn row(self, minute: usize, counts: Counts) -> Option<MinuteRow> {
         let sorted = |of: fn(&CycleCost) -> f64| {
             let mut values: Vec<f64> = self.costs.iter().map(of).collect();

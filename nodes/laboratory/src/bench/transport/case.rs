@@ -1,19 +1,19 @@
-//! What is measured: every payload at every rate, either way of delivery, in every mode.
+//! The cases: every payload at every rate, with either reliability, in every mode.
 
 use std::fmt;
 
 use clap::ValueEnum;
 use serde::Serialize;
 
-/// Payloads in megabytes: a scan's worth, a depth image (640 x 480 x 2 bytes), a colour image, and clouds
+/// Payloads in megabytes: a 3D scan, a depth image (640 x 480 x 2 bytes), a colour image, and clouds
 /// of 307,200 points with 16 and with 32 bytes each.
 pub(super) const PAYLOADS_MB: [f64; 5] = [0.1, 0.6, 1.0, 4.9, 9.8];
 /// A scanner's rate, a slow camera's, a Kinect's.
 pub(super) const RATES_HZ: [f64; 3] = [7.0, 10.0, 30.0];
-/// Bytes of a megabyte, as the field counts the size of messages.
+/// Bytes of a megabyte (decimal).
 const BYTES_PER_MB: f64 = 1e6;
 
-/// How the two ends reach each other.
+/// How the two ends are connected.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Mode {
@@ -35,7 +35,7 @@ impl fmt::Display for Mode {
     }
 }
 
-/// How messages are delivered.
+/// The reliability.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Reliability {
@@ -52,12 +52,12 @@ impl fmt::Display for Reliability {
     }
 }
 
-/// Which deliveries are measured.
+/// The measured reliabilities.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(super) enum ReliabilityChoice {
-    /// Lost messages stay lost
+    /// Best effort: lost messages are not sent again
     BestEffort,
-    /// Lost messages are sent again
+    /// Reliable: lost messages are sent again
     Reliable,
     /// Both, one after the other
     Both,

@@ -1,4 +1,4 @@
-//! The same run between two processes of Cyclone DDS, by its measuring tool `ddsperf`.
+//! The same run between two processes of Cyclone DDS, with its benchmark `ddsperf`.
 
 mod output;
 
@@ -18,18 +18,18 @@ use robot::Process;
 
 /// The tool.
 const DDSPERF: &str = "ddsperf";
-/// What this suite asks the kernel for, asked for here as well, so that both are measured alike.
+/// The receive buffer that this suite requests, so that both are measured under the same conditions.
 const WANTED_BUFFER: usize = 32 << 20;
-/// Samples that either end keeps, as those of this program.
+/// The history depth of either end, as in this program.
 const DEPTH: &str = "5";
-/// The share of the messages, in percent, that come back at full size, for the time of the round trip to
-/// be taken. All of them would double the load that is to be measured.
+/// The share of the messages, in percent, that are sent back at full size, to measure the round-trip time.
+/// Sending all back would double the load.
 const PING_PERCENT: &str = "10";
-/// Until the publishing process, which starts after the subscribing one, has found it, and until the
-/// subscribing one has printed the last second.
+/// The time for the publishing process, which starts after the subscribing one, to discover it, and for the
+/// subscribing one to print the last second.
 const MARGIN_S: f64 = 3.0;
 
-/// Why there are no figures of Cyclone DDS, when the tool is not there.
+/// Why there are no figures of Cyclone DDS, where the tool is not installed.
 pub(super) fn missing() -> Option<String> {
     let found = Command::new(DDSPERF)
         .arg("help")
@@ -45,7 +45,7 @@ pub(super) fn missing() -> Option<String> {
     })
 }
 
-/// Measures a case; there is none for nodes of one process.
+/// Measures a case; `None` for nodes of one process.
 pub(super) fn run(
     case: &Case,
     seconds: f64,
@@ -54,7 +54,7 @@ pub(super) fn run(
     machine: &Machine,
 ) -> Result<Option<Measurement>, Failure> {
     let asked = buffer_kib.map_or(WANTED_BUFFER, |kib| kib as usize * 1024);
-    // Cyclone DDS refuses to start when it asks for more than it can get.
+    // Cyclone DDS does not start when the requested buffer is not granted.
     let buffer = machine.largest_buffer_bytes.map_or(asked, |largest| largest.min(asked));
     let Some(configuration) = configuration(case.mode, buffer) else { return Ok(None) };
     let mut common = vec!["-i".to_owned(), place.domain.to_string()];
@@ -82,7 +82,7 @@ pub(super) fn run(
     let (counted, told) = (counted.finish(), told.finish());
     let sent_hz = told.rate_hz().unwrap_or(0.0);
     let published = match counted.received + counted.lost {
-        // Nothing came, so nobody has counted; the rate has been told.
+        // Nothing was received, so that there is no count; the rate is known.
         0 => (sent_hz * seconds).round() as u64,
         counted => counted,
     };
@@ -104,7 +104,7 @@ pub(super) fn run(
     }))
 }
 
-/// Follows both until they end by themselves; returns what they were last seen to have taken.
+/// Waits for both to end; returns their last measured usage.
 fn watch(
     publisher: &mut Process,
     subscriber: &mut Process,
@@ -115,7 +115,7 @@ fn watch(
     loop {
         let ids = [publisher.id(), subscriber.id()];
         for (usage, id) in usages.iter_mut().zip(ids) {
-            // One that has ended has no figures any more: the last ones stand.
+            // A process that has ended has no figures: the last ones are used.
             *usage = Usage::of(id).unwrap_or(*usage);
         }
         let ended = publisher.ended()?.is_some() && subscriber.ended()?.is_some();
@@ -126,7 +126,7 @@ fn watch(
     }
 }
 
-/// Cyclone DDS with a buffer, and with data by unicast as this suite sends it.
+/// The configuration of Cyclone DDS with a buffer size, and with unicast data as in this suite.
 fn configuration(mode: Mode, buffer: usize) -> Option<String> {
     let network = match mode {
         Mode::AllNetworks => "<General><AllowMulticast>spdp</AllowMulticast></General>",

@@ -1,4 +1,4 @@
-//! An end of a run as a process: started, waited for, and asked what it found.
+//! An end of a run as a process: start, wait, and its report.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use super::place::Place;
 use robot::Failure;
 use robot::Process;
 
-/// How often a process is looked at.
+/// How often a process is checked.
 pub(super) const LOOK_AGAIN: Duration = Duration::from_millis(20);
 
 /// An end of this program.
@@ -21,7 +21,7 @@ pub(super) struct End {
 }
 
 impl End {
-    /// Starts an end at a place.
+    /// Starts an end in a domain and namespace.
     pub(super) fn start(place: &Place, name: &str, arguments: &[String]) -> Result<Self, Failure> {
         let mut process = place.start(name, arguments)?;
         let report = Lines::fold(process.take_stdout(), |last: &mut Option<String>, line| {
@@ -31,7 +31,7 @@ impl End {
         Ok(Self { process, report, trouble })
     }
 
-    /// The number that the system knows it by.
+    /// Its process id.
     pub(super) fn id(&self) -> u32 {
         self.process.id()
     }
@@ -58,7 +58,7 @@ impl End {
         Ok(())
     }
 
-    /// Ends it and takes its report.
+    /// Stops it and reads its report.
     pub(super) fn finish<R: DeserializeOwned>(mut self) -> Result<R, Failure> {
         let status = self.process.stop()?;
         let (report, trouble) = (self.report.finish(), self.trouble.finish());
@@ -72,7 +72,7 @@ impl End {
             .map_err(|error| Failure::new(format!("{name} reported `{report}`: {error}")))
     }
 
-    /// Ends it with no chance to report.
+    /// Kills it, without a report.
     pub(super) fn kill(self) -> Result<(), Failure> {
         self.process.kill()
     }

@@ -1,8 +1,8 @@
-//! What a reader must know of the machine to understand the figures.
+//! The properties of the machine that the figures depend on.
 
 use serde::Serialize;
 
-/// The machine. What it does not tell is absent.
+/// The machine. Unknown properties are absent.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub(in crate::bench) struct Machine {
     pub(super) cores: usize,

@@ -1,26 +1,26 @@
-//! What one run showed, and what several runs show together: their medians.
+//! The results of one run, and the medians of several runs.
 
 use estimation::quantile::median;
 use serde::Serialize;
 
 use super::case::Case;
 
-/// Who sends and receives.
+/// The measured implementation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Peers {
     /// This program.
     Stillmap,
-    /// `ddsperf`, the measuring tool of Cyclone DDS.
+    /// `ddsperf`, the benchmark of Cyclone DDS.
     CycloneDds,
 }
 
-/// What one end took.
+/// The resources that one end used.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
 pub(super) struct Cost {
-    /// Of one core.
+    /// CPU time as a share of one core.
     pub(super) cpu_percent: f64,
-    /// The most memory that it held.
+    /// The peak memory.
     pub(super) rss_peak_bytes: Option<u64>,
 }
 
@@ -29,9 +29,9 @@ pub(super) struct Cost {
 pub(super) struct Measurement {
     pub(super) published: u64,
     pub(super) received: u64,
-    /// Messages that came after a later one; absent where the tool does not tell.
+    /// Messages received after a later one; absent where the tool does not report them.
     pub(super) out_of_order: Option<u64>,
-    /// The rate that the sender kept.
+    /// The achieved rate of the sender.
     pub(super) sent_hz: f64,
     pub(super) latency_median_ms: Option<f64>,
     pub(super) latency_p99_ms: Option<f64>,
@@ -39,12 +39,12 @@ pub(super) struct Measurement {
     pub(super) subscriber: Cost,
     /// The receive buffer of a socket; absent where nothing is sent.
     pub(super) buffer_bytes: Option<usize>,
-    /// Whether a message of this size arrives whole with that buffer.
+    /// Whether a message of this size arrives completely with that buffer.
     pub(super) expected_whole: bool,
 }
 
 impl Measurement {
-    /// The share of the published messages that came; of none, none is missing.
+    /// The share of the published messages that were received; 1 where none was published.
     pub(super) fn delivered(&self) -> f64 {
         if self.published == 0 { 1.0 } else { self.received as f64 / self.published as f64 }
     }

@@ -11,12 +11,12 @@ use super::measurement::{Cost, Measurement};
 use super::place::Place;
 use robot::Failure;
 
-/// Finding each other takes a fraction of a second; on a machine that is busy elsewhere, more.
+/// The timeout of discovery, which takes a fraction of a second, and more on a busy machine.
 pub(super) const LONGEST_DISCOVERY: Duration = Duration::from_secs(30);
-/// How long the sending end stays after its last message: what is underway arrives, what was lost is
+/// How long the sending end runs after its last message, so that messages in transit arrive and lost ones are
 /// sent again.
 const LINGER_S: f64 = 1.0;
-/// What a message has besides its payload, in bytes, rounded up.
+/// The size of a message without its payload, in bytes, rounded up.
 const ENVELOPE: usize = 128;
 
 /// Measures a case.
@@ -32,12 +32,12 @@ pub(super) fn run(case: &Case, seconds: f64, place: &Place) -> Result<Measuremen
     let mut publisher =
         End::start(place, "the publishing end", &publishing("publish", case, seconds))?;
     publisher.wait(longest)?;
-    // It is told to end while nothing can be underway any more.
+    // It is stopped when no message is in transit.
     let subscribe = subscriber.finish()?;
     Ok(measurement(case, &publisher.finish()?, &subscribe))
 }
 
-/// The command line of a publishing end that begins when it has found a subscriber.
+/// The command line of a publishing end that begins when it has discovered a subscriber.
 pub(super) fn publishing(command: &str, case: &Case, seconds: f64) -> Vec<String> {
     let mut line = vec![command.to_owned(), "--wait".to_owned()];
     line.extend(publishing_at_once(case, seconds));
@@ -45,7 +45,7 @@ pub(super) fn publishing(command: &str, case: &Case, seconds: f64) -> Vec<String
     line
 }
 
-/// What every publishing end is told.
+/// The arguments of every publishing end.
 pub(super) fn publishing_at_once(case: &Case, seconds: f64) -> Vec<String> {
     let mut line: Vec<String> = ["--topic", "image"].map(str::to_owned).to_vec();
     line.extend(["--bytes".to_owned(), case.payload_bytes.to_string()]);
@@ -55,7 +55,7 @@ pub(super) fn publishing_at_once(case: &Case, seconds: f64) -> Vec<String> {
     line
 }
 
-/// The command line of a subscribing end, which runs until it is told to end.
+/// The command line of a subscribing end, which runs until it is stopped.
 pub(super) fn subscribing(case: &Case) -> Vec<String> {
     let mut line: Vec<String> =
         ["subscribe", "--topic", "image", "--seconds"].map(str::to_owned).to_vec();
@@ -69,7 +69,7 @@ fn reliability(case: &Case) -> Option<String> {
 }
 
 fn measurement(case: &Case, publish: &PublishReport, subscribe: &SubscribeReport) -> Measurement {
-    // One that has received a message or none has no span of its own.
+    // With no message or one there is no time span.
     let (cpu_s, span_s) = if subscribe.received > 1 {
         (subscribe.active_cpu_s, subscribe.active_s)
     } else {

@@ -1,10 +1,10 @@
-//! What a process writes, read while it runs: a pipe that nobody reads fills up and stops its writer.
+//! Reads the output of a process while it runs: a pipe that is not read fills up and blocks its writer.
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read};
 use std::thread::JoinHandle;
 
-/// The longest line that is read; what follows on it is another line.
+/// The longest line; the rest of a longer one is read as another line.
 const LONGEST_LINE: u64 = 64 << 10;
 
 /// Folds the lines of a pipe into a value, on a thread of its own.
@@ -23,7 +23,7 @@ impl<T: Default + Send + 'static> Lines<T> {
                 let mut folded = T::default();
                 let mut pipe = BufReader::new(pipe);
                 let mut line = Vec::new();
-                // What is read of a pipe that breaks is all there is to know of it.
+                // A broken pipe ends the output.
                 while let Ok(1..) = pipe.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line) {
                     take(&mut folded, String::from_utf8_lossy(&line).trim_end());
                     line.clear();
@@ -34,13 +34,13 @@ impl<T: Default + Send + 'static> Lines<T> {
         Self { reader }
     }
 
-    /// Waits for the end of the pipe. To be called once the process has ended.
+    /// Waits for the end of the pipe. Call it after the process has ended.
     pub(super) fn finish(self) -> T {
         self.reader.and_then(|reader| reader.join().ok()).unwrap_or_default()
     }
 }
 
-/// Lines that are kept to say why a process failed.
+/// The number of lines that are kept for the error message of a failed process.
 const LAST_LINES: usize = 5;
 
 /// The last lines of a pipe.

@@ -1,5 +1,5 @@
-//! Where a run takes place: a DDS domain and a namespace of its own, so that runs do not meet each other
-//! or anything else on the machine.
+//! The DDS domain and namespace of a run, which separate it from other runs and from other
+//! programs on the machine.
 
 use std::process::{Command, Stdio};
 
@@ -7,11 +7,11 @@ use super::case::Mode;
 use robot::Failure;
 use robot::Process;
 
-/// Domains for runs: above 0, where robots are, and below those whose ports reach into the range that
-/// Linux gives to other sockets.
+/// The domains of runs: above 0, which robots use, and below those whose ports overlap with the ephemeral ports of
+/// Linux.
 const DOMAINS: u32 = 100;
 
-/// A place.
+/// A domain and a namespace.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     pub(super) domain: u32,
@@ -21,7 +21,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// A place for the run of this number.
+    /// Those of the run with this number.
     pub(super) fn new(run: u32, mode: Mode, buffer_kib: Option<u32>) -> Self {
         let process = std::process::id();
         let domain = 1 + process.wrapping_mul(13).wrapping_add(run) % DOMAINS;
@@ -48,7 +48,7 @@ impl Place {
         command
             .env("ROS_DOMAIN_ID", self.domain.to_string())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", range)
-            // It would win over the range.
+            // It would take precedence over the discovery range.
             .env_remove("ROS_LOCALHOST_ONLY")
             .env_remove("ROS_STATIC_PEERS");
         if let Some(kib) = self.buffer_kib {

@@ -1,4 +1,4 @@
-//! What memory and age do over a long time, when all goes well and when a reader does not do its part.
+//! Memory and message age over a long time, with a normal reader and with one that crashes, is slow or absent.
 
 use std::time::{Duration, Instant};
 
@@ -16,32 +16,32 @@ use super::table::render;
 use robot::Failure;
 use robot::Progress;
 
-/// What each end may hold.
+/// The memory limit of each end.
 const MEMORY_BOUND_BYTES: u64 = 200_000_000;
-/// How old a message may be when a slow reader with a depth of 1 takes it.
+/// The accepted age of a message when a slow reader with a depth of 1 takes it.
 const AGE_BOUND_MS: f64 = 100.0;
-/// How long a slow reader works on a message.
+/// The processing time of a slow reader.
 const SLOW_MS: u32 = 300;
-/// How often a reader crashes; in a shorter run, three times.
+/// The time between crashes of a reader; in a shorter run there are three crashes.
 const CRASH_PERIOD_S: f64 = 20.0;
-/// Moments at which the memory is noted, so that one sees whether it grows.
+/// The number of memory samples, which show whether it grows.
 const MOMENTS: u32 = 30;
 
-/// What happens.
+/// The scenario.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Scenario {
-    /// A publisher and a subscriber that does its part
+    /// A publisher and a normal subscriber
     Steady,
-    /// Beside that subscriber another one, which is killed every 20 s and started anew
+    /// A second subscriber, which is killed and restarted every 20 s
     ReaderCrash,
-    /// A subscriber of depth 1 that works 300 ms on each message
+    /// A subscriber of depth 1 that processes each message for 300 ms
     SlowReader,
-    /// Nobody subscribes
+    /// No subscriber
     NoReader,
 }
 
-/// The memory at one moment.
+/// The memory at one time.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub(super) struct MemoryAt {
     pub(super) s: f64,
@@ -49,7 +49,7 @@ pub(super) struct MemoryAt {
     pub(super) subscriber_bytes: Option<u64>,
 }
 
-/// What a scenario showed.
+/// The result of a scenario.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub(super) struct ScenarioReport {
     pub(super) scenario: Scenario,
@@ -58,18 +58,18 @@ pub(super) struct ScenarioReport {
     pub(super) seconds: f64,
     pub(super) publish: PublishReport,
     pub(super) subscribe: Option<SubscribeReport>,
-    /// How often the other reader was killed.
+    /// The number of times the other reader was killed.
     pub(super) crashes: u32,
-    /// The most memory that one of the killed readers held.
+    /// The peak memory of the killed readers.
     pub(super) crashed_rss_peak_bytes: Option<u64>,
     pub(super) memory: Vec<MemoryAt>,
-    /// Whether all ends stayed within the bound; absent where the system does not tell.
+    /// Whether all ends stayed within the limit; absent where the system does not report it.
     pub(super) within_memory: Option<bool>,
-    /// Whether all that was taken was young enough; absent where that was not asked.
+    /// Whether the age of all messages was accepted; absent where it is not checked.
     pub(super) within_age: Option<bool>,
 }
 
-/// Plays a scenario.
+/// Runs a scenario.
 pub(super) fn run(
     scenario: Scenario,
     case: &Case,
@@ -151,7 +151,7 @@ impl Play<'_> {
         Ok(())
     }
 
-    /// Follows the run until the publisher ends by itself.
+    /// Waits until the publisher ends.
     fn watch(
         &mut self,
         scenario: Scenario,
@@ -208,7 +208,7 @@ impl Play<'_> {
     }
 
     fn note_crashing(&mut self) {
-        // One that is killed cannot report.
+        // A killed process cannot report.
         let usage = self.crashing.as_ref().and_then(|end| Usage::of(end.id()));
         let peak = usage.and_then(|usage| usage.rss_peak_bytes);
         self.crashed_rss_peak_bytes = self.crashed_rss_peak_bytes.max(peak);

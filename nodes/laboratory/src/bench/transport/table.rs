@@ -1,9 +1,9 @@
-//! The figures as a table that a terminal shows and a page takes over.
+//! The figures as a table for a terminal or a Markdown page.
 
 use super::machine::Machine;
 use super::measurement::{Cost, Peers, Row};
 
-/// A table of text: its first line names the columns, which are aligned at the right.
+/// A text table with the names of the columns in its first line, aligned to the right.
 pub(in crate::bench) fn render(lines: &[Vec<String>]) -> String {
     let columns = lines.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
@@ -23,7 +23,7 @@ pub(in crate::bench) fn render(lines: &[Vec<String>]) -> String {
     text
 }
 
-/// The figures, a line a case; the lines of one case stand together.
+/// The figures, one line per case and implementation.
 pub(super) fn of_rows(rows: &[Row]) -> String {
     let mut lines = vec![
         [
@@ -77,7 +77,7 @@ fn megabytes(cost: Cost) -> String {
     cost.rss_peak_bytes.map_or_else(|| "-".to_owned(), in_megabytes)
 }
 
-/// The machine, in a line.
+/// The machine, in one line.
 pub(in crate::bench) fn of_machine(machine: &Machine) -> String {
     let mut parts = vec![format!("{} cores", machine.cores)];
     if let Some(processor) = &machine.processor {

@@ -1,8 +1,8 @@
-//! What `ddsperf` 0.10 prints, folded line by line.
+//! Parser of the output of `ddsperf` 0.10, line by line.
 
 use estimation::quantile::median;
 
-/// What a subscribing `ddsperf` has counted: `... size 614400 total 180 lost 0 delta 30 ...`.
+/// The counts of a subscribing `ddsperf`: `... size 614400 total 180 lost 0 delta 30 ...`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Counted {
     pub(super) received: u64,
@@ -10,12 +10,12 @@ pub(super) struct Counted {
 }
 
 impl Counted {
-    /// Takes a line; the counts are those since the start, so the last ones stand.
+    /// Adds a line; the counts are cumulative, so that the last ones are valid.
     pub(super) fn take(&mut self, line: &str) {
         let words: Vec<&str> = line.split_whitespace().collect();
         let Some(at) = words.iter().position(|word| *word == "total") else { return };
         let value = |offset: usize| words.get(at + offset)?.parse().ok();
-        // A line on pings that timed out has a total as well, but loses nothing.
+        // A line about timed-out pings has a total as well, but no losses.
         if words.get(at + 2) == Some(&"lost")
             && let (Some(received), Some(lost)) = (value(1), value(3))
         {
@@ -24,8 +24,8 @@ impl Counted {
     }
 }
 
-/// What a publishing `ddsperf` has told: its rate, `... 30/s 412u | ...`, and how long pings took,
-/// `... mean 786us min ... 50% 762.690us ... 99% 1122.295us max ... cnt 10`; a line of each a second.
+/// The output of a publishing `ddsperf`: its rate, `... 30/s 412u | ...`, and the round-trip time of pings,
+/// `... mean 786us min ... 50% 762.690us ... 99% 1122.295us max ... cnt 10`; one line of each per second.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Told {
     rates_hz: Vec<f64>,
@@ -33,7 +33,7 @@ pub(super) struct Told {
     p99_us: f64,
 }
 
-/// A line a second: more than a day's are not kept.
+/// One line per second: those of a day are kept.
 const MOST_LINES: usize = 86_400;
 
 impl Told {
@@ -58,7 +58,7 @@ impl Told {
         }
     }
 
-    /// The rate of most seconds.
+    /// The median rate.
     pub(super) fn rate_hz(&self) -> Option<f64> {
         median(self.rates_hz.iter().copied())
     }
@@ -68,7 +68,7 @@ impl Told {
         median(self.medians_us.iter().copied()).map(|micros| micros / 1e3)
     }
 
-    /// The largest of what 99 % of each second stayed below.
+    /// The largest 99th percentile of a second.
     pub(super) fn latency_p99_ms(&self) -> Option<f64> {
         (!self.medians_us.is_empty()).then_some(self.p99_us / 1e3)
     }
