@@ -1,4 +1,4 @@
-//! `stillmap demo`: the main job on a simulated room, with nothing at hand but this program.
+//! `stillmap demo`: the whole pipeline on a simulated room, without any other files.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ use robot::{Failure, Interrupt, Outcome, refuse_to_replace};
 #[command(after_help = "Example:
   stillmap demo --out /tmp/demo")]
 pub struct DemoArgs {
-    /// Where the bag, the map, the pictures and the report go
+    /// The folder for the bag, the map, the pictures and the report
     #[arg(short, long, value_name = "DIR", default_value = "stillmap-demo")]
     out: PathBuf,
     /// Seed of the sensors' noise

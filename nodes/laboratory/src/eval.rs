@@ -10,18 +10,18 @@ use clap::Subcommand;
 
 use robot::{Failure, Outcome};
 
-/// What is scored.
+/// The kind of result.
 #[derive(Subcommand, Debug)]
 pub enum EvalArgs {
-    /// LiDAR odometry on a sequence of KITTI: drift, ATE, and the road thesis' tables beside ours
+    /// LiDAR odometry on a sequence of KITTI: drift, ATE, and a comparison with the road thesis' tables
     Kitti(kitti::KittiArgs),
     /// A map against the empty scene: correlation by localised views, accuracy, completeness, F-score
     Map(map::MapArgs),
-    /// Detection on scans alone: zones where labelled legs move, and where nobody is
+    /// Detection on scans alone: zones with and without labelled moving legs
     Scans(scans::ScansArgs),
     /// An estimated trajectory against a reference: ATE, RPE, KITTI drift, coverage
     Trajectory(trajectory::TrajectoryArgs),
-    /// SLAM and odometry on sequences of TUM RGB-D, run after run, with the PL-SLAM thesis' tables beside ours
+    /// SLAM and odometry on sequences of TUM RGB-D, over several runs, with a comparison with the PL-SLAM thesis' tables
     Tum(tum::TumArgs),
 }
 

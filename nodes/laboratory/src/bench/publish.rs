@@ -40,7 +40,7 @@ pub struct PublishArgs {
     /// Messages per second
     #[arg(long, value_parser = rate)]
     hz: f64,
-    /// How long to run; with --count, at most
+    /// How long to run; with --count, the time until the end of the process
     #[arg(long, group = "length", value_parser = seconds)]
     seconds: Option<Duration>,
     /// The number of messages to publish

@@ -1,5 +1,5 @@
-//! `stillmap eval kitti`: LiDAR odometry against true poses, by the rules of KITTI and by those of the road thesis, with the
-//! thesis' own variants beside ours.
+//! `stillmap eval kitti`: LiDAR odometry against ground-truth poses, by the rules of KITTI and by those of the road thesis, with
+//! the thesis' variants for comparison.
 
 mod published;
 mod score;
@@ -27,7 +27,7 @@ use robot::lidar::{LidarArgs, LidarSource, Sensed};
 use robot::{Failure, Interrupt, Outcome, refuse_to_replace};
 use variant::{Follow, Variant};
 
-/// Where the data set is had.
+/// The source of the data set.
 const HOW_TO_GET: &str = "sequence 07 of KITTI's odometry benchmark is at https://www.cvlibs.net/datasets/kitti/eval_odometry.php \
 (free, after registering): data_odometry_velodyne.zip (80 GB), data_odometry_calib.zip and data_odometry_poses.zip, unpacked into one \
 folder; then `stillmap eval kitti dataset/sequences/07`";
@@ -43,13 +43,13 @@ folder; then `stillmap eval kitti dataset/sequences/07`";
 DIR holds velodyne/ with numbered .bin files, calib.txt and, in ../../poses, the true poses. A bag with a LiDAR and true poses on
 /truth/pose does, too. Drift is by KITTI's rules over 100 .. 800 m; of a shorter way over its tenths.")]
 pub struct KittiArgs {
-    /// A sequence of KITTI, or a bag with a LiDAR and its truth
+    /// A sequence of KITTI, or a bag with a LiDAR and its ground truth
     #[arg(value_name = "DIR")]
     recording: PathBuf,
-    /// Trajectories to be scored beside ours: KITTI's twelve numbers a line, of the scanner; or TUM's form
+    /// Further trajectories to score: of the scanner, in KITTI's format (twelve numbers per line) or in TUM's
     #[arg(long, value_name = "FILE")]
     estimate: Vec<PathBuf>,
-    /// Which are run; `none` for the given trajectories alone
+    /// The variants to run; `none` for the given trajectories alone
     #[arg(
         long,
         value_enum,
@@ -58,18 +58,18 @@ pub struct KittiArgs {
 gicp-rays-18,gicp-rays-14,gicp-rays-10,gicp-rays-6,gicp-ground"
     )]
     variants: Vec<Variant>,
-    /// Only so many of the first scans
+    /// Use only this many scans from the start
     #[arg(long, value_name = "N")]
     first: Option<usize>,
-    /// Threads that work on a scan; their number changes no pose
+    /// Threads per scan; their number changes no pose
     #[arg(long, value_name = "N", default_value_t = NonZeroUsize::new(2).unwrap_or(NonZeroUsize::MIN))]
     threads: NonZeroUsize,
     #[command(flatten)]
     lidar: LidarArgs,
-    /// Where the trajectories go, one a variant, in KITTI's form
+    /// The folder for the trajectories, one per variant, in KITTI's format
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace trajectories in that folder
+    /// Replace existing trajectories in that folder
     #[arg(long, requires = "out")]
     overwrite: bool,
     /// Print the figures as JSON
@@ -77,11 +77,11 @@ gicp-rays-18,gicp-rays-14,gicp-rays-10,gicp-rays-6,gicp-ground"
     json: bool,
 }
 
-/// What came of it.
+/// The result.
 #[derive(Serialize, Debug)]
 struct Evaluation {
     figures: Vec<Figures>,
-    /// Of the thesis' table 4.2, besides the transform.
+    /// The stages of the thesis' table 4.2, without the transform.
     stages: StageMs,
     scans: usize,
     true_poses: usize,
@@ -111,7 +111,7 @@ pub(crate) fn run(args: &KittiArgs) -> Result<Outcome, Failure> {
 fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
     if !args.recording.exists() {
         return Err(
-            Failure::new(format!("{} is not there", args.recording.display())).fix(HOW_TO_GET)
+            Failure::new(format!("{} does not exist", args.recording.display())).fix(HOW_TO_GET)
         );
     }
     let source = LidarSource::open(&args.recording, &args.lidar)
@@ -150,7 +150,7 @@ fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
     })?;
     progress.finish();
     if truth.is_empty() {
-        return Err(Failure::new("the recording has no true poses".to_owned()).fix(format!(
+        return Err(Failure::new("the recording has no ground-truth poses".to_owned()).fix(format!(
             "KITTI's are ../../poses/NN.txt beside the sequence, with its calib.txt; {HOW_TO_GET}"
         )));
     }

@@ -1,4 +1,4 @@
-//! `stillmap eval map`: how alike a map and the empty scene are.
+//! `stillmap eval map`: comparison of a map with the empty scene.
 
 use std::path::{Path, PathBuf};
 
@@ -32,10 +32,10 @@ pub struct MapArgs {
     /// The empty scene in the same frame: a .ply or .pcd file, or a bag that has it on /truth/empty_scene
     #[arg(long = "ref", value_name = "FILE")]
     reference: PathBuf,
-    /// The edge of the voxels that both are reduced to
+    /// Edge of the voxels to which both are reduced
     #[arg(long, value_name = "METRES", default_value_t = 0.08)]
     edge: f64,
-    /// Points nearer than this are the same; the edge where it is not given
+    /// Points nearer than this match [default: the edge]
     #[arg(long, value_name = "METRES")]
     tolerance: Option<f64>,
     /// Print JSON
@@ -43,7 +43,7 @@ pub struct MapArgs {
     json: bool,
 }
 
-/// What is printed.
+/// The printed result.
 #[derive(Serialize)]
 pub(crate) struct MapScore {
     edge_m: f64,
@@ -86,11 +86,11 @@ fn extension(path: &Path) -> String {
 }
 
 fn read_reference(path: &Path) -> Result<Vec<Point3<f32>>, Failure> {
-    // A folder may be a bag of several files.
+    // A folder may be a bag with several files.
     if extension(path) == "mcap" || path.is_dir() { empty_scene_of_bag(path) } else { read(path) }
 }
 
-/// The cloud that a bag has of its scene without what moves.
+/// The cloud of the empty scene in a bag.
 fn empty_scene_of_bag(path: &Path) -> Result<Vec<Point3<f32>>, Failure> {
     let unusable = |error: &dyn std::error::Error| {
         Failure::new(format!("{} on {TRUE_EMPTY_SCENE}: {error}", path.display()))
@@ -109,8 +109,11 @@ fn read(path: &Path) -> Result<Vec<Point3<f32>>, Failure> {
         "ply" => ply::decode,
         "pcd" => pcd::decode,
         _ => {
-            return Err(Failure::new(format!("{} is no cloud that is known", path.display()))
-                .fix("its name must end in .ply or .pcd"));
+            return Err(Failure::new(format!(
+                "{} is not a cloud of a known format",
+                path.display()
+            ))
+            .fix("its name must end in .ply or .pcd"));
         }
     };
     let bytes = std::fs::read(path)
@@ -213,7 +216,7 @@ mod tests {
         assert!(error.contains("room.mcap has no cloud on /truth/empty_scene"), "{error}");
         assert!(error.contains(".ply or .pcd"), "{error}");
         // The map itself is a file.
-        assert!(read(&bag).unwrap_err().to_string().contains("no cloud that is known"));
+        assert!(read(&bag).unwrap_err().to_string().contains("not a cloud of a known format"));
         let missing = read_reference(&folder.path().join("none.mcap")).unwrap_err().to_string();
         assert!(missing.contains("none.mcap"), "{missing}");
         let neither = read_reference(Path::new("room.csv")).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! `stillmap eval scans`: detection on the scans of a bag alone, against labelled legs where there are any.
+//! `stillmap eval scans`: detection on the scans of a bag alone, scored by labelled legs where there are any.
 
 mod labels;
 
@@ -24,7 +24,7 @@ use robot::{Failure, Outcome, refuse_to_replace};
 
 /// The frame of the poses that are not in the bag.
 const ODOM_FRAME: &str = "odom";
-/// Poses that are kept of a bag: hours at a camera's rate.
+/// The maximum number of poses of a bag: hours at a camera's rate.
 const POSES_KEPT: usize = 1 << 20;
 
 /// Arguments of `stillmap eval scans`.
@@ -37,14 +37,14 @@ pub struct ScansArgs {
     /// The LaserScan topic
     #[arg(long, value_name = "TOPIC")]
     scan: String,
-    /// A PoseArray topic with a place for each leg, in the frame of the scan; one without a stamp belongs to the
+    /// A PoseArray topic with the position of each leg, in the frame of the scan; a message without a stamp belongs to the
     /// scan that follows it in the bag
     #[arg(long, value_name = "TOPIC")]
     labels: Option<String>,
-    /// Another bag that has the labels: of the scans with their stamps, or, without, with that of the scan that follows
+    /// Another bag with the labels, of the scan with the same stamp or, without a stamp, of the scan that follows
     #[arg(long, value_name = "BAG", requires = "labels")]
     labels_from: Option<PathBuf>,
-    /// Where the platform's pose comes from
+    /// The source of the platform's pose
     #[arg(long, value_enum, default_value_t = Odometry::Still)]
     odometry: Odometry,
     /// Write the poses to this file, in the format of the TUM benchmark, for `stillmap eval trajectory`
@@ -53,7 +53,7 @@ pub struct ScansArgs {
     /// The PoseStamped topic of `--odometry bag`
     #[arg(long, value_name = "TOPIC", default_value = "/pose")]
     pose: String,
-    /// How much of the scan is looked at, about its x axis
+    /// The used part of the scan, around its x axis
     #[arg(long, value_name = "DEGREES", default_value_t = 360.0)]
     aperture_deg: f64,
     #[command(flatten)]
@@ -63,19 +63,19 @@ pub struct ScansArgs {
     json: bool,
 }
 
-/// Where the platform's pose comes from.
+/// The source of the platform's pose.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Odometry {
-    /// The platform stands still
+    /// The platform does not move
     Still,
     /// From a topic of the bag
     Bag,
-    /// From the scans themselves
+    /// Scan odometry
     Scans,
 }
 
-/// What is printed.
+/// The printed result.
 #[derive(Serialize)]
 struct Printed {
     method: &'static str,
@@ -84,7 +84,7 @@ struct Printed {
     score: ScanZoneScore,
     /// Scans that could not be used.
     unusable: usize,
-    /// Messages of labels that belong to no scan of the bag.
+    /// Messages of labels without a scan in the bag.
     labels_of_no_scan: usize,
 }
 
@@ -131,7 +131,7 @@ pub(crate) fn run(args: &ScansArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// Odometry of a scanner that turns as detection has it.
+/// Scan odometry with detection's configuration of the scanner.
 fn scan_odometry(config: &DetectionConfig) -> Result<ScanOdometry, Failure> {
     let beam_order = config.free_space.beam_order;
     let config = ScanOdometryConfig { beam_order, ..ScanOdometryConfig::default() };
@@ -142,20 +142,20 @@ fn failure(error: impl std::fmt::Display) -> Failure {
     Failure::new(error.to_string())
 }
 
-/// Detection at its work on scans without a cloud.
+/// Detection on scans without clouds.
 struct Watch<'a> {
     args: &'a ScansArgs,
     detector: Detector,
     rig_from_lidar: [f64; 6],
     poses: PoseBuffer,
     scan_odometry: ScanOdometry,
-    /// Scans whose pose has not come.
+    /// Scans that wait for their pose.
     waiting: Vec<(Scan, Option<Vec<Point3<f64>>>)>,
     labels: Labels,
     scans: Vec<LabelledScan>,
     unusable: usize,
     first: Option<Stamp>,
-    /// The poses, a line each.
+    /// The poses, one line each.
     trajectory: String,
 }
 
@@ -186,18 +186,18 @@ impl<'a> Watch<'a> {
     fn take(&mut self, message: &BagMessage) -> Result<(), Failure> {
         if message.is_on(&self.args.scan) {
             let scan = message.decode::<LaserScan>().map_err(failure)?;
-            // Those of a scan that cannot be used are not of the next.
+            // The labels of an unusable scan are not those of the next one.
             let labels = self.labels.of(convert::stamp_from_time(scan.header.stamp));
             match convert::scan_from_message(&scan) {
                 Ok(scan) => self.waiting.push((scan, labels)),
                 Err(_) => self.unusable += 1,
             }
         } else if self.args.labels.as_deref().is_some_and(|topic| message.is_on(topic)) {
-            // Whatever their stamps are, they are of the scan that follows.
+            // They belong to the scan that follows, whatever their stamps are.
             self.labels.take(message)?;
         } else {
             let pose = message.decode::<PoseStamped>().map_err(failure)?;
-            // One that is out of order is of no use.
+            // A pose out of order is not used.
             let _ = self.poses.push(convert::pose_from_message(&pose).map_err(failure)?);
         }
         if self.args.odometry != Odometry::Bag {
@@ -206,7 +206,7 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// Takes the scans that wait.
+    /// Processes the waiting scans.
     fn step_all(&mut self) {
         for (scan, labels) in std::mem::take(&mut self.waiting) {
             self.step(&scan, labels);
@@ -235,7 +235,7 @@ impl<'a> Watch<'a> {
         };
         let ((secs, nanos), place) = (stamp.secs_nanos(), map_from_rig.translation.vector);
         let turn = map_from_rig.rotation.coords;
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(
             self.trajectory,
             "{secs}.{nanos:09} {} {} {} {} {} {} {}",
@@ -311,7 +311,9 @@ fn print(printed: &Printed) -> Result<(), Failure> {
         ))?;
     }
     if *labels_of_no_scan > 0 {
-        console::print(format_args!("{labels_of_no_scan} messages of labels are of no scan here"))?;
+        console::print(format_args!(
+            "{labels_of_no_scan} messages of labels belong to no scan of the bag"
+        ))?;
     }
     Ok(())
 }

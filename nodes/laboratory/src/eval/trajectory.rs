@@ -22,7 +22,7 @@ use self::source::{Read, Source};
 use robot::console;
 use robot::{Failure, Outcome, refuse_to_replace};
 
-/// The true poses on a topic of a bag, or on the only one with poses; `option` is the one that chooses it.
+/// The ground-truth poses on a topic of a bag, or on the only one with poses; `option` is the argument for the topic.
 pub(super) fn true_poses_of_bag(
     path: &Path,
     topic: Option<&str>,
@@ -45,17 +45,17 @@ of the parts of the reference that the estimate does not cover: look at the cove
 pub struct TrajectoryArgs {
     /// The estimate: a TUM, KITTI or EuRoC file, or a bag
     estimate: PathBuf,
-    /// The reference, in any of these forms
+    /// The reference, in any of these formats
     #[arg(long = "ref", value_name = "FILE")]
     reference: PathBuf,
-    /// The topic of the estimate, where it is a bag: PoseStamped, PoseWithCovarianceStamped, Odometry, or
+    /// The topic of the estimate in a bag: PoseStamped, PoseWithCovarianceStamped, Odometry, or
     /// /tf:PARENT:CHILD
     #[arg(long, value_name = "TOPIC")]
     est_topic: Option<String>,
-    /// The topic of the reference, where it is a bag
+    /// The topic of the reference in a bag
     #[arg(long, value_name = "TOPIC")]
     ref_topic: Option<String>,
-    /// The stamps of the frames of KITTI files, a line for each, in seconds
+    /// The stamps of the frames of KITTI files, one per line, in seconds
     #[arg(long, value_name = "FILE")]
     times: Option<PathBuf>,
     #[command(flatten)]
@@ -63,7 +63,7 @@ pub struct TrajectoryArgs {
     /// Write score.html and score.json into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace them where they are there
+    /// Replace existing ones
     #[arg(long, requires = "out")]
     overwrite: bool,
     /// Print JSON
@@ -71,7 +71,7 @@ pub struct TrajectoryArgs {
     json: bool,
 }
 
-/// What is printed as JSON.
+/// The result as JSON.
 #[derive(Serialize)]
 struct Printed<'a> {
     estimate_file: String,

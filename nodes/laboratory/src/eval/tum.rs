@@ -1,5 +1,5 @@
-//! `stillmap eval tum`: sequences of the TUM RGB-D benchmark followed again and again, with the PL-SLAM thesis' Tables 4 to 16
-//! beside ours.
+//! `stillmap eval tum`: repeated runs on sequences of the TUM RGB-D benchmark, compared with the PL-SLAM thesis' Tables 4 to
+//! 16.
 
 mod follow;
 mod published;
@@ -20,7 +20,7 @@ use robot::import::tum::parse_intrinsics;
 use robot::{Failure, Outcome};
 use sequence::{Pairing, Sequence};
 
-/// Where the data set is had.
+/// The source of the data set.
 const HOW_TO_GET: &str = "the sequences are at https://cvg.cit.tum.de/data/datasets/rgbd-dataset/download, an archive each; tar -xzf unpacks it";
 
 /// Arguments of `stillmap eval tum`.
@@ -39,28 +39,28 @@ those of all images that have a pose (ATE after the best rigid alignment); the t
 the raw images to the pose. Odometry and inline, the run's number is the seed of what is drawn at random; in the background, images
 come as fast as they were taken, and what the map has done by then differs from run to run. accelerometer.txt is not used.")]
 pub struct TumArgs {
-    /// Sequences, or folders of sequences; bags are sequences, too
+    /// Sequences or bags, or folders of sequences
     #[arg(value_name = "SEQUENCE", required = true)]
     folders: Vec<PathBuf>,
-    /// How often each is followed, in each way
+    /// The number of runs on each sequence, in each mode
     #[arg(long, value_name = "N", default_value = "10")]
     runs: NonZeroU64,
-    /// The ways
+    /// The modes
     #[arg(long, value_enum, value_delimiter = ',', default_value = "odometry,inline,background")]
     modes: Vec<Mode>,
-    /// Only so many of the first pairs of images
+    /// Use only this many pairs of images from the start
     #[arg(long, value_name = "N")]
     first: Option<usize>,
-    /// Images of a pair are no farther apart
+    /// The largest time difference of the images of a pair
     #[arg(long, value_name = "SECONDS", default_value_t = 0.02)]
     max_pair_gap: f64,
-    /// A pose and the true one beside it are no farther apart
+    /// The largest time difference of a pose and the matched ground-truth pose
     #[arg(long, value_name = "SECONDS", default_value_t = 0.02)]
     max_difference: f64,
-    /// Focal lengths and principal point in pixels, where a folder's name does not tell the camera
+    /// Focal lengths and principal point in pixels, where a folder's name does not contain the camera's
     #[arg(long, value_name = "FX,FY,CX,CY", value_parser = parse_intrinsics)]
     intrinsics: Option<[f64; 4]>,
-    /// The topic of the true pose in a bag [default: /truth/pose, or the only one with poses]
+    /// The topic of the ground-truth pose in a bag [default: /truth/pose, or the only one with poses]
     #[arg(long, value_name = "TOPIC")]
     truth: Option<String>,
     /// Print the figures as JSON
@@ -68,12 +68,12 @@ pub struct TumArgs {
     json: bool,
 }
 
-/// A sequence that was followed.
+/// The results on a sequence.
 #[derive(Serialize, Debug)]
 struct Followed {
     name: String,
     pairs: usize,
-    /// Images without depths.
+    /// Colour images without a depth image.
     alone: usize,
     scores: Vec<Score>,
     #[serde(skip)]
@@ -82,12 +82,12 @@ struct Followed {
     is_bag: bool,
 }
 
-/// The runs of one way.
+/// The runs in one mode.
 #[derive(Serialize, Debug)]
 struct Score {
     mode: Mode,
     runs: Vec<Run>,
-    /// Of all runs, under [`NUMBERS`].
+    /// The figures of all runs, in the order of [`NUMBERS`].
     #[serde(serialize_with = "by_name")]
     mean: [f64; 8],
 }
@@ -108,15 +108,15 @@ fn by_name<S: Serializer>(numbers: &[f64; 8], serializer: S) -> Result<S::Ok, S:
     serializer.collect_map(NUMBERS.iter().zip(numbers))
 }
 
-/// What is printed as JSON.
+/// The result as JSON.
 #[derive(Serialize)]
 struct Printed<'a> {
     max_pair_gap_s: f64,
     max_difference_s: f64,
     sequences: &'a [Followed],
-    /// Of the thesis' ten, those that are not there, and where they are had.
+    /// The missing sequences of the thesis' ten, with their addresses.
     absent: Vec<(&'a str, String)>,
-    /// What could not be followed, and why.
+    /// Folders that could not be read, and why.
     failures: &'a [String],
 }
 
@@ -138,7 +138,7 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
     }
     let is_absent =
         |published: &&PublishedSequence| !all.iter().any(|one| one.name == published.name);
-    // Who comes with nothing but bags has not come for the data set.
+    // With bags alone the data set is not needed.
     let has_bags_alone = !all.is_empty() && all.iter().all(|one| one.is_bag);
     let absent = tables.sequences.iter().filter(|one| !has_bags_alone && is_absent(one));
     let told: Vec<String> = failures.iter().map(ToString::to_string).collect();
@@ -164,7 +164,7 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
         }
         for published in absent {
             console::note(format_args!(
-                "{} of the thesis' ten is not there: {}",
+                "{} of the thesis' ten is missing: {}",
                 published.name,
                 published.address()
             ));
@@ -178,7 +178,7 @@ pub(crate) fn run(args: &TumArgs) -> Result<Outcome, Failure> {
     Ok(if failures.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
 }
 
-/// The sequences among these folders and in them, and what is none.
+/// The sequences among these folders and in them, and the folders without one.
 fn found(folders: &[PathBuf], tables: &Published) -> (Vec<PathBuf>, Vec<Failure>) {
     let (mut found, mut failures) = (Vec::new(), Vec::new());
     for folder in folders {
@@ -186,7 +186,7 @@ fn found(folders: &[PathBuf], tables: &Published) -> (Vec<PathBuf>, Vec<Failure>
         if Sequence::is_at(folder) {
             found.push(folder.clone());
         } else if inner.is_empty() {
-            let missing = if folder.exists() { "is no sequence" } else { "is not there" };
+            let missing = if folder.exists() { "is not a sequence" } else { "does not exist" };
             let failure = Failure::new(format!("{} {missing}", folder.display()));
             failures.push(failure.fix(how_to_get(folder, tables)));
         } else {

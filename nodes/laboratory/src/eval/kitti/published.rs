@@ -1,4 +1,4 @@
-//! The tables of the road thesis, with ours beside them.
+//! The tables of the road thesis, with our results for comparison.
 
 use robot::Failure;
 use serde::Deserialize;
@@ -16,13 +16,13 @@ static PUBLISHED: PublishedFile<Published> =
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Published {
-    /// Table 4.2, which is printed after the first of the others.
+    /// Table 4.2, which is printed second.
     stages: Vec<PublishedStage>,
     /// Tables 4.1 and 4.3 to 4.6.
     tables: Vec<PublishedTable>,
 }
 
-/// What a stage of a scan takes.
+/// The time of a stage of a scan.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PublishedStage {
@@ -31,7 +31,7 @@ struct PublishedStage {
     here: Option<Stage>,
 }
 
-/// A stage that is measured here.
+/// A stage that is measured.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Stage {
@@ -50,7 +50,7 @@ struct PublishedTable {
     rows: Vec<Row>,
 }
 
-/// A row of a published table and the variant that it is compared with.
+/// A row of a published table, with the variant for the comparison.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Row {
@@ -62,7 +62,7 @@ struct Row {
     precision_percent: Option<f64>,
 }
 
-/// The time of a stage here.
+/// The measured time of a stage.
 fn milliseconds_of(stage: Stage, ours: &StageMs, transform_ms: Option<f64>) -> Option<f64> {
     match stage {
         Stage::Read => ours.read,
@@ -74,7 +74,7 @@ fn milliseconds_of(stage: Stage, ours: &StageMs, transform_ms: Option<f64>) -> O
     }
 }
 
-/// The lines of the tables: the thesis' figure, and ours of the variant.
+/// The lines of the tables: the thesis' figure, and that of our variant.
 ///
 /// # Errors
 /// When the file of the tables cannot be read.

@@ -1,4 +1,4 @@
-//! A trajectory against the true one.
+//! The score of a trajectory against the ground truth.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use robot::Failure;
 
-/// The figures of one trajectory.
+/// The score of one trajectory.
 #[derive(Clone, Serialize, Debug)]
 pub(super) struct Figures {
     pub(super) name: String,
@@ -31,7 +31,7 @@ pub(super) struct Figures {
     pub(super) precision_percent: Option<f64>,
 }
 
-/// What is scored.
+/// The trajectory.
 pub(super) struct Candidate {
     pub(super) name: String,
     pub(super) poses: Vec<(Stamp, Isometry3<f64>)>,
@@ -39,7 +39,7 @@ pub(super) struct Candidate {
     pub(super) times_ms: Vec<f64>,
 }
 
-/// A trajectory of somebody else; one without stamps has a pose for each scan.
+/// A trajectory from a file; one without stamps has a pose for each scan.
 pub(super) fn given(path: &Path, scans: &[Stamp]) -> Result<Candidate, Failure> {
     let within = |error: String| Failure::new(error).within(path.display());
     let bytes = std::fs::read(path)
@@ -62,7 +62,7 @@ pub(super) fn given(path: &Path, scans: &[Stamp]) -> Result<Candidate, Failure> 
     Ok(Candidate { name, poses, troubles: 0, times_ms: Vec::new() })
 }
 
-/// The truth at a moment: between the poses about it.
+/// The ground truth at a time, interpolated.
 pub(super) fn at(truth: &[(Stamp, Isometry3<f64>)], stamp: Stamp) -> Option<Isometry3<f64>> {
     let after = truth.partition_point(|(of, _)| *of < stamp);
     let (to_stamp, to) = truth.get(after)?;
@@ -94,7 +94,7 @@ pub(super) fn scored(
     let estimate = stamped(&mut pairs.iter().map(|(stamp, pose, _)| (*stamp, *pose)));
     let reference = stamped(&mut pairs.iter().map(|(stamp, _, truth)| (*stamp, *truth)));
     let mut config = TrajectoryScoreConfig { alignment: Alignment::Origin, ..Default::default() };
-    // A way too short for KITTI's rules.
+    // The path is too short for KITTI's rules.
     const SHORTEST_SEGMENT_M: f64 = 100.0;
     if reference.path_m() <= SHORTEST_SEGMENT_M {
         config.segments.lengths = SegmentLengths::Scaled;

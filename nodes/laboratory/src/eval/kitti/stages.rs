@@ -1,4 +1,4 @@
-//! What the stages of the thesis' table 4.2 take here, besides the transform.
+//! The times of the stages of the thesis' table 4.2, without the transform.
 
 use std::path::Path;
 use std::time::Instant;
@@ -13,12 +13,12 @@ use nalgebra::Isometry3;
 use robot::Failure;
 use robot::lidar::RoadTiles;
 
-/// The stages that need not be timed at each scan are at one of so many.
+/// Slow stages are timed at one of this many scans.
 const EVERY: usize = 10;
-/// The edge of the drawing, half of a screen.
+/// The edge of the drawing in pixels, half of a screen.
 const DRAWING_PX: usize = 800;
 
-/// Sums of times.
+/// The sums of the times.
 pub(super) struct StageTimes {
     map: RoadMap,
     last: Instant,
@@ -48,10 +48,10 @@ impl Mean {
 }
 
 impl StageTimes {
-    /// No times yet. The tiles of the map wait in a folder of their own below `temporary`, which goes with it.
+    /// No times yet. The tiles of the map are stored in a temporary folder below `temporary`, which is removed when this is dropped.
     ///
     /// # Errors
-    /// When nothing can be written there.
+    /// When the folder cannot be created.
     pub(super) fn below(temporary: &Path) -> Result<Self, Failure> {
         let tiles = RoadTiles::below(temporary).map_err(|failure| {
             failure.fix("name a folder that can be written in the environment variable TMPDIR")
@@ -70,17 +70,17 @@ impl StageTimes {
         })
     }
 
-    /// A scan was read: as long as nothing else was done.
+    /// Ends the time of reading a scan.
     pub(super) fn has_read(&mut self) {
         self.read.since(self.last);
     }
 
-    /// A cloud was made since.
+    /// Ends the time of the cloud.
     pub(super) fn has_made_cloud(&mut self, start: Instant) {
         self.cloud.since(start);
     }
 
-    /// A scan has its pose, the last one of the way.
+    /// Adds a scan with its pose, the last one of the path.
     pub(super) fn take(
         &mut self,
         cloud: &LidarCloud,
@@ -108,12 +108,12 @@ impl StageTimes {
         Ok(())
     }
 
-    /// From now on it is read again.
+    /// Starts the time of reading the next scan.
     pub(super) fn done(&mut self) {
         self.last = Instant::now();
     }
 
-    /// The thesis' stages in its order, but for the transform and the view.
+    /// The thesis' stages in its order, without the transform and the view.
     pub(super) fn ms(&self) -> StageMs {
         StageMs {
             read: self.read.ms(),
@@ -128,13 +128,13 @@ impl StageTimes {
 /// The means, in ms.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub(super) struct StageMs {
-    /// Reading a scan, its points in rows.
+    /// Reading a scan as an organised cloud.
     pub(super) read: Option<f64>,
     /// The cloud that is registered.
     pub(super) cloud: Option<f64>,
-    /// A scan into the road map.
+    /// Adding a scan to the road map.
     pub(super) map: Option<f64>,
-    /// The drawing of the way.
+    /// Drawing the path.
     pub(super) odometry: Option<f64>,
     /// Both panoramas.
     pub(super) panoramas: Option<f64>,

@@ -1,10 +1,10 @@
-//! What is told of an evaluation.
+//! The printed result of an evaluation.
 
 use robot::Failure;
 
 use super::{Evaluation, published};
 
-/// The lines: a table of all that was scored, then the thesis' tables beside it.
+/// The lines: a table of all scores, then the comparison with the thesis' tables.
 pub(super) fn lines(evaluation: &Evaluation) -> Result<Vec<String>, Failure> {
     let Evaluation { figures, stages, scans, true_poses, way_m, .. } = evaluation;
     let mut lines = vec![format!("{scans} scans, {true_poses} true poses over {way_m:.1} m")];

@@ -15,7 +15,7 @@ fn drive(scale: f64) -> Vec<(Stamp, Isometry3<f64>)> {
     (0..1001).map(at).collect()
 }
 
-/// Their folder was one for all users, which the first one owned, and stayed.
+/// Regression: all users shared one temporary folder, which the first one owned, and which was not removed.
 #[test]
 fn the_tiles_of_the_timed_map_leave_nothing_and_what_fails_names_the_folder_to_change() {
     let temporary = tempfile::tempdir().unwrap();
@@ -37,7 +37,7 @@ fn a_drive_that_is_a_hundredth_too_long_has_the_figures_of_it() {
         times_ms: vec![3.0, 1.0, 5.0],
     };
     let figures = scored(&candidate, &drive(1.0)).unwrap();
-    // A segment ends at the first pose beyond its length.
+    // A segment ends at the first pose after its length.
     assert!((figures.translation_percent.unwrap() - 1.0).abs() < 0.01, "{figures:?}");
     assert!((figures.end_error_percent.unwrap() - 1.0).abs() < 1e-6);
     assert!((figures.precision_percent.unwrap() - 99.0).abs() < 1e-6);

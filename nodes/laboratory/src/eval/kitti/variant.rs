@@ -1,4 +1,4 @@
-//! The ways that are compared.
+//! The compared variants.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,24 +17,24 @@ use nalgebra::Isometry3;
 use super::score::Candidate;
 use robot::Failure;
 
-/// A way of following the scanner.
+/// A variant of the odometry.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(super) enum Variant {
-    /// Nothing is run
+    /// None
     None,
-    /// Our odometry, onto a local map
+    /// Our odometry, with a local map
     Ours,
-    /// Our odometry with its loops closed
+    /// Our odometry with loop closing
     OursLoops,
     /// Our odometry without the ground
     OursGround,
     /// ICP from scan to scan, point to point (table 4.1)
     Icp,
-    /// GICP from scan to scan without a guess (tables 4.1 and 4.3)
+    /// GICP from scan to scan without an initial guess (tables 4.1 and 4.3)
     GicpStanding,
-    /// GICP from scan to scan, with the previous motion for its guess (tables 4.3 and 4.6)
+    /// GICP from scan to scan, with the previous motion as the initial guess (tables 4.3 and 4.6)
     Gicp,
-    /// The same without what is as bright as the road, mean +- sigma (table 4.4)
+    /// The same without points of the road's intensity, mean +- sigma (table 4.4)
     #[value(name = "gicp-intensity-1")]
     GicpIntensity1,
     /// The same, +- 1.25 sigma (tables 4.5 and 4.6)
@@ -42,7 +42,7 @@ pub(super) enum Variant {
     /// The same, +- 1.5 sigma (table 4.4)
     #[value(name = "gicp-intensity-1.5")]
     GicpIntensity15,
-    /// The same with the upper 22 of 32 rays, or as large a share of others (table 4.4)
+    /// The same with the upper 22 of 32 rays, or the same share of others (table 4.4)
     #[value(name = "gicp-rays-22")]
     GicpRays22,
     /// The upper 18
@@ -61,7 +61,7 @@ pub(super) enum Variant {
     GicpGround,
 }
 
-/// The rays of the thesis' scanner.
+/// The number of rays of the thesis' scanner.
 const THESIS_RAYS: u16 = 32;
 
 impl Variant {
@@ -69,7 +69,7 @@ impl Variant {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Of the thesis' rays those that are kept, the upper ones.
+    /// The number of used rays of the thesis' scanner, from the top.
     fn rays(self) -> Option<u16> {
         match self {
             Self::GicpRays22 => Some(22),
@@ -81,7 +81,7 @@ impl Variant {
         }
     }
 
-    /// Of a scanner of so many rays.
+    /// Those of a scanner with this number of rays.
     fn config(self, rays: u16) -> FollowerConfig {
         let odometry_method = match self {
             Self::None | Self::Ours | Self::OursGround | Self::OursLoops => {
@@ -123,7 +123,7 @@ impl Variant {
     }
 }
 
-/// A variant on its way.
+/// A running variant.
 pub(super) struct Follow {
     variant: Variant,
     follower: Follower,
@@ -190,7 +190,7 @@ impl Follow {
         loops.take(pose.stamp, &pose.odom_from_lidar, points_m);
     }
 
-    /// As large a share of the rays as of the thesis', whatever scanner it is. Its first scan tells how many there are.
+    /// The same share of the rays as of the thesis' scanner. The first scan gives their number.
     fn fit_rays(&mut self, cloud: &LidarCloud) {
         if self.variant.rays().is_none() || !self.times_ms.is_empty() {
             return;
@@ -204,7 +204,7 @@ impl Follow {
         }
     }
 
-    /// Where the scanner was last.
+    /// The last pose of the scanner.
     pub(super) fn last(&self) -> Option<Isometry3<f64>> {
         Some(self.poses.last()?.1)
     }

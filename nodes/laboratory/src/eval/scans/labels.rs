@@ -1,7 +1,7 @@
-//! The labelled legs, and which scan they are of.
+//! The labelled legs, and their scans.
 //!
-//! Labelled recordings often hold the scans with somebody alone: who has the whole recording, too, gives detection what
-//! was there meanwhile.
+//! Labelled recordings often contain only the scans with people. With the whole recording as well, detection gets
+//! the scans in between, too.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,24 +17,24 @@ use nalgebra::{Isometry3, Point3};
 use super::failure;
 use robot::Failure;
 
-/// Labels, each at home in a scan.
+/// Labels by scan.
 #[derive(Debug, Default)]
 pub(super) struct Labels {
     rig_from_lidar: Isometry3<f64>,
-    /// Those of the scan that follows.
+    /// The labels of the scan that follows.
     of_next: Option<Vec<Point3<f64>>>,
     of_stamps: BTreeMap<Stamp, Vec<Point3<f64>>>,
-    /// Messages whose scan other labels took, or that no scan followed.
+    /// Messages whose scan already has labels, or that no scan followed.
     displaced: usize,
 }
 
 impl Labels {
-    /// Labels that come among the scans.
+    /// Labels in the same bag as the scans.
     pub(super) fn among(rig_from_lidar: Isometry3<f64>) -> Self {
         Self { rig_from_lidar, ..Self::default() }
     }
 
-    /// The labels on a topic of another bag: each is at home in the scan of its stamp, or, where it has none, of the stamp
+    /// The labels on a topic of another bag: each belongs to the scan with its stamp or, without a stamp, with the stamp
     /// of the scan that follows it there.
     pub(super) fn apart(
         rig_from_lidar: Isometry3<f64>,
@@ -67,7 +67,7 @@ impl Labels {
         self.displaced += usize::from(displaced.is_some());
     }
 
-    /// Takes the labels of the scan that follows; returns the stamp that they have themselves, where they have one.
+    /// Adds the labels of the scan that follows; returns their own stamp, where they have one.
     pub(super) fn take(&mut self, message: &BagMessage) -> Result<Option<Stamp>, Failure> {
         let labels = message.decode::<PoseArray>().map_err(failure)?;
         let places = labels.poses.iter().map(|pose| pose.position);
@@ -78,12 +78,12 @@ impl Labels {
         Ok((stamp != Stamp::default()).then_some(stamp))
     }
 
-    /// The labels of a scan, in the rig's frame; `None` where nobody has labelled it.
+    /// The labels of a scan, in the rig's frame; `None` where it has none.
     pub(super) fn of(&mut self, scan: Stamp) -> Option<Vec<Point3<f64>>> {
         self.of_next.take().or_else(|| self.of_stamps.remove(&scan))
     }
 
-    /// How many messages of labels no scan has taken.
+    /// The number of messages of labels without a scan.
     pub(super) fn left(&self) -> usize {
         self.displaced + self.of_stamps.len() + usize::from(self.of_next.is_some())
     }

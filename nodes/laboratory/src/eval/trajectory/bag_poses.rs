@@ -15,18 +15,18 @@ use msgs::tf2_msgs::TFMessage;
 use super::source::Read;
 use robot::Failure;
 
-/// The types of topics that hold one trajectory.
+/// The types of topics with one trajectory.
 const POSE_TYPES: [&str; 3] =
     [PoseStamped::TYPE_NAME, PoseWithCovarianceStamped::TYPE_NAME, Odometry::TYPE_NAME];
 
-/// A topic, and the transform on it that is looked at.
+/// A topic, and the transform on it.
 struct Wanted {
     topic: String,
     /// Parent and child of a transform of `/tf`.
     frames: Option<(String, String)>,
 }
 
-/// Reads the poses of a topic, or of the only topic with poses; `option` is the one that chooses it.
+/// Reads the poses of a topic, or of the only topic with poses; `option` is the argument for the topic.
 pub(super) fn read(path: &Path, topic: Option<&str>, option: &str) -> Result<Read, Failure> {
     let in_bag = |error: bag_player::BagError| Failure::new(error.to_string());
     let bag = Bag::open(path).map_err(in_bag)?;
@@ -71,7 +71,7 @@ impl Wanted {
     }
 }
 
-/// A name without its leading slash: topics of recordings have it, and frames of early ones.
+/// A name without its leading slash, which topics of recordings and frames of early ones have.
 fn bare(name: &str) -> &str {
     name.strip_prefix('/').unwrap_or(name)
 }
@@ -93,7 +93,7 @@ fn only_topic(topics: &[TopicInfo], path: &Path, option: &str) -> Result<Wanted,
     }
 }
 
-/// The type of the topic, which must be one that is known.
+/// The type of the topic, which must be a known one.
 fn type_of(
     topics: &[TopicInfo],
     wanted: &Wanted,
@@ -108,7 +108,7 @@ fn type_of(
     let known = POSE_TYPES.into_iter().chain([TFMessage::TYPE_NAME]);
     let Some(type_name) = known.into_iter().find(|name| *name == found.type_name) else {
         return Err(Failure::new(format!(
-            "{}: {} carries {}, which is no pose",
+            "{}: {} carries {}, which is not a pose",
             path.display(),
             wanted.topic,
             found.type_name

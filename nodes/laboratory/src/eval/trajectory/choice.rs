@@ -1,4 +1,4 @@
-//! How a trajectory is scored, as the command line has it.
+//! The arguments for the score of a trajectory.
 
 use clap::{Args, ValueEnum};
 use evaluation::trajectory::{
@@ -6,43 +6,43 @@ use evaluation::trajectory::{
     SegmentConfig, SegmentLengths, TrajectoryScoreConfig,
 };
 
-/// How the estimate is scored.
+/// The rules of the score.
 #[derive(Args, Debug)]
 pub(super) struct ScoreArgs {
-    /// What may be done to the estimate first: nothing, first poses made the same, turned about z and moved,
-    /// turned and moved, or scaled as well
+    /// The alignment of the estimate: none, of the first poses, by yaw and translation,
+    /// by rotation and translation, or with scale as well
     #[arg(long, value_enum, default_value_t = Align::Se3)]
     align: Align,
-    /// Stamps farther apart than this do not belong together (evo has 0.01, the TUM tools 0.02)
+    /// The largest time difference of matched poses (evo has 0.01, the TUM tools 0.02)
     #[arg(long, value_name = "SECONDS", default_value_t = AssociationConfig::default().max_difference_s)]
     max_difference: f64,
-    /// Added to the stamps of the estimate
+    /// Offset that is added to the stamps of the estimate
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     offset: f64,
-    /// Relative errors over stretches of this length, such as 1s, 10m, 5deg or 30frames; may be given several
+    /// Relative errors over intervals of this length, such as 1s, 10m, 5deg or 30frames; may be given several
     /// times [default: 1s and 1m]
     #[arg(long = "rpe", value_name = "LENGTH", value_parser = parse_delta)]
     deltas: Vec<Delta>,
-    /// Which stretches are looked at
+    /// The choice of the intervals
     #[arg(long, value_enum, default_value_t = RpePairs::All)]
     rpe_pairs: RpePairs,
-    /// Whose path says how long a stretch is (evo takes the estimate's)
+    /// The trajectory by which the length of an interval is measured (evo takes the estimate)
     #[arg(long, value_enum, default_value_t = RpeFrom::Reference)]
     rpe_from: RpeFrom,
-    /// A stretch may be off by this share of its length
+    /// The relative tolerance of an interval's length
     #[arg(long, value_name = "SHARE", default_value_t = RelativeConfig::default().tolerance)]
     rpe_tolerance: f64,
     /// Segments of the KITTI measure: kitti (100 to 800 m), scaled (one to eight tenths of the path), or metres as
     /// 10,20,50
     #[arg(long, value_name = "LENGTHS", default_value = "kitti", value_parser = parse_segments)]
     segments: SegmentLengths,
-    /// Poses from the start of one segment to that of the next
+    /// The number of poses from the start of one segment to that of the next
     #[arg(long, value_name = "POSES", default_value_t = SegmentConfig::default().step_poses)]
     segment_step: usize,
-    /// Between poses farther apart than this the reference is not covered
+    /// Gaps between poses longer than this count as not covered
     #[arg(long, value_name = "SECONDS", default_value_t = TrajectoryScoreConfig::default().max_gap_s)]
     max_gap: f64,
-    /// The plane of the plan on the page; the one in which the reference extends most where it is not given
+    /// The plane of the plan on the page [default: the one in which the reference extends most]
     #[arg(long, value_enum)]
     plane: Option<PlanPlane>,
 }
@@ -58,9 +58,9 @@ enum Align {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum RpePairs {
-    /// One from every pose
+    /// One interval from every pose
     All,
-    /// Each from where the one before ends
+    /// Each interval begins where the one before ends
     Consecutive,
 }
 
@@ -113,7 +113,7 @@ impl ScoreArgs {
         }
     }
 
-    /// The plane of the plans, where one was chosen.
+    /// The plane of the plans, if one was chosen.
     pub(super) fn plane(&self) -> Option<Plane> {
         self.plane.map(|plane| match plane {
             PlanPlane::Xy => Plane::Xy,
@@ -123,7 +123,7 @@ impl ScoreArgs {
     }
 }
 
-/// A number and its unit without a blank.
+/// A number with its unit, without a space.
 pub(super) fn parse_delta(text: &str) -> Result<Delta, String> {
     let digits = text.find(|symbol: char| symbol.is_ascii_alphabetic()).unwrap_or(text.len());
     let (value, unit) = text.split_at(digits);
@@ -134,18 +134,18 @@ pub(super) fn parse_delta(text: &str) -> Result<Delta, String> {
         "f" | "frame" | "frames" => DeltaUnit::Frames,
         _ => return Err("a length is a number with s, m, deg or frames behind it".to_owned()),
     };
-    let value = value.trim().parse().map_err(|_| format!("'{value}' is no number"))?;
+    let value = value.trim().parse().map_err(|_| format!("'{value}' is not a number"))?;
     Ok(Delta { value, unit })
 }
 
-/// `kitti`, `scaled`, or metres with commas between.
+/// `kitti`, `scaled`, or metres separated by commas.
 pub(super) fn parse_segments(text: &str) -> Result<SegmentLengths, String> {
     match text {
         "kitti" => Ok(SegmentLengths::Kitti),
         "scaled" => Ok(SegmentLengths::Scaled),
         list => list
             .split(',')
-            .map(|length| length.trim().parse().map_err(|_| format!("'{length}' is no number")))
+            .map(|length| length.trim().parse().map_err(|_| format!("'{length}' is not a number")))
             .collect::<Result<_, _>>()
             .map(SegmentLengths::Metres),
     }

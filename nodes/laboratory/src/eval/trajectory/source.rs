@@ -1,4 +1,4 @@
-//! Where a trajectory comes from: what a file is, is recognised by its content.
+//! The source of a trajectory. The format of a file is recognised by its content.
 
 use std::path::Path;
 
@@ -8,12 +8,12 @@ use evaluation::trajectory::{Trajectory, parse_stamps, parse_trajectory};
 use super::bag_poses;
 use robot::Failure;
 
-/// Where a trajectory is.
+/// A trajectory to read.
 pub(super) struct Source<'a> {
     pub(super) path: &'a Path,
-    /// The topic, where it is a bag.
+    /// The topic, if it is a bag.
     pub(super) topic: Option<&'a str>,
-    /// The stamps of the frames, where it has none.
+    /// The stamps of the frames, if it has none.
     pub(super) times: Option<&'a Path>,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Read {
 }
 
 impl Source<'_> {
-    /// Reads it; `option` is the one that chooses the topic.
+    /// Reads it; `option` is the argument for the topic.
     pub(super) fn read(&self, option: &str) -> Result<Read, Failure> {
         let path = self.path;
         let is_bag = || begins_as_a_bag(path).map_err(|error| cannot_read(path, &error));
@@ -34,7 +34,7 @@ impl Source<'_> {
             return bag_poses::read(path, self.topic, option);
         }
         if self.topic.is_some() {
-            return Err(Failure::new(format!("{} is no bag and has no topics", path.display()))
+            return Err(Failure::new(format!("{} is not a bag and has no topics", path.display()))
                 .fix(format!("leave {option} out")));
         }
         let parsed = parse_trajectory(&read(path)?)

@@ -7,7 +7,7 @@ use evaluation::trajectory::{
 use robot::Failure;
 use robot::console;
 
-/// Below this share of the reference's time a line warns that errors say little.
+/// Below this coverage of the reference's time a line warns that the errors have little meaning.
 const LOST_BELOW: f64 = 0.95;
 
 /// Prints the score; `formats` are those of the estimate and of the reference.

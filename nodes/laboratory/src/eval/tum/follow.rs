@@ -1,4 +1,4 @@
-//! A sequence followed once.
+//! One run on a sequence.
 
 use std::sync::Arc;
 use std::thread::sleep;
@@ -23,32 +23,32 @@ use serde::Serialize;
 use super::sequence::{Images, Sequence, raw};
 use robot::Failure;
 
-/// How a sequence is followed.
+/// The mode of a run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Mode {
-    /// Without a map
+    /// Odometry without a map
     Odometry,
-    /// With a map that is worked on between two images: the same images and seed give the same poses
+    /// SLAM with mapping between two images: the same images and seed give the same poses
     Inline,
-    /// With a map that is worked on in a thread of its own while the images come as fast as they were taken
+    /// SLAM with mapping in a separate thread, with the images at the rate of the recording
     Background,
 }
 
-/// Who follows.
+/// The estimator of a run.
 enum Follower {
     Odometry(Box<Tracker>, Vec<(Stamp, Isometry3<f64>)>),
     Inline(Box<Slam<InlineMapping>>),
     Background(Box<Slam<BackgroundMapping>>),
 }
 
-/// What came of a run. Errors in metres, of all images with a pose; times in seconds, of all images.
+/// The result of a run. Errors in metres, of all images with a pose; times in seconds, of all images.
 #[derive(Clone, Serialize, Debug)]
 pub(super) struct Run {
-    /// From 1 on; the seed of what is drawn at random.
+    /// From 1 on; the seed of the random numbers.
     pub(super) run: u64,
     pub(super) poses: usize,
-    /// How much of the truth's time lies between poses.
+    /// The share of the ground truth's time that is covered by poses.
     pub(super) covered_share: f64,
     pub(super) rmse_m: f64,
     pub(super) mean_m: f64,
@@ -61,28 +61,28 @@ pub(super) struct Run {
     pub(super) p99_tracking_s: f64,
     pub(super) keyframes: usize,
     pub(super) loops: usize,
-    /// What the map takes.
+    /// The memory of the map.
     pub(super) map_bytes: usize,
-    /// And a metre of the way, which is the truth's between the first and the last pose.
+    /// The same per metre of the ground truth's path between the first and the last pose.
     pub(super) map_bytes_per_m: f64,
 }
 
-/// What is left of a run.
+/// The state at the end of a run.
 struct Ended {
-    /// Where the camera was at each image, `camera_from_map`, as the map has it in the end.
+    /// The pose of each image, `camera_from_map`, in the final map.
     poses: Vec<(Stamp, Isometry3<f64>)>,
     keyframes: usize,
     map_bytes: usize,
-    /// That were closed after the last image.
+    /// Loops that were closed after the last image.
     late_loops: usize,
 }
 
-/// The map of a run is worked on to the end for so long at most.
+/// The longest wait for the mapping after the last image.
 const LONGEST_END: Duration = Duration::from_secs(600);
-/// How often it is looked whether it is.
+/// How often its end is checked.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
-/// Follows a sequence; the run's number is the seed. Tells of each image.
+/// Runs on a sequence, with the run's number as the seed. Reports each image.
 pub(super) fn follow(
     sequence: &Sequence,
     mode: Mode,
@@ -99,7 +99,7 @@ pub(super) fn follow(
     let mut rectification: Option<(CameraModel, Rectification)> = None;
     let (mut times_s, mut loops) = (Vec::with_capacity(sequence.pairs()), 0);
     let mut begun: Option<(Instant, Stamp)> = None;
-    // Each is read before it is due, as a driver has it ready.
+    // Each image is read before it is due.
     for images in sequence.images()? {
         let images = images?;
         if mode == Mode::Background {
@@ -111,7 +111,7 @@ pub(super) fn follow(
         if !camera.distortion.is_none()
             && rectification.as_ref().is_none_or(|(of, _)| *of != camera)
         {
-            // Once for a camera: a table, not a part of following.
+            // Once per camera: a table, which is not part of the tracking time.
             let table = Rectification::new(&camera).map_err(|error| failed(&error))?;
             rectification = Some((camera, table));
         }
@@ -179,7 +179,7 @@ impl Follower {
         })
     }
 
-    /// The next image; returns the loops that were closed.
+    /// Processes the next image; returns the number of closed loops.
     fn step(&mut self, frame: &Frame, camera: &CameraModel) -> usize {
         let hints = Hints::default();
         let steps = match self {
@@ -194,7 +194,7 @@ impl Follower {
         steps.iter().filter(|step| step.closed.is_some()).count()
     }
 
-    /// Waits until the map is done.
+    /// Waits until the mapping has finished.
     fn end(self) -> Result<Ended, Failure> {
         match self {
             Self::Odometry(_, poses) => {

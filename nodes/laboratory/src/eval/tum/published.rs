@@ -1,4 +1,4 @@
-//! What the PL-SLAM thesis has measured on ten sequences, and what it and others have published of them.
+//! The published results on the benchmark: the PL-SLAM thesis' on ten sequences, and those of others.
 
 use serde::Deserialize;
 use simulator::SlamRun;
@@ -9,9 +9,9 @@ use crate::published_file::{PublishedFile, of_yaml};
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Published {
-    /// What Table 15 calls the others.
+    /// The names of the other systems in Table 15.
     pub(super) others: [String; 4],
-    /// The thesis' mean of Table 16: median and mean tracking time.
+    /// The means of Table 16: median and mean tracking time.
     pub(super) mean_times_s: [f64; 2],
     /// In the order of Tables 14 to 16.
     pub(super) sequences: Vec<PublishedSequence>,
@@ -22,7 +22,7 @@ pub(super) static PUBLISHED: PublishedFile<Published> =
     PublishedFile::new("eval/tum/published.yaml", || of_yaml(include_str!("published.yaml")));
 
 impl Published {
-    /// What is published of the sequence of this name.
+    /// The published results of the sequence with this name.
     pub(super) fn of(&self, name: &str) -> Option<&PublishedSequence> {
         self.sequences.iter().find(|sequence| sequence.name == name)
     }
@@ -39,13 +39,13 @@ pub(super) struct PublishedSequence {
     /// Table 14: RMSE, mean, median, standard deviation, least and largest error in metres; median and mean tracking time in
     /// seconds. Means of ten runs, as printed.
     pub(super) thesis: [f64; 8],
-    /// Table 15, in centimetres, of [`Published::others`].
+    /// Table 15, in centimetres, in the order of [`Published::others`].
     pub(super) others_cm: [Option<f64>; 4],
-    /// The best that is published of it besides.
+    /// The best other published result.
     pub(super) best: Option<Best>,
 }
 
-/// A figure of another publication.
+/// A result of another publication.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Best {
@@ -56,7 +56,7 @@ pub(super) struct Best {
 }
 
 impl PublishedSequence {
-    /// What is aimed at, in metres: the better of the thesis' and the best.
+    /// The target in metres: the better of the thesis' result and the best other one.
     pub(super) fn aim_m(&self) -> f64 {
         let [rmse_m, ..] = self.thesis;
         self.best.as_ref().map_or(rmse_m, |best| best.rmse_m.min(rmse_m))
@@ -73,19 +73,19 @@ impl PublishedSequence {
 /// A simulated counterpart of a sequence.
 #[derive(Debug)]
 pub(super) struct Counterpart {
-    /// What `stillmap simulate` calls it.
+    /// Its name in `stillmap simulate`.
     pub(super) run: SlamRun,
     /// The sequence, without `rgbd_dataset_`.
     pub(super) of: &'static str,
-    /// What is aimed at, in metres.
+    /// The target in metres.
     pub(super) aim_m: f64,
 }
 
-/// Where nobody walks.
+/// The targets for scenes without walking people.
 const STILL_AIM_M: f64 = 0.010;
 
-/// In the order of Tables 14 to 16. What is aimed at is this project's: of people who walk what DynaSLAM has published of the
-/// sequences, else what the best have of the easy ones.
+/// In the order of Tables 14 to 16. The targets are this project's: for walking people DynaSLAM's published results on the
+/// sequences, otherwise the best published results on the easy ones.
 pub(super) const COUNTERPARTS: [Counterpart; 10] = {
     const fn of(run: SlamRun, of: &'static str, aim_m: f64) -> Counterpart {
         Counterpart { run, of, aim_m }

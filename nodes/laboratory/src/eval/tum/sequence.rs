@@ -1,4 +1,4 @@
-//! A sequence's pairs of images, and where its camera was.
+//! The image pairs of a sequence, and its ground-truth poses.
 
 mod folder;
 mod recording;
@@ -17,7 +17,7 @@ use robot::Failure;
 /// A folder with `rgb.txt`, `depth.txt` and `groundtruth.txt`, or a bag.
 #[derive(Debug)]
 pub(super) struct Sequence {
-    /// The folder's name, without `rgbd_dataset_`; the bag's, without its ending.
+    /// The folder's name without `rgbd_dataset_`, or the bag's name without its extension.
     pub(super) name: String,
     source: Source,
     pub(super) truth: Trajectory,
@@ -29,16 +29,16 @@ enum Source {
     Recording(Recording),
 }
 
-/// How images are put together.
+/// The rules for image pairs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pairing {
-    /// Images of a pair are no farther apart.
+    /// The largest time difference of the images of a pair.
     pub(super) max_gap_s: f64,
-    /// Only so many of the first pairs.
+    /// The maximum number of pairs, from the start.
     pub(super) first: Option<usize>,
 }
 
-/// The images that belong together, by what tells where each is.
+/// The matched images, each by its location (file or stamp).
 #[derive(Debug)]
 struct Pairs<T> {
     pairs: Vec<Pair<T>>,
@@ -46,27 +46,27 @@ struct Pairs<T> {
     alone: usize,
 }
 
-/// A colour image, and the depth image that was taken next to it.
+/// A colour image, and the depth image nearest in time.
 #[derive(Clone, Debug)]
 struct Pair<T> {
-    /// The colour image's.
+    /// The stamp of the colour image.
     stamp: Stamp,
     color: T,
     depth: T,
 }
 
-/// A pair of images as they were taken.
+/// A pair of images.
 pub(super) struct Images {
-    /// The colour image's.
+    /// The stamp of the colour image.
     pub(super) stamp: Stamp,
     pub(super) camera: CameraModel,
     pub(super) color: ColorImage,
     pub(super) depth: DepthImage,
 }
 
-/// A colour image as it was taken.
+/// A colour image.
 pub(super) struct ColorImage {
-    /// As `sensor_msgs/Image` names it.
+    /// The encoding, as in `sensor_msgs/Image`.
     encoding: String,
     is_big_endian: bool,
     step_bytes: usize,
@@ -75,7 +75,7 @@ pub(super) struct ColorImage {
 }
 
 impl Sequence {
-    /// Reads which images there are, and the true poses; `truth` is the topic of these in a bag.
+    /// Reads the list of images, and the ground-truth poses; `truth` is the topic of these in a bag.
     pub(super) fn open(
         path: &Path,
         intrinsics: Option<[f64; 4]>,
@@ -100,12 +100,12 @@ impl Sequence {
         Ok(sequence)
     }
 
-    /// Whether there is one.
+    /// Whether a path is a sequence.
     pub(super) fn is_at(path: &Path) -> bool {
         Folder::is_at(path) || Recording::is_at(path)
     }
 
-    /// The sequence's name, by its folder's or file's.
+    /// The sequence's name, from that of its folder or file.
     pub(super) fn name_of(path: &Path) -> String {
         let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let name = if path.is_dir() { path.file_name() } else { path.file_stem() };
@@ -113,7 +113,7 @@ impl Sequence {
         name.strip_prefix("rgbd_dataset_").map_or(name.clone(), str::to_owned)
     }
 
-    /// How many pairs of images there are.
+    /// The number of image pairs.
     pub(super) fn pairs(&self) -> usize {
         match &self.source {
             Source::Folder(folder) => folder.pairs.pairs.len(),
@@ -134,7 +134,7 @@ impl Sequence {
         }
     }
 
-    /// The pairs of images, one after the other.
+    /// The image pairs in their order.
     pub(super) fn images(
         &self,
     ) -> Result<Box<dyn Iterator<Item = Result<Images, Failure>> + '_>, Failure> {
@@ -146,7 +146,7 @@ impl Sequence {
 }
 
 impl ColorImage {
-    /// As the extraction of features takes it.
+    /// The image in the form for the feature extraction.
     pub(super) fn raw(&self) -> Result<RawImage<'_>, Failure> {
         let (width_px, height_px) = self.size_px;
         let unknown = |error: pose::image::UnknownEncoding| Failure::new(error.to_string());
@@ -161,15 +161,15 @@ impl ColorImage {
     }
 }
 
-/// As scores take poses.
+/// The poses in the form for the score.
 pub(super) fn raw(pose: &Isometry3<f64>) -> RawPose {
     let position_m = pose.translation.vector.into();
     RawPose { position_m, quaternion_xyzw: pose.rotation.coords.into() }
 }
 
 /// Each colour image with the depth image nearest in time, of two equally near ones the earlier. The benchmark's own tool
-/// gives each depth image away once only; where it matters, which it does not in the ten sequences, a colour image more is
-/// followed here.
+/// uses each depth image only once; where that makes a difference, which it does not in the ten sequences, there are more
+/// pairs here.
 fn paired<T: Clone>(
     mut colors: Vec<(Stamp, T)>,
     mut depths: Vec<(Stamp, T)>,

@@ -1,4 +1,4 @@
-//! The thesis' Tables 4 to 16 with ours in them.
+//! The thesis' Tables 4 to 16 with our results.
 
 use estimation::quantile::median_of_sorted;
 
@@ -9,7 +9,7 @@ use super::{Followed, Score};
 const HEAD: [&str; 8] =
     ["RMSE", "mean", "median", "std. dev.", "least", "largest", "median time", "mean time"];
 
-/// A sequence's tables, a mode each: Tables 4 to 13.
+/// The tables of a sequence, one per mode: Tables 4 to 13.
 pub(super) fn of_sequence(followed: &Followed) -> Vec<String> {
     let title = match followed.published {
         Some(published) => format!("Table {}: {}", published.table, followed.name),
@@ -45,7 +45,7 @@ pub(super) fn of_sequence(followed: &Followed) -> Vec<String> {
     lines
 }
 
-/// What the largest map of the runs takes; nothing of odometry.
+/// The memory of the largest map of the runs; empty for odometry.
 fn memory(score: &Score) -> Option<String> {
     let largest = score.runs.iter().max_by_key(|run| run.map_bytes)?;
     (largest.map_bytes > 0).then(|| {
@@ -131,7 +131,7 @@ pub(super) fn of_all(all: &[Followed], tables: &Published) -> Vec<String> {
     lines
 }
 
-/// Of the simulated counterparts those that are there, by their names.
+/// The available simulated counterparts, by their names.
 pub(super) fn of_counterparts(all: &[Followed]) -> Vec<String> {
     let modes = [Mode::Odometry, Mode::Inline, Mode::Background];
     let ours: String = modes.iter().map(|mode| format!("{:>12}", name(*mode))).collect();
@@ -156,7 +156,7 @@ pub(super) fn of_counterparts(all: &[Followed]) -> Vec<String> {
     lines
 }
 
-/// The eight numbers of a run, as the tables have them.
+/// The eight numbers of a run, as in the tables.
 pub(super) fn numbers(run: &Run) -> [f64; 8] {
     [
         run.rmse_m,

@@ -1,4 +1,4 @@
-//! A sequence of a simulated desk, written as the benchmark has them.
+//! A sequence of a simulated desk in the benchmark's format.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -28,7 +28,7 @@ fn seconds(stamp: Stamp) -> String {
     format!("{seconds}.{nanos:09}")
 }
 
-/// Writes a second of a camera that goes round a desk; returns its intrinsics.
+/// Writes a second of a camera that moves around a desk; returns its intrinsics.
 fn write_desk(folder: &Path) -> String {
     for name in ["rgb", "depth"] {
         fs::create_dir_all(folder.join(name)).unwrap();
@@ -114,7 +114,7 @@ fn a_sequence_is_followed_in_each_way_and_stands_in_the_tables() {
         Line::parse_from(["tum", path, "--runs", "1", "--json", "--intrinsics", &intrinsics]);
     let shorter = TumArgs { first: Some(5), modes: vec![Mode::Inline], ..json.args };
     assert_eq!(run(&shorter).unwrap(), Outcome::Complete);
-    // The same seed, the same poses.
+    // The same seed gives the same poses.
     let twice =
         [(); 2].map(|()| super::followed(&folder, &shorter, published).unwrap().scores[0].mean[0]);
     assert_eq!(twice[0], twice[1]);
@@ -158,7 +158,7 @@ fn a_sequence_that_is_not_there_is_told_with_where_to_get_it() {
     let failure = run(&args(&["/nowhere/rgbd_dataset_freiburg2_desk_with_person"])).unwrap_err();
     let failure = failure.to_string();
     let address = "rgbd/dataset/freiburg2/rgbd_dataset_freiburg2_desk_with_person.tgz";
-    assert!(failure.contains("is not there") && failure.contains(address), "{failure}");
+    assert!(failure.contains("is missing") && failure.contains(address), "{failure}");
     let empty = tempfile::tempdir().unwrap();
     let failure = run(&args(&[empty.path().to_str().unwrap()])).unwrap_err().to_string();
     assert!(failure.contains("groundtruth.txt") && failure.contains("cvg.cit.tum.de"), "{failure}");
@@ -181,7 +181,7 @@ fn folders_of_sequences_are_looked_through() {
     assert_eq!(failures.len(), 1);
 }
 
-/// The tables' own means, as printed, agree with each other.
+/// The printed means of the tables agree with each other.
 #[test]
 fn the_published_numbers_are_those_of_the_tables() {
     let published = PUBLISHED.get().unwrap();

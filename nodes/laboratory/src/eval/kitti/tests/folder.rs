@@ -1,4 +1,4 @@
-//! A folder as KITTI lays it out, of a simulated drive.
+//! A folder with the layout of KITTI, of a simulated drive.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use simulator::{Sample, Scenario, VelodyneModel, VelodyneTurn};
 
 use super::*;
 
-/// From standing some metres.
+/// A drive of some metres from a standstill.
 const SECONDS: f64 = 2.0;
 const SCANS: usize = 20;
 
@@ -18,7 +18,7 @@ struct Line {
     args: KittiArgs,
 }
 
-/// KITTI's camera on its scanner: z forward, x right, y down, and a bit off.
+/// The pose of KITTI's camera in the scanner's frame: z forward, x right, y down, with a small offset.
 fn camera_from_velodyne() -> Isometry3<f64> {
     let axes = nalgebra::Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0);
     let turn = UnitQuaternion::from_matrix(&axes);
@@ -32,7 +32,7 @@ fn twelve(pose: &Isometry3<f64>) -> String {
     numbers.collect::<Vec<_>>().join(" ")
 }
 
-/// The turn as KITTI has it: as if measured at once, in the middle of it, by rows from the highest laser down.
+/// The revolution in KITTI's form: deskewed to its middle, in rows from the highest laser down.
 fn bytes_of(
     turn: &VelodyneTurn,
     pose_at: &dyn Fn(f64) -> Isometry3<f64>,
@@ -41,9 +41,9 @@ fn bytes_of(
     let scanner_from_map = pose_at(middle_s).inverse();
     let columns = turn.columns;
     let mut bytes = Vec::new();
-    // The message's rows are rings, the lowest first.
+    // The rows of the message are rings, the lowest first.
     for row in turn.points.chunks(columns).rev() {
-        // KITTI's rows begin at the front and go round against the clock.
+        // KITTI's rows begin at the front and go counterclockwise.
         let mut row: Vec<_> = row.iter().filter(|point| point.is_measured()).collect();
         let azimuth = |point: &&simulator::VelodynePoint| {
             f64::from(point.position_m[1].atan2(point.position_m[0]))
@@ -63,7 +63,7 @@ fn bytes_of(
     bytes
 }
 
-/// Writes sequences/07 and poses/07.txt, and gives the folder of the sequence.
+/// Writes sequences/07 and poses/07.txt, and returns the folder of the sequence.
 fn kitti_folder(folder: &Path) -> PathBuf {
     let scenario = Scenario::road(VelodyneModel::Vlp16, 1).with_duration_s(SECONDS);
     let sequence = folder.join("sequences/07");
@@ -104,11 +104,11 @@ fn a_folder_laid_out_as_kitti_has_all_tables() {
     assert_eq!((evaluation.scans, evaluation.true_poses), (SCANS, SCANS));
     assert!((3.0..20.0).contains(&evaluation.way_m), "{}", evaluation.way_m);
     let of = |name: &str| evaluation.figures.iter().find(|one| one.name == name).unwrap();
-    // The truth is the scanner's, whatever the camera's axes are.
+    // The ground truth is that of the scanner, whatever the camera's axes are.
     let ours = of("ours");
     assert_eq!((ours.poses, ours.troubles), (SCANS, 0));
     assert!(ours.rms_3d_m.unwrap() < 0.05 && ours.ate_rmse_m < 0.05, "{ours:?}");
-    // Every count of rays is a run of its own.
+    // Every number of rays is a separate run.
     let rays = ["22", "18", "14", "10", "6"].map(|rays| of(&format!("gicp-rays-{rays}")));
     for (one, other) in rays.iter().zip(&rays[1..]) {
         assert_ne!(one.rms_3d_m, other.rms_3d_m, "{} {}", one.name, other.name);
@@ -118,7 +118,7 @@ fn a_folder_laid_out_as_kitti_has_all_tables() {
         let title = format!("Table 4.{number}");
         assert_eq!(lines.iter().filter(|line| line.starts_with(&title)).count(), 1, "{lines:#?}");
     }
-    // No row is without ours, but for what nobody waits for and what the thesis does not tell.
+    // Every row has our figure, except for stages that are not measured and figures that the thesis does not give.
     let without = lines.iter().filter(|line| line.contains("-> -")).collect::<Vec<_>>();
     assert!(without.len() == 1 && without[0].contains("view"), "{without:#?}");
 }

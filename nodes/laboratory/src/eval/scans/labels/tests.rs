@@ -24,7 +24,7 @@ fn scan(stamp: Stamp) -> LaserScan {
     scan
 }
 
-/// A bag of labels and scans, each with the time at which it was recorded.
+/// A bag of labels and scans, each with its log time.
 fn bag(folder: &Path, labels: &[(Stamp, PoseArray)], scans: &[(Stamp, LaserScan)]) -> PathBuf {
     let path = folder.join("labels.mcap");
     let mut writer = BagWriter::create(&path).unwrap();
@@ -43,12 +43,12 @@ fn bag(folder: &Path, labels: &[(Stamp, PoseArray)], scans: &[(Stamp, LaserScan)
 #[test]
 fn labels_of_another_bag_find_their_scans_by_stamps() {
     let folder = tempfile::tempdir().unwrap();
-    // The first has no stamp and belongs to the scan of 50; the second has its own.
+    // The first has no stamp and belongs to the scan at 50; the second has its own.
     let of = [(at(1), labels(Stamp::default(), 1.0)), (at(3), labels(at(70), 2.0))];
     let path = bag(folder.path(), &of, &[(at(2), scan(at(50))), (at(4), scan(at(60)))]);
     let rig_from_lidar =
         Isometry3::from_parts(Translation3::new(0.5, 0.0, 0.0), Default::default());
-    // Recordings have the slash, people leave it out.
+    // Recordings have the slash, users leave it out.
     let mut labels = Labels::apart(rig_from_lidar, &path, "legs").unwrap();
     assert_eq!(labels.of(at(50)), Some(vec![Point3::new(1.5, 0.0, 0.0)]));
     assert_eq!(labels.of(at(60)), None, "nobody has labelled it");
@@ -72,7 +72,7 @@ fn labels_among_the_scans_are_of_the_one_that_follows() {
     assert_eq!(labels.left(), 0);
 }
 
-/// Regression: they were dropped in silence, and those at the end of a bag became those of another bag's first scan.
+/// Regression: they were dropped silently, and those at the end of a bag were given to the first scan of another bag.
 #[test]
 fn labels_that_no_scan_takes_are_counted() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! A sequence as the benchmark has them: images in files, named by lists.
+//! A sequence in the benchmark's format: image files, named in lists.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use super::{ColorImage, Images, Pair, Pairing, Pairs, paired, raw};
 use robot::Failure;
 use robot::import::tum::{Calibration, UNITS_PER_METRE, pose_of, read_list};
 
-/// What a sequence's folder holds.
+/// The contents of a sequence's folder.
 const LISTS: [&str; 3] = ["rgb.txt", "depth.txt", "groundtruth.txt"];
 
 /// A folder with `rgb.txt`, `depth.txt` and `groundtruth.txt`.
@@ -17,12 +17,12 @@ const LISTS: [&str; 3] = ["rgb.txt", "depth.txt", "groundtruth.txt"];
 pub(in super::super) struct Folder {
     folder: PathBuf,
     calibration: Calibration,
-    /// By file.
+    /// The images, by file.
     pub(super) pairs: Pairs<String>,
 }
 
 impl Folder {
-    /// Whether a folder is one.
+    /// Whether a folder is a sequence.
     pub(super) fn is_at(folder: &Path) -> bool {
         LISTS.iter().all(|name| folder.join(name).is_file())
     }

@@ -1,4 +1,4 @@
-//! A sequence in a bag: of a simulation, or one's own with a true pose.
+//! A sequence in a bag: simulated, or recorded with a ground-truth pose.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,17 +14,17 @@ use crate::eval::trajectory::true_poses_of_bag;
 use robot::Failure;
 use robot::visual::{VisualTopicArgs, VisualTopics, depth_info_topic, depth_topic};
 
-/// Where a simulation tells the truth.
+/// The topic of the ground truth of a simulation.
 const TRUTH: &str = "/truth/pose";
 
-/// A bag with colour images, depth images registered to them, their calibration, and the true pose.
+/// A bag with colour images, depth images registered to them, their calibration, and the ground-truth pose.
 #[derive(Debug)]
 pub(in super::super) struct Recording {
     path: PathBuf,
     color: String,
     depth: String,
     camera_info: String,
-    /// By stamp.
+    /// The images, by stamp.
     pub(super) pairs: Pairs<Stamp>,
 }
 
@@ -94,13 +94,13 @@ impl Recording {
     }
 }
 
-/// The pairs of a bag, in their order, as it is read.
+/// The pairs of a bag in their order, while it is read.
 pub(super) struct RecordedImages<'a> {
     recording: &'a Recording,
     messages: Messages,
     pairs: std::slice::Iter<'a, Pair<Stamp>>,
     camera: Option<CameraModel>,
-    /// Read, and not yet gone by.
+    /// Images that were read, and may still be part of a pair.
     colors: BTreeMap<Stamp, ColorImage>,
     depths: BTreeMap<Stamp, DepthImage>,
 }
@@ -132,7 +132,7 @@ impl RecordedImages<'_> {
         Ok(())
     }
 
-    /// Reads on until a pair is there.
+    /// Reads until a pair is complete.
     fn read(&mut self, pair: &Pair<Stamp>) -> Result<Images, Failure> {
         loop {
             let is_there =
