@@ -1,4 +1,4 @@
-//! The subcommands of `stillmap` that a robot does not need: simulated recordings with their truth, scores of results
+//! The subcommands of `stillmap` that a robot does not need: simulated recordings with their ground truth, scores of results
 //! against a reference, the experiments of Rec-HV, and what the transport and a cycle cost.
 
 mod bench;
@@ -22,17 +22,17 @@ pub use truth::score;
 /// The subcommands that a robot does not need.
 #[derive(Subcommand, Debug)]
 pub enum Command {
-    /// The main job on a simulated room, over DDS: map, pictures, report
+    /// The whole pipeline on a simulated room, over DDS: map, pictures, report
     #[command(display_order = 0)]
     Demo(demo::DemoArgs),
-    /// A simulated room as a bag, with its truth
+    /// A simulated room as a bag, with its ground truth
     Simulate(simulate::SimulateArgs),
     /// Scores of results against a reference
     #[command(subcommand)]
     Eval(eval::EvalArgs),
-    /// The eleven experiments of Rec-HV, run again: each published table beside ours
+    /// The eleven experiments of Rec-HV, run again and compared with the published tables
     Experiments(experiments::ExperimentsArgs),
-    /// What the transport of this machine carries, and what a cycle costs over an hour
+    /// Benchmarks: throughput and latency of the transport on this machine, and the cost of a cycle over an hour
     #[command(subcommand)]
     Bench(bench::BenchArgs),
 }
@@ -41,7 +41,7 @@ impl Command {
     /// Runs the subcommand.
     ///
     /// # Errors
-    /// When the job could not be done.
+    /// When the subcommand fails.
     pub fn run(self, ros: &RosArguments) -> Result<ExitCode, Failure> {
         let outcome = match self {
             Self::Demo(args) => demo::run(&args, &Interrupt::on_signals()?),

@@ -17,10 +17,10 @@ impl<T: DeserializeOwned> PublishedFile<T> {
         Self { name, content: LazyLock::new(read) }
     }
 
-    /// What the file says.
+    /// The content of the file, read at the first call.
     ///
     /// # Errors
-    /// When it has not the form of `T`, which a test of each file excludes.
+    /// When it cannot be read as a `T`, which a test of each file excludes.
     pub(crate) fn get(&self) -> Result<&T, Failure> {
         let content = self.content.as_ref();
         content.map_err(|reason| Failure::new(format!("{} cannot be read: {reason}", self.name)))

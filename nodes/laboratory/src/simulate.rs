@@ -1,4 +1,4 @@
-//! `stillmap simulate`: a simulated scene as a bag, with its truth.
+//! `stillmap simulate`: a simulated scene as a bag, with its ground truth.
 
 pub(crate) mod choice;
 mod mesh_file;
@@ -48,7 +48,7 @@ pub struct SimulateArgs {
     choice: ChoiceArgs,
     #[command(flatten)]
     sensors: SensorArgs,
-    /// So many seconds, from the start; paths keep their times
+    /// Length of the recording; the times of the paths stay the same
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     /// How far the depth camera's clock is ahead of the scanner's and the pose's
@@ -57,8 +57,7 @@ pub struct SimulateArgs {
     /// Standard deviation of the sensors' stamps
     #[arg(long, value_name = "MS")]
     jitter_ms: Option<f64>,
-    /// How far the scanner is from where it is thought to be: standard deviations of its position and of its
-    /// rotation
+    /// Error of the scanner's published mount: standard deviations of its position and of its rotation
     #[arg(long, num_args = 2, value_names = ["M", "RAD"])]
     extrinsic_error: Option<Vec<f64>>,
     /// Noise of the published pose: standard deviations of its position and of its rotation
@@ -76,7 +75,7 @@ pub(crate) fn run(args: &SimulateArgs, interrupt: &Interrupt) -> Result<Outcome,
     write_bag(&scenario(args)?, args.output.path(), interrupt)
 }
 
-/// The scenario that was asked for.
+/// The chosen scenario, with these arguments applied.
 fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
     let mut scenario = args.sensors.added_to(args.choice.scenario()?);
     if let Some([columns, rows]) = args.depth_size.as_deref() {
@@ -98,7 +97,7 @@ fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
     Ok(scenario)
 }
 
-/// Simulates a scenario into a bag, until it is interrupted; that is said.
+/// Simulates a scenario into a bag, until it is interrupted, which is reported.
 pub fn write_bag(
     scenario: &Scenario,
     path: &Path,

@@ -1,5 +1,5 @@
-//! One scenario through all three nodes, by each method, with what is true beside what came out: what
-//! experiments are made of.
+//! One scenario through all three nodes, by each method, with the results and the ground truth: the basis of
+//! the experiments.
 
 mod kept;
 mod play;
@@ -23,13 +23,13 @@ pub(crate) struct TrialOptions {
     pub(crate) methods: Vec<Method>,
     /// Whether the map is compared with the empty scene after each cycle (Rec-HV 4.7), or only at the end.
     pub(crate) correlate_each_cycle: bool,
-    /// Whether the truth of each pixel is kept and scored: it costs 1.2 MB a cycle.
+    /// Whether the truth of each pixel is kept and scored: it costs 1.2 MB per cycle.
     pub(crate) score_labels: bool,
-    /// The edge of the voxels of the reduction and of the map, where it is not to be the usual one.
+    /// The edge of the voxels of the reduction and of the map, when it is not the default.
     pub(crate) voxel_edge_m: Option<f64>,
 }
 
-/// What one method made of a scenario.
+/// The results of one method on a scenario.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Trial {
     pub(crate) method: Method,
@@ -37,14 +37,13 @@ pub(crate) struct Trial {
     pub(crate) seed: u64,
     /// The cycles and the final map.
     pub(crate) record: RunRecord,
-    /// Against the labels of every pixel and the true surface; `None` where that was not asked for.
+    /// Against the labels of every pixel and the true surface; `None` when not requested.
     pub(crate) score: Option<DynamicScore>,
     /// One for each cycle of the record, in that order.
     pub(crate) cycles: Vec<TrialCycle>,
-    /// The surface of the scene without anything that moves: a point a voxel of the map's edge, in the map
-    /// frame.
+    /// The surface of the scene without moving objects: one point per voxel of the map's edge, in the map frame.
     pub(crate) empty_scene_m: Vec<Point3<f32>>,
-    /// The final map against the empty scene; `None` where one of them has no point.
+    /// The final map against the empty scene; `None` when one of them has no points.
     pub(crate) correlation: Option<Correlation>,
 }
 
@@ -59,22 +58,22 @@ impl Trial {
     }
 }
 
-/// What is true of a cycle, and what was said of it.
+/// The ground truth of a cycle and its results.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct TrialCycle {
-    /// Where the objects were when the cycle's depth image was taken, all of the scene's, seen or not.
+    /// The poses of all objects of the scene, visible or not, at the stamp of the cycle's depth image.
     pub(crate) truth: ObjectPoses,
-    /// The tracks that segmentation published for the cycle, in the map; none with `rec_hv`.
+    /// The tracks that segmentation published for the cycle, in the map frame; none with `rec_hv`.
     pub(crate) tracks: Vec<Track>,
-    /// The map so far against the empty scene, where that was asked for.
+    /// The map so far against the empty scene, when requested.
     pub(crate) correlation: Option<Correlation>,
 }
 
-/// Runs a scenario by each method. What comes out depends on the scenario and the options alone, but for
-/// the durations in the record. `None` where it was interrupted: part of a scenario is no trial.
+/// Runs a scenario by each method. Apart from the durations in the record, the results depend on the scenario and
+/// the options alone. `None` when it was interrupted: part of a scenario is not a trial.
 ///
 /// # Errors
-/// When the scenario cannot be simulated, or a parameter is refused.
+/// When the scenario cannot be simulated, or a parameter is rejected.
 pub(crate) fn run_trial(
     scenario: &Scenario,
     options: &TrialOptions,

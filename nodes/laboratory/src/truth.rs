@@ -1,4 +1,4 @@
-//! The truth that a bag carries beside its sensor data.
+//! The ground truth in a bag.
 
 #[cfg(test)]
 mod tests;
@@ -22,7 +22,7 @@ use robot::run::inputs::{Inputs, ViewTopics};
 use robot::run::parameters::PipelineParameters;
 use robot::sensor_bag::{TRUE_EMPTY_SCENE, TRUE_OBJECT_NAMES};
 
-/// The score of a run against the truth that its bag carries, if it carries any.
+/// The score of a run against the ground truth in its bag, if there is any.
 ///
 /// # Errors
 /// When the truth cannot be read, or does not fit the run.
@@ -41,7 +41,8 @@ pub fn score(
     let Some(mut truth) = truth else { return Ok(None) };
     let names = object_names(bag).map_err(|error| wrong(&error))?;
     let rules = DynamicScoreRules::default();
-    // It is in the frame of the bag's poses: that of a visual odometry begins at its first camera, whatever its name.
+    // The surface is in the frame of the bag's poses. The frame of a visual odometry begins at its first camera, whatever
+    // its name.
     let surface_m = if inputs.has_poses_of_bag() {
         surface_in(&record.map_frame_id, bag).map_err(|error| wrong(&error))?
     } else {
@@ -53,7 +54,7 @@ pub fn score(
         .map_err(|error| wrong(&error))
 }
 
-/// The truth of a bag cannot be read.
+/// The ground truth of a bag cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum TruthError {
     #[error(transparent)]
@@ -66,14 +67,14 @@ pub(crate) enum TruthError {
     Frame(#[from] TruthFrameError),
 }
 
-/// Reads the truth of one moment after the other, in one pass over the bag.
+/// Reads the ground truth stamp by stamp, in one pass over the bag.
 struct TruthReader {
     messages: Messages,
     topics: TruthTopics,
     rig_from_camera: Isometry3<f64>,
     limits: DepthLimits,
     rays: Option<(CameraModel, RayTable)>,
-    /// Images whose partner, or whose turn, has not come.
+    /// Images without their counterpart, or later than the requested stamp.
     waiting: BTreeMap<Stamp, Waiting>,
     at_end: bool,
 }
@@ -90,7 +91,7 @@ struct Waiting {
 }
 
 impl TruthReader {
-    /// A reader of the bag's truth, if it has any: labels for the pixels of a depth image.
+    /// A reader of the bag's ground truth, if it has any: labels for the pixels of a depth image.
     fn open(
         bag: &Bag,
         inputs: &Inputs,
@@ -120,7 +121,7 @@ impl TruthReader {
 
     /// The truth at the stamp of a depth image; stamps must not go back from call to call.
     fn at(&mut self, stamp: Stamp) -> Result<Option<TruthFrame>, TruthError> {
-        // What lies before is not asked for any more.
+        // Earlier stamps are not requested any more.
         self.waiting = self.waiting.split_off(&stamp);
         while !self.at_end && !self.is_complete(stamp) && !self.is_past(stamp) {
             match self.messages.next() {
@@ -178,16 +179,16 @@ impl TruthReader {
     }
 }
 
-/// The surface of the scene without what moves, where the bag has it in this frame.
+/// The surface of the scene without moving objects, when the bag has it in this frame.
 fn surface_in(frame_id: &str, bag: &Bag) -> Result<Option<Vec<Point3<f32>>>, TruthError> {
     let scene = empty_scene(bag)?.filter(|scene| scene.frame_id == frame_id);
     Ok(scene.map(|scene| scene.points_m))
 }
 
-/// The surface of the scene without what moves, where the bag has it.
+/// The surface of the scene without moving objects, when the bag has it.
 ///
 /// # Errors
-/// When the bag cannot be read, or the cloud is none.
+/// When the bag cannot be read, or the cloud is invalid.
 pub(crate) fn empty_scene(bag: &Bag) -> Result<Option<Cloud>, TruthError> {
     let is_scene = |topic: &TopicInfo| {
         topic.topic == TRUE_EMPTY_SCENE && topic.type_name == PointCloud2::TYPE_NAME
@@ -197,12 +198,12 @@ pub(crate) fn empty_scene(bag: &Bag) -> Result<Option<Cloud>, TruthError> {
     }
     let topics = Some(vec![TRUE_EMPTY_SCENE.to_owned()]);
     let selection = Selection { topics, ..Selection::default() };
-    // Of a latched topic the last message is the one that holds.
+    // The topic is latched: its last message counts.
     let Some(message) = bag.messages(&selection)?.last() else { return Ok(None) };
     Ok(Some(convert::cloud_from_message(&message?.decode::<PointCloud2>()?)?))
 }
 
-/// What the true objects are called, where the bag says it.
+/// The names of the true objects, when the bag has them.
 fn object_names(bag: &Bag) -> Result<BTreeMap<u16, String>, TruthError> {
     let has_names = bag.topics()?.iter().any(|topic| topic.topic == TRUE_OBJECT_NAMES);
     if !has_names {

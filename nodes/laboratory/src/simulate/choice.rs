@@ -1,4 +1,4 @@
-//! Which scenario is asked for.
+//! The choice of the scenario.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use super::scenario_name::ScenarioName;
 use super::scenario_source::{ScenarioSource, ScenarioSourceParser};
 use robot::Failure;
 
-/// A scenario of the suite, a scene with what crosses it, or a file.
+/// A scenario of the suite, a scene with moving objects, or a file.
 #[derive(Args, Debug)]
 pub(super) struct ChoiceArgs {
     /// A scenario of the suite, a scene as with --scene, or a file as with --file
@@ -24,30 +24,30 @@ pub(super) struct ChoiceArgs {
     /// A scene of Table 2 of Rec-HV
     #[arg(long, ignore_case = true, conflicts_with = "scenario")]
     scene: Option<SceneLetter>,
-    /// A scenario of one's own in YAML; nodes/laboratory/simulator/scenes/example.yaml shows and explains the keys
+    /// Your own scenario in YAML; nodes/laboratory/simulator/scenes/example.yaml shows and explains the keys
     #[arg(
         long,
         value_name = "YAML",
         conflicts_with_all = ["scenario", "scene", "object", "path", "platform", "pause"]
     )]
     file: Option<PathBuf>,
-    /// What crosses a scene of A to H [default: person]
+    /// The moving object in a scene of A to H [default: person]
     #[arg(long)]
     object: Option<ObjectName>,
-    /// On which way of Figure 2 of Rec-HV: across, across with changing depth, not straight; D and E move the
+    /// The object's path in Figure 2 of Rec-HV: across, across with changing depth, not straight; D and E move the
     /// sensors too [default: A]
     #[arg(long, ignore_case = true)]
     path: Option<PathLetter>,
-    /// How the sensors move [default: still, or as the path says]
+    /// The motion of the sensors [default: still, or that of the path]
     #[arg(long)]
     platform: Option<PlatformName>,
-    /// The person rests in the middle for so long
+    /// How long the person stops in the middle
     #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with_all = ["object", "path"])]
     pause: Option<f64>,
     /// Seed of all noise: the same seed gives the same bag [default: 1, or the file's]
     #[arg(long)]
     seed: Option<u64>,
-    /// Leave the moving objects out
+    /// Leave out the moving objects
     #[arg(long)]
     empty: bool,
 }
@@ -59,13 +59,13 @@ pub(crate) enum SceneLetter {
     A,
     /// Reflecting surfaces, 4 m
     B,
-    /// Surfaces that reflect little, 4 m
+    /// Surfaces of low reflectivity, 4 m
     C,
     /// An open space above the scanner, 6 m
     D,
-    /// An open space on the right, much that reflects, glass, 5 m
+    /// An open space on the right, many reflecting surfaces, glass, 5 m
     E,
-    /// Things at all depths, 8 m
+    /// Furniture at all depths, 8 m
     F,
     /// Glass and a television, 6 m
     G,
@@ -110,7 +110,7 @@ enum PlatformName {
     Drive,
     /// Along a curve, 0.2 m/s
     Tour,
-    /// To and fro and turning, up to 0.5 m/s and 0.5 rad/s
+    /// Back and forth and turning, up to 0.5 m/s and 0.5 rad/s
     Sway,
 }
 
@@ -141,12 +141,12 @@ impl ChoiceArgs {
         }
     }
 
-    /// The user's file, by either way to name it.
+    /// The user's file, given as the scenario or with --file.
     fn file(&self) -> Result<Option<&Path>, Failure> {
         let Some(ScenarioSource::File(file)) = &self.scenario else {
             return Ok(self.file.as_deref());
         };
-        // With --file the command line itself refuses these.
+        // With --file, clap rejects these.
         let refused = [
             ("--object", self.object.is_some()),
             ("--path", self.path.is_some()),
@@ -155,8 +155,8 @@ impl ChoiceArgs {
         ];
         match refused.iter().find(|(_, is_given)| *is_given) {
             Some((option, _)) => {
-                Err(Failure::new(format!("{option} does not go with a scenario of one's own"))
-                    .fix(format!("{} itself says what moves, and how", file.display())))
+                Err(Failure::new(format!("{option} cannot be used with a scenario file"))
+                    .fix(format!("{} defines what moves, and how", file.display())))
             }
             None => Ok(Some(file)),
         }
@@ -213,7 +213,7 @@ impl ChoiceArgs {
         let goes_its_own_way =
             matches!(object, ObjectName::Three | ObjectName::Door | ObjectName::Chair);
         if goes_its_own_way && self.path.is_some() {
-            return Err(Failure::new("three, door and chair have ways of their own")
+            return Err(Failure::new("three, door and chair have fixed paths")
                 .fix("leave --path out; --platform moves the sensors"));
         }
         Ok(match object {

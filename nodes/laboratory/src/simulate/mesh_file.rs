@@ -9,13 +9,13 @@ use simulator::Triangles;
 
 /// The vertices and triangles of a file. Polygons become fans of triangles.
 ///
-/// What is wrong is told in words, for whoever wrote the scene.
+/// The error is a text for the author of the scene.
 pub(super) fn read(path: &Path) -> Result<Triangles, String> {
     let extension = path.extension().and_then(|extension| extension.to_str());
     match extension.map(str::to_ascii_lowercase).as_deref() {
         Some("ply") => read_ply(path),
         Some("obj" | "stl") => read_obj_or_stl(path),
-        _ => Err("only .obj, .stl and .ply are read".to_owned()),
+        _ => Err("only .obj, .stl and .ply are supported".to_owned()),
     }
 }
 

@@ -1,4 +1,4 @@
-//! What sensors that have no type in `geometry` publish.
+//! Messages of the sensors that have no type in `geometry`.
 
 use geometry::LabelImage;
 use msgs::convert::{LidarShot, message_from_lidar_shots, pose_from_isometry, time_from_stamp};
@@ -76,15 +76,15 @@ pub(super) fn velodyne(turn: &VelodyneTurn) -> PointCloud2 {
     message_from_lidar_shots(turn.stamp, &turn.frame_id, (turn.rings, turn.columns), shots)
 }
 
-/// The labels of a turn, an image with a pixel for each point; `None` where they are not as many as the points.
+/// The labels of a revolution, an image with a pixel for each point; `None` when there are not as many as points.
 pub(super) fn velodyne_labels(turn: &VelodyneTurn) -> Option<LabelImage> {
     let size = (turn.columns, turn.rings);
     LabelImage::new(turn.stamp, turn.frame_id.clone(), size, turn.labels.clone()).ok()
 }
 
-/// Of x, y, z and the rotations about them, from that of x, y and the rotation about z.
+/// The covariance of x, y, z and the rotations about them, from that of x, y and the rotation about z.
 fn covariance(planar: &Matrix3<f64>) -> [f64; 36] {
-    /// As planar drivers publish what they do not measure.
+    /// The variance that planar drivers publish for what they do not measure.
     const NOT_MEASURED: f64 = 1e6;
     const PLANAR_AXES: [usize; 3] = [0, 1, 5];
     let mut covariance = [0.0; 36];

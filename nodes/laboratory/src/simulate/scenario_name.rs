@@ -1,4 +1,4 @@
-//! The scenarios that have a name on the command line, and what is said of them there. The names are the simulator's.
+//! The scenarios that have a name on the command line, and their help texts. The names are the simulator's.
 
 use std::sync::LazyLock;
 
@@ -37,13 +37,13 @@ impl ValueEnum for ScenarioName {
                 "small",
                 "The same room with a small depth image and the person only, for quick tests",
             ),
-            // `--scene` tells what they are.
+            // `--scene` describes them.
             Self::Scene(scene) => return Some(PossibleValue::new(letter(scene))),
             Self::Odometry(run) => (run.name(), about_odometry(run)),
             Self::Slam(run) => (run.name(), about_slam(run)),
             Self::Road => (
                 "road",
-                "For LiDAR odometry: a car with an HDL-32E goes round a block of houses; --velodyne takes another model",
+                "For LiDAR odometry: a car with an HDL-32E drives round a block of houses; --velodyne selects another model",
             ),
         };
         Some(PossibleValue::new(name).help(about))
@@ -59,7 +59,7 @@ impl ScenarioName {
     }
 }
 
-/// Small, as all names of scenarios.
+/// In lower case, as all names of scenarios.
 fn letter(scene: SceneName) -> &'static str {
     match scene {
         SceneName::A => "a",
@@ -75,7 +75,7 @@ fn letter(scene: SceneName) -> &'static str {
 
 fn about_odometry(run: OdometryRun) -> &'static str {
     match run {
-        OdometryRun::Office => "For odometry: an office, a camera in the hand that hardly turns",
+        OdometryRun::Office => "For odometry: an office, a hand-held camera that hardly turns",
         OdometryRun::Desk => "For odometry: round a cluttered desk",
         OdometryRun::Turning => "For odometry: the office, turning about all axes",
         OdometryRun::Loop => "For odometry: once round the office and back to the start",
@@ -83,11 +83,11 @@ fn about_odometry(run: OdometryRun) -> &'static str {
             "For odometry: a large hall, most of it out of the depth camera's reach"
         }
         OdometryRun::Corridor => "For odometry: a bare corridor",
-        OdometryRun::Wall => "For odometry: one wall and nothing else",
+        OdometryRun::Wall => "For odometry: a single wall",
         OdometryRun::LowLight => "For odometry: the office in the dark",
         OdometryRun::Blur => "For odometry: the office, fast, with motion blur",
         OdometryRun::Person => {
-            "For odometry: the office, a person to and fro before the camera at 1.4 m/s"
+            "For odometry: the office, a person walks back and forth before the camera at 1.4 m/s"
         }
         OdometryRun::Rail => "For odometry: scene B on a rail along x, the thesis' experiment 10",
     }
@@ -100,13 +100,13 @@ fn about_slam(run: SlamRun) -> &'static str {
         }
         SlamRun::SlowXyz => "For mapping: the same, slowly (freiburg2_xyz)",
         SlamRun::LongOffice => {
-            "For mapping: all round a desk and back to the start (freiburg3_long_office_household)"
+            "For mapping: once round a desk and back to the start (freiburg3_long_office_household)"
         }
         SlamRun::TexturedPlane => {
-            "For mapping: along a plane with pictures and back (freiburg3_nostructure_texture_near_withloop)"
+            "For mapping: along a textured plane and back (freiburg3_nostructure_texture_near_withloop)"
         }
         SlamRun::ZigZag => {
-            "For mapping: along panels set up in a zig-zag (freiburg3_structure_texture_near)"
+            "For mapping: along panels in a zig-zag (freiburg3_structure_texture_near)"
         }
         SlamRun::DeskWithPerson => {
             "For mapping: round a desk at which a person works (freiburg2_desk_with_person)"
@@ -118,14 +118,14 @@ fn about_slam(run: SlamRun) -> &'static str {
             "For mapping: the same; on half a sphere (freiburg3_sitting_halfsphere)"
         }
         SlamRun::WalkingXyz => {
-            "For mapping: two persons walk through the picture; along the axes (freiburg3_walking_xyz)"
+            "For mapping: two persons walk through the image; along the axes (freiburg3_walking_xyz)"
         }
         SlamRun::WalkingHalfsphere => {
             "For mapping: the same; on half a sphere (freiburg3_walking_halfsphere)"
         }
         SlamRun::Flat => "For mapping: through six rooms of a flat and back to the start, 80 m",
         SlamRun::Kidnapped => {
-            "For mapping: round the office, then from one image to the next elsewhere in it, and back"
+            "For mapping: round the office, with two jumps of the camera to another place in it"
         }
         SlamRun::Dark => "For mapping: round the office three times, 30 s of it without light",
     }

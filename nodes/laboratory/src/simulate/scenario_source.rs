@@ -1,4 +1,4 @@
-//! What stands first on the command line of `stillmap simulate`: a scenario's name, or a file with one.
+//! The first argument of `stillmap simulate`: a scenario's name, or a file with one.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -14,12 +14,12 @@ use super::scenario_name::ScenarioName;
 pub(super) enum ScenarioSource {
     /// It comes with the suite.
     Named(ScenarioName),
-    /// A file of the user's.
+    /// A file of the user.
     File(PathBuf),
 }
 
-/// A name is what it says, also where a file is called the same; what is no name is a file when there is one, or
-/// when it ends as one: then the error is that of a missing file.
+/// A known name wins over a file of the same name. Any other value is a file when it exists or has the ending of one, so
+/// that the error is that of a missing file.
 #[derive(Clone)]
 pub(super) struct ScenarioSourceParser {
     names: EnumValueParser<ScenarioName>,

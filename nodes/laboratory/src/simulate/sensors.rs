@@ -1,4 +1,4 @@
-//! Which sensors look on beside the scanner and the depth camera.
+//! The sensors simulated in addition to the scanner and the depth camera.
 
 use clap::{Args, ValueEnum};
 use simulator::{ColourCamera, Imu, Scenario, Velodyne, VelodyneModel, Wheels};
@@ -13,19 +13,19 @@ pub(super) struct SensorArgs {
     /// A 3D scanner
     #[arg(long, value_name = "MODEL")]
     velodyne: Option<VelodyneName>,
-    /// An inertial unit at 200 Hz
+    /// An inertial measurement unit (IMU) at 200 Hz
     #[arg(long)]
     imu: bool,
-    /// Odometry of wheels at 50 Hz
+    /// Wheel odometry at 50 Hz
     #[arg(long)]
     wheels: bool,
-    /// Colour images in low light, with the noise of few electrons
+    /// Colour images in low light, with shot noise
     #[arg(long)]
     low_light: bool,
-    /// Colour images blurred by what moves within this exposure
+    /// Colour images with the motion blur of this exposure
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u16).range(1..=33))]
     motion_blur_ms: Option<u16>,
-    /// Rays through a colour pixel along each of its edges: fewer are faster, more show finer edges [default: 2]
+    /// Rays per colour pixel along each axis: fewer are faster, more give finer edges [default: 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=8))]
     supersampling: Option<u8>,
 }
@@ -50,11 +50,11 @@ impl VelodyneName {
     }
 }
 
-/// Moments of an exposure that are averaged.
+/// Images averaged over an exposure.
 const SUB_EXPOSURES: usize = 6;
 
 impl SensorArgs {
-    /// The scenario with these sensors too.
+    /// The scenario with these sensors added.
     pub(super) fn added_to(&self, mut scenario: Scenario) -> Scenario {
         let rig = &mut scenario.rig;
         let about_colour =

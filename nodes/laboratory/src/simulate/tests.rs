@@ -62,7 +62,7 @@ fn what_makes_no_sense_is_refused() {
     assert!(parse("--scene Q").is_err());
     let refused = |arguments: &str| scenario(&parse(arguments).unwrap()).unwrap_err().to_string();
     assert!(refused("demo --object robot").contains("--object"));
-    assert!(refused("--scene A --object three --path B").contains("ways of their own"));
+    assert!(refused("--scene A --object three --path B").contains("fixed paths"));
     assert!(refused("--scene A --pause -1").contains("--pause is -1"));
     assert!(refused("--file /does/not/exist.yaml").contains("/does/not/exist.yaml"));
 }
@@ -71,7 +71,7 @@ fn what_makes_no_sense_is_refused() {
 fn a_file_is_a_scenario_without_an_option_too() {
     let folder = tempfile::tempdir().unwrap();
     let mine = Scenario { name: "mine".into(), seed: 9, ..Scenario::default() };
-    // By its ending, and by being there.
+    // By its ending, and because it exists.
     for name in ["scene.yaml", "scene.YML", "scene"] {
         let file = folder.path().join(name);
         std::fs::write(&file, "name: mine\nseed: 9\n").unwrap();
@@ -122,7 +122,7 @@ fn messages<M: RosMessage>(bag: &Path, topic: &str) -> Vec<M> {
 
 #[test]
 fn the_bag_holds_the_truth_of_beams_and_objects_and_is_the_same_each_time() {
-    // A bag tells its own name, so that it must be the same.
+    // A bag contains its own name, so it must be the same.
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     let [bag, again] = folders.each_ref().map(|folder| folder.path().join("room.mcap"));
     let scenario = Scenario::small().with_depth_size(64, 48).with_duration_s(7.0);
@@ -192,7 +192,7 @@ fn scenarios_for_odometry_and_sensors_are_asked_for_by_name() {
     assert_eq!(colour("demo --low-light"), ColourCamera::default().in_low_light());
     assert_eq!(colour("demo --motion-blur-ms 20").exposure_s, 0.02);
     assert_eq!(colour("office --supersampling 1").supersampling, 1);
-    // What is not asked for is not there.
+    // Sensors that were not requested are absent.
     let rig = asked_for("demo").rig;
     assert!(rig.colour_camera.is_none() && rig.imu.is_none() && rig.velodyne.is_none());
     assert!(parse("demo --motion-blur-ms 50").is_err());
@@ -245,7 +245,7 @@ fn the_bag_holds_what_colour_camera_imu_wheels_and_velodyne_publish() {
         let names: Vec<&str> = cloud.fields.iter().map(|field| field.name.as_str()).collect();
         assert_eq!(names, ["x", "y", "z", "intensity", "ring", "time"]);
         let points = msgs::convert::cloud_from_message(cloud).unwrap().points_m;
-        // A room of 5 x 6 m, nearer than a metre nothing.
+        // A room of 5 x 6 m with nothing nearer than a metre.
         let measured: Vec<_> = points.iter().filter(|p| p.x.is_finite()).collect();
         assert!(measured.len() > 15_000, "{}", measured.len());
         assert!(measured.iter().all(|p| (0.9..9.0).contains(&p.coords.norm())));

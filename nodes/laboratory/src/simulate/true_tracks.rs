@@ -58,7 +58,7 @@ impl TrueTracks {
             position: Point { x: position_m.x, y: position_m.y, z: position_m.z },
             velocity: vector(&object.velocity_m_per_s),
             extent: vector(&object.extent_m),
-            // It is the truth: nothing deviates.
+            // Ground truth: no variance.
             covariance: [0.0; 36],
             age_s: sightings.map_or(0.0, |sightings| stamp.seconds_since(sightings.first)),
             unseen_cycles: sightings.map_or(image + 1, |sightings| image - sightings.last_image),

@@ -1,4 +1,4 @@
-//! The truth of a trial, as far as it is asked for later.
+//! The ground truth of a trial that its cycles need later.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,17 +11,17 @@ use simulator::{ObjectPoses, Sample};
 use super::failure;
 use robot::Failure;
 
-/// Images that may wait for a cycle to be made of them: four seconds of a Kinect's.
+/// The most images kept until their cycle arrives: four seconds of a Kinect's.
 const WAITING_IMAGES: usize = 120;
 
-/// What was true, by the stamp of the depth image.
+/// The ground truth, by the stamp of the depth image.
 pub(super) struct Truth {
     keeps_images: bool,
     rays: Option<(CameraModel, RayTable)>,
     objects: BTreeMap<Stamp, ObjectPoses>,
-    /// Images that a cycle may yet be made of.
+    /// Images whose cycle may still arrive.
     waiting: BTreeMap<Stamp, Arc<LabelledImage>>,
-    /// Images that a cycle was made of.
+    /// Images with a cycle.
     claimed: BTreeMap<Stamp, Arc<LabelledImage>>,
 }
 
@@ -63,26 +63,26 @@ impl Truth {
         Ok(())
     }
 
-    /// A cycle was made of the image of this stamp.
+    /// Keeps the image of this stamp: there is a cycle of it.
     pub(super) fn claim(&mut self, stamp: Stamp) {
         if let Some(image) = self.waiting.get(&stamp) {
             self.claimed.insert(stamp, Arc::clone(image));
         }
     }
 
-    /// No cycle will be made of an image before this stamp; without one, of any might.
+    /// Drops the images before this stamp, of which no cycle will come. `None` drops nothing.
     pub(super) fn forget_before(&mut self, stamp: Option<Stamp>) {
         if let Some(stamp) = stamp {
             self.waiting = self.waiting.split_off(&stamp);
         }
     }
 
-    /// Where the objects were in the image of this stamp.
+    /// The poses of the objects in the image of this stamp.
     pub(super) fn objects_at(&self, stamp: Stamp) -> Option<&ObjectPoses> {
         self.objects.get(&stamp)
     }
 
-    /// The labelled points of the image of this stamp, in the rig frame, where it was claimed.
+    /// The labelled points of the image of this stamp, in the rig frame; `None` when it was not claimed.
     pub(super) fn frame_at(
         &self,
         stamp: Stamp,

@@ -1,4 +1,4 @@
-//! One method at its work on a scenario.
+//! The run of one method on a scenario.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use super::*;
 use robot::run::parameters::PipelineParameters;
 use robot::run::pipeline::{Pipeline, Sensors};
 
-/// Cycles that may wait to be looked at: more than come of one sample.
+/// The queue of cycles not yet read: longer than one sample can fill.
 const WAITING_CYCLES: usize = 64;
 
 /// A sample, as a driver would publish it.
@@ -27,7 +27,7 @@ pub(super) enum Message {
 }
 
 impl Message {
-    /// What of a sample is published; the truth is not.
+    /// The message of a sample; `None` for ground truth, which is not published.
     pub(super) fn of(sample: &Sample) -> Option<Self> {
         Some(match sample {
             Sample::Pose(pose) => Self::Pose(Arc::new(convert::message_from_pose(pose))),
@@ -52,24 +52,24 @@ impl Message {
     }
 }
 
-/// One method at its work.
+/// The run of one method.
 pub(super) struct Play<'a> {
     method: Method,
     parameters: PipelineParameters,
     pipeline: Pipeline,
     tracks: Subscription<Tracks>,
-    /// It is what the subscription belongs to.
+    /// The node of the subscription.
     _listener: Node,
-    /// A point a pixel.
+    /// One point per pixel.
     surface_m: &'a [Point3<f32>],
-    /// A point a voxel of the map's edge.
+    /// One point per voxel of the map's edge.
     empty_scene_m: Vec<Point3<f32>>,
     options: &'a TrialOptions,
     cycles: BTreeMap<u32, SeenCycle>,
     reached: Option<Stamp>,
 }
 
-/// What was heard of a cycle.
+/// The published results of a cycle.
 struct SeenCycle {
     tracks: Vec<Track>,
     correlation: Option<Correlation>,
@@ -101,14 +101,14 @@ impl<'a> Play<'a> {
         })
     }
 
-    /// Lets the nodes take a message and all that comes of it.
+    /// Publishes a message and runs the nodes until it is processed.
     pub(super) fn take(&mut self, message: &Message, truth: &mut Truth) -> Result<(), Failure> {
         message.publish(self.pipeline.sensors()).map_err(failure)?;
         self.pipeline.flow();
         self.look(truth)
     }
 
-    /// Nothing more will come.
+    /// Ends the input.
     pub(super) fn end(&mut self, truth: &mut Truth) -> Result<(), Failure> {
         self.pipeline.end_of_input();
         self.look(truth)
@@ -119,7 +119,7 @@ impl<'a> Play<'a> {
         self.reached
     }
 
-    /// Looks at the cycles that have come through since the last look.
+    /// Reads the cycles finished since the last call.
     fn look(&mut self, truth: &mut Truth) -> Result<(), Failure> {
         while let Some(received) = self.tracks.try_next() {
             let message = received.message;
@@ -159,7 +159,7 @@ impl<'a> Play<'a> {
                 let seen = self.cycles.remove(&cycle.index);
                 let truth = truth.objects_at(cycle.cloud_stamp).cloned();
                 let (seen, truth) = seen.zip(truth).ok_or_else(|| {
-                    Failure::new(format!("nothing is known of cycle {}", cycle.index))
+                    Failure::new(format!("cycle {} has no tracks or no ground truth", cycle.index))
                 })?;
                 let SeenCycle { tracks, correlation } = seen;
                 Ok(TrialCycle { truth, tracks, correlation })

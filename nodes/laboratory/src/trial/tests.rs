@@ -43,7 +43,7 @@ fn both_methods_see_the_same_cycles_with_their_truth() {
     assert!(free_space.cycles.iter().any(|cycle| !cycle.tracks.is_empty()));
 }
 
-/// The surface was one of 8 cm here, and in the score of a bag one of a point a pixel.
+/// The reference surface once had a point per 8 cm voxel here, but one per pixel in the score of a bag.
 #[test]
 fn the_distance_from_the_surface_is_that_of_run_and_eval_map() {
     let scenario = short_crossing();

@@ -39,7 +39,7 @@ fn small_room(folder: &Path) -> PathBuf {
     bag
 }
 
-/// What `run` says of a bag against its truth.
+/// The report of `run` on a bag with ground truth.
 fn truth_of_run(bag: &Path, out: &Path, arguments: &[&str]) -> Value {
     let run = Run::parse_from([&["run", "--no-timing"], arguments].concat());
     let how = (&run.how, TransportName::Local);
@@ -59,12 +59,12 @@ fn the_map_is_compared_with_the_surface_as_eval_map_does_and_only_in_its_frame()
     let same = map::score(&Map::parse_from(line).args).unwrap().distance;
     assert_eq!(truth["map"]["surface"], serde_json::to_value(same).unwrap());
     assert!(same.recall > 0.5 && same.accuracy_m < 0.05, "{same:?}");
-    // Another topic of poses may lead to another frame.
+    // Another topic of poses may use another map frame.
     let bag_of_room = Bag::open(&bag).unwrap();
     assert!(surface_in("map", &bag_of_room).unwrap().is_some());
     assert!(surface_in("odom", &bag_of_room).unwrap().is_none());
-    // The map begins at the first camera, the surface is where the bag's poses are. It was compared all the same. The name
-    // of the frame is what the user wants.
+    // The map begins at the first camera, while the surface is in the frame of the bag's poses; they were compared all the
+    // same. The name of the frame is the user's choice, so it proves nothing.
     let parameters = folder.path().join("pose.yaml");
     std::fs::write(&parameters, "pose:\n  ros__parameters:\n    odom_frame_id: map\n").unwrap();
     let named = ["--params-file", parameters.to_str().unwrap()];
