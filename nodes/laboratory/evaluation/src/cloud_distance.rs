@@ -1,5 +1,5 @@
-//! How far two clouds of one scene are apart: accuracy, completeness, F-score and Chamfer distance, as the
-//! benchmarks of reconstruction have them (Knapitsch et al. 2017, Tanks and Temples, section 4.1).
+//! The distance between two clouds of one scene: accuracy, completeness, F-score and Chamfer distance, as defined by
+//! reconstruction benchmarks (Knapitsch et al. 2017, Tanks and Temples, section 4.1).
 
 #[cfg(test)]
 mod tests;
@@ -10,26 +10,25 @@ use geometry::{VoxelEdgeError, VoxelGrid, VoxelKey, is_finite};
 use nalgebra::Point3;
 use report::CloudDistance;
 
-/// Points farther from the other cloud than so many tolerances count as that far: one stray point must not
-/// outweigh a room.
+/// Distances are clamped to this many tolerances, so that a single outlier does not dominate the mean.
 const FARTHEST_IN_TOLERANCES: i32 = 5;
 
-/// There is nothing to compare.
+/// The clouds cannot be compared.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum CloudDistanceError {
-    /// A cloud has no point.
+    /// A cloud has no points.
     #[error("the {which} cloud has no point with finite coordinates")]
     Empty {
         /// `reference` or `map`.
         which: &'static str,
     },
-    /// The tolerance is no length.
+    /// The tolerance is not a length.
     #[error("the tolerance of the distance: {0}")]
     Tolerance(#[from] VoxelEdgeError),
 }
 
-/// A map and its reference in one frame, both reduced to one point a voxel: how often a place was seen does not count,
-/// and the time of a comparison goes with the surface, not with the points on it.
+/// A map and its reference in one frame, both reduced to one point per voxel: how often a place was observed does not
+/// count, and the time of a comparison depends on the surface area, not on the number of points.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ReducedClouds {
     /// The reference: the mean of its points in each voxel.
@@ -39,7 +38,7 @@ pub struct ReducedClouds {
 }
 
 impl ReducedClouds {
-    /// The two clouds, reduced to voxels of an edge. Points that are not finite are left out.
+    /// The two clouds, reduced to voxels of this edge. Non-finite points are left out.
     ///
     /// # Errors
     /// When the edge is not a positive number.
@@ -52,7 +51,7 @@ impl ReducedClouds {
         Ok(Self { reference_m: grid.reduce(reference_m), map_m: grid.reduce(map_m) })
     }
 
-    /// The distances of the two.
+    /// The distances between the two.
     ///
     /// # Errors
     /// When a cloud is empty, or the tolerance is not a positive number.
@@ -85,7 +84,7 @@ fn cloud_distance(
     })
 }
 
-/// A cloud, ready to be asked for what is near.
+/// A cloud with an index for nearest-neighbour queries.
 struct Neighbours {
     /// Cells of one tolerance. Looked up by key alone; the order of hashing reaches no result.
     cells: HashMap<VoxelKey, Vec<Point3<f32>>>,
@@ -107,7 +106,7 @@ impl Neighbours {
         Ok(Self { cells, grid })
     }
 
-    /// The distances of a cloud's points; none where it has no point.
+    /// The distances of a cloud's points; `None` when it has none.
     fn distances_of(&self, cloud_m: &[Point3<f32>]) -> Option<Distances> {
         let (mut points, mut within, mut sum_m) = (0_u64, 0_u64, 0.0);
         for point in cloud_m.iter().filter(|point| is_finite(point)) {
@@ -122,12 +121,12 @@ impl Neighbours {
         })
     }
 
-    /// The distance to the nearest point, or that of five tolerances where none is nearer.
+    /// The distance to the nearest point, at most five tolerances.
     fn distance_m(&self, point: &Point3<f32>) -> f64 {
         let centre = self.grid.key(point);
         let mut nearest_m = self.grid.edge_m() * f64::from(FARTHEST_IN_TOLERANCES);
         for ring in 0..=FARTHEST_IN_TOLERANCES {
-            // What lies in this ring of cells is at least so far away.
+            // The points in this ring of cells are at least this far away.
             if f64::from(ring - 1) * self.grid.edge_m() >= nearest_m {
                 break;
             }

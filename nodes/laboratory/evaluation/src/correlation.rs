@@ -1,10 +1,10 @@
-//! The correlation by localised views (Rec-HV 3.2.9, 3.3.5, eq. 10): how alike two clouds of one scene look.
+//! The correlation by localised views (Rec-HV 3.2.9, 3.3.5, eq. 10): how similar two clouds of one scene look.
 //!
-//! Each cloud is painted as a picture in grey, and the two pictures are compared pixel by pixel. The thesis
-//! paints one view, from the front; the views from above and from the side are here too, since what is wrong
-//! in depth alone hardly shows from the front.
+//! Each cloud is rendered as a grey image, and the two images are compared pixel by pixel. The thesis renders one
+//! view, from the front; here there are also views from above and from the side, since errors in depth alone hardly
+//! show from the front.
 //!
-//! Where the text is silent:
+//! What the thesis leaves open:
 //! - Both pictures have one frame and one scale of grey, those of both clouds together. The frame reaches from the
 //!   least to the greatest coordinate, as the pixels of eq. 10 do: squares are cut there. A rim beyond, which nothing
 //!   but the halves of the outermost squares reach, is empty or not by the millimetre, and in the picture of a room
@@ -14,8 +14,8 @@
 //!   them, which noise moves about, cost two maps that differ by half a millimetre a tenth of their correlation.
 //!   Of points on one pixel the nearest to the viewer is seen: the thesis sorts from far to near and paints in this
 //!   order.
-//! - A pixel where no point is is 0, and a point takes the upper half of the scale. As printed, the nearest
-//!   point is 0 too: an object left behind in front of everything would not be seen at all.
+//! - A pixel without a point is 0, and points use the upper half of the scale. As printed, the nearest
+//!   point is 0 too: a ghost object in front of everything would not show at all.
 //! - Template matching of two pictures of one size has one place to match; its normalised coefficient
 //!   (`TM_CCOEFF_NORMED`) there is Pearson's correlation of the pixels, which is what the thesis calls the
 //!   linear correlation.
@@ -31,21 +31,21 @@ use serde::{Deserialize, Serialize};
 const PX_PER_M: f64 = 100.0;
 /// Eq. 10: the grey of the farthest point.
 const WHITE: f64 = 255.0;
-/// The grey of the nearest point: to be there at all weighs as much as all of the depth.
+/// The grey of the nearest point: the presence of a point weighs as much as the whole range of depth.
 const NEAREST: f64 = 128.0;
-/// A point is painted as a square of so many voxel edges.
+/// The edge of a point's square, in voxel edges.
 const SQUARE_EDGES: f64 = 1.5;
-/// A picture has at most so many pixels; a larger scene is painted at a coarser scale.
+/// The most pixels of an image; a larger scene is rendered at a coarser scale.
 const MOST_PIXELS: f64 = 16e6;
-/// No side of a picture has more pixels: 2 km at the scale of eq. 10, so that no scene of a real size is painted
-/// coarser for it, and pictures of a thin one stay bounded.
+/// The most pixels along a side of an image: 2 km at the scale of eq. 10, so that no real scene is rendered coarser
+/// because of it, and images of a thin one stay bounded.
 const MOST_SIDE_PX: f64 = 2e5;
 
-/// A direction to look in.
+/// A viewing direction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LocalisedView {
-    /// Along x, as the thesis has it: y to the side, z up, grey by x.
+    /// Along x, as in the thesis: y to the side, z up, grey by x.
     Front,
     /// Along z from above: y to the side, x up, grey by z.
     Top,
@@ -72,7 +72,7 @@ impl LocalisedView {
 /// The correlation of two clouds in each view.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Correlation {
-    /// As the thesis has it.
+    /// From the front, as in the thesis.
     pub front: f64,
     /// From above.
     pub top: f64,
@@ -81,32 +81,32 @@ pub struct Correlation {
 }
 
 impl Correlation {
-    /// The least of the three: no view may hide a fault.
+    /// The least of the three: no view may hide an error.
     #[must_use]
     pub fn least(&self) -> f64 {
         self.front.min(self.top).min(self.side)
     }
 }
 
-/// There is nothing to compare.
+/// The clouds cannot be compared.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum CorrelationError {
-    /// A cloud has no point.
+    /// A cloud has no points.
     #[error("the {which} cloud has no point with finite coordinates")]
     Empty {
         /// `reference` or `map`.
         which: &'static str,
     },
-    /// The edge is no length.
+    /// The edge is not a length.
     #[error("the edge of a point's square must be a positive number of metres, not {edge_m}")]
     Edge {
-        /// The edge that was asked for.
+        /// The requested edge.
         edge_m: f64,
     },
 }
 
 /// The correlation of `map_m` with `reference_m`, both in one frame and reduced to voxels of `edge_m`: 1 for
-/// the same cloud, about 0 for unrelated ones. Points that are not finite are left out.
+/// the same cloud, about 0 for unrelated ones. Non-finite points are left out.
 ///
 /// # Errors
 /// When a cloud is empty, or the edge is not a positive number.
@@ -141,7 +141,7 @@ fn view_correlation(
     pearson(&frame.paint(view, reference_m), &frame.paint(view, map_m))
 }
 
-/// What both pictures of a view share.
+/// The frame and scale shared by both images of a view.
 struct Frame {
     px_per_m: f64,
     min_m: [f64; 3],
@@ -162,10 +162,10 @@ impl Frame {
                 max_m[axis] = max_m[axis].max(value);
             }
         }
-        // A frame of no extent would be of no pixel: one point, or points one above the other.
+        // A frame of zero extent would have no pixels: a single point, or points one above the other.
         let extent_m = |axis: usize| (max_m[axis] - min_m[axis]).max(1.0 / PX_PER_M);
         let pixels = extent_m(0) * extent_m(1) * PX_PER_M * PX_PER_M;
-        // A row or a column of pixels is the least that a thin scene comes to: its length is bounded as well.
+        // A thin scene has at least one row or column of pixels, so its length is bounded as well.
         let longest_m = extent_m(0).max(extent_m(1));
         let px_per_m =
             (PX_PER_M * (MOST_PIXELS / pixels).sqrt().min(1.0)).min(MOST_SIDE_PX / longest_m);
@@ -180,11 +180,11 @@ impl Frame {
         }
     }
 
-    /// The picture of a cloud, row by row; 0 where no point is.
+    /// The image of a cloud, row by row; 0 without a point.
     fn paint(&self, view: LocalisedView, cloud_m: &[Point3<f32>]) -> Vec<u8> {
         let mut points: Vec<[f64; 3]> =
             cloud_m.iter().filter(|point| is_finite(point)).map(|point| view.axes(point)).collect();
-        // From far to near, and then by place, so that the order of the cloud does not matter.
+        // From far to near, and then by position, so that the order of the cloud does not matter.
         points.sort_unstable_by(|a, b| {
             b[2].total_cmp(&a[2]).then(a[0].total_cmp(&b[0])).then(a[1].total_cmp(&b[1]))
         });
@@ -216,8 +216,7 @@ impl Frame {
     }
 }
 
-/// Pearson's correlation of two pictures of one size. Two pictures that are both of one grey throughout are
-/// alike when they are the same.
+/// Pearson's correlation of two images of one size. For two images of a single grey each it is 1 when they are equal.
 fn pearson(a: &[u8], b: &[u8]) -> f64 {
     let count = a.len() as f64;
     let sum = |picture: &[u8]| picture.iter().map(|grey| u64::from(*grey)).sum::<u64>() as f64;

@@ -1,11 +1,11 @@
-//! How much of the truly moving points a run removed, and what that cost the static scene.
+//! How many of the true dynamic points a run removed, and how many static ones it lost.
 //!
-//! The truth is one label per depth pixel: 0 is the static scene, any other number an object. A mask
-//! derived from the recording itself does the same service as a simulator's labels.
+//! The ground truth is one label per depth pixel: 0 is the static scene, any other number an object. A mask
+//! derived from the recording itself works as well as a simulator's labels.
 //!
 //! A true point counts as **removed** when its voxel of the rig frame, on the grid of the reduction, holds
-//! a point that segmentation took for moving in that cycle: the reduction leaves one point a voxel, so the
-//! voxel is the finest part that segmentation can take or leave.
+//! a point that segmentation classified as dynamic in that cycle: the reduction leaves one point per voxel, so the
+//! voxel is the smallest unit of segmentation.
 //!
 //! In the map, a voxel is an object's own when the object's points touched it in some cycle and no static
 //! point ever did. Such a voxel should be empty in the final map; a voxel that static points touched in
@@ -40,20 +40,20 @@ const STATIC_LABEL: u16 = geometry::LabelImage::STATIC;
 /// The run cannot be scored.
 #[derive(Debug, thiserror::Error)]
 pub enum ScoreError<E: std::error::Error + 'static> {
-    /// The run's voxel edge is no length.
+    /// The run's voxel edge is not a length.
     #[error("the run cannot be scored on its voxel grid")]
     Edge(#[from] VoxelEdgeError),
-    /// The tolerance of the surface is no length.
+    /// The tolerance of the surface is not a length.
     #[error("the map cannot be compared with the true surface")]
     Surface(#[source] CloudDistanceError),
-    /// The truth of a cycle could not be had.
+    /// The ground truth of a cycle is not available.
     #[error("no truth for the cloud of cycle {index} at {} ns", stamp.as_nanos())]
     Truth {
         /// The cycle.
         index: u32,
-        /// The stamp that was asked for.
+        /// The requested stamp.
         stamp: Stamp,
-        /// Why.
+        /// The reason.
         source: E,
     },
 }
@@ -62,7 +62,7 @@ pub enum ScoreError<E: std::error::Error + 'static> {
 /// there is none. `object_names` says what the labels stand for, as far as that is known. `surface_m` are points of the true
 /// static surface in the frame of the map, as many a place as there may be, where they are known.
 ///
-/// The truth is asked for in the order of the cycles and one frame is held at a time.
+/// `truth_at` is called in the order of the cycles, and one frame is held at a time.
 ///
 /// # Errors
 /// When the run's voxel edge is not a positive number, or the tolerance of the surface where one is given, or `truth_at`

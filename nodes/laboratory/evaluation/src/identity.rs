@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Point3;
 use report::{IDENTITY_GATE_M, IdentityScore};
 
-/// What is true of a cycle, and what is followed in it. Positions in the map.
+/// The true objects and the tracks of a cycle. Positions in the map frame.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct IdentityCycle {
     /// The objects in view, by their labels.
@@ -17,8 +17,8 @@ pub struct IdentityCycle {
 
 /// Follows the objects by their tracks through the cycles of a run, in their order.
 ///
-/// In each cycle an object keeps its track for as long as that is within the gate; the others get, nearest
-/// pair first, the tracks that are left.
+/// In each cycle an object keeps its track while that is within the gate; the remaining tracks are assigned to the other
+/// objects, nearest pair first.
 #[must_use]
 pub fn score_identities(cycles: impl IntoIterator<Item = IdentityCycle>) -> IdentityScore {
     let mut last: BTreeMap<u16, u32> = BTreeMap::new();
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn two_that_change_places_are_two_switches() {
-        // Within the gate an object keeps its old track, so the change is seen once they are apart again.
+        // Within the gate an object keeps its old track, so the switch is counted once they are apart again.
         let swapped =
             |step: usize, object: u16| u32::from(if step > 10 { 3 - object } else { object });
         assert_eq!(crossing(swapped), 2);

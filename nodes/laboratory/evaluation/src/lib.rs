@@ -1,5 +1,5 @@
-//! Scores against the truth, of runs, maps, detection and trajectories. [`score_dynamic`] says how much of each moving
-//! object a run removed and what that cost the static scene; [`trajectory`] compares an estimate with a reference.
+//! Scores against ground truth, of runs, maps, detection and trajectories. [`score_dynamic`] measures how much of each
+//! moving object a run removed and how much static scene it lost; [`trajectory`] compares an estimate with a reference.
 //!
 //! No ROS, no files, no clock: the same input gives the same figures.
 //!
@@ -7,7 +7,7 @@
 //! use evaluation::ReducedClouds;
 //! use nalgebra::Point3;
 //!
-//! // The map lacks one point of the reference, and has another 1 cm off.
+//! // In the map one point of the reference is missing, and another is off by 1 cm.
 //! let reference_m = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]].map(Point3::from);
 //! let map_m = [[0.0, 0.0, 0.0], [1.01, 0.0, 0.0]].map(Point3::from);
 //! let distance = ReducedClouds::of(&reference_m, &map_m, 0.05)?.distance(0.05)?;

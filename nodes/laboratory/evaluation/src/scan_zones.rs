@@ -1,5 +1,5 @@
-//! How well zones cover what moves in a scan, where the moving returns of a recording are labelled: a point for
-//! each leg of each person, as leg trackers are trained on.
+//! How well zones cover the moving objects of a scan, for recordings with labels: a point for each leg of each
+//! person, as in the training data of leg trackers.
 //!
 //! Labels do not say who walks and who stands. A label stays where another label is at the same place a while
 //! earlier or later; any other moves. A walker's leg stands for 0.6 s of a step, so the while is longer.
@@ -10,31 +10,32 @@ use geometry::DynamicZone;
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
-/// A leg that is there this long after is a leg of one who stands.
+/// A leg that is at the same place after this time belongs to a standing person.
 const WHILE_S: f64 = 1.0;
-/// A label is looked for up to so long after that while: a few scans.
+/// The search for such a label goes on this long after that time: a few scans.
 const LOOK_S: f64 = 0.5;
-/// Within this distance two labels are at one place: a leg's width and the noise of a cluster's middle.
+/// Labels within this distance are at one place: a leg's width and the noise of a cluster's centre.
 const SAME_PLACE_M: f64 = 0.15;
-/// A return so near to a label is of its leg: half of a thick one's width. Labels are the middles of the legs' returns.
+/// Returns within this distance of a label are of its leg: half of a thick leg's width. Labels are the centres of the legs'
+/// returns.
 const OF_LEG_M: f64 = 0.1;
-/// A return of the background has the range that is the median of its beam, but for its noise.
+/// A return of the background is within this distance of the median range of its beam: the noise.
 const OF_BACKGROUND_M: f64 = 0.1;
 /// Labels leave persons out, so that the background is told by this: a beam with at least such a share of its returns there.
 const OF_STEADY_BEAM: f64 = 0.5;
 
-/// One scan: what is labelled in it, and the zones that were found.
+/// One scan with its labels and zones.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LabelledScan {
-    /// When it began, in seconds since any moment.
+    /// The start of the scan, in seconds since any moment.
     pub time_s: f64,
     /// The pose of the rig.
     pub map_from_rig: Isometry3<f64>,
     /// The zones of its cycle.
     pub zones: Vec<DynamicZone>,
-    /// The labelled places in the rig frame; `None` where the scan was not labelled.
+    /// The labelled positions in the rig frame; `None` when the scan was not labelled.
     pub labels_in_rig_m: Option<Vec<Point3<f64>>>,
-    /// Its returns.
+    /// The returns.
     pub returns: Vec<ScanReturn>,
 }
 
@@ -43,11 +44,11 @@ pub struct LabelledScan {
 pub struct ScanReturn {
     /// The beam's index in the scan.
     pub beam: usize,
-    /// As measured.
+    /// The measured range.
     pub range_m: f64,
-    /// Its place in the rig frame.
+    /// The position in the rig frame.
     pub in_rig_m: Point3<f64>,
-    /// Whether a static scan is without it.
+    /// Whether it is missing from the static scan.
     pub is_removed: bool,
 }
 
@@ -60,7 +61,7 @@ pub struct ScanZoneScore {
     pub scans_with_zone: usize,
     /// Zones of all scans.
     pub zones: usize,
-    /// Scans that were labelled and hold nobody.
+    /// Labelled scans without a person.
     pub empty_scans: usize,
     /// Zones of these.
     pub zones_in_empty_scans: usize,
@@ -70,9 +71,9 @@ pub struct ScanZoneScore {
     pub moving_labels: usize,
     /// Of these, labels in the direction of a zone.
     pub moving_labels_in_zone: usize,
-    /// Of the moving labels, those with a return at their place.
+    /// Of the moving labels, those with a return at their position.
     pub moving_legs: usize,
-    /// Of these, legs of which no return is left.
+    /// Of these, legs whose returns were all removed.
     pub moving_legs_removed: usize,
     /// Returns of the background: at the range that their beam has most of the time. None where the platform moves.
     pub background_returns: usize,
@@ -81,26 +82,26 @@ pub struct ScanZoneScore {
 }
 
 impl ScanZoneScore {
-    /// The share of the moving labels that lie in a zone; none without one.
+    /// The share of the moving labels in a zone; `None` without moving labels.
     #[must_use]
     pub fn found_share(&self) -> Option<f64> {
         share(self.moving_labels_in_zone, self.moving_labels)
     }
 
-    /// The share of the moving legs of which no return is left; none without one.
+    /// The share of the moving legs whose returns were all removed; `None` without moving legs.
     #[must_use]
     pub fn removed_share(&self) -> Option<f64> {
         share(self.moving_legs_removed, self.moving_legs)
     }
 
-    /// The share of the background's returns that are left; none without one.
+    /// The share of the background's returns that are kept; `None` without any.
     #[must_use]
     pub fn background_share(&self) -> Option<f64> {
         let kept = self.background_returns - self.background_returns_removed;
         share(kept, self.background_returns)
     }
 
-    /// The share of scans with a zone; none without a scan.
+    /// The share of scans with a zone; `None` without scans.
     #[must_use]
     pub fn zone_share(&self) -> Option<f64> {
         share(self.scans_with_zone, self.scans)
@@ -111,7 +112,7 @@ fn share(part: usize, whole: usize) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
-/// Scores the scans of a recording, which are in the order of their times.
+/// Scores the scans of a recording, in the order of their times.
 #[must_use]
 pub fn score_scan_zones(scans: &[LabelledScan]) -> ScanZoneScore {
     let mut score = ScanZoneScore { scans: scans.len(), ..ScanZoneScore::default() };
@@ -146,7 +147,7 @@ pub fn score_scan_zones(scans: &[LabelledScan]) -> ScanZoneScore {
     score
 }
 
-/// Whether a return is of the background, as the scans of a standing platform show it.
+/// Whether a return is of the background, for scans of a standing platform.
 fn background(scans: &[LabelledScan]) -> impl Fn(&ScanReturn) -> bool + use<> {
     let stands = scans.windows(2).all(|pair| pair[0].map_from_rig == pair[1].map_from_rig);
     let mut by_beam: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
@@ -170,7 +171,7 @@ fn apart_m(label: &Point3<f64>, one: &ScanReturn) -> f64 {
     nalgebra::distance(&label.xy(), &one.in_rig_m.xy())
 }
 
-/// Whether a label of scan `index` has another at its place a while earlier or later.
+/// Whether a label of scan `index` has another at its place some time earlier or later.
 fn stays(in_map_m: &Point3<f64>, index: usize, scans: &[LabelledScan]) -> bool {
     let Some((before, from)) = scans.split_at_checked(index) else { return false };
     let Some(now_s) = from.first().map(|scan| scan.time_s) else { return false };
@@ -224,7 +225,7 @@ mod tests {
         };
         let walk = |index: usize| LabelledScan {
             returns: vec![
-                // The leg, of which one return is left in each second scan.
+                // The leg, of which one return is kept in every second scan.
                 back(0, 2.0, 0.1 * index as f64, true),
                 back(1, 2.05, 0.1 * index as f64, index.is_multiple_of(2)),
                 // The other leg, and the wall, before which he is once.
@@ -242,7 +243,7 @@ mod tests {
 
     #[test]
     fn who_walks_counts_and_who_stands_does_not() {
-        // One stands at 2 m ahead; one walks across at 1 m/s, 3 m ahead; zones see the left side only.
+        // One person stands 2 m ahead; one walks across at 1 m/s, 3 m ahead; zones cover the left side only.
         let scans: Vec<_> = (0..40)
             .map(|index| {
                 let walker_m = [3.0, 2.0 - index as f64 * PERIOD_S];

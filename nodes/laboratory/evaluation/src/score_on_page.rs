@@ -48,7 +48,7 @@ fn example() -> (RunRecord, Summary) {
     let truth_at =
         |_| Ok::<_, Infallible>(Some(TruthFrame::from_points((640, 480), truth.clone())));
     let names = BTreeMap::from([(1, "person".to_owned())]);
-    // A map that is where it should be.
+    // A map without error.
     let surface_m = Some(run.static_map.as_slice());
     let score =
         score_dynamic(&run, &DynamicScoreRules::default(), &names, surface_m, truth_at).unwrap();
@@ -120,7 +120,7 @@ fn the_page_needs_nothing_but_itself() {
         assert!(!text.contains(outside), "{outside}");
     }
     assert!(!page[..script].contains("url("));
-    // One script, and what it reads.
+    // One script and its data.
     assert_eq!(page.matches("<script>").count(), 1);
     assert!(page.contains("default-src 'none'; script-src 'sha256-"));
     assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 6);

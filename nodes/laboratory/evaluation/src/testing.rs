@@ -1,4 +1,4 @@
-//! Runs to be scored.
+//! Runs for tests.
 
 use geometry::Stamp;
 use report::{CycleRecord, RunRecord};

@@ -4,9 +4,9 @@
 //! The measures are those of Sturm et al. 2012 (A Benchmark for the Evaluation of RGB-D SLAM Systems, section
 //! IV), of Geiger et al. 2012 (Are we ready for Autonomous Driving?, section 3.2), and of Zhang and Scaramuzza
 //! 2018 (A Tutorial on Quantitative Trajectory Evaluation). A tracker that stops when it is lost has small
-//! errors where it still runs: [`Coverage`] stands beside every error for that reason.
+//! errors where it still runs; therefore [`Coverage`] accompanies every error.
 //!
-//! Here are no files: parsers take text, and pictures and pages are text too.
+//! No file access: parsers take text, and charts and pages are text too.
 
 mod absolute;
 mod alignment;

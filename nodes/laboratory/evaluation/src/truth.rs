@@ -1,12 +1,12 @@
-//! The truth of one moment: the points of a depth image, each with the label of its pixel.
+//! The ground truth of one stamp: the points of a depth image, each with the label of its pixel.
 
 use geometry::{DepthImage, DepthLimits, LabelImage, RayTable};
 use nalgebra::{Isometry3, Point3};
 
-/// A true point and what it belongs to.
+/// A true point and its object.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LabelledPoint {
-    /// Where, in the rig frame.
+    /// The position in the rig frame.
     pub point_in_rig: Point3<f32>,
     /// 0 for the static scene, any other number for an object.
     pub object_id: u16,
@@ -19,7 +19,7 @@ pub struct TruthFrame {
     points: Vec<LabelledPoint>,
 }
 
-/// The images and the camera of a truth do not belong together.
+/// The images and the camera of a ground truth do not have the same size.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
     "the truth's depth image has {depth_px:?} pixels, its label image {labels_px:?} and its camera \
@@ -35,11 +35,11 @@ pub struct TruthFrameError {
 }
 
 impl TruthFrame {
-    /// The truth of a depth image and the labels of its pixels. A pixel without a depth within `limits`, which
-    /// should be the pipeline's own, has no point: it gave the run none either.
+    /// The ground truth of a depth image and the labels of its pixels. A pixel without a depth within `limits`, which
+    /// should be the pipeline's own, has no point: the run had none either.
     ///
     /// # Errors
-    /// When the images or the camera are not of one size.
+    /// When the images and the camera do not have the same size.
     pub fn from_images(
         depth: &DepthImage,
         labels: &LabelImage,

@@ -34,7 +34,8 @@ fn the_table_the_page_and_the_json_say_the_same() {
     assert!(table.contains(&format!("{rmse_m:.6}")), "{table}");
     let page = std::fs::read_to_string(out.join("score.html")).unwrap();
     assert!(page.contains(&format!("{rmse_m:.4} m (RMSE")), "{rmse_m}");
-    for chart in ["Reference and estimate", "Where the error is", "Error of the position over time"]
+    for chart in
+        ["Reference and estimate", "Error along the path", "Error of the position over time"]
     {
         assert!(page.contains(chart), "{chart}");
     }
@@ -100,9 +101,9 @@ fn what_cannot_be_scored_is_named_with_its_line_and_the_mend() {
         &["broken.txt: line 4: 4 columns", "TUM has 8"],
     );
     let empty = written("empty.txt", b"# nothing\n");
-    refused(&[path(&empty), "--ref", path(&truth)], &["empty.txt: there is no pose in it"]);
+    refused(&[path(&empty), "--ref", path(&truth)], &["empty.txt: it contains no poses"]);
     let binary = written("binary.txt", b"\x00\xff\x00");
-    refused(&[path(&truth), "--ref", path(&binary)], &["binary.txt: line 1: this is no text"]);
+    refused(&[path(&truth), "--ref", path(&binary)], &["binary.txt: line 1: not UTF-8 text"]);
     refused(&["/nowhere/a.txt", "--ref", path(&truth)], &["cannot read /nowhere/a.txt"]);
     let elsewhere =
         written("elsewhere.txt", b"1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 1 1 0 0 0 0 1\n");

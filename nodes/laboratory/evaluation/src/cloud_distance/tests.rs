@@ -48,7 +48,7 @@ fn without_points_there_is_nothing_to_compare() {
 
 #[test]
 fn a_reference_with_many_points_in_a_voxel_counts_each_place_once() {
-    // Half of the surface was seen a hundred times as often: still half of it is in the map.
+    // Half of the surface was observed a hundred times as often: the map still has half of it.
     let often = (0..100).flat_map(|_| line(10, 0.0));
     let rare = line(10, 5.0);
     let reference: Vec<_> = often.chain(rare.clone()).collect();
@@ -67,7 +67,7 @@ fn rings_fill_a_cube_and_share_no_cell() {
 }
 
 proptest! {
-    /// Against the plain search.
+    /// Against brute force.
     #[test]
     fn the_nearest_point_is_found(
         cloud in prop::collection::vec(prop::array::uniform3(-1.0f32..1.0), 1..60),

@@ -4,7 +4,7 @@ use super::*;
 
 const EDGE_M: f64 = 0.08;
 
-/// Two walls and a floor, a point in every voxel.
+/// Two walls and a floor, with a point in every voxel.
 fn room() -> Vec<Point3<f32>> {
     let at = |index: i32| (f64::from(index) * EDGE_M) as f32;
     let mut points = Vec::new();
@@ -20,7 +20,7 @@ fn room() -> Vec<Point3<f32>> {
     points
 }
 
-/// A box that stands in the room, its front a point in every voxel.
+/// A box in the room, with a point in every voxel of its front.
 fn with_box(mut room: Vec<Point3<f32>>, y_m: f32) -> Vec<Point3<f32>> {
     for across in 0..6 {
         for up in 0..12 {
@@ -76,7 +76,7 @@ fn the_rim_of_a_picture_full_of_wall_says_nothing() {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / 16_777_216.0
         };
-        // The border of the view cuts the outermost voxels: some have a point, anywhere within, and some have none.
+        // The border of the view cuts the outermost voxels: some have a point somewhere inside, some have none.
         let is_cut = |point: &Point3<f32>| point.y < -1.99;
         let wall: Vec<_> = room().into_iter().filter(|point| point.x > 3.99).collect();
         let seen = wall.into_iter().filter(|point| !is_cut(point) || uniform() < 0.5);

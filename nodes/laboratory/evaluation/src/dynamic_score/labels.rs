@@ -22,7 +22,7 @@ pub(super) fn label_score(
     }
 }
 
-/// By points, as each cycle has them.
+/// By points, over all cycles.
 pub(super) fn accuracy_by_points(
     object_points: RemovedPoints,
     static_points: RemovedPoints,

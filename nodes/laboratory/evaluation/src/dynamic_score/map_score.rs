@@ -1,4 +1,4 @@
-//! The final map against the truth.
+//! The final map against the ground truth.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -15,7 +15,7 @@ fn static_voxels(means_m: impl Iterator<Item = Point3<f32>>, map: &MapVoxels) ->
         voxels += 1;
         without_removal += usize::from(is_near[0]);
         kept += usize::from(is_near[1]);
-        // Each map has its own means: the final one may have a point near enough where the other has none.
+        // Each map has its own means: the final one may have a point within the tolerance where the other has none.
         kept_by_both += usize::from(is_near == [true; 2]);
     }
     StaticVoxels {
@@ -40,7 +40,7 @@ pub(super) struct MapVoxels {
 
 /// The points of a map by the voxel that they lie in.
 pub(super) struct MapPoints {
-    // Looked up by key alone: the order of hashing reaches no result.
+    // Only looked up by key: the order of hashing affects no result.
     voxels: HashMap<VoxelKey, Vec<Point3<f32>>, BuildVoxelHasher>,
     grid: VoxelGrid,
 }
@@ -81,7 +81,7 @@ pub(super) fn map_score(
     map: &MapVoxels,
     confirming_cycles: u32,
 ) -> MapScore {
-    // Objects may share a voxel: counted once here, and once for each of them in their own scores.
+    // Objects may share a voxel: it counts once here, and once in the score of each of them.
     let object_only: HashSet<&VoxelKey> = objects
         .values()
         .flat_map(|tally| tally.region.voxels())

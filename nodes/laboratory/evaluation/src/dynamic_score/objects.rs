@@ -1,11 +1,11 @@
-//! How each object fared: in how many cycles it was found and removed, and what of it is left in the map.
+//! The score of each object: in how many cycles it was found and removed, and how much of it is left in the map.
 
 use report::{FirstFound, ObjectCycleScore, ObjectScore};
 
 use super::map_score::MapVoxels;
 use super::tally::{ObjectTally, SceneTally, removed_points, share};
 
-/// The score of an object, of which `name` says what it is.
+/// The score of an object called `name`.
 pub(super) fn object_score(
     object_id: u16,
     tally: &ObjectTally,

@@ -1,4 +1,4 @@
-//! Counting the true points of a cycle, and the voxels that they touch over the run.
+//! Counts of the true points of a cycle, and of the voxels that they touch over the run.
 
 use std::collections::{HashMap, HashSet};
 
@@ -6,10 +6,10 @@ use geometry::{BuildVoxelHasher, DynamicZone, VoxelKey};
 use nalgebra::{Point3, Vector3};
 use report::{DynamicScoreRules, ObjectCycleScore, RemovedPoints};
 
-/// The image size that the threshold of view is stated for: the Kinect v1's.
+/// The image size for which the visibility threshold is stated: the Kinect v1's.
 const REFERENCE_IMAGE_PX: f64 = 640.0 * 480.0;
 
-/// `part / whole`; none without a whole.
+/// `part / whole`; `None` when the whole is 0.
 pub(super) fn share(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
@@ -21,7 +21,7 @@ pub(super) fn removed_points(parts: impl Iterator<Item = RemovedPoints>) -> Remo
     RemovedPoints { points, removed, share: share(removed, points) }
 }
 
-/// How many points an object must have to be in view of an image of this size.
+/// The least points of an object that counts as visible in an image of this size.
 pub(super) fn in_view_points(
     rules: &DynamicScoreRules,
     (width_px, height_px): (usize, usize),
@@ -33,7 +33,7 @@ pub(super) fn in_view_points(
 /// The voxels of the map frame that an object touched.
 #[derive(Default)]
 pub(super) struct RegionTally {
-    // Only asked for membership and counted, so that the order of hashing reaches no result.
+    // Only used for membership tests and counts, so the order of hashing affects no result.
     voxels: HashSet<VoxelKey>,
     latest: Option<VoxelKey>,
 }
@@ -55,9 +55,9 @@ impl RegionTally {
 /// The voxels of the map frame that static points touched, and in how many cycles.
 #[derive(Default)]
 pub(super) struct SceneTally {
-    // Asked for single keys and counted, so that the order of hashing reaches no result.
+    // Only looked up by key and counted, so the order of hashing affects no result.
     voxels: HashMap<VoxelKey, Touches, BuildVoxelHasher>,
-    /// Counted from 1: 0 is before the first.
+    /// The number of the cycle, from 1; 0 before the first.
     cycle: u32,
 }
 
@@ -70,7 +70,7 @@ struct Touches {
 }
 
 impl SceneTally {
-    /// What is touched from now on is touched in another cycle.
+    /// Begins another cycle.
     pub(super) fn begin_cycle(&mut self) {
         self.cycle += 1;
     }
@@ -90,7 +90,7 @@ impl SceneTally {
         self.voxels.contains_key(key)
     }
 
-    /// The voxels that were touched at all.
+    /// All voxels that were touched.
     pub(super) fn voxels(&self) -> impl Iterator<Item = &VoxelKey> {
         self.voxels.keys()
     }
@@ -102,7 +102,7 @@ impl SceneTally {
     }
 }
 
-/// An object over the run.
+/// The counts of an object over the run.
 #[derive(Default)]
 pub(super) struct ObjectTally {
     pub(super) region: RegionTally,
@@ -144,12 +144,12 @@ impl CycleTally {
         }
     }
 
-    /// The mean of the points; none without a point.
+    /// The mean of the points; `None` without points.
     pub(super) fn mean_in_rig(&self) -> Option<Point3<f64>> {
         (self.points > 0).then(|| (self.sum_m / self.points as f64).into())
     }
 
-    /// The score of an object that has at least one point.
+    /// Adds the score of an object that has at least one point.
     pub(super) fn object_cycle_score(
         &self,
         index: u32,

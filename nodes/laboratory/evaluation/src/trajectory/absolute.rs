@@ -7,27 +7,28 @@ use serde::Serialize;
 
 use super::statistics::Statistics;
 
-/// Quaternions whose sum is shorter have no mean: their turns go in all directions.
+/// Quaternions whose sum is shorter than this have no mean: their rotations go in all directions.
 const LEAST_SUM: f64 = 1e-9;
 
-/// What the absolute errors of a trajectory come to.
+/// The absolute errors of a trajectory.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct AbsoluteScore {
-    /// Of the positions.
+    /// Errors of the positions.
     pub translation_m: Statistics,
-    /// Of the rotations, by the angle of the turn between them; absent where the alignment leaves the turn open.
+    /// Errors of the rotations, by the angle between them; absent when the alignment leaves the rotation open.
     pub rotation_deg: Option<Statistics>,
-    /// The turn from the reference's body frame to the estimate's that fits all poses best: two frames on one body, such as a camera and
-    /// the markers of a motion capture, differ by a constant turn, which is no error of the estimate.
+    /// The rotation from the reference's body frame to the estimate's that fits all poses best: two frames on one body,
+    /// such as a camera and the markers of a motion capture system, differ by a constant rotation, which is not an error
+    /// of the estimate.
     pub rotation_offset_deg: Option<f64>,
-    /// Of the rotations, with that constant turn taken out.
+    /// Errors of the rotations without that constant rotation.
     pub rotation_without_offset_deg: Option<Statistics>,
 }
 
 /// A pair of poses in the frame of the reference, with its errors.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MatchedPose {
-    /// The reference's stamp; absent where frames are counted.
+    /// The reference's stamp; absent for trajectories of frames.
     pub stamp: Option<Stamp>,
     /// Seconds since the first stamp of the reference, or the number of the frame.
     pub at: f64,
@@ -35,9 +36,9 @@ pub struct MatchedPose {
     pub estimate: Isometry3<f64>,
     /// The reference.
     pub reference: Isometry3<f64>,
-    /// The distance between the two.
+    /// The distance between the two positions.
     pub translation_m: f64,
-    /// The angle of the turn from one to the other.
+    /// The angle of the rotation between them.
     pub rotation_deg: f64,
 }
 
@@ -55,7 +56,7 @@ impl MatchedPose {
     }
 }
 
-/// The score of the pairs; none where there is no pair.
+/// The score of the pairs; `None` without pairs.
 pub(super) fn score(pairs: &[MatchedPose], rotation_is_determined: bool) -> Option<AbsoluteScore> {
     let of = |error: fn(&MatchedPose) -> f64| {
         Statistics::of(&pairs.iter().map(error).collect::<Vec<f64>>())
@@ -74,12 +75,12 @@ pub(super) fn score(pairs: &[MatchedPose], rotation_is_determined: bool) -> Opti
     })
 }
 
-/// The turn from the reference to the estimate, in the reference's body frame.
+/// The rotation from the reference to the estimate, in the reference's body frame.
 fn turn(pair: &MatchedPose) -> UnitQuaternion<f64> {
     pair.reference.rotation.inverse() * pair.estimate.rotation
 }
 
-/// The mean of the turns: of their quaternions, each with the sign that is nearer to the first; none of none.
+/// The mean of the rotations: of their quaternions, each with the sign nearer to the first; `None` without rotations.
 fn mean_turn(pairs: &[MatchedPose]) -> Option<UnitQuaternion<f64>> {
     let first = turn(pairs.first()?).into_inner();
     let nearer = |pair: &MatchedPose| {

@@ -1,4 +1,4 @@
-//! The transform that takes an estimate to the frame of its reference.
+//! The transform from the frame of an estimate to that of its reference.
 //!
 //! The least squares solution over pairs of positions is Umeyama's (1991, Least-Squares Estimation of
 //! Transformation Parameters Between Two Point Patterns, eq. 34 to 43); the one that may turn about the
@@ -11,44 +11,43 @@ use serde::{Deserialize, Serialize};
 /// spread across their line less than a thousandth of what they spread along it, and how the estimate is to be
 /// turned about the line is not to be told.
 const LEAST_SPREAD: f64 = 1e-6;
-/// Positions whose mean square from their centre is below this (a micrometre's) stand still.
+/// Positions whose mean square distance from their centre is below this (that of a micrometre) do not move.
 const LEAST_VARIANCE_M2: f64 = 1e-12;
-/// Rounds of the decomposition of a matrix of three by three; ten are the rule.
+/// The most iterations of the decomposition of a 3x3 matrix; ten are usual.
 const MOST_SVD_ROUNDS: usize = 1000;
 
-/// What may be done to an estimate before it is held to its reference.
+/// How an estimate is aligned with its reference before they are compared.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Alignment {
-    /// Nothing: both are in one frame.
+    /// Not at all: both are in one frame.
     None,
     /// The first pair's poses are made the same.
     Origin,
-    /// Moved and turned about the z axis: for sensors that feel gravity.
+    /// Translated and rotated about the z axis: for sensors that measure gravity.
     Yaw,
-    /// Moved and turned, as the TUM benchmark does it.
+    /// Translated and rotated, as in the TUM benchmark.
     #[default]
     Se3,
-    /// Moved, turned and scaled: for one camera alone, whose scale is free.
+    /// Translated, rotated and scaled: for a monocular camera, whose scale is free.
     Sim3,
 }
 
-/// The transform that was found.
+/// The transform found.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct FoundAlignment {
-    /// How it was looked for.
+    /// The kind of alignment.
     pub alignment: Alignment,
-    /// Metres of the reference for one of the estimate.
+    /// Metres of the reference per metre of the estimate.
     pub scale: f64,
-    /// The turn, applied before the shift.
+    /// The rotation, applied before the translation.
     #[serde(skip)]
     pub reference_from_estimate: UnitQuaternion<f64>,
     /// The same as x, y, z, w.
     pub rotation_xyzw: [f64; 4],
-    /// The shift.
+    /// The translation.
     pub translation_m: [f64; 3],
-    /// Whether the positions determine the turn. Where they lie on a line they do not, and errors of the
-    /// rotation mean nothing.
+    /// Whether the positions determine the rotation. On a line they do not, and errors of the rotation are meaningless.
     pub rotation_is_determined: bool,
 }
 
@@ -57,13 +56,13 @@ pub struct FoundAlignment {
 pub enum AlignmentError {
     /// The estimate does not move.
     #[error(
-        "the estimate stands still (its positions spread by {spread_m:.1e} m): no scale takes it to the reference"
+        "the estimate does not move (its positions spread by {spread_m:.1e} m): its scale cannot be determined"
     )]
     NoScale {
         /// The root of the mean square of its positions from their centre.
         spread_m: f64,
     },
-    /// The decomposition does not converge: the numbers are out of all range.
+    /// The decomposition does not converge: the numbers are too large.
     #[error("the positions are too large to be aligned")]
     OutOfRange,
 }
@@ -119,7 +118,7 @@ pub(super) fn align(
     }
 }
 
-/// What the alignment knows of the positions.
+/// The moments of the positions that the alignment needs.
 struct Moments {
     estimate_centre_m: Vector3<f64>,
     reference_centre_m: Vector3<f64>,
@@ -203,7 +202,7 @@ mod tests {
 
     type Pairs = Vec<PosePair>;
 
-    /// The walk, and the same moved, turned and scaled down.
+    /// The walk, and a translated, rotated and scaled-down copy.
     fn moved(turn_rad: [f64; 3], scale: f64) -> (FoundAlignment, Pairs) {
         let turn = UnitQuaternion::from_scaled_axis(Vector3::from(turn_rad));
         let truth =

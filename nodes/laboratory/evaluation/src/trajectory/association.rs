@@ -1,17 +1,17 @@
-//! Which pose of the estimate belongs to which of the reference.
+//! The association of the poses of the estimate with those of the reference.
 
 use geometry::Stamp;
 use serde::{Deserialize, Serialize};
 
 use super::path::{Times, Trajectory};
 
-/// Which stamps belong together.
+/// The parameters of the association.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AssociationConfig {
-    /// Stamps farther apart than this do not belong together.
+    /// The largest difference of the stamps of a pair.
     pub max_difference_s: f64,
-    /// Added to the stamps of the estimate first, where its clock is another.
+    /// Offset added to the stamps of the estimate, when its clock differs.
     pub offset_s: f64,
 }
 
@@ -25,10 +25,10 @@ impl Default for AssociationConfig {
     }
 }
 
-/// What the association came to.
+/// The result of the association.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct AssociationSummary {
-    /// Stamps farther apart than this do not belong together; absent where frames are counted.
+    /// The largest difference of the stamps of a pair that was allowed; absent for trajectories of frames.
     pub max_difference_s: Option<f64>,
     /// Pairs of poses.
     pub matched: usize,
@@ -36,20 +36,20 @@ pub struct AssociationSummary {
     pub estimate_left_out: usize,
     /// Poses of the reference without a partner: many where it is denser.
     pub reference_left_out: usize,
-    /// The mean difference of the stamps of a pair; absent where frames are counted.
+    /// The mean difference of the stamps of a pair; absent for trajectories of frames.
     pub mean_difference_s: Option<f64>,
     /// The largest one.
     pub largest_difference_s: Option<f64>,
 }
 
-/// A pose of the estimate and the one of the reference that it is held to.
+/// A pose of the estimate and its pose of the reference.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Pair {
     pub(super) estimate: usize,
     pub(super) reference: usize,
 }
 
-/// One trajectory has stamps, the other counts frames.
+/// One trajectory has stamps, the other frame numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct TimesDiffer;
 
@@ -86,7 +86,7 @@ pub(super) fn associate(
     }
 }
 
-/// What the pairs of two trajectories come to.
+/// The statistics of the pairs of two trajectories.
 pub(super) fn summary(
     pairs: &[Pair],
     estimate: &Trajectory,

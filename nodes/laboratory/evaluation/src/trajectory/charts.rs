@@ -1,5 +1,5 @@
-//! What a trajectory looks like beside its reference: the plan with the differences, as Sturm et al. 2012 draw
-//! it, the plan in the colours of the error, and the errors over time.
+//! Charts of a trajectory and its reference: the plan with the differences, as in Sturm et al. 2012, the plan in the
+//! colours of the error, and the errors over time.
 
 use nalgebra::Vector3;
 
@@ -9,9 +9,9 @@ use super::plane::Plane;
 use super::score::ScoredTrajectory;
 use report::{Axis, Chart, Marks, Series};
 
-/// A line is drawn through so many points at most: more cannot be told apart on a screen.
+/// The most points of a line: more cannot be distinguished on a screen.
 const MOST_POINTS: usize = 1500;
-/// So many differences are drawn at most.
+/// The most differences that are drawn.
 const MOST_DIFFERENCES: usize = 300;
 /// The classes of the style sheet for errors from small to large.
 const BAND_CLASSES: [&str; 5] = ["error-0", "error-1", "error-2", "error-3", "error-4"];
@@ -77,7 +77,7 @@ fn plan(id: &str, title: String, description: String, plane: Plane, series: Vec<
     Chart { id: id.to_owned(), title, description, x, y, series }
 }
 
-/// As Figures 39 to 48 of the thesis have it: the truth, the estimate, and lines between the two.
+/// As in Figures 39 to 48 of the thesis: the ground truth, the estimate, and lines between the two.
 fn difference_plan(scored: &ScoredTrajectory, plane: Plane) -> Chart {
     let estimate = runs(scored)
         .into_iter()
@@ -134,7 +134,7 @@ fn error_plan(scored: &ScoredTrajectory, plane: Plane) -> Chart {
     let description = format!(
         "The path of the estimate in {bands} colours by the distance to the reference, from 0 to {largest_m:.3} m."
     );
-    let title = "Where the error is".to_owned();
+    let title = "Error along the path".to_owned();
     plan("error-plan", title, description, plane, series)
 }
 
@@ -180,7 +180,7 @@ fn over_time(scored: &ScoredTrajectory, of: ErrorOf, time: &str) -> Chart {
     }
 }
 
-/// Of each `step` poses the one with the largest value: what is thinned away must not be the peak.
+/// Of each `step` poses the one with the largest value, so that thinning does not remove peaks.
 fn peaks(run: &[MatchedPose], step: usize, value: impl Fn(&MatchedPose) -> f64) -> Vec<(f64, f64)> {
     run.chunks(step.max(1))
         .filter_map(|part| {

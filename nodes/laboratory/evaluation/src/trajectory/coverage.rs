@@ -1,58 +1,58 @@
-//! How much of the reference the estimate covers: a tracker that gives up where it gets hard has small errors.
+//! How much of the reference the estimate covers: a tracker that stops in the difficult parts has small errors.
 
 use serde::Serialize;
 
 use super::absolute::MatchedPose;
 use super::path::path_lengths_m;
 
-/// A gap is at least so many of the usual intervals of the reference: one that is sparse has no gaps by itself.
+/// The least length of a gap, in median intervals of the reference: a sparse reference has no gaps by itself.
 const LEAST_GAP_INTERVALS: f64 = 2.0;
-/// So many gaps are listed, the longest first.
+/// The most gaps that are listed, the longest first.
 const MOST_GAPS: usize = 20;
 
-/// What the coverage is counted in.
+/// The unit of the coverage.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CoverageUnit {
-    /// Time.
+    /// Seconds.
     Seconds,
-    /// Frames, where there are no stamps.
+    /// Frames, for trajectories without stamps.
     Frames,
 }
 
 /// How much of the reference the estimate covers.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Coverage {
-    /// What `reference` and `covered` are counted in.
+    /// The unit of `reference` and `covered`.
     pub unit: CoverageUnit,
     /// From the first pose of the reference to its last.
     pub reference: f64,
-    /// Of this, what lies between pairs of poses that are no gap apart.
+    /// Of this, the part between pairs of poses without a gap.
     pub covered: f64,
     /// The share of the two.
     pub share: f64,
-    /// The same of the reference's path: a tracker that is lost while the body stands still loses nothing.
+    /// The same share of the reference's path: a tracker that is lost while the body does not move loses nothing.
     pub path_share: f64,
     /// Pairs farther apart than this have a gap between them.
     pub max_gap: f64,
     /// The gaps, with those before the first pair and after the last, the longest first; at most 20.
     pub gaps: Vec<Gap>,
-    /// How many gaps there are.
+    /// The number of gaps.
     pub gap_count: usize,
 }
 
 /// A part of the reference without an estimate.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Gap {
-    /// From the reference's first pose to where it begins.
+    /// Its start, since the reference's first pose.
     pub start: f64,
-    /// And to where it ends.
+    /// Its end, since the reference's first pose.
     pub end: f64,
 }
 
 /// The reference and the pairs, each by its place in time and in the list of the reference's poses.
 pub(super) struct Span<'a> {
-    /// When the reference's poses were, from the first.
+    /// The times of the reference's poses, since the first.
     pub(super) at: &'a [f64],
     /// Its poses.
     pub(super) poses: &'a [nalgebra::Isometry3<f64>],
@@ -60,7 +60,7 @@ pub(super) struct Span<'a> {
     pub(super) matched: &'a [usize],
 }
 
-/// The coverage. `max_gap` is what is allowed between two pairs.
+/// The coverage. `max_gap` is the longest time between two pairs that is not a gap.
 pub(super) fn coverage(span: &Span<'_>, unit: CoverageUnit, max_gap: f64) -> Coverage {
     let end = span.at.last().copied().unwrap_or(0.0);
     let path_m = path_lengths_m(span.poses);
@@ -126,7 +126,7 @@ mod tests {
 
     use super::*;
 
-    /// Ten poses a second for ten seconds, of which the body stands still in the second half.
+    /// Ten poses a second for ten seconds; the body does not move in the second half.
     fn covered_by(matched: &[usize]) -> Coverage {
         let at: Vec<f64> = (0..=100).map(|index| f64::from(index) * 0.1).collect();
         let poses: Vec<_> =

@@ -1,4 +1,4 @@
-//! Ours beside evo 1.38.1 on the files of `tests/data/trajectory`; its README says how the figures were had.
+//! Comparison with evo 1.38.1 on the files of `tests/data/trajectory`; the README there says how its figures were made.
 
 use geometry::Stamp;
 use serde::Deserialize;
@@ -13,7 +13,7 @@ const TOLERANCE: f64 = 1e-6;
 
 const GOLDEN: &str = include_str!("../../../../../tests/data/trajectory/evo.json");
 
-/// A question that evo was asked, and its answer.
+/// A configuration of evo, and its result.
 #[derive(Deserialize, Debug)]
 struct Case {
     reference: String,

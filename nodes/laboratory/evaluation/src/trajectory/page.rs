@@ -8,17 +8,17 @@ use super::score::{ScoredTrajectory, TrajectoryFacts, TrajectoryScore};
 use super::statistics::Statistics;
 use report::{CellTone, Page, PageCell, PagePart, PageRow, PageSection, PageTable};
 
-/// Below this share of the reference's time a tracker counts as lost; the page says so first.
+/// Below this share of the reference's time a tracker counts as lost; the page then begins with that.
 const LOST_BELOW: f64 = 0.95;
 /// The columns of errors.
 const COLUMNS: [&str; 7] = ["", "RMSE", "mean", "median", "std", "min", "max"];
 
-/// What only the caller knows of a score.
+/// The labels of a score, given by the caller.
 #[derive(Clone, PartialEq, Debug)]
 pub struct TrajectoryPageFacts {
-    /// What the estimate is called.
+    /// The name of the estimate.
     pub estimate_name: String,
-    /// What the reference is called.
+    /// The name of the reference.
     pub reference_name: String,
     /// The plane of the plans.
     pub plane: Plane,
@@ -65,7 +65,7 @@ pub fn trajectory_page(scored: &ScoredTrajectory, facts: &TrajectoryPageFacts) -
     }
 }
 
-/// What came of it, in sentences; how much of the reference was covered comes first where that is little.
+/// The results as sentences; the coverage comes first when it is low.
 #[must_use]
 pub(super) fn lead(score: &TrajectoryScore) -> Vec<String> {
     let errors = &score.absolute.translation_m;
@@ -89,15 +89,15 @@ pub(super) fn lead(score: &TrajectoryScore) -> Vec<String> {
         score.reference.path_m
     );
     let mut lead = if coverage.share < LOST_BELOW {
-        let lost = "Errors say nothing of the parts without an estimate.".to_owned();
+        let lost = "Errors do not cover the parts without an estimate.".to_owned();
         vec![covered, lost, outcome]
     } else {
         vec![outcome, covered]
     };
     if score.absolute.rotation_deg.is_none() {
         lead.push(
-            "The positions lie on a line, or in one place: the turn of the alignment is open, and errors of the \
-             rotation are left out."
+            "The positions lie on a line, or in one place: the rotation of the alignment is undetermined, and errors \
+             of the rotation are left out."
                 .to_owned(),
         );
     }
@@ -109,7 +109,7 @@ pub(super) fn alignment_text(score: &TrajectoryScore) -> String {
     match score.alignment.alignment {
         Alignment::None => "none".to_owned(),
         Alignment::Origin => "first pose".to_owned(),
-        Alignment::Yaw => "shift and turn about z".to_owned(),
+        Alignment::Yaw => "translation and rotation about z".to_owned(),
         Alignment::Se3 => "SE(3), Umeyama".to_owned(),
         Alignment::Sim3 => format!("Sim(3), Umeyama, scale {:.4}", score.alignment.scale),
     }
@@ -177,7 +177,7 @@ fn drift_table(score: &TrajectoryScore) -> PageTable {
     let caption = if rows.is_empty() {
         "The path is shorter than the shortest segment; --segments scaled takes shorter ones"
     } else {
-        "As KITTI's odometry benchmark has it"
+        "As in KITTI's odometry benchmark"
     };
     PageTable {
         caption: caption.to_owned(),

@@ -1,13 +1,13 @@
 //! Trajectories as text: the formats of the TUM RGB-D benchmark, of KITTI odometry, and of EuRoC.
 //!
-//! | format | columns | told by |
+//! | format | columns | recognised by |
 //! |---|---|---|
 //! | TUM | seconds x y z qx qy qz qw | 8 columns between blanks |
 //! | KITTI | the upper three rows of the pose's matrix, row by row; no stamps | 12 columns between blanks |
-//! | EuRoC | nanoseconds, x, y, z, qw, qx, qy, qz, and more that is not read | 8 columns or more between commas |
+//! | EuRoC | nanoseconds, x, y, z, qw, qx, qy, qz, and others that are ignored | 8 columns or more between commas |
 //!
-//! `#` begins a comment. A first line without any number is a header. Lines may end as Windows ends them.
-//! A pose with a number that is not finite is no error: a tracker that is lost writes such; it is counted.
+//! `#` begins a comment. A first line without any number is a header. Lines may end with CR LF.
+//! A pose with a non-finite number is not an error, since trackers write such poses when they are lost; it is counted.
 
 mod number;
 #[cfg(test)]
@@ -22,24 +22,24 @@ use super::path::{RawPose, Trajectory};
 
 /// How far a printed matrix may be from a rotation, by the entries of `R^T R - I`: seven digits leave 1e-6.
 const LARGEST_DEVIATION: f64 = 1e-2;
-/// Rounds of the decomposition of a matrix of three by three; ten are the rule.
+/// The most iterations of the decomposition of a 3x3 matrix; ten are usual.
 const MOST_SVD_ROUNDS: usize = 1000;
-/// So much of a line is shown where it makes no sense.
+/// The most characters of a malformed line in an error message.
 const SHOWN_CHARACTERS: usize = 60;
 
 const TUM_COLUMNS: usize = 8;
 const KITTI_COLUMNS: usize = 12;
 const EUROC_COLUMNS: usize = 8;
 
-/// How a trajectory is written.
+/// The format of a trajectory.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TrajectoryFormat {
-    /// The TUM RGB-D benchmark's.
+    /// That of the TUM RGB-D benchmark.
     Tum,
-    /// KITTI odometry's.
+    /// That of KITTI odometry.
     Kitti,
-    /// EuRoC's.
+    /// That of EuRoC.
     Euroc,
 }
 
@@ -55,30 +55,30 @@ impl TrajectoryFormat {
     }
 }
 
-/// A trajectory that was read, and how it was written.
+/// A trajectory and the format of its text.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ParsedTrajectory {
-    /// How it was written.
+    /// The format.
     pub format: TrajectoryFormat,
     /// The trajectory.
     pub trajectory: Trajectory,
 }
 
-/// A text is no trajectory. Lines count from 1.
+/// A text is not a trajectory. Lines count from 1.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum ParseError {
     /// There is no line with a pose.
-    #[error("there is no pose in it")]
+    #[error("it contains no poses")]
     Empty,
-    /// A line is no UTF-8.
-    #[error("line {line}: this is no text")]
+    /// A line is not UTF-8.
+    #[error("line {line}: not UTF-8 text")]
     NotText {
         /// The line.
         line: usize,
     },
     /// No format has such a first line.
     #[error(
-        "line {line}: {columns} columns are no trajectory that is known (TUM has 8 between blanks, KITTI 12, EuRoC 8 \
+        "line {line}: {columns} columns are not a known trajectory format (TUM has 8 between blanks, KITTI 12, EuRoC 8 \
          or more between commas): '{text}'"
     )]
     UnknownFormat {
@@ -86,53 +86,53 @@ pub enum ParseError {
         line: usize,
         /// Its columns.
         columns: usize,
-        /// How it begins.
+        /// Its beginning.
         text: String,
     },
     /// A line has another number of columns than its format.
-    #[error("line {line}: {found} columns, and a line of {} has {wanted}", format.name())]
+    #[error("line {line}: {found} columns, but a line of {} has {wanted}", format.name())]
     Columns {
         /// The line.
         line: usize,
         /// The format of the lines before.
         format: TrajectoryFormat,
-        /// How many columns it should have.
+        /// The number of columns that it should have.
         wanted: usize,
-        /// How many it has.
+        /// The number of columns that it has.
         found: usize,
     },
-    /// A column is no number.
-    #[error("line {line}, column {column}: '{text}' is no number")]
+    /// A column is not a number.
+    #[error("line {line}, column {column}: '{text}' is not a number")]
     NotANumber {
         /// The line.
         line: usize,
         /// The column, from 1.
         column: usize,
-        /// What it holds.
+        /// Its text.
         text: String,
     },
-    /// A stamp is none in this format.
-    #[error("line {line}: '{text}' is no stamp in {wanted}")]
+    /// A stamp is invalid in this format.
+    #[error("line {line}: '{text}' is not a stamp in {wanted}")]
     Stamp {
         /// The line.
         line: usize,
-        /// What stands there.
+        /// The text in place of the stamp.
         text: String,
-        /// What the format has.
+        /// The stamps of the format.
         wanted: &'static str,
     },
-    /// A matrix is no rotation.
-    #[error("line {line}: the left three columns of the matrix are no rotation")]
+    /// A matrix is not a rotation.
+    #[error("line {line}: the left three columns of the matrix are not a rotation")]
     NoRotation {
         /// The line.
         line: usize,
     },
 }
 
-/// Reads a trajectory; its format is told by its first line.
+/// Reads a trajectory; its format is recognised by its first line.
 ///
 /// # Errors
-/// Where a line is none of its format; see [`ParseError`].
+/// When a line does not have the format; see [`ParseError`].
 pub fn parse_trajectory(text: &[u8]) -> Result<ParsedTrajectory, ParseError> {
     let mut format = None;
     let mut stamped: Vec<(Stamp, RawPose)> = Vec::new();
@@ -167,16 +167,16 @@ pub fn parse_trajectory(text: &[u8]) -> Result<ParsedTrajectory, ParseError> {
     Ok(ParsedTrajectory { format, trajectory })
 }
 
-/// Reads the stamps of a sequence's frames in seconds, one a line, as KITTI's `times.txt` has them.
+/// Reads the stamps of a sequence's frames in seconds, one per line, as in KITTI's `times.txt`.
 ///
 /// # Errors
-/// Where a line is no stamp.
+/// When a line is not a stamp.
 pub fn parse_stamps(text: &[u8]) -> Result<Vec<Stamp>, ParseError> {
     rows(text)
         .map(|row| {
             let row = row?;
             let [text] = row.columns[..] else {
-                return Err(row.no_stamp(row.columns.join(" ").as_str(), "seconds, one a line"));
+                return Err(row.no_stamp(row.columns.join(" ").as_str(), "seconds, one per line"));
             };
             decimal_seconds(text).ok_or_else(|| row.no_stamp(text, "seconds"))
         })
@@ -192,7 +192,7 @@ struct Row<'a> {
 
 /// The lines that are neither empty nor comments.
 fn rows(text: &[u8]) -> impl Iterator<Item = Result<Row<'_>, ParseError>> {
-    // Some editors begin a file with a mark of its encoding.
+    // Some editors begin a file with a byte order mark.
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     text.split(|byte| *byte == b'\n').zip(1..).filter_map(|(bytes, line)| {
         let Ok(text) = std::str::from_utf8(bytes) else {
@@ -279,7 +279,7 @@ impl Row<'_> {
         ParseError::Stamp { line: self.line, text: shown(text), wanted }
     }
 
-    /// The position and the quaternion behind the stamp.
+    /// The position and the quaternion after the stamp.
     fn pose(&self, xyzw_of: fn([f64; 4]) -> [f64; 4]) -> Result<RawPose, ParseError> {
         let position_m = self.numbers(1)?;
         Ok(RawPose { position_m, quaternion_xyzw: xyzw_of(self.numbers(4)?) })
@@ -300,7 +300,7 @@ impl Row<'_> {
     }
 }
 
-/// The rotation that a rounded matrix was.
+/// The rotation nearest to a rounded matrix.
 fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<Rotation3<f64>> {
     let deviation = (matrix.transpose() * matrix - Matrix3::identity()).amax();
     if !(deviation <= LARGEST_DEVIATION && matrix.determinant() > 0.0) {

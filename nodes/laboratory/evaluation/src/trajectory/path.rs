@@ -1,47 +1,45 @@
-//! A trajectory: poses in the order of time, and what of its source was of no use.
+//! A trajectory: poses in the order of time, and counts of the unusable poses of its source.
 
 use geometry::Stamp;
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use serde::Serialize;
 
-/// A coordinate beyond this is no place: it is six times the way to the sun, and its square still sums without
-/// loss of range.
+/// The largest valid coordinate: six times the distance to the sun, and sums of its square do not overflow.
 const FARTHEST_M: f64 = 1e12;
-/// A quaternion shorter than this has no direction that could be trusted.
+/// The least length of a valid quaternion.
 const LEAST_QUATERNION_NORM: f64 = 1e-6;
-/// Quaternions printed with four decimals, as the TUM benchmark has them, are off by a few 1e-4; more is worth
-/// a word.
+/// Quaternions printed with four decimals, as in the TUM benchmark, are off by a few 1e-4; more than this is reported.
 const ROUNDED_QUATERNION: f64 = 1e-2;
 
-/// A pose as its source has it, not yet known to be one.
+/// A pose of the source, not yet validated.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct RawPose {
     /// x, y, z in the frame of the trajectory.
     pub position_m: [f64; 3],
-    /// x, y, z, w; need not be of length 1.
+    /// x, y, z, w; not necessarily of length 1.
     pub quaternion_xyzw: [f64; 4],
 }
 
-/// When the poses of a trajectory were.
+/// The times of the poses of a trajectory.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Times {
-    /// At stamps, in order and each once.
+    /// Stamps, in ascending order, each once.
     Stamps(Vec<Stamp>),
-    /// At frames of a sequence, counted from 0; frames without a usable pose are absent.
+    /// Frame numbers in a sequence, from 0; frames without a usable pose are absent.
     Frames(Vec<usize>),
 }
 
-/// Poses of a source that a trajectory does without, or holds otherwise than given.
+/// Counts of the poses of a source that were left out or changed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 pub struct LeftOut {
-    /// Left out: a number that is not finite or too large, or a quaternion of no length, as a tracker writes
-    /// that is lost.
+    /// Left out: a number is not finite or too large, or the quaternion has no length, as written by a tracker that is
+    /// lost.
     pub not_a_pose: usize,
-    /// Left out: the stamp had come before.
+    /// Left out: the stamp was a repetition.
     pub repeated_stamps: usize,
-    /// Kept, and put into the order of time: the stamp lay before that of the pose before.
+    /// Kept and sorted by time: the stamp was earlier than that of the pose before.
     pub out_of_order: usize,
-    /// Kept, and made a unit quaternion: its length was off by more than rounding.
+    /// Kept and normalised: the length of the quaternion was off by more than rounding.
     pub renormalised: usize,
 }
 
@@ -53,18 +51,18 @@ pub struct Trajectory {
     left_out: LeftOut,
 }
 
-/// There are not as many stamps as frames.
+/// There are fewer stamps than frames.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("there are {stamps} stamps for {frames} frames: each frame needs one")]
 pub struct StampsError {
-    /// The stamps that were given.
+    /// The number of stamps.
     pub stamps: usize,
-    /// The frames up to the last with a pose.
+    /// The number of frames up to the last with a pose.
     pub frames: usize,
 }
 
 impl Trajectory {
-    /// The trajectory of stamped poses in any order. Of poses with one stamp the first is kept.
+    /// The trajectory of stamped poses in any order. Of poses with the same stamp the first is kept.
     #[must_use]
     pub fn stamped(poses: impl IntoIterator<Item = (Stamp, RawPose)>) -> Self {
         let mut left_out = LeftOut::default();
@@ -119,31 +117,31 @@ impl Trajectory {
         Ok(Self { times: Times::Stamps(stamps), world_from_body, left_out })
     }
 
-    /// How many poses it has.
+    /// The number of poses.
     #[must_use]
     pub fn len(&self) -> usize {
         self.world_from_body.len()
     }
 
-    /// Whether it has no pose.
+    /// Whether it has no poses.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.world_from_body.is_empty()
     }
 
-    /// When its poses were; as many as there are poses.
+    /// The times of its poses.
     #[must_use]
     pub fn times(&self) -> &Times {
         &self.times
     }
 
-    /// Its poses, each taking a point of the body to the frame of the trajectory.
+    /// Its poses, each a transform from the body to the frame of the trajectory.
     #[must_use]
     pub fn poses(&self) -> &[Isometry3<f64>] {
         &self.world_from_body
     }
 
-    /// What of its source it does without.
+    /// Counts of the poses of its source that were left out or changed.
     #[must_use]
     pub fn left_out(&self) -> LeftOut {
         self.left_out
@@ -157,7 +155,7 @@ impl Trajectory {
 }
 
 impl LeftOut {
-    /// The pose, where it is one; counts what it is not.
+    /// The pose when it is valid; counts it otherwise.
     fn usable(&mut self, raw: &RawPose) -> Option<Isometry3<f64>> {
         let is_place = raw.position_m.iter().all(|value_m| value_m.abs() <= FARTHEST_M);
         let [x, y, z, w] = raw.quaternion_xyzw;
@@ -174,7 +172,7 @@ impl LeftOut {
         ))
     }
 
-    /// Whether all was of use as it was.
+    /// Whether nothing was left out or changed.
     #[must_use]
     pub fn is_none(&self) -> bool {
         *self == Self::default()

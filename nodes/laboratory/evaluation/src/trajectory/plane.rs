@@ -11,12 +11,12 @@ pub enum Plane {
     Xy,
     /// From above, in frames of a camera that looks ahead.
     Xz,
-    /// From ahead.
+    /// From the front.
     Yz,
 }
 
 impl Plane {
-    /// The plane without the axis along which the places extend least.
+    /// The plane without the axis of the least extent of the positions.
     #[must_use]
     pub fn of_largest_extent(places_m: &[Vector3<f64>]) -> Self {
         let extent_m = |axis: usize| {
@@ -46,7 +46,7 @@ impl Plane {
         }
     }
 
-    /// Where a place lies in it.
+    /// The coordinates of a position in it.
     pub(super) fn project(self, place_m: &Vector3<f64>) -> (f64, f64) {
         match self {
             Self::Xy => (place_m.x, place_m.y),

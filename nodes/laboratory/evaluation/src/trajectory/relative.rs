@@ -13,16 +13,16 @@ use self::pairs::stretches;
 use super::absolute::MatchedPose;
 use super::statistics::Statistics;
 
-/// How long a stretch is.
+/// The length of a stretch.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Delta {
-    /// How many units; whole and at least 1 where frames are counted.
+    /// The number of units; whole and at least 1 for frames.
     pub value: f64,
-    /// Of what.
+    /// The unit.
     pub unit: DeltaUnit,
 }
 
-/// What the length of a stretch is counted in.
+/// The unit of the length of a stretch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DeltaUnit {
@@ -30,43 +30,43 @@ pub enum DeltaUnit {
     Frames,
     /// Time.
     Seconds,
-    /// Path.
+    /// Metres of path.
     Metres,
-    /// Rotation.
+    /// Degrees of rotation.
     Degrees,
 }
 
-/// Which stretches are looked at.
+/// The stretches that are evaluated.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pairs {
     /// Each begins where the one before ends.
     Consecutive,
-    /// One begins at every pose; of degrees all from every pose.
+    /// One begins at every pose; for degrees, all that begin at every pose.
     #[default]
     All,
 }
 
-/// Whose path and rotation say how long a stretch is.
+/// The trajectory whose path and rotation define the length of a stretch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PairsFrom {
-    /// The reference's: a tracker that stands still where the body moves has errors.
+    /// The reference: a tracker that does not move while the body moves has errors.
     #[default]
     Reference,
-    /// The aligned estimate's, as evo does it unless it is told otherwise.
+    /// The aligned estimate, which is evo's default.
     Estimate,
 }
 
-/// How relative errors are taken.
+/// The parameters of relative errors.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RelativeConfig {
     /// The lengths of the stretches, each with a score of its own.
     pub deltas: Vec<Delta>,
-    /// Which stretches are looked at.
+    /// The stretches that are evaluated.
     pub pairs: Pairs,
-    /// Whose path and rotation say how long a stretch is.
+    /// The trajectory whose path and rotation define the length of a stretch.
     pub pairs_from: PairsFrom,
     /// A stretch of all pairs, or of seconds, may be off by this share of its length.
     pub tolerance: f64,
@@ -75,7 +75,7 @@ pub struct RelativeConfig {
 impl Default for RelativeConfig {
     fn default() -> Self {
         Self {
-            // Drift per second is what Sturm et al. propose for odometry; that per metre does not depend on speed.
+            // Sturm et al. propose drift per second for odometry; drift per metre does not depend on speed.
             deltas: vec![
                 Delta { value: 1.0, unit: DeltaUnit::Seconds },
                 Delta { value: 1.0, unit: DeltaUnit::Metres },
@@ -91,19 +91,19 @@ impl Default for RelativeConfig {
 /// The relative errors over stretches of one length.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct RelativeScore {
-    /// How long they are.
+    /// Their length.
     pub delta: Delta,
-    /// Which were looked at.
+    /// Which were evaluated.
     pub pairs: Pairs,
-    /// How many there are.
+    /// Their number.
     pub count: usize,
-    /// Of the translation; absent where no stretch is of that length.
+    /// Errors of the translation; absent when there is no stretch of that length.
     pub translation_m: Option<Statistics>,
-    /// Of the rotation, by its angle.
+    /// Errors of the rotation, by its angle.
     pub rotation_deg: Option<Statistics>,
 }
 
-/// There are too many stretches to be held in memory.
+/// There are too many stretches for the memory.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct TooManyStretches {
     pub(super) delta: Delta,

@@ -6,18 +6,18 @@ use super::absolute::MatchedPose;
 use super::path::path_lengths_m;
 use super::plane::Plane;
 
-/// How far a drive is off, as the thesis tells it. Its poses begin at the same place: use
+/// The errors of a drive, as defined in the thesis. Its poses begin at the same place: use
 /// [`super::Alignment::Origin`].
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct RoadScore {
-    /// The root of the mean of the squared distances within the plane.
+    /// RMSE of the position within the plane.
     pub rms_2d_m: f64,
     /// The same in space.
     pub rms_3d_m: f64,
     /// The distance between the ends, in percent of the reference's way. The thesis does not say what its "total error" is of:
     /// this is the usual one.
     pub end_error_percent: f64,
-    /// What is left of 100 percent.
+    /// 100 percent minus this error.
     pub precision_percent: f64,
 }
 

@@ -18,21 +18,21 @@ use super::segments::{self, SegmentScore};
 
 pub use config::TrajectoryScoreConfig;
 
-/// Fewer pairs determine no transform of space.
+/// The least pairs that determine a transform in 3D.
 const LEAST_PAIRS: usize = 3;
 
 /// A trajectory cannot be scored.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum TrajectoryScoreError {
-    /// The configuration is of no use.
+    /// The configuration is invalid.
     #[error(transparent)]
     Config(#[from] ParameterError),
     /// One of the two has no pose.
-    #[error("the {which} has no pose ({} lines of it were no pose)", left_out.not_a_pose)]
+    #[error("the {which} has no poses ({} of its lines were invalid)", left_out.not_a_pose)]
     Empty {
         /// `estimate` or `reference`.
         which: &'static str,
-        /// What was left out of it.
+        /// Counts of its poses that were left out.
         left_out: LeftOut,
     },
     /// One has stamps and the other has none.
@@ -41,19 +41,19 @@ pub enum TrajectoryScoreError {
         /// `estimate` or `reference`.
         with_stamps: &'static str,
     },
-    /// Too few poses belong together.
+    /// Too few poses are associated.
     #[error(
-        "only {matched} of {estimate} poses of the estimate belong to one of the {reference} of the reference, and \
-         {LEAST_PAIRS} are the least ({spans})"
+        "only {matched} of {estimate} poses of the estimate match one of the {reference} of the reference, but at \
+         least {LEAST_PAIRS} are needed ({spans})"
     )]
     TooFewPairs {
-        /// Pairs that were found.
+        /// The number of pairs.
         matched: usize,
-        /// Poses of the estimate.
+        /// The number of poses of the estimate.
         estimate: usize,
-        /// Poses of the reference.
+        /// The number of poses of the reference.
         reference: usize,
-        /// When the two were.
+        /// The time spans of the two.
         spans: Spans,
     },
     /// No transform can be found.
@@ -64,14 +64,14 @@ pub enum TrajectoryScoreError {
         "there are more than {most} stretches of {delta}: take consecutive ones, or a smaller tolerance"
     )]
     TooManyStretches {
-        /// How long they are.
+        /// Their length.
         delta: relative::Delta,
-        /// How many are held in memory.
+        /// The most that are held in memory.
         most: usize,
     },
 }
 
-/// When two trajectories were, first and last.
+/// The time spans of two trajectories, first and last.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Spans {
     /// In seconds, or frames.
@@ -81,41 +81,41 @@ pub struct Spans {
     unit: CoverageUnit,
 }
 
-/// What is known of a trajectory by itself.
+/// Figures of a single trajectory.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct TrajectoryFacts {
-    /// How many poses it has.
+    /// The number of poses.
     pub poses: usize,
     /// From the first to the last; absent where there are no stamps.
     pub duration_s: Option<f64>,
     /// The length of its path.
     pub path_m: f64,
-    /// What of its source it does without.
+    /// Counts of the poses of its source that were left out or changed.
     pub left_out: LeftOut,
 }
 
 /// The score of a trajectory.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct TrajectoryScore {
-    /// The estimate by itself.
+    /// Figures of the estimate alone.
     pub estimate: TrajectoryFacts,
-    /// The reference by itself.
+    /// Figures of the reference alone.
     pub reference: TrajectoryFacts,
-    /// Which poses belong together.
+    /// The association of the poses.
     pub association: AssociationSummary,
-    /// How much of the reference is covered.
+    /// The coverage of the reference.
     pub coverage: Coverage,
-    /// What was done to the estimate.
+    /// The alignment of the estimate.
     pub alignment: FoundAlignment,
     /// The absolute errors.
     pub absolute: AbsoluteScore,
-    /// The relative errors, a score for each length.
+    /// The relative errors, one score per length.
     pub relative: Vec<RelativeScore>,
     /// The drift over segments.
     pub segments: SegmentScore,
 }
 
-/// The score, and what it was made of.
+/// The score and its inputs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ScoredTrajectory {
     /// The score.
@@ -129,8 +129,8 @@ pub struct ScoredTrajectory {
 /// Scores an estimate against a reference.
 ///
 /// # Errors
-/// When the configuration is of no use, a trajectory has no pose, one has stamps and the other none, fewer than
-/// three poses belong together, or no scale can be found.
+/// When the configuration is invalid, a trajectory has no pose, one has stamps and the other none, fewer than
+/// three poses are associated, or no scale can be found.
 pub fn score_trajectory(
     estimate: &Trajectory,
     reference: &Trajectory,

@@ -9,10 +9,10 @@ use super::relative::relative_error;
 
 /// The lengths of the benchmark.
 const KITTI_LENGTHS_M: [f64; 8] = [100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0, 800.0];
-/// Scaled lengths are so many tenths of the path: of one of 1000 m they are the benchmark's.
+/// Scaled lengths, in tenths of the path: for a path of 1000 m they are the benchmark's.
 const SCALED_TENTHS: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 
-/// How long the segments are.
+/// The lengths of the segments.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SegmentLengths {
@@ -21,15 +21,15 @@ pub enum SegmentLengths {
     Kitti,
     /// One to eight tenths of the reference's path, for short ones.
     Scaled,
-    /// These.
+    /// The given lengths.
     Metres(Vec<f64>),
 }
 
-/// How segments are taken.
+/// The parameters of the segments.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SegmentConfig {
-    /// How long they are.
+    /// The lengths.
     pub lengths: SegmentLengths,
     /// From the start of one to that of the next, in poses.
     pub step_poses: usize,
@@ -42,14 +42,14 @@ impl Default for SegmentConfig {
     }
 }
 
-/// What the drift over segments comes to.
+/// The drift over segments.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct SegmentScore {
-    /// How many segments there are.
+    /// The number of segments.
     pub count: usize,
-    /// The mean drift in percent of the way; absent where the path is shorter than every segment.
+    /// The mean drift in percent of the distance; absent when the path is shorter than every segment.
     pub translation_percent: Option<f64>,
-    /// The mean turn in degrees a metre of the way.
+    /// The mean rotation error in degrees per metre.
     pub rotation_deg_per_m: Option<f64>,
     /// The same by length, those without a segment left out.
     pub by_length: Vec<SegmentLengthScore>,
@@ -58,13 +58,13 @@ pub struct SegmentScore {
 /// The drift over segments of one length.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct SegmentLengthScore {
-    /// How long they are.
+    /// Their length.
     pub length_m: f64,
-    /// How many there are.
+    /// The number of segments.
     pub count: usize,
-    /// The mean drift in percent of the way.
+    /// The mean drift in percent of the distance.
     pub translation_percent: f64,
-    /// The mean turn in degrees a metre of the way.
+    /// The mean rotation error in degrees per metre.
     pub rotation_deg_per_m: f64,
 }
 
@@ -92,7 +92,7 @@ pub(super) fn score(poses: &[MatchedPose], config: &SegmentConfig) -> SegmentSco
     for length_m in lengths_m.into_iter().filter(|length_m| *length_m > 0.0) {
         let mut sum = Sum::default();
         for from in (0..poses.len()).step_by(config.step_poses.max(1)) {
-            // The benchmark's end lies beyond the length, not at it.
+            // In the benchmark, the end lies beyond the length, not at it.
             let to = path_m.partition_point(|at_m| *at_m <= path_m[from] + length_m);
             let Some(end) = poses.get(to) else { break };
             let error = relative_error(&poses[from], end);

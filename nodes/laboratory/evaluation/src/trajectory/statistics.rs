@@ -1,12 +1,12 @@
-//! The six numbers that a set of errors comes to.
+//! The six statistics of a set of errors.
 
 use estimation::quantile::median_of_sorted;
 use serde::{Deserialize, Serialize};
 
-/// What a set of errors comes to.
+/// The statistics of a set of errors.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Statistics {
-    /// The root of the mean of the squares.
+    /// The root mean square (RMSE).
     pub rmse: f64,
     /// The mean.
     pub mean: f64,
@@ -14,14 +14,14 @@ pub struct Statistics {
     pub median: f64,
     /// The standard deviation about the mean, over all errors (divided by their number).
     pub std: f64,
-    /// The least.
+    /// The minimum.
     pub min: f64,
-    /// The largest.
+    /// The maximum.
     pub max: f64,
 }
 
 impl Statistics {
-    /// The statistics of `errors`; none where there is no error.
+    /// The statistics of `errors`; `None` when it is empty.
     #[must_use]
     pub fn of(errors: &[f64]) -> Option<Self> {
         let mut sorted = errors.to_vec();

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::path::{RawPose, Trajectory};
 
-/// A pose as a source would have it.
+/// A pose of a source.
 pub(super) fn raw(pose: &Isometry3<f64>) -> RawPose {
     let numbers = pose.rotation.quaternion();
     RawPose {
@@ -20,7 +20,7 @@ pub(super) fn stamped(poses: &[Isometry3<f64>]) -> Trajectory {
     Trajectory::stamped(poses.iter().enumerate().map(|(index, pose)| (stamp(index), raw(pose))))
 }
 
-/// A pose by its place and the vector of its rotation.
+/// A pose from its position and rotation vector.
 pub(super) fn pose(place_m: [f64; 3], turn_rad: [f64; 3]) -> Isometry3<f64> {
     Isometry3::from_parts(
         Translation3::from(Vector3::from(place_m)),
@@ -28,7 +28,7 @@ pub(super) fn pose(place_m: [f64; 3], turn_rad: [f64; 3]) -> Isometry3<f64> {
     )
 }
 
-/// A walk that leaves every plane and turns all ways.
+/// A path that leaves every plane and rotates about all axes.
 pub(super) fn walk(poses: usize) -> Vec<Isometry3<f64>> {
     let at = |index: usize| {
         let t = index as f64 * 0.1;

@@ -51,10 +51,10 @@ fn trajectory(name: &str, format: &str, facts: &TrajectoryFacts) -> Result<(), F
     let LeftOut { not_a_pose, repeated_stamps, out_of_order, renormalised } = facts.left_out;
     let mut remarks = String::new();
     for (count, what) in [
-        (not_a_pose, "left out that were no pose"),
-        (repeated_stamps, "left out whose stamp had come before"),
-        (out_of_order, "put into the order of time"),
-        (renormalised, "with a quaternion far from length 1"),
+        (not_a_pose, "invalid, left out"),
+        (repeated_stamps, "with a repeated stamp, left out"),
+        (out_of_order, "out of order, sorted"),
+        (renormalised, "with a quaternion that was not of length 1"),
     ] {
         if count > 0 {
             remarks.push_str(&format!("; {count} {what}"));

@@ -1,9 +1,9 @@
-//! Numbers and stamps as trajectory files have them.
+//! Numbers and stamps in trajectory files.
 
 use geometry::Stamp;
 
 const NANOS_PER_SECOND: f64 = 1e9;
-/// Digits of a nanosecond behind the point.
+/// Digits after the decimal point of a stamp in nanoseconds.
 const NANO_DIGITS: usize = 9;
 /// The latest stamp that 64 bits of nanoseconds hold, in the year 2262. Nanoseconds in a file that should hold
 /// seconds lie far beyond it.
@@ -14,8 +14,8 @@ pub(super) fn number(text: &str) -> Option<f64> {
     text.parse().ok()
 }
 
-/// A stamp in seconds. Digits are read as such, since a float holds today's seconds to a quarter of a
-/// microsecond only; further ones than nanoseconds are cut off.
+/// A stamp in seconds. It is read digit by digit, since a float holds today's seconds only to a quarter of a
+/// microsecond; digits beyond nanoseconds are cut off.
 pub(super) fn decimal_seconds(text: &str) -> Option<Stamp> {
     let in_range = number(text).filter(|seconds| seconds.abs() < LATEST_S)?;
     let (sign, digits) = match text.strip_prefix('-') {
@@ -40,7 +40,7 @@ pub(super) fn integer_nanoseconds(text: &str) -> Option<Stamp> {
         return Some(Stamp::from_nanos(nanos));
     }
     let nanos = number(text).filter(|nanos| nanos.abs() < LATEST_S * NANOS_PER_SECOND)?;
-    // A point with digits behind it are seconds, and nobody knows the order of such a file's quaternion.
+    // A decimal point with digits means seconds, and the order of such a file's quaternion is unknown.
     (nanos.fract() == 0.0 && (text.contains(['e', 'E']))).then(|| Stamp::from_nanos(nanos as i64))
 }
 

@@ -69,14 +69,14 @@ fn what_is_no_trajectory_says_where_and_why() {
     assert_eq!(parse("# nothing\n\r\n"), Err(ParseError::Empty));
     let good = "1 0 0 0 0 0 0 1\n";
     for (text, wanted) in [
-        ("# c\n1 2 3\n".to_owned(), "line 2: 3 columns are no trajectory that is known"),
-        (format!("{good}2 0 0 0 0 0 0\n"), "line 2: 7 columns, and a line of TUM has 8"),
-        (format!("{good}2,0,0,0,0,0,0,1\n"), "line 2: 8 columns, and a line of TUM has 8"),
-        (format!("{good}2 0 x 0 0 0 0 1\n"), "line 2, column 3: 'x' is no number"),
-        (format!("{good}nan 0 0 0 0 0 0 1\n"), "line 2: 'nan' is no stamp in seconds"),
-        ("1403636579763555584 0 0 0 0 0 0 1".to_owned(), "is no stamp in seconds"),
-        ("1.5,0,0,0,0,0,0,1".to_owned(), "line 1: '1.5' is no stamp in whole nanoseconds"),
-        ("1,0,0,0,0,0,1".to_owned(), "line 1: 7 columns are no trajectory"),
+        ("# c\n1 2 3\n".to_owned(), "line 2: 3 columns are not a known trajectory format"),
+        (format!("{good}2 0 0 0 0 0 0\n"), "line 2: 7 columns, but a line of TUM has 8"),
+        (format!("{good}2,0,0,0,0,0,0,1\n"), "line 2: 8 columns, but a line of TUM has 8"),
+        (format!("{good}2 0 x 0 0 0 0 1\n"), "line 2, column 3: 'x' is not a number"),
+        (format!("{good}nan 0 0 0 0 0 0 1\n"), "line 2: 'nan' is not a stamp in seconds"),
+        ("1403636579763555584 0 0 0 0 0 0 1".to_owned(), "is not a stamp in seconds"),
+        ("1.5,0,0,0,0,0,0,1".to_owned(), "line 1: '1.5' is not a stamp in whole nanoseconds"),
+        ("1,0,0,0,0,0,1".to_owned(), "line 1: 7 columns are not a known trajectory"),
         ("2 0 0 0 0 1 0 0 0 0 1 0".to_owned(), "line 1: the left three columns"),
         ("1 0 0 0 0 1 0 0 0 0 -1 0".to_owned(), "line 1: the left three columns"),
     ] {
@@ -102,11 +102,11 @@ fn stamps_of_frames_are_one_a_line() {
     let stamps = parse_stamps(b"0.000000e+00\r\n1.037e-01\n# end\n").unwrap();
     assert_eq!(stamps, [Stamp::default(), Stamp::from_nanos(103_700_000)]);
     let error = parse_stamps(b"0 1\n").unwrap_err().to_string();
-    assert_eq!(error, "line 1: '0 1' is no stamp in seconds, one a line");
+    assert_eq!(error, "line 1: '0 1' is not a stamp in seconds, one per line");
     assert!(parse_stamps(b"x").is_err());
 }
 
-/// Bytes that come near to what the formats have.
+/// Bytes that resemble the formats.
 fn near_text() -> impl Strategy<Value = Vec<u8>> {
     let piece = prop_oneof![
         Just("1 2 3 4 0 0 0 1\n".to_owned()),

@@ -4,7 +4,7 @@ use super::{Delta, DeltaUnit, Pairs, PairsFrom, RelativeConfig, TooManyStretches
 use crate::trajectory::absolute::MatchedPose;
 use crate::trajectory::path::path_lengths_m;
 
-/// Of long trajectories there are billions of stretches of some degrees; so many take a quarter of a gigabyte.
+/// The most stretches: a quarter of a gigabyte. Long trajectories have billions of stretches of a few degrees.
 const MOST_STRETCHES: usize = 16_000_000;
 
 /// Stamps of text files are rounded to microseconds.
@@ -31,7 +31,7 @@ pub(super) fn stretches(
             let times_s: Vec<f64> = poses.iter().map(|pose| pose.at).collect();
             let last_s = times_s.last().copied().unwrap_or_default() + STAMP_ROUNDING_S;
             let nearest = |from: usize| {
-                // At the end of a recording a shorter stretch would pass for a whole one.
+                // At the end of a recording a shorter stretch would count as a whole one.
                 let lasts = *times_s.get(from)? + delta.value <= last_s;
                 lasts.then(|| nearest(&times_s, from, delta.value, tolerance)).flatten()
             };
@@ -96,7 +96,7 @@ fn all(count: usize, end: impl Fn(usize) -> Option<usize>) -> Vec<Stretch> {
     (0..count).filter_map(|from| Some((from, end(from)?))).collect()
 }
 
-/// Stretches of which each begins where the one before ends; a pose without an end is passed over.
+/// Stretches of which each begins where the one before ends; a pose without an end is skipped.
 fn consecutive(count: usize, end: impl Fn(usize) -> Option<usize>) -> Vec<Stretch> {
     let (mut from, mut stretches) = (0, Vec::new());
     while from < count {
@@ -123,8 +123,8 @@ fn reaching(sums: &[f64], length: f64) -> Vec<Stretch> {
     stretches
 }
 
-/// The later index at which a sum that never falls is nearest to `length` more than at `from`, the first of
-/// those that are as near.
+/// The index after `from` at which a non-decreasing sum is nearest to its value at `from` plus `length`; the first
+/// of several.
 fn nearest(sums: &[f64], from: usize, length: f64, tolerance: f64) -> Option<usize> {
     let wanted = sums.get(from)? + length;
     let after = sums.partition_point(|sum| *sum < wanted).max(from + 1);
@@ -140,7 +140,7 @@ fn nearest(sums: &[f64], from: usize, length: f64, tolerance: f64) -> Option<usi
     (found.0 <= tolerance).then_some(found.1)
 }
 
-/// All that are within; none where there are too many.
+/// All that are within the tolerance; `None` when there are too many.
 fn every(count: usize, within: impl Fn(usize, usize) -> bool) -> Option<Vec<Stretch>> {
     let mut stretches = Vec::new();
     for from in 0..count {

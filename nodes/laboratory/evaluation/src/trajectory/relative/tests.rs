@@ -28,7 +28,7 @@ fn delta(value: f64, unit: DeltaUnit) -> Delta {
     Delta { value, unit }
 }
 
-/// The steps of a path that evo 1.38.1 was asked about too: the expected stretches are its own.
+/// The steps of a path; the expected stretches are those of evo 1.38.1.
 const STEPS_M: [f64; 15] =
     [0.3, 0.5, 0.2, 0.9, 0.4, 0.05, 0.6, 1.3, 0.31, 0.47, 0.23, 0.71, 0.12, 0.5, 0.8];
 
@@ -52,7 +52,7 @@ fn stretches_of_metres_end_as_evo_ends_them() {
         metres(0.5, Pairs::Consecutive, 0.1),
         [(0, 2), (2, 4), (4, 7), (7, 8), (8, 10), (10, 12), (12, 14), (14, 15)]
     );
-    // Those that evo leaves out or takes by a rounding are exactly at the tolerance; a hair less decides.
+    // Stretches that evo leaves out or includes by rounding are exactly at the tolerance; slightly less is unambiguous.
     assert_eq!(metres(1.0, Pairs::All, 0.099), [(0, 3), (4, 7), (8, 11), (10, 12)]);
     let wider = [(0, 3), (2, 4), (3, 4), (4, 7), (8, 11), (10, 12), (11, 13), (14, 15)];
     assert_eq!(metres(1.0, Pairs::All, 0.299), wider);
@@ -109,7 +109,7 @@ fn stretches_of_frames_are_counted() {
 #[test]
 fn stretches_of_seconds_pass_over_gaps() {
     let mut poses = along(&[0.0; 40]);
-    // Nobody is there from 1.5 s to 2.5 s.
+    // There are no poses from 1.5 s to 2.5 s.
     poses.retain(|pose| !(1.45..2.45).contains(&pose.at));
     let seconds =
         |pairs| stretches(&poses, delta(1.0, DeltaUnit::Seconds), &config(pairs, 0.05)).unwrap();
@@ -137,7 +137,7 @@ fn a_drift_of_one_in_a_hundred_is_a_centimetre_a_metre() {
     for pose in &mut poses {
         pose.estimate.translation.vector *= 1.01;
     }
-    // Half of a step, so that no stretch of nine steps passes for one of ten.
+    // Half of a step, so that no stretch of nine steps counts as one of ten.
     let scores = scores(&poses, &config(Pairs::All, 0.05)).unwrap();
     for score in scores {
         let errors_m = score.translation_m.unwrap();

@@ -1,4 +1,4 @@
-//! How a trajectory is scored.
+//! The configuration of the score of a trajectory.
 
 use geometry::{ParameterError, parameter};
 use serde::{Deserialize, Serialize};
@@ -8,19 +8,19 @@ use crate::trajectory::association::AssociationConfig;
 use crate::trajectory::relative::{DeltaUnit, RelativeConfig};
 use crate::trajectory::segments::{SegmentConfig, SegmentLengths};
 
-/// How a trajectory is scored.
+/// The configuration of the score of a trajectory.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrajectoryScoreConfig {
-    /// Which poses belong together.
+    /// The association of the poses.
     pub association: AssociationConfig,
-    /// What may be done to the estimate first.
+    /// The alignment of the estimate.
     pub alignment: Alignment,
     /// The relative errors.
     pub relative: RelativeConfig,
     /// The drift over segments.
     pub segments: SegmentConfig,
-    /// Between pairs farther apart than this the reference is not covered.
+    /// The longest time between pairs in which the reference counts as covered.
     pub max_gap_s: f64,
 }
 
@@ -31,17 +31,17 @@ impl Default for TrajectoryScoreConfig {
             alignment: Alignment::default(),
             relative: RelativeConfig::default(),
             segments: SegmentConfig::default(),
-            // Keyframes come several a second; who hears nothing for a second does not know where he is.
+            // Keyframes come several times a second; after a second without any the robot does not know its pose.
             max_gap_s: 1.0,
         }
     }
 }
 
 impl TrajectoryScoreConfig {
-    /// Whether all numbers are of use.
+    /// Checks that all numbers are valid.
     ///
     /// # Errors
-    /// Names the first that is not.
+    /// The first that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
         parameter::not_negative("max_difference_s", self.association.max_difference_s)?;
         parameter::not_negative("max_gap_s", self.max_gap_s)?;
