@@ -1,4 +1,4 @@
-//! Writes a few colour and depth images of each scenario as PPM, to be looked at, and says how long one takes:
+//! Writes a few colour and depth images of each scenario as PPM, for inspection, and prints the time per image:
 //! `cargo run --release -p simulator --example pictures -- FOLDER [NAME]...`
 
 #![expect(clippy::print_stdout, reason = "it says what it found")]
@@ -10,7 +10,7 @@ use std::time::Instant;
 use estimation::ScopedThreads;
 use simulator::{ColourCamera, OdometryRun, Sample, Scenario, SceneName};
 
-/// Of each scenario so many pictures.
+/// Images per scenario.
 const PICTURES: usize = 3;
 
 fn main() -> std::io::Result<()> {

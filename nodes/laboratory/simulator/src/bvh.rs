@@ -1,10 +1,10 @@
-//! A bounding volume hierarchy: which of many things a ray can meet, without asking each of them.
+//! A bounding volume hierarchy: which of many items a ray can hit, without testing each of them.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::Ray;
 
-/// A cuboid along the axes.
+/// An axis-aligned cuboid.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Aabb {
     pub(crate) least: Point3<f64>,
@@ -12,13 +12,13 @@ pub(crate) struct Aabb {
 }
 
 impl Aabb {
-    /// Holds nothing.
+    /// The empty box.
     pub(crate) const NONE: Self = Self {
         least: Point3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         most: Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
-    /// The smallest one that holds both.
+    /// The smallest box that contains both.
     pub(crate) fn joined(&self, other: &Self) -> Self {
         Self { least: self.least.inf(&other.least), most: self.most.sup(&other.most) }
     }
@@ -27,13 +27,13 @@ impl Aabb {
         nalgebra::center(&self.least, &self.most)
     }
 
-    /// The parameter at which a ray enters, where it does so before `limit`; 0 from within.
+    /// The parameter at which a ray enters, if before `limit`; 0 from inside.
     fn enters(&self, ray: &Ray, inverse: &Vector3<f64>, limit: f64) -> Option<f64> {
         let (mut enter, mut leave) = (0.0_f64, limit);
         for axis in 0..3 {
             let a = (self.least[axis] - ray.origin[axis]) * inverse[axis];
             let b = (self.most[axis] - ray.origin[axis]) * inverse[axis];
-            // A ray within the plane of a face gives no number, which says nothing about the others.
+            // A ray in the plane of a face gives NaN there, which must not affect the other faces.
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         }
@@ -41,21 +41,21 @@ impl Aabb {
     }
 }
 
-/// So many things are asked one after the other.
+/// The most items of a leaf, which are tested one after the other.
 const LEAF_ITEMS: usize = 4;
-/// Deeper than a tree that halves its items can be.
+/// More than the depth of a tree that halves its items.
 const STACK: usize = 64;
 
 #[derive(Clone, PartialEq, Debug)]
 struct Node {
     bounds: Aabb,
-    /// Of a leaf the first of its items; of another its second child (the first follows it).
+    /// In a leaf, the first of its items; otherwise the second child (the first child follows its parent).
     at: u32,
-    /// Items of a leaf; 0 of another.
+    /// The number of items of a leaf; 0 for an inner node.
     items: u32,
 }
 
-/// A tree over boxes; halves are made by the middles along the longest side.
+/// A tree over boxes, split at the median of the centres along the longest side.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Bvh {
     nodes: Vec<Node>,
@@ -102,8 +102,8 @@ impl Bvh {
         }
     }
 
-    /// Asks `hit` for the parameter at which the ray meets an item, nearest boxes first, and returns the smallest
-    /// with its item. Of several at the same parameter it is any one, but always the same.
+    /// The item that the ray hits first, with its parameter. `hit` returns the parameter for an item; the nearest boxes are
+    /// tested first. Of several items at the same parameter it is any one, but always the same.
     pub(crate) fn nearest(
         &self,
         ray: &Ray,
@@ -139,7 +139,7 @@ impl Bvh {
                 }
                 continue;
             }
-            // The nearer child comes off the stack first.
+            // The nearer child is popped first.
             let children = [index + 1, node.at].map(|child| (child, enters(child, limit(&best))));
             let [a, b] = children;
             let (far, near) = match (a.1, b.1) {
@@ -169,7 +169,7 @@ mod tests {
     }
 
     proptest! {
-        /// The tree finds what asking everything finds.
+        /// The tree finds the same hits as brute force.
         #[test]
         fn the_nearest_is_that_of_all(
             places in prop::collection::vec(([number(), number(), number()], 0.05..1.0_f64), 0..60),

@@ -1,4 +1,4 @@
-//! What a colour camera is like.
+//! The model of a colour camera.
 
 use geometry::CameraModel;
 use serde::{Deserialize, Serialize};
@@ -19,34 +19,33 @@ pub struct ColourCamera {
     /// Size and intrinsics, without distortion; those of the depth camera when they are not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera: Option<CameraModel>,
-    /// The optical frame of a camera with a pose of its own.
+    /// The optical frame of a camera that has its own pose.
     pub frame_id: String,
-    /// How much later than the depth image an image is taken, at most half a period of it.
+    /// The delay of an image after the depth image, at most half the depth camera's period.
     pub delay_s: f64,
-    /// How long the shutter is open, around the stamp: with `sub_exposures` the length of the blur.
+    /// The exposure time, centred on the stamp: with `sub_exposures` the length of the blur.
     pub exposure_s: f64,
-    /// Moments within the exposure that are averaged; 1 for images without motion blur.
+    /// The number of renderings averaged over the exposure; 1 for images without motion blur.
     pub sub_exposures: usize,
-    /// Rays through a pixel along each of its edges: 1 for hard edges, more for what a lens and a sensor make
-    /// of them.
+    /// Rays per pixel along each axis: 1 for hard edges, more for the smooth edges of a real lens and sensor.
     pub supersampling: usize,
-    /// A factor on all that is seen; beyond 1 the sensor is saturated.
+    /// A factor on the brightness; beyond 1 the sensor is saturated.
     pub brightness: f64,
-    /// Electrons in a pixel that is just white: their number is uncertain by its square root (shot noise).
+    /// Electrons in a pixel that is just white; shot noise is the square root of their number.
     pub white_electrons: f64,
-    /// Standard deviation of the electrons that reading adds.
+    /// Standard deviation of the read noise in electrons.
     pub read_noise_electrons: f64,
 }
 
 impl Default for ColourCamera {
-    /// A sensor of the size of the Kinect's in a bright room.
+    /// A sensor like the Kinect's in a bright room.
     fn default() -> Self {
         Self {
             rig_from_camera: None,
             camera: None,
             frame_id: "camera_rgb_optical_frame".to_owned(),
             delay_s: 0.0,
-            // Half of what 30 images a second leave.
+            // Half of the period at 30 images a second.
             exposure_s: 1.0 / 60.0,
             sub_exposures: 1,
             supersampling: 2,
@@ -59,14 +58,14 @@ impl Default for ColourCamera {
 }
 
 impl ColourCamera {
-    /// Without any noise of the sensor.
+    /// Without sensor noise.
     #[must_use]
     pub fn without_noise(self) -> Self {
         Self { white_electrons: 1e12, read_noise_electrons: 0.0, ..self }
     }
 
-    /// In a dark room: the driver's gain shows as bright what few electrons tell. A deviation of some 9 of 255
-    /// in the shades of mid gray.
+    /// In a dark room: few electrons, amplified by the driver's gain. A standard deviation of about 9 of 255 at mid
+    /// gray.
     #[must_use]
     pub fn in_low_light(self) -> Self {
         Self { white_electrons: 160.0, read_noise_electrons: 5.0, ..self }
@@ -78,19 +77,19 @@ impl ColourCamera {
         Self { exposure_s, sub_exposures, ..self }
     }
 
-    /// Size and intrinsics, beside this depth camera.
+    /// Size and intrinsics, for this depth camera.
     #[must_use]
     pub fn model(&self, depth: &DepthCamera) -> CameraModel {
         self.camera.unwrap_or(depth.camera)
     }
 
-    /// The pose in the rig, beside this depth camera.
+    /// The pose in the rig, for this depth camera.
     #[must_use]
     pub fn mounting(&self, depth: &DepthCamera) -> [f64; 6] {
         self.rig_from_camera.unwrap_or(depth.rig_from_camera)
     }
 
-    /// The frame of the images, beside this depth camera.
+    /// The frame of the images, for this depth camera.
     #[must_use]
     pub fn image_frame_id<'a>(&'a self, depth: &'a DepthCamera) -> &'a str {
         if self.rig_from_camera.is_some() { &self.frame_id } else { &depth.frame_id }

@@ -1,9 +1,9 @@
-//! From solids to the image that a colour camera takes of them.
+//! Rendering of solids into a colour image.
 //!
-//! For each moment of the exposure and each ray through a pixel the nearest surface is found as in `depth_image`
-//! (where the rays of a pixel and of all around it see the same, one of them is enough); its paint and the light on it say how bright it is, and the mean over moments and rays is
-//! what falls on the pixel. The sensor then counts electrons, with noise, and encodes them as sRGB. Panes of
-//! glass are seen through.
+//! For each moment of the exposure and each ray of a pixel the nearest surface is found as in `depth_image` (one ray is
+//! enough when all rays of the pixel and its neighbours hit the same surface). Its paint and the light on it give the
+//! brightness, and the pixel gets the mean over moments and rays. The sensor then counts electrons, with noise, and
+//! encodes them as sRGB. Panes of glass are transparent.
 
 mod encoding;
 mod view;
@@ -24,9 +24,9 @@ use view::{View, Visible};
 /// A colour image.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct ColourImage {
-    /// When it was taken: the middle of the exposure.
+    /// The middle of the exposure.
     pub stamp: Stamp,
-    /// The optical frame that it was taken in.
+    /// The optical frame of the camera.
     pub frame_id: String,
     /// Columns.
     pub width_px: usize,
@@ -36,13 +36,13 @@ pub struct ColourImage {
     pub rgb: Vec<u8>,
 }
 
-/// What there is to see at one moment, and from where.
+/// The scene at one moment, and the pose of the camera.
 pub(crate) struct Moment {
     pub(crate) room_from_camera: Isometry3<f64>,
     pub(crate) moving: Vec<Solid>,
 }
 
-/// Takes images: what does not change from image to image, worked out once.
+/// Renders images, with everything precomputed that does not change between images.
 #[derive(Clone, Debug)]
 pub(crate) struct ColourSensor {
     camera: CameraModel,
@@ -50,8 +50,7 @@ pub(crate) struct ColourSensor {
     srgb: SrgbTable,
 }
 
-/// So many rows are drawn at once: few enough to stay in a core's cache, many enough that each solid's setup
-/// does not count.
+/// Rows rendered at once: few enough for a core's cache, enough that the setup of each solid does not matter.
 const BAND_ROWS: usize = 16;
 const CHANNELS: usize = 3;
 
@@ -60,7 +59,7 @@ impl ColourSensor {
         Self { camera, config: config.clone(), srgb: SrgbTable::new() }
     }
 
-    /// The bytes of an image of what is seen in these moments of the exposure.
+    /// The bytes of the image of these moments of the exposure.
     pub(crate) fn take(
         &self,
         statics: &[Solid],
@@ -111,12 +110,12 @@ impl ColourSensor {
         light
     }
 
-    /// Rays through a pixel along each of its edges.
+    /// Rays per pixel along each axis.
     fn side(&self) -> usize {
         self.config.supersampling.max(1)
     }
 
-    /// The byte of a channel.
+    /// The value of a channel.
     fn read(&self, light: f32, normal: f32) -> u8 {
         let white = self.config.white_electrons as f32;
         let electrons = light * white;

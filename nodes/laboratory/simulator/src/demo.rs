@@ -1,19 +1,19 @@
-//! The scenarios that come with the suite.
+//! The built-in scenarios.
 
 use crate::objects::{PERSON_SPEED_M_PER_S, ROBOT_SPEED_M_PER_S};
 use crate::room::{DEPTH_M, HEIGHT_M, WIDTH_M, furnished_room};
 use crate::scenario::START;
 use crate::{Lighting, MovingObject, Path, Rig, Scenario, Scene, Walker};
 
-/// The label of the robot in the scenarios that come with the suite.
+/// The label of the robot in the built-in scenarios.
 pub const ROBOT_ID: u16 = 1;
-/// The label of the person in the scenarios that come with the suite.
+/// The label of the person in the built-in scenarios.
 pub const PERSON_ID: u16 = 2;
 
 /// Where the crossings lie in the room of the rig of [`Rig::default`]: 1.9 and 2.4 m in front of the camera.
 const ROBOT_PATH_X_M: f64 = 2.4;
 const PERSON_PATH_X_M: f64 = 2.9;
-/// Objects wait in the doorways, outside the scanner's forward quarter and the camera's view.
+/// Objects start and stop in the doorways, outside the scanner's forward quarter and the camera's view.
 const WAITING_Y_M: f64 = WIDTH_M / 2.0 - 0.1;
 
 impl Scenario {

@@ -1,4 +1,4 @@
-//! What a depth camera is like.
+//! The model of a depth camera.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -21,24 +21,24 @@ pub struct DepthCamera {
     pub rate_hz: f64,
     /// When the first image is taken, in seconds since the start.
     pub first_image_s: f64,
-    /// Nearer things return nothing.
+    /// The least measurable depth.
     pub depth_min_m: f64,
-    /// Farther things return nothing; at most 65.535 m, the largest depth of a 16-bit image.
+    /// The largest measurable depth; at most 65.535 m, the largest depth of a 16-bit image.
     pub depth_max_m: f64,
     /// How far a step of disparity reaches at 1 m: the depth `z` of disparity `n` is `1 / (n * this)`, so
     /// that neighbouring depths are `this * z^2` apart. In 1/m.
     pub disparity_step_per_m: f64,
     /// Standard deviation of the measured disparity in such steps, rounding included.
     pub disparity_noise_steps: f64,
-    /// How far right of the camera the projector is: what it cannot light is in shadow.
+    /// The distance of the projector to the right of the camera: what it cannot illuminate is in shadow.
     pub projector_baseline_m: f64,
     /// Columns at the right edge that are never measured.
     pub dead_columns_px: usize,
-    /// The share of pixels that fail for no reason.
+    /// The share of pixels that fail at random.
     pub dropout_ratio: f64,
-    /// The least reflectivity that a target at 1 m, seen squarely, must have.
+    /// The least reflectivity of a measurable target at 1 m and normal incidence.
     pub min_signal: f64,
-    /// How its stamps deviate from when it measured.
+    /// The errors of its stamps.
     pub stamps: StampError,
 }
 
@@ -91,8 +91,8 @@ impl DepthCamera {
         }
     }
 
-    /// The same camera with another number of pixels over the same field of view. Depth errors stay what they
-    /// were: the driver decimates the image, not the measurement.
+    /// The same camera with another number of pixels over the same field of view. Depth errors stay the same: the
+    /// driver decimates the image, not the measurement.
     #[must_use]
     pub fn with_size(mut self, width_px: usize, height_px: usize) -> Self {
         let camera = &mut self.camera;

@@ -1,8 +1,9 @@
-//! From solids to the depth image that a structured-light camera makes of them.
+//! Rendering of solids into the depth image of a structured-light camera.
 //!
-//! Solids are drawn one after the other into a canvas, each within the bounds of its projection, and the
-//! nearest surface stays. What never moves is drawn once where the rig stands still. Panes of glass come last:
-//! they weaken what lies behind them. The canvas is then measured: shadow of the projector, loss of signal, disparity with noise, rounding.
+//! Solids are drawn one after the other into a canvas, each within the bounds of its projection, with a depth test.
+//! Static solids are drawn only once when the rig does not move. Panes of glass come last: they attenuate the signal
+//! from behind them. The canvas is then measured: shadow of the projector, loss of signal, disparity with noise,
+//! rounding.
 
 use std::ops::Range;
 
@@ -16,11 +17,11 @@ use crate::noise::FrameNoise;
 use crate::projection::Projection;
 use crate::solid::{STATIC_ID, Solid};
 
-/// So many rows are drawn by one thread at a time.
+/// Rows drawn by one thread at a time.
 const BAND_ROWS: usize = 16;
-/// How much the returned light varies from image to image.
+/// The variation of the returned light between images.
 const STRENGTH_FLUTTER: f32 = 0.2;
-/// Projector columns closer than this belong to one surface, not to a thing and its shadow.
+/// Projector columns closer than this belong to one surface, not to an object and its shadow.
 const SHADOW_MARGIN_PX: f32 = 0.25;
 
 /// The noise-free view of the camera: for each pixel the nearest surface.
@@ -33,7 +34,7 @@ pub(crate) struct Canvas {
     id: Vec<u16>,
 }
 
-/// What the camera reads.
+/// The measured image.
 #[derive(Clone, Debug)]
 pub(crate) struct Reading {
     /// 0 where nothing was measured.
@@ -52,8 +53,8 @@ impl Canvas {
         }
     }
 
-    /// Draws solids where they are the nearest: first all that cannot be seen through, then the panes, which
-    /// weaken what has been drawn behind them.
+    /// Draws solids with a depth test: first the opaque ones, then the panes, which attenuate what has been drawn behind
+    /// them.
     pub(crate) fn draw<'a>(
         &mut self,
         camera: &CameraModel,
@@ -64,7 +65,7 @@ impl Canvas {
     ) {
         let mut shown: Vec<Projection<'_>> =
             solids.filter_map(|solid| Projection::of(solid, room_from_camera, camera)).collect();
-        // Stable: among equals the order stays.
+        // Stable: equal depths keep their order.
         shown.sort_by_key(|projection| projection.solid.is_pane());
         let pixels = (BAND_ROWS * camera.width_px).max(1);
         let mut bands: Vec<(usize, Band<'_>)> = self
@@ -99,7 +100,7 @@ impl Canvas {
     }
 }
 
-/// Some rows of a canvas.
+/// A band of rows of a canvas.
 struct Band<'a> {
     depth_m: &'a mut [f32],
     strength: &'a mut [f32],
@@ -127,7 +128,7 @@ impl Band<'_> {
     }
 }
 
-/// Measures canvases: the camera's limits and errors, worked out once.
+/// Measures canvases, with the camera's limits and errors precomputed.
 #[derive(Clone, Debug)]
 pub(crate) struct Sensor {
     width_px: usize,
@@ -153,7 +154,7 @@ impl Sensor {
                 if in_range { (depth_m * 1e3).round() as u16 } else { 0 }
             })
             .collect();
-        // Rounding alone deviates by sqrt(1/12) of a step; the rest is drawn.
+        // Rounding alone has a standard deviation of sqrt(1/12) of a step; the rest is added as noise.
         let drawn_variance = config.disparity_noise_steps.powi(2) - 1.0 / 12.0;
         Self {
             width_px: config.camera.width_px,
@@ -168,7 +169,7 @@ impl Sensor {
         }
     }
 
-    /// What the camera reads of a canvas.
+    /// The camera's measurement of a canvas.
     pub(crate) fn read(&self, canvas: &Canvas, noise: &FrameNoise) -> Reading {
         let pixels = canvas.depth_m.len();
         let mut reading = Reading { depth_mm: vec![0; pixels], labels: vec![STATIC_ID; pixels] };
@@ -191,7 +192,7 @@ impl Sensor {
         reading
     }
 
-    /// The pixels that a camera without noise and chance would measure.
+    /// The pixels that a camera without noise and random failures would measure.
     pub(crate) fn measurable(&self, canvas: &Canvas) -> Vec<usize> {
         let mut pixels = Vec::new();
         self.for_each_lit(canvas, |index, depth_m| {

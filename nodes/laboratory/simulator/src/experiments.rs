@@ -1,8 +1,8 @@
-//! Scenarios for experiments: a scene of Table 2, what crosses it, and how the platform moves.
+//! Scenarios for experiments: a scene of Table 2, the moving objects, and the motion of the platform.
 //!
-//! The seed of a scenario varies the noise of the sensors and also what no two runs of an experiment have in
-//! common: from which side an object comes, when, how fast (5 %), how far from its usual way, in which phase
-//! of its gait, and the camera's phase beside the scanner's. So a median over ten seeds means something.
+//! The seed of a scenario varies the noise of the sensors and also everything that differs between two real runs of an
+//! experiment: from which side an object comes, when, its speed (5 %), its offset from the nominal path, the phase of
+//! its gait, and the phase of the camera relative to the scanner. So a median over ten seeds is meaningful.
 
 mod crossing;
 
@@ -18,25 +18,25 @@ use crate::{
 use crossing::{Crossing, SMALL_OFFSET_M, person, varied_speed, way};
 pub use crossing::{CrossingObject, PathName};
 
-/// The label of the second person, where there is one.
+/// The label of the second person, if there is one.
 pub const SECOND_PERSON_ID: u16 = 3;
-/// The label of the door, where there is one.
+/// The label of the door, if there is one.
 pub const DOOR_ID: u16 = 4;
-/// The label of the chair, where one is moved.
+/// The label of the chair, if one is moved.
 pub const CHAIR_ID: u16 = 5;
-/// The label of the cart, where there is one.
+/// The label of the cart, if there is one.
 pub const CART_ID: u16 = 6;
 
-/// How long a scene is empty before anything sets out: a few windows of scans.
+/// How long a scene is empty before the first object starts: a few windows of scans.
 const LEAD_S: f64 = 1.0;
-/// How long it is empty after all have arrived.
+/// How long it is empty after the last object has arrived.
 const TAIL_S: f64 = 1.0;
-/// Objects set out at any moment of a turn of the scanner.
+/// Objects start at any moment of a revolution of the scanner.
 const START_SPREAD_S: f64 = 1.0 / 7.0;
-/// The length of a scenario in which nothing crosses: about that of the others.
+/// The length of a scenario without objects: about that of the others.
 const EMPTY_S: f64 = 10.0;
 impl Scenario {
-    /// A scene of Table 2 in which nothing moves.
+    /// A scene of Table 2 without moving objects.
     #[must_use]
     pub fn empty(scene: SceneName, seed: u64) -> Self {
         Self::with_objects(format!("{scene}, empty"), scene, seed, Vec::new())
@@ -60,9 +60,9 @@ impl Scenario {
     /// with the robot a person at twice its distance would stay in the shadow of its screen.)
     #[must_use]
     pub fn three_crossing(scene: SceneName, seed: u64) -> Self {
-        /// Each is at the middle so much earlier or later.
+        /// How much earlier or later each is at the middle.
         const MEETING_SPREAD_S: f64 = 0.2;
-        /// So much later comes the second person: an arm's length and more between the two, as they are seen.
+        /// The delay of the second person: more than an arm's length between the two in the image.
         const FOLLOWS_S: f64 = 1.1;
         let waiting_y_m = scene.waiting_y_m();
         let meeting_s =
@@ -92,7 +92,7 @@ impl Scenario {
     /// A person crosses, and rests for `pause_s` in the middle of the view before going on.
     #[must_use]
     pub fn pausing(scene: SceneName, pause_s: f64, seed: u64) -> Self {
-        /// It rests so far from the middle at most: well within the camera's view.
+        /// The largest distance of the stop from the middle: well within the camera's view.
         const MIDDLE_M: f64 = 0.5;
         let crossing = CrossingObject::Person.crossing(seed);
         let variation = Variation::new(seed, PERSON_ID);
@@ -103,7 +103,7 @@ impl Scenario {
         Self::with_objects(name, scene, seed, vec![person(PERSON_ID, path, seed)])
     }
 
-    /// The platform goes through the rear of the room while a person crosses (Rec-HV experiment 11).
+    /// The platform drives through the rear of the room while a person crosses (Rec-HV experiment 11).
     #[must_use]
     pub fn touring(scene: SceneName, seed: u64) -> Self {
         let name = format!("{scene}, touring");
@@ -145,9 +145,9 @@ impl Scenario {
     /// A person pushes a chair 0.9 m aside and goes on; the chair stays where it was pushed to.
     #[must_use]
     pub fn moving_chair(scene: SceneName, seed: u64) -> Self {
-        /// Half of the usual: it is pushed.
+        /// Half of the usual speed, since it is pushed.
         const SPEED_M_PER_S: f64 = PERSON_SPEED_M_PER_S / 2.0;
-        /// How far the person is behind the chair.
+        /// The distance of the person behind the chair.
         const REACH_M: f64 = 0.55;
         let variation = Variation::new(seed, PERSON_ID);
         let waiting_y_m = scene.waiting_y_m();
@@ -167,7 +167,7 @@ impl Scenario {
         Self::with_objects(format!("{scene}, moving a chair"), scene, seed, objects)
     }
 
-    /// With another motion of the platform, over as long as the scenario lasts.
+    /// With another motion of the platform, for the length of the scenario.
     #[must_use]
     pub fn with_platform(mut self, platform: Platform) -> Self {
         self.rig.path = platform.path(self.duration_s, self.seed);
@@ -186,7 +186,7 @@ impl Scenario {
     }
 }
 
-/// When a way comes to a place, in seconds since the start.
+/// When a path reaches a place, in seconds since the start.
 fn time_at(path: &Path, place_m: [f64; 2]) -> f64 {
     let distance_m = |pose: &[f64; 6]| (pose[0] - place_m[0]).hypot(pose[1] - place_m[1]);
     path.waypoints

@@ -1,4 +1,4 @@
-//! An inertial unit: angular velocity and specific force, with noise and biases that wander.
+//! An IMU: angular velocity and specific force, with noise and bias random walks.
 
 use geometry::{Stamp, pose_from_vector};
 use nalgebra::{Isometry3, Vector3};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::Path;
 use crate::noise::{FrameNoise, Stream};
 
-/// What an inertial unit is like.
+/// The model of an IMU.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Imu {
@@ -17,19 +17,19 @@ pub struct Imu {
     pub frame_id: String,
     /// Readings a second; the first at the start.
     pub rate_hz: f64,
-    /// White noise of the angular velocity, in rad/s for each square root of a hertz.
+    /// Noise density of the angular velocity, in rad/s/sqrt(Hz).
     pub gyro_noise: f64,
-    /// White noise of the acceleration, in m/s^2 for each square root of a hertz.
+    /// Noise density of the acceleration, in m/s^2/sqrt(Hz).
     pub accelerometer_noise: f64,
-    /// How fast the gyroscope's bias wanders, in rad/s^2 for each square root of a hertz.
+    /// Random walk of the gyroscope's bias, in rad/s^2/sqrt(Hz).
     pub gyro_bias_walk: f64,
-    /// How fast the accelerometer's bias wanders, in m/s^3 for each square root of a hertz.
+    /// Random walk of the accelerometer's bias, in m/s^3/sqrt(Hz).
     pub accelerometer_bias_walk: f64,
     /// Standard deviation of the gyroscope's bias at the start, in rad/s.
     pub gyro_bias: f64,
     /// Standard deviation of the accelerometer's bias at the start, in m/s^2.
     pub accelerometer_bias: f64,
-    /// It answers to the mean of what happens within this time around a reading: its low pass.
+    /// The window of the low-pass filter: a reading is the mean over this time around its stamp.
     pub response_s: f64,
 }
 
@@ -55,25 +55,25 @@ impl Default for Imu {
     }
 }
 
-/// A reading of an inertial unit.
+/// A reading of an IMU.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ImuReading {
-    /// When it was measured.
+    /// The time of the measurement.
     pub stamp: Stamp,
-    /// The frame of the unit.
+    /// The frame of the IMU.
     pub frame_id: String,
-    /// In the unit's frame.
+    /// In the IMU's frame.
     pub angular_velocity_rad_per_s: Vector3<f64>,
     /// The variance of the white noise on each axis of it, in rad^2/s^2.
     pub angular_velocity_variance: f64,
-    /// The specific force in the unit's frame: acceleration less gravity, so that a unit at rest reads gravity upwards.
+    /// The specific force in the IMU's frame: acceleration minus gravity, so that an IMU at rest reads +g upwards.
     pub linear_acceleration_m_per_s2: Vector3<f64>,
     /// The variance of the white noise on each axis of it, in m^2/s^4.
     pub linear_acceleration_variance: f64,
 }
 
 impl Imu {
-    /// What a unit without any error reads at a time: angular velocity and specific force.
+    /// The reading of an ideal IMU at a time: angular velocity and specific force.
     pub(crate) fn truth(&self, path: &Path, time_s: f64) -> (Vector3<f64>, Vector3<f64>) {
         let rig_from_imu = pose_from_vector(&self.rig_from_imu);
         let room_from_imu = |time_s: f64| -> Isometry3<f64> { path.pose_at(time_s) * rig_from_imu };
@@ -83,7 +83,7 @@ impl Imu {
             room_from_imu(time_s),
             room_from_imu(time_s + window_s),
         );
-        // Of a way smoothed over the window twice the second difference is the exact acceleration.
+        // The second difference is the exact acceleration of the path smoothed twice over the window.
         let acceleration = (after.translation.vector - 2.0 * now.translation.vector
             + before.translation.vector)
             / (window_s * window_s);
@@ -95,7 +95,7 @@ impl Imu {
     }
 }
 
-/// Reads one after the other, since biases wander on.
+/// Generates the readings in order, since the biases are random walks.
 #[derive(Clone, Debug)]
 pub(crate) struct ImuReader {
     config: Imu,
@@ -126,7 +126,7 @@ impl ImuReader {
         let config = &self.config;
         let time_s = self.next_s();
         let (angular_velocity, specific_force) = config.truth(path, time_s);
-        // A density holds for half the sampling rate on both sides of 0.
+        // A noise density covers half the sampling rate on both sides of 0.
         let root_rate = config.rate_hz.sqrt();
         let gyro_std_dev = config.gyro_noise * root_rate;
         let accelerometer_std_dev = config.accelerometer_noise * root_rate;
@@ -188,7 +188,7 @@ mod tests {
         assert!((upwards - Vector3::z() * GRAVITY_M_PER_S2).norm() < 1e-9);
     }
 
-    /// Strapdown integration: what was read leads along the path.
+    /// Strapdown integration of the readings follows the path.
     #[test]
     fn readings_integrate_to_the_path() {
         let near = vec![

@@ -1,8 +1,8 @@
-//! A room, what moves in it, and the sensors that look at it, with the truth beside every reading.
+//! A simulated room, its moving objects and the sensors, with the ground truth of every reading.
 //!
-//! A [`Scenario`] says everything: the scene (furniture, moving objects and their paths), the rig with
-//! its sensors, how long it lasts, and the seed. [`Scenario::samples`] turns it into what the drivers
-//! would publish, in the order of the stamps, each reading with its labels. The same scenario gives the
+//! A [`Scenario`] defines everything: the scene (furniture, moving objects and their paths), the rig with
+//! its sensors, the length, and the seed. [`Scenario::samples`] gives what the drivers would publish, in
+//! the order of the stamps, each reading with its labels. The same scenario gives the
 //! same samples, bit for bit: noise is a function of seed, sensor, frame and pixel (`noise`), never
 //! of the order in which things are computed.
 //!
@@ -10,14 +10,14 @@
 //!
 //! | name | origin and axes |
 //! |---|---|
-//! | `room` | what scenes and paths are written in; z up, the floor at z = 0 |
+//! | `room` | the frame of scenes and paths; z up, the floor at z = 0 |
 //! | object | on the floor under the object, x in its direction of travel, z up |
 //! | `map`, `rig`, `camera`, `lidar` | as in the crate `geometry`; `map` is the rig's frame at the start |
 //!
 //! Poses in a scenario are six numbers `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`, in the order of
 //! Rec-HV eq. 8 ([`geometry::pose_from_vector`]).
 //!
-//! No ROS, no files, no clock.
+//! The crate uses no ROS, no files and no clock.
 //!
 //! ```
 //! use simulator::{Sample, Scenario};
@@ -26,7 +26,7 @@
 //! let samples: Vec<Sample> = scenario.samples()?.collect();
 //! let scans = samples.iter().filter(|one| matches!(one, Sample::Scan { .. })).count();
 //! let images = samples.iter().filter(|one| matches!(one, Sample::Depth { .. })).count();
-//! // The scanner turns at 7 Hz, the camera takes 30 images a second.
+//! // The scanner runs at 7 Hz, the camera at 30 Hz.
 //! assert!((6..=7).contains(&scans) && (30..=31).contains(&images), "{scans} scans, {images} images");
 //! # Ok::<(), simulator::ScenarioError>(())
 //! ```

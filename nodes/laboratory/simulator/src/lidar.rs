@@ -1,4 +1,4 @@
-//! A turning 2D scanner, as its driver publishes it.
+//! A rotating 2D scanner, as published by its driver.
 
 use std::f64::consts::PI;
 
@@ -10,11 +10,10 @@ use crate::noise::{FrameNoise, Stream};
 use crate::solid::{STATIC_ID, Solid, nearest_sighting};
 use crate::{Path, Ray, Scene, StampError};
 
-/// A scanner that measures one beam after the other while it turns.
+/// A scanner that measures one beam after the other while it rotates.
 ///
-/// The scanner turns clockwise, seen from above, and its driver turns the readings round: the last beam
-/// of the message is the first that was measured. The message's `time_increment_s` says nothing of that,
-/// here as there.
+/// The scanner rotates clockwise, seen from above, and its driver reverses the readings: the last beam of the message
+/// is the first that was measured. As with the real driver, the message's `time_increment_s` does not show that.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lidar {
@@ -22,29 +21,29 @@ pub struct Lidar {
     pub rig_from_lidar: [f64; 6],
     /// The frame that scans are stamped with.
     pub frame_id: String,
-    /// Beams of one turn, evenly spaced; the last one points backwards (azimuth pi).
+    /// Beams per revolution, evenly spaced; the last one points backwards (azimuth pi).
     pub beams: usize,
-    /// Turns a second.
+    /// Revolutions per second.
     pub turn_rate_hz: f64,
-    /// Standard deviation of a turn's start as a share of a turn: the motor is not quite even.
+    /// Standard deviation of the start of a revolution as a share of it: the motor's speed varies.
     pub turn_jitter: f64,
-    /// Nearer things return nothing.
+    /// The least measurable range.
     pub range_min_m: f64,
-    /// Farther things return nothing.
+    /// The largest measurable range.
     pub range_max_m: f64,
-    /// Standard deviation of a range: this much ...
+    /// The constant part of the standard deviation of a range, ...
     pub range_noise_m: f64,
-    /// ... and this share of the range.
+    /// ... and the part proportional to the range.
     pub range_noise_ratio: f64,
-    /// Ranges are multiples of this.
+    /// The resolution of ranges.
     pub range_step_m: f64,
     /// A beam is measured anywhere within this angle around its own azimuth.
     pub azimuth_spread_rad: f64,
-    /// The share of beams that fail for no reason.
+    /// The share of beams that fail at random.
     pub dropout_ratio: f64,
-    /// The least reflectivity that a target at 1 m, seen squarely, must have.
+    /// The least reflectivity of a measurable target at 1 m and normal incidence.
     pub min_signal: f64,
-    /// How its stamps deviate from when it measured.
+    /// The errors of its stamps.
     pub stamps: StampError,
 }
 
@@ -83,7 +82,7 @@ impl Lidar {
         }
     }
 
-    /// When turn `turn` starts, in seconds since the start of the scenario. Turn 0 starts at 0.
+    /// The start of revolution `turn`, in seconds since the start of the scenario. Revolution 0 starts at 0.
     pub(crate) fn turn_start_s(&self, seed: u64, turn: u64) -> f64 {
         let jitter = if turn == 0 {
             0.0
@@ -94,12 +93,12 @@ impl Lidar {
         (turn as f64 + jitter) / self.turn_rate_hz
     }
 
-    /// What turn `turn` is stamped with, in seconds since the start of the scenario.
+    /// The stamp of revolution `turn`, in seconds since the start of the scenario.
     pub(crate) fn turn_stamp_s(&self, seed: u64, turn: u64) -> f64 {
         self.turn_start_s(seed, turn) + self.stamps.at(seed, Stream::ScanStamp, turn)
     }
 
-    /// The scan of a turn, and for each beam the object that it met.
+    /// The scan of a revolution, and for each beam the object that it hit.
     pub(crate) fn scan(&self, view: &LidarView<'_>, turn: u64) -> (Scan, Vec<u16>) {
         let start_s = self.turn_start_s(view.seed, turn);
         let turn_time_s = self.turn_start_s(view.seed, turn + 1) - start_s;
@@ -139,7 +138,7 @@ impl Lidar {
         draw: crate::noise::Draw,
     ) -> (f32, u16) {
         const NO_RETURN: (f32, u16) = (f32::INFINITY, STATIC_ID);
-        /// How much the returned light varies from turn to turn.
+        /// The variation of the returned light between revolutions.
         const STRENGTH_FLUTTER: f64 = 0.4;
 
         let room_from_lidar = view.path.pose_at(time_s) * pose_from_vector(&self.rig_from_lidar);
@@ -168,7 +167,7 @@ impl Lidar {
     }
 }
 
-/// What a turn of the scanner depends on beside the scanner itself.
+/// The other inputs of a revolution of the scanner.
 pub(crate) struct LidarView<'a> {
     pub(crate) seed: u64,
     pub(crate) start: Stamp,

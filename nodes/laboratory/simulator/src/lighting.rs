@@ -1,41 +1,41 @@
-//! The light that falls on surfaces.
+//! The light on surfaces.
 
 use std::borrow::Cow;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Fixed lights. Surfaces scatter them evenly (Lambert); nothing throws a shadow.
+/// Fixed lights. Surfaces are Lambertian; there are no shadows.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Lighting {
-    /// Light from all around: 1 shows a white surface white.
+    /// Ambient light: at 1 a white surface is white in the image.
     pub ambient: f64,
-    /// What shines from a place.
+    /// Point lights.
     pub lamps: Vec<Lamp>,
-    /// From when to when there is no light at all, in seconds since the start. A depth camera has its own.
+    /// Start and end of a time without light, in seconds since the start. A depth camera has its own light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dark_s: Option<[f64; 2]>,
 }
 
-/// A lamp. One far away, and as much brighter, is a sun.
+/// A point light. One that is far away and correspondingly brighter is a sun.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lamp {
-    /// Where it is in the room.
+    /// The position in the room.
     pub position_m: [f64; 3],
-    /// How much light falls on what faces it from 1 m away: 1 shows a white surface white. It falls with the
+    /// The light on a surface that faces it from 1 m away: at 1 a white surface is white in the image. It falls with the
     /// square of the distance.
     pub brightness: f64,
 }
 
-/// The size of a lamp, which bounds the light on what is close to it.
+/// The size of a lamp, which bounds the light on near surfaces.
 const LAMP_SIZE_M: f64 = 0.6;
 /// How much more of the ambient light comes from above than from below, as a share of it.
 const AMBIENT_FROM_ABOVE: f64 = 0.15;
 
 impl Default for Lighting {
-    /// A bright day: a sun behind, to the left and above, and light from all around.
+    /// A bright day: a sun behind, to the left and above, and ambient light.
     fn default() -> Self {
         let position_m = [-300.0, 200.0, 450.0];
         let distance_m = Point3::from(position_m).coords.norm();
@@ -45,7 +45,7 @@ impl Default for Lighting {
 }
 
 impl Lighting {
-    /// Light from all around, and lamps.
+    /// Ambient light and lamps.
     #[must_use]
     pub fn of_lamps(ambient: f64, lamps: Vec<Lamp>) -> Self {
         Self { ambient, lamps, dark_s: None }
@@ -63,7 +63,7 @@ impl Lighting {
         Self::of_lamps(0.38, vec![lamp(0.3, -0.2), lamp(0.7, 0.23)])
     }
 
-    /// What there is of it at a time, in seconds since the start.
+    /// The light at a time, in seconds since the start.
     pub(crate) fn at(&self, time_s: f64) -> Cow<'_, Self> {
         match self.dark_s {
             Some([from_s, until_s]) if time_s >= from_s && time_s < until_s => {
@@ -96,7 +96,7 @@ pub(crate) struct LocalLighting {
 }
 
 impl LocalLighting {
-    /// The light on a point of a surface with this unit normal, which points to the side that is looked at.
+    /// The light on a point of a surface with this unit normal, which points to the visible side.
     pub(crate) fn on(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> f64 {
         let ambient = self.ambient * (1.0 + AMBIENT_FROM_ABOVE * normal.dot(&self.up));
         let from_lamp = |(position, brightness): &(Point3<f64>, f64)| {
@@ -129,7 +129,7 @@ mod tests {
         assert!((on(-Vector3::z()) - 0.2 * 0.85).abs() < 1e-12);
         let nearer = local.on(&Point3::new(0.0, 0.0, 50.0), &Vector3::z());
         assert!((nearer - 0.23 - 2.0).abs() < 1e-2, "{nearer}");
-        // A turned solid sees the same light on the same surface.
+        // A rotated solid has the same light on the same surface.
         let turn = Isometry3::rotation(Vector3::new(0.3, -0.4, 0.9));
         let turned = lighting.in_frame(&turn).on(&Point3::origin(), &(turn * aslant));
         assert!((turned - on(aslant)).abs() < 1e-9);

@@ -1,26 +1,25 @@
-//! What a surface gives back.
+//! The optical properties of surfaces.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Paint, Texture};
 
-/// How much of a sensor's light a surface sends back to it.
+/// The share of a sensor's light that a surface returns to it.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     /// The share of near infrared light that it scatters, in `[0, 1]`.
     pub reflectivity: f64,
-    /// Beyond this angle between ray and normal it mirrors the light away and returns nothing; in
+    /// Beyond this angle between ray and normal it reflects the light away and returns nothing; in
     /// `(0, pi/2)`. A matt surface stays visible to about 80 degrees, a polished one to much less.
     pub max_incidence_rad: f64,
-    /// The share of light that goes straight through, in `[0, 1]`; 0 for what cannot be seen through.
+    /// The share of transmitted light, in `[0, 1]`; 0 for opaque surfaces.
     ///
-    /// What lets light through is a pane: it returns nothing itself, what lies behind it is seen
-    /// weakened, there and back, and beyond `max_incidence_rad` it mirrors the light away.
+    /// A surface that transmits light is a pane: it returns nothing itself, attenuates the signal from behind it on both
+    /// ways, and beyond `max_incidence_rad` it reflects the light away.
     #[serde(default)]
     pub transmission: f64,
-    /// What it looks like to a colour camera; gray as bright as it is reflective, with some grain, when it is not
-    /// given.
+    /// The appearance in a colour image; by default gray, as bright as it is reflective, with some grain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paint: Option<Paint>,
 }
@@ -34,7 +33,7 @@ impl Material {
         Texture::Boards { size_m: [1.1, 0.11], joint_m: 0.002, contrast: 0.25, staggered: true },
         0.12,
     ));
-    /// Clothes of a middling shade.
+    /// Clothes of a medium shade.
     pub const CLOTH: Self = Self::matt(0.35).painted(Paint::with(
         [0.1, 0.15, 0.32],
         Texture::Noise { size_m: 0.25, contrast: 0.4 },
@@ -55,7 +54,7 @@ impl Material {
         Texture::Noise { size_m: 0.07, contrast: 0.7 },
         0.0,
     ));
-    /// Dark wallpaper, dark wood: seen by a depth camera squarely at 5 m, lost where its light falls aslant.
+    /// Dark wallpaper, dark wood: measured by a depth camera at 5 m at normal incidence, lost at oblique incidence.
     pub const DARK: Self = Self::matt(0.3).painted(Paint::with(
         [0.13, 0.09, 0.07],
         Texture::Noise { size_m: 0.3, contrast: 0.35 },
@@ -66,7 +65,7 @@ impl Material {
     /// Varnish and enamel: a fridge, a whiteboard, a cabinet of painted steel.
     pub const VARNISH: Self =
         Self::polished(0.7, 0.6).painted(Paint::grained([0.68, 0.7, 0.69], 0.02));
-    /// Bare polished metal: seen only where it faces the sensor, within 20 degrees.
+    /// Bare polished metal: measured only when it faces the sensor, within 20 degrees.
     pub const POLISHED_METAL: Self =
         Self::polished(0.6, 0.35).painted(Paint::grained([0.42, 0.43, 0.45], 0.1));
     /// Window glass: each face returns 4 % of what meets it squarely, so 92 % go through, and from 75
@@ -86,13 +85,13 @@ impl Material {
         Self { paint: Some(paint), ..self }
     }
 
-    /// What a colour camera sees of it.
+    /// Its paint in a colour image.
     #[must_use]
     pub fn visible_paint(&self) -> Paint {
         self.paint.unwrap_or(Paint::grained([self.reflectivity; 3], 0.15))
     }
 
-    /// A surface that mirrors the light away beyond an angle of incidence.
+    /// A surface that reflects the light away beyond an angle of incidence.
     #[must_use]
     pub const fn polished(reflectivity: f64, max_incidence_rad: f64) -> Self {
         Self { reflectivity, max_incidence_rad, transmission: 0.0, paint: None }

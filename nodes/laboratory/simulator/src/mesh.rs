@@ -1,4 +1,4 @@
-//! Surfaces of triangles.
+//! Triangle meshes.
 
 mod written;
 
@@ -11,15 +11,15 @@ use crate::bvh::{Aabb, Bvh};
 use crate::{Hit, Ray};
 use written::WrittenMesh;
 
-/// A surface of triangles in its own frame, seen from both sides.
+/// A triangle mesh in its own frame, visible from both sides.
 ///
-/// In a scenario it stands with its vertices and triangles, or with the name of a file; who reads the scenario reads
-/// that file too, and puts its triangles in with [`crate::Scenario::with_meshes`].
+/// A scenario contains its vertices and triangles, or the name of a file; the reader of the scenario also reads that
+/// file, and passes its triangles to [`crate::Scenario::with_meshes`].
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(try_from = "WrittenMesh", into = "WrittenMesh")]
 pub struct Mesh(Arc<Surface>);
 
-/// What a mesh is made of; shared, since solids are made of it for every moment.
+/// The data of a mesh; shared, since solids are made of it for every moment.
 #[derive(PartialEq, Debug)]
 struct Surface {
     file: Option<String>,
@@ -31,23 +31,23 @@ struct Surface {
     tree: Bvh,
 }
 
-/// Triangles that are none.
+/// Invalid triangles.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum MeshError {
-    /// A triangle has a corner that there is not.
+    /// A triangle refers to a missing vertex.
     #[error("triangle {triangle} has the corner {vertex}, but there are {vertices} vertices")]
     Vertex {
-        /// Which triangle, from 0.
+        /// The index of the triangle.
         triangle: usize,
-        /// Which corner it asks for.
+        /// The index of the vertex.
         vertex: u32,
-        /// How many there are.
+        /// Their number.
         vertices: usize,
     },
-    /// A vertex is not a place.
+    /// A vertex is not finite or too far away.
     #[error("vertex {vertex} is at {coordinate}, which is no finite number of metres below 1e6")]
     Coordinate {
-        /// Which vertex, from 0.
+        /// The index of the vertex.
         vertex: usize,
         /// Its coordinate.
         coordinate: f64,
@@ -55,34 +55,34 @@ pub enum MeshError {
     /// The scale is not positive.
     #[error("the scale is {scale}, but must be positive")]
     Scale {
-        /// What it is.
+        /// Its value.
         scale: f64,
     },
-    /// More than this simulator takes.
+    /// More triangles than this simulator accepts.
     #[error("{triangles} triangles are more than {MAX_TRIANGLES}")]
     TooMany {
-        /// How many there are.
+        /// Their number.
         triangles: usize,
     },
 }
 
 /// The largest mesh: a detailed scan of a room.
 const MAX_TRIANGLES: usize = 1 << 22;
-/// As far as a scenario reaches.
+/// The largest coordinate.
 const MAX_LENGTH_M: f64 = 1e6;
-/// Beyond an edge a triangle still counts by this share of itself, so that no ray slips between two of them.
+/// Triangles are enlarged by this share, so that no ray passes between two of them.
 const EDGE_MARGIN: f64 = 1e-9;
 
 impl Mesh {
-    /// A surface of these triangles; corners are indices of vertices.
+    /// A mesh of these triangles; corners are indices of vertices.
     ///
     /// # Errors
-    /// When a corner is no vertex, a vertex is no place, or there are too many of them.
+    /// When a corner is not a vertex, a vertex is invalid, or there are too many triangles.
     pub fn new(vertices_m: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
         Self::build(None, 1.0, vertices_m, triangles)
     }
 
-    /// The file whose triangles are still to be put in.
+    /// The file whose triangles are not loaded yet.
     #[must_use]
     pub fn missing_file(&self) -> Option<&str> {
         self.0.file.as_deref().filter(|_| self.0.triangles.is_empty())
@@ -100,7 +100,7 @@ impl Mesh {
         Self::build(self.0.file.clone(), self.0.scale, vertices_m, triangles)
     }
 
-    /// How many there are.
+    /// Their number.
     #[must_use]
     pub fn triangles(&self) -> usize {
         self.0.triangles.len()
@@ -143,13 +143,13 @@ impl Mesh {
         Ok(Self(Arc::new(Surface { file, scale, vertices_m, triangles, corners_m, tree })))
     }
 
-    /// Half the extent along each axis of the smallest cuboid around the origin that holds it.
+    /// Half the extent along each axis of the smallest cuboid around the origin that contains it.
     pub(crate) fn half_extent_m(&self) -> Vector3<f64> {
         let corners = self.0.corners_m.iter().flatten();
         corners.fold(Vector3::zeros(), |half, corner| half.sup(&corner.coords.abs()))
     }
 
-    /// Where a ray meets it first; the normal points to the side that the ray comes from.
+    /// The first hit of a ray; the normal points to the side that the ray comes from.
     pub(crate) fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let triangle = |index: usize| self.0.corners_m.get(index);
         let (index, parameter) =
@@ -177,7 +177,7 @@ fn intersect_triangle([a, b, c]: &[Point3<f64>; 3], ray: &Ray) -> Option<f64> {
     let turned = from_a.cross(&ab);
     let v = ray.direction.dot(&turned) / determinant;
     let parameter = ac.dot(&turned) / determinant;
-    // A ray along the triangle's plane gives no numbers, and no crossing.
+    // A ray in the triangle's plane gives NaN, and no hit.
     let within = u >= -EDGE_MARGIN && v >= -EDGE_MARGIN && u + v <= 1.0 + EDGE_MARGIN;
     (within && parameter > 0.0 && parameter.is_finite()).then_some(parameter)
 }

@@ -1,46 +1,46 @@
-//! Noise as a function of where it is used, not of when.
+//! Noise as a function of its use, not of the order of calls.
 //!
-//! Every reading asks for the noise of (seed, stream, frame, index); two readings never share a state,
+//! Every reading uses the noise of (seed, stream, frame, index); two readings never share a state,
 //! so frames can be computed in any order, or only some of them, with the same result. The bits come
 //! from the finaliser of SplitMix64 (Steele, Lea and Flood 2014, with Stafford's constants), one
 //! multiplication chain a pixel: a cipher a pixel would cost more than casting the ray.
 
 use estimation::random::{GOLDEN_GAMMA, mixed};
 
-/// What the noise is for: the streams of one seed are independent of each other.
+/// The use of the noise: the streams of one seed are independent of each other.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Stream {
     /// The error of a depth pixel, and whether it returns anything.
     DepthPixel = 1,
     /// The error of a beam's range, and whether it returns anything.
     BeamRange = 2,
-    /// Where within its step of azimuth a beam was measured.
+    /// The offset of a beam within its step of azimuth.
     BeamAzimuth = 3,
-    /// How much a turn of the scanner starts early or late.
+    /// The jitter of the start of a scanner's revolution.
     TurnStart = 4,
     /// The error of a pose.
     Pose = 5,
-    /// How late a scan's stamp is.
+    /// The delay of a scan's stamp.
     ScanStamp = 6,
-    /// How late an image's stamp is.
+    /// The delay of an image's stamp.
     ImageStamp = 7,
-    /// What varies between the runs of one experiment.
+    /// The variation between the runs of one experiment.
     Variation = 8,
-    /// How a sensor is mounted beside where it is thought to be.
+    /// The error of a sensor's mount.
     Mounting = 9,
     /// The electrons of a channel of a colour pixel.
     ColourPixel = 10,
     /// The phases of a hand's tremor.
     Tremor = 11,
-    /// How the ways of odometry differ from seed to seed.
+    /// The variation of the paths for odometry between seeds.
     Way = 12,
     /// The noise of an inertial reading.
     ImuReading = 13,
-    /// The walk of an inertial unit's biases.
+    /// The random walk of an IMU's biases.
     ImuBias = 14,
     /// The errors of a step of the wheels.
     WheelStep = 15,
-    /// By how much the wheels are larger than thought.
+    /// The error of the size of the wheels.
     WheelScale = 16,
     /// The error of a range of a 3D scanner, and whether anything returns.
     VelodyneRange = 17,
@@ -71,7 +71,7 @@ impl FrameNoise {
 pub(crate) struct Draw(u64);
 
 impl Draw {
-    /// A number of mean 0 and deviation 1, close to normal and never beyond 3.47: the sum of four
+    /// A number of mean 0 and standard deviation 1, close to normal and never beyond 3.47: the sum of four
     /// uniform ones (Irwin-Hall), from the lower 48 bits.
     pub(crate) fn normal(self) -> f32 {
         const LANE: u64 = 0xfff;

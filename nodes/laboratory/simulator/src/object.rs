@@ -1,4 +1,4 @@
-//! What moves: its shape, and its way.
+//! Moving objects: shape and path.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -6,21 +6,20 @@ use serde::{Deserialize, Serialize};
 use crate::solid::{STATIC_ID, Solid};
 use crate::{Body, Path, Walker};
 
-/// Something that moves through the room.
+/// An object that moves through the room.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MovingObject {
-    /// Its label, 1 or more: 0 is what never moves.
+    /// The label, 1 or more: 0 is the static scene.
     pub id: u16,
-    /// What it is called.
+    /// The name.
     pub name: String,
-    /// What it looks like.
+    /// The shape.
     pub figure: Figure,
-    /// Where it goes: the pose of its frame in the room.
+    /// The path: the pose of its frame in the room.
     pub path: Path,
-    /// From when to when it counts as an object, in seconds since the start: before and after, its surface
-    /// carries the label of what never moves, as that of a chair that nobody has moved yet. Always when
-    /// it is not given.
+    /// Start and end of the time in which it counts as an object, in seconds since the start. Before and after, its
+    /// surface has the label of the static scene, like a chair that has not been moved yet. Always when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label_span_s: Option<[f64; 2]>,
 }
@@ -32,7 +31,7 @@ pub struct MovingObject {
 pub enum Figure {
     /// Parts that keep their places.
     Rigid(Vec<Body>),
-    /// A person whose limbs swing as far as the path takes them.
+    /// A walking person; the gait follows the path.
     Walker(Walker),
 }
 

@@ -1,9 +1,9 @@
 //! sRGB.
 
-/// Steps of the table: the steepest part of the curve rises by less than a shade from step to step.
+/// Steps of the table: even the steepest part of the curve rises by less than one value per step.
 const STEPS: usize = 4096;
 
-/// The shade of each brightness (IEC 61966-2-1).
+/// The sRGB value of each brightness (IEC 61966-2-1).
 #[derive(Clone, Debug)]
 pub(super) struct SrgbTable(Vec<u8>);
 
@@ -21,9 +21,9 @@ impl SrgbTable {
         Self((0..STEPS).map(shade).collect())
     }
 
-    /// The shade of a brightness; what is below 0 is black, what is above 1 white.
+    /// The sRGB value of a brightness; below 0 is black, above 1 white.
     pub(super) fn encode(&self, linear: f32) -> u8 {
-        // The cast saturates at 0, and takes what is no number for 0.
+        // The cast saturates at 0, and NaN becomes 0.
         let step = (linear * (STEPS - 1) as f32 + 0.5) as usize;
         self.0.get(step).copied().unwrap_or(u8::MAX)
     }

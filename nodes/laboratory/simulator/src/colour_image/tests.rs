@@ -17,7 +17,7 @@ fn camera() -> CameraModel {
     DepthCamera::kinect_v1().with_size(160, 120).camera
 }
 
-/// Light from all around only, as bright as white.
+/// Ambient light only, as bright as white.
 fn even_light() -> Lighting {
     Lighting::of_lamps(0.8, Vec::new())
 }
@@ -26,7 +26,7 @@ fn solids(bodies: &[Body]) -> Vec<Solid> {
     bodies.iter().map(|body| body.solid(0, &Isometry3::identity())).collect()
 }
 
-/// What a camera looking along x from this pose sees.
+/// The image of a camera at this pose, looking along x.
 fn taken_from(
     rig: [f64; 6],
     config: &ColourCamera,
@@ -48,7 +48,7 @@ fn facing_wall(paint: Paint) -> Body {
     }
 }
 
-/// A room with everything in it that a picture can go wrong with.
+/// A room with everything that can go wrong in an image.
 fn room() -> (Vec<Solid>, Lighting) {
     let scenario = Scenario::demo();
     (scenario.scene.static_solids(), scenario.scene.lighting)
@@ -110,7 +110,7 @@ fn linear(shade: u8) -> f64 {
 
 #[test]
 fn edges_lie_where_they_are_to_a_tenth_of_a_pixel() {
-    // Black to the left of y = 0, white to the right: the light of a row says where the edge is.
+    // Black to the left of y = 0, white to the right: the sum over a row gives the position of the edge.
     let paint = Paint::with([0.0; 3], Texture::Checker { size_m: 20.0, other: [1.0; 3] }, 0.0);
     let wall = solids(&[facing_wall(paint)]);
     let config = ColourCamera { supersampling: 4, ..config() };
@@ -191,7 +191,7 @@ fn what_is_skipped_would_have_changed_little() {
     let large = differences.iter().filter(|&&difference| difference > 12).count();
     assert!(mean < 0.5, "mean {mean}");
     assert!(large * 500 < differences.len(), "{large} of {}", differences.len());
-    // With one ray a pixel nothing is skipped.
+    // With one ray per pixel nothing is skipped.
     let config = ColourCamera { supersampling: 1, ..config };
     let single = taken_from(rig, &config, &statics, &lighting);
     let differing = single
@@ -220,7 +220,7 @@ fn light_that_is_low_has_the_noise_of_few_electrons() {
             ColourCamera { white_electrons: white, read_noise_electrons: read, ..config() };
         let expected = (0.45 * white + read * read).sqrt() / white;
         let found = deviation(&config);
-        // The shades of sRGB add a step's deviation.
+        // Rounding to sRGB values adds the deviation of a step.
         let expected = (expected.powi(2) + (0.0056_f64).powi(2) / 12.0).sqrt();
         assert!((found / expected - 1.0).abs() < 0.05, "{found} for {expected}");
     }
@@ -270,7 +270,7 @@ fn the_number_of_threads_changes_nothing_and_the_same_seed_repeats() {
     assert_eq!(taken.len(), 66);
     assert!(taken.windows(2).all(|pair| pair[0].rgb != pair[1].rgb));
     let other = images(&samples(&scenario.clone().with_seed(9), 2));
-    // Another seed is another noise, not another room.
+    // Another seed changes the noise, not the room.
     let differing =
         taken[0].rgb.iter().zip(&other[0].rgb).filter(|(a, b)| a.abs_diff(**b) > 25).count();
     assert!(taken[0].rgb != other[0].rgb && differing * 100 < taken[0].rgb.len());
@@ -280,7 +280,7 @@ fn the_number_of_threads_changes_nothing_and_the_same_seed_repeats() {
 fn a_registered_image_shows_at_each_pixel_what_the_depth_image_measures() {
     let mut scenario = Scenario::demo().with_depth_size(160, 120).with_duration_s(3.9);
     scenario.rig.colour_camera = Some(ColourCamera { supersampling: 1, ..config() });
-    // The robot is painted as nothing else is.
+    // The robot's paint is unique.
     let red = Paint::plain([0.9, 0.0, 0.0]);
     if let crate::Figure::Rigid(bodies) = &mut scenario.scene.objects[0].figure {
         bodies.iter_mut().for_each(|body| body.material = body.material.painted(red));

@@ -1,4 +1,4 @@
-//! What can be seen at one moment, and the light from it.
+//! The visible solids of one moment, and the light from them.
 
 use std::ops::Range;
 
@@ -12,19 +12,19 @@ use crate::projection::Projection;
 use crate::solid::Solid;
 use crate::surface::place;
 
-/// The solids of a moment that the image can show, with the light on them.
+/// The solids of a moment that are visible in the image, with the light on them.
 pub(super) struct View<'a> {
     shown: Vec<Shown<'a>>,
-    /// Rays through a pixel along each of its edges.
+    /// Rays per pixel along each axis.
     side: usize,
-    /// What neighbouring pixels are apart at 1 m.
+    /// The distance of neighbouring pixels at 1 m.
     pixel_rad: f64,
 }
 
 struct Shown<'a> {
-    /// By the middles of the pixels.
+    /// One ray through the centre of each pixel.
     coarse: Projection<'a>,
-    /// By all rays.
+    /// All rays of each pixel.
     fine: Projection<'a>,
     lighting: LocalLighting,
 }
@@ -33,8 +33,8 @@ struct Shown<'a> {
 type Colour = [f32; CHANNELS];
 const BLACK: Colour = [0.0; CHANNELS];
 
-/// What is the same for the rays of a pixel that meet one side of a solid: the light, and the smooth part of
-/// the pattern.
+/// The values shared by the rays of a pixel that hit one side of a solid: the light, and the smooth part of the
+/// pattern.
 #[derive(Clone, Copy)]
 struct Smooth {
     seen: u32,
@@ -82,13 +82,13 @@ impl<'a> View<'a> {
         nearest.1
     }
 
-    /// The light from what one of the fine rays meets; black where there is nothing.
+    /// The light from the surface that one of the fine rays hits; black if there is none.
     fn fine(&self, seen: u32, row: usize, column: usize, known: &mut Option<Smooth>) -> Colour {
         let Some(shown) = self.shown.get(seen as usize) else { return BLACK };
         self.colour(shown, &shown.fine.ray(row, column), seen, known)
     }
 
-    /// The same in the middle of a pixel.
+    /// The same for the centre of a pixel.
     fn coarse(&self, seen: u32, row: usize, column: usize, known: &mut Option<Smooth>) -> Colour {
         let Some(shown) = self.shown.get(seen as usize) else { return BLACK };
         self.colour(shown, &shown.coarse.ray(row, column), seen, known)
@@ -105,7 +105,7 @@ impl<'a> View<'a> {
         let Some(hit) = solid.shape.intersect(ray) else { return BLACK };
         let point = ray.at(hit.parameter);
         let place = place(&solid.shape, &point, &hit.normal);
-        // Aslant, pixels are farther apart along one direction; the mean of both is what counts.
+        // On an oblique surface pixels are farther apart along one direction; the mean of both is used.
         let cos = hit.cos_incidence(&ray.direction).max(0.05);
         let surface_point = SurfacePoint {
             uv_m: place.uv_m.map(|m| m as f32),
@@ -115,7 +115,7 @@ impl<'a> View<'a> {
         let light = match *known {
             Some(Smooth { seen: same, side, light }) if same == seen && side == place.side => light,
             _ => {
-                // From within a body its inner side is seen.
+                // From inside a body its inner side is visible.
                 let outwards = hit.normal.dot(&ray.direction) < 0.0;
                 let normal = if outwards { hit.normal } else { -hit.normal };
                 let light = shown.lighting.on(&point, &normal) as f32;
@@ -144,14 +144,14 @@ fn magnified(camera: &CameraModel, side: usize) -> CameraModel {
     }
 }
 
-/// No solid is seen.
+/// No solid is visible.
 const NOTHING: u32 = u32::MAX;
 
 /// The nearest solid at each pixel of some rows and of the rows around them.
 pub(super) struct Visible {
     first_row: usize,
     width_px: usize,
-    /// Its place in the view, or [`NOTHING`].
+    /// Its index in the view, or [`NOTHING`].
     solid: Vec<u32>,
 }
 
@@ -190,7 +190,7 @@ impl Visible {
         };
         let even = view.shown.get(seen as usize).is_none_or(|s| s.coarse.solid.paint.is_even());
         if within {
-            // What is smooth is that of the middle; where nothing else is, one ray tells all.
+            // The smooth part is that of the centre; without any other part one ray is enough.
             let middle = view.coarse(seen, row_px, column_px, &mut known);
             if even || side == 1 {
                 add(middle, (side * side) as f32);
@@ -210,7 +210,7 @@ impl Visible {
         self.solid.get(row * self.width_px + column_px).copied()
     }
 
-    /// Whether all pixels around show the same.
+    /// Whether all neighbouring pixels show the same side of the same solid.
     fn is_within(&self, seen: u32, row_px: usize, column_px: usize) -> bool {
         let columns = column_px.saturating_sub(1)..(column_px + 2).min(self.width_px);
         (row_px.saturating_sub(1)..row_px + 2).all(|row| {

@@ -77,7 +77,7 @@ fn the_room_is_empty_before_between_and_after_the_crossings() {
         let labels: Vec<u16> = match &sample {
             Sample::Depth { image, labels } => {
                 for (index, &label) in labels.object_ids().iter().enumerate() {
-                    // A label is the truth of a measurement: none without one.
+                    // A label belongs to a measurement: there is none without one.
                     let measured = image.depth_m(index % 64, index / 64).is_some();
                     assert!(label == 0 || measured);
                 }
@@ -196,7 +196,7 @@ fn gaps_in_the_scan_are_the_monitor_and_as_many_as_in_a_room_with_reflecting_thi
     // measured anywhere within their degree, so as many of them meet it as it is degrees wide: 7.4.
     let monitor = ((0.75_f64 / 4.2).atan() - (0.2_f64 / 4.2).atan()).to_degrees();
     let by_chance = 0.01 * (91.0 - monitor);
-    // What more is missing grazes the lamp or the sides of the shelf: less than a beam. Rec-HV 4.1 finds
+    // Other missing returns graze the lamp or the sides of the shelf: less than a beam. Rec-HV 4.1 finds
     // gaps in 94.4 % of the turns of scene B, which is full of reflecting things; Table 4 shows seven in a row.
     let expected = monitor + by_chance;
     assert!(

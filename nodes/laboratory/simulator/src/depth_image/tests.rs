@@ -7,7 +7,7 @@ use crate::{Body, Material, Ray, Scenario, Scene};
 use geometry::pose_from_vector;
 use nalgebra::Vector3;
 
-/// A Kinect in the origin of the room that never fails by chance.
+/// A Kinect in the origin of the room without random failures.
 fn camera() -> DepthCamera {
     DepthCamera { dropout_ratio: 0.0, ..DepthCamera::kinect_v1() }
 }

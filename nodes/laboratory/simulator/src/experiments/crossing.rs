@@ -1,4 +1,4 @@
-//! What crosses a scene, and on which way.
+//! The objects that cross a scene, and their paths.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use crate::scenes::CROSSING_DEPTHS_M;
 use crate::variation::{Quantity, Variation};
 use crate::{MovingObject, PERSON_ID, Path, ROBOT_ID, SceneName, Spline, Walker};
 
-/// What crosses a scene.
+/// An object that crosses a scene.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum CrossingObject {
     /// The robot of Rec-HV 3.4.1, at 0.98 m/s.
@@ -20,7 +20,7 @@ pub enum CrossingObject {
     Cart,
 }
 
-/// A way of Rec-HV Figure 2.
+/// A path of Rec-HV Figure 2.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PathName {
     /// Across, parallel to y.
@@ -35,22 +35,22 @@ pub enum PathName {
     E,
 }
 
-/// Beside its usual way an object goes at most so far.
+/// The largest offset from the nominal path.
 const OFFSET_M: f64 = 0.25;
-/// Where ways have no room for that, so far.
+/// The largest offset when there is no room for that.
 pub(super) const SMALL_OFFSET_M: f64 = 0.08;
-/// The usual depths of the crossings, along x in the room: those of the demo.
+/// The nominal depths of the crossings, along x in the room: those of the demo.
 const ROBOT_X_M: f64 = 2.4;
 const PERSON_X_M: f64 = 2.9;
 const CART_SIZE_M: [f64; 3] = [0.6, 0.5, 1.4];
 
-/// A straight way across in one direction.
+/// A straight path across in one direction.
 pub(super) struct Crossing {
     pub(super) from_x_m: f64,
     pub(super) to_x_m: f64,
     pub(super) speed_m_per_s: f64,
     pub(super) start_s: f64,
-    /// 1 for the way from left (positive y) to right, -1 for the other.
+    /// 1 for the path from left (positive y) to right, -1 for the other.
     pub(super) side: f64,
 }
 
@@ -113,7 +113,7 @@ pub(super) fn person(id: u16, path: Path, seed: u64) -> MovingObject {
     MovingObject::person(id, walker, path)
 }
 
-/// The way of an object through a scene.
+/// The path of an object through a scene.
 pub(super) fn way(scene: SceneName, object: CrossingObject, path: PathName, seed: u64) -> Path {
     let waiting_y_m = scene.waiting_y_m();
     let usual = object.crossing(seed);

@@ -7,7 +7,7 @@ fn small(scenario: Scenario) -> Scenario {
     scenario.with_depth_size(64, 48)
 }
 
-/// For each object the times, in seconds since the start, at which images and turns show it.
+/// For each object the times, in seconds since the start, of the images and revolutions that show it.
 #[derive(Default)]
 struct Seen {
     images_s: Vec<f64>,
@@ -149,7 +149,7 @@ fn a_door_is_a_part_of_the_room_until_it_turns() {
     let door = &seen[&DOOR_ID];
     assert!(door.images_s.iter().all(|time_s| (from_s..=to_s).contains(time_s)));
     assert!(door.images_s.len() >= 58 && door.turns_s.len() >= 10);
-    // The person rests beside it while it turns, out of its way.
+    // The person waits beside it while it turns, out of its way.
     let person = &scenario.scene.objects[0].path;
     for step in 0..=20 {
         let time_s = from_s + (to_s - from_s) * f64::from(step) / 20.0;

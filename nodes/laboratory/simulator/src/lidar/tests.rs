@@ -1,7 +1,7 @@
 use super::*;
 use crate::{Body, Material, Waypoint};
 
-/// A scanner in the rig's origin without any error.
+/// An ideal scanner in the rig's origin.
 fn exact() -> Lidar {
     Lidar {
         rig_from_lidar: [0.0; 6],
@@ -37,14 +37,14 @@ fn the_message_is_laid_out_as_the_driver_does() {
     assert_eq!(scan.frame_id, "laser");
     assert_eq!(scan.stamp, Stamp::from_secs_nanos(100, 0));
     assert_eq!(scan.ranges_m.len(), 360);
-    // What `ros2 topic echo /scan` shows for an A1.
+    // The output of `ros2 topic echo /scan` for an A1.
     assert!((scan.angle_min_rad - -3.124_139).abs() < 1e-6);
     assert!((scan.angle_increment_rad - 0.017_453_29).abs() < 1e-7);
     assert!((scan.azimuth_rad(359) - PI).abs() < 1e-5);
     assert_eq!((scan.range_min_m, scan.range_max_m), (0.15, 12.0));
     assert!((scan.scan_time_s - 1.0 / 7.0).abs() < 0.003);
     assert!((scan.time_increment_s - scan.scan_time_s / 359.0).abs() < 1e-6);
-    // Nothing behind, nothing aside: no return is +Inf.
+    // Nothing behind, nothing at the sides: +Inf for no return.
     assert_eq!(scan.ranges_m[359], f32::INFINITY);
     assert_eq!(scan.ranges_m[0], f32::INFINITY);
 }
@@ -141,7 +141,7 @@ fn glass_is_seen_through_squarely_and_mirrors_what_grazes_it() {
     let ahead = |bodies| scan(&exact(), bodies, &path, 0).measured_range_m(179);
     let behind_m = ahead(vec![pane(1.0), wall(3.0, Material::PLASTER)]).unwrap();
     assert!((behind_m - 3.0).abs() < 1e-4, "{behind_m}");
-    // What stands before the glass hides it, and glass with nothing behind returns nothing.
+    // An object in front of the glass hides it, and glass with nothing behind gives no return.
     assert!((ahead(vec![wall(1.0, Material::PLASTER), pane(2.0)]).unwrap() - 1.0).abs() < 1e-4);
     assert_eq!(ahead(vec![pane(1.0)]), None);
     // 3 m behind many panes is too weak: 0.92^2 of the light remains behind each.

@@ -34,7 +34,7 @@ fn rays() -> impl Strategy<Value = Ray> {
 }
 
 proptest! {
-    /// The tree finds what asking every triangle finds.
+    /// The tree finds the same hits as brute force.
     #[test]
     fn the_nearest_triangle_is_that_of_all(
         soup in prop::collection::vec([place(), place(), place()], 1..80),
@@ -50,7 +50,7 @@ proptest! {
         prop_assert_eq!(mesh.intersect(&ray).map(|hit| hit.parameter), plain);
     }
 
-    /// A cuboid of triangles is the cuboid.
+    /// A cuboid of triangles has the same hits as the cuboid.
     #[test]
     fn triangles_of_a_cuboid_are_met_where_the_cuboid_is(ray in rays()) {
         let size_m = [1.2, 0.8, 0.6];
@@ -107,7 +107,7 @@ fn files_are_asked_for_and_filled_in() {
     assert_eq!(filled.validate(), Ok(()));
     let Shape::Mesh(mesh) = &filled.scene.bodies[0].shape else { panic!("no mesh") };
     assert_eq!(mesh.half_extent_m(), Vector3::new(1.0, 1.0, 0.0));
-    // What was filled in is written and read again.
+    // Loaded triangles are written and read again.
     let text = serde_json::to_string(&filled).unwrap();
     assert_eq!(serde_json::from_str::<Scenario>(&text).unwrap(), filled);
 }
@@ -121,7 +121,7 @@ fn triangles_that_are_none_are_refused() {
     );
     let nowhere = Mesh::new(vec![[0.0, f64::NAN, 0.0]], Vec::new()).unwrap_err();
     assert!(matches!(nowhere, MeshError::Coordinate { vertex: 0, .. }));
-    // One without an area is never met.
+    // A triangle without an area is never hit.
     let line = Mesh::new(vertices, vec![[0, 1, 1]]).unwrap();
     let ray = Ray { origin: Point3::new(0.5, 0.0, 1.0), direction: -Vector3::z() };
     assert_eq!(line.intersect(&ray), None);

@@ -1,4 +1,4 @@
-//! How a mesh stands in a scenario.
+//! The YAML form of a mesh.
 
 use serde::{Deserialize, Serialize};
 
