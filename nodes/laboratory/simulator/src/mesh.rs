@@ -41,11 +41,11 @@ pub enum MeshError {
         triangle: usize,
         /// The index of the vertex.
         vertex: u32,
-        /// Their number.
+        /// The number of vertices.
         vertices: usize,
     },
     /// A vertex is not finite or too far away.
-    #[error("vertex {vertex} is at {coordinate}, which is no finite number of metres below 1e6")]
+    #[error("vertex {vertex} is at {coordinate}, which is not a finite number of metres below 1e6")]
     Coordinate {
         /// The index of the vertex.
         vertex: usize,
@@ -100,7 +100,7 @@ impl Mesh {
         Self::build(self.0.file.clone(), self.0.scale, vertices_m, triangles)
     }
 
-    /// Their number.
+    /// The number of triangles.
     #[must_use]
     pub fn triangles(&self) -> usize {
         self.0.triangles.len()

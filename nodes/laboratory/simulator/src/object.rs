@@ -29,14 +29,14 @@ pub struct MovingObject {
 #[serde(rename_all = "snake_case")]
 #[expect(clippy::large_enum_variant, reason = "a scene has a handful of them")]
 pub enum Figure {
-    /// Parts that keep their places.
+    /// Rigid parts.
     Rigid(Vec<Body>),
     /// A walking person; the gait follows the path.
     Walker(Walker),
 }
 
 impl MovingObject {
-    /// The label of its surface at a time.
+    /// The label of the object's surface at a time.
     #[must_use]
     pub fn label_at(&self, time_s: f64) -> u16 {
         match self.label_span_s {

@@ -1,4 +1,4 @@
-//! What comes with the suite to move through scenes.
+//! The built-in moving objects.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -41,7 +41,7 @@ impl MovingObject {
         Self::new(id, "person", Figure::Walker(walker), path)
     }
 
-    /// A plain box on the floor, as a loaded cart: its extent along x (its way), y and z.
+    /// A plain box on the floor, such as a loaded cart: its extent along x (its direction of travel), y and z.
     #[must_use]
     pub fn cart(id: u16, [x_m, y_m, z_m]: [f64; 3], path: Path) -> Self {
         let (min_m, max_m) = ([-x_m / 2.0, -y_m / 2.0, 0.0], [x_m / 2.0, y_m / 2.0, z_m]);
@@ -97,15 +97,15 @@ impl MovingObject {
     }
 }
 
-/// How a door turns. Yaws are those of its leaf, from the hinge outwards; less than half a turn apart.
+/// The motion of a door. Yaws are those of its leaf, from the hinge outwards; less than half a turn apart.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct DoorTurn {
-    /// When it begins, in seconds since the start.
+    /// The start of the motion, in seconds since the start of the scenario.
     pub start_s: f64,
-    /// How long it takes; positive.
+    /// The duration of the motion; positive.
     pub duration_s: f64,
-    /// Before.
+    /// The yaw before.
     pub from_yaw_rad: f64,
-    /// After.
+    /// The yaw after.
     pub to_yaw_rad: f64,
 }

@@ -1,7 +1,7 @@
-//! Scenarios that odometry is tested on: ten rooms and ways, and the rail of Rec-HV's experiment 10.
+//! Scenarios for tests of odometry: ten rooms and paths, and the rail of Rec-HV's experiment 10.
 //!
-//! All have a registered colour camera and an inertial unit, and last about 20 s. The seed varies the noise of
-//! the sensors, the tremor of the hand and, by centimetres, the way.
+//! All have a registered colour camera and an IMU, and last about 20 s. The seed varies the noise of
+//! the sensors, the tremor of the hand and, by centimetres, the path.
 
 pub(crate) mod rooms;
 pub(crate) mod ways;
@@ -17,7 +17,7 @@ use crate::{
 pub enum OdometryRun {
     /// A furnished office; the camera moves along all axes, about half a metre, and hardly turns.
     Office,
-    /// A cluttered desk from near by; the camera goes round it and looks down on it.
+    /// A cluttered desk at close range; the camera goes round it and looks down on it.
     Desk,
     /// The office; the camera stays where it is and turns about all axes, about z all the way round.
     Turning,
@@ -25,15 +25,15 @@ pub enum OdometryRun {
     Loop,
     /// A large hall: most of it is out of the depth camera's reach.
     Hall,
-    /// A bare corridor: nothing but edges, and nothing that says how far along it is but doors.
+    /// A bare corridor: only edges, and only doors to measure the motion along it.
     Corridor,
-    /// One wall with pictures and nothing else: all that is seen lies in a plane.
+    /// A single wall with pictures: everything in view lies in a plane.
     Wall,
     /// The office in the dark: few electrons, much noise.
     LowLight,
     /// The office; fast turns, and images blurred by them.
     Blur,
-    /// The office; a person goes to and fro before the camera at 1.4 m/s.
+    /// The office; a person walks back and forth before the camera at 1.4 m/s.
     Person,
     /// Rec-HV's experiment 10: the sensors go along x on a rail and back while the robot crosses scene B.
     Rail,
@@ -107,7 +107,7 @@ impl OdometryRun {
         let usual = ColourCamera::default();
         match self {
             Self::LowLight => usual.in_low_light(),
-            // 25 ms are what such a camera takes indoors; the moments smooth edges as rays would.
+            // Indoors such a camera exposes for 25 ms; the sub-exposures smooth edges as rays would.
             Self::Blur => ColourCamera { supersampling: 1, ..usual.with_motion_blur(0.025, 6) },
             _ => usual,
         }
@@ -137,10 +137,10 @@ impl Scenario {
     }
 }
 
-/// The platform rests at the end for so long.
+/// How long the platform rests at the end.
 pub(crate) const TAIL_S: f64 = 0.5;
 
-/// Goes to and fro between the camera and the far wall, from out of view to out of view, until the end.
+/// Walks back and forth between the camera and the far wall, from out of view to out of view, until the end.
 fn person(duration_s: f64) -> MovingObject {
     const X_M: f64 = 3.4;
     const REACH_M: f64 = 2.6;

@@ -1,4 +1,4 @@
-//! What a surface looks like in visible light.
+//! The appearance of a surface in visible light.
 
 mod lattice;
 mod poster;
@@ -10,20 +10,19 @@ pub(crate) use texture::SurfacePoint;
 
 /// The colour of a surface and the pattern on it.
 ///
-/// Patterns are anchored to the surface, so that a point of it has the same colour from everywhere, and the
-/// same whatever the seed of the scenario. Colours are shares of the light that is scattered, red, green
-/// and blue, in `[0, 1]`; linear, not as a display wants them.
+/// Patterns are anchored to the surface, so that a point of it has the same colour from every viewpoint and with every
+/// seed of the scenario. Colours are albedos for red, green and blue in `[0, 1]`; linear, not sRGB.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Paint {
-    /// The colour of the ground.
+    /// The base colour.
     pub colour: [f64; 3],
-    /// What is on it.
+    /// The pattern on it.
     pub texture: Texture,
-    /// How much fine grain varies the brightness, as a share of it, in `[0, 1]`: noise of several octaves from
-    /// `GRAIN_SIZE_M` down. 0 for a surface without any.
+    /// The contrast of the fine grain, as a share of the brightness, in `[0, 1]`: noise of several octaves from
+    /// `GRAIN_SIZE_M` down. 0 for a surface without grain.
     pub grain: f64,
-    /// Another number is another pattern of the same kind.
+    /// The seed of the pattern.
     pub seed: u32,
 }
 
@@ -34,14 +33,14 @@ pub(crate) const GRAIN_SIZE_M: f64 = 0.16;
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Texture {
-    /// None.
+    /// No pattern.
     #[default]
     Plain,
-    /// Spots of all sizes up to `size_m`: value noise of several octaves.
+    /// Value noise of several octaves, with spots of all sizes up to `size_m`.
     Noise {
         /// The largest spots.
         size_m: f64,
-        /// How much they vary the brightness, as a share of it.
+        /// Their contrast, as a share of the brightness.
         contrast: f64,
     },
     /// Squares of two colours.
@@ -57,9 +56,9 @@ pub enum Texture {
         size_m: [f64; 2],
         /// The width of the joints.
         joint_m: f64,
-        /// How much the shades of boards differ, as a share of the brightness.
+        /// The contrast between boards, as a share of the brightness.
         contrast: f64,
-        /// Whether each row is shifted beside the one before it.
+        /// Whether each row is shifted against the one before it.
         staggered: bool,
     },
     /// Pictures on a wall, one in some of the squares of a grid: coloured blocks, pages of print, or bands.
@@ -77,14 +76,14 @@ pub enum Texture {
 }
 
 impl Default for Paint {
-    /// Light gray without any pattern.
+    /// Light gray without a pattern.
     fn default() -> Self {
         Self::plain([0.6; 3])
     }
 }
 
 impl Paint {
-    /// One colour, without any pattern or grain.
+    /// One colour, without pattern or grain.
     #[must_use]
     pub const fn plain(colour: [f64; 3]) -> Self {
         Self { colour, texture: Texture::Plain, grain: 0.0, seed: 0 }

@@ -1,4 +1,4 @@
-//! Where something is at which time.
+//! Poses over time.
 
 mod handheld;
 mod spline;
@@ -22,25 +22,25 @@ pub struct Waypoint {
     pub pose: [f64; 6],
 }
 
-/// A way through the room: straight at constant speed from waypoint to waypoint, still before the first and
-/// after the last. A file may give a `spline` or a `handheld` way in place of the `waypoints`: see
+/// A path through the room: straight at constant speed from waypoint to waypoint, at rest before the first and
+/// after the last. A file may give a `spline` or a `handheld` path instead of the `waypoints`: see
 /// [`Spline`] and [`Handheld`].
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(try_from = "WrittenPath")]
 pub struct Path {
-    /// At least one, their times increasing.
+    /// At least one, with increasing times.
     pub waypoints: Vec<Waypoint>,
 }
 
 impl Path {
-    /// Always at the same pose.
+    /// At rest at one pose.
     #[must_use]
     pub fn still(pose: [f64; 6]) -> Self {
         Self { waypoints: vec![Waypoint { time_s: 0.0, pose }] }
     }
 
-    /// From one place on the floor to another, facing forward: still until `start_s`, then straight at
-    /// `speed_m_per_s`, then still. A speed that is not positive leaves it where it starts.
+    /// From one place on the floor to another, facing forward: at rest until `start_s`, then straight at
+    /// `speed_m_per_s`, then at rest. With a speed that is not positive it stays at the start.
     #[must_use]
     pub fn straight(start_s: f64, from_m: [f64; 2], to_m: [f64; 2], speed_m_per_s: f64) -> Self {
         let (dx_m, dy_m) = (to_m[0] - from_m[0], to_m[1] - from_m[1]);
@@ -53,8 +53,8 @@ impl Path {
         Self { waypoints }
     }
 
-    /// The same way with a rest of `pause_s` at the time `at_s`; all that comes later comes so much later.
-    /// A pause that is not positive, or not on the way, changes nothing.
+    /// The same path with a rest of `pause_s` at the time `at_s`, which delays the rest of the path.
+    /// A pause that is not positive, or not within the path's times, changes nothing.
     #[must_use]
     pub fn pausing(&self, at_s: f64, pause_s: f64) -> Self {
         let next = self.waypoints.partition_point(|waypoint| waypoint.time_s <= at_s);
@@ -89,19 +89,19 @@ impl Path {
         self.waypoints.windows(2).all(|pair| pair[0].pose == pair[1].pose)
     }
 
-    /// When it leaves its first waypoint.
+    /// The time at its first waypoint.
     #[must_use]
     pub fn start_s(&self) -> f64 {
         self.waypoints.first().map_or(0.0, |waypoint| waypoint.time_s)
     }
 
-    /// When it gets to its last waypoint.
+    /// The time at its last waypoint.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.waypoints.last().map_or(0.0, |waypoint| waypoint.time_s)
     }
 
-    /// The pose at a time: takes a point of what moves to the room.
+    /// The pose at a time: the transform from the object's frame to the room.
     #[must_use]
     pub fn pose_at(&self, time_s: f64) -> Isometry3<f64> {
         let next = self.waypoints.partition_point(|waypoint| waypoint.time_s <= time_s);
@@ -110,7 +110,7 @@ impl Path {
             (Some(from), Some(to)) => {
                 let (from_s, to_s) = (self.waypoints[next - 1].time_s, self.waypoints[next].time_s);
                 let share = (time_s - from_s) / (to_s - from_s);
-                // Half a turn has no shortest way; it then keeps the old heading until it arrives.
+                // For half a turn the shortest rotation is ambiguous; it then keeps the old heading until it arrives.
                 from.try_lerp_slerp(&to, share, 1e-9).unwrap_or(Isometry3::from_parts(
                     from.translation.vector.lerp(&to.translation.vector, share).into(),
                     from.rotation,
@@ -121,13 +121,13 @@ impl Path {
         }
     }
 
-    /// Where it is at a time.
+    /// The position at a time.
     #[must_use]
     pub fn position_at(&self, time_s: f64) -> Point3<f64> {
         self.pose_at(time_s).translation.vector.into()
     }
 
-    /// The length of the way up to a time.
+    /// The length of the path up to a time.
     #[must_use]
     pub fn distance_at(&self, time_s: f64) -> f64 {
         let position = |waypoint: &Waypoint| {

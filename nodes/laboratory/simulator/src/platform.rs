@@ -1,4 +1,4 @@
-//! How the platform with the sensors moves.
+//! The motion of the platform with the sensors.
 
 use std::f64::consts::TAU;
 
@@ -6,18 +6,18 @@ use crate::scenes::RIG_POSE;
 use crate::variation::{Quantity, Variation};
 use crate::{Path, Spline, Waypoint};
 
-/// A motion of the platform, from where it stands in the scenes of Table 2.
+/// A motion of the platform, from its position in the scenes of Table 2.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Platform {
-    /// It stands still (Rec-HV Figure 26 A).
+    /// It does not move (Rec-HV Figure 26 A).
     Still,
     /// 0.8 m forward on a rail, a rest, and back (Figure 2 D, Figure 26 B), at 0.2 m/s.
     Rail,
     /// Forward along x at 0.1 m/s, 1 m at most (Figure 2 E, Figure 26 C).
     Drive,
-    /// Through the rear of the room along a curve at 0.2 m/s, looking at what is in the middle.
+    /// Through the rear of the room along a curve at 0.2 m/s, looking at the middle.
     Tour,
-    /// To and fro along x and y at up to 0.5 m/s while it turns at up to 0.5 rad/s.
+    /// Back and forth along x and y at up to 0.5 m/s while it turns at up to 0.5 rad/s.
     Sway,
 }
 
@@ -26,24 +26,24 @@ const RAIL_WAY_M: f64 = 0.8;
 const RAIL_REST_S: f64 = 1.0;
 const DRIVE_SPEED_M_PER_S: f64 = 0.1;
 const DRIVE_WAY_M: f64 = 1.0;
-/// How long it stands still before it moves: a window of scans and more.
+/// The time before it moves: more than a window of scans.
 const LEAD_S: f64 = 1.0;
 const TOUR_SPEED_M_PER_S: f64 = 0.2;
 const TOUR_M: [[f64; 2]; 4] = [[0.5, -0.9], [0.9, -0.3], [1.25, 0.4], [0.9, 1.0]];
-/// Where it looks on its tour.
+/// The point that it looks at on its tour.
 const TOUR_LOOKS_AT_M: [f64; 2] = [3.5, 0.0];
 /// The largest speed along x and along y while it sways: 0.5 m/s together.
 const SWAY_SPEED_M_PER_S: f64 = 0.353;
 const SWAY_TURN_RAD_PER_S: f64 = 0.5;
 /// Periods along x and y and of the turning: no two of them are multiples of each other.
 const SWAY_PERIODS_S: [f64; 3] = [5.0, 4.1, 3.1];
-/// Between the places of a sway: as the pieces are straight, its velocity is right within 1 %.
+/// The time between the waypoints of a sway: with straight pieces the velocity is right within 1 %.
 const SWAY_STEP_S: f64 = 0.02;
-/// Longer scenarios stand still from then on, which bounds the path.
+/// The longest motion: longer scenarios are at rest from then on, which bounds the path.
 const MAX_SWAY_S: f64 = 600.0;
 
 impl Platform {
-    /// The way of the rig over `duration_s`. The seed varies speeds by 5 %, and to which side it sways.
+    /// The path of the rig over `duration_s`. The seed varies speeds by 5 %, and the side to which it sways.
     pub(crate) fn path(self, duration_s: f64, seed: u64) -> Path {
         let variation = Variation::new(seed, Variation::PLATFORM);
         let speed = 1.0 + SPEED_SHARE * variation.symmetric(Quantity::Speed);
@@ -110,7 +110,7 @@ fn sway(duration_s: f64, periods_s: [f64; 3], side: f64) -> Path {
                 let rate_per_s = TAU / periods_s[axis];
                 largest[axis] / rate_per_s * (rate_per_s * time_s).cos()
             };
-            // Along x it goes forward from where it stands; along y and about z to both sides.
+            // Along x it goes forward from its first position; along y and about z to both sides.
             let forward_m = largest[0] * periods_s[0] / TAU - at(0);
             Waypoint {
                 time_s,

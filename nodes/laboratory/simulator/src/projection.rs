@@ -1,4 +1,4 @@
-//! Which pixels of an image can show a solid, and where their rays meet it.
+//! The pixels of an image that can show a solid, and the hits of their rays.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use crate::{Hit, Ray};
 /// Solids are clipped in front of this plane.
 const NEAR_PLANE_M: f64 = 0.01;
 
-/// A solid as an image shows it.
+/// A solid projected into an image.
 pub(crate) struct Projection<'a> {
     pub(crate) solid: &'a Solid,
     camera: CameraModel,
@@ -23,7 +23,7 @@ pub(crate) struct Projection<'a> {
 }
 
 impl<'a> Projection<'a> {
-    /// `None` where no pixel can show it.
+    /// `None` when no pixel can show it.
     pub(crate) fn of(
         solid: &'a Solid,
         room_from_camera: &Isometry3<f64>,
@@ -48,7 +48,7 @@ impl<'a> Projection<'a> {
         Ray { origin: self.origin, direction }
     }
 
-    /// Calls `visit` with each pixel of `rows` whose ray meets the solid: its index, counted from the first of
+    /// Calls `visit` with each pixel of `rows` whose ray hits the solid: its index, counted from the first of
     /// these rows, the ray and the hit.
     pub(crate) fn for_each_hit(
         &self,
@@ -69,7 +69,7 @@ impl<'a> Projection<'a> {
         }
     }
 
-    /// Whether the solid can be seen at a pixel.
+    /// Whether the solid can be visible at a pixel.
     pub(crate) fn covers(&self, row_px: usize, column_px: usize) -> bool {
         let Bounds { columns, rows } = &self.bounds;
         (rows.0..rows.1).contains(&row_px) && (columns.0..columns.1).contains(&column_px)
@@ -109,7 +109,7 @@ impl Bounds {
             if corner.z >= NEAR_PLANE_M {
                 reach(corner);
             }
-            // What lies before the plane is the hull of its corners there and of where edges cross the plane.
+            // The part in front of the plane is the hull of its corners there and of the crossings of edges with the plane.
             for axis in 0..3 {
                 let Some(other) = corners.get(index | 1 << axis) else { continue };
                 if (corner.z < NEAR_PLANE_M) != (other.z < NEAR_PLANE_M) {
@@ -125,7 +125,7 @@ impl Bounds {
     }
 }
 
-/// What lies between the least and the largest of numbers.
+/// The interval from the least to the largest number.
 struct Span {
     least: f64,
     largest: f64,
@@ -141,7 +141,7 @@ impl Span {
 
     /// The whole numbers within it and below `end`; end exclusive.
     fn whole(&self, end: usize) -> (usize, usize) {
-        // The casts saturate: what is left of the image starts at 0, what is right of it is cut off.
+        // The casts saturate: parts left of the image start at 0, parts right of it are cut off.
         (self.least.floor() as usize, ((self.largest.ceil() + 1.0) as usize).min(end))
     }
 }
@@ -156,7 +156,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(300))]
 
-        /// No pixel outside the bounds has a ray that meets the solid before the near plane.
+        /// No pixel outside the bounds has a ray that hits the solid beyond the near plane.
         #[test]
         fn bounds_leave_nothing_out(
             size_m in [0.05..6.0_f64, 0.05..6.0, 0.05..6.0],

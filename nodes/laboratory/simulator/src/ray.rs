@@ -1,4 +1,4 @@
-//! A ray, and where it meets a surface.
+//! Rays and hits.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -8,9 +8,9 @@ use nalgebra::{Isometry3, Point3, Vector3};
 /// so that the parameter of a hit is the depth of the pixel.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Ray {
-    /// Where it starts, in metres.
+    /// The origin, in metres.
     pub origin: Point3<f64>,
-    /// Where it goes; not zero.
+    /// The direction; not zero.
     pub direction: Vector3<f64>,
 }
 
@@ -21,14 +21,14 @@ impl Ray {
         self.origin + self.direction * parameter
     }
 
-    /// The ray in another frame; parameters stay what they were.
+    /// The ray in another frame; parameters do not change.
     #[must_use]
     pub fn transformed(&self, target_from_ray: &Isometry3<f64>) -> Self {
         Self { origin: target_from_ray * self.origin, direction: target_from_ray * self.direction }
     }
 }
 
-/// Where a ray meets a surface first.
+/// The first hit of a ray on a surface.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Hit {
     /// The ray's parameter there; positive.

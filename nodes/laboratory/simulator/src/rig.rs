@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::scenes::RIG_POSE;
 use crate::{ColourCamera, DepthCamera, Imu, Lidar, Path, Velodyne, Wheels};
 
-/// The sensors and where they are carried. The rig's origin is the camera's optical centre, x forward.
+/// The sensors and their path. The rig's origin is the camera's optical centre, x forward.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rig {
@@ -15,26 +15,25 @@ pub struct Rig {
     pub lidar: Lidar,
     /// The depth camera.
     pub depth_camera: DepthCamera,
-    /// The colour camera, where there is one.
+    /// The colour camera, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour_camera: Option<ColourCamera>,
-    /// The 3D scanner, where there is one.
+    /// The 3D scanner, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velodyne: Option<Velodyne>,
-    /// The inertial unit, where there is one.
+    /// The IMU, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imu: Option<Imu>,
-    /// Wheels that count, where there are some.
+    /// The wheel odometry, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wheels: Option<Wheels>,
-    /// What tells the pose.
+    /// The source of the pose.
     pub pose_source: PoseSource,
 }
 
 impl Default for Rig {
-    /// A Kinect v1 over an RPLIDAR A1 that stand still in the middle of the room, half a metre before the rear
-    /// wall: the camera at 120 cm and the scanner at 115 cm, the third mounting of Rec-HV 3.4.2. The floor
-    /// comes into view 2.8 m away.
+    /// A Kinect v1 over an RPLIDAR A1 at rest in the middle of the room, half a metre before the rear wall: the camera at
+    /// 120 cm and the scanner at 115 cm, the third mounting of Rec-HV 3.4.2. The floor is in view from 2.8 m on.
     fn default() -> Self {
         Self {
             path: Path::still(RIG_POSE),
@@ -49,13 +48,13 @@ impl Default for Rig {
     }
 }
 
-/// Where the published pose comes from: the truth, with as much noise as is asked for.
+/// The source of the published pose: the ground truth with noise.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoseSource {
-    /// The frame that the pose leads to: the rig's frame at the start.
+    /// The parent frame of the pose: the rig's frame at the start.
     pub map_frame_id: String,
-    /// Poses a second; the first at the start.
+    /// Poses per second; the first at the start.
     pub rate_hz: f64,
     /// Standard deviation of each coordinate.
     pub position_noise_m: f64,
@@ -64,7 +63,7 @@ pub struct PoseSource {
 }
 
 impl Default for PoseSource {
-    /// The truth at the rate of a Kinect's colour camera, which visual odometry would run at.
+    /// The ground truth at the rate of a Kinect's colour camera, as from visual odometry.
     fn default() -> Self {
         Self {
             map_frame_id: "map".to_owned(),

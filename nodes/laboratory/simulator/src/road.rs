@@ -6,28 +6,28 @@ use std::f64::consts::TAU;
 
 use crate::{Handheld, Path, Scenario, Scene, Velodyne, VelodyneModel};
 
-/// A block's corners, along the middle of the road, and the way round it.
+/// The corners of a block, along the middle of the road, and the path round it.
 type Corners = [[f64; 2]; 4];
 const CORNERS_M: Corners = [[0.0, 0.0], [90.0, 0.0], [90.0, 60.0], [0.0, 60.0]];
-/// A block whose other sides a scanner does not see: two kilometres round it.
+/// A block whose other sides are out of the scanner's range: two kilometres round it.
 const LONG_CORNERS_M: Corners = [[0.0, 0.0], [600.0, 0.0], [600.0, 400.0], [0.0, 400.0]];
 /// The mean speed: 30 km/h.
 const SPEED_M_PER_S: f64 = 8.3;
-/// Controls of the way are so far apart: corners are rounded by about that.
+/// The distance of the control points of the path: corners are rounded by about that.
 const STEP_M: f64 = 8.3;
 /// The scanner's height over the road: that of KITTI's car (Geiger et al. 2012).
 const HEIGHT_M: f64 = 1.73;
-/// The way begins in the middle of the first side.
+/// The path begins in the middle of the first side.
 const BEGINS_M: f64 = 30.0;
-/// How far it leads on after one round.
+/// How far it goes on after one round.
 const OVERLAP_M: f64 = 20.0;
-/// The lane is so far right of the middle of the road.
+/// The distance of the lane to the right of the middle of the road.
 const LANE_M: f64 = 1.7;
 
 impl Scenario {
-    /// A car with a 3D scanner goes round a block between houses, parked cars and poles, and 20 m over its own
-    /// way again: some 40 s at 30 km/h. The scene is the same for every seed; noise, and by centimetres the way,
-    /// are not. The 2D scanner and the depth camera are there, as everywhere, but of no use.
+    /// A car with a 3D scanner drives round a block between houses, parked cars and poles, and repeats the first 20 m:
+    /// some 40 s at 30 km/h. The scene is the same for every seed; the noise and, by centimetres, the path are not. There
+    /// are a 2D scanner and a depth camera, as everywhere, but they are useless here.
     #[must_use]
     pub fn road(model: VelodyneModel, seed: u64) -> Self {
         Self::round_block("road", &CORNERS_M, model, seed)
@@ -63,7 +63,7 @@ fn way(corners_m: &Corners, seed: u64) -> Path {
             [x_m, y_m, HEIGHT_M, 0.0, 0.0, 0.0]
         })
         .collect();
-    // A hand's tremor of the body on its springs, smaller than a hand's.
+    // The car body on its springs sways like a hand, but less.
     let carried =
         Handheld { start_s: 0.5, step_s: STEP_M / SPEED_M_PER_S, near, tremor: 0.4, seed };
     facing_forward(carried.path())
@@ -88,7 +88,7 @@ fn sides(corners_m: &Corners) -> Vec<Side> {
         .collect()
 }
 
-/// A place of the lane, by the way along the middle of the road.
+/// A point of the lane, by the distance along the middle of the road.
 fn lane_at(corners_m: &Corners, mut way_m: f64) -> [f64; 2] {
     let sides = sides(corners_m);
     for side in &sides {
@@ -105,9 +105,9 @@ fn lane_at(corners_m: &Corners, mut way_m: f64) -> [f64; 2] {
     corners_m[0]
 }
 
-/// The same way, turned to where it leads: yaw is added to what sways.
+/// The same path with the heading along it: the yaw is added to the sway.
 fn facing_forward(mut path: Path) -> Path {
-    /// Slower than this a way has no direction; it keeps the one that it takes up next, or had last.
+    /// Slower than this a path has no direction; the next or the last one is used.
     const SLOW_M: f64 = 1e-4;
     let places: Vec<[f64; 2]> = path.waypoints.iter().map(|w| [w.pose[0], w.pose[1]]).collect();
     let mut yaws_rad: Vec<Option<f64>> = places

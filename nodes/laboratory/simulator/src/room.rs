@@ -1,7 +1,7 @@
 //! One furnished room.
 //!
 //! 5 m deep (x), 6 m wide (y), 2.6 m high, with doorways in the side walls that face each other, so
-//! that something can come in on one side and leave on the other. Furniture stands along the far wall.
+//! that objects can enter on one side and leave on the other. Furniture stands along the far wall.
 //!
 //! A scanner 1.15 m up in the middle of the room, half a metre before the rear wall (the demo's), meets in
 //! its forward quarter the far wall, the side walls behind the doorways, the shelf (its sides, its back and the

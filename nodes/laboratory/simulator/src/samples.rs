@@ -1,4 +1,4 @@
-//! What comes out of a scenario: the sensors' readings in the order of their stamps.
+//! The output of a scenario: the sensors' readings in the order of their stamps.
 
 mod images;
 
@@ -22,7 +22,7 @@ use crate::{
     ColourImage, ImuReading, ObjectPoses, Scenario, ScenarioError, VelodyneTurn, WheelReading,
 };
 
-/// One reading, with the truth beside it.
+/// One reading with its ground truth.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Sample {
     /// The pose of the rig.
@@ -38,15 +38,15 @@ pub enum Sample {
     },
     /// A depth image in millimetres.
     Depth {
-        /// What was measured.
+        /// The measurement.
         image: DepthImage,
-        /// Which object each measured pixel shows; 0 for what never moves and where nothing was measured.
+        /// The object of each measured pixel; 0 for the static scene and for pixels without a measurement.
         labels: LabelImage,
     },
-    /// Where the objects were when the depth image before it was taken.
+    /// The poses of the objects at the depth image before it.
     ObjectPoses(ObjectPoses),
-    /// The true pose of the rig, whose origin is the depth camera's, when what comes next was taken: a colour
-    /// image, or the first shot of a turn of the 3D scanner.
+    /// The true pose of the rig, whose origin is the depth camera's, at the next sample: a colour image, or the first shot
+    /// of a revolution of the 3D scanner.
     TruePose(StampedPose),
     /// The intrinsics of the colour camera; published with every colour image, just before it.
     ColourCameraInfo {
@@ -59,23 +59,23 @@ pub enum Sample {
     },
     /// A colour image.
     Colour(ColourImage),
-    /// A reading of the inertial unit.
+    /// A reading of the IMU.
     Imu(ImuReading),
-    /// What the wheels tell.
+    /// A reading of the wheel odometry.
     Wheels(WheelReading),
-    /// A turn of the 3D scanner, stamped with its start; the true pose then comes just before it.
+    /// A revolution of the 3D scanner, stamped with its start; the true pose of that time comes just before it.
     Velodyne(VelodyneTurn),
-    /// A turn of the scanner, stamped with its start.
+    /// A revolution of the scanner, stamped with its start.
     Scan {
-        /// What was measured.
+        /// The measurement.
         scan: Scan,
-        /// Which object each beam met; 0 for what never moves and where nothing was measured.
+        /// The object of each beam; 0 for the static scene and for beams without a measurement.
         labels: Vec<u16>,
     },
 }
 
 impl Sample {
-    /// When it was measured.
+    /// The time of the measurement.
     #[must_use]
     pub fn stamp(&self) -> Stamp {
         match self {
@@ -96,8 +96,8 @@ impl Sample {
 /// depth image, object poses, true pose, colour camera info, colour image,
 /// inertial unit, wheels, scan, true pose, 3D scan.
 ///
-/// A turn of the scanner that is not complete at the end is not published, as a driver would not; so the
-/// last scan always has depth images and poses after it.
+/// A revolution of the scanner that is incomplete at the end is not published, as with a real driver; so the last scan
+/// always has depth images and poses after it.
 #[derive(Debug)]
 pub struct Samples {
     scenario: Scenario,
@@ -110,7 +110,7 @@ pub struct Samples {
     imu: Option<ImuReader>,
     wheels: Option<WheelReader>,
     executor: Arc<dyn Executor>,
-    /// What never moves and is no pane, drawn once, where the rig stands still.
+    /// The static opaque scene, drawn once, when the rig does not move.
     still_background: Option<Canvas>,
     next_pose: u64,
     next_image: u64,
@@ -149,7 +149,7 @@ impl Samples {
         Ok(samples)
     }
 
-    /// Drawing images by this executor; the samples are the same with any number of threads.
+    /// Uses this executor to draw images; the samples are the same with any number of threads.
     #[must_use]
     pub fn with_executor(self, executor: Arc<dyn Executor>) -> Self {
         Self { executor, ..self }
@@ -167,7 +167,7 @@ impl Samples {
         StampedPose { map_from_rig: truth.map_from_rig * rig_from_noisy_rig, ..truth }
     }
 
-    /// Where the rig is at a time, in seconds since the start.
+    /// The pose of the rig at a time, in seconds since the start.
     fn true_pose(&self, stamp: Stamp, time_s: f64) -> StampedPose {
         StampedPose {
             stamp,
@@ -188,14 +188,14 @@ impl Samples {
         Sample::Scan { scan, labels }
     }
 
-    /// When the next turn of the 3D scanner starts, where it is complete before the end.
+    /// The start of the next revolution of the 3D scanner, if it is complete before the end.
     fn velodyne_s(&self) -> f64 {
         let Some(config) = &self.scenario.rig.velodyne else { return f64::INFINITY };
         let complete = config.turn_start_s(self.next_velodyne + 1) <= self.scenario.duration_s;
         if complete { config.turn_start_s(self.next_velodyne) } else { f64::INFINITY }
     }
 
-    /// A turn of the 3D scanner, with the true pose at its start before it.
+    /// A revolution of the 3D scanner, with the true pose at its start before it.
     fn velodyne(&self, turn: u64) -> Option<[Sample; 2]> {
         let rig = &self.scenario.rig;
         let config = rig.velodyne.as_ref()?;
@@ -212,7 +212,7 @@ impl Samples {
         Some([Sample::TruePose(truth), Sample::Velodyne(turned)])
     }
 
-    /// When each kind is due next, in the order that holds at one stamp; infinite where it never is.
+    /// The next time of each kind of sample, in their order at equal stamps; infinite for kinds without further samples.
     fn due_s(&self) -> [(Kind, f64); 7] {
         let rig = &self.scenario.rig;
         let turn_start = |turn| rig.lidar.turn_start_s(self.scenario.seed, turn);
@@ -232,14 +232,14 @@ impl Samples {
         ]
     }
 
-    /// Makes the samples of the next moment; false at the end.
+    /// Generates the samples of the next time; false at the end.
     fn advance(&mut self) -> bool {
         let due_s = self.due_s();
         let first_s = due_s.iter().map(|(_, time_s)| *time_s).fold(f64::INFINITY, f64::min);
         if first_s > self.scenario.duration_s {
             return false;
         }
-        // The order is that of the stamps, which are whole nanoseconds.
+        // In the order of the stamps, which are whole nanoseconds.
         let stamp = |time_s: f64| self.scenario.start.plus_seconds(time_s);
         let first = due_s.iter().find(|(_, time_s)| stamp(*time_s) == stamp(first_s));
         let (path, start) = (&self.scenario.rig.path, self.scenario.start);
@@ -277,7 +277,7 @@ impl Samples {
     }
 }
 
-/// What is sampled on its own.
+/// The kinds of samples with their own rate.
 #[derive(Clone, Copy)]
 enum Kind {
     Pose,

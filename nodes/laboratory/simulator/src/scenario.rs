@@ -1,4 +1,4 @@
-//! Everything that a simulation depends on.
+//! All inputs of a simulation.
 
 use estimation::Serial;
 use geometry::{Cloud, Stamp, pose_from_vector};
@@ -11,30 +11,29 @@ use crate::{
     Figure, MeshError, PoseSource, Rig, Samples, ScenarioError, Scene, Shape, StampError, Triangles,
 };
 
-/// A scene, a rig, a length of time and a seed. The same scenario gives the same samples, bit for bit.
+/// A scene, a rig, a duration and a seed. The same scenario gives the same samples, bit for bit.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scenario {
-    /// What it is called.
+    /// The name.
     pub name: String,
-    /// Decides all noise.
+    /// The seed of all noise.
     pub seed: u64,
     /// The stamp of the start.
     pub start: Stamp,
-    /// How long it lasts.
+    /// The duration.
     pub duration_s: f64,
-    /// What there is to see.
+    /// The scene.
     pub scene: Scene,
-    /// What looks at it.
+    /// The platform and its sensors.
     pub rig: Rig,
 }
 
-/// The stamp of the start where nothing else is asked for: some moment of 2023, since drivers stamp with
-/// the wall clock.
+/// The default stamp of the start: a moment of 2023, since drivers stamp with the wall clock.
 pub(crate) const START: Stamp = Stamp::from_secs_nanos(1_700_000_000, 0);
 
 impl Default for Scenario {
-    /// Ten seconds of nothing, seen by the rig of [`Rig::default`].
+    /// Ten seconds of an empty scene, with the rig of [`Rig::default`].
     fn default() -> Self {
         Self {
             name: "scenario".to_owned(),
@@ -48,7 +47,7 @@ impl Default for Scenario {
 }
 
 impl Scenario {
-    /// With another seed: the same scene, other noise.
+    /// With another seed: the same scene with other noise.
     #[must_use]
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.seed = seed;
@@ -62,14 +61,14 @@ impl Scenario {
         self
     }
 
-    /// Lasting longer or shorter; paths keep their times.
+    /// With another duration; the times of the paths stay the same.
     #[must_use]
     pub fn with_duration_s(mut self, duration_s: f64) -> Self {
         self.duration_s = duration_s;
         self
     }
 
-    /// Starting at another stamp.
+    /// With another stamp of the start.
     #[must_use]
     pub fn starting_at(mut self, start: Stamp) -> Self {
         self.start = start;
@@ -94,8 +93,8 @@ impl Scenario {
         self
     }
 
-    /// With a scanner that is not quite where it is thought to be: each coordinate of its mounting, and its
-    /// rotation about each axis, deviates at random (by the seed) with these standard deviations.
+    /// With an error of the scanner's mount: each coordinate, and the rotation about each axis, has a random error (by the
+    /// seed) with these standard deviations.
     #[must_use]
     pub fn with_mounting_error(mut self, position_m: f64, rotation_rad: f64) -> Self {
         let noise = FrameNoise::new(self.seed, Stream::Mounting, 0);
@@ -106,11 +105,10 @@ impl Scenario {
         self
     }
 
-    /// With the triangles of all files that meshes of the scene are to come from; `read` is asked for the vertices and
-    /// triangles of each.
+    /// With the triangles of all mesh files of the scene; `read` returns the vertices and triangles of a file.
     ///
     /// # Errors
-    /// What `read` says, or what is wrong with the triangles.
+    /// Those of `read`, or when the triangles are invalid.
     pub fn with_meshes<E: From<MeshError>>(
         mut self,
         mut read: impl FnMut(&str) -> Result<Triangles, E>,
@@ -130,21 +128,20 @@ impl Scenario {
         Ok(self)
     }
 
-    /// Without anything that moves.
+    /// Without moving objects.
     #[must_use]
     pub fn without_objects(self) -> Self {
         self.with_only_objects(&[])
     }
 
-    /// With those objects only whose ids are given; the others never enter.
+    /// With only the objects of these ids.
     #[must_use]
     pub fn with_only_objects(mut self, ids: &[u16]) -> Self {
         self.scene.objects.retain(|object| ids.contains(&object.id));
         self
     }
 
-    /// Everything that the sensors publish, in the order of the stamps, with the truth beside it. Computed
-    /// as it is asked for.
+    /// Everything that the sensors publish, in the order of the stamps, with the ground truth. Computed lazily.
     ///
     /// # Errors
     /// When the scenario cannot be simulated; see [`Scenario::validate`].
@@ -152,7 +149,7 @@ impl Scenario {
         Samples::new(self)
     }
 
-    /// Takes a point of the room to the map, which is the rig's frame at the start.
+    /// The transform from the room to the map, which is the rig's frame at the start.
     #[must_use]
     pub fn map_from_room(&self) -> Isometry3<f64> {
         self.rig.path.pose_at(0.0).inverse()
@@ -164,9 +161,9 @@ impl Scenario {
         self.map_from_room() * self.rig.path.pose_at(time_s)
     }
 
-    /// The true surface of the room without anything that moves, in the map: a point for every pixel that a
-    /// depth camera without noise would measure. A rig that moves looks once a second, or
-    /// 100 times where that would be more, which bounds the cloud.
+    /// The true surface of the room without moving objects, in the map frame: a point for every pixel that a depth camera
+    /// without noise would measure. For a moving rig there is one view per second, but at most 100, which bounds the
+    /// cloud.
     ///
     /// # Errors
     /// When the scenario cannot be simulated; see [`Scenario::validate`].

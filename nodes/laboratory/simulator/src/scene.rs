@@ -1,4 +1,4 @@
-//! What a scene is made of.
+//! Scenes and bodies.
 
 use geometry::pose_from_vector;
 use nalgebra::Isometry3;
@@ -7,23 +7,23 @@ use serde::{Deserialize, Serialize};
 use crate::solid::{STATIC_ID, Solid};
 use crate::{Lighting, Material, MovingObject, Shape};
 
-/// One shape in its place.
+/// A shape with a pose and a material.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// What it is, for people: "far wall", "table leg".
+    /// A name for people: "far wall", "table leg".
     pub name: String,
     /// The shape, centred on the body's origin.
     pub shape: Shape,
     /// `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]` in the room, or in the frame of the object that it
     /// is a part of.
     pub pose: [f64; 6],
-    /// What its surface gives back.
+    /// The material of its surface.
     pub material: Material,
 }
 
 impl Body {
-    /// A cuboid along the axes between two opposite corners.
+    /// An axis-aligned cuboid between two opposite corners.
     #[must_use]
     pub fn cuboid(name: &str, min_m: [f64; 3], max_m: [f64; 3], material: Material) -> Self {
         let middle = |axis: usize| f64::midpoint(min_m[axis], max_m[axis]);
@@ -46,8 +46,8 @@ impl Body {
         )
     }
 
-    /// By name and place in its frame, so that a pattern stays what it was when other bodies come and go (FNV-1a,
-    /// Fowler, Noll and Vo).
+    /// A hash of its name and position in its frame, so that its pattern does not depend on other bodies (FNV-1a, Fowler,
+    /// Noll and Vo).
     fn pattern_seed(&self) -> u32 {
         const OFFSET_BASIS: u32 = 0x811c_9dc5;
         const PRIME: u32 = 0x0100_0193;
@@ -59,25 +59,25 @@ impl Body {
     }
 }
 
-/// A room with what stands in it and what moves through it.
+/// A room with its furniture and moving objects.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
     /// Walls and furniture.
     pub bodies: Vec<Body>,
-    /// What moves.
+    /// The moving objects.
     pub objects: Vec<MovingObject>,
-    /// The light that a colour camera sees all this in.
+    /// The lighting for the colour camera.
     pub lighting: Lighting,
 }
 
 impl Scene {
-    /// What never moves, ready for rays.
+    /// The static solids.
     pub(crate) fn static_solids(&self) -> Vec<Solid> {
         self.bodies.iter().map(|body| body.solid(STATIC_ID, &Isometry3::identity())).collect()
     }
 
-    /// What moves, where it is at a time, ready for rays.
+    /// The solids of the moving objects at a time.
     pub(crate) fn moving_solids(&self, time_s: f64) -> Vec<Solid> {
         self.objects.iter().flat_map(|object| object.solids(time_s)).collect()
     }

@@ -1,7 +1,7 @@
 //! The eight rooms of Rec-HV Table 2, as far as the table and Figure 43's discussion (Rec-HV 5) describe them.
 //!
-//! All have doorways that face each other in their side walls. What stands in them leaves
-//! [`CROSSING_DEPTHS_M`] free from one corridor to the other, for what crosses; the rig stands at [`RIG_POSE`].
+//! All have doorways that face each other in their side walls. The furniture leaves [`CROSSING_DEPTHS_M`] free from one
+//! corridor to the other, for the moving objects; the rig is at [`RIG_POSE`].
 
 mod furniture;
 mod shell;
@@ -20,20 +20,20 @@ pub(crate) use shell::{Shell, boarded, with_pictures};
 pub enum SceneName {
     /// Empty; 4 m to the far wall.
     A,
-    /// Varnish, enamel and bare metal, turned so that the light is mirrored away in part; 4 m.
+    /// Varnish, enamel and bare metal, at angles that reflect a part of the light away; 4 m.
     B,
-    /// Surfaces that reflect little; 4 m.
+    /// Surfaces of low reflectivity; 4 m.
     C,
     /// An opening in the far wall above the scanner's plane, uneven surfaces of all kinds; 6 m.
     D,
-    /// An opening in the far wall, on the right and in the scanner's plane, half of it behind glass, and surfaces
-    /// that reflect much, the floor too; 5 m.
+    /// An opening in the far wall, on the right and in the scanner's plane, half of it behind glass, and surfaces of high
+    /// reflectivity, including the floor; 5 m.
     E,
-    /// Things at all depths, some black, some thin, and a table in front of what crosses; 8 m.
+    /// Furniture at all depths, some black, some thin, and a table in front of the moving objects; 8 m.
     F,
     /// A television, a window and screens of glass; 6 m.
     G,
-    /// A small room in which all is dark; 4 m.
+    /// A small, dark room; 4 m.
     H,
 }
 
@@ -42,7 +42,7 @@ impl SceneName {
     pub const ALL: [Self; 8] =
         [Self::A, Self::B, Self::C, Self::D, Self::E, Self::F, Self::G, Self::H];
 
-    /// How far from the room's middle, along y, an object is well within a corridor, out of sight.
+    /// The distance from the room's middle, along y, at which an object is well inside a corridor, out of sight.
     pub(crate) fn waiting_y_m(self) -> f64 {
         let shell = table_2::shell(self);
         shell.width_m / 2.0 + shell.corridor_m * WAITING_SHARE
@@ -58,15 +58,14 @@ impl fmt::Display for SceneName {
 /// How deep in a corridor an object waits, as a share of the corridor's width: far enough that a person who
 /// swings an arm is out of the room, and half a metre from the corridor's wall.
 const WAITING_SHARE: f64 = 0.7;
-/// Where the rig stands in all of them: `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`. In the middle, half a
+/// The pose of the rig in all of them: `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`. In the middle, half a
 /// metre before the rear wall; the camera at 120 cm and the scanner at 115 cm, the third mounting of Rec-HV 3.4.2.
 pub(crate) const RIG_POSE: [f64; 6] = [0.5, 0.0, 1.2, 0.0, 0.0, 0.0];
-/// The depths, along x in the room, that are free for what crosses: those of the doorways, less half of
-/// what crosses.
+/// The depths, along x in the room, that are free for moving objects: those of the doorways, minus half of an object.
 pub(crate) const CROSSING_DEPTHS_M: (f64, f64) = (2.0, 3.45);
 
 impl Scene {
-    /// A furnished room of Rec-HV Table 2, without anything that moves.
+    /// A furnished room of Rec-HV Table 2, without moving objects.
     #[must_use]
     pub fn of_table_2(name: SceneName) -> Self {
         let shell = table_2::shell(name);

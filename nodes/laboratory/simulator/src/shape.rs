@@ -1,24 +1,24 @@
-//! The shapes that scenes are made of, and where a ray meets them.
+//! The shapes of scenes, and their intersections with rays.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::{Hit, Mesh, Ray};
 
-/// A shape in its own frame, centred on the origin. A body's pose places and turns it.
+/// A shape in its own frame, centred on the origin. The body's pose moves and rotates it.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
     /// A cuboid with its edges along the axes.
     Box {
-        /// Its extent along x, y and z.
+        /// The extent along x, y and z.
         size_m: [f64; 3],
     },
     /// A cylinder along z, closed at both ends.
     Cylinder {
-        /// Its radius.
+        /// The radius.
         radius_m: f64,
-        /// Its extent along z.
+        /// The extent along z.
         height_m: f64,
     },
     /// A cylinder along z with half spheres at its ends.
@@ -30,12 +30,12 @@ pub enum Shape {
     },
     /// A ball.
     Sphere {
-        /// Its radius.
+        /// The radius.
         radius_m: f64,
     },
-    /// A piece of the plane z = 0, seen from both sides.
+    /// A rectangle in the plane z = 0, visible from both sides.
     Rectangle {
-        /// Its extent along x and y.
+        /// The extent along x and y.
         size_m: [f64; 2],
     },
     /// Triangles.
@@ -43,7 +43,8 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Half the extent of the shape along each axis of its frame; of triangles, of what holds them around the origin.
+    /// Half the extent of the shape along each axis of its frame; for a mesh, that of the box around the origin that contains
+    /// it.
     #[must_use]
     pub fn half_extent_m(&self) -> Vector3<f64> {
         match *self {
@@ -60,7 +61,7 @@ impl Shape {
         }
     }
 
-    /// Whether what lies between two points of it is a part of it.
+    /// Whether it is convex.
     pub(crate) fn is_convex(&self) -> bool {
         match self {
             Self::Box { .. }
@@ -72,8 +73,7 @@ impl Shape {
         }
     }
 
-    /// Where a ray, given in the shape's frame, crosses the surface first. From inside that is where it
-    /// leaves.
+    /// The first hit of a ray, given in the shape's frame, on the surface. From inside that is the exit.
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         match *self {
@@ -107,7 +107,7 @@ fn nearest(hits: [Option<Hit>; 3]) -> Option<Hit> {
     hits.into_iter().flatten().min_by(|a, b| a.parameter.total_cmp(&b.parameter))
 }
 
-/// The slab method: the ray is within the box where it is within all three slabs.
+/// The slab method: the ray is inside the box while it is inside all three slabs.
 fn intersect_box(half_m: &Vector3<f64>, ray: &Ray) -> Option<Hit> {
     let (mut enter, mut enter_axis) = (f64::NEG_INFINITY, 0);
     let (mut leave, mut leave_axis) = (f64::INFINITY, 0);
@@ -159,7 +159,7 @@ fn intersect_disc(radius_m: f64, z_m: f64, ray: &Ray) -> Option<Hit> {
     inside.then_some(Hit { parameter, normal: Vector3::z() * z_m.signum() })
 }
 
-/// The part of the ball around `(0, 0, centre_z_m)` at the heights that `covers` takes.
+/// The part of the ball around `(0, 0, centre_z_m)` at the heights that `covers` accepts.
 fn intersect_ball(
     radius_m: f64,
     centre_z_m: f64,
@@ -181,7 +181,7 @@ fn intersect_rectangle(half_m: [f64; 2], ray: &Ray) -> Option<Hit> {
         .then_some(Hit { parameter, normal: Vector3::z() * -ray.direction.z.signum() })
 }
 
-/// Where the ray crosses the plane at height `z_m`.
+/// The intersection of the ray with the plane at height `z_m`.
 fn plane_parameter(z_m: f64, ray: &Ray) -> Option<f64> {
     let parameter = (z_m - ray.origin.z) / ray.direction.z;
     (parameter > 0.0 && parameter.is_finite()).then_some(parameter)

@@ -1,9 +1,10 @@
-//! Scenarios that mapping is tested on: counterparts of the ten sequences of the TUM RGB-D benchmark that the PL-SLAM thesis
-//! has measured (Sturm et al. 2012), and ways on which a camera comes back, is carried off, or sees nothing.
+//! Scenarios for tests of mapping: counterparts of the ten sequences of the TUM RGB-D benchmark (Sturm et al. 2012) that
+//! the PL-SLAM thesis uses, and paths with loop closure, a kidnapped camera, or no light.
 //!
-//! All have a registered colour camera with the noise of a Kinect, and an inertial unit. Sizes, ways and people are this
-//! suite's; of the benchmark's sequences they have what makes them hard: how the camera moves, and who is in the picture.
-//! The seed varies the noise of the sensors, the tremor of the hand and, by centimetres, the way; of the flat its furniture.
+//! All have a registered colour camera with the noise of a Kinect, and an IMU. Sizes, paths and people are chosen here; they
+//! share with the benchmark's sequences what makes these difficult: the motion of the camera and the people in view. The
+//! seed varies the noise of the sensors, the tremor of the hand and, by centimetres, the path; in the flat also the
+//! furniture.
 
 mod flat;
 mod panels;
@@ -20,11 +21,11 @@ pub enum SlamRun {
     DeskXyz,
     /// As `freiburg2_xyz`: the same, slowly.
     SlowXyz,
-    /// As `freiburg3_long_office_household`: all round a desk, looking at it, back to the start.
+    /// As `freiburg3_long_office_household`: once round a desk, looking at it, back to the start.
     LongOffice,
-    /// As `freiburg3_nostructure_texture_near_withloop`: along a plane with pictures and back.
+    /// As `freiburg3_nostructure_texture_near_withloop`: along a textured plane and back.
     TexturedPlane,
-    /// As `freiburg3_structure_texture_near`: along panels with pictures, set up in a zig-zag.
+    /// As `freiburg3_structure_texture_near`: along textured panels in a zig-zag.
     ZigZag,
     /// As `freiburg2_desk_with_person`: round a desk at which a person sits and works.
     DeskWithPerson,
@@ -32,15 +33,15 @@ pub enum SlamRun {
     SittingXyz,
     /// As `freiburg3_sitting_halfsphere`: the same; on half a sphere of a metre.
     SittingHalfsphere,
-    /// As `freiburg3_walking_xyz`: two persons who walk through the picture; along the axes.
+    /// As `freiburg3_walking_xyz`: two persons who walk through the image; along the axes.
     WalkingXyz,
     /// As `freiburg3_walking_halfsphere`: the same; on half a sphere of a metre.
     WalkingHalfsphere,
     /// Through all six rooms of a flat and back to the start, some 85 m.
     Flat,
-    /// Round the office, and from one image to the next elsewhere in it; and back again.
+    /// Round the office, with a jump to another place between two images, and another one back.
     Kidnapped,
-    /// Round the office three times; most of the way there is no light.
+    /// Round the office three times; for most of the path there is no light.
     Dark,
 }
 
@@ -129,7 +130,7 @@ impl Scenario {
     /// A scenario for mapping.
     #[must_use]
     pub fn slam(run: SlamRun, seed: u64) -> Self {
-        /// Long ways with half the images: what is asked of them does not hang on these.
+        /// Long paths with half the images, which is enough for their tests.
         const LONG_RATE_HZ: f64 = 15.0;
         let path = run.path(seed);
         let duration_s = path.end_s() + TAIL_S;

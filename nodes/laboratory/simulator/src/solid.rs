@@ -1,35 +1,35 @@
-//! A body as rays meet it: its place worked out, its material's limits too.
+//! A body prepared for ray casting: its pose and its material's limits are precomputed.
 
 use geometry::LabelImage;
 use nalgebra::{Isometry3, Vector3};
 
 use crate::{Hit, Material, Paint, Ray, Shape};
 
-/// The label of everything that never moves.
+/// The label of the static scene.
 pub(crate) const STATIC_ID: u16 = LabelImage::STATIC;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Solid {
     pub(crate) shape: Shape,
     pub(crate) solid_from_room: Isometry3<f64>,
-    /// Which object it is a part of; [`STATIC_ID`] for none.
+    /// The object that it belongs to; [`STATIC_ID`] for none.
     pub(crate) id: u16,
     reflectivity: f64,
     min_cos_incidence: f64,
     transmission: f64,
     pub(crate) paint: Paint,
-    /// Decides the pattern of its paint.
+    /// The seed of the pattern of its paint.
     pub(crate) pattern_seed: u32,
 }
 
-/// What a ray meets in the room.
+/// A hit of a ray in the room.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sighting {
     pub(crate) distance_m: f64,
     pub(crate) id: u16,
     /// See [`Solid::strength`].
     pub(crate) strength: f64,
-    /// How bright the surface itself looks from there: 1 for one that scatters all light and is seen squarely.
+    /// The brightness of the surface from there: 1 for albedo 1 at normal incidence.
     pub(crate) brightness: f64,
 }
 
@@ -53,27 +53,26 @@ impl Solid {
         }
     }
 
-    /// How far the returned light is above the least that a sensor can use: 1 is just enough. The light
-    /// falls with the cosine of the angle of incidence (Lambert) and the square of the distance, and
-    /// nothing comes back from beyond the material's largest angle. `min_signal` is the least usable
-    /// reflectivity at one metre, seen squarely.
+    /// The ratio of the returned light to the least that a sensor can use: 1 is just enough. The light falls with the cosine
+    /// of the angle of incidence (Lambert) and the square of the distance, and there is no return beyond the material's
+    /// largest angle. `min_signal` is the least usable reflectivity at one metre and normal incidence.
     pub(crate) fn strength(&self, cos_incidence: f64, distance_m: f64, min_signal: f64) -> f64 {
         let signal = self.reflectivity * cos_incidence / (distance_m * distance_m);
         (signal / min_signal).min(cos_incidence / self.min_cos_incidence)
     }
 
-    /// How bright it looks, whatever the distance. Rough surfaces seen aslant look brighter than Lambert's cosine
-    /// says (Oren and Nayar 1994): its square root is taken.
+    /// The brightness, which does not depend on the distance. Rough surfaces at oblique incidence look brighter than by
+    /// Lambert's cosine (Oren and Nayar 1994): its square root is taken.
     pub(crate) fn brightness(&self, cos_incidence: f64) -> f64 {
         self.reflectivity * cos_incidence.sqrt()
     }
 
-    /// Whether light goes through it; see [`Material::transmission`].
+    /// Whether it transmits light; see [`Material::transmission`].
     pub(crate) fn is_pane(&self) -> bool {
         self.transmission > 0.0
     }
 
-    /// How much weaker what lies behind this pane is seen, there and back: 0 where the pane mirrors.
+    /// The attenuation of the signal from behind this pane, both ways: 0 when the pane reflects.
     pub(crate) fn weakening(&self, cos_incidence: f64) -> f64 {
         if cos_incidence < self.min_cos_incidence { 0.0 } else { self.transmission.powi(2) }
     }
@@ -84,7 +83,7 @@ impl Solid {
     }
 }
 
-/// The nearest of `solids` along a ray of direction length 1, seen through the panes before it.
+/// The nearest of `solids` along a ray of direction length 1, through the panes before it.
 pub(crate) fn nearest_sighting<'a>(
     solids: impl Iterator<Item = &'a Solid>,
     ray_in_room: &Ray,

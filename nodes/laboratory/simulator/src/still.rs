@@ -1,4 +1,4 @@
-//! What never moves, ready for many rays.
+//! The static solids, prepared for many rays.
 
 use crate::Ray;
 use crate::bvh::{Aabb, Bvh};
@@ -7,7 +7,7 @@ use crate::truth::Hull;
 
 use nalgebra::Isometry3;
 
-/// Solids that never move, in a tree; panes beside them.
+/// Static solids in a tree, and a list of panes.
 #[derive(Clone, Debug)]
 pub(crate) struct StillSolids {
     opaque: Vec<Solid>,
@@ -23,7 +23,8 @@ impl StillSolids {
         Self { opaque, panes, tree: Bvh::new(&boxes) }
     }
 
-    /// The nearest of these and of what moves along a ray of direction length 1, as [`nearest_sighting`] finds it.
+    /// The nearest of these and of the moving solids along a ray of direction length 1, with the result of
+    /// [`nearest_sighting`].
     pub(crate) fn nearest_sighting(
         &self,
         moving: &[Solid],
@@ -40,7 +41,7 @@ impl StillSolids {
     }
 }
 
-/// A little more than what the solid takes up: a rectangle has no thickness, and a ray along it none to spare.
+/// A box slightly larger than the solid, since a rectangle has no thickness.
 fn bounds(solid: &Solid) -> Aabb {
     const MARGIN_M: f64 = 1e-6;
     let hull = Hull::of(std::slice::from_ref(solid), &Isometry3::identity());
@@ -72,7 +73,7 @@ mod tests {
                 let plain = nearest_sighting(solids.iter(), &ray, 0.01);
                 let fast = still.nearest_sighting(&[], &ray, 0.01);
                 let seen = |sighting: Option<Sighting>| {
-                    // Where two surfaces coincide either may be seen.
+                    // When two surfaces coincide, either may be hit.
                     sighting.map(|s| (s.distance_m.to_bits(), s.id))
                 };
                 assert_eq!(seen(fast), seen(plain), "{name}, step {step}");

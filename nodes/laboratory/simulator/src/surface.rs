@@ -1,19 +1,19 @@
-//! Coordinates on the surface of a shape, which patterns are anchored to.
+//! Coordinates on the surface of a shape, for patterns.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::Shape;
 
-/// A place on a shape's surface.
+/// A position on a shape's surface.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Place {
     /// Lengths along the surface.
     pub(crate) uv_m: [f64; 2],
-    /// Which side it is; sides have patterns of their own.
+    /// The side, which has its own pattern.
     pub(crate) side: u32,
 }
 
-/// The place of a point of the surface, given in the shape's frame with its unit normal.
+/// The surface coordinates of a point, given in the shape's frame with its unit normal.
 ///
 /// Flat sides carry the two coordinates along them (of upright sides the second is the height), the mantles of
 /// round shapes the length around them and the height. Lengths are those on the surface, but for round ends.
@@ -28,7 +28,7 @@ pub(crate) fn place(shape: &Shape, point: &Point3<f64>, normal: &Vector3<f64>) -
         }
         Shape::Box { .. } => flat(point, normal),
         Shape::Mesh(_) => {
-            // Both sides of a triangle carry the same.
+            // Both sides of a triangle have the same coordinates.
             let place = flat(point, normal);
             Place { side: place.side / 2, ..place }
         }
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
     use crate::Ray;
 
-    /// Two rays that meet a shape close to each other find places that are as close.
+    /// Two rays that hit a shape close to each other get coordinates that are as close.
     #[test]
     fn lengths_on_the_surface_are_those_of_the_pattern() {
         let shapes = [

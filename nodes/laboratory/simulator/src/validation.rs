@@ -1,4 +1,4 @@
-//! What a scenario must be before anything is made of it.
+//! Validation of scenarios.
 
 mod appearance;
 mod inertial;
@@ -14,20 +14,20 @@ use ranging::{MAX_BEAMS, MAX_PIXELS, check_depth_camera, check_lidar, check_velo
 /// A scenario that cannot be simulated.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum ScenarioError {
-    /// A number is not what it must be.
+    /// A number is out of range.
     #[error("{what} is {value}, but must be {accepted}")]
     Number {
-        /// Which number of which part.
+        /// The name of the number and its part.
         what: String,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What it may be.
+        /// The accepted values.
         accepted: &'static str,
     },
-    /// A path without a waypoint leads nowhere.
+    /// A path has no waypoint.
     #[error("the path of {of} has no waypoint; give it at least one")]
     EmptyPath {
-        /// Whose path.
+        /// The owner of the path.
         of: String,
     },
     /// The waypoints of a path go back in time.
@@ -35,26 +35,26 @@ pub enum ScenarioError {
         "waypoint {index} of the path of {of}, at {time_s} s, is not later than the one before it"
     )]
     WaypointOrder {
-        /// Whose path.
+        /// The owner of the path.
         of: String,
-        /// Which waypoint, from 0.
+        /// The index of the waypoint.
         index: usize,
         /// Its time.
         time_s: f64,
     },
-    /// An object carries the label of what never moves.
+    /// An object has the label of the static scene.
     #[error("the object \"{name}\" has the id 0, which means static; give it 1 or more")]
     StaticId {
         /// The object's name.
         name: String,
     },
-    /// Two objects carry the same label.
+    /// Two objects have the same label.
     #[error("two objects have the id {id}; every object needs its own")]
     DuplicateId {
         /// The label.
         id: u16,
     },
-    /// The images would have more pixels than this simulator draws.
+    /// The images have more pixels than this simulator supports.
     #[error(
         "an image of {width_px} x {height_px} pixels cannot be drawn: 1 to {MAX_PIXELS} pixels can"
     )]
@@ -70,20 +70,20 @@ pub enum ScenarioError {
     /// A mesh has no triangles.
     #[error("the mesh of {of} has no triangles{}", missing(.file))]
     EmptyMesh {
-        /// Which body.
+        /// The body.
         of: String,
-        /// The file that they should have come from.
+        /// The file of the triangles.
         file: Option<String>,
     },
     /// The scanner has too many beams.
     #[error("the scanner has {beams} beams; it can have 1 to {MAX_BEAMS}")]
     Beams {
-        /// How many.
+        /// The number of beams.
         beams: usize,
     },
 }
 
-/// Which file was not read.
+/// The file that was not read.
 fn missing(file: &Option<String>) -> String {
     file.as_ref().map_or_else(String::new, |file| format!(": {file} has not been read"))
 }
@@ -92,16 +92,16 @@ fn missing(file: &Option<String>) -> String {
 const MAX_DURATION_S: f64 = 86_400.0;
 /// The fastest sensor.
 const MAX_RATE_HZ: f64 = 1000.0;
-/// The largest length, so that nothing overflows on its way through 32-bit floats.
+/// The largest length, so that nothing overflows in 32-bit floats.
 const MAX_LENGTH_M: f64 = 1e6;
 
 type Checked = Result<(), ScenarioError>;
 
 impl Scenario {
-    /// Whether the scenario can be simulated; [`Scenario::samples`] asks this first.
+    /// Checks whether the scenario can be simulated; [`Scenario::samples`] calls it first.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its numbers.
+    /// The first error, with its numbers.
     pub fn validate(&self) -> Checked {
         number(
             "duration_s",

@@ -1,14 +1,14 @@
-//! What differs between the runs of one experiment.
+//! The variation between the runs of one experiment.
 
 use crate::noise::{FrameNoise, Stream};
 
-/// Draws of one thing that moves, a function of seed, thing and quantity.
+/// Random draws for one moving object, a function of seed, object and quantity.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Variation {
     noise: FrameNoise,
 }
 
-/// What is drawn.
+/// The quantity.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Quantity {
     Speed,
@@ -22,7 +22,7 @@ pub(crate) enum Quantity {
 }
 
 impl Variation {
-    /// The thing that is the platform; objects have their ids.
+    /// The id of the platform; objects have their own ids.
     pub(crate) const PLATFORM: u16 = 0;
 
     pub(crate) fn new(seed: u64, thing: u16) -> Self {

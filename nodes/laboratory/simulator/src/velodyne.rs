@@ -1,4 +1,4 @@
-//! A turning scanner of many lasers, one above the other, as its driver publishes it.
+//! A rotating multi-beam LiDAR, as published by its driver.
 
 mod model;
 
@@ -15,37 +15,37 @@ use crate::{Path, Ray, Scene};
 
 pub use model::VelodyneModel;
 
-/// What such a scanner is like.
+/// The model of the scanner.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Velodyne {
-    /// How its lasers are arranged, and when they fire.
+    /// The arrangement and timing of its lasers.
     pub model: VelodyneModel,
-    /// Its pose in the rig: `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`.
+    /// The pose in the rig: `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]`.
     pub rig_from_velodyne: [f64; 6],
-    /// The frame that clouds are stamped with.
+    /// The frame of the clouds.
     pub frame_id: String,
-    /// Turns a second.
+    /// Revolutions per second.
     pub turn_rate_hz: f64,
-    /// Nearer things return nothing.
+    /// The least measurable range.
     pub range_min_m: f64,
-    /// Farther things return nothing.
+    /// The largest measurable range.
     pub range_max_m: f64,
     /// Standard deviation of a range.
     pub range_noise_m: f64,
-    /// Ranges are multiples of this.
+    /// The resolution of ranges.
     pub range_step_m: f64,
     /// Standard deviation of an intensity, as a share of it.
     pub intensity_noise: f64,
-    /// The share of shots that fail for no reason.
+    /// The share of shots that fail at random.
     pub dropout_ratio: f64,
-    /// The least reflectivity that a target at 1 m, seen squarely, must have.
+    /// The least reflectivity of a measurable target at 1 m and normal incidence.
     pub min_signal: f64,
 }
 
 impl Default for Velodyne {
-    /// An HDL-32E at 10 turns a second in the rig's origin: ranges in steps of 2 mm that deviate by 2 cm, from 1 m on;
-    /// what scatters a tenth of the light is seen from 80 m (its data sheet).
+    /// An HDL-32E at 10 Hz in the rig's origin: ranges from 1 m on, in steps of 2 mm with a standard deviation of 2 cm; a
+    /// target of 10 % reflectivity is measured at 80 m (its data sheet).
     fn default() -> Self {
         Self {
             model: VelodyneModel::Hdl32e,
@@ -63,53 +63,54 @@ impl Default for Velodyne {
     }
 }
 
-/// The cloud of a turn: a row for each laser, from the lowest to the highest, a column for each firing of all of them.
+/// The cloud of a revolution: a row for each laser, from the lowest to the highest, a column for each firing of all of
+/// them.
 #[derive(Clone, PartialEq, Debug)]
 pub struct VelodyneTurn {
-    /// When the first laser fired.
+    /// The time of the first shot.
     pub stamp: Stamp,
     /// The frame of the scanner.
     pub frame_id: String,
-    /// Firings of all lasers.
+    /// The number of columns.
     pub columns: usize,
-    /// Lasers.
+    /// The number of lasers.
     pub rings: usize,
-    /// Row by row. Each was measured from where the scanner was when its laser fired: a platform that moves
-    /// distorts the cloud.
+    /// The points, row by row. Each is in the frame of the scanner at the time of its shot: motion of the platform distorts
+    /// the cloud.
     pub points: Vec<VelodynePoint>,
-    /// What each of them is a part of; 0 for what never moves and where nothing returned.
+    /// The object of each point; 0 for the static scene and for shots without a return.
     pub labels: Vec<u16>,
 }
 
-/// What one shot of a laser tells.
+/// The measurement of one shot of a laser.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct VelodynePoint {
-    /// In the scanner's frame when it fired; not a number where nothing returned.
+    /// The position in the scanner's frame at the time of the shot; NaN without a return.
     pub position_m: [f32; 3],
-    /// 0 to 100 for what scatters none to all of the light, as the calibrated scanner tells.
+    /// 0 to 100 for a reflectivity of 0 to 1, as from the calibrated scanner.
     pub intensity: f32,
-    /// Which laser, from the lowest, 0, to the highest.
+    /// The index of the laser, from the lowest, 0, to the highest.
     pub ring: u16,
-    /// When it fired, in seconds since the stamp.
+    /// The time of the shot, in seconds since the stamp.
     pub time_s: f32,
 }
 
 impl VelodynePoint {
-    /// Whether anything returned.
+    /// Whether there was a return.
     #[must_use]
     pub fn is_measured(&self) -> bool {
         self.position_m.iter().all(|value| value.is_finite())
     }
 }
 
-/// How bright what scatters all light reads.
+/// The intensity of a target of reflectivity 1.
 const FULL_INTENSITY: f64 = 100.0;
-/// How much the returned light varies from shot to shot.
+/// The variation of the returned light between shots.
 const STRENGTH_FLUTTER: f64 = 0.2;
-/// Columns that one thread measures at a time.
+/// Columns measured by one thread at a time.
 const CHUNK_COLUMNS: usize = 64;
 
-/// What a turn depends on beside the scanner itself.
+/// The other inputs of a revolution.
 pub(crate) struct VelodyneView<'a> {
     pub(crate) seed: u64,
     pub(crate) start: Stamp,
@@ -120,12 +121,12 @@ pub(crate) struct VelodyneView<'a> {
 }
 
 impl Velodyne {
-    /// When a turn starts, in seconds since the start of the scenario.
+    /// The start of a revolution, in seconds since the start of the scenario.
     pub(crate) fn turn_start_s(&self, turn: u64) -> f64 {
         turn as f64 / self.turn_rate_hz
     }
 
-    /// Firings of all lasers in a turn.
+    /// Columns per revolution.
     #[must_use]
     pub fn columns(&self) -> usize {
         (1.0 / (self.turn_rate_hz * self.model.firing_period_s())).floor().max(1.0) as usize
@@ -135,7 +136,7 @@ impl Velodyne {
         let lasers = self.model.lasers();
         let (columns, rings) = (self.columns(), lasers.len());
         let nothing = Shot { point: self.nothing(0, 0.0), label: STATIC_ID };
-        // Column by column, as it turns.
+        // Column by column, in the order of the rotation.
         let mut shots = vec![nothing; columns * rings];
         let chunks = shots.chunks_mut((CHUNK_COLUMNS * rings).max(1)).enumerate();
         let mut chunks: Vec<(usize, &mut [Shot])> = chunks.collect();
@@ -176,7 +177,7 @@ impl Velodyne {
         let noise = FrameNoise::new(view.seed, Stream::VelodyneRange, turn);
         for laser in lasers {
             let shot_s = after_s + laser.delay_s;
-            // Seen from above it turns clockwise; it starts and ends behind.
+            // Seen from above it rotates clockwise; it starts and ends behind.
             let azimuth_rad =
                 std::f64::consts::PI - std::f64::consts::TAU * shot_s * self.turn_rate_hz;
             let (sin, cos) = laser.elevation_rad.sin_cos();
@@ -225,11 +226,11 @@ struct Shot {
 /// One laser of a scanner.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Laser {
-    /// Above the horizon.
+    /// The elevation above the horizon.
     pub(crate) elevation_rad: f64,
-    /// How long after the first laser it fires.
+    /// The delay of its shot after the first laser's.
     pub(crate) delay_s: f64,
-    /// Its place from the lowest, 0, to the highest.
+    /// The index from the lowest, 0, to the highest.
     pub(crate) ring: u16,
 }
 

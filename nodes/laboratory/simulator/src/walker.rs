@@ -1,6 +1,6 @@
 //! A walking person: two legs with knees, two arms with elbows, a trunk and a head, all of capsules.
 //!
-//! The gait follows the way that was walked, not the time, so that feet do not slide whatever the speed.
+//! The gait is a function of the distance walked, not of time, so that feet do not slide at any speed.
 //! Each leg swings about the hip as `amplitude * sin(phase)`; the knee bends while the leg comes
 //! forward; the hip is as high as the straighter leg holds it. Standing still, the legs come together.
 
@@ -16,11 +16,11 @@ use crate::{Material, Path, Shape};
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Walker {
-    /// How tall the person is.
+    /// The height of the person.
     pub height_m: f64,
-    /// The way from one footfall to the next of the same foot.
+    /// The distance from one footfall to the next of the same foot.
     pub stride_m: f64,
-    /// Where in the gait the way begins: 0 with both legs upright, the left one coming forward.
+    /// The phase of the gait at the start of the path: 0 with both legs upright, the left one coming forward.
     pub gait_phase_rad: f64,
     /// Trousers and shirt.
     pub clothes: Material,
@@ -56,11 +56,11 @@ mod share {
     pub(super) const HEAD_CENTRE_ABOVE_SHOULDERS: f64 = 0.117;
 }
 
-/// How far the knee bends while its leg comes forward.
+/// The bend of the knee while its leg comes forward.
 const KNEE_BEND_RAD: f64 = 0.9;
-/// How far an arm swings, against the leg of its side.
+/// The swing of an arm, opposite to the leg of its side.
 const ARM_SWING_RAD: f64 = 0.4;
-/// How far the elbow is bent.
+/// The bend of the elbow.
 const ELBOW_BEND_RAD: f64 = 0.35;
 /// The legs come together over this time before and after a stop.
 const STOP_BLEND_S: f64 = 0.25;

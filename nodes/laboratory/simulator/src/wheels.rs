@@ -1,4 +1,4 @@
-//! Odometry of wheels: the way along the floor, with errors that grow with it.
+//! Wheel odometry: the path along the floor, with errors that grow with the distance.
 
 use geometry::Stamp;
 use nalgebra::{Isometry3, Matrix3, Matrix5, SMatrix, UnitQuaternion, Vector2, Vector3};
@@ -7,21 +7,22 @@ use serde::{Deserialize, Serialize};
 use crate::Path;
 use crate::noise::{FrameNoise, Stream};
 
-/// What the wheels of the platform are like. They may roll to all sides: the platform's ways are not those of a car.
+/// The model of the wheel odometry. The wheels are omnidirectional: the platform does not move like a car.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wheels {
-    /// Readings a second; the first at the start.
+    /// Readings per second; the first at the start.
     pub rate_hz: f64,
-    /// The frame of the poses: where the platform was at the start.
+    /// The frame of the poses: that of the platform at the start.
     pub odom_frame_id: String,
     /// The frame of the platform: on the floor below the rig.
     pub base_frame_id: String,
-    /// Standard deviation of a share by which all ways are too long: wheels are never as large as thought.
+    /// Standard deviation of the scale error of distances, from the error of the wheel radius.
     pub scale_error: f64,
-    /// The same of turns: the track is never as wide as thought.
+    /// Standard deviation of the scale error of rotations, from the error of the track width.
     pub turn_scale_error: f64,
-    /// Standard deviation of the way after a metre, along and across, in metres; it grows with the square root of the way.
+    /// Standard deviation of the position after a metre, along and across, in metres; it grows with the square root of the
+    /// distance.
     pub noise_m_per_root_m: f64,
     /// Standard deviation of the heading after a metre.
     pub turn_noise_rad_per_root_m: f64,
@@ -30,7 +31,7 @@ pub struct Wheels {
 }
 
 impl Default for Wheels {
-    /// A calibrated indoor platform: a per cent of the way and two of turns (Borenstein and Feng 1996 measure
+    /// A calibrated indoor platform: 1 % of the distance and 2 % of rotations (Borenstein and Feng 1996 measure
     /// systematic errors of that size before their calibration), and slip of a centimetre and half a degree a metre.
     fn default() -> Self {
         Self {
@@ -46,37 +47,37 @@ impl Default for Wheels {
     }
 }
 
-/// What the wheels tell.
+/// A reading of the wheel odometry.
 #[derive(Clone, PartialEq, Debug)]
 pub struct WheelReading {
-    /// When it was measured.
+    /// The time of the measurement.
     pub stamp: Stamp,
     /// The frame of the pose.
     pub frame_id: String,
     /// The platform's frame.
     pub child_frame_id: String,
-    /// On the floor: x, y and yaw only.
+    /// The pose on the floor: x, y and yaw only.
     pub odom_from_base: Isometry3<f64>,
     /// The covariance of x, y and yaw in the frame of the pose, in m and rad.
     pub pose_covariance: Matrix3<f64>,
-    /// Along x and y of the platform, in m/s, and about z, in rad/s.
+    /// The velocity along x and y of the platform, in m/s, and about z, in rad/s.
     pub velocity: Vector3<f64>,
-    /// The covariance of that.
+    /// The covariance of the velocity.
     pub velocity_covariance: Matrix3<f64>,
 }
 
 /// x, y and yaw.
 type Planar = Vector3<f64>;
 
-/// Reads one after the other, since errors add up.
+/// Generates the readings in order, since errors accumulate.
 #[derive(Clone, Debug)]
 pub(crate) struct WheelReader {
     config: Wheels,
     seed: u64,
     next: u64,
-    /// What the wheels believe.
+    /// The pose estimated from the wheels.
     pose: Planar,
-    /// Of x, y, yaw, and the two unknown scales, which stay what they are.
+    /// The covariance of x, y, yaw, and the two unknown scales, which are constant.
     covariance: Matrix5<f64>,
     scale: f64,
     turn_scale: f64,
@@ -99,7 +100,7 @@ impl WheelReader {
         }
     }
 
-    /// When the next reading is due, in seconds since the start.
+    /// The time of the next reading, in seconds since the start.
     pub(crate) fn next_s(&self) -> f64 {
         self.next as f64 / self.config.rate_hz
     }
@@ -130,7 +131,7 @@ impl WheelReader {
         }
     }
 
-    /// What the wheels measure of a step, and the covariance of its noise.
+    /// The measurement of a step, and the covariance of its noise.
     fn measured(&self, truth: &Planar) -> (Planar, Matrix3<f64>) {
         let config = &self.config;
         let (way_m, turn_rad) = (truth.xy().norm(), truth.z.abs());
@@ -147,19 +148,19 @@ impl WheelReader {
         (step, Matrix3::from_diagonal(&variances))
     }
 
-    /// What the unknown scales add to the covariance of a step.
+    /// The part of the unknown scales in the covariance of a step.
     fn scale_covariance(&self, step: &Planar) -> Matrix3<f64> {
         let by_scale = step_by_scale(step);
         by_scale * self.covariance.fixed_view::<2, 2>(3, 3) * by_scale.transpose()
     }
 
-    /// One step on; the covariance follows to first order.
+    /// Adds a step; the covariance is propagated to first order.
     fn advance(&mut self, step: &Planar, step_covariance: &Matrix3<f64>) {
         let (sin, cos) = self.pose.z.sin_cos();
         let odom_from_base = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
         let moved = odom_from_base * step;
         let mut by_state = Matrix5::identity();
-        // The way swings about the start of the step with the heading there.
+        // The step rotates about its start with the error of the heading there.
         by_state[(0, 2)] = -moved.y;
         by_state[(1, 2)] = moved.x;
         by_state.fixed_view_mut::<3, 2>(0, 3).copy_from(&(odom_from_base * step_by_scale(step)));
@@ -171,12 +172,12 @@ impl WheelReader {
     }
 }
 
-/// How a step changes with the two scales.
+/// The derivative of a step by the two scales.
 fn step_by_scale(step: &Planar) -> SMatrix<f64, 3, 2> {
     SMatrix::<f64, 3, 2>::new(step.x, 0.0, step.y, 0.0, 0.0, step.z)
 }
 
-/// Where the platform is on the floor of the room, and where its x axis points.
+/// The position of the platform on the floor of the room, and the heading of its x axis.
 fn on_floor(path: &Path, time_s: f64) -> Planar {
     let pose = path.pose_at(time_s);
     let ahead = pose.rotation * Vector3::x();
@@ -244,7 +245,7 @@ mod tests {
         assert!(reading.pose_covariance.norm() == 0.0);
     }
 
-    /// Over many seeds the error, weighed with the covariance that is told, is that of three normal numbers.
+    /// Over many seeds the error, normalised by the reported covariance, is that of three normal numbers.
     #[test]
     fn the_covariance_is_honest() {
         const SEEDS: u64 = 400;

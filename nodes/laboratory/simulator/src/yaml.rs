@@ -1,30 +1,30 @@
-//! Scenarios that users write.
+//! Scenarios in YAML.
 
 use crate::{MeshError, Scenario, ScenarioError};
 
-/// A text that is no scenario.
+/// A text is not a scenario.
 #[derive(Debug, thiserror::Error)]
 pub enum YamlError {
     /// It is not YAML.
     #[error("{0}")]
     Unreadable(String),
-    /// A key or a value is not what a scenario has.
+    /// A key or a value is invalid.
     #[error("{path}: {reason}")]
     Refused {
-        /// The keys and places that lead there, such as `rig.lidar.beams` or `scene.bodies[2].shape`.
+        /// The path of the key, such as `rig.lidar.beams` or `scene.bodies[2].shape`.
         path: String,
-        /// What is wrong, with line and column.
+        /// The error, with line and column.
         reason: String,
     },
     /// The file of a mesh cannot be read.
     #[error("the mesh {file}: {reason}")]
     MeshFile {
-        /// The file, as the scenario names it.
+        /// The file, as named in the scenario.
         file: String,
-        /// What is wrong.
+        /// The error.
         reason: String,
     },
-    /// The triangles of a file are none.
+    /// The triangles of a mesh are invalid.
     #[error("a mesh of the scene: {0}")]
     Mesh(#[from] MeshError),
     /// It can be read, but not simulated.
@@ -36,19 +36,17 @@ pub enum YamlError {
 pub type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
 impl Scenario {
-    /// A scenario from YAML. What is left out is as in [`Scenario::default`], the sensors as in
+    /// A scenario from YAML. Missing keys have the values of [`Scenario::default`], those of sensors the values of
     /// [`crate::Lidar::rplidar_a1`] and [`crate::DepthCamera::kinect_v1`]. `scenes/example.yaml` shows and
     /// explains the keys.
     ///
     /// # Errors
-    /// When the text is not YAML, has a key or a value that a scenario has not, or says what cannot be
-    /// simulated.
+    /// When the text is not YAML, has an invalid key or value, or describes a scenario that cannot be simulated.
     pub fn from_yaml(text: &str) -> Result<Self, YamlError> {
-        Self::from_yaml_with_meshes(text, |_| Err("no files are read here".to_owned()))
+        Self::from_yaml_with_meshes(text, |_| Err("mesh files cannot be read here".to_owned()))
     }
 
-    /// The same, where meshes may come from files: `read` is asked for the vertices and triangles of each, and says
-    /// what is wrong where it cannot read them.
+    /// The same with meshes from files: `read` returns the vertices and triangles of a file, or a text of the error.
     ///
     /// # Errors
     /// As [`Scenario::from_yaml`], and when a file cannot be read.
@@ -66,7 +64,7 @@ impl Scenario {
 }
 
 fn parse(text: &str) -> Result<Scenario, YamlError> {
-    // The path is known to the reader of the values alone, the line to that of the text.
+    // Only the deserialiser knows the path of the key, and only the parser the line.
     let mut path = None;
     let scenario = serde_saphyr::with_deserializer_from_str(text, |deserializer| {
         serde_path_to_error::deserialize(deserializer).map_err(|error| {
@@ -154,7 +152,7 @@ mod tests {
         assert!(width.starts_with("rig.depth_camera.camera.width_px: "), "{width}");
         let pose = "scene:\n  bodies:\n    - name: wall\n      pose: [1, 2, x, 0, 0, 0]\n";
         assert!(error(pose).starts_with("scene.bodies[0].pose[2]: "), "{}", error(pose));
-        // Where it is no YAML at all there may be nothing to name.
+        // A text that is not YAML may have no key to name.
         assert!(error("a: [1\n").contains("line"), "{}", error("a: [1\n"));
     }
 

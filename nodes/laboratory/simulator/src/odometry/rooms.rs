@@ -1,4 +1,4 @@
-//! The rooms. Sizes and places are this module's.
+//! The rooms. Sizes and positions are chosen here.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,7 +9,7 @@ pub(crate) fn scene(bodies: Vec<Body>, lighting: Lighting) -> Scene {
     Scene { bodies, objects: Vec::new(), lighting }
 }
 
-/// An office of 6 x 7 m with something along all its walls. The middle is free.
+/// An office of 6 x 7 m with furniture along all its walls. The middle is free.
 pub(crate) fn office() -> Scene {
     let shell = Shell {
         depth_m: 6.0,
@@ -62,7 +62,7 @@ pub(crate) fn desk() -> Scene {
     office
 }
 
-/// What lies and stands on a desk of at least 0.7 x 1.4 m.
+/// The objects on a desk of at least 0.7 x 1.4 m.
 pub(crate) fn on_a_desk([x_m, y_m]: [f64; 2], top_m: f64) -> Vec<Body> {
     let at = |dx_m: f64, dy_m: f64| [x_m + dx_m, y_m + dy_m];
     let on = |height_m: f64| (top_m, top_m + height_m);
@@ -152,7 +152,7 @@ pub(super) fn hall() -> Scene {
         floor: tiles,
     };
     let mut bodies = shell.bodies();
-    // Shell puts pictures on walls and boards on floors; here it is concrete and tiles.
+    // `Shell` has pictures on its walls and floors of boards; here they are concrete and tiles.
     for body in &mut bodies {
         if body.name == "floor" {
             body.material = tiles;
@@ -225,7 +225,7 @@ pub(super) fn corridor() -> Scene {
     scene(bodies, lighting)
 }
 
-/// One wall, 2.6 m away from where the camera begins, larger than it ever sees.
+/// One wall, 2.6 m away from the first pose of the camera, larger than its view.
 pub(crate) fn wall() -> Scene {
     let material =
         with_pictures(Material::PLASTER.painted(Paint::grained([0.7, 0.66, 0.56], 0.12)));

@@ -96,7 +96,7 @@ fn ways_are_as_fast_as_a_hand_and_the_seed_varies_them_by_centimetres() {
         let apart_m = (0..200).map(|step| apart_m(f64::from(step) * 0.1)).fold(0.0, f64::max);
         assert!(apart_m > 0.003 && apart_m < 0.2, "{run:?}: {apart_m} m");
     }
-    // Where it began it ends.
+    // It ends at its first pose.
     let closed = Scenario::odometry(OdometryRun::Loop, 3).rig.path;
     let gap: Point3<f64> = (closed.position_at(99.0) - closed.position_at(0.0)).into();
     assert!(gap.coords.norm() < 0.01);
@@ -115,7 +115,7 @@ fn each_run_is_as_hard_as_it_says() {
     assert!(hall.measured < 0.6, "hall {}", hall.measured);
     let wall = of(OdometryRun::Wall);
     assert!(wall.measured > 0.9 && edges(&wall) > 0.02, "wall {}", wall.measured);
-    // Noise as high as these edges shows everywhere, blur takes edges away.
+    // Noise as strong as these edges is everywhere in the image, blur removes edges.
     let dark = of(OdometryRun::LowLight);
     assert!(edges(&dark) > 1.3 * plenty, "low light {}", edges(&dark));
     let blur = of(OdometryRun::Blur);

@@ -1,15 +1,15 @@
-//! How the camera is carried.
+//! The paths of the camera.
 
 use crate::Handheld;
 use crate::noise::{FrameNoise, Stream};
 
-/// By the seed each pose deviates by so much at most: metres and radians.
+/// The largest deviation of a pose by the seed: metres and radians.
 const VARIED_M: f64 = 0.04;
 const VARIED_RAD: f64 = 0.03;
-/// The rig sets out this long after the start: filters may settle.
+/// The time before the rig moves, in which filters may settle.
 const LEAD_S: f64 = 0.7;
 
-/// A way near poses that the seed shifts, but for the first and the last.
+/// A path near poses that the seed shifts, except the first and the last.
 pub(crate) fn carried(step_s: f64, mut near: Vec<[f64; 6]>, tremor: f64, seed: u64) -> Handheld {
     let inner = near.len().saturating_sub(2);
     for (index, pose) in near.iter_mut().enumerate().skip(1).take(inner) {
@@ -22,7 +22,7 @@ pub(crate) fn carried(step_s: f64, mut near: Vec<[f64; 6]>, tremor: f64, seed: u
     Handheld { start_s: LEAD_S, step_s, near, tremor, seed }
 }
 
-/// Poses beside a middle one: what is added to it.
+/// Poses given as offsets from a middle one.
 pub(crate) fn beside<const N: usize>(middle: [f64; 6], offsets: [[f64; 6]; N]) -> Vec<[f64; 6]> {
     offsets.map(|offset| std::array::from_fn(|axis| middle[axis] + offset[axis])).to_vec()
 }
@@ -48,7 +48,7 @@ pub(super) fn along_the_axes(seed: u64) -> Handheld {
 }
 
 pub(crate) fn round_a_desk(seed: u64) -> Handheld {
-    // On an arc of a quarter turn round the middle of the desk, to and fro, higher and lower.
+    // On an arc of a quarter turn round the middle of the desk, back and forth, higher and lower.
     let middle_m = [2.6, 0.0];
     let pose = |angle_rad: f64, radius_m: f64, z_m: f64| {
         let pitch_rad = (z_m - 0.85).atan2(radius_m);
@@ -104,13 +104,13 @@ pub(super) fn round_the_room(seed: u64) -> Handheld {
     rounds_of_the_room(1, 1.15, seed)
 }
 
-/// So many rounds of the office, with a time from pose to pose.
+/// Rounds of the office, with a time from pose to pose.
 pub(crate) fn rounds_of_the_room(rounds: u32, step_s: f64, seed: u64) -> Handheld {
-    /// Poses of a round.
+    /// The number of poses per round.
     const POSES: u32 = 16;
     let pose = |index: u32| {
         let angle_rad = f64::from(index) / f64::from(POSES) * std::f64::consts::TAU;
-        // Looking along the way and a little outwards.
+        // Looking along the path and a little outwards.
         let yaw_rad = angle_rad + 0.9;
         let z_m = 1.35 + 0.1 * (2.0 * angle_rad).sin();
         [3.0 + 1.3 * angle_rad.cos(), 1.3 * angle_rad.sin(), z_m, yaw_rad, 0.1, 0.0]

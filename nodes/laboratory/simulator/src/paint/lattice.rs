@@ -1,6 +1,6 @@
 //! Random numbers on a lattice, and the noise between them.
 
-/// 32 bits of a place on a lattice: multiply and shift, as in `noise`, in half the width.
+/// A 32-bit hash of a lattice point: multiply and shift, as in `noise`, in half the width.
 pub(super) fn bits(column: i32, row: i32, seed: u32) -> u32 {
     let mixed = (column as u32)
         .wrapping_mul(0x9e37_79b1)
@@ -11,7 +11,7 @@ pub(super) fn bits(column: i32, row: i32, seed: u32) -> u32 {
     mixed ^ (mixed >> 16)
 }
 
-/// A number in `[0, 1)` for a place on a lattice.
+/// A number in `[0, 1)` for a lattice point.
 pub(super) fn unit(column: i32, row: i32, seed: u32) -> f32 {
     share(bits(column, row, seed))
 }
@@ -21,7 +21,7 @@ pub(super) fn share(bits: u32) -> f32 {
     (bits >> 8) as f32 / 16_777_216.0
 }
 
-/// The largest whole number that is not above: a cast, where `f32::floor` would be a call.
+/// The floor, by a cast, since `f32::floor` would be a function call.
 pub(super) fn floor(value: f32) -> i32 {
     let towards_zero = value as i32;
     towards_zero.saturating_sub(i32::from(towards_zero as f32 > value))
@@ -40,8 +40,8 @@ pub(super) fn value_noise(u: f32, v: f32, seed: u32) -> f32 {
 
 /// The most octaves of a noise: from 1 m down to less than a millimetre.
 const MAX_OCTAVES: u32 = 10;
-/// How much weaker each octave is than the one before it. Below 1/2 a surface looks washed out from near by; near 1 it
-/// is white noise.
+/// The ratio of the amplitudes of successive octaves. Below 1/2 a surface looks washed out at close range; near 1 it is
+/// white noise.
 const PERSISTENCE: f32 = 0.65;
 
 /// Value noise of several octaves, each half as large as the one before it, with a deviation of about a third. Spots

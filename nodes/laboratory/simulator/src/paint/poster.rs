@@ -1,4 +1,4 @@
-//! What pictures on a wall show.
+//! The content of pictures on a wall.
 
 use super::lattice::{bits, floor, share, unit};
 
@@ -9,8 +9,8 @@ const FRAMES: [[f32; 3]; 3] = [[0.03, 0.03, 0.03], [0.28, 0.16, 0.07], [0.75, 0.
 /// The width of a frame as a share of half the picture.
 const FRAME_SHARE: f32 = 0.06;
 
-/// The colour of the picture in the square of a grid, at a place in the square (both coordinates in
-/// `[0, 1)`); `None` where the wall is bare.
+/// The colour of the picture in the square of a grid, at a position in the square (both coordinates in
+/// `[0, 1)`); `None` on the bare wall.
 pub(super) fn picture(square: [i32; 2], at: [f32; 2], filled: f32, seed: u32) -> Option<[f32; 3]> {
     let key = bits(square[0], square[1], seed);
     if share(key) >= filled {

@@ -7,26 +7,25 @@ use super::{GRAIN_SIZE_M, Paint, Texture};
 /// A point on a surface, in the surface's own coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfacePoint {
-    /// Along the surface; of upright ones the second coordinate is the height.
+    /// Along the surface; on upright ones the second coordinate is the height.
     pub(crate) uv_m: [f32; 2],
-    /// Which surface: its pattern is drawn from this.
+    /// The hash of the surface, the seed of its pattern.
     pub(crate) seed: u32,
-    /// The distance between the points that neighbouring pixels see: noise that is finer is left out.
+    /// The distance between the points of neighbouring pixels: finer noise is left out.
     pub(crate) footprint_m: f32,
 }
 
 /// The colour of joints, as a share of their boards'.
 const JOINT_SHADE: f32 = 0.25;
-/// The grain of wood is so much longer than wide.
+/// The ratio of length to width of the grain of wood.
 const WOOD_STRETCH: f32 = 12.0;
-/// The rows of boards are shifted by such a share of a board.
+/// The shift of each row of boards, as a share of a board.
 const STAGGER: f32 = 0.382;
-/// Makes the grain another noise than the pattern.
+/// Distinguishes the noise of the grain from that of the pattern.
 const GRAIN_SEED: u32 = 0x6a1;
 
 impl Paint {
-    /// The share of light that a point scatters, for red, green and blue, without what is smooth: edges are
-    /// those of the pattern.
+    /// The albedo of a point for red, green and blue without the smooth part: only the edges of the pattern.
     pub(crate) fn ground(&self, point: &SurfacePoint) -> [f32; 3] {
         let ground = single(self.colour);
         let [u_m, v_m] = point.uv_m;
@@ -55,12 +54,12 @@ impl Paint {
         }
     }
 
-    /// Whether its ground is the same everywhere.
+    /// Whether the base colour is the same everywhere.
     pub(crate) fn is_even(&self) -> bool {
         matches!(self.texture, Texture::Plain | Texture::Noise { .. })
     }
 
-    /// What is smooth: how much brighter than its ground a point is.
+    /// The smooth part: the ratio of a point's brightness to the base colour's.
     pub(crate) fn shade(&self, point: &SurfacePoint) -> f32 {
         let [u_m, v_m] = point.uv_m;
         let seed = self.pattern(point);
@@ -89,11 +88,11 @@ impl Paint {
     }
 }
 
-/// The board at a place.
+/// The board at a position.
 struct Board {
     column: i32,
     row: i32,
-    /// How far from its first edges the place is.
+    /// The distance of the position from its first edges.
     into_m: [f32; 2],
 }
 

@@ -1,4 +1,4 @@
-//! Ways of a camera that is carried in the hand.
+//! Paths of a hand-held camera.
 
 use std::f64::consts::TAU;
 
@@ -7,31 +7,31 @@ use serde::{Deserialize, Serialize};
 use super::{Path, Waypoint};
 use crate::noise::{FrameNoise, Stream};
 
-/// A smooth way of six degrees of freedom near poses, with the sway and the tremor of who carries it.
+/// A smooth path in six degrees of freedom near poses, with the sway and the tremor of a person.
 ///
 /// A uniform cubic B-spline with these poses as its controls: it begins in the first and ends in the last, both at
 /// rest, and passes the others smoothly on their inner side. Its acceleration has no jumps.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Handheld {
-    /// When it sets out, in seconds since the start.
+    /// When it starts to move, in seconds since the start.
     pub start_s: f64,
     /// The time from one pose to the next.
     pub step_s: f64,
     /// `[x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]` in the room, at least one. Yaws are counted on, beyond pi,
     /// where it turns on.
     pub near: Vec<[f64; 6]>,
-    /// How unsteady the hand is: 1 for a walking person, 0 for a machine.
+    /// The strength of the tremor: 1 for a walking person, 0 for a machine.
     #[serde(default)]
     pub tremor: f64,
-    /// Decides the phases of the tremor.
+    /// The seed of the phases of the tremor.
     #[serde(default)]
     pub seed: u64,
 }
 
 /// Between waypoints: a velocity of 1 m/s that turns at 1 rad/s is followed within 13 um.
 const WAYPOINT_STEP_S: f64 = 0.01;
-/// The longest way: an hour's waypoints.
+/// The longest path: an hour of waypoints.
 const MAX_WAYPOINTS: f64 = 360_000.0;
 /// Tremor fades in and out over this time.
 const FADE_S: f64 = 1.0;
@@ -42,8 +42,8 @@ const POSITION_TREMOR: [(f64, f64); 3] = [(0.006, 0.9), (0.002, 2.3), (0.000_4, 
 const ANGLE_TREMOR: [(f64, f64); 3] = [(0.008, 0.8), (0.004, 2.1), (0.000_8, 6.7)];
 
 impl Handheld {
-    /// The way itself. Without poses it is empty, which no scenario accepts; a step that is not positive leaves
-    /// it in its first pose.
+    /// The path. Without poses it is empty, which no scenario accepts; with a step that is not positive it stays at its
+    /// first pose.
     #[must_use]
     pub fn path(&self) -> Path {
         let Some(first) = self.near.first() else { return Path { waypoints: Vec::new() } };

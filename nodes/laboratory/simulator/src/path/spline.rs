@@ -1,4 +1,4 @@
-//! Ways that are not straight.
+//! Curved paths.
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -9,29 +9,29 @@ use super::{Path, Waypoint};
 /// within a millimetre, and headings turn by a few degrees from piece to piece.
 const PIECES_PER_SEGMENT: usize = 40;
 
-/// A smooth way on the floor through places, at constant speed, facing forward.
+/// A smooth path on the floor through places, at constant speed, facing forward.
 ///
 /// A Catmull-Rom curve (Catmull and Rom 1974), centripetal, so that it neither loops nor overshoots between
 /// places that are close to each other (Yuksel, Schaefer and Keyser 2011).
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spline {
-    /// When it sets out, in seconds since the start.
+    /// When it starts to move, in seconds since the start.
     pub start_s: f64,
     /// The places `[x_m, y_m]` in the room, at least one.
     pub through_m: Vec<[f64; 2]>,
-    /// How fast it goes.
+    /// The speed.
     pub speed_m_per_s: f64,
-    /// When it rests, in seconds since the start; where it is then, it stays for `pause_s`.
+    /// The time of the rest, in seconds since the start; it then stays at its position for `pause_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pause_at_s: Option<f64>,
-    /// How long it rests.
+    /// The duration of the rest.
     #[serde(default)]
     pub pause_s: f64,
 }
 
 impl Spline {
-    /// A way through places that does not rest.
+    /// A path through places without a rest.
     #[must_use]
     pub fn new(start_s: f64, through_m: &[[f64; 2]], speed_m_per_s: f64) -> Self {
         Self {
@@ -43,8 +43,8 @@ impl Spline {
         }
     }
 
-    /// The way itself. Without places it is empty, which no scenario accepts; a speed that is not positive
-    /// leaves it at its first place.
+    /// The path. Without places it is empty, which no scenario accepts; with a speed that is not positive it stays at its
+    /// first place.
     #[must_use]
     pub fn path(&self) -> Path {
         let path = self.moving_path();
@@ -70,7 +70,7 @@ impl Spline {
         for pair in polygon_m.windows(2) {
             let along = pair[1] - pair[0];
             let next_s = time_s + along.norm() / self.speed_m_per_s;
-            // Pieces too short to tell their times apart are left out.
+            // Pieces too short for different times are left out.
             if next_s > time_s {
                 let yaw_rad = along.y.atan2(along.x);
                 if let [first] = waypoints.as_mut_slice() {
@@ -84,7 +84,7 @@ impl Spline {
     }
 }
 
-/// The places without those that are where the one before them is, which have no direction.
+/// The places without repetitions, which have no direction.
 fn distinct(places_m: &[[f64; 2]]) -> Vec<Point2<f64>> {
     const SAME_PLACE_M: f64 = 1e-6;
     let mut distinct: Vec<Point2<f64>> = Vec::with_capacity(places_m.len());
@@ -100,7 +100,7 @@ fn distinct(places_m: &[[f64; 2]]) -> Vec<Point2<f64>> {
 fn polygon(places_m: &[Point2<f64>]) -> Vec<Point2<f64>> {
     let mut polygon_m: Vec<Point2<f64>> = places_m.first().copied().into_iter().collect();
     for (index, pair) in places_m.windows(2).enumerate() {
-        // Beyond its ends the curve is thought to go straight on.
+        // Beyond its ends the curve is extended straight.
         let before = index.checked_sub(1).map_or(pair[0] - (pair[1] - pair[0]), |at| places_m[at]);
         let after =
             places_m.get(index + 2).copied().unwrap_or_else(|| pair[1] + (pair[1] - pair[0]));

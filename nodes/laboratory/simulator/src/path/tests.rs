@@ -9,7 +9,7 @@ fn a_straight_path_keeps_its_speed_and_rests_at_its_ends() {
     assert_eq!(path.position_at(99.0), Point3::new(1.0, -1.0, 0.0));
     assert!((path.distance_at(4.0) - 1.0).abs() < 1e-12);
     assert!((path.distance_at(99.0) - 4.0).abs() < 1e-12);
-    // It faces where it goes: -y.
+    // It faces its direction of travel: -y.
     let forward = path.pose_at(3.0) * nalgebra::Vector3::x();
     assert!((forward + nalgebra::Vector3::y()).norm() < 1e-12);
     assert!(!path.is_still());
@@ -52,7 +52,7 @@ fn a_pause_shifts_what_comes_after_it_and_nothing_before() {
     for (at_s, pause_s) in [(0.5, 3.0), (9.0, 3.0), (2.0, 0.0), (2.0, f64::NAN), (f64::NAN, 1.0)] {
         assert_eq!(path.pausing(at_s, pause_s), path);
     }
-    // The heading is that of the way, not a mean of two numbers.
+    // The heading follows the path, it is not the mean of two numbers.
     let waypoint = |time_s, yaw| Waypoint { time_s, pose: [time_s, 0.0, 0.0, yaw, 0.0, 0.0] };
     let turning = Path { waypoints: vec![waypoint(0.0, 3.0), waypoint(1.0, -3.0)] };
     let heading = turning.pausing(0.5, 1.0).pose_at(1.0) * nalgebra::Vector3::x();

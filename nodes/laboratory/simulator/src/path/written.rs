@@ -1,4 +1,4 @@
-//! How a path stands in a file: as waypoints, as a spline, or as a way of a hand.
+//! The YAML form of a path: waypoints, a spline, or a hand-held path.
 
 use serde::Deserialize;
 
@@ -13,7 +13,7 @@ pub(super) struct WrittenPath {
     handheld: Option<Handheld>,
 }
 
-/// A path that says more than once where it goes, or not at all.
+/// A path with more than one of these forms, or none.
 #[derive(Debug, thiserror::Error)]
 #[error("a path has either `waypoints` or a `spline` or a `handheld` way")]
 pub(super) struct PathKindError;

@@ -1,18 +1,18 @@
-//! What stands along a road round a block.
+//! The objects along a road round a block.
 
 use crate::{Body, Material, Paint, Shape, Texture};
 
 /// Half the width of the road.
 const HALF_ROAD_M: f64 = 3.6;
-/// From the middle of the road to the houses.
+/// The distance from the middle of the road to the houses.
 const TO_HOUSES_M: f64 = 9.0;
-/// Road, pavements and marks rise a little over each other, so that none shines through another.
+/// Road, pavements and marks are stacked with small steps, so that none shows through another.
 const ROAD_TOP_M: f64 = 0.0;
 const GROUND_TOP_M: f64 = -0.03;
 const PAVEMENT_TOP_M: f64 = 0.12;
 const MARK_TOP_M: f64 = 0.006;
 
-/// Asphalt is seen at a glance: to the angle at which it is 60 m away.
+/// Asphalt is measured at grazing angles: to the angle at which it is 60 m away.
 const ASPHALT: Material = Material::polished(0.16, 1.55).painted(Paint::with(
     [0.1, 0.1, 0.1],
     Texture::Noise { size_m: 0.6, contrast: 0.2 },
@@ -31,7 +31,7 @@ const PAVEMENT: Material = Material::polished(0.3, 1.55).painted(Paint::with(
 /// Paint with glass beads in it.
 const MARK: Material = Material::polished(0.95, 1.56).painted(Paint::plain([0.85, 0.85, 0.82]));
 
-/// Numbers between 0 and 1 that look like chance and are always the same.
+/// Pseudo-random numbers between 0 and 1.
 fn scattered(index: usize, which: u32) -> f64 {
     /// The golden ratio's fraction: its multiples fill the unit interval evenly.
     const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -40,7 +40,7 @@ fn scattered(index: usize, which: u32) -> f64 {
 
 /// The whole neighbourhood of a block with these corners, counter-clockwise.
 pub(super) fn bodies(corners_m: &[[f64; 2]; 4]) -> Vec<Body> {
-    /// The ground reaches so far beyond the farthest corner.
+    /// How far the ground extends beyond the farthest corner.
     const BEYOND_M: f64 = 160.0;
     let far_m = corners_m.iter().flatten().copied().fold(0.0, f64::max) + BEYOND_M;
     let mut bodies =
@@ -72,7 +72,7 @@ impl Street {
         Self { from_m, yaw_rad: dy_m.atan2(dx_m), length_m: dx_m.hypot(dy_m) }
     }
 
-    /// A body at a place of the street: so far along it and so far left of its middle.
+    /// A body at a position of the street: the distances along it and to the left of its middle.
     fn body(
         &self,
         name: &str,
@@ -167,7 +167,7 @@ impl Street {
             let middle_m = along_m + length_m / 2.0;
             let size_m = [length_m, depth_m];
             bodies.push(self.block("house", [middle_m, left_m], (-0.1, height_m), size_m, wall));
-            // A door and windows stand a little before the wall.
+            // A door and windows are a little in front of the wall.
             let windows = (length_m / 2.5) as u32;
             for window in 0..windows {
                 let window_m = along_m + 1.2 + 2.4 * f64::from(window);

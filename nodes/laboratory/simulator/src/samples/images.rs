@@ -1,4 +1,4 @@
-//! The images of a moment, with the truth beside them.
+//! The images of one time, with their ground truth.
 
 use geometry::{DepthImage, DepthPixels, LabelImage, Stamp, pose_from_vector};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -24,13 +24,13 @@ impl Samples {
         canvas
     }
 
-    /// When an image is taken, in seconds since the start.
+    /// The time of an image, in seconds since the start.
     pub(super) fn image_s(&self, frame: u64) -> f64 {
         let config = &self.scenario.rig.depth_camera;
         config.first_image_s + frame as f64 / config.rate_hz
     }
 
-    /// What it is stamped with.
+    /// Its stamp.
     pub(super) fn image_stamp_s(&self, frame: u64) -> f64 {
         let stamps = self.scenario.rig.depth_camera.stamps;
         self.image_s(frame) + stamps.at(self.scenario.seed, Stream::ImageStamp, frame)
@@ -56,7 +56,7 @@ impl Samples {
         let truth = self.object_poses(stamp, time_s, &canvas, &reading);
         let size_px = (camera.width_px, camera.height_px);
         let pixels = DepthPixels::Millimetres(reading.depth_mm);
-        // Both hold a value a pixel, so neither can be refused.
+        // Both have one value per pixel, so neither can be rejected.
         let image = DepthImage::new(stamp, config.frame_id.clone(), size_px, pixels).ok()?;
         let labels =
             LabelImage::new(stamp, config.frame_id.clone(), size_px, reading.labels).ok()?;
@@ -108,13 +108,13 @@ impl Samples {
         ObjectPoses { stamp, frame_id, objects }
     }
 
-    /// What a colour image is stamped with, in seconds since the start; never without a colour camera.
+    /// The stamp of a colour image, in seconds since the start; infinite without a colour camera.
     pub(super) fn colour_stamp_s(&self, frame: u64) -> f64 {
         let delay_s = self.scenario.rig.colour_camera.as_ref().map(|config| config.delay_s);
         delay_s.map_or(f64::INFINITY, |delay_s| self.image_stamp_s(frame) + delay_s)
     }
 
-    /// A colour image, with the pose that it was taken from and its camera info before it.
+    /// A colour image, preceded by its true pose and its camera info.
     pub(super) fn colour(&self, frame: u64) -> Option<[Sample; 3]> {
         let rig = &self.scenario.rig;
         let config = rig.colour_camera.as_ref()?;

@@ -92,7 +92,7 @@ fn poses_are_true_or_as_noisy_as_asked_for() {
     assert!((rotation_rad / 0.002 - 1.0).abs() < 0.05, "{rotation_rad}");
 }
 
-/// A moving rig has no cached background: what it sees must fit the pose of each image.
+/// A moving rig has no cached background: images must match the pose of each image.
 #[test]
 fn a_moving_rig_sees_the_far_wall_come_nearer() {
     let mut scenario = quick().without_objects();
@@ -147,7 +147,7 @@ fn stamps_deviate_as_asked_for_and_stay_in_order_and_readings_are_the_same() {
     assert!((variance.sqrt() - 0.003).abs() < 0.0007, "deviation {}", variance.sqrt());
     let stamps: Vec<Stamp> = wrong.samples().unwrap().map(|sample| sample.stamp()).collect();
     assert!(stamps.is_sorted());
-    // More jitter than keeps the order is refused.
+    // Jitter that could change the order is rejected.
     assert!(quick().with_stamp_errors(0.0, 0.01).samples().is_err());
 }
 

@@ -1,13 +1,13 @@
-//! What stands in the rooms of Table 2.
+//! The furniture of the rooms of Table 2.
 
 use std::f64::consts::FRAC_PI_2;
 
 use crate::{Body, Material, Shape};
 
-/// A place on the floor: `[x_m, y_m]`.
+/// A position on the floor: `[x_m, y_m]`.
 pub(crate) type Place = [f64; 2];
 
-/// A cuboid that stands at a height over a place, turned about z.
+/// A cuboid at a height over a position, rotated about z.
 pub(crate) fn block(
     name: &str,
     [x_m, y_m]: Place,

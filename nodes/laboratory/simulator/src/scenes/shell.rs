@@ -1,4 +1,4 @@
-//! Walls, floor, ceiling, doorways and corridors: what furniture stands in.
+//! Walls, floor, ceiling, doorways and corridors.
 
 use crate::{Body, Lighting, Material, Paint, Texture};
 
@@ -10,13 +10,13 @@ const DOOR_HEIGHT_M: f64 = 2.1;
 /// runs a corridor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shell {
-    /// Its extent along x, y and z.
+    /// The extent along x, y and z.
     pub(crate) depth_m: f64,
     pub(crate) width_m: f64,
     pub(crate) height_m: f64,
-    /// The doorways reach from here to there along x.
+    /// The start and end of the doorways along x.
     pub(crate) door_m: (f64, f64),
-    /// The corridors behind the doorways are this wide.
+    /// The width of the corridors behind the doorways.
     pub(crate) corridor_m: f64,
     /// A hole in the far wall, with nothing behind it.
     pub(crate) opening: Option<Opening>,

@@ -1,5 +1,5 @@
-//! Table 2 of Rec-HV, row by row. Sizes and places are this module's: the table gives the kind of scene and its
-//! depth only.
+//! Table 2 of Rec-HV, row by row. Sizes and positions are chosen here: the table gives only the kind of scene and its
+//! depth.
 
 use super::SceneName;
 use super::furniture::{block, curtain, plant, post, rack, sheet, sofa, table};
@@ -40,7 +40,7 @@ pub(super) fn shell(name: SceneName) -> Shell {
     }
 }
 
-/// What stands in it.
+/// Its furniture.
 pub(super) fn furniture(name: SceneName) -> Vec<Body> {
     match name {
         SceneName::A => Vec::new(),
@@ -56,7 +56,7 @@ pub(super) fn furniture(name: SceneName) -> Vec<Body> {
 
 fn reflecting_much() -> Vec<Body> {
     let mut bodies = vec![
-        // Turned so far that its front mirrors a part of the light away.
+        // At an angle at which its front reflects a part of the light away.
         block("steel cabinet", [4.1, -1.55], 0.05, (0.0, 1.8), [0.5, 0.9], Material::VARNISH),
         block("fridge", [4.1, 1.7], 0.3, (0.0, 1.7), [0.6, 0.6], Material::VARNISH),
         block(
@@ -143,7 +143,7 @@ fn behind_glass() -> Vec<Body> {
         block("television", [6.4, 0.9], 0.0, (0.8, 1.6), [0.06, 1.4], Material::BLACK_GLASS),
         block("cupboard", [6.25, 0.9], 0.0, (0.0, 0.7), [0.4, 1.6], Material::WOOD),
         sheet("glass screen", [4.4, -0.2], 0.0, (0.0, 1.9), 1.0, glass),
-        // Seen at a grazing angle from the rig: it mirrors.
+        // At a grazing angle from the rig: it reflects the light away.
         sheet("glass door", [4.9, 1.65], 1.75, (0.0, 2.1), 0.9, glass),
         block("chest behind the screen", [5.3, -0.3], 0.3, (0.0, 1.4), [0.4, 0.5], Material::WOOD),
         post("frame", [4.4, -0.7], 0.02, (0.0, 1.9), Material::POLISHED_METAL),

@@ -77,13 +77,13 @@ fn each_room_is_what_table_2_says() {
         );
     }
     let [a, b, c, d, e, f, g, h] = &looks;
-    // A: nothing but what fails by chance (1 %), and nearly all pixels; 4 m to the wall.
+    // A: only random failures (1 %), and nearly all pixels; 4 m to the wall.
     assert!(a.gaps_per_turn < 2.5 && a.measured_pixels > 0.9);
     let straight_ahead_m = a.ranges_m[40..50].iter().copied().fold(0.0, f32::max);
     assert!((3.9..4.2).contains(&straight_ahead_m), "{straight_ahead_m}");
     // B: Rec-HV 4.1 finds about 8 gaps in a turn.
     assert!((4.0..16.0).contains(&b.gaps_per_turn), "{}", b.gaps_per_turn);
-    // C and H: both sensors miss much; H, the darker one, more than C.
+    // C and H: both sensors have many missing returns; H, the darker one, more than C.
     assert!(c.gaps_per_turn > 8.0 && c.measured_pixels < 0.75);
     assert!(h.gaps_per_turn > 8.0 && h.measured_pixels < c.measured_pixels);
     // D: the scanner does not see the opening, the camera does.
@@ -95,7 +95,7 @@ fn each_room_is_what_table_2_says() {
     assert!(depth_steps(f) >= 10 && depth_steps(f) > depth_steps(a), "{}", depth_steps(f));
     // G: television, window and grazed glass.
     assert!(g.gaps_per_turn > 10.0);
-    // G shows through its glass screen what stands behind it.
+    // In G the objects behind the glass screen are visible.
     assert!(g.ranges_m.iter().any(|range_m| (4.4..4.9).contains(range_m)));
 }
 
@@ -111,8 +111,8 @@ fn all_rooms_differ_and_carry_nothing_that_moves() {
     }
 }
 
-/// The way across is free: no ray from the middle of what crosses, to where it is a moment later and around
-/// it, meets a wall or furniture within its reach.
+/// The path across is free: no ray from the middle of an object, to its next position and around it, hits a wall or
+/// furniture within its reach.
 #[test]
 fn nothing_stands_in_the_way_of_what_crosses() {
     use crate::Ray;

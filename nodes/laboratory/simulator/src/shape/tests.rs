@@ -4,8 +4,8 @@ use proptest::prelude::*;
 use super::Shape;
 use crate::Ray;
 
-/// The signed distance of a point to the shape's surface, negative inside: written down a second time,
-/// in another way, to hold the intersections against it.
+/// The signed distance of a point to the shape's surface, negative inside: an independent formula to check the
+/// intersections.
 fn signed_distance_m(shape: &Shape, point: &Point3<f64>) -> f64 {
     let half = shape.half_extent_m();
     let outside = |excess: &[f64]| {
@@ -114,7 +114,7 @@ fn known_distances() {
     assert_eq!(parameter(Shape::Box { size_m: [2.0, 1.0, 1.0] }, &along_x), Some(2e9));
     assert_eq!(parameter(Shape::Cylinder { radius_m: 0.5, height_m: 1.0 }, &along_x), Some(2.5e9));
     assert_eq!(parameter(Shape::Sphere { radius_m: 0.25 }, &along_x), Some(2.75e9));
-    // A ray within the plane of a rectangle sees only its edge, which has no thickness.
+    // A ray in the plane of a rectangle could only hit its edge, which has no thickness.
     assert_eq!(parameter(Shape::Rectangle { size_m: [1.0, 1.0] }, &along_x), None);
     let down = Ray { origin: Point3::new(0.1, 0.1, 3.0), direction: -Vector3::z() * 2.0 };
     assert_eq!(parameter(Shape::Rectangle { size_m: [1.0, 1.0] }, &down), Some(1.5e9));

@@ -1,4 +1,4 @@
-//! A flat: a corridor with three rooms on each side, and the way through all of them.
+//! A flat: a corridor with three rooms on each side, and a path through all of them.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use crate::odometry::ways::carried;
 use crate::scenes::{block, boarded, plant, post, rack, sofa, table, with_pictures};
 use crate::{Body, Lamp, Lighting, Material, Paint, Path, Scene};
 
-/// Along the corridor, and across it, from wall to wall.
+/// The length and width of the corridor, from wall to wall.
 const ROOM_M: f64 = 4.5;
 const ROOMS_A_SIDE: u8 = 3;
 const ROOM_DEPTH_M: f64 = 4.2;
@@ -18,10 +18,10 @@ const HEIGHT_M: f64 = 2.6;
 const DOOR_M: f64 = 1.0;
 const DOOR_HEIGHT_M: f64 = 2.1;
 const LENGTH_M: f64 = ROOM_M * ROOMS_A_SIDE as f64;
-/// From the corridor's axis to the far wall of a room.
+/// The distance from the corridor's axis to the far wall of a room.
 const FAR_M: f64 = HALF_CORRIDOR_M + WALL_M + ROOM_DEPTH_M;
 
-/// A room: where its middle is along the corridor, and on which side.
+/// A room: the position of its middle along the corridor, and its side.
 #[derive(Clone, Copy, Debug)]
 struct Room {
     index: u8,
@@ -29,7 +29,7 @@ struct Room {
     side: f64,
 }
 
-/// In the order of the way.
+/// In the order of the path.
 fn rooms() -> impl Iterator<Item = Room> {
     (0..2 * ROOMS_A_SIDE).map(|index| Room {
         index,
@@ -38,7 +38,7 @@ fn rooms() -> impl Iterator<Item = Room> {
     })
 }
 
-/// The flat. The seed says which furniture stands where in each room.
+/// The flat. The seed decides the furniture of each room.
 pub(super) fn flat(seed: u64) -> Scene {
     let white = Material::PLASTER;
     let slab =
@@ -58,7 +58,7 @@ pub(super) fn flat(seed: u64) -> Scene {
     for room in rooms() {
         bodies.extend(walls(room));
         bodies.extend(furniture(room, seed));
-        // Light goes through walls here: each lamp is weak.
+        // Walls do not block light here, so each lamp is weak.
         let position_m = [room.x_m + 0.4, room.side * (FAR_M - 1.8), HEIGHT_M - 0.3];
         lamps.push(Lamp { position_m, brightness: 1.1 });
     }
@@ -93,13 +93,13 @@ fn walls(Room { index, x_m, side }: Room) -> Vec<Body> {
     ]
 }
 
-/// What stands along the walls of a room; its middle and the way to the door are free.
+/// The furniture along the walls of a room; its middle and the path to the door are free.
 fn furniture(room: Room, seed: u64) -> Vec<Body> {
     const KINDS: usize = 6;
     let noise = FrameNoise::new(seed, Stream::Way, u64::from(room.index));
     let any = |draw: usize, most: f64| most * (2.0 * f64::from(noise.draw(draw).uniform()) - 1.0);
     let first = (f64::from(noise.draw(0).uniform()) * KINDS as f64) as usize;
-    // Places beside the two side walls and at the far one, as seen from the door.
+    // Positions along the two side walls and the far wall, as seen from the door.
     let far_m = FAR_M - 0.35;
     let places = [[-1.85, far_m - 0.9], [1.85, far_m - 1.4], [-0.9, far_m], [0.9, far_m]];
     let mut bodies = Vec::new();
@@ -144,7 +144,7 @@ fn piece(kind: usize, place: [f64; 2]) -> Vec<Body> {
 /// From one end of the corridor through each room and along the corridor back to the start, looking ahead.
 pub(super) fn through_all_rooms(seed: u64) -> Path {
     const HEIGHT_M: f64 = 1.35;
-    /// A place a second: what a person with a camera in the hand goes in a flat.
+    /// One pose per second: the speed of a person with a hand-held camera in a flat.
     const STEP_S: f64 = 1.0;
     const STEP_M: f64 = 0.6;
     let mut corners = vec![[0.8, 0.0]];
@@ -162,7 +162,7 @@ pub(super) fn through_all_rooms(seed: u64) -> Path {
         ]);
     }
     corners.extend([[LENGTH_M - 0.9, 0.0], [0.8, 0.0]]);
-    // The end of the corridor is turned at twice, so that the way ends as it began.
+    // It turns twice at the end of the corridor, so that it ends with its first heading.
     let mut near: Vec<[f64; 6]> = Vec::new();
     let mut yaw_rad = 0.0;
     for pair in corners.windows(2) {
@@ -188,7 +188,7 @@ pub(super) fn through_all_rooms(seed: u64) -> Path {
     carried(STEP_S, near, 1.0, seed).path()
 }
 
-/// Turns as fast as one who carries a camera and wants pictures without blur.
+/// Turns slowly enough for images without blur.
 fn turn_on_the_spot(
     near: &mut Vec<[f64; 6]>,
     place: [f64; 2],

@@ -1,10 +1,10 @@
-//! Panels with pictures, set up in a zig-zag.
+//! Textured panels in a zig-zag.
 
 use crate::odometry::rooms::scene;
 use crate::scenes::{boarded, sheet, with_pictures};
 use crate::{Body, Lamp, Lighting, Material, Scene};
 
-/// Eight panels, 1.3 m before the camera's way, turned to one side and to the other in turn; a floor of boards.
+/// Eight panels, 1.3 m from the camera's path, facing alternately to one side and to the other; a floor of boards.
 pub(super) fn zig_zag() -> Scene {
     const WIDTH_M: f64 = 1.0;
     const TURN_RAD: f64 = 0.7;

@@ -1,13 +1,13 @@
-//! Who is in the picture.
+//! The people in view.
 
 use crate::{
     Body, Figure, Handheld, Material, MovingObject, PERSON_ID, Path, SECOND_PERSON_ID, Shape,
     Walker,
 };
 
-/// Hands are objects of their own: their label is the person's and so much more.
+/// Hands are separate objects: their label is the person's plus this.
 const HANDS: u16 = 10;
-/// How fast people go who have all day.
+/// The speed of people walking slowly.
 const STROLL_M_PER_S: f64 = 1.0;
 
 /// A person at the desk who types and reaches for things.
@@ -15,7 +15,7 @@ pub(super) fn at_work(end_s: f64) -> Vec<MovingObject> {
     seated(PERSON_ID, [3.4, 0.1], std::f64::consts::PI, end_s)
 }
 
-/// Two persons at the desk who talk with their hands.
+/// Two persons at the desk who gesture while talking.
 pub(super) fn sitting(end_s: f64) -> Vec<MovingObject> {
     let mut people = seated(PERSON_ID, [3.35, 0.35], std::f64::consts::PI, end_s);
     people.extend(seated(SECOND_PERSON_ID, [2.5, -1.25], 1.4, end_s));
@@ -55,7 +55,7 @@ fn laps(corners_m: &[[f64; 2]], start_s: f64, end_s: f64) -> Path {
     Path { waypoints }
 }
 
-/// Someone who sits at a place and faces a direction: a trunk that leans and turns a little, and two hands that do not rest.
+/// A person sitting at a position and facing a direction: a trunk that leans and turns a little, and two moving hands.
 fn seated(id: u16, [x_m, y_m]: [f64; 2], yaw_rad: f64, end_s: f64) -> Vec<MovingObject> {
     let (cloth, skin) = (Material::CLOTH, Material::SKIN);
     let ball = |name: &str, radius_m: f64, pose: [f64; 6], material| Body {
@@ -85,7 +85,7 @@ fn seated(id: u16, [x_m, y_m]: [f64; 2], yaw_rad: f64, end_s: f64) -> Vec<Moving
         ball("hand", 0.05, [0.4, -0.2, 0.98, 0.0, 0.0, 0.0], skin),
     ];
     let sway = |step_s: f64, reach: [f64; 6]| {
-        // Of no common measure, so that it does not come back.
+        // Incommensurable periods, so that the motion does not repeat.
         const PHASES: [f64; 6] = [2.4, 1.7, 2.9, 2.1, 1.3, 2.6];
         let steps = (end_s / step_s).ceil() as u32;
         let near = (0..=steps)

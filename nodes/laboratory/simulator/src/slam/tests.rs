@@ -67,7 +67,7 @@ fn ways_are_as_fast_as_a_hand_and_long_ones_end_where_they_began() {
     assert!(flat.distance_at(flat.end_s()) > 60.0);
 }
 
-/// Images of a run, small, so many: each colour image, and the share of its depth pixels that show what moves.
+/// This many small images of a run: each colour image, and the share of its depth pixels on moving objects.
 fn look(run: SlamRun, images: u32) -> Vec<(Vec<u8>, f64)> {
     let mut scenario = Scenario::slam(run, 1).with_depth_size(80, 60);
     let depth = &mut scenario.rig.depth_camera;

@@ -1,17 +1,17 @@
-//! How the camera is carried.
+//! The paths of the camera.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::odometry::ways::{beside, carried, rounds_of_the_room};
 use crate::{Path, Waypoint};
 
-/// The middle of the desk, on its top, and a place before it from which it fills the picture.
+/// The middle of the desk, on its top, and a position from which it fills the image.
 const DESK_M: [f64; 3] = [2.6, 0.0, 0.8];
 const BEFORE_THE_DESK: [f64; 6] = [1.1, 0.0, 1.3, 0.0, 0.3, 0.0];
-/// Without light, in the scenario that has some such time.
+/// The time without light, in the scenario with such a time.
 pub(super) const DARK_S: [f64; 2] = [22.0, 52.0];
 
-/// To and fro along x, y and z, twice, hardly turning.
+/// Back and forth along x, y and z, twice, hardly turning.
 pub(super) fn along_the_axes(step_s: f64, reach_m: f64, seed: u64) -> Path {
     const TURN_RAD: f64 = 0.06;
     let mut offsets = [[0.0; 6]; 19];
@@ -26,7 +26,7 @@ pub(super) fn along_the_axes(step_s: f64, reach_m: f64, seed: u64) -> Path {
     carried(step_s, beside(BEFORE_THE_DESK, offsets), 1.0, seed).path()
 }
 
-/// A pose at a place, looking at the desk.
+/// A pose at a position, looking at the desk.
 fn looking_at_the_desk([x_m, y_m, z_m]: [f64; 3]) -> [f64; 6] {
     let [dx_m, dy_m, dz_m] = [DESK_M[0] - x_m, DESK_M[1] - y_m, DESK_M[2] - z_m];
     [x_m, y_m, z_m, dy_m.atan2(dx_m), (-dz_m).atan2(dx_m.hypot(dy_m)), 0.0]
@@ -67,9 +67,9 @@ pub(super) fn on_half_a_sphere(seed: u64) -> Path {
     carried(1.2, near, 1.0, seed).path()
 }
 
-/// All round the desk, looking at it.
+/// Once round the desk, looking at it.
 pub(super) fn all_round_a_desk(seed: u64) -> Path {
-    /// Poses of the round.
+    /// The number of poses of the round.
     const POSES: u32 = 20;
     const RADIUS_M: f64 = 1.6;
     let pose = |index: u32| {
@@ -84,7 +84,7 @@ pub(super) fn all_round_a_desk(seed: u64) -> Path {
     carried(1.4, (0..=POSES).map(pose).collect(), 1.0, seed).path()
 }
 
-/// Along a plane in a metre and a half, out, over and back to the start.
+/// Along a plane at a distance of 1.5 m, out, across and back to the start.
 pub(super) fn along_a_plane(seed: u64) -> Path {
     let offsets = [
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -105,7 +105,7 @@ pub(super) fn along_a_plane(seed: u64) -> Path {
     carried(1.4, beside([1.1, 0.0, 1.5, 0.0, 0.0, 0.0], offsets), 1.0, seed).path()
 }
 
-/// Along the panels in about a metre, and half of the way back.
+/// Along the panels at a distance of about a metre, and half of the path back.
 pub(super) fn along_panels(seed: u64) -> Path {
     let near = (0..16)
         .map(|step: u32| {
@@ -125,9 +125,9 @@ pub(super) fn round_and_round(seed: u64) -> Path {
     rounds_of_the_room(3, ROUND_STEP_S, seed).path()
 }
 
-/// A round; then elsewhere on it, for some seconds; then at its start again.
+/// A round; then at another place of it for some seconds; then at its start again.
 pub(super) fn carried_off(seed: u64) -> Path {
-    /// From the last image there to the first one here.
+    /// The time from the last image there to the first one here.
     const CARRIED_S: f64 = 0.01;
     let mut path = rounds_of_the_room(1, ROUND_STEP_S, seed).path();
     let there = carried(

@@ -1,4 +1,4 @@
-//! What is seen in visible light, and the camera that sees it.
+//! Paint, lighting and the colour camera.
 
 use super::ranging::check_intrinsics;
 use super::{Checked, MAX_LENGTH_M, check_pose, not_negative, number, positive, ratio};
@@ -6,7 +6,7 @@ use crate::{ColourCamera, DepthCamera, Lighting, Paint, Texture};
 
 /// The finest pattern: a tenth of a millimetre.
 const MIN_PATTERN_M: f64 = 1e-4;
-/// The most rays through a pixel along an edge, and the most moments of an exposure.
+/// The most rays per pixel along an axis, and the most sub-exposures.
 const MAX_SUPERSAMPLING: f64 = 8.0;
 const MAX_SUB_EXPOSURES: f64 = 256.0;
 

@@ -1,4 +1,4 @@
-//! Sensors that feel the platform move.
+//! The IMU and the wheel odometry.
 
 use super::{Checked, check_pose, not_negative, number, rate};
 use crate::{Imu, Wheels};

@@ -7,11 +7,11 @@ use super::{
 };
 use crate::{DepthCamera, Lidar, StampError, Velodyne};
 
-/// The largest image that is drawn: 16 times the one of a Kinect v1 and more.
+/// The largest image: more than 16 times that of a Kinect v1.
 pub(super) const MAX_PIXELS: usize = 1 << 23;
-/// The largest scan: ten beams to a degree and more.
+/// The largest scan: more than ten beams per degree.
 pub(super) const MAX_BEAMS: usize = 1 << 14;
-/// The most that a clock is wrong: more is another day's recording.
+/// The largest clock error.
 const MAX_SKEW_S: f64 = 3600.0;
 
 pub(super) fn check_lidar(lidar: &Lidar) -> Checked {
@@ -68,7 +68,7 @@ pub(super) fn check_velodyne(velodyne: &Velodyne) -> Checked {
     number(
         "velodyne.turn_rate_hz",
         velodyne.turn_rate_hz,
-        // What the motors of these models reach.
+        // The range of the motors of these models.
         |v| (1.0..=20.0).contains(&v),
         "1 to 20",
     )?;

@@ -1,4 +1,4 @@
-//! How the lasers of each model are arranged.
+//! The arrangement of the lasers of each model.
 
 use serde::{Deserialize, Serialize};
 

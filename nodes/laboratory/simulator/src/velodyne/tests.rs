@@ -113,7 +113,7 @@ fn ranges_and_intensities_have_the_stated_noise() {
     }
     assert!(((squares / compared).sqrt() / 0.02 - 1.0_f64).abs() < 0.05);
     assert!((lost / (compared + lost) - 0.01_f64).abs() < 0.004);
-    // Straight ahead a surface that scatters 60 % reads 60.
+    // Straight ahead a surface of 60 % reflectivity has the intensity 60.
     let ahead = exact.points.iter().find(|p| p.ring == 23 && p.position_m[1].abs() < 0.05).unwrap();
     assert!((ahead.intensity - 60.0).abs() <= 1.0, "{ahead:?}");
 }
@@ -144,7 +144,7 @@ fn a_platform_that_moves_distorts_the_cloud_and_labels_follow_what_moves() {
             assert_eq!(*label, 0);
             continue;
         }
-        // Where it was measured from, 10 m/s ahead.
+        // The position of the scanner at the shot, at 10 m/s ahead.
         let x_m = f64::from(point.position_m[0]) + 10.0 * f64::from(point.time_s);
         let y_m = f64::from(point.position_m[1]);
         if *label == 7 {
