@@ -1,4 +1,4 @@
-//! What a cycle costs where the three nodes share a process and nobody outside listens: allocations, their bytes, and time.
+//! The cost of a cycle when the three nodes share a process without other subscribers: allocations, their bytes, and time.
 //! `cargo bench -p laboratory --bench composed`, or `cargo test --bench composed` for the allocations alone.
 #![allow(
     missing_docs,
@@ -20,7 +20,7 @@ use reconstruction::shell::{ReconstructionParameters, Stage as Reconstruction};
 use segmentation::shell::{SegmentationParameters, Stage as Segmentation};
 use simulator::{Sample, Scenario};
 
-/// Counts what is asked of the system's allocator.
+/// The system's allocator with counters.
 struct Counting;
 
 static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
@@ -43,12 +43,12 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Cycles that are not counted: tables grow.
+/// Warm-up cycles, in which tables grow.
 const FIRST_CYCLES: usize = 20;
-/// How much of the demo is played.
+/// The length of the demo that is played.
 const PLAYED_S: f64 = 16.0;
 
-/// What the cycles cost.
+/// The cost of the cycles.
 #[derive(Default)]
 struct Cost {
     cycles: usize,
@@ -121,7 +121,7 @@ fn cost_of(host: &Host, method: &str, samples: &[Sample]) -> Cost {
     cost
 }
 
-/// What comes without a cycle takes a few hundred bytes.
+/// Messages without a cycle take a few hundred bytes.
 const LEAST_BYTES_OF_A_CYCLE: u64 = 50_000;
 
 fn tell(name: &str, mut cost: Cost) {

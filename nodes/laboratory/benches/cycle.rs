@@ -1,5 +1,5 @@
-//! One whole cycle with 307,200 points, every pixel of a Kinect v1: from the message's bytes to the map, by both methods, and
-//! into maps of the depth images.
+//! One whole cycle with 307,200 points, every pixel of a Kinect v1: from the message's bytes to the map, with both methods,
+//! and with maps of the depth images.
 //! The thesis publishes 148 ms a cycle (Rec-HV experiment 8).
 #![allow(
     missing_docs,
@@ -23,7 +23,7 @@ use reconstruction::{Map, ReconstructionConfig};
 use segmentation::{SegmentationConfig, Segmenter};
 use simulator::{Sample, Scenario};
 
-/// A moment of the demo at which the person is in view.
+/// A time of the demo with the person in view.
 struct Moment {
     scans: Vec<Scan>,
     image: DepthImage,
@@ -100,7 +100,7 @@ impl Pipeline {
     }
 
     fn cycle(&mut self, view: View<'_>) -> usize {
-        // Time goes on: a scan from before the last one would begin everything anew.
+        // Time must advance: a scan older than the last one would restart the nodes.
         let stamp = self.scans[0].stamp.plus_seconds(self.cycles as f64 * CYCLE_S);
         let scan = Scan { stamp, ..self.scans[self.cycles % self.scans.len()].clone() };
         self.cycles += 1;

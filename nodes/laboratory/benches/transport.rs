@@ -1,5 +1,5 @@
-//! What a cloud costs before it is sent and after it has come: its encoding, its decoding, and the way to
-//! geometry. `stillmap bench transport` has these inside its figures, together with the network's share.
+//! The cost of a cloud before it is sent and after it is received: encoding, decoding, and conversion to geometry.
+//! `stillmap bench transport` includes these in its figures, together with the network's share.
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -13,7 +13,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use msgs::sensor_msgs::{PointCloud2, PointField};
 use msgs::{cdr, convert};
 
-/// Bytes of a point with x, y, z and a colour, as drivers of depth cameras pad it.
+/// Bytes of a point with x, y, z and a colour, with the padding of depth camera drivers.
 const POINT_STEP: u32 = 16;
 /// Points of the clouds: of a reduced one, of every pixel of a Kinect v1, and of twice as many.
 const POINTS: [u32; 3] = [6_250, 307_200, 614_400];

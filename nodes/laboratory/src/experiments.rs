@@ -1,9 +1,8 @@
-//! `stillmap experiments`: the eleven experiments of Rec-HV run again, by the method as published and by free_space,
-//! each published table beside ours.
+//! `stillmap experiments`: the eleven experiments of Rec-HV run again, with the method as published and with free_space,
+//! each compared with its published table.
 //!
-//! The experiments say which scenarios they need (`plan`), each scenario runs once through all three nodes by both
-//! methods ([`runs`]), and the experiments make their tables, charts and pictures of the figures that are kept
-//! (`present`).
+//! The experiments list the scenarios that they need (`plan`), each scenario runs once through all three nodes with both
+//! methods ([`runs`]), and the experiments make tables, charts and images from the recorded figures (`present`).
 
 mod acceptance;
 mod charts;
@@ -57,27 +56,27 @@ It writes experiments.html (one page that needs nothing else), experiments.json 
 each cycle), and prints the tables.
 Times depend on the machine; all other figures are the same for the same arguments.")]
 pub struct ExperimentsArgs {
-    /// Only these: experiments 1 to 11, or the targets of the suite (`acceptance`)
+    /// Run only these: experiments 1 to 11, or the targets of the suite (`acceptance`)
     #[arg(long, num_args = 1.., value_name = "EXPERIMENT", value_parser = PossibleValuesParser::new(KEYS))]
     only: Vec<String>,
-    /// Runs of each experiment that has several; the full tables have 10
+    /// Runs per experiment, for those with several; the full tables have 10
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: u64,
-    /// The least of the seeds; the others follow it
+    /// The first seed; the others are consecutive
     #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=1_000_000))]
     first_seed: u64,
     #[command(flatten)]
     filter: FilterArgs,
-    /// One seed, few cycles, small images: shows in a minute or two that everything works
+    /// One seed, few cycles, small images: checks in a minute or two that everything works
     #[arg(long, conflicts_with = "seeds")]
     quick: bool,
-    /// Where the page and the figures go
+    /// The folder for the page and the figures
     #[arg(short, long, value_name = "DIR", default_value = "stillmap-experiments")]
     out: PathBuf,
-    /// Replace what is there of other experiments
+    /// Replace existing results of experiments in that folder
     #[arg(long)]
     overwrite: bool,
-    /// Print the figures as JSON in place of the tables
+    /// Print the figures as JSON instead of the tables
     #[arg(long)]
     json: bool,
 }
@@ -87,12 +86,12 @@ const KEYS: [&str; 12] = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11
 
 /// An experiment.
 struct Experiment {
-    /// The scenarios that both methods must have run through.
+    /// The scenarios that both methods have to run.
     plan: fn(&Settings) -> Vec<Run>,
     present: fn(&Settings, &Runs) -> Result<Section, Failure>,
 }
 
-/// An experiment that looks at scans alone, or runs what it needs itself.
+/// An experiment that uses scans alone, or runs its scenarios itself.
 const NOTHING: fn(&Settings) -> Vec<Run> = |_| Vec::new();
 
 /// The experiments, in the order of [`KEYS`].
@@ -130,7 +129,7 @@ pub(crate) fn run(args: &ExperimentsArgs, interrupt: &Interrupt) -> Result<Outco
     let mut sections = Vec::new();
     for experiment in &chosen {
         let plan = (experiment.plan)(&settings);
-        // What is run already is still shown.
+        // The finished experiments are still shown.
         if interrupt.has_come() && (plan.is_empty() || !runs.has_all(&plan)) {
             continue;
         }
@@ -161,7 +160,7 @@ pub(crate) fn run(args: &ExperimentsArgs, interrupt: &Interrupt) -> Result<Outco
     Ok(Outcome::Complete)
 }
 
-/// All of them where none is named.
+/// All of them when none is named.
 fn chosen(only: &[String]) -> Vec<&'static Experiment> {
     let is_chosen = |key: &str| only.is_empty() || only.iter().any(|name| name == key);
     let pairs = KEYS.iter().zip(&EXPERIMENTS);

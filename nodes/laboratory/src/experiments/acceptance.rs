@@ -1,5 +1,5 @@
-//! What the suite must reach, beyond the experiments of the thesis: each figure with its target, by both methods,
-//! and whether free_space meets it.
+//! The targets of the suite, beyond the experiments of the thesis: each figure with its target, by both methods, and
+//! whether free_space meets it.
 
 mod cases;
 mod criteria;
@@ -84,7 +84,7 @@ fn words(settings: &Settings) -> Words {
     }
 }
 
-/// What a scene allows.
+/// The ceilings of a scene.
 struct Ceiling {
     scene: SceneName,
     figure: Figure,
@@ -94,7 +94,7 @@ struct Ceiling {
 fn ceilings(cases: &Cases, runs: &Runs) -> Vec<Ceiling> {
     let criterion = criteria::ceiling();
     let of_scene = |case: &Case| {
-        // Nothing was removed: the same by both methods.
+        // Nothing was removed, so both methods give the same.
         let figure = criterion.figure(case, runs, Method::FreeSpace)?;
         let cells = [
             Cell::Absent,
@@ -110,7 +110,7 @@ fn ceilings(cases: &Cases, runs: &Runs) -> Vec<Ceiling> {
     cases.set(criterion.set).iter().filter_map(of_scene).collect()
 }
 
-/// A criterion over its cases, which are met, too, where they reach the least of their scene's `ceilings`.
+/// A criterion over its cases. A case also meets it by reaching the least of its scene's `ceilings`.
 fn summary_row(criterion: &Criterion, cases: &[Case], runs: &Runs, ceilings: &[Ceiling]) -> Row {
     let figures = |method| -> Vec<(&Case, Figure)> {
         let of_case = |case| Some((case, criterion.figure(case, runs, method)?));
@@ -151,7 +151,7 @@ fn summary_row(criterion: &Criterion, cases: &[Case], runs: &Runs, ceilings: &[C
     )
 }
 
-/// Every crossing, criterion by criterion.
+/// All crossings, for each criterion.
 fn case_table(cases: &[Case], runs: &Runs, method: Method) -> Table {
     let criteria: Vec<Criterion> = criteria::all()
         .into_iter()

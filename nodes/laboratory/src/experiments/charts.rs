@@ -1,4 +1,4 @@
-//! Charts as the experiments draw them.
+//! The charts of the experiments.
 
 use report::{Axis, Chart, Marks, Series};
 
@@ -17,7 +17,7 @@ pub(crate) fn series(name: impl Into<String>, class: &'static str, marks: Marks)
     Series { name: name.into(), class, marks }
 }
 
-/// What a chart shows, in words.
+/// The texts of a chart.
 pub(crate) struct Caption<'a> {
     pub(crate) id: &'a str,
     pub(crate) title: &'a str,
@@ -26,12 +26,12 @@ pub(crate) struct Caption<'a> {
     pub(crate) y: &'a str,
 }
 
-/// A chart whose axes hold all of its series, that of y also 0.
+/// A chart whose axes cover all of its series; the y axis also 0.
 pub(crate) fn chart(caption: Caption<'_>, series: Vec<Series>) -> Chart {
     chart_with(caption, series, Some(0.0))
 }
 
-/// A chart whose axes hold all of its series.
+/// A chart whose axes cover all of its series.
 pub(crate) fn chart_of_values(caption: Caption<'_>, series: Vec<Series>) -> Chart {
     chart_with(caption, series, None)
 }
@@ -53,7 +53,7 @@ fn xs(marks: &Marks) -> Vec<f64> {
     marks.points().map(|point| point.0).collect()
 }
 
-/// The median over several rows at each of their places, as points of a line. Rows may end early.
+/// The median over several rows at each index, as points of a line. Rows may end early.
 pub(crate) fn medians(rows: &[Vec<f64>]) -> Vec<(f64, f64)> {
     let longest = rows.iter().map(Vec::len).max().unwrap_or(0);
     (0..longest)

@@ -27,10 +27,10 @@ struct AtEdge {
 }
 
 pub(crate) fn present(settings: &Settings) -> Result<Section, Failure> {
-    // The first scan has no image before it.
+    // There is no image before the first scan.
     let scenario = for_scans(Scenario::empty(SceneName::B, 1), settings.sweep_cycles + 1);
     let recording = Recording::of(&settings.sized(scenario))?;
-    // One after the other, and nothing beside them: these are times.
+    // One after the other without other work, since times are measured.
     let unreduced = recording.cost(Method::RecHv, UNREDUCED_EDGE_M)?;
     let at_edge = |&edge_m: &f64| -> Result<AtEdge, Failure> {
         let [rec_hv, free_space] = METHODS.map(|method| recording.cost(method, edge_m));
@@ -84,7 +84,7 @@ fn table(unreduced: &Cost, edges: &[AtEdge]) -> Table {
     )];
     for (index, edge) in edges.iter().enumerate() {
         let is_last = index + 1 == edges.len();
-        // Told of the curve's far end.
+        // Stated in the thesis for the far end of the curve.
         let published = if is_last {
             Cell::published(Unit::Milliseconds, published::LEAST_MS)
         } else {

@@ -1,4 +1,4 @@
-//! Experiment 6: what one stage and what two stages take for moving (Rec-HV 3.1.6, 4.6).
+//! Experiment 6: the points classified as dynamic by one stage and by two stages (Rec-HV 3.1.6, 4.6).
 
 use report::{Chart, Marks};
 use simulator::{CrossingObject, PathName, SceneName};
@@ -24,7 +24,7 @@ pub(crate) fn plan(settings: &Settings) -> Vec<Run> {
 
 pub(crate) fn present(settings: &Settings, runs: &Runs) -> Result<Section, Failure> {
     let of = plan(settings);
-    // The largest of the cycles in view: what the thesis reads off its curves.
+    // The largest of the cycles in view, which the thesis reads off its curves.
     let row = |name: &str, published: Cell, unit: Unit, value: fn(&CycleFigures) -> f64| {
         let largest = |method| {
             let of_run = |run: &RunFigures| run.cycles_in_view().map(value).reduce(f64::max);

@@ -102,7 +102,7 @@ fn middle(run: &RunFigures, value: fn(&CycleFigures) -> Option<f64>) -> Option<f
     Figure::median(Unit::Count, run.cycles.iter().filter_map(value)).map(|figure| figure.median)
 }
 
-/// The points of a stage over those of the clouds, of the cycles with a zone.
+/// The ratio of a stage's points to those of the clouds, over the cycles with a zone.
 fn mean_with_zone(run: &RunFigures, part: fn(&CycleFigures) -> usize) -> Option<f64> {
     let with_zone = || {
         let cycles = run.cycles_from_entry(CYCLES_OF_A_TEST).iter();

@@ -18,11 +18,11 @@ use robot::Failure;
 
 const SCENE: SceneName = SceneName::B;
 
-/// Runs that belong together, and what the thesis says of such.
+/// A group of runs, with the figures of the thesis.
 struct Group {
     name: String,
     runs: Vec<Run>,
-    /// The crossings of Table 7 that these are to be compared with.
+    /// The crossings of Table 7 to compare with.
     published: Option<Direction>,
 }
 
@@ -51,7 +51,7 @@ pub(crate) fn plan(settings: &Settings) -> Vec<Run> {
     groups(settings).into_iter().flat_map(|group| group.runs).collect()
 }
 
-/// Which positions stand beside each other.
+/// The compared positions.
 const POSITIONS: [(&str, Method, PositionOf); 3] = [
     ("rec_hv, mean of points", Method::RecHv, MEAN_OF_POINTS),
     ("free_space, mean of points", Method::FreeSpace, MEAN_OF_POINTS),
@@ -112,7 +112,7 @@ fn words(settings: &Settings) -> Words {
     }
 }
 
-/// A row that each group has.
+/// A row of each group.
 struct Line {
     name: &'static str,
     published: Option<fn(&CentroidRun) -> f64>,
@@ -135,7 +135,7 @@ impl Line {
         along: Along,
         unit: Unit,
     ) -> Row {
-        // The thesis has the depth alone.
+        // The thesis has only the depth.
         let published = match (group.published, self.published) {
             (Some(direction), Some(of)) if along == Along::Depth => {
                 Cell::published(unit, of(&published.side(direction).mean))

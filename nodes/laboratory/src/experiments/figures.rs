@@ -1,4 +1,4 @@
-//! What is kept of a trial: a few numbers a cycle instead of its clouds and labels.
+//! The figures of a trial: a few numbers per cycle instead of its clouds and labels.
 
 mod of_trial;
 
@@ -12,18 +12,18 @@ use serde::Serialize;
 
 use geometry::Method;
 
-/// What one method made of one scenario.
+/// The results of one method on one scenario.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub(crate) struct RunFigures {
     pub(crate) scenario: String,
     pub(crate) seed: u64,
     pub(crate) method: Method,
     pub(crate) map: MapFigures,
-    /// Of each point, whether it was rightly taken for moving; none where nothing was labelled.
+    /// The classification of each point; `None` without labels.
     pub(crate) labels: Option<LabelFigures>,
-    /// Of all objects together.
+    /// All objects together.
     pub(crate) identity_switches: usize,
-    /// Inputs that were lost on the way.
+    /// Inputs that were dropped in transit.
     pub(crate) dropped: u64,
     /// The rest is too long for the JSON file.
     #[serde(skip)]
@@ -38,29 +38,29 @@ pub(crate) struct RunFigures {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub(crate) struct MapFigures {
     pub(crate) points: usize,
-    /// Of the map that the same clouds give when nothing is removed.
+    /// The map of the same clouds without removal.
     pub(crate) points_without_removal: usize,
-    /// With the true surface of the empty scene.
+    /// The correlation with the true surface of the empty scene.
     pub(crate) correlation: Option<Correlation>,
-    /// With the map that the same method measures of the empty scene, as far as the run has one to compare with.
+    /// The correlation with the map that the same method measures of the empty scene, if the run has one to compare with.
     pub(crate) correlation_with_measured: Option<Correlation>,
-    /// Of that map, the points that have none of this one within an edge of the voxels of the question what moves, as a share.
+    /// The share of that map's points that have no point of this map within one edge of the reduction's voxels.
     pub(crate) lost_of_measured: Option<f64>,
-    /// The correlation of what the method measures where nothing moves: then of two measurements of one thing, and so the
-    /// most that any map can be expected to reach.
+    /// The same for the map that the method measures of a scene without moving objects: these are two measurements of one
+    /// scene, and so the most that any map can be expected to reach.
     pub(crate) undisturbed_correlation_with_measured: Option<Correlation>,
-    /// From the true surface, as `stillmap run` has it.
+    /// The distance from the true surface, as in `stillmap run`.
     pub(crate) surface: Option<CloudDistance>,
 }
 
-/// The dynamic label of the points, and what it left in the map.
+/// The classification of the points as dynamic, and the dynamic points left in the map.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub(crate) struct LabelFigures {
     pub(crate) recall: Option<f64>,
     /// Without the borders of one voxel.
     pub(crate) precision: Option<f64>,
     pub(crate) precision_with_borders: Option<f64>,
-    /// Static points that were removed, of all that were seen.
+    /// The share of all static points that was removed.
     pub(crate) static_points_removed: Option<f64>,
     /// Voxels of the final map that only objects ever touched.
     pub(crate) ghost_voxels: usize,
@@ -72,17 +72,17 @@ pub(crate) struct CycleFigures {
     /// Since the start of the scenario.
     pub(crate) time_s: f64,
     pub(crate) zones: Vec<ZoneFigures>,
-    /// Points as they came, reduced, in a zone (PCL_ZD), taken for moving (PCL_Din).
+    /// Points of the input, reduced, in a zone (PCL_ZD), classified as dynamic (PCL_Din).
     pub(crate) points_in: usize,
     pub(crate) reduced: usize,
     pub(crate) in_zone: usize,
     pub(crate) dynamic: usize,
     pub(crate) map_points: usize,
-    /// How long its steps took together.
+    /// The total time of its steps.
     pub(crate) duration_ms: f64,
-    /// The map so far against the empty scene.
+    /// The correlation of the map so far with the empty scene.
     pub(crate) correlation: Option<Correlation>,
-    /// Where the rig was.
+    /// The position of the rig.
     pub(crate) rig_m: Point3<f64>,
 }
 
@@ -97,35 +97,35 @@ pub(crate) struct ZoneFigures {
 /// An object of the scene.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct ObjectFigures {
-    /// Each cycle whose image shows a part of it.
+    /// The cycles whose image shows a part of it.
     pub(crate) sightings: Vec<Sighting>,
 }
 
 /// An object in a cycle whose image shows a part of it. Positions in the map.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Sighting {
-    /// Which of the run's cycles.
+    /// The index of the cycle.
     pub(crate) cycle: usize,
     pub(crate) time_s: f64,
-    /// Whether enough of it is in the image to count: the rule of [`report::DynamicScoreRules`].
+    /// Whether enough of it is in the image, by the rule of [`report::DynamicScoreRules`].
     pub(crate) in_camera: bool,
-    /// Whether, besides, a beam of the scanner's aperture met it.
+    /// Whether also a beam of the scanner's aperture hit it.
     pub(crate) in_both: bool,
     pub(crate) found: bool,
     pub(crate) removed: bool,
-    /// Its points, and how many of them were removed.
+    /// The number of its points, and of those that were removed.
     pub(crate) points: u64,
     pub(crate) points_removed: u64,
     pub(crate) azimuth_deg: f64,
-    /// The mean of its surface that the image shows.
+    /// The mean of its visible surface.
     pub(crate) true_m: Point3<f64>,
-    /// The mean of all points that were taken for moving: what Rec-HV takes for the object's position.
+    /// The mean of all points classified as dynamic: the object's position by Rec-HV.
     pub(crate) mean_of_points_m: Option<Point3<f64>>,
     /// The position of the nearest track.
     pub(crate) track_m: Option<Point3<f64>>,
 }
 
-/// The clouds of a run, for pictures; in the map.
+/// The clouds of a run in the map frame, for images.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Clouds {
     pub(crate) edge_m: f64,
@@ -135,11 +135,11 @@ pub(crate) struct Clouds {
     pub(crate) path: Vec<Point3<f32>>,
 }
 
-/// For each scan, how many beams met each object.
+/// For each scan, the number of beams on each object.
 pub(crate) type BeamsOnObjects = BTreeMap<Stamp, BTreeMap<u16, usize>>;
 
 impl RunFigures {
-    /// The first object, of scenarios that have one.
+    /// The first object, if the scenario has one.
     pub(crate) fn object(&self) -> Option<&ObjectFigures> {
         self.objects.first()
     }
@@ -152,7 +152,7 @@ impl RunFigures {
         })
     }
 
-    /// So many cycles from the first one in which an object is in view: what the thesis takes for a run.
+    /// This many cycles from the first one with an object in view: a run in the thesis.
     pub(crate) fn cycles_from_entry(&self, count: usize) -> &[CycleFigures] {
         let in_view = |object: &ObjectFigures| {
             object.sightings.iter().find(|sighting| sighting.in_camera).map(|s| s.cycle)
@@ -164,7 +164,7 @@ impl RunFigures {
 }
 
 impl ObjectFigures {
-    /// Of the cycles in which both sensors have it, the share in which it was found; none without such a cycle.
+    /// The share of the cycles with it in both sensors in which it was found; `None` without such cycles.
     pub(crate) fn found_share(&self) -> Option<f64> {
         self.share_in_both(|sighting| sighting.found)
     }

@@ -1,4 +1,4 @@
-//! Which cases of the acceptance table are run.
+//! The selection of cases of the acceptance table.
 
 use clap::{Args, ValueEnum};
 use simulator::CrossingObject;
@@ -6,13 +6,13 @@ use simulator::CrossingObject;
 use super::settings::Settings;
 use crate::simulate::choice::{PathLetter, SceneLetter};
 
-/// What the acceptance table is limited to; all that is left out is run.
+/// The limits of the acceptance table; without a limit everything is run.
 #[derive(Args, Clone, PartialEq, Debug, Default)]
 pub(crate) struct FilterArgs {
     /// Scenes of the acceptance table [default: all]
     #[arg(long, num_args = 1.., ignore_case = true, value_name = "SCENE")]
     scenes: Vec<SceneLetter>,
-    /// What crosses in the acceptance table [default: robot person]
+    /// Objects of the acceptance table [default: robot person]
     #[arg(long, num_args = 1.., value_name = "OBJECT")]
     objects: Vec<ObjectName>,
     /// Paths of the acceptance table [default: A B C]
@@ -31,7 +31,7 @@ enum ObjectName {
 }
 
 impl FilterArgs {
-    /// `settings`, limited to what is asked for.
+    /// `settings` with these limits.
     pub(crate) fn of(&self, settings: Settings) -> Settings {
         Settings {
             scenes: chosen(&self.scenes, SceneLetter::scene, settings.scenes),
@@ -52,7 +52,7 @@ impl ObjectName {
     }
 }
 
-/// What is named, each once and in its order, or else `all`.
+/// The named ones, each once and in order, or else `all`.
 fn chosen<N: Copy, T: PartialEq>(named: &[N], of: fn(N) -> T, all: Vec<T>) -> Vec<T> {
     if named.is_empty() {
         return all;

@@ -1,4 +1,4 @@
-//! Pictures of maps side by side: the empty scene, without removal, and by each method.
+//! Images of maps side by side: the empty scene, without removal, and by each method.
 
 use nalgebra::Point3;
 use report::{PagePicture, PictureError, View, cloud_pictures};
@@ -7,10 +7,10 @@ use super::figures::{Clouds, RunFigures};
 use super::runs::METHODS;
 use robot::Failure;
 
-/// From where a map is looked at.
+/// The view of a map.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Face {
-    /// As the sensors look: right is right, up is up.
+    /// In the direction of the sensors: right is right, up is up.
     Front,
     /// From above: ahead is right, left is up.
     Above,
@@ -29,7 +29,7 @@ impl Face {
 
     fn view(self) -> View {
         match self {
-            // The view from the side of a cloud that was turned so that its right is ahead.
+            // The side view of a cloud that was rotated so that its right is ahead.
             Self::Front | Self::Side => View::Side,
             Self::Above => View::Top,
         }
@@ -44,7 +44,7 @@ impl Face {
 }
 
 /// The empty scene, the map without removal, and the map of each method, in one frame. `runs` are one scenario
-/// by rec_hv and by free_space; without clouds there is no picture.
+/// by rec_hv and by free_space; without clouds there is no image.
 pub(crate) fn map_pictures(
     face: Face,
     of: &str,

@@ -1,4 +1,4 @@
-//! The folder that the experiments leave behind.
+//! The output folder of the experiments.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,10 +12,10 @@ use super::section::Section;
 use super::settings::Settings;
 use robot::Failure;
 
-/// What the experiments leave in their folder.
+/// The output files of the experiments.
 pub(crate) const RESULTS: [&str; 3] = ["experiments.html", "experiments.json", "sightings.csv"];
 
-/// The output folder. Where nothing is written, nothing is left of it.
+/// The output folder. It is removed if nothing is written.
 pub(crate) struct Folder {
     path: PathBuf,
     is_new: bool,
@@ -24,21 +24,21 @@ pub(crate) struct Folder {
 impl Drop for Folder {
     fn drop(&mut self) {
         if self.is_new {
-            // It is not empty where there are results.
+            // It is not empty when there are results.
             let _ = fs::remove_dir(&self.path);
         }
     }
 }
 
 impl Folder {
-    /// Makes the folder before the work starts, so that a place that cannot be written is found out first.
+    /// Makes the folder before the work starts, so that a folder that cannot be written is an error at once.
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
         let is_new = !path.exists();
         fs::create_dir_all(path).map_err(|error| cannot_write(path, &error))?;
         Ok(Self { path: path.to_owned(), is_new })
     }
 
-    /// Under a temporary name first: a reader never finds half a file.
+    /// First under a temporary name, so that no reader gets a partial file.
     pub(crate) fn write(&self, name: &str, text: &str) -> Result<(), Failure> {
         let path = self.path.join(name);
         let temporary = self.path.join(format!("{name}.part"));
@@ -59,11 +59,11 @@ struct Document<'a> {
     seeds: u64,
     quick: bool,
     experiments: &'a [Section],
-    /// Every scenario by every method.
+    /// All scenarios by all methods.
     runs: Vec<RunLine<'a>>,
 }
 
-/// A run, and what its first object came to.
+/// A run, and the figures of its first object.
 #[derive(Serialize)]
 struct RunLine<'a> {
     #[serde(flatten)]
@@ -72,10 +72,10 @@ struct RunLine<'a> {
     cycles_with_measured_zone: usize,
     found_share: Option<f64>,
     removed_share: Option<f64>,
-    /// Of the mean of the points that were taken for moving.
+    /// By the mean of the points classified as dynamic.
     depth_of_points: Option<PositionErrors>,
     place_of_points: Option<PositionErrors>,
-    /// Of the nearest track.
+    /// By the nearest track.
     depth_of_track: Option<PositionErrors>,
     place_of_track: Option<PositionErrors>,
 }

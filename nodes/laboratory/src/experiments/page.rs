@@ -20,7 +20,7 @@ pub(crate) fn page(settings: &Settings, sections: &[Section]) -> String {
     })
 }
 
-/// What came of it, in sentences.
+/// The results as sentences.
 pub(crate) fn lead(settings: &Settings, sections: &[Section]) -> Vec<String> {
     let count = |verdict| sections.iter().map(|section| section.count(verdict)).sum::<usize>();
     let (met, missed) = (count(Verdict::Met), count(Verdict::Missed));
@@ -95,7 +95,7 @@ fn page_table(table: &Table) -> PageTable {
     }
 }
 
-/// Longer words wrap.
+/// The longest text of a cell that does not wrap.
 const LONGEST_LINE: usize = 24;
 
 fn page_cell(cell: &Cell) -> PageCell {

@@ -1,18 +1,17 @@
-//! Independent jobs on all cores, their results in the order of the jobs.
+//! Independent jobs on all cores, with the results in the order of the jobs.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-/// As many threads as the machine runs at once.
+/// The number of threads that the machine runs in parallel.
 pub(crate) fn threads_of_machine() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
 
-/// The results of `work` on each of `jobs`, in their order, whichever thread did which when. `done` is told
-/// after each. The first error, in the order of the jobs that were done, ends it: no job is begun after one
-/// has failed.
+/// The results of `work` on each of `jobs`, in their order, independent of the threads. `done` is called after each. No
+/// job is begun after one has failed; the result is then the first error in the order of the jobs.
 pub(crate) fn in_order<J, R, E>(
     jobs: &[J],
     threads: NonZeroUsize,
@@ -36,7 +35,7 @@ where
                     let result = work(job);
                     let is_error = result.is_err();
                     if sender.send((index, result)).is_err() || is_error {
-                        // Nothing is left to begin for the others either.
+                        // The other threads begin no further job either.
                         next.store(jobs.len(), Ordering::Relaxed);
                         return;
                     }
@@ -86,7 +85,7 @@ mod tests {
                 &jobs,
                 threads(count),
                 |job| {
-                    // Early jobs end last.
+                    // The first jobs end last.
                     thread::sleep(std::time::Duration::from_micros(50 * (50 - job)));
                     Ok::<_, Infallible>(job * job)
                 },

@@ -1,4 +1,4 @@
-//! How far the position that is given for an object is from where it is.
+//! The error of the position of an object.
 
 use nalgebra::{Point3, Vector3};
 use serde::Serialize;
@@ -11,29 +11,29 @@ pub(crate) struct PositionErrors {
     pub(crate) mean_m: f64,
     pub(crate) rmse_m: f64,
     pub(crate) max_m: f64,
-    /// Of the cycles in which the object is in view, the share that has a position at all.
+    /// The share of the cycles with the object in view that have a position.
     pub(crate) given_share: f64,
 }
 
-/// Which error counts.
+/// The kind of error.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Along {
-    /// Along x: the depth, as far as the platform stands still (Rec-HV 4.9).
+    /// Along x: the depth, if the platform is at rest (Rec-HV 4.9).
     Depth,
     /// In the horizontal plane.
     Plane,
 }
 
-/// Which position is meant.
+/// The kind of position.
 pub(crate) type PositionOf = fn(&Sighting) -> Option<Point3<f64>>;
 
-/// The mean of the points that were taken for moving.
+/// The mean of the points classified as dynamic.
 pub(crate) const MEAN_OF_POINTS: PositionOf = |sighting| sighting.mean_of_points_m;
 /// The nearest track.
 pub(crate) const TRACK: PositionOf = |sighting| sighting.track_m;
 
 impl PositionErrors {
-    /// The errors over `sightings`; none where the object is never in view, or never has a position.
+    /// The errors over `sightings`; `None` when the object is never in view, or never has a position.
     pub(crate) fn of(
         sightings: &[Sighting],
         position_of: PositionOf,

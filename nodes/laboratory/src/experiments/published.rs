@@ -11,7 +11,7 @@ use crate::published_file::{PublishedFile, of_yaml};
 pub(crate) static TABLES: PublishedFile<Tables> =
     PublishedFile::new("experiments/published.yaml", || of_yaml(include_str!("published.yaml")));
 
-/// The tables that are shown beside ours.
+/// The published tables that are compared with ours.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Tables {
@@ -32,9 +32,9 @@ pub(crate) struct FilledPiece {
     pub(crate) name: String,
     /// The angle from the y axis of the first of them.
     pub(crate) first_deg: f64,
-    /// What was read; `None` for Inf.
+    /// The measured range; `None` for Inf.
     pub(crate) read_m: Vec<Option<f32>>,
-    /// What the thesis made of it.
+    /// The filled range of the thesis.
     pub(crate) filled_m: Vec<f32>,
 }
 
@@ -103,7 +103,7 @@ pub(crate) const CYCLES_OF_A_TEST: usize = 25;
 pub(crate) mod raw_ranges {
     /// Cycles of scene B with at least one beam without a return, of 500.
     pub(crate) const CYCLES_WITH_GAPS: f64 = 0.944;
-    /// Such beams a cycle, on the mean.
+    /// The mean number of such beams per cycle.
     pub(crate) const GAP_BEAMS: f64 = 8.0;
 }
 
@@ -112,7 +112,7 @@ pub(crate) mod gap_fill {
     /// Cycles with gaps after the fill, of 500.
     pub(crate) const CYCLES_WITH_GAPS: f64 = 0.0;
 
-    /// What the thesis says of a window of n scans (4.2, line 986; 5.2, lines 1345 to 1347).
+    /// The thesis on a window of n scans (4.2, line 986; 5.2, lines 1345 to 1347).
     pub(crate) fn judgement(window_scans: usize) -> &'static str {
         match window_scans {
             2 => "edges hardly stand out",

@@ -1,4 +1,4 @@
-//! The scenarios that the experiments need, each run once, however many of them ask for it.
+//! The scenarios that the experiments need, each run only once.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -16,16 +16,16 @@ use robot::{Failure, Interrupt};
 /// Both methods, in the order of the tables.
 pub(crate) const METHODS: [Method; 2] = [Method::RecHv, Method::FreeSpace];
 
-/// A scenario to be run by both methods, and what is wanted of it besides the figures.
+/// A scenario to run with both methods, and the results to keep besides the figures.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Run {
-    /// Its name and seed tell it from all others.
+    /// Its name and seed identify it.
     pub(crate) scenario: Scenario,
-    /// The map against the empty scene after each cycle.
+    /// Whether to compare the map with the empty scene after each cycle.
     pub(crate) correlates: bool,
-    /// The clouds, for pictures.
+    /// Whether to keep the clouds, for images.
     pub(crate) keeps_clouds: bool,
-    /// The same scene without what moves and with other noise: its map is what the thesis compares with.
+    /// The same scene without moving objects and with other noise: the thesis compares with its map.
     pub(crate) reference: Option<Box<Scenario>>,
 }
 
@@ -40,12 +40,12 @@ impl Run {
         Self { correlates: true, ..self }
     }
 
-    /// Compared with the map of another scenario.
+    /// With a comparison with the map of another scenario.
     pub(crate) fn compared_with(self, reference: Scenario) -> Self {
         Self { reference: Some(Box::new(reference)), ..self }
     }
 
-    /// Keeps the clouds when `keeps` holds.
+    /// Keeps the clouds when `keeps` is true.
     pub(crate) fn keeping_clouds_if(self, keeps: bool) -> Self {
         Self { keeps_clouds: keeps, ..self }
     }
@@ -54,7 +54,7 @@ impl Run {
         key_of(&self.scenario)
     }
 
-    /// What came of it; `None` where it was interrupted, or what it is compared with was.
+    /// The results; `None` when it or its reference was interrupted.
     fn execute(
         &self,
         references: &References,
@@ -90,13 +90,13 @@ fn key_of(scenario: &Scenario) -> Key {
     (scenario.name.clone(), scenario.seed)
 }
 
-/// What each method measures of a scene in which nothing moves.
+/// The map that each method measures of a scene without moving objects.
 type MeasuredMaps = BTreeMap<Method, Vec<Point3<f32>>>;
 
-/// The maps that others are compared with.
+/// The reference maps.
 type References = BTreeMap<Key, MeasuredMaps>;
 
-/// Each scenario that runs are compared with, once.
+/// The scenarios of the references, each once.
 fn references_of(runs: &[Run]) -> Vec<&Scenario> {
     let references = runs.iter().filter_map(|run| run.reference.as_deref());
     let by_key: BTreeMap<Key, &Scenario> =
@@ -104,8 +104,8 @@ fn references_of(runs: &[Run]) -> Vec<&Scenario> {
     by_key.into_values().collect()
 }
 
-/// The maps of a scenario in which nothing moves, of `rec_hv` as the thesis measures its reference: all clouds in one map;
-/// `None` where it was interrupted.
+/// The maps of a scenario without moving objects; of `rec_hv` all clouds in one map, as in the measurement of the thesis' reference.
+/// `None` when interrupted.
 fn measured_maps(
     scenario: &Scenario,
     interrupt: &Interrupt,
@@ -122,15 +122,15 @@ fn measured_maps(
     Ok(trials.map(|trials| trials.iter().map(map).collect()))
 }
 
-/// What came of the runs.
+/// The results of the runs.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Runs {
     by_key: BTreeMap<Key, Vec<RunFigures>>,
 }
 
 impl Runs {
-    /// Executes the runs, each scenario once, on so many threads. `done` is told after each. Those that are not done when it is
-    /// interrupted are left out.
+    /// Executes the runs, each scenario once, on this many threads. `done` is called after each. After an interrupt, the
+    /// unfinished runs are left out.
     pub(crate) fn execute(
         runs: Vec<Run>,
         threads: NonZeroUsize,
@@ -144,7 +144,7 @@ impl Runs {
         let keys = scenarios.into_iter().map(key_of);
         let references: References =
             keys.zip(maps).filter_map(|(key, map)| Some((key, map?))).collect();
-        // The longest first, or one of them would run alone at the end.
+        // The longest first, so that none of them runs alone at the end.
         runs.sort_by(|a, b| {
             let longest = b.scenario.duration_s.total_cmp(&a.scenario.duration_s);
             longest.then_with(|| a.key().cmp(&b.key()))
@@ -160,12 +160,12 @@ impl Runs {
         runs.iter().all(|run| self.by_key.contains_key(&run.key()))
     }
 
-    /// What a method made of a run; none where it was not asked for.
+    /// The results of a method on a run; `None` when it was not planned.
     pub(crate) fn of(&self, run: &Run, method: Method) -> Option<&RunFigures> {
         self.by_key.get(&run.key())?.iter().find(|figures| figures.method == method)
     }
 
-    /// What a method made of each of several runs, in their order.
+    /// The results of a method on several runs, in their order.
     pub(crate) fn all<'a>(
         &'a self,
         runs: &'a [Run],
@@ -180,12 +180,12 @@ impl Runs {
     }
 }
 
-/// How many different scenarios `runs` need, those that they are compared with included.
+/// The number of different scenarios of `runs`, including their references.
 pub(crate) fn count_of_scenarios(runs: &[Run]) -> usize {
     merged(runs.to_vec()).len() + references_of(runs).len()
 }
 
-/// One run for each scenario, with all that any of them wants.
+/// One run for each scenario, with the options of all its runs.
 fn merged(runs: Vec<Run>) -> Vec<Run> {
     let mut by_key: BTreeMap<Key, Run> = BTreeMap::new();
     for run in runs {
@@ -210,7 +210,7 @@ pub(crate) mod tests {
     use super::*;
 
     impl Runs {
-        /// Runs whose figures are given.
+        /// Runs with given figures.
         pub(crate) fn given(figures: impl IntoIterator<Item = (Run, Vec<RunFigures>)>) -> Self {
             Self {
                 by_key: figures.into_iter().map(|(run, figures)| (run.key(), figures)).collect(),

@@ -1,4 +1,4 @@
-//! The scans of a scenario in the forward aperture, for what needs no camera.
+//! The scans of a scenario in the forward aperture, for experiments without a camera.
 
 use std::collections::BTreeMap;
 
@@ -10,43 +10,43 @@ use simulator::{Sample, Scenario};
 
 use robot::Failure;
 
-/// A scan as far as the method looks at it: the thesis' vectors theta and r, and what each beam met.
+/// The part of a scan that the method uses: the thesis' vectors theta and r, and the object of each beam.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct ForwardScan {
     pub(crate) stamp: Stamp,
     /// The beams of the forward 90 degrees, by azimuth.
     pub(crate) beams: Vec<Beam>,
-    /// The object that each of them met; 0 for what never moves.
+    /// The object of each of them; 0 for the static scene.
     pub(crate) labels: Vec<u16>,
     limits: RangeLimits,
 }
 
 impl ForwardScan {
-    /// How many beams have no return.
+    /// The number of beams without a return.
     pub(crate) fn gaps(&self) -> usize {
         self.beams.iter().filter(|beam| beam.range_m.is_none()).count()
     }
 
-    /// How many beams met something that moves.
+    /// The number of beams on moving objects.
     pub(crate) fn beams_on_objects(&self) -> usize {
         self.labels.iter().filter(|label| **label != 0).count()
     }
 
-    /// The ranges without gaps (Rec-HV 3.3.2.1); none where there are fewer than two returns.
+    /// The ranges without gaps (Rec-HV 3.3.2.1); `None` with fewer than two returns.
     pub(crate) fn filled_m(&self) -> Option<Vec<f32>> {
         fill_gaps(&self.beams, self.limits).ok().map(|filled| filled.ranges_m)
     }
 
-    /// Where a beam points, left of forward.
+    /// The azimuth of a beam, left of forward.
     pub(crate) fn azimuths_deg(&self) -> impl Iterator<Item = f64> + '_ {
         self.beams.iter().map(|beam| beam.azimuth_rad.to_degrees())
     }
 }
 
-/// All scans of a scenario, as the pipeline would see them too: no noise of the scanner hangs on the camera, of
-/// which as little as possible is simulated.
+/// All scans of a scenario, the same as in the pipeline: the scanner's noise does not depend on the camera, of which as
+/// little as possible is simulated.
 pub(crate) fn forward_scans(scenario: &Scenario) -> Result<Vec<ForwardScan>, Failure> {
-    /// Few and small images: nobody looks at them.
+    /// Few and small images, since they are not used.
     const IMAGE_SIZE_PX: (usize, usize) = (8, 6);
     const IMAGE_RATE_HZ: f64 = 0.01;
     let mut scenario = scenario.clone().with_depth_size(IMAGE_SIZE_PX.0, IMAGE_SIZE_PX.1);
@@ -79,15 +79,15 @@ pub(crate) fn forward_scans(scenario: &Scenario) -> Result<Vec<ForwardScan>, Fai
     Ok(scans)
 }
 
-/// A scenario that lasts for so many scans.
+/// A scenario with the length of this many scans.
 pub(crate) fn for_scans(scenario: Scenario, scans: usize) -> Scenario {
-    /// The last turn must be complete, and turns are not quite even.
+    /// The last revolution must be complete, and the motor's speed varies.
     const SPARE_TURNS: f64 = 0.5;
     let duration_s = (scans as f64 + SPARE_TURNS) / scenario.rig.lidar.turn_rate_hz;
     scenario.with_duration_s(duration_s)
 }
 
-/// For each scan, how many beams of the aperture met each object.
+/// For each scan, the number of beams of the aperture on each object.
 pub(crate) fn beams_on_objects(
     scenario: &Scenario,
 ) -> Result<BTreeMap<Stamp, BTreeMap<u16, usize>>, Failure> {

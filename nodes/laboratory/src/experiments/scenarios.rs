@@ -5,7 +5,7 @@ use simulator::{CrossingObject, Path, PathName, Platform, Scenario, SceneName, W
 use super::runs::Run;
 use super::settings::Settings;
 
-/// From which side an object comes, as the sensors see it.
+/// The side from which an object comes, seen from the sensors.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Direction {
     LeftToRight,
@@ -22,7 +22,7 @@ impl Direction {
         }
     }
 
-    /// That of the scenario's first object; positive y is left.
+    /// The side of the scenario's first object; positive y is left.
     fn of(scenario: &Scenario) -> Option<Self> {
         let waypoints = &scenario.scene.objects.first()?.path.waypoints;
         let y_m = |waypoint: &Waypoint| waypoint.pose[1];
@@ -42,7 +42,7 @@ impl Settings {
         self.seeds().map(|seed| self.crossing(scene, object, path, seed)).collect()
     }
 
-    /// As many crossings in one direction as there are seeds: those of the least seeds that go this way.
+    /// As many crossings in one direction as there are seeds: those of the least seeds with this direction.
     pub(crate) fn crossings_towards(
         &self,
         direction: Direction,
@@ -50,7 +50,7 @@ impl Settings {
         object: CrossingObject,
         path: PathName,
     ) -> Vec<Run> {
-        /// The side is drawn: so many draws of one side do not happen.
+        /// The side is random: this many draws of the same side are practically impossible.
         const DRAWS_FOR_EACH: u64 = 64;
         (self.first_seed..self.first_seed + self.seeds * DRAWS_FOR_EACH)
             .map(|seed| self.crossing(scene, object, path, seed))
@@ -64,14 +64,14 @@ impl Settings {
         Run::new(self.sized(crossing)).compared_with(self.measured_empty(scene))
     }
 
-    /// The scene without what moves, for its map: one for all seeds, with noise that none of them has.
+    /// The scene without moving objects, for its map: one for all seeds, with noise that none of them has.
     fn measured_empty(&self, scene: SceneName) -> Scenario {
         let empty = Scenario::empty(scene, REFERENCE_SEED);
         let name = format!("{}, reference", empty.name);
         self.sized(Scenario { name, ..empty })
     }
 
-    /// A run that is compared with the map that the same way gives in the empty scene.
+    /// A run that is compared with the map of the same path in the empty scene.
     pub(crate) fn compared_with_itself_empty(&self, scenario: Scenario) -> Run {
         let empty = scenario.clone().without_objects();
         let name = format!("{}, reference", empty.name);
@@ -79,8 +79,8 @@ impl Settings {
         Run::new(self.sized(scenario)).compared_with(self.sized(Scenario { name, seed, ..empty }))
     }
 
-    /// A scene in which nothing moves, and a platform that may; from a still one, compared with another measurement
-    /// of the same.
+    /// A scene without moving objects, in which the platform may move; for a platform at rest, compared with another
+    /// measurement of the same.
     pub(crate) fn empty(&self, scene: SceneName, platform: Platform) -> Vec<Run> {
         let scenario = |seed| {
             let scenario = Scenario::empty(scene, seed).with_platform(platform);
@@ -109,7 +109,7 @@ impl Settings {
         self.seeds().map(scenario).collect()
     }
 
-    /// The tour of experiment 11: straight ahead at the thesis' speed, depths to 3 m, a person across the way.
+    /// The tour of experiment 11: straight ahead at the thesis' speed, depths to 3 m, and a person who crosses.
     pub(crate) fn slow_tours(&self) -> Vec<Run> {
         let scenario = |seed| self.compared_with_itself_empty(slow_tour(self.tour_cycles, seed));
         self.seeds().map(scenario).collect()
@@ -118,13 +118,13 @@ impl Settings {
 
 /// Beyond the seeds of the runs.
 const REFERENCE_SEED: u64 = 1_000_000;
-/// Where the slow tour goes.
+/// The scene of the slow tour.
 pub(crate) const SLOW_TOUR_SCENE: SceneName = SceneName::C;
 /// Rec-HV 4.11.
 const TOUR_SPEED_M_PER_S: f64 = 0.036;
 /// Rec-HV 5.7: nothing farther is measured, since depth errors would spoil the map.
 const TOUR_DEPTH_MAX_M: f64 = 3.0;
-/// The person sets out so late that the platform has moved by a fifth of a metre.
+/// The person starts when the platform has moved by a fifth of a metre.
 const PERSON_STARTS_AFTER_S: f64 = 6.0;
 
 fn slow_tour(cycles: usize, seed: u64) -> Scenario {
@@ -182,7 +182,7 @@ mod tests {
         // The speed was measured over 2 m (Rec-HV 5.7): that is how far 407 cycles reach.
         let whole_m = (path.position_at(1e3) - path.position_at(0.0)).norm();
         assert!((whole_m - 2.09).abs() < 0.01, "{whole_m}");
-        // It never comes near to what crosses.
+        // It keeps its distance from the moving objects.
         let crosses_at_s = scenario.scene.objects[0].path.end_s();
         let gap_m = scenario.scene.objects[0].path.position_at(crosses_at_s).x
             - path.position_at(crosses_at_s).x;

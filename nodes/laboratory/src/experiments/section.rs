@@ -1,4 +1,4 @@
-//! What an experiment came to, before it becomes text or a page.
+//! The results of an experiment, before they are formatted as text or a page.
 
 use report::{Chart, PagePicture};
 use serde::Serialize;
@@ -11,11 +11,11 @@ pub(crate) struct Section {
     /// `1` to `11`, or `acceptance`.
     pub(crate) key: &'static str,
     pub(crate) title: String,
-    /// What the thesis did.
+    /// The experiment of the thesis.
     pub(crate) thesis: String,
-    /// What was run here.
+    /// The experiment here.
     pub(crate) here: String,
-    /// How far the two can be compared.
+    /// The limits of the comparison.
     pub(crate) comparability: String,
     pub(crate) tables: Vec<Table>,
     /// Tables that most readers skip.
@@ -26,7 +26,7 @@ pub(crate) struct Section {
     pub(crate) pictures: Vec<PagePicture>,
 }
 
-/// The figures of a section as they are put together.
+/// A builder of the figures of a section.
 #[derive(Default)]
 pub(crate) struct Shown {
     pub(crate) tables: Vec<Table>,
@@ -59,7 +59,7 @@ impl Section {
         }
     }
 
-    /// How many targets came out so.
+    /// The number of targets with this result.
     pub(crate) fn count(&self, verdict: Verdict) -> usize {
         let rows = self.tables.iter().flat_map(|table| &table.rows);
         let cells = rows.flat_map(|row| &row.cells);

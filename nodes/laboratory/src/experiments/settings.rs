@@ -1,13 +1,13 @@
-//! How much is run.
+//! The size of the experiments.
 
 use simulator::{CrossingObject, PathName, Scenario, SceneName};
 
-/// How much of each experiment is run. The counts of the thesis stand in [`Settings::new`].
+/// The size of each experiment. [`Settings::new`] has the counts of the thesis.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Settings {
-    /// Runs of each experiment that has several, each with a seed of its own.
+    /// Runs per experiment, for those with several; each has its own seed.
     pub(crate) seeds: u64,
-    /// The least of the seeds.
+    /// The first seed.
     pub(crate) first_seed: u64,
     /// Scans of the experiments on raw ranges.
     pub(crate) raw_scans: usize,
@@ -19,20 +19,20 @@ pub(crate) struct Settings {
     pub(crate) sweep_edges_m: Vec<f64>,
     /// Cycles of the tour.
     pub(crate) tour_cycles: usize,
-    /// The rooms of everyday life.
+    /// The everyday scenes.
     pub(crate) everyday_scenes: Vec<SceneName>,
     /// The scenes of the acceptance table.
     pub(crate) scenes: Vec<SceneName>,
-    /// What crosses in the acceptance table.
+    /// The objects of the acceptance table.
     pub(crate) objects: Vec<CrossingObject>,
     /// The paths of the acceptance table.
     pub(crate) paths: Vec<PathName>,
-    /// The size of the depth images where it is not the camera's own.
+    /// The size of the depth images, if it is not the camera's own.
     pub(crate) depth_size_px: Option<(usize, usize)>,
 }
 
 impl Settings {
-    /// The counts of chapter 3.1 of the thesis, with so many seeds.
+    /// The counts of chapter 3.1 of the thesis, with this many seeds.
     pub(crate) fn new(seeds: u64) -> Self {
         Self {
             seeds,
@@ -56,7 +56,7 @@ impl Settings {
         }
     }
 
-    /// As little as shows that all of it works: one seed, few cycles, a quarter of the pixels.
+    /// The least for a check that everything works: one seed, few cycles, a quarter of the pixels.
     pub(crate) fn quick() -> Self {
         Self {
             seeds: 1,
@@ -83,7 +83,7 @@ impl Settings {
         self.first_seed..self.first_seed + self.seeds
     }
 
-    /// A scenario with the images that these settings ask for.
+    /// A scenario with the image size of these settings.
     pub(crate) fn sized(&self, scenario: Scenario) -> Scenario {
         match self.depth_size_px {
             Some((width_px, height_px)) => scenario.with_depth_size(width_px, height_px),

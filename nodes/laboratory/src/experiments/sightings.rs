@@ -1,4 +1,4 @@
-//! Each object in each cycle that shows it, as a table for other programs: where a figure of a run comes from.
+//! All objects in all cycles that show them, as a CSV table: the data behind the figures of a run.
 
 use nalgebra::Point3;
 
@@ -9,8 +9,8 @@ const COLUMNS: &str = "scenario,seed,method,object,cycle,time_s,in_camera,in_bot
                        points_removed,azimuth_deg,true_x_m,true_y_m,true_z_m,track_x_m,track_y_m,track_z_m,\
                        zones_deg";
 
-/// A line for each sighting, after one of the columns' names. `object` counts the scene's objects from 0; a zone is
-/// its right and left end; what is not there is empty.
+/// A line for each sighting, after a header line. `object` is the index of the scene's object; a zone is its right and
+/// left end; missing values are empty.
 pub(crate) fn csv(runs: &Runs) -> String {
     let mut csv = COLUMNS.to_owned();
     csv.push('\n');
@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(lines.len(), 5);
         let columns = COLUMNS.split(',').count();
         for line in &lines[1..] {
-            // The scenario's name may hold commas; it is quoted.
+            // The scenario's name may contain commas, so it is quoted.
             let (_, rest) = line.rsplit_once('"').unwrap();
             assert_eq!(rest.split(',').count(), columns, "{line}");
         }

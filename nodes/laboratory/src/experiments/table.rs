@@ -1,9 +1,9 @@
-//! Tables of figures, for the page, the terminal and the JSON alike.
+//! Tables of figures, for the page, the terminal and JSON.
 
 use estimation::quantile::median_of_sorted;
 use serde::Serialize;
 
-/// What a figure counts in.
+/// The unit of a figure.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Unit {
@@ -13,23 +13,23 @@ pub(crate) enum Unit {
     Milliseconds,
     Degrees,
     Count,
-    /// How many times as much.
+    /// A ratio.
     Times,
 }
 
-/// The middle of several values, and how far they reach.
+/// The median of several values, and their range.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub(crate) struct Figure {
     pub(crate) unit: Unit,
     pub(crate) median: f64,
-    /// The least, where there are several values.
+    /// The least, if there are several values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) min: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) max: Option<f64>,
-    /// Of how many values; 1 for a figure that stands for itself.
+    /// The number of values; 1 for a single value.
     pub(crate) values: usize,
-    /// Shown with the digits that it was given with and no more.
+    /// Shown with exactly the digits that it was given with.
     #[serde(skip)]
     pub(crate) is_as_printed: bool,
 }
@@ -40,13 +40,13 @@ impl Figure {
         Self { unit, median: value, min: None, max: None, values: 1, is_as_printed: false }
     }
 
-    /// A value of the thesis, or a target: shown with the digits that it has there.
+    /// A value of the thesis, or a target: shown with its original digits.
     pub(crate) fn as_printed(unit: Unit, value: f64) -> Self {
         Self { is_as_printed: true, ..Self::one(unit, value) }
     }
 
-    /// The median of values, the mean of the two middle ones of an even number; none without a value. What is
-    /// not finite is left out.
+    /// The median of values, for an even number the mean of the two middle ones; `None` without values. Non-finite values are
+    /// left out.
     pub(crate) fn median(unit: Unit, values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
@@ -62,14 +62,14 @@ impl Figure {
         })
     }
 
-    /// The value and its unit, with the reach of several values behind it.
+    /// The value and its unit, followed by the range of several values.
     pub(crate) fn text(&self) -> String {
         let number = |value: f64| {
             if self.is_as_printed { self.unit.as_printed(value) } else { self.unit.number(value) }
         };
         let median = format!("{}{}", number(self.median), self.unit.suffix());
         match (self.min, self.max) {
-            // A reach that cannot be seen in print is none.
+            // A range that is equal in print is left out.
             (Some(min), Some(max)) if number(min) != number(max) => {
                 format!("{median} ({} .. {})", number(min), number(max))
             }
@@ -90,9 +90,9 @@ impl Unit {
         }
     }
 
-    /// As few digits as tell the value.
+    /// The fewest digits that represent the value.
     fn as_printed(self, value: f64) -> String {
-        /// What is finer came of the conversion.
+        /// Finer digits come from the conversion.
         const STEPS: f64 = 1e7;
         let value = if self == Self::Share { 100.0 * value } else { value };
         format!("{}", (value * STEPS).round() / STEPS)
@@ -111,7 +111,7 @@ impl Unit {
     }
 }
 
-/// Percents with one digit after the point, and with two near 0 and 100, where a tenth says too little.
+/// Percents with one digit after the point, and with two near 0 and 100, where a tenth is too coarse.
 fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     let near_end = percent.abs() < 2.0 || (98.0..100.0).contains(&percent);
@@ -128,10 +128,10 @@ fn percent(share: f64) -> String {
 #[serde(untagged)]
 pub(crate) enum Cell {
     Figure(Figure),
-    /// Words where there is no number.
+    /// A text instead of a number.
     Words(String),
     Verdict(Verdict),
-    /// There is no such figure.
+    /// No figure.
     Absent,
 }
 
@@ -160,7 +160,7 @@ impl Verdict {
 }
 
 impl Cell {
-    /// A value that stands for itself.
+    /// A single value.
     pub(crate) fn one(unit: Unit, value: f64) -> Self {
         Self::Figure(Figure::one(unit, value))
     }
@@ -195,7 +195,7 @@ impl From<Option<Figure>> for Cell {
     }
 }
 
-/// A row: what it is about, and a cell for each column.
+/// A row: its name, and a cell for each column.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub(crate) struct Row {
     pub(crate) name: String,
@@ -208,11 +208,11 @@ impl Row {
     }
 }
 
-/// A table. Its first column holds the names of the rows and has no head.
+/// A table. Its first column has the names of the rows and no header.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub(crate) struct Table {
     pub(crate) caption: String,
-    /// The heads of the columns of the cells.
+    /// The headers of the columns of the cells.
     pub(crate) columns: Vec<String>,
     pub(crate) rows: Vec<Row>,
 }

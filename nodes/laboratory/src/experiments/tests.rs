@@ -5,7 +5,7 @@ use super::figures::{CycleFigures, RunFigures, ZoneFigures};
 use super::runs::METHODS;
 use super::*;
 
-/// Every planned run, with a robot that is found in cycles 3 to 6.
+/// All planned runs, with a robot that is found in cycles 3 to 6.
 fn given(settings: &Settings) -> Runs {
     let plan = EXPERIMENTS.iter().flat_map(|experiment| (experiment.plan)(settings));
     Runs::given(plan.map(|planned| {
@@ -24,7 +24,7 @@ fn with_zone(cycle: CycleFigures) -> CycleFigures {
     CycleFigures { zones: vec![zone], in_zone: 900, dynamic: 150, ..cycle }
 }
 
-/// The sections of the experiments that need no simulation of their own.
+/// The sections of the experiments that do not simulate by themselves.
 fn sections(settings: &Settings) -> Vec<Section> {
     let runs = given(settings);
     EXPERIMENTS[4..]
@@ -92,7 +92,7 @@ fn the_full_plan_shares_scenarios_between_experiments() {
     assert!(scenarios >= 48 + 3 + 3 + 6 + 4 + 3 + 3, "{scenarios}");
 }
 
-/// One small crossing through all three nodes: what the experiments read of it is there and makes sense.
+/// One small crossing through all three nodes: the figures of the experiments are present and plausible.
 #[test]
 fn a_crossing_gives_figures_by_both_methods() {
     let settings = Settings::quick();

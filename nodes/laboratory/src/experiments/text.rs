@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::section::Section;
 use super::table::Table;
 
-/// A section with its tables; charts and pictures are for the page.
+/// A section with its tables; charts and images are for the page.
 pub(crate) fn section_text(section: &Section) -> String {
     let mut text = format!("== {}\n", section.title);
     for (label, sentence) in [
@@ -44,7 +44,7 @@ fn wrapped(paragraph: &str) -> String {
     text
 }
 
-/// A table with its columns under each other: names to the left, figures to the right.
+/// A table with aligned columns: names to the left, figures to the right.
 fn table_text(table: &Table) -> String {
     let mut lines = vec![[vec![String::new()], table.columns.clone()].concat()];
     for row in &table.rows {

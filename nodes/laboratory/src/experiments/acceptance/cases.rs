@@ -1,4 +1,4 @@
-//! The scenarios that the targets are measured on.
+//! The scenarios of the targets.
 
 use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName};
 
@@ -6,7 +6,7 @@ use crate::experiments::runs::Run;
 use crate::experiments::scenarios::SLOW_TOUR_SCENE;
 use crate::experiments::settings::Settings;
 
-/// Scenarios that differ in the seed alone.
+/// Scenarios that differ only in the seed.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Case {
     pub(super) name: String,
@@ -14,13 +14,13 @@ pub(super) struct Case {
     pub(super) runs: Vec<Run>,
 }
 
-/// Which cases a target is for.
+/// The cases of a target.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Set {
     Crossings,
-    /// All scenes without what moves, from a still platform: what two measurements of one thing have in common.
+    /// All scenes without moving objects, from a platform at rest: the similarity of two measurements of one scene.
     Ceilings,
-    /// Those of the scenes that the targets name.
+    /// The cases of the scenes that the targets name.
     Empty,
     EmptySwaying,
     CrossingsSwaying,
@@ -41,9 +41,9 @@ pub(super) struct Cases {
     pausing: Vec<Case>,
 }
 
-/// Where the targets name scenes, these.
+/// The scenes that the targets name.
 const NAMED_SCENES: [SceneName; 3] = [SceneName::B, SceneName::E, SceneName::G];
-/// Two measurements of one thing differ by chance: so often at least each empty scene is measured for its ceiling.
+/// Two measurements of one scene differ at random: the least number of measurements of each empty scene for its ceiling.
 const LEAST_CEILING_RUNS: u64 = 3;
 pub(super) const PAUSE_S: f64 = 10.0;
 

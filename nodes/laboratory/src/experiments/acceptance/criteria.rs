@@ -1,4 +1,4 @@
-//! Of each case what it must be: every figure with its target.
+//! The criteria: every figure with its target.
 
 use simulator::Scenario;
 
@@ -13,23 +13,23 @@ use crate::experiments::runs::Runs;
 use crate::experiments::table::{Cell, Figure, Unit};
 use geometry::Method;
 
-/// A figure and what it must be.
+/// A figure and its target.
 pub(super) struct Criterion {
     pub(super) name: &'static str,
     pub(super) set: Set,
     unit: Unit,
-    /// None where it is told and not demanded.
+    /// `None` when it is reported without a target.
     pub(super) target: Option<Target>,
-    /// Where more is better.
+    /// For figures of which more is better.
     more_is_better: bool,
     over_seeds: OverSeeds,
-    /// Whether no more is demanded than what two measurements of the empty scene have in common, where that is less
-    /// than the target: the thesis' measure says little of a scene that is one flat wall.
+    /// Whether the similarity of two measurements of the empty scene replaces a higher target: the thesis' measure is
+    /// of little use for a scene that is one flat wall.
     pub(super) has_ceiling: bool,
     value: Value,
 }
 
-/// What a figure must be.
+/// The target of a figure.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Target {
     AtLeast(f64),
@@ -38,15 +38,15 @@ pub(super) enum Target {
     LessThan(f64),
 }
 
-/// How the seeds of a case become one figure.
+/// How the seeds of a case are combined into one figure.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum OverSeeds {
     Median,
-    /// Of what a seed either has or has not.
+    /// The share of the seeds that have a property.
     Mean,
 }
 
-/// What this command does not measure, with its target.
+/// Targets that this command does not measure.
 pub(super) const NOT_RUN: [(&str, &str); 4] = [
     ("recorded kitchen: ghost voxels left, background kept", "at most 2 %, at least 95 %"),
     (
@@ -77,7 +77,7 @@ fn crossing(name: &'static str, unit: Unit, target: Target, value: Value) -> Cri
     at(Set::Crossings, name, unit, target, value)
 }
 
-/// Told beside the others and not demanded.
+/// Reported with the others, without a target.
 fn told(criterion: Criterion) -> Criterion {
     Criterion { target: None, ..criterion }
 }
@@ -216,7 +216,7 @@ pub(super) fn all() -> Vec<Criterion> {
     ]
 }
 
-/// What two measurements of the empty scene have in common, by the measure of the correlation.
+/// The correlation of two measurements of the empty scene.
 pub(super) fn ceiling() -> Criterion {
     told(at(
         Set::Ceilings,
@@ -228,7 +228,7 @@ pub(super) fn ceiling() -> Criterion {
 }
 
 impl Criterion {
-    /// The figure of a case by a method; none where it was not run, or no seed has it.
+    /// The figure of a case by a method; `None` when it was not run, or no seed has it.
     pub(super) fn figure(&self, case: &Case, runs: &Runs, method: Method) -> Option<Figure> {
         let of_run =
             |run| runs.of(run, method).and_then(|figures| (self.value)(&run.scenario, figures));
@@ -243,7 +243,7 @@ impl Criterion {
         }
     }
 
-    /// The case whose figure is worst; the first of equals.
+    /// The case with the worst figure; the first of equal ones.
     pub(super) fn worst<'c>(&self, figures: Vec<(&'c Case, Figure)>) -> Option<(&'c Case, Figure)> {
         let badness =
             |figure: &Figure| if self.more_is_better { -figure.median } else { figure.median };

@@ -15,7 +15,7 @@ fn labels(recall: f64) -> LabelFigures {
     }
 }
 
-/// Every planned run with the figures that `of` gives it, by both methods.
+/// All planned runs with the figures from `of`, by both methods.
 fn runs(settings: &Settings, of: impl Fn(&Run) -> RunFigures) -> Runs {
     Runs::given(plan(settings).into_iter().map(|planned| {
         let by = |method| RunFigures { method, ..of(&planned) };
@@ -101,8 +101,8 @@ fn the_phases_of_a_pause_are_told_apart() {
     assert_eq!(recall_in(&Scenario::empty(SceneName::B, 1), &run, Phase::During), None);
 }
 
-/// The thesis' measure says little of a scene that is one flat wall: no map can be more like a measurement of it than
-/// another measurement is.
+/// The thesis' measure is of little use for a scene that is one flat wall: no map can be more similar to a measurement of
+/// it than another measurement.
 #[test]
 fn a_case_that_reaches_the_ceiling_of_its_scene_meets_the_correlation() {
     use evaluation::Correlation;

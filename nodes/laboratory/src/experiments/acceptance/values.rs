@@ -1,4 +1,4 @@
-//! What is measured of a run: one number, where the run has it.
+//! The measured values of a run, each a number that the run may lack.
 
 use simulator::Scenario;
 
@@ -15,7 +15,7 @@ pub(super) fn in_zone(_: &Scenario, run: &RunFigures) -> Option<f64> {
     run.object()?.found_share()
 }
 
-/// By the position that the method has: the track, or the mean of points where nothing is tracked.
+/// By the position of the method: the track, or the mean of the points for a method without tracks.
 pub(super) fn position(run: &RunFigures, along: Along) -> Option<PositionErrors> {
     let position_of = match run.method {
         Method::RecHv => MEAN_OF_POINTS,
@@ -24,12 +24,12 @@ pub(super) fn position(run: &RunFigures, along: Along) -> Option<PositionErrors>
     PositionErrors::of(&run.object()?.sightings, position_of, along)
 }
 
-/// By the thesis' own view, with a map of the empty scene as the thesis has it.
+/// By the thesis' own view, with a measured map of the empty scene as in the thesis.
 pub(super) fn correlation(_: &Scenario, run: &RunFigures) -> Option<f64> {
     Some(run.map.correlation_with_measured?.front)
 }
 
-/// With the true surface, which no sensor sees without noise and gaps.
+/// With the true surface, without the noise and gaps of a sensor.
 pub(super) fn correlation_with_surface(_: &Scenario, run: &RunFigures) -> Option<f64> {
     Some(run.map.correlation?.front)
 }
@@ -47,7 +47,7 @@ pub(super) fn without_zone(_: &Scenario, run: &RunFigures) -> Option<f64> {
     (!run.cycles.is_empty()).then(|| without as f64 / run.cycles.len() as f64)
 }
 
-/// rec_hv follows nothing, so it has no identities to keep.
+/// rec_hv has no tracks, so it has no identities.
 pub(super) fn keeps_identities(_: &Scenario, run: &RunFigures) -> Option<f64> {
     let kept = if run.identity_switches == 0 { 1.0 } else { 0.0 };
     (run.method == Method::FreeSpace).then_some(kept)
@@ -61,7 +61,7 @@ pub(super) enum Phase {
     After,
 }
 
-/// Of the object's points in a phase, the share that was removed.
+/// The share of the object's points in a phase that was removed.
 pub(super) fn recall_in(scenario: &Scenario, run: &RunFigures, phase: Phase) -> Option<f64> {
     let [from_s, until_s] = pause_s(scenario)?;
     let is_in = |sighting: &&Sighting| match phase {
@@ -75,7 +75,7 @@ pub(super) fn recall_in(scenario: &Scenario, run: &RunFigures, phase: Phase) -> 
     (points > 0).then(|| removed as f64 / points as f64)
 }
 
-/// From when to when the first object rests.
+/// Start and end of the first object's rest.
 fn pause_s(scenario: &Scenario) -> Option<[f64; 2]> {
     let waypoints = &scenario.scene.objects.first()?.path.waypoints;
     let rests = |pair: &&[simulator::Waypoint]| {

@@ -11,18 +11,18 @@ use crate::experiments::scans::{ForwardScan, forward_scans};
 use crate::experiments::table::{Cell, Figure, Row, Table, Unit};
 use robot::Failure;
 
-/// A mean so far off the empty room sees something that is not there without the object: five times the
-/// scanner's deviation at 4 m, which is 0.5 % of the range.
+/// A mean that differs more than this from the empty room shows the object: five times the scanner's standard
+/// deviation at 4 m, which is 0.5 % of the range.
 pub(super) const DISPLACED_M: f32 = 0.1;
 
-/// A robot that crosses, and the same room without it.
+/// A crossing robot, and the same room without it.
 pub(super) struct Crossing {
     scans: Vec<ForwardScan>,
     /// The range of each beam in the empty room: the median of all of its scans.
     background_m: Vec<f32>,
 }
 
-/// What a window of some length says of a scan.
+/// The result of a window of some length for a scan.
 struct Seen<'a> {
     scan: &'a ForwardScan,
     statistics: BeamStatistics,
@@ -43,7 +43,7 @@ impl Crossing {
         Ok(Self { scans: forward_scans(scenario)?, background_m })
     }
 
-    /// Every scan for which a window of so many is full.
+    /// Every scan with a full window of this length.
     fn seen_by(&self, window_scans: usize) -> Vec<Seen<'_>> {
         let mut window = VariabilityWindow::new(window_scans);
         let see = |scan| {
@@ -53,14 +53,14 @@ impl Crossing {
         self.scans.iter().filter_map(see).collect()
     }
 
-    /// How many beams the mean sees in front of the empty room or behind it.
+    /// The number of beams whose mean is in front of the empty room or behind it.
     fn displaced_beams(&self, seen: &Seen<'_>) -> usize {
         let mean_m = &seen.statistics.mean_m;
         let off = |(mean, empty): (&f32, &f32)| (mean - empty).abs() > DISPLACED_M;
         mean_m.iter().zip(&self.background_m).filter(|pair| off(*pair)).count()
     }
 
-    /// The scan in which the robot is in the middle of the view.
+    /// The scan with the robot in the middle of the view.
     fn middle(&self) -> Option<usize> {
         let offset_deg = |scan: &ForwardScan| {
             let on_robot = scan.azimuths_deg().zip(&scan.labels).filter(|(_, label)| **label != 0);
@@ -114,7 +114,7 @@ fn largest_m(seen: &Seen<'_>) -> f64 {
     f64::from(seen.statistics.std_dev_m.iter().copied().fold(0.0, f32::max))
 }
 
-/// Before the robot comes.
+/// Before the robot is in view.
 fn largest_when_empty_m(_: &Crossing, seen: &[Seen<'_>]) -> Option<f64> {
     let before = seen.iter().take_while(|seen| seen.scan.beams_on_objects() == 0);
     before.map(largest_m).reduce(f64::max)

@@ -1,4 +1,4 @@
-//! The three cores, one after the other, over the same recording at different edges.
+//! The three cores, one after the other, on the same recording with different voxel edges.
 
 use std::time::Instant;
 
@@ -13,11 +13,11 @@ use geometry::Method;
 use robot::Failure;
 use robot::run::parameters::PipelineParameters;
 
-/// A voxel grid that joins hardly any two points: pixels of a Kinect are 1.7 mm apart at 1 m.
+/// A voxel grid that merges hardly any points: pixels of a Kinect are 1.7 mm apart at 1 m.
 pub(super) const UNREDUCED_EDGE_M: f64 = 0.002;
 /// The fixed zone is the middle third of the aperture's 90 degrees.
 const ZONE_HALF_WIDTH_DEG: f64 = 15.0;
-/// Of the unreduced clouds the map takes what fits: some 400 MB.
+/// The limit of the map of unreduced clouds: some 400 MB.
 const MAX_VOXELS: usize = 2_000_000;
 
 /// The scans of a scenario, each with the newest depth image before it.
@@ -26,7 +26,7 @@ pub(super) struct Recording {
     camera: CameraModel,
 }
 
-/// What a cycle costs, on the mean over the cycles.
+/// The mean cost of a cycle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Cost {
     pub(super) cycle_ms: f64,
@@ -36,7 +36,7 @@ pub(super) struct Cost {
 }
 
 impl Recording {
-    /// The platform stands still: poses are left out.
+    /// The platform is at rest: poses are left out.
     pub(super) fn of(scenario: &Scenario) -> Result<Self, Failure> {
         let mut newest: Option<DepthImage> = None;
         let mut camera_model = None;
@@ -56,7 +56,7 @@ impl Recording {
         Ok(Self { cycles, camera })
     }
 
-    /// What a cycle costs by a method with voxels of `edge_m`.
+    /// The cost of a cycle by a method with voxels of `edge_m`.
     pub(super) fn cost(&self, method: Method, edge_m: f64) -> Result<Cost, Failure> {
         let mut pipeline = Pipeline::new(method, edge_m)?;
         let projector = pipeline.detector.depth_projector(&self.camera).map_err(failure)?;

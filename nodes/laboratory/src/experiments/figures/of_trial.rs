@@ -1,4 +1,4 @@
-//! The figures, taken from a trial and the truth of its scenario.
+//! The figures of a trial, with the ground truth of its scenario.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use super::{
 use crate::trial::{Trial, TrialCycle};
 
 impl RunFigures {
-    /// What is kept of `trial`; of its clouds nothing, unless they are to be drawn.
+    /// The figures of `trial`; its clouds are kept only for images.
     pub(crate) fn of(
         trial: Trial,
         scenario: &Scenario,
@@ -167,7 +167,7 @@ fn sightings(trial: &Trial, scenario: &Scenario, beams: &BeamsOnObjects, id: u16
         .collect()
 }
 
-/// The mean of the points that were taken for moving, in the map.
+/// The mean of the points classified as dynamic, in the map frame.
 fn mean_of_points_m(record: &CycleRecord) -> Option<Point3<f64>> {
     let points = &record.dynamic_points_m;
     let sum = points.iter().map(|point| point.coords.cast::<f64>()).sum::<nalgebra::Vector3<f64>>();

@@ -1,6 +1,6 @@
 use super::*;
 
-/// An object 2 m ahead that is seen and found in a cycle.
+/// An object 2 m ahead that is visible and found in a cycle.
 pub(crate) fn sighting(cycle: usize) -> Sighting {
     Sighting {
         cycle,
@@ -34,7 +34,7 @@ pub(crate) fn quiet_cycle(index: usize) -> CycleFigures {
     }
 }
 
-/// A run of so many quiet cycles with these sightings of one object.
+/// A run of this many cycles without detections, with these sightings of one object.
 pub(crate) fn run(cycles: usize, sightings: Vec<Sighting>) -> RunFigures {
     let map = MapFigures {
         points: 3_000,
