@@ -38,7 +38,7 @@ pub(crate) struct Margins {
     pub(crate) reach_m: f32,
 }
 
-/// How far behind a depth nodes are updated. A depth that is measured too short puts the surface in front of where it is: within
+/// The range behind a depth in which nodes are updated. A depth that is measured too short puts the surface too near: within
 /// the range of such errors, nodes behind must count as much as nodes in front, or the mean is biased away from the camera.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(crate) struct Behind {

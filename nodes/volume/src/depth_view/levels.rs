@@ -133,7 +133,7 @@ fn pack_weights(depths_m: &mut [f32], slopes_m: &[f32], noise: &DepthNoise) {
 /// The bits of a depth that hold its weight.
 pub(crate) const WEIGHT_BITS: u32 = 0xff;
 
-/// Where four pixels show one surface, their mean; otherwise the pixel of the finest level nearest to the centre of the
+/// The mean of four pixels on one surface; otherwise the pixel of the finest level nearest to the centre of the
 /// square: the mean of depths of different surfaces is on neither.
 #[multiversion(targets("x86_64+avx2"))]
 fn halve(finer: &Level, finest: &Level, level: u32, noise: &DepthNoise, coarser: &mut Level) {

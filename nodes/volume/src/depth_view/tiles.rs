@@ -28,9 +28,9 @@ pub(crate) struct Tiles {
     tile_px: usize,
     columns: usize,
     rows: usize,
-    /// Of each level: the least depth; 0 where a tile is mostly without returns.
+    /// For each level, the least depth; 0 for tiles mostly without returns.
     least_m: Vec<Vec<f32>>,
-    /// Of each level: the greatest depth; 0 where there are no returns.
+    /// For each level, the greatest depth; 0 without returns.
     most_m: Vec<Vec<f32>>,
     scratch: OfColumns,
 }
