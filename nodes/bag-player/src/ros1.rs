@@ -279,7 +279,7 @@ impl Plan {
         let in_ros2 = if in_ros1 == "tf/tfMessage" { "tf2_msgs/TFMessage" } else { in_ros1 };
         let (package, name) = in_ros2
             .split_once('/')
-            .ok_or_else(|| format!("{in_ros1} is no name of a message type"))?;
+            .ok_or_else(|| format!("{in_ros1} is not the name of a message type"))?;
         let type_name = format!("{package}/msg/{name}");
         let Some(schema) = msgs::schema_of(&type_name) else {
             let schema = as_ros2(in_ros1, definition);

@@ -9,7 +9,7 @@ const MOST_LEVELS: usize = 32;
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum DefinitionError {
     /// A line that is not a field.
-    #[error("`{line}` in the definition of {type_name} is no field")]
+    #[error("`{line}` in the definition of {type_name} is not a field")]
     NoField {
         /// The type.
         type_name: String,

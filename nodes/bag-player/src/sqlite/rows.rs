@@ -247,7 +247,7 @@ impl Rows {
     }
 }
 
-pub(super) const TIME_IS_NONE: &str = "its time is no number of nanoseconds since 1970";
+pub(super) const TIME_IS_NONE: &str = "its time is not a number of nanoseconds since 1970";
 pub(super) const TOPIC_IS_UNKNOWN: &str = "its topic is not in the table of topics";
 
 type Message = (i64, Arc<Channel>, Vec<u8>);

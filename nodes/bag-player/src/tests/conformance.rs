@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::{committed, every_encoding, files_below, read_all, recorded};
 use crate::{Bag, BagMessage};
 
-/// What a message must be: log time, publish time, topic, type, encoding, data.
+/// An expected message: log time, publish time, topic, type, encoding, data.
 type Expected = (i64, i64, String, String, String, Vec<u8>);
 
 fn field<'a>(record: &'a Value, name: &str) -> &'a Value {

@@ -1,4 +1,4 @@
-//! What is written is read back.
+//! Written bags are read back unchanged.
 
 use geometry::Stamp;
 use msgs::rosgraph_msgs::Clock;

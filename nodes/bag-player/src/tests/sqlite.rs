@@ -14,7 +14,7 @@ use crate::message::Filter;
 use crate::sqlite::{Database, Paths, Rows};
 use crate::{Bag, BagError, BagMessage, OfferedQos, Selection};
 
-/// What rosbags 0.11.9 reads of the recorded samples: messages, bytes of their data, and the CRC-32 of their times
+/// The result of rosbags 0.11.9 on the recorded samples: messages, bytes of their data, and the CRC-32 of their times
 /// (8 bytes, little endian), topics and data, in the order of the times.
 const GOLDEN: [(&str, u64, usize, u32); 12] = [
     ("evo/tf_example/tf_example.db3", 518, 55944, 0xbfe5_8e4f),
@@ -265,7 +265,7 @@ fn a_write_ahead_log_is_read_and_nothing_is_written_beside_it() -> Result<(), Ba
     connection.pragma_update(None, "journal_mode", "WAL").unwrap();
     connection.pragma_update(None, "wal_autocheckpoint", 0).unwrap();
     fill(&connection, 0);
-    // As a recorder that was killed leaves them, with and without the index of the log.
+    // The files of a recorder that was killed, with and without the index of the log.
     for with_index in [false, true] {
         let folder = tempfile::tempdir().unwrap();
         for ending in ["", "-wal", "-shm"] {

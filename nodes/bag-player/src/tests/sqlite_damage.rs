@@ -23,7 +23,7 @@ fn recording(folder: &std::path::Path) -> std::path::PathBuf {
 
 #[test]
 fn rows_that_make_no_sense_are_counted_and_the_others_read() -> Result<(), BagError> {
-    let time = "its time is no number of nanoseconds since 1970";
+    let time = "its time is not a number of nanoseconds since 1970";
     let topic = "its topic is not in the table of topics";
     for (row, reason) in [
         ("1, NULL, x'00'", time),
