@@ -51,7 +51,7 @@ pub struct SimulateArgs {
     /// Length of the recording; the times of the paths stay the same
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
-    /// How far the depth camera's clock is ahead of the scanner's and the pose's
+    /// Offset of the depth camera's clock, ahead of the scanner's and the pose's
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     clock_skew_ms: Option<f64>,
     /// Standard deviation of the sensors' stamps

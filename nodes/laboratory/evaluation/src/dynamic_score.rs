@@ -7,12 +7,12 @@
 //! a point that segmentation classified as dynamic in that cycle: the reduction leaves one point per voxel, so the
 //! voxel is the smallest unit of segmentation.
 //!
-//! In the map, a voxel is an object's own when the object's points touched it in some cycle and no static
+//! In the map, a voxel belongs to an object when the object's points touched it in some cycle and no static
 //! point ever did. Such a voxel should be empty in the final map; a voxel that static points touched in
-//! several cycles should have a point of the map within one edge of the mean of these points: so a map of means and one of
-//! surfaces, with voxels of another edge, are measured alike. What they touched in one or two is mostly where noise throws the far
-//! pixels of a surface, and a rig on the move leaves a trail of it. The accuracies of the benchmarks are as these define them:
-//! they count all that was touched, and a voxel only where the map has a point in it.
+//! several cycles should have a point of the map within one edge of the mean of these points. So maps of means and maps
+//! of surfaces, with voxels of another edge, are measured in the same way. Voxels touched in only one or two cycles are
+//! mostly noise of distant pixels, which a moving rig leaves along its path. The accuracies of the benchmarks follow
+//! their definitions: they count all touched voxels, and a voxel is kept only if the map has a point inside it.
 
 mod labels;
 mod map_score;
@@ -59,14 +59,14 @@ pub enum ScoreError<E: std::error::Error + 'static> {
 }
 
 /// Scores `run` against the truth that `truth_at` gives for the stamp of each cycle's cloud, or `None` where
-/// there is none. `object_names` says what the labels stand for, as far as that is known. `surface_m` are points of the true
-/// static surface in the frame of the map, as many a place as there may be, where they are known.
+/// there is none. `object_names` are the known names of the labels. `surface_m` are points of the true static surface in
+/// the frame of the map, in any density, if they are known.
 ///
 /// `truth_at` is called in the order of the cycles, and one frame is held at a time.
 ///
 /// # Errors
-/// When the run's voxel edge is not a positive number, or the tolerance of the surface where one is given, or `truth_at`
-/// fails. A map or a surface without a point that is finite is no error: there is then no distance between the two.
+/// When the run's voxel edge, or the tolerance of a given surface, is not a positive number, or `truth_at` fails. A map or
+/// a surface without finite points is not an error: there is then no distance between the two.
 pub fn score_dynamic<E: std::error::Error + 'static>(
     run: &RunRecord,
     rules: &DynamicScoreRules,
@@ -121,8 +121,8 @@ pub fn score_dynamic<E: std::error::Error + 'static>(
     })
 }
 
-/// How far the map is from the true surface, both with a point a voxel of the tolerance's edge; none where one of them has
-/// no point.
+/// The distance of the map from the true surface, both reduced to voxels of the tolerance; `None` when one of them has no
+/// points.
 fn surface_distance(
     surface_m: &[Point3<f32>],
     map_m: &[Point3<f32>],
@@ -135,8 +135,8 @@ fn surface_distance(
     }
 }
 
-/// Compares one cycle with its truth and adds what was seen to the tallies of the map. Tells where the objects in
-/// view are, in the map.
+/// Compares one cycle with its ground truth and adds it to the tallies of the map. Returns the positions of the visible
+/// objects in the map frame.
 fn score_cycle(
     cycle: &CycleRecord,
     truth: &TruthFrame,

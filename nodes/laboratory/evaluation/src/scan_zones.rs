@@ -21,7 +21,8 @@ const SAME_PLACE_M: f64 = 0.15;
 const OF_LEG_M: f64 = 0.1;
 /// A return of the background is within this distance of the median range of its beam: the noise.
 const OF_BACKGROUND_M: f64 = 0.1;
-/// Labels leave persons out, so that the background is told by this: a beam with at least such a share of its returns there.
+/// Since some persons are not labelled, the background is recognised by this: a beam with at least this share of its
+/// returns there.
 const OF_STEADY_BEAM: f64 = 0.5;
 
 /// One scan with its labels and zones.

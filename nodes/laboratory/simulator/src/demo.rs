@@ -10,7 +10,7 @@ pub const ROBOT_ID: u16 = 1;
 /// The label of the person in the built-in scenarios.
 pub const PERSON_ID: u16 = 2;
 
-/// Where the crossings lie in the room of the rig of [`Rig::default`]: 1.9 and 2.4 m in front of the camera.
+/// The depths of the crossings in the room of the rig of [`Rig::default`]: 1.9 and 2.4 m in front of the camera.
 const ROBOT_PATH_X_M: f64 = 2.4;
 const PERSON_PATH_X_M: f64 = 2.9;
 /// Objects start and stop in the doorways, outside the scanner's forward quarter and the camera's view.

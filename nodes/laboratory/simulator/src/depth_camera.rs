@@ -25,7 +25,7 @@ pub struct DepthCamera {
     pub depth_min_m: f64,
     /// The largest measurable depth; at most 65.535 m, the largest depth of a 16-bit image.
     pub depth_max_m: f64,
-    /// How far a step of disparity reaches at 1 m: the depth `z` of disparity `n` is `1 / (n * this)`, so
+    /// The depth step per disparity step at 1 m: the depth `z` of disparity `n` is `1 / (n * this)`, so
     /// that neighbouring depths are `this * z^2` apart. In 1/m.
     pub disparity_step_per_m: f64,
     /// Standard deviation of the measured disparity in such steps, rounding included.

@@ -50,7 +50,7 @@ pub enum Texture {
         /// The colour of every other square.
         other: [f64; 3],
     },
-    /// Boards, tiles or bricks, each of its own shade, with dark joints between them and grain along the first edge.
+    /// Boards, tiles or bricks of different brightness, with dark joints between them and grain along the first edge.
     Boards {
         /// The edges of a board.
         size_m: [f64; 2],

@@ -73,7 +73,7 @@ pub struct TourArgs {
     figures: FigureArgs,
 }
 
-/// What happens when the map is full, as an argument.
+/// The action at a full map, as an argument.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum, Serialize)]
 #[value(rename_all = "snake_case")]
 #[serde(rename_all = "snake_case")]

@@ -9,7 +9,7 @@ use msgs::std_msgs::Header;
 use nalgebra::Matrix3;
 use simulator::{ColourImage, ImuReading, VelodyneTurn, WheelReading};
 
-/// As the Kinect drivers publish it.
+/// In the format of the Kinect drivers.
 pub(super) fn image(image: &ColourImage) -> Image {
     Image {
         header: Header { stamp: time_from_stamp(image.stamp), frame_id: image.frame_id.clone() },

@@ -9,7 +9,7 @@ use clap::{Arg, Command, Error};
 
 use super::scenario_name::ScenarioName;
 
-/// Where a scenario comes from.
+/// The source of a scenario.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) enum ScenarioSource {
     /// It comes with the suite.

@@ -165,7 +165,7 @@ fn true_poses(
     let calib = calib.map_or_else(|| folder.join("calib.txt"), Path::to_owned);
     if given.is_none() && !calib.is_file() {
         console::note(format_args!(
-            "the poses of {} are left out: {} is not there (--calib FILE)",
+            "the poses of {} are left out: {} does not exist (--calib FILE)",
             path.display(),
             calib.display()
         ));

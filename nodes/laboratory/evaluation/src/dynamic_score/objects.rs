@@ -35,7 +35,7 @@ pub(super) fn object_score(
     }
 }
 
-/// Of an object's cycles in their order; none of an object that was never found.
+/// Of an object's cycles in their order; `None` for an object that was never found.
 fn first_found(cycles: &[ObjectCycleScore]) -> Option<FirstFound> {
     let mut in_view = cycles.iter().filter(|cycle| cycle.in_view);
     let before = in_view.clone().take_while(|cycle| !cycle.is_found_or_removed()).count();

@@ -118,7 +118,7 @@ fn in_view_found_and_removed_are_different_things() {
         with_removed(2, vec![zone_ahead()], &[ahead, left]),
         // 3: all removed, but too few points to count.
         with_removed(3, vec![zone_ahead()], &[ahead]),
-        // 4: found and removed with exactly the shares that are asked for.
+        // 4: found and removed with exactly the required shares.
         with_removed(4, vec![zone_ahead()], &[ahead]),
     ];
     let truths = [

@@ -7,9 +7,8 @@
 use nalgebra::{Isometry3, Matrix3, Rotation3, SVD, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// The least ratio of the second singular value to the first of the covariance of the positions: below it they
-/// spread across their line less than a thousandth of what they spread along it, and how the estimate is to be
-/// turned about the line is not to be told.
+/// The least ratio of the second singular value to the first of the covariance of the positions: below it their spread
+/// across a line is less than a thousandth of that along it, and the rotation about the line is undetermined.
 const LEAST_SPREAD: f64 = 1e-6;
 /// Positions whose mean square distance from their centre is below this (that of a micrometre) do not move.
 const LEAST_VARIANCE_M2: f64 = 1e-12;

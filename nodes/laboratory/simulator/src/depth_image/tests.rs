@@ -69,7 +69,7 @@ fn nothing_is_measured_out_of_range_or_of_black_or_mirroring_things() {
     assert!(none(&[wall(6.5, Material::PLASTER)]));
     assert!(none(&[wall(3.0, Material::BLACK_GLASS)]));
     // The lowest row looks 23 degrees down, so every ray meets a floor at 63 degrees or more (in the corners):
-    // matt it shows, as far as it is near enough, polished it does not.
+    // a matt floor is measured, if it is near enough, a polished one is not.
     let floor = |material| Body::cuboid("floor", [-9.0, -9.0, -1.3], [9.0, 9.0, -1.2], material);
     let polished = Material { max_incidence_rad: 1.05, ..Material::PLASTER };
     assert!(none(&[floor(polished)]));

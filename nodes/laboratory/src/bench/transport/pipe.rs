@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 /// The longest line; the rest of a longer one is read as another line.
 const LONGEST_LINE: u64 = 64 << 10;
 
-/// Folds the lines of a pipe into a value, on a thread of its own.
+/// Folds the lines of a pipe into a value, on a separate thread.
 pub(super) struct Lines<T> {
     reader: Option<JoinHandle<T>>,
 }

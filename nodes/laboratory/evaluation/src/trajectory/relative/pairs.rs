@@ -130,7 +130,7 @@ fn nearest(sums: &[f64], from: usize, length: f64, tolerance: f64) -> Option<usi
     let after = sums.partition_point(|sum| *sum < wanted).max(from + 1);
     let off = |at: usize| sums.get(at).map(|sum| ((sum - wanted).abs(), at));
     let before = off(after - 1).filter(|(_, at)| *at > from).map(|(off, at)| {
-        // Where the body stood still, the pose at which it came to stand.
+        // When the body was at rest, the first pose at rest.
         (off, sums[..at].partition_point(|sum| *sum < sums[at]).max(from + 1))
     });
     let found = [before, off(after)]
