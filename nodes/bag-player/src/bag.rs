@@ -152,7 +152,7 @@ impl Bag {
         &self.path
     }
 
-    /// The contents of the bag. Reads the index where there is one, and the whole bag where not.
+    /// The contents of the bag. Reads the index if there is one, and otherwise the whole bag.
     ///
     /// # Errors
     /// When a file can no longer be opened.
@@ -169,7 +169,7 @@ impl Bag {
         info::of(self, true)
     }
 
-    /// The topics of the bag. Reads the index where there is one, and the whole bag where not.
+    /// The topics of the bag. Reads the index if there is one, and otherwise the whole bag.
     ///
     /// # Errors
     /// When a file can no longer be opened.

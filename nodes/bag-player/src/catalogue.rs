@@ -20,9 +20,9 @@ pub(crate) struct Channel {
     /// Empty for a channel without a schema.
     pub(crate) type_name: Arc<str>,
     pub(crate) encoding: Arc<str>,
-    /// The definition of the type in the file; empty where it is not in the form of `.msg` files.
+    /// The definition of the type in the file; empty if it is not in the form of `.msg` files.
     pub(crate) definition: Arc<str>,
-    /// The hash of the type's description; empty where there is none.
+    /// The hash of the type's description; empty if there is none.
     pub(crate) type_hash: Arc<str>,
     pub(crate) qos: Option<OfferedQos>,
 }

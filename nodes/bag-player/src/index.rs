@@ -324,7 +324,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Finds the times of a segment by reading it; `false` where it is undamaged and has no message.
+/// Finds the times of a segment by reading it; `false` if it is undamaged and has no message.
 fn take_times(source: &mut Source, segment: &mut Segment) -> bool {
     let mut times: Option<(u64, u64)> = None;
     let read = for_each_record(source, segment, &mut |opcode, body| {

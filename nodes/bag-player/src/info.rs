@@ -86,7 +86,7 @@ pub enum Storage {
 pub struct TopicInfo {
     /// Its name.
     pub topic: String,
-    /// The name of its type; empty where the bag has none.
+    /// The name of its type; empty if the bag has none.
     pub type_name: String,
     /// The definition of its type and of the types in it, in the form of `.msg` files, where the bag has it.
     #[serde(skip)]
@@ -99,7 +99,7 @@ pub struct TopicInfo {
     pub message_count: u64,
     /// Mean rate from the first to the last message; `None` for fewer than two messages.
     pub rate_hz: Option<f64>,
-    /// The QoS that its publishers offered, where it was recorded.
+    /// The QoS that its publishers offered, if it was recorded.
     pub qos: Option<OfferedQos>,
 }
 
@@ -114,7 +114,7 @@ struct Tallied {
 }
 
 impl BagInfo {
-    /// The topic of this name, which may be given with or without its leading slash; `None` where the bag has none.
+    /// The topic of this name, which may be given with or without its leading slash; `None` if the bag has none.
     #[must_use]
     pub fn topic(&self, named: &str) -> Option<&TopicInfo> {
         self.topics.iter().find(|topic| bare(&topic.topic) == bare(named))

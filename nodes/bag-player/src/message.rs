@@ -16,7 +16,7 @@ pub const CDR: &str = "cdr";
 pub struct BagMessage {
     /// The topic.
     pub topic: Arc<str>,
-    /// The name of its type, such as `sensor_msgs/msg/LaserScan`; empty where the bag has none.
+    /// The name of its type, such as `sensor_msgs/msg/LaserScan`; empty if the bag has none.
     pub type_name: Arc<str>,
     /// The encoding of `data`; [`CDR`] unless the selection includes other encodings.
     pub encoding: Arc<str>,

@@ -93,7 +93,7 @@ impl OfferedQos {
 
     /// Reads rosbag2's YAML, in the numbers of earlier versions or the words of later ones. The profiles
     /// of several publishers are merged into one that matches the subscribers of all: reliable
-    /// if one was, latched if all were, the greatest depth. `None` where there is no profile.
+    /// if one was, latched if all were, the greatest depth. `None` if there is no profile.
     #[must_use]
     pub fn from_yaml(text: &str) -> Option<Self> {
         let profiles: Vec<Profile> = serde_saphyr::from_str(text).ok()?;

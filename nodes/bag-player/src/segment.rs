@@ -38,7 +38,7 @@ pub(crate) struct Segment {
     pub(crate) first_ns: u64,
     /// Latest log time of its messages.
     pub(crate) last_ns: u64,
-    /// The offsets of the message index of each channel, where there is one.
+    /// The offsets of the message index of each channel, if there is one.
     pub(crate) index_offsets: Option<BTreeMap<u16, u64>>,
     pub(crate) form: Form,
 }
@@ -65,7 +65,7 @@ pub(crate) struct ChunkHead {
 }
 
 impl ChunkHead {
-    /// Reads the header before a chunk's records; `None` where the record or the file ends before.
+    /// Reads the header before a chunk's records; `None` if the record or the file ends before.
     pub(crate) fn read(source: &mut Source, frame: &Frame) -> io::Result<Option<Self>> {
         let wanted = MIN_CHUNK_HEADER_BYTES + MAX_COMPRESSION_NAME_BYTES;
         let body = source.body_start(frame, wanted)?;
@@ -252,7 +252,7 @@ pub(crate) fn channels_of(source: &mut Source, segment: &Segment, catalogue: &mu
     });
 }
 
-/// A message record's header and data; `None` where it is too short.
+/// A message record's header and data; `None` if it is too short.
 pub(crate) fn message_of(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
     let (channel_id, rest) = body.split_first_chunk::<2>()?;
     let (sequence, rest) = rest.split_first_chunk::<4>()?;
@@ -268,7 +268,7 @@ pub(crate) fn message_of(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
 }
 
 /// The number of messages in the message index after a chunk: the count of a lost chunk.
-/// `None` where there is no such index.
+/// `None` if there is no such index.
 pub(crate) fn messages_indexed_behind(
     source: &mut Source,
     segment: &Segment,

@@ -68,7 +68,7 @@ impl Source {
         result
     }
 
-    /// The frame at `offset`; `None` where fewer bytes are left than a frame needs.
+    /// The frame at `offset`; `None` if fewer bytes are left than a frame needs.
     pub(crate) fn frame_at(&mut self, offset: u64) -> io::Result<Option<Frame>> {
         if self.size.saturating_sub(offset) < FRAME_HEADER_BYTES {
             return Ok(None);

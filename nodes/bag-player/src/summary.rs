@@ -28,7 +28,7 @@ pub(crate) enum Unreadable {
     Damaged { offset: u64, reason: String },
 }
 
-/// Reads the summary; `None` where the file has none by its footer.
+/// Reads the summary; `None` if the file has none by its footer.
 pub(crate) fn read(source: &mut Source) -> Result<Option<Summary>, Unreadable> {
     let magic_bytes = mcap::MAGIC.len() as u64;
     let tail_bytes = FRAME_HEADER_BYTES + FOOTER_BODY_BYTES + magic_bytes;

@@ -121,7 +121,7 @@ impl BagWriter {
         self.raw_channel(topic, M::TYPE_NAME, &M::schema(), &qos.to_yaml())
     }
 
-    /// Adds a topic whose type is given by its name and its ros2msg schema, which is empty where it is not known, with
+    /// Adds a topic whose type is given by its name and its ros2msg schema, which is empty if it is not known, with
     /// the YAML of its publishers' QoS (see [`OfferedQos::to_yaml`]).
     ///
     /// # Errors

@@ -23,14 +23,14 @@ use crate::interrupt::Interrupt;
 pub enum ImportArgs {
     /// A TUM RGB-D sequence: colour, depth and motion-capture poses
     Tum(tum::TumArgs),
-    /// Numbered 16-bit depth pictures of a static camera
+    /// Numbered 16-bit depth images of a static camera
     Depth(depth::DepthArgs),
     /// A bag of ROS 1, sqlite3 or MCAP, as an MCAP file
     #[command(alias = "ros1")]
     Bag(bag::BagArgs),
     /// A capture of a Velodyne's packets, pcap or pcapng
     Velodyne(velodyne::VelodyneArgs),
-    /// Laser scans of KITTI or KITTI-360, with true poses where there are any
+    /// Laser scans of KITTI or KITTI-360, with true poses if there are any
     Kitti(kitti::KittiArgs),
     /// A recording as the road thesis' program exported it: coordinates and intensities
     Csv(csv::CsvArgs),

@@ -97,7 +97,7 @@ impl BlockBox {
             && (least.z..=most.z).contains(&key.z)
     }
 
-    /// The intersection of both; it is empty where `least` is beyond `most`.
+    /// The intersection of both; it is empty if `least` is beyond `most`.
     #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
         let (a, b) = (self, other);

@@ -160,7 +160,7 @@ impl Occupancy {
         }
     }
 
-    /// The voxel of a point; `None` where a coordinate is not finite.
+    /// The voxel of a point; `None` if a coordinate is not finite.
     fn voxel(&self, point_in_map: &Point3<f64>) -> Option<VoxelKey> {
         let [x, y, z] = (point_in_map.coords / self.config.edge_m).into();
         let is_finite = f64::is_finite(x) && f64::is_finite(y) && f64::is_finite(z);

@@ -90,7 +90,7 @@ pub(crate) fn nearest(value: f32) -> u32 {
     (value + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits())
 }
 
-/// Bounds along one side of the image, in whole pixels; `None` where they are all outside.
+/// Bounds along one side of the image, in whole pixels; `None` if they are all outside.
 #[inline]
 pub(crate) fn pixels_between(
     least_px: f32,

@@ -76,7 +76,7 @@ fn look(
     }
 }
 
-/// The message index of a channel at `offset`; `None` where there is none, or it is damaged.
+/// The message index of a channel at `offset`; `None` if there is none, or it is damaged.
 fn indexed_span(source: &mut Source, channel: u16, offset: u64) -> Option<Span> {
     let frame = source.frame_at(offset).ok().flatten()?;
     if frame.opcode != op::MESSAGE_INDEX || frame.end() > source.size {

@@ -39,7 +39,7 @@ pub(super) struct Definitions {
 /// A field of a definition.
 #[derive(Clone, PartialEq, Debug)]
 struct Field {
-    /// The type of the field or of its elements, with its package where it is a message.
+    /// The type of the field or of its elements, with its package if it is a message.
     element: String,
     shape: Shape,
 }

@@ -29,7 +29,7 @@ pub(super) enum Key {
 /// keeps its line breaks.
 pub(super) struct Keys {
     pressed: mpsc::UnboundedReceiver<Key>,
-    /// `None` where there is no terminal to read from.
+    /// `None` if there is no terminal to read from.
     terminal: Option<Terminal>,
 }
 

@@ -79,7 +79,7 @@ impl Offers {
         Ok(Self(offers))
     }
 
-    /// Publishes a message. `None` where its topic is not played with this type.
+    /// Publishes a message. `None` if its topic is not played with this type.
     pub(super) fn publish(&mut self, message: &BagMessage) -> Option<Result<(), PublishError>> {
         let offer = self.0.get_mut(&*message.topic)?;
         if offer.type_name != full_type_name(&message.type_name) {

@@ -89,7 +89,7 @@ pub(super) fn fault_of_file(paths: Paths<'_>) -> Option<Loss> {
 /// The used part of a database's header.
 struct Header {
     page_bytes: u64,
-    /// The size of the file; `None` where it is not valid.
+    /// The size of the file; `None` if it is not valid.
     stated_bytes: Option<u64>,
 }
 

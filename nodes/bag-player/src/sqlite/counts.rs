@@ -40,7 +40,7 @@ pub(crate) fn read_through(paths: Paths<'_>, database: &Database) -> Result<Coun
     Ok((counts, rows.take_losses()))
 }
 
-/// Counts the messages of all topics by scanning the table, without their data; an error where it cannot be
+/// Counts the messages of all topics by scanning the table, without their data; an error if it cannot be
 /// read to its end.
 pub(crate) fn walk(paths: Paths<'_>, database: &Database) -> Result<Counts, BagError> {
     let connection = connect(paths)?;

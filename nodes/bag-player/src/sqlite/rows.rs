@@ -252,7 +252,7 @@ pub(super) const TOPIC_IS_UNKNOWN: &str = "its topic is not in the table of topi
 
 type Message = (i64, Arc<Channel>, Vec<u8>);
 
-/// The message in a row; `None` where its topic is not selected.
+/// The message in a row; `None` if its topic is not selected.
 fn message(
     statement: &mut Statement<'_>,
     row: i64,

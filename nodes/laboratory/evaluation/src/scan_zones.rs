@@ -76,7 +76,7 @@ pub struct ScanZoneScore {
     pub moving_legs: usize,
     /// Of these, legs whose returns were all removed.
     pub moving_legs_removed: usize,
-    /// Returns of the background: at the range that their beam has most of the time. None where the platform moves.
+    /// Returns of the background: at the range that their beam has most of the time. None if the platform moves.
     pub background_returns: usize,
     /// Of these, returns that are removed.
     pub background_returns_removed: usize,

@@ -85,7 +85,7 @@ impl Canvas {
         });
     }
 
-    /// The true point of a pixel in the optical frame; `None` where there is nothing.
+    /// The true point of a pixel in the optical frame; `None` if there is nothing.
     pub(crate) fn point_m(&self, camera: &CameraModel, index: usize) -> Option<Point3<f64>> {
         let depth_m = f64::from(*self.depth_m.get(index)?);
         let column = (index % camera.width_px) as f64;

@@ -36,7 +36,7 @@ pub(super) struct Reception {
 }
 
 impl Reception {
-    /// Adds a message, with its number where it has one.
+    /// Adds a message, with its number if it has one.
     pub(super) fn note(&mut self, number: Option<Number>) {
         self.received += 1;
         let Some(Number { run, count }) = number else { return };

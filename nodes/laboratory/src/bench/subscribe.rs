@@ -58,7 +58,7 @@ impl SubscribeArgs {
 pub(super) struct SubscribeReport {
     /// Received messages.
     pub(super) received: u64,
-    /// Messages missing between the first and the last one; absent where the sender does not number them.
+    /// Messages missing between the first and the last one; absent if the sender does not number them.
     pub(super) lost: Option<u64>,
     /// Messages received after a later one, or twice.
     pub(super) out_of_order: u64,

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Usage {
     /// CPU time on all cores.
     pub(super) cpu_s: f64,
-    /// The peak memory; absent where the system does not report it.
+    /// The peak memory; absent if the system does not report it.
     pub(super) rss_peak_bytes: Option<u64>,
     /// The present memory.
     pub(super) rss_bytes: Option<u64>,

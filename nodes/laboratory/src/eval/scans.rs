@@ -1,4 +1,4 @@
-//! `stillmap eval scans`: detection on the scans of a bag alone, scored by labelled legs where there are any.
+//! `stillmap eval scans`: detection on the scans of a bag alone, scored by labelled legs if there are any.
 
 mod labels;
 
@@ -213,7 +213,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// The pose of the rig for a scan; `None` where it is not known.
+    /// The pose of the rig for a scan; `None` if it is not known.
     fn pose(&mut self, scan: &Scan) -> Option<StampedPose> {
         match self.args.odometry {
             Odometry::Still => Some(StampedPose {

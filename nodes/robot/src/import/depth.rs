@@ -1,4 +1,4 @@
-//! `stillmap import depth`: numbered depth pictures of a static camera.
+//! `stillmap import depth`: numbered depth images of a static camera.
 
 use std::path::{Path, PathBuf};
 
@@ -15,8 +15,8 @@ use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME};
 
-/// The stamp of the first picture, since the pictures have none: a constant and not the present time,
-/// so that the same pictures always give the same bag.
+/// The stamp of the first image, since the files have none: a constant and not the present time,
+/// so that the same files always give the same bag.
 const FIRST_STAMP: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
 
 /// Arguments of `stillmap import depth`.
@@ -25,7 +25,7 @@ const FIRST_STAMP: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
   stillmap import depth kitchen/depth --intrinsics 365,365,256,212 --rate 10 \\
       --scan-from-depth --masks kitchen/masks -o kitchen.mcap")]
 pub struct DepthArgs {
-    /// The folder of the pictures 0001.png, 0002.png, ...
+    /// The folder of the images 0001.png, 0002.png, ...
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// Focal lengths and principal point in pixels
@@ -37,7 +37,7 @@ pub struct DepthArgs {
     /// Stored depth units per metre
     #[arg(long, value_name = "UNITS", default_value_t = 1000.0)]
     units_per_metre: f64,
-    /// A folder of masks, one per picture, not black where the moving object is
+    /// A folder of masks, one per image, not black where the moving object is
     #[arg(long, value_name = "DIR")]
     masks: Option<PathBuf>,
     #[command(flatten)]
@@ -49,7 +49,7 @@ pub struct DepthArgs {
 pub(crate) fn import(args: &DepthArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     if !(args.rate.is_finite() && args.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is not a positive number", args.rate))
-            .fix("give the pictures per second of the recording, for example --rate 30"));
+            .fix("give the images per second of the recording, for example --rate 30"));
     }
     let unit = DepthUnit::new(args.units_per_metre)?;
     let pictures = numbered_pictures(&args.folder)?;
@@ -57,7 +57,7 @@ pub(crate) fn import(args: &DepthArgs, interrupt: &Interrupt) -> Result<Outcome,
     if let Some(masks) = &masks
         && masks.len() != pictures.len()
     {
-        return Err(Failure::new(format!("{} pictures but {} masks", pictures.len(), masks.len()))
+        return Err(Failure::new(format!("{} images but {} masks", pictures.len(), masks.len()))
             .fix("there must be one mask for each picture, numbered alike"));
     }
 

@@ -1,4 +1,4 @@
-//! 16-bit depth pictures in PNG files.
+//! 16-bit depth images in PNG files.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ impl DepthUnit {
     }
 }
 
-/// Reads a 16-bit greyscale picture as a depth image, rounded to the nearest millimetre.
+/// Reads a 16-bit greyscale image as a depth image, rounded to the nearest millimetre.
 pub(crate) fn read_depth(
     path: &Path,
     unit: DepthUnit,
@@ -33,8 +33,8 @@ pub(crate) fn read_depth(
 ) -> Result<DepthImage, Failure> {
     let picture = open(path)?;
     let image::DynamicImage::ImageLuma16(picture) = picture else {
-        return Err(Failure::new(format!("{} is not a 16-bit greyscale picture", path.display()))
-            .fix("depth pictures hold one 16-bit number a pixel, 0 where nothing was measured"));
+        return Err(Failure::new(format!("{} is not a 16-bit greyscale image", path.display()))
+            .fix("depth images hold one 16-bit number per pixel, 0 for no measurement"));
     };
     let (width_px, height_px) = (picture.width() as usize, picture.height() as usize);
     let pixels = millimetres(picture.into_raw(), unit);
@@ -42,7 +42,7 @@ pub(crate) fn read_depth(
         .map_err(|error| Failure::new(format!("{}: {error}", path.display())))
 }
 
-/// Reads the mask of an object: 1 where the picture is not black.
+/// Reads the mask of an object: 1 where the image is not black.
 pub(crate) fn read_mask(path: &Path) -> Result<((usize, usize), Vec<u16>), Failure> {
     let picture = open(path)?.into_luma16();
     let size_px = (picture.width() as usize, picture.height() as usize);

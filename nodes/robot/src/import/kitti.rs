@@ -89,7 +89,7 @@ pub(crate) fn import(args: &KittiArgs, interrupt: &Interrupt) -> Result<Outcome,
 pub struct Sequence {
     scans: Vec<Scan>,
     times: Vec<Stamp>,
-    /// The pose of the scanner at each frame relative to the first, where it is known.
+    /// The pose of the scanner at each frame relative to the first, if it is known.
     poses: Option<Vec<Isometry3<f64>>>,
 }
 

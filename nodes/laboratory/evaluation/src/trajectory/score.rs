@@ -86,7 +86,7 @@ pub struct Spans {
 pub struct TrajectoryFacts {
     /// The number of poses.
     pub poses: usize,
-    /// From the first to the last; absent where there are no stamps.
+    /// From the first to the last; absent if there are no stamps.
     pub duration_s: Option<f64>,
     /// The length of its path.
     pub path_m: f64,

@@ -1,5 +1,5 @@
 //! The measure of the KITTI odometry benchmark (Geiger et al. 2012, section 3.2, and its page): the mean drift
-//! over stretches of 100 to 800 m of the reference's path, in percent of the way and in degrees a metre.
+//! over stretches of 100 to 800 m of the reference's path, in percent of the distance and in degrees per metre.
 
 use serde::{Deserialize, Serialize};
 

@@ -21,13 +21,13 @@ pub(super) struct Counts {
     pub(super) voxels: usize,
     /// The memory of the map, by its own count.
     pub(super) map_bytes: usize,
-    /// The tiles of the map; absent where none are spilled. `written` and `read` count from the start.
+    /// The tiles of the map; absent if none are spilled. `written` and `read` count from the start.
     pub(super) spill: Option<SpillCounts>,
     /// The evidence of segmentation; 0 where the method has none.
     pub(super) evidence_blocks: usize,
     /// Scans and images that wait for a match.
     pub(super) waiting: usize,
-    /// The memory of the process, including the simulation; absent where the system does not report it.
+    /// The memory of the process, including the simulation; absent if the system does not report it.
     pub(super) rss_bytes: Option<u64>,
 }
 

@@ -29,7 +29,7 @@ pub(super) struct Cost {
 pub(super) struct Measurement {
     pub(super) published: u64,
     pub(super) received: u64,
-    /// Messages received after a later one; absent where the tool does not report them.
+    /// Messages received after a later one; absent if the tool does not report them.
     pub(super) out_of_order: Option<u64>,
     /// The achieved rate of the sender.
     pub(super) sent_hz: f64,
@@ -37,7 +37,7 @@ pub(super) struct Measurement {
     pub(super) latency_p99_ms: Option<f64>,
     pub(super) publisher: Cost,
     pub(super) subscriber: Cost,
-    /// The receive buffer of a socket; absent where nothing is sent.
+    /// The receive buffer of a socket; absent if nothing is sent.
     pub(super) buffer_bytes: Option<usize>,
     /// Whether a message of this size arrives completely with that buffer.
     pub(super) expected_whole: bool,

@@ -63,9 +63,9 @@ pub(super) struct ScenarioReport {
     /// The peak memory of the killed readers.
     pub(super) crashed_rss_peak_bytes: Option<u64>,
     pub(super) memory: Vec<MemoryAt>,
-    /// Whether all ends stayed within the limit; absent where the system does not report it.
+    /// Whether all ends stayed within the limit; absent if the system does not report it.
     pub(super) within_memory: Option<bool>,
-    /// Whether the age of all messages was accepted; absent where it is not checked.
+    /// Whether the age of all messages was accepted; absent if it is not checked.
     pub(super) within_age: Option<bool>,
 }
 

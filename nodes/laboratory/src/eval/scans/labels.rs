@@ -67,7 +67,7 @@ impl Labels {
         self.displaced += usize::from(displaced.is_some());
     }
 
-    /// Adds the labels of the scan that follows; returns their own stamp, where they have one.
+    /// Adds the labels of the scan that follows; returns their own stamp, if they have one.
     pub(super) fn take(&mut self, message: &BagMessage) -> Result<Option<Stamp>, Failure> {
         let labels = message.decode::<PoseArray>().map_err(failure)?;
         let places = labels.poses.iter().map(|pose| pose.position);
@@ -78,7 +78,7 @@ impl Labels {
         Ok((stamp != Stamp::default()).then_some(stamp))
     }
 
-    /// The labels of a scan, in the rig's frame; `None` where it has none.
+    /// The labels of a scan, in the rig's frame; `None` if it has none.
     pub(super) fn of(&mut self, scan: Stamp) -> Option<Vec<Point3<f64>>> {
         self.of_next.take().or_else(|| self.of_stamps.remove(&scan))
     }

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::failure::Failure;
 
-/// Depth pictures of the benchmark have 5000 units per metre (its file format page).
+/// Depth images of the benchmark have 5000 units per metre (its file format page).
 pub const UNITS_PER_METRE: f64 = 5000.0;
 
 /// Intrinsics of the three colour cameras, to which the depth is registered: fx, fy, cx, cy and the
