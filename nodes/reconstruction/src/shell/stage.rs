@@ -124,7 +124,6 @@ impl Stage {
                     ("points_not_finite", addition.not_finite_points as u64),
                     ("voxels_cleared", addition.cleared_voxels as u64),
                     ("voxels_dropped", addition.dropped_voxels as u64),
-                    ("map_bytes", self.map.memory_bytes() as u64),
                 ];
                 counts.extend(path::reported(&self.map));
                 counts.extend(spilling::reported(&self.map));
