@@ -16,6 +16,16 @@ pub struct Cloud {
     pub points_m: Vec<Point3<f32>>,
 }
 
+/// A cloud with the colours of its points.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct ColouredCloud {
+    /// The points.
+    pub cloud: Cloud,
+    /// Red, green and blue of each point, [`NO_COLOUR`](crate::NO_COLOUR) where none was seen; none at all where the cloud has no
+    /// colours.
+    pub colours: Vec<[u8; 3]>,
+}
+
 impl Cloud {
     /// The cloud in another frame.
     #[must_use]

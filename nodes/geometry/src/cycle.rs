@@ -5,7 +5,9 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Cloud, CycleSetup, DepthFrame, DynamicZone, MaskedDepth, MovingBeam, Stamp};
+use crate::{
+    Cloud, ColourSizeError, CycleSetup, DepthFrame, DynamicZone, MaskedDepth, MovingBeam, Stamp,
+};
 
 /// The output of detection to segmentation: the reduced cloud, the pose and the zones of one cycle.
 /// They are one value so that a cloud is never combined with the pose or the zone of another cycle.
@@ -32,9 +34,24 @@ pub struct DetectedCycle {
     /// The beams of the scan that hit something that moves, by rising index, in whatever direction; none where the method does
     /// not know single beams (`rec_hv`).
     pub moving_beams: Vec<MovingBeam>,
-    /// The depth image of the cloud, or one that is made of the cloud, with its stamp; absent where the method has no use for it
+    /// The depth image of the cloud, or one that is made of the cloud, with its stamp, and its colours where the cycle has a
+    /// colour image; absent where the method has no use for it
     /// ([`PipelineConfig::needs_depth`](crate::PipelineConfig::needs_depth)).
     pub depth: Option<Arc<DepthFrame>>,
+}
+
+impl DetectedCycle {
+    /// Gives the depth image the colours of its pixels; see [`DepthFrame::with_colours`]. A cycle without a depth image has no use
+    /// for them.
+    ///
+    /// # Errors
+    /// When they are not as many as the pixels; the cycle is then without colours.
+    pub fn colour(&mut self, colours: Vec<[u8; 3]>) -> Result<(), ColourSizeError> {
+        if let Some(frame) = &mut self.depth {
+            Arc::make_mut(frame).set_colours(colours)?;
+        }
+        Ok(())
+    }
 }
 
 /// The output of segmentation to reconstruction: both parts of one cycle's cloud, and from where they were

@@ -8,7 +8,12 @@ mod tests;
 
 use std::sync::Arc;
 
-use crate::{CameraModel, CameraModelError, DepthCameraError, DepthImage, DepthPixels};
+use nalgebra::Point3;
+
+use crate::{
+    CameraModel, CameraModelError, ColourSizeError, DepthCameraError, DepthImage, DepthPixels,
+    NO_COLOUR,
+};
 pub use cloud_camera::CloudCamera;
 pub use pinhole_fit::PinholeFitError;
 
@@ -16,11 +21,13 @@ pub use pinhole_fit::PinholeFitError;
 /// from it.
 ///
 /// Depths are whole millimetres, 0 where nothing was measured (`16UC1` of REP-118), whatever encoding they arrived in: so
-/// they are the same numbers in one process as over DDS, where they are compressed without loss.
+/// they are the same numbers in one process as over DDS, where they are compressed without loss. Colours, where the cycle has a
+/// colour image, are those of the depth image's pixels ([`ColourRegistration`](crate::ColourRegistration)).
 #[derive(Clone, PartialEq, Debug)]
 pub struct DepthFrame {
     image: DepthImage,
     camera: CameraModel,
+    colours: Option<Vec<[u8; 3]>>,
 }
 
 /// An image and a camera that are not of each other.
@@ -58,7 +65,53 @@ impl DepthFrame {
                 image.with_millimetres(pixels)
             }
         };
-        Ok(Self { image, camera })
+        Ok(Self { image, camera, colours: None })
+    }
+
+    /// The same with the colour that each pixel shows, row by row: red, green, blue, or [`NO_COLOUR`](crate::NO_COLOUR).
+    ///
+    /// # Errors
+    /// When the colours are not as many as the pixels.
+    pub fn with_colours(mut self, colours: Vec<[u8; 3]>) -> Result<Self, ColourSizeError> {
+        self.set_colours(colours)?;
+        Ok(self)
+    }
+
+    pub(crate) fn set_colours(&mut self, colours: Vec<[u8; 3]>) -> Result<(), ColourSizeError> {
+        ColourSizeError::check((self.image.width_px(), self.image.height_px()), colours.len())?;
+        self.colours = Some(colours);
+        Ok(())
+    }
+
+    /// The colour of each pixel; `None` where no colour image belongs to the depth image.
+    #[must_use]
+    pub fn colours(&self) -> Option<&[[u8; 3]]> {
+        self.colours.as_deref()
+    }
+
+    /// The colours of the pixels by points of the camera's frame, with a colour each, that the image was rendered from: a pixel
+    /// has the colour of the first point whose depth it has.
+    #[must_use]
+    pub fn colours_of_points<'a>(
+        &self,
+        points: impl IntoIterator<Item = (&'a Point3<f32>, [u8; 3])>,
+    ) -> Vec<[u8; 3]> {
+        let (width_px, height_px) = (self.image.width_px(), self.image.height_px());
+        let mut colours = vec![NO_COLOUR; width_px * height_px];
+        let DepthPixels::Millimetres(depths_mm) = self.image.pixels() else { return colours };
+        for (point_m, colour) in points {
+            let depth_mm = millimetres(point_m.z);
+            let Some(at) = self.camera.project(&point_m.cast()) else { continue };
+            // Within the image, whose outer pixels reach half a pixel beyond their centres; the casts saturate.
+            let pixel = (at.y + 0.5) as usize * width_px + (at.x + 0.5) as usize;
+            if let (Some(kept), Some(seen_mm)) = (colours.get_mut(pixel), depths_mm.get(pixel))
+                && *kept == NO_COLOUR
+                && *seen_mm == depth_mm
+            {
+                *kept = colour;
+            }
+        }
+        colours
     }
 
     /// The image.

@@ -31,6 +31,7 @@
 mod camera;
 mod cloud;
 mod cloud_view;
+mod colour;
 mod cycle;
 mod depth;
 mod depth_frame;
@@ -60,9 +61,13 @@ mod voxel;
 mod zone;
 
 pub use camera::{CameraModel, CameraModelError, Distortion, RayTable};
-pub use cloud::{Cloud, is_finite};
+pub use cloud::{Cloud, ColouredCloud, is_finite};
 pub use cloud_view::{
     AS_NEAR, Bearing, CloudView, FARTHEST_SEEN_M, LONGEST_STAY_S, NEAREST_SEEN_M,
+};
+pub use colour::{
+    ColourImage, ColourRegistration, ColourRegistrationError, ColourSizeError, DARKEST, NO_COLOUR,
+    seen_colour,
 };
 pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
 pub use depth::{DepthImage, DepthPixels, DepthSizeError};

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::point_file::{
-    Encoding, OrientedPoints, PointFileError, RecordLayout, Scalar, append_binary,
-    append_with_normals, split_header,
+    Encoding, OrientedPoints, Parts, PointFileError, RecordLayout, Scalar, append_binary,
+    split_header,
 };
 
 /// A binary PCD file of points in metres, unorganised.
@@ -25,18 +25,37 @@ pub fn encode(points_m: &[Point3<f32>]) -> Vec<u8> {
 /// there are none, or not as many.
 #[must_use]
 pub fn encode_with_normals(points_m: &[Point3<f32>], normals: &[Vector3<f32>]) -> Vec<u8> {
-    if points_m.is_empty() || points_m.len() != normals.len() {
+    encode_with_colours(points_m, normals, &[])
+}
+
+/// The same with a normal and a colour for each point (`rgb`, as PCL's `PointXYZRGB` has it: the bytes 0, red, green and blue of
+/// a number, in a field of type float); without the one or the other where there are none, or not as many.
+#[must_use]
+pub fn encode_with_colours(
+    points_m: &[Point3<f32>],
+    normals: &[Vector3<f32>],
+    colours: &[[u8; 3]],
+) -> Vec<u8> {
+    let parts = Parts::of(points_m, normals, colours);
+    let (count, mut fields) = (points_m.len(), vec!["x", "y", "z"]);
+    if parts.normals.is_some() {
+        fields.extend(["normal_x", "normal_y", "normal_z"]);
+    }
+    if parts.colours.is_some() {
+        fields.push("rgb");
+    }
+    if fields.len() == 3 {
         return encode(points_m);
     }
-    let count = points_m.len();
+    let each = |word: &str| vec![word; fields.len()].join(" ");
+    let (names, sizes, types, counts) = (fields.join(" "), each("4"), each("F"), each("1"));
     let mut bytes = format!(
         "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n\
-         FIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\n\
-         TYPE F F F F F F\nCOUNT 1 1 1 1 1 1\nWIDTH {count}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\n\
-         POINTS {count}\nDATA binary\n"
+         FIELDS {names}\nSIZE {sizes}\nTYPE {types}\nCOUNT {counts}\n\
+         WIDTH {count}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {count}\nDATA binary\n"
     )
     .into_bytes();
-    append_with_normals(&mut bytes, points_m, normals);
+    parts.append(&mut bytes, |bytes, [red, green, blue]| bytes.extend([blue, green, red, 0]));
     bytes
 }
 
@@ -51,7 +70,7 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
     header.layout()?.decode(header.encoding(), body, header.points()?)
 }
 
-/// The same with the normals; no normals where the file has none.
+/// The same with the normals and the colours; none of them where the file has none.
 ///
 /// # Errors
 /// As [`decode`].
@@ -238,7 +257,41 @@ mod tests {
         let normals = vec![Vector3::x(), Vector3::new(0.0, 0.6, -0.8)];
         let file = encode_with_normals(&points, &normals);
         assert_eq!(decode(&file).unwrap(), points);
-        let expected = OrientedPoints { points_m: points, normals };
+        let expected = OrientedPoints { points_m: points, normals, colours: Vec::new() };
         assert_eq!(decode_with_normals(&file).unwrap(), expected);
+    }
+
+    #[test]
+    fn colours_are_those_of_pcl() {
+        let points = vec![Point3::new(1.0, -2.0, 0.5), Point3::new(0.0, 3.0, 0.25)];
+        let (normals, colours) = (vec![Vector3::x(); 2], vec![[255, 128, 1], [0, 0, 0]]);
+        let file = encode_with_colours(&points, &normals, &colours);
+        let expected = OrientedPoints { points_m: points.clone(), normals, colours };
+        assert_eq!(decode_with_normals(&file).unwrap(), expected);
+        let file = encode_with_colours(&points, &[], &expected.colours);
+        let header = String::from_utf8_lossy(&file);
+        for line in ["FIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n"] {
+            assert!(header.contains(line), "{header}");
+        }
+        assert!(file.ends_with(&[0; 4]) && file[file.len() - 20..][..4] == [1, 128, 255, 0]);
+        assert_eq!(encode_with_colours(&points, &[], &[]), encode(&points), "without, as before");
+    }
+
+    #[test]
+    fn colours_of_other_programs_are_read() {
+        let header = "VERSION 0.7\nFIELDS x y z rgba\nSIZE 4 4 4 4\nTYPE F F F U\nPOINTS 1\n";
+        let ascii = format!("{header}DATA ascii\n1 2 3 {}\n", 0xff_64_32_0a_u32);
+        assert_eq!(decode_with_normals(ascii.as_bytes()).unwrap().colours, [[100, 50, 10]]);
+        let mut binary = format!("{header}DATA binary\n").into_bytes();
+        binary.extend([0; 12]);
+        binary.extend(0xff_64_32_0a_u32.to_le_bytes());
+        assert_eq!(decode_with_normals(&binary).unwrap().colours, [[100, 50, 10]]);
+        // PCL writes the bits of the colour as a float.
+        let float = header.replace("rgba", "rgb").replace("TYPE F F F U", "TYPE F F F F");
+        let ascii = format!("{float}DATA ascii\n1 2 3 {:e}\n", f32::from_bits(0x64_32_0a));
+        assert_eq!(decode_with_normals(ascii.as_bytes()).unwrap().colours, [[100, 50, 10]]);
+        let bad = format!("{header}DATA ascii\n1 2 3 red\n");
+        let error = decode_with_normals(bad.as_bytes()).unwrap_err();
+        assert_eq!(error, PointFileError::Number { point: 0, text: "red".to_owned() });
     }
 }

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::point_file::{
-    Encoding, OrientedPoints, PointFileError, RecordLayout, Scalar, append_binary,
-    append_with_normals, split_header,
+    Encoding, OrientedPoints, Parts, PointFileError, RecordLayout, Scalar, append_binary,
+    split_header,
 };
 
 /// A binary PLY file, least significant byte first, of points in metres.
@@ -23,17 +23,35 @@ pub fn encode(points_m: &[Point3<f32>]) -> Vec<u8> {
 /// The same with a normal for each point (`nx`, `ny`, `nz`); without where there are none, or not as many.
 #[must_use]
 pub fn encode_with_normals(points_m: &[Point3<f32>], normals: &[Vector3<f32>]) -> Vec<u8> {
-    if points_m.is_empty() || points_m.len() != normals.len() {
+    encode_with_colours(points_m, normals, &[])
+}
+
+/// The same with a normal and a colour for each point (`red`, `green`, `blue`); without the one or the other where there are
+/// none, or not as many.
+#[must_use]
+pub fn encode_with_colours(
+    points_m: &[Point3<f32>],
+    normals: &[Vector3<f32>],
+    colours: &[[u8; 3]],
+) -> Vec<u8> {
+    let parts = Parts::of(points_m, normals, colours);
+    if parts.normals.is_none() && parts.colours.is_none() {
         return encode(points_m);
     }
-    let mut bytes = format!(
+    let mut header = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
-         property float x\nproperty float y\nproperty float z\n\
-         property float nx\nproperty float ny\nproperty float nz\nend_header\n",
+         property float x\nproperty float y\nproperty float z\n",
         points_m.len()
-    )
-    .into_bytes();
-    append_with_normals(&mut bytes, points_m, normals);
+    );
+    if parts.normals.is_some() {
+        header += "property float nx\nproperty float ny\nproperty float nz\n";
+    }
+    if parts.colours.is_some() {
+        header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    }
+    header += "end_header\n";
+    let mut bytes = header.into_bytes();
+    parts.append(&mut bytes, |bytes, colour| bytes.extend(colour));
     bytes
 }
 
@@ -47,7 +65,7 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
     layout.decode(encoding, body, vertices)
 }
 
-/// The same with the normals; no normals where the file has none.
+/// The same with the normals and the colours; none of them where the file has none.
 ///
 /// # Errors
 /// As [`decode`].
@@ -141,12 +159,49 @@ mod tests {
         let normals = [Vector3::x(), Vector3::new(0.0, 0.6, -0.8)];
         let file = encode_with_normals(&points, &normals);
         assert_eq!(decode(&file).unwrap(), points);
-        let expected = OrientedPoints { points_m: points.to_vec(), normals: normals.to_vec() };
+        let (points_m, colours) = (points.to_vec(), Vec::new());
+        let expected = OrientedPoints { points_m, normals: normals.to_vec(), colours };
         assert_eq!(decode_with_normals(&file).unwrap(), expected);
         let without = OrientedPoints { normals: Vec::new(), ..expected };
         assert_eq!(decode_with_normals(&encode(&points)).unwrap(), without);
         assert!(file.ends_with(&[0.6_f32.to_le_bytes(), (-0.8_f32).to_le_bytes()].concat()));
         assert_eq!(encode_with_normals(&points, &[]), encode(&points));
+    }
+
+    #[test]
+    fn colours_stand_behind_points_and_normals() {
+        let points = [Point3::new(1.0, -2.0, 0.5), Point3::new(0.0, 3.0, 0.25)];
+        let (normals, colours) = ([Vector3::x(), Vector3::y()], [[255, 128, 1], [0, 0, 0]]);
+        let file = encode_with_colours(&points, &normals, &colours);
+        let expected = OrientedPoints {
+            points_m: points.to_vec(),
+            normals: normals.to_vec(),
+            colours: colours.to_vec(),
+        };
+        assert_eq!(decode_with_normals(&file).unwrap(), expected);
+        let without = OrientedPoints { normals: Vec::new(), ..expected };
+        let file = encode_with_colours(&points, &[], &colours);
+        assert_eq!(decode_with_normals(&file).unwrap(), without);
+        assert_eq!(decode(&file).unwrap(), points);
+        let header = b"property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+        let header_ends = file.windows(header.len()).position(|part| part == header).unwrap();
+        let records = &file[header_ends + header.len()..];
+        assert_eq!(records.len(), 2 * 15);
+        assert_eq!(records[12..15], [255, 128, 1]);
+        assert_eq!(
+            encode_with_colours(&points, &normals, &[]),
+            encode_with_normals(&points, &normals),
+            "without colours as before"
+        );
+    }
+
+    #[test]
+    fn a_point_that_is_left_out_takes_its_colour_with_it() {
+        let file = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
+            property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n\
+            nan 0 0 1 2 3\n1 2 3 40 50 60\n";
+        let read = decode_with_normals(file.as_bytes()).unwrap();
+        assert_eq!((read.points_m.len(), read.colours), (1, vec![[40, 50, 60]]));
     }
 
     #[test]

@@ -1,6 +1,11 @@
 //! The common part of the two formats of point files: a header of lines, then one record a point.
 
+mod colours;
+mod parts;
+
 use nalgebra::{Point3, Vector3};
+
+pub(crate) use parts::Parts;
 
 /// A file of points could not be read.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -113,13 +118,15 @@ impl Scalar {
     }
 }
 
-/// The points of a file, with their normals.
+/// The points of a file, with their normals and colours.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct OrientedPoints {
     /// The points, in metres.
     pub points_m: Vec<Point3<f32>>,
     /// The normal of each; none at all where the file has none.
     pub normals: Vec<Vector3<f32>>,
+    /// Red, green and blue of each; none at all where the file has none.
+    pub colours: Vec<[u8; 3]>,
 }
 
 /// The encoding of the numbers after the header.
@@ -136,6 +143,10 @@ pub(crate) struct RecordLayout {
     coordinates: [Option<(usize, usize, Scalar)>; 3],
     /// The same of the normal.
     normal: [Option<(usize, usize, Scalar)>; 3],
+    /// The same of red, green and blue, of one byte each.
+    colour: [Option<(usize, usize, Scalar)>; 3],
+    /// The same of the three in one number of four bytes.
+    packed_colour: Option<(usize, usize, Scalar)>,
     bytes: usize,
     columns: usize,
 }
@@ -147,11 +158,23 @@ impl RecordLayout {
         /// Of PLY files, and of PCL's.
         const NORMALS: [[&str; 2]; 3] =
             [["nx", "normal_x"], ["ny", "normal_y"], ["nz", "normal_z"]];
+        /// Of PLY files,
+        const COLOURS: [&str; 3] = ["red", "green", "blue"];
+        /// and of PCL's.
+        const PACKED_COLOURS: [&str; 2] = ["rgb", "rgba"];
         if let Some(axis) = NAMES.iter().position(|&axis| axis == name) {
             self.coordinates[axis].get_or_insert((self.bytes, self.columns, scalar));
         }
         if let Some(axis) = NORMALS.iter().position(|names| names.contains(&name)) {
             self.normal[axis].get_or_insert((self.bytes, self.columns, scalar));
+        }
+        if let Some(part) = COLOURS.iter().position(|&part| part == name)
+            && scalar == Scalar::U8
+        {
+            self.colour[part].get_or_insert((self.bytes, self.columns, scalar));
+        }
+        if PACKED_COLOURS.contains(&name) && matches!(scalar, Scalar::F32 | Scalar::U32) {
+            self.packed_colour.get_or_insert((self.bytes, self.columns, scalar));
         }
         // A wrong header may overflow; a record of that size then finds no bytes.
         self.bytes = self.bytes.saturating_add(scalar.size().saturating_mul(count));
@@ -172,24 +195,35 @@ impl RecordLayout {
         Ok(points_m)
     }
 
-    /// The same with a normal for each point; no normals where the records have none.
+    /// The same with a normal and a colour for each point; none where the records have none.
     pub(crate) fn decode_with_normals(
         &self,
         encoding: Encoding,
         body: &[u8],
         stated: usize,
     ) -> Result<OrientedPoints, PointFileError> {
-        let [Some(nx), Some(ny), Some(nz)] = self.normal else {
-            let points_m = self.decode(encoding, body, stated)?;
-            return Ok(OrientedPoints { points_m, normals: Vec::new() });
-        };
         let [x, y, z] = self.axes()?;
-        let records = self.records([x, y, z, nx, ny, nz], encoding, body, stated)?;
-        let finite = records.into_iter().filter(|record| record[..3].iter().all(|m| m.is_finite()));
-        let split =
-            |[x, y, z, nx, ny, nz]: [f32; 6]| (Point3::new(x, y, z), Vector3::new(nx, ny, nz));
-        let (points_m, normals) = finite.map(split).unzip();
-        Ok(OrientedPoints { points_m, normals })
+        let mut points_m: Vec<Point3<f32>> = Vec::new();
+        let mut normals = Vec::new();
+        let mut is_finite = Vec::new();
+        let mut take = |point_m: Point3<f32>| {
+            is_finite.push(crate::is_finite(&point_m));
+            points_m.extend(crate::is_finite(&point_m).then_some(point_m));
+            crate::is_finite(&point_m)
+        };
+        if let [Some(nx), Some(ny), Some(nz)] = self.normal {
+            for record in self.records([x, y, z, nx, ny, nz], encoding, body, stated)? {
+                let [x, y, z, nx, ny, nz] = record;
+                normals.extend(take(Point3::new(x, y, z)).then_some(Vector3::new(nx, ny, nz)));
+            }
+        } else {
+            for record in self.records([x, y, z], encoding, body, stated)? {
+                take(record.into());
+            }
+        }
+        let colours = self.colours(encoding, body, stated)?.into_iter().zip(is_finite);
+        let colours = colours.filter_map(|(colour, is_finite)| is_finite.then_some(colour));
+        Ok(OrientedPoints { points_m, normals, colours: colours.collect() })
     }
 
     fn axes(&self) -> Result<[(usize, usize, Scalar); 3], PointFileError> {
@@ -282,19 +316,5 @@ pub(crate) fn append_binary(bytes: &mut Vec<u8>, points_m: &[Point3<f32>]) {
     bytes.reserve(points_m.len() * 3 * size_of::<f32>());
     for value_m in points_m.iter().flat_map(|point_m| point_m.iter()) {
         bytes.extend_from_slice(&value_m.to_le_bytes());
-    }
-}
-
-/// Appends each point with its normal.
-pub(crate) fn append_with_normals(
-    bytes: &mut Vec<u8>,
-    points_m: &[Point3<f32>],
-    normals: &[Vector3<f32>],
-) {
-    bytes.reserve(points_m.len() * 6 * size_of::<f32>());
-    for (point_m, normal) in points_m.iter().zip(normals) {
-        for value in point_m.iter().chain(normal.iter()) {
-            bytes.extend_from_slice(&value.to_le_bytes());
-        }
     }
 }

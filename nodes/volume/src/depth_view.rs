@@ -6,7 +6,8 @@ mod remap;
 mod tiles;
 
 use geometry::{
-    CameraModel, CameraModelError, DepthCameraError, DepthImage, DepthPixels, Stamp, UnusablePose,
+    CameraModel, CameraModelError, DepthCameraError, DepthImage, DepthPixels, NO_COLOUR, Stamp,
+    UnusablePose,
 };
 use multiversion::multiversion;
 use nalgebra::{Isometry3, Point3};
@@ -41,7 +42,8 @@ pub struct DepthInput<'a> {
     /// For each pixel, row by row, whether it shows a moving object. Such a pixel adds no surface; like any other it shows that
     /// the space in front of it is free.
     pub is_moving: Option<&'a [bool]>,
-    /// The colour of each pixel, row by row: red, green, blue.
+    /// The colour that each pixel shows, row by row: red, green, blue; [`geometry::NO_COLOUR`] where none was seen. What moves
+    /// has none.
     pub colour: Option<&'a [[u8; 3]]>,
     /// The camera of the depth image.
     pub camera: &'a CameraModel,
@@ -177,12 +179,15 @@ impl DepthView {
         }
         self.colour.clear();
         self.colour.extend_from_slice(colour.unwrap_or_default());
+        for (colour, &is_moving) in self.colour.iter_mut().zip(is_moving.unwrap_or_default()) {
+            *colour = if is_moving { NO_COLOUR } else { *colour };
+        }
         if !camera.distortion.is_none() {
             let known = self.remap.take().filter(|known| known.is_of(camera));
             let remap = known.unwrap_or_else(|| Remap::of(camera));
             remap.apply(self.levels.finest_mut(width_px, height_px), 0.0);
             if !self.colour.is_empty() {
-                remap.apply(&mut self.colour, [0; 3]);
+                remap.apply(&mut self.colour, NO_COLOUR);
             }
             self.remap = Some(remap);
         }

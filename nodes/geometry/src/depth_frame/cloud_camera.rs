@@ -118,5 +118,5 @@ impl CloudCamera {
 fn frame_of(cloud: &Cloud, camera: CameraModel, depths_mm: Vec<u16>) -> DepthFrame {
     let size_px = (camera.width_px, camera.height_px);
     let image = DepthImage::of_millimetres(cloud.stamp, cloud.frame_id.clone(), size_px, depths_mm);
-    DepthFrame { image, camera }
+    DepthFrame { image, camera, colours: None }
 }

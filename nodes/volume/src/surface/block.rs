@@ -15,7 +15,7 @@ pub(super) struct SurfaceBlock {
     pub(super) distance: [i16; BLOCK_VOXELS],
     /// 0 where nothing is known.
     pub(super) weight: [u16; BLOCK_VOXELS],
-    /// Red, green, blue; black and none are the same.
+    /// Red, green, blue; [`geometry::NO_COLOUR`] where none was seen.
     pub(super) colour: Option<Box<[[u8; 3]; BLOCK_VOXELS]>>,
     /// For there being a surface in it.
     pub(super) evidence: Evidence,

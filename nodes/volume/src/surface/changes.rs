@@ -14,10 +14,11 @@ use crate::block::{BlockKey, voxel_index};
 pub const LISTENER_TOLERANCE_IN_EDGES: f64 = 1.0 / 16.0;
 /// Places within a voxel are remembered in steps of this share of the edge.
 const STEPS: f64 = 255.0;
-/// The bytes of a point that was told of, in a store: index, place, whether it is stale.
+/// The bytes of a point that was told of, in a store: index, place, marks.
 const TOLD_BYTES: usize = 6;
 
-/// Points that are new or have moved, and voxels whose points have gone.
+/// Points that are new, have moved or have a colour now, and voxels whose points have gone. A colour that changes later is not told
+/// of: the whole surface has it.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct SurfaceChanges {
     /// Each takes the place of the listener's point of its voxel.
@@ -40,11 +41,16 @@ pub struct ChangeFollower {
 struct Told {
     index: u16,
     place: [u8; 3],
-    /// Some listeners know it elsewhere: it is told of again in any case.
-    is_stale: bool,
+    /// [`Told::STALE`], [`Told::COLOURED`].
+    marks: u8,
 }
 
 impl Told {
+    /// Some listeners know it elsewhere: it is told of again in any case.
+    const STALE: u8 = 1;
+    /// It was told of with a colour. One without is told of again when it has one.
+    const COLOURED: u8 = 2;
+
     fn of(point: &SurfacePoint, grid: &VoxelGrid) -> Self {
         let edge_m = grid.edge_m();
         let VoxelKey { x, y, z } = point.voxel;
@@ -54,14 +60,19 @@ impl Told {
         };
         let Point3 { coords } = point.position_m;
         let place = [step(coords.x, x), step(coords.y, y), step(coords.z, z)];
-        Self { index: voxel_index(point.voxel) as u16, place, is_stale: false }
+        Self {
+            index: voxel_index(point.voxel) as u16,
+            place,
+            marks: if point.colour.is_some() { Self::COLOURED } else { 0 },
+        }
     }
 
     fn is_far_from(&self, other: &Self) -> bool {
+        let has_new_colour = self.marks & Self::COLOURED > other.marks & Self::COLOURED;
         let untold = LISTENER_TOLERANCE_IN_EDGES * STEPS - 2.0;
         let squares =
             self.place.iter().zip(other.place).map(|(a, b)| f64::from(a.abs_diff(b)).powi(2));
-        other.is_stale || squares.sum::<f64>() > untold * untold
+        other.marks & Self::STALE > 0 || has_new_colour || squares.sum::<f64>() > untold * untold
     }
 }
 
@@ -69,7 +80,7 @@ impl Told {
 fn make_stale(told: &mut Vec<Told>) {
     told.sort_unstable_by_key(|told| told.index);
     told.dedup_by_key(|told| told.index);
-    told.iter_mut().for_each(|told| told.is_stale = true);
+    told.iter_mut().for_each(|told| told.marks |= Told::STALE);
 }
 
 impl ChangeFollower {
@@ -117,7 +128,7 @@ impl ChangeFollower {
         let told = self.told.get(&key).into_iter().flatten();
         told.flat_map(|told| {
             let ([low, high], [x, y, z]) = (told.index.to_le_bytes(), told.place);
-            [low, high, x, y, z, u8::from(told.is_stale)]
+            [low, high, x, y, z, told.marks]
         })
         .collect()
     }
@@ -130,10 +141,10 @@ impl ChangeFollower {
     /// A block comes back from a store, with the bytes that [`ChangeFollower::known_bytes`] has given.
     pub fn come_back(&mut self, key: BlockKey, bytes: &[u8]) {
         let (told, _) = bytes.as_chunks::<TOLD_BYTES>();
-        let told = told.iter().map(|&[low, high, x, y, z, is_stale]| Told {
+        let told = told.iter().map(|&[low, high, x, y, z, marks]| Told {
             index: u16::from_le_bytes([low, high]),
             place: [x, y, z],
-            is_stale: is_stale != 0,
+            marks,
         });
         match self.told.entry(key) {
             Entry::Vacant(entry) if !bytes.is_empty() => {

@@ -18,7 +18,7 @@ pub struct SurfaceConfig {
     pub max_blocks: usize,
     /// Blocks that one image updates at most, the nearest: it bounds the time.
     pub max_blocks_per_image: usize,
-    /// Whether colours are kept.
+    /// Whether colours are kept. They take memory, 1.5 kB a block, only where a colour was seen.
     pub has_colour: bool,
 }
 

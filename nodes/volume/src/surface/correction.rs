@@ -3,7 +3,7 @@
 //! A block that stays is kept to the bit. Of one that moves, the nodes of where it comes to are interpolated between its own;
 //! those that come from several blocks are one, by their weights.
 
-use geometry::Stamp;
+use geometry::{NO_COLOUR, Stamp};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Surface;
@@ -232,9 +232,11 @@ impl Surface {
             (f64::from(block.distance[index]) * known + node.distance * weight) / (known + weight);
         block.distance[index] = mean.round() as i16;
         block.weight[index] = (known + weight).min(MOST_WEIGHT) as u16;
-        if node.colour != [0; 3] && weight > known {
-            let colour = block.colour.get_or_insert_with(|| Box::new([[0; 3]; BLOCK_VOXELS]));
-            colour[index] = node.colour;
+        if node.colour != NO_COLOUR {
+            let colour = block.colour.get_or_insert_with(|| Box::new([NO_COLOUR; BLOCK_VOXELS]));
+            if weight > known || colour[index] == NO_COLOUR {
+                colour[index] = node.colour;
+            }
         }
     }
 }

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use geometry::VoxelKey;
+use geometry::{NO_COLOUR, VoxelKey};
 use nalgebra::{Point3, Vector3};
 
 use super::Surface;
 use super::block::{FULL, SurfaceBlock};
-use crate::block::{BLOCK_EDGE, BlockBox, BlockKey, voxel_index};
+use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
 
 /// Points that are no farther apart than this are one in each voxel of the surface, as a map of this edge has them. Each says
 /// where the surface is at the corners of its own voxel and nowhere else: otherwise each reload would add a rim to the map.
@@ -38,14 +38,26 @@ impl Surface {
         reach_m: f64,
         within: BlockBox,
     ) -> usize {
+        let points = points.into_iter().map(|(point, normal)| (point, normal, NO_COLOUR));
+        self.put_coloured_points(points, reach_m, within)
+    }
+
+    /// The same with a colour for each point: red, green, blue, or [`geometry::NO_COLOUR`].
+    pub fn put_coloured_points(
+        &mut self,
+        points: impl IntoIterator<Item = (Point3<f32>, Vector3<f32>, [u8; 3])>,
+        reach_m: f64,
+        within: BlockBox,
+    ) -> usize {
         let reach = self.reach(reach_m);
         let mut refused = 0;
         let mut joined = BTreeSet::new();
-        for (point, normal) in points {
+        for (point, normal, colour) in points {
             let normal =
                 normal.try_normalize(f32::EPSILON).filter(|n| n.iter().all(|x| x.is_finite()));
             if let Some(normal) = normal.filter(|_| geometry::is_finite(&point)) {
-                let plane = Plane::of(&point, normal, reach, self.config.edge_m);
+                let plane =
+                    Plane { colour, ..Plane::of(&point, normal, reach, self.config.edge_m) };
                 refused += self.put_plane(&plane, within, &mut joined);
             }
         }
@@ -119,6 +131,11 @@ impl Surface {
                     / (known + weight);
                 block.distance[index] = mean.round() as i16;
                 block.weight[index] = (known + weight).min(MOST_WEIGHT) as u16;
+                if plane.colour != NO_COLOUR {
+                    let kept =
+                        block.colour.get_or_insert_with(|| Box::new([NO_COLOUR; BLOCK_VOXELS]));
+                    join_colour(&mut kept[index], plane.colour, weight / (known + weight));
+                }
             }
         }
         if is_joined { Joined::Nodes } else { Joined::Nothing }
@@ -139,6 +156,15 @@ impl Surface {
         block.hit_from_m = super::middle_m(key, edge_m).cast::<f32>().into();
         self.layer.insert(key, Some(block));
         true
+    }
+}
+
+/// Joins a share of a colour to the mean.
+fn join_colour(kept: &mut [u8; 3], colour: [u8; 3], share: f32) {
+    let share = if *kept == NO_COLOUR { 1.0 } else { share };
+    for (kept, new) in kept.iter_mut().zip(colour) {
+        let mean = f32::from(*kept) + (f32::from(new) - f32::from(*kept)) * share;
+        *kept = mean.round() as u8;
     }
 }
 
@@ -166,6 +192,7 @@ struct Plane {
     normal: Vector3<f32>,
     reach: f32,
     nodes: NodeBox,
+    colour: [u8; 3],
 }
 
 impl Plane {
@@ -179,7 +206,8 @@ impl Plane {
                     let cell = along.floor();
                     along.clamp(cell + INSIDE, cell + 1.0 - INSIDE)
                 });
-                return Self { point, normal, reach: LEAST_REACH_IN_EDGES as f32, nodes };
+                let reach = LEAST_REACH_IN_EDGES as f32;
+                return Self { point, normal, reach, nodes, colour: NO_COLOUR };
             }
             Reach::Around { in_edges } => in_edges,
         };
@@ -190,7 +218,8 @@ impl Plane {
             (aside + THICKNESS_IN_EDGES * along.abs()).min(most)
         });
         let point = point.coords.cast::<f64>() / edge_m;
-        Self { point, normal, reach: reach as f32, nodes: NodeBox::around(&point, &half) }
+        let nodes = NodeBox::around(&point, &half);
+        Self { point, normal, reach: reach as f32, nodes, colour: NO_COLOUR }
     }
 
     /// How far a node is before the plane, and how much it counts there; `None` where the point says nothing of it.

@@ -1,5 +1,6 @@
 mod accuracy;
 mod bounds;
+mod colours;
 mod plain;
 mod rules;
 mod spilling;

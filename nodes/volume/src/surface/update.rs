@@ -17,6 +17,7 @@
 //! left the block goes. It is free as a whole where all pixels that it may cover show that it is. Rays that graze a surface
 //! end on it, and then some of these pixels do not: so a low angle clears nothing.
 
+use geometry::NO_COLOUR;
 use multiversion::multiversion;
 use nalgebra::Point3;
 
@@ -171,7 +172,7 @@ fn compare<P: Project>(job: &Job<'_, P>, key: BlockKey, block: &mut SurfaceBlock
         if job.has_colour && joined.is_near {
             let colour = block.colour.get_or_insert_with(|| Box::new([[0; 3]; BLOCK_VOXELS]));
             if let Some(colour) = colour.as_chunks_mut::<LANES>().0.get_mut(index) {
-                join_colour(job, start_m, &row, &seen_m, weight, colour);
+                join_colour(job, start_m, &row, weight, colour);
             }
         }
     }
@@ -234,26 +235,30 @@ fn join<P>(
     Joined { is_any, is_near }
 }
 
-/// Joins the colours of the nodes near the surface. The weights are those after the distances were joined.
+/// Joins the colours of the nodes near the surface, each of the one pixel that it projects to: a mean over pixels would be a
+/// colour of nothing, and may be of what moves. The weights are those after the distances were joined.
 #[inline(always)]
 fn join_colour<P: Project>(
     job: &Job<'_, P>,
     start_m: [f32; 3],
     row: &Row,
-    seen_m: &[f32; LANES],
     weight: &[u16; LANES],
     colour: &mut [[u8; 3]; LANES],
 ) {
     let [finest, ..] = &job.projections;
     let pixels = finest.row(start_m, job.steps_m[0]).pixel;
+    let depths_m = job.view.levels.depths_m(0);
     for lane in 0..LANES {
-        let before_m = seen_m[lane] - row.depth_m[lane];
-        let is_near = (seen_m[lane] > 0.0) & (before_m.abs() < job.truncation_m);
-        let Some(seen) = job.view.colour.get(pixels[lane] as usize).filter(|_| is_near) else {
+        let pixel = pixels[lane] as usize;
+        let seen_m = depths_m.get(pixel).copied().unwrap_or(0.0);
+        let before_m = seen_m - row.depth_m[lane];
+        let is_near = (seen_m > 0.0) & (before_m.abs() < job.truncation_m);
+        let Some(seen) = job.view.colour.get(pixel).filter(|seen| is_near & (**seen != NO_COLOUR))
+        else {
             continue;
         };
-        let new = weight_in(seen_m[lane]);
-        let is_first = colour[lane] == [0; 3];
+        let new = weight_in(seen_m);
+        let is_first = colour[lane] == NO_COLOUR;
         let share = (new / f32::from(weight[lane]).max(1.0)).max(LEAST_COLOUR_SHARE);
         let share = if is_first { 1.0 } else { share.min(1.0) };
         for (kept, &seen) in colour[lane].iter_mut().zip(seen) {
