@@ -7,6 +7,7 @@
 
 mod camera;
 mod cloud;
+mod colour;
 mod compressed_depth;
 mod compressed_error;
 mod compressed_image;
@@ -29,7 +30,12 @@ mod track;
 mod zone;
 
 pub use camera::{camera_from_message, message_from_camera};
+use cloud::organised_points_from_message;
 pub use cloud::{cloud_from_message, message_from_cloud, organised_cloud_from_message};
+pub use colour::{
+    colour_image_from_message, coloured_cloud_from_message, colours_from_cloud_message,
+    message_from_colour_image, message_from_coloured_cloud,
+};
 pub use compressed_depth::{
     COMPRESSED_DEPTH_TOPIC, DepthCodec, InverseDepth, MetresAs, RvlError,
     compressed_depth_from_message, compressed_message_from_depth,

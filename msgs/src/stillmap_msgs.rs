@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::builtin_interfaces::Time;
 use crate::fixed_array;
 use crate::geometry_msgs::{Point, Pose, Vector3};
-use crate::sensor_msgs::{CameraInfo, CompressedImage, PointCloud2};
+use crate::sensor_msgs::{CameraInfo, CompressedImage, Image, PointCloud2};
 use crate::std_msgs::Header;
 
 /// A wedge of directions around the rig's z axis in which something moves (Rec-HV 3.2.2).
@@ -64,6 +64,8 @@ pub struct DepthFrame {
     pub image: CompressedImage,
     /// The camera that took it.
     pub camera: CameraInfo,
+    /// The colour that each of its pixels shows: `rgb8` of the same size, 0 0 0 where none was seen. One image, or none.
+    pub colour: Vec<Image>,
 }
 ros_message!(DepthFrame, "stillmap_msgs");
 

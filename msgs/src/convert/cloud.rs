@@ -42,6 +42,16 @@ pub fn cloud_from_message(message: &PointCloud2) -> Result<Cloud, ConvertError> 
 /// # Errors
 /// As [`cloud_from_message`].
 pub fn organised_cloud_from_message(message: &PointCloud2) -> Result<OrganisedCloud, ConvertError> {
+    let points_m = organised_points_from_message(message)?;
+    let stamp = stamp_from_time(message.header.stamp);
+    let frame_id = message.header.frame_id.clone();
+    Ok(OrganisedCloud::from_rows(stamp, frame_id, message.width as usize, &points_m))
+}
+
+/// All points of a message, those included that are not finite.
+pub(super) fn organised_points_from_message(
+    message: &PointCloud2,
+) -> Result<Vec<Point3<f32>>, ConvertError> {
     let mut points_m: Vec<Point3<f32>> = Vec::new();
     if message.width > 0 && message.height > 0 {
         let layout = Layout::of(message)?;
@@ -49,9 +59,7 @@ pub fn organised_cloud_from_message(message: &PointCloud2) -> Result<OrganisedCl
         points_m.reserve_exact(rows.records());
         layout.append_points(&rows, &mut points_m);
     }
-    let stamp = stamp_from_time(message.header.stamp);
-    let frame_id = message.header.frame_id.clone();
-    Ok(OrganisedCloud::from_rows(stamp, frame_id, message.width as usize, &points_m))
+    Ok(points_m)
 }
 
 /// Bytes of a coordinate that this crate writes.

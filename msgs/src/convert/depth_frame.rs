@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use geometry::{DepthFrame, MaskedDepth, Stamp};
 
+use super::depth::image_message;
+use super::pose::header_of;
 use super::{
-    ConvertError, DepthCodec, MetresAs, camera_from_message, compressed_depth_from_message,
-    compressed_message_from_depth_with, message_from_camera,
+    ConvertError, DepthCodec, MetresAs, camera_from_message, colour_image_from_message,
+    compressed_depth_from_message, compressed_message_from_depth_with, message_from_camera,
 };
 use crate::stillmap_msgs;
 
@@ -31,7 +33,12 @@ pub(super) fn depth_frame_from_messages(
         });
     }
     let camera = camera_from_message(&message.camera)?;
-    Ok(Some(Arc::new(DepthFrame::new(&image, camera)?)))
+    let frame = DepthFrame::new(&image, camera)?;
+    Ok(Some(Arc::new(match message.colour.as_slice() {
+        [] => frame,
+        [colour] => frame.with_colours(colour_image_from_message(colour)?.pixels().to_vec())?,
+        several => return Err(ConvertError::ColourImages { images: several.len() }),
+    })))
 }
 
 /// The message of the depth image of a cycle: one, or none.
@@ -44,7 +51,16 @@ pub(super) fn messages_from_depth_frame(
     let compressed =
         compressed_message_from_depth_with(image, DepthCodec::Rvl, MetresAs::Millimetres);
     let camera = message_from_camera(frame.camera(), image.stamp, &image.frame_id);
-    compressed.map(|image| stillmap_msgs::DepthFrame { image, camera }).into_iter().collect()
+    let size_px = (image.width_px(), image.height_px());
+    let colour = frame.colours().map(|colours| {
+        let header = header_of(image.stamp, &image.frame_id);
+        image_message(header, "rgb8", size_px, colours.as_flattened().to_vec())
+    });
+    let colour = colour.into_iter().collect();
+    compressed
+        .map(|image| stillmap_msgs::DepthFrame { image, camera, colour })
+        .into_iter()
+        .collect()
 }
 
 /// The depth image and the mask of a segmented cycle whose cloud has a stamp.
@@ -98,11 +114,17 @@ mod tests {
     proptest! {
         /// The map over DDS is that of one process, byte for byte.
         #[test]
-        fn image_camera_and_mask_come_back_as_they_were(
+        fn image_camera_colours_and_mask_come_back_as_they_were(
             pixels in proptest::collection::vec((any::<u16>(), any::<bool>()), 3 * 5),
+            colours in proptest::option::of(proptest::collection::vec(any::<[u8; 3]>(), 3 * 5)),
         ) {
             let (depths_mm, is_moving): (Vec<u16>, Vec<bool>) = pixels.into_iter().unzip();
-            let masked = MaskedDepth { frame: Arc::new(frame(depths_mm)), is_moving };
+            let frame = frame(depths_mm);
+            let frame = match colours {
+                Some(colours) => frame.with_colours(colours).unwrap(),
+                None => frame,
+            };
+            let masked = MaskedDepth { frame: Arc::new(frame), is_moving };
             let messages = messages_from_depth_frame(Some(&masked.frame));
             let bits = bits_from_mask(&masked.is_moving);
             let back = masked_depth_from_messages(&messages, &bits, Stamp::from_nanos(7));
@@ -123,6 +145,14 @@ mod tests {
         assert!(take(&messages, &[0, 0], Stamp::from_nanos(8)).unwrap_err().contains("8 ns"));
         let two = [messages.clone(), messages.clone()].concat();
         assert!(take(&two, &[0, 0], stamp).unwrap_err().contains("2 images"));
+        let coloured = frame(vec![900; 15]).with_colours(vec![[1, 2, 3]; 15]).unwrap();
+        let mut twice = messages_from_depth_frame(Some(&coloured));
+        let colour = twice[0].colour[0].clone();
+        twice[0].colour.push(colour);
+        assert!(take(&twice, &[0, 0], stamp).unwrap_err().contains("2 images"));
+        twice[0].colour.pop();
+        twice[0].colour[0].height = 2;
+        assert!(take(&twice, &[0, 0], stamp).unwrap_err().contains("10 colours"));
         let mut narrow = messages;
         narrow[0].camera.width = 4;
         assert!(take(&narrow, &[0, 0], stamp).unwrap_err().contains("4 x 3"));

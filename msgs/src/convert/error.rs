@@ -39,6 +39,15 @@ pub enum ConvertError {
     /// A depth image and its camera are not of each other.
     #[error("DepthFrame: {0}")]
     DepthFrame(#[from] geometry::DepthFrameError),
+    /// A cycle has more than one colour image.
+    #[error("DepthFrame: colour has {images} images; a depth image has one, or none")]
+    ColourImages {
+        /// How many.
+        images: usize,
+    },
+    /// Colours are not as many as the pixels.
+    #[error("colours: {0}")]
+    Colours(#[from] geometry::ColourSizeError),
     /// A depth image was not taken with the cycle's cloud.
     #[error(
         "DepthFrame: it has the stamp {depth_stamp_ns} ns, and the cycle's cloud {cloud_stamp_ns} ns"

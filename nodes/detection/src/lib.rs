@@ -26,6 +26,7 @@
 //! ```
 
 pub mod aperture;
+pub mod colour_images;
 pub mod config;
 pub mod detector;
 pub mod free_space;

@@ -319,7 +319,7 @@ enum Decision<C> {
     Drop(Dropped),
 }
 
-enum Nearest<'a, C> {
+pub(crate) enum Nearest<'a, C> {
     /// A nearer one may still come.
     Undecided,
     At(Stamp, &'a C),
@@ -327,7 +327,7 @@ enum Nearest<'a, C> {
 
 /// The entry nearest to `stamp` among entries in the order of their stamps; of two equally near ones the
 /// earlier.
-fn nearest<C>(entries: &VecDeque<(Stamp, C)>, stamp: Stamp) -> Nearest<'_, C> {
+pub(crate) fn nearest<C>(entries: &VecDeque<(Stamp, C)>, stamp: Stamp) -> Nearest<'_, C> {
     let next = entries.partition_point(|(entry, _)| *entry < stamp);
     let Some((after, entry_after)) = entries.get(next) else { return Nearest::Undecided };
     match next.checked_sub(1).and_then(|before| entries.get(before)) {

@@ -1,6 +1,7 @@
 //! The node `detection`: scans, depth images (or clouds) and poses in, reduced clouds and zones out.
 
 mod camera;
+mod colour;
 mod extrinsics;
 mod inputs;
 mod mounts;
@@ -34,6 +35,9 @@ const PROGRAM: Program = Program {
                  with input:=compressed_depth
              in  depth/camera_info (sensor_msgs/msg/CameraInfo), best effort; with both of these
              in  points (sensor_msgs/msg/PointCloud2), best effort; with input:=points
+             in  rgb/image (sensor_msgs/msg/Image: rgb8, bgr8, rgba8, bgra8 or mono8), best effort; with colour:=raw
+             in  rgb/image/compressed (sensor_msgs/msg/CompressedImage: jpeg or png), best effort; with colour:=compressed
+             in  rgb/camera_info (sensor_msgs/msg/CameraInfo), best effort; with both of these
              in  pose (geometry_msgs/msg/PoseStamped: the rig in the map), best effort; with pose_source:=pose
              in  pose_with_covariance (geometry_msgs/msg/PoseWithCovarianceStamped), best effort; with this pose_source
              in  odom (nav_msgs/msg/Odometry), best effort; with pose_source:=odometry
@@ -59,6 +63,20 @@ geometry::choices! {
         CompressedDepth = "compressed_depth",
         /// points, a PointCloud2 in the camera's optical frame.
         Points = "points",
+    }
+}
+
+geometry::choices! {
+    /// Where the colours of the map come from.
+    pub enum ColourInput {
+        /// The field rgb or rgba of points, where input is points and they have one; else there are none.
+        Cloud = "cloud",
+        /// rgb/image with rgb/camera_info.
+        Raw = "raw",
+        /// The same as JPEG or PNG, from rgb/image/compressed.
+        Compressed = "compressed",
+        /// There are none.
+        None = "none",
     }
 }
 
@@ -92,6 +110,16 @@ geometry::parameters! {
         /// The depth camera's calibration in place of that on depth/camera_info: the path of a camera_info file in YAML, as
         /// camera_calibration and camera_info_manager write it; "" for none.
         camera_info_file: String = String::new();
+        /// Where the colours of the map come from. Nothing is subscribed to but with raw and compressed.
+        // A robot without a colour camera waits for none.
+        colour: ColourInput = ColourInput::Cloud, read_with("method", "free_space");
+        /// A colour image belongs to a depth image when their stamps differ by at most this. A cycle waits for it until the next
+        /// cycle is complete, and then goes without colours; /diagnostics counts these.
+        // Two thirds of the time between two images of a Kinect.
+        max_colour_offset_s: f64 = 0.02, positive, read_with("method", "free_space");
+        /// Pose of the depth camera in the colour camera, both by their optical frames: [x_m, y_m, z_m, yaw_rad, pitch_rad,
+        /// roll_rad]. Zeros where the driver has registered the depth images.
+        colour_from_depth: [f64; 6] = [0.0; 6], read_with("method", "free_space");
         /// How often it is checked whether the scan lies on the surfaces that the camera sees; 0 turns the check off. The outcome
         /// is on /diagnostics, a warning when it does not: then calibrate anew (stillmap calibrate).
         // A knock is reported in some five seconds, for a few milliseconds of each.
@@ -104,6 +132,12 @@ geometry::parameters! {
 }
 
 impl DetectionParameters {
+    /// Where colours come from; `None` where nowhere, or the method has no use for them.
+    pub(crate) fn colour_source(&self) -> Option<ColourInput> {
+        let is_used = self.config.pipeline.needs_depth() && self.colour != ColourInput::None;
+        is_used.then_some(self.colour)
+    }
+
     /// Whether the node needs anything from tf.
     #[must_use]
     pub fn needs_tf(&self) -> bool {

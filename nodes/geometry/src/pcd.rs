@@ -270,9 +270,8 @@ mod tests {
         assert_eq!(decode_with_normals(&file).unwrap(), expected);
         let file = encode_with_colours(&points, &[], &expected.colours);
         let header = String::from_utf8_lossy(&file);
-        for line in ["FIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n"] {
-            assert!(header.contains(line), "{header}");
-        }
+        let lines = "FIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\n";
+        assert!(header.contains(lines), "{header}");
         assert!(file.ends_with(&[0; 4]) && file[file.len() - 20..][..4] == [1, 128, 255, 0]);
         assert_eq!(encode_with_colours(&points, &[], &[]), encode(&points), "without, as before");
     }

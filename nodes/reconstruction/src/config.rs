@@ -28,7 +28,7 @@ geometry::parameters! {
         /// The most voxels that the map has; points that need another one are refused. A million take less than 200 MB.
         // 6400 square metres of surface; the thesis' largest map (Table 6) has 13,237 points.
         max_voxels: usize = 1_000_000, at_least(1.0), read_with("method", "rec_hv");
-        /// The most blocks of 8 voxels an axis that the map has (in memory, with spill), of 2.1 kB each. With spill they are to
+        /// The most blocks of 8 voxels an axis that the map has (in memory, with spill), of 2.1 kB each, and 1.5 kB more where colours were seen. With spill they are to
         /// hold the tiles that the camera sees up to 5 m.
         // 420 MB. At 2 cm some 2,500 square metres of surface.
         max_map_blocks: usize = 200_000, at_least(1.0), read_with("method", "free_space");
@@ -82,6 +82,8 @@ impl ReconstructionConfig {
         self.pipeline.depth_map_edge_m().map(|edge_m| SurfaceConfig {
             edge_m,
             max_blocks: self.max_map_blocks,
+            // It costs nothing until colours come.
+            has_colour: true,
             ..SurfaceConfig::default()
         })
     }

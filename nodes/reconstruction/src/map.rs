@@ -1,6 +1,6 @@
 //! The static map of either kind: chosen once, by the parameters.
 
-use geometry::{Cloud, MapPath, SegmentedCycle, VoxelGrid};
+use geometry::{ColouredCloud, MapPath, OrientedPoints, SegmentedCycle, VoxelGrid};
 use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
 
@@ -87,6 +87,21 @@ impl Map {
         }
     }
 
+    /// The same with the colours of the points, or none: [`SurfaceMap::replace_coloured`]. A map of means has no colours.
+    ///
+    /// # Errors
+    /// When they do not fit.
+    pub fn replace_coloured(
+        &mut self,
+        points: &OrientedPoints,
+        frame_id: &str,
+    ) -> Result<Addition, LoadError> {
+        match self {
+            Self::Means(map) => map.replace(&points.points_m, frame_id),
+            Self::Surface(map) => map.replace_coloured(points, frame_id),
+        }
+    }
+
     /// Gives the frame of the map another name. The points stay.
     pub fn rename_frame(&mut self, frame_id: &str) {
         of_either!(self, map => map.rename_frame(frame_id));
@@ -128,9 +143,11 @@ impl Map {
     ///
     /// # Errors
     /// When a spilled tile cannot be read for now.
-    pub fn cloud_for_listeners(&mut self) -> Result<Cloud, TileError> {
+    pub fn cloud_for_listeners(&mut self) -> Result<ColouredCloud, TileError> {
         match self {
-            Self::Means(map) => Ok(map.cloud_for_listeners()),
+            Self::Means(map) => {
+                Ok(ColouredCloud { cloud: map.cloud_for_listeners(), colours: Vec::new() })
+            }
             Self::Surface(map) => map.cloud_for_listeners(),
         }
     }

@@ -61,6 +61,8 @@ pub struct WholeMap {
     /// The normals of the surface, of length 1, to the side from which it was seen: one a point, or none where the map has
     /// none.
     pub normals: Vec<Vector3<f32>>,
+    /// Red, green and blue of each point, [`geometry::NO_COLOUR`] where none was seen; none at all where the map has no colours.
+    pub colours: Vec<[u8; 3]>,
     /// The spilled tiles whose points are not among them, by ascending key.
     pub unreadable: Vec<TileError>,
 }
@@ -70,6 +72,8 @@ pub struct WholeMap {
 pub struct MapChanges {
     /// Points that are new or have moved: each replaces the listener's point of its voxel.
     pub updated: Cloud,
+    /// Their colours, as [`WholeMap::colours`].
+    pub updated_colours: Vec<[u8; 3]>,
     /// A place in each voxel whose point was removed: the listener's point of that voxel is to be removed. The
     /// listener may have none.
     pub removed: Cloud,

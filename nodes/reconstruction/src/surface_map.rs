@@ -1,7 +1,7 @@
 //! The map of depth images: a surface, in voxels of an edge of its own (`map_edge_m`).
 //!
 //! Each cycle's depth image, without the pixels that move, is joined to signed distances ([`volume::Surface`]); the points of
-//! the map are where these change their sign, one a voxel, with a normal each. What goes is cleared by what is seen behind it,
+//! the map are where these change their sign, one a voxel, with a normal each, and a colour where the image has colours. What goes is cleared by what is seen behind it,
 //! and by directions from which nothing comes back, as the crate `volume` has it.
 //!
 //! It is the map of the method `free_space`. That of `rec_hv` is [`crate::StaticMap`]; both are behind [`crate::Map`].
@@ -34,8 +34,8 @@ const SHARE_DROPPED: usize = 16;
 /// A map of depth images. See the module.
 ///
 /// # Memory
-/// 2.1 kB a block, of which there are `max_map_blocks` at most; what one image needs besides, and is kept, is bounded by the
-/// image. While changes are followed, some 600 bytes more a block.
+/// 2.1 kB a block, of which there are `max_map_blocks` at most, and 1.5 kB more of one that has colours; what one image needs
+/// besides, and is kept, is bounded by the image. While changes are followed, some 600 bytes more a block.
 ///
 /// With [`AtMaxVoxels::Spill`] `max_map_blocks` bounds what is in memory. Besides grow, with the way that was driven and no other
 /// bound, the 30 to 60 bytes of each tile that is out of memory.
@@ -97,7 +97,7 @@ impl SurfaceMap {
         self.view.fill(&DepthInput {
             image: depth.frame.image(),
             is_moving: Some(&depth.is_moving),
-            colour: None,
+            colour: depth.frame.colours(),
             camera: depth.frame.camera(),
             map_from_camera: &missed.map_or(told, |missed| missed * told),
         })?;

@@ -56,6 +56,9 @@ pub struct RunRecord {
     pub drops: Vec<DropCount>,
     /// The map, in the map frame.
     pub static_map: Vec<Point3<f32>>,
+    /// Red, green and blue of each point of the map, [`geometry::NO_COLOUR`] where none was seen; none at all where the map has no
+    /// colours.
+    pub map_colours: Vec<[u8; 3]>,
     /// The map that the same clouds give when nothing is removed, in the map frame.
     pub unfiltered_map: Vec<Point3<f32>>,
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use bag_player::{Bag, BagError, BagInfo, BagMessage, Selection};
 use clap::Args;
+use detection::shell::ColourInput;
 use geometry::BeamFill;
 use msgs::sensor_msgs::{CompressedImage, Image, LaserScan, PointCloud2};
 use msgs::{RosMessage, cdr};
@@ -81,6 +82,8 @@ pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, F
     let info = bag.info().map_err(failed)?;
     let mut parameters = PipelineParameters::load(&args.parameters)?;
     let inputs = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;
+    // The filtered messages are the bag's own.
+    parameters.set_colour(ColourInput::None);
     let longest_s = parameters.detection().max_wait_s + SPARE_WAIT_S;
     let filter = parameters.filter_mut();
     // A recording has time: each message waits for its own cycle.

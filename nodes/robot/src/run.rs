@@ -1,6 +1,7 @@
 //! `stillmap run`: a bag through the whole pipeline.
 
 mod collector;
+mod colour_topics;
 mod dds;
 mod findings;
 pub mod inputs;
@@ -18,6 +19,7 @@ use std::process::{Command, Stdio};
 
 use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
+use detection::shell::ColourInput;
 use geometry::ExtrinsicsSource;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
@@ -25,6 +27,7 @@ use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
 use report::{DynamicScore, RunRecord, Summary};
 
+use self::colour_topics::ColourTopics;
 use self::findings::InputLosses;
 pub(crate) use self::findings::no_cycle;
 use self::inputs::{Inputs, TopicArgs};
@@ -77,6 +80,9 @@ pub struct HowArgs {
     rate: f64,
     #[command(flatten)]
     parameters: ParameterArgs,
+    /// Leave the colours of the bag's images and clouds out of the map
+    #[arg(long)]
+    no_colour: bool,
     /// Leave the times out of summary.json, so that two runs of one bag write the same bytes
     #[arg(long)]
     no_timing: bool,
@@ -165,7 +171,8 @@ pub fn run_bag(
     let bag = Bag::open(bag_path).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
     let mut parameters = PipelineParameters::load(&how.parameters)?;
-    let inputs = choose_inputs(&bag, &info, topics, &mut parameters)?;
+    let mut inputs = choose_inputs(&bag, &info, topics, &mut parameters)?;
+    choose_colours((&bag, &info), topics, how.no_colour, &mut inputs, &mut parameters)?;
     if !(how.rate.is_finite() && how.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
@@ -262,6 +269,28 @@ fn take_poses_of(
             parameters.set_tf_frames(&frames);
         }
     }
+    Ok(())
+}
+
+/// Chooses where the colours of the map come from: the bag's colour camera, or its clouds, unless the parameters want none.
+fn choose_colours(
+    (bag, info): (&Bag, &BagInfo),
+    topics: &TopicArgs,
+    wants_none: bool,
+    inputs: &mut Inputs,
+    parameters: &mut PipelineParameters,
+) -> Result<(), Failure> {
+    let wants_none = wants_none || parameters.detection_node().colour == ColourInput::None;
+    if wants_none || !parameters.pipeline().needs_depth() {
+        parameters.set_colour(ColourInput::None);
+        return Ok(());
+    }
+    inputs.colour = ColourTopics::choose(topics.visual(), &inputs.view, bag, info)?;
+    parameters.set_colour(match &inputs.colour {
+        Some(ColourTopics { is_compressed: true, .. }) => ColourInput::Compressed,
+        Some(_) => ColourInput::Raw,
+        None => ColourInput::Cloud,
+    });
     Ok(())
 }
 

@@ -84,6 +84,14 @@ impl FieldPlace {
         self.datatype.read(record.get(self.offset..)?, big_endian)
     }
 
+    /// Its four bytes in the record of a point, as a whole number; `None` where it has another number of them.
+    #[inline]
+    pub(in crate::convert) fn bits(self, record: &[u8], big_endian: bool) -> Option<u32> {
+        let bytes = *record.get(self.offset..)?.first_chunk()?;
+        let bits = if big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) };
+        (self.datatype.size_bytes() == 4).then_some(bits)
+    }
+
     /// The bytes of NaN, and where they go in the record of a point; `None` for whole numbers.
     pub(in crate::convert) fn not_a_number(
         self,

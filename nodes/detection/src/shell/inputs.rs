@@ -10,6 +10,7 @@ use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointClou
 use msgs::std_msgs::Header;
 use node_shell::{Node, Qos, ShellError, Subscription, TransformArrival};
 
+use super::colour::{ColourInputs, ColourMessage};
 use super::{CloudInput, DetectionParameters, PoseInput};
 use crate::Input;
 
@@ -76,6 +77,8 @@ pub(super) enum Arrival {
     CameraInfo(Arc<CameraInfo>),
     Pose(PoseMessage),
     Path(Arc<Path>),
+    Colour(ColourMessage),
+    ColourInfo(Arc<CameraInfo>),
     Transforms(TransformArrival),
 }
 
@@ -83,6 +86,8 @@ pub(super) enum Arrival {
 pub(super) struct Inputs {
     scans: Subscription<LaserScan>,
     view: ViewInputs,
+    /// Present where a colour camera is used.
+    colour: Option<ColourInputs>,
     poses: PoseSubscription,
     paths: Subscription<Path>,
 }
@@ -131,6 +136,7 @@ impl Inputs {
         node.counters().note_optional(paths.topic());
         Ok(Self {
             view,
+            colour: ColourInputs::subscribe(node, parameters)?,
             paths,
             poses: PoseSubscription::subscribe(node, parameters.pose_source)?,
             scans: node.subscription("scan", &Qos::sensor(SCANS_KEPT))?,
@@ -139,11 +145,12 @@ impl Inputs {
 
     /// The next message, whichever comes first. May be dropped while it waits.
     pub(super) async fn next(&self) -> Arrival {
-        // Of several waiting messages, a path first: it applies to the poses after it. Then the largest: its queue is the
-        // shortest.
+        // Of several waiting messages, a path first: it applies to the poses after it. Then the largest: their queues are the
+        // shortest; colours before the image that they belong to.
         tokio::select! {
             biased;
             received = self.paths.next() => Arrival::Path(received.message),
+            arrival = next_of(&self.colour) => arrival,
             arrival = self.view.next() => arrival,
             received = self.scans.next() => Arrival::Scan(received.message),
             pose = self.poses.next() => Arrival::Pose(pose),
@@ -153,7 +160,8 @@ impl Inputs {
     /// The next message, if one has arrived.
     pub(super) fn try_next(&self) -> Option<Arrival> {
         let path = self.paths.try_next().map(|received| Arrival::Path(received.message));
-        path.or_else(|| self.view.try_next())
+        path.or_else(|| self.colour.as_ref().and_then(ColourInputs::try_next))
+            .or_else(|| self.view.try_next())
             .or_else(|| self.scans.try_next().map(|received| Arrival::Scan(received.message)))
             .or_else(|| self.poses.try_next().map(Arrival::Pose))
     }
@@ -178,6 +186,11 @@ impl Inputs {
             ViewInputs::Depth(depth) => depth.images.topic(),
             ViewInputs::Points(clouds) => clouds.topic(),
         }
+    }
+
+    /// The topics of the colour camera's images and calibration; empty where there are none.
+    pub(super) fn colour_topics(&self) -> [&str; 2] {
+        self.colour.as_ref().map_or([""; 2], |colour| [colour.topic(), colour.camera_info_topic()])
     }
 
     /// Whether somebody publishes images or clouds.
@@ -215,6 +228,9 @@ impl Inputs {
             }
         }
         counts.push(("poses_received", self.poses.received_count()));
+        if let Some(colour) = &self.colour {
+            counts.push(("colour_images_received", colour.received_count()));
+        }
         counts
     }
 }
@@ -266,6 +282,14 @@ impl PoseSubscription {
             Self::Odometry(odometry) => odometry.received_count(),
             Self::Tf => 0,
         }
+    }
+}
+
+/// The next message of the colour camera; never where there is none.
+async fn next_of(colour: &Option<ColourInputs>) -> Arrival {
+    match colour {
+        Some(colour) => colour.next().await,
+        None => std::future::pending().await,
     }
 }
 

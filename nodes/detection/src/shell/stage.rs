@@ -7,6 +7,7 @@ use msgs::convert;
 use node_shell::{Counters, GrantedBuffer, Node, NodeFailure, StepTimer, Throttle, TransformWait};
 
 use super::camera::Camera;
+use super::colour::{Colours, NoColours};
 use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, PoseMessage, ViewMessage};
 use super::mounts::SensorFrames;
@@ -29,6 +30,8 @@ pub struct Stage {
     detector: Detector,
     camera: Camera,
     extrinsics: Option<ExtrinsicsCheck>,
+    /// None where the cycles have no colours.
+    colours: Option<Colours>,
     /// What comes from tf; none if nothing does.
     transforms: Option<Transforms>,
     /// Matched cycles that wait for their transforms.
@@ -57,6 +60,7 @@ impl Stage {
                 _ => Matcher::new(config),
             },
             extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
+            colours: Colours::new(parameters, node.takes_every_cycle(), node.counters()),
             transforms: Transforms::new(node, parameters)?,
             unlocated: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
             rendering: RenderingReport::new(node.counters(), Throttle::for_warnings()),
@@ -138,6 +142,20 @@ impl Stage {
                 Ok(path) => return self.detector.follow_path(path),
                 Err(error) => return self.refuse_on(self.inputs.path_topic(), &error.to_string()),
             },
+            Arrival::Colour(message) => {
+                if let Some(colours) = &mut self.colours {
+                    colours.take(message);
+                }
+                return self.process_matched();
+            }
+            Arrival::ColourInfo(message) => {
+                let taken = self.colours.as_mut().map(|colours| colours.take_camera(&message));
+                if let Some(Err(error)) = taken {
+                    let [_, topic] = self.inputs.colour_topics();
+                    self.refuse_on(topic, &error.to_string());
+                }
+                return;
+            }
             Arrival::Transforms(transforms) => {
                 if let Some(known) = &mut self.transforms {
                     known.take(&transforms);
@@ -202,6 +220,9 @@ impl Stage {
             self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, reason);
         }
         self.detector.forget();
+        if let Some(colours) = &mut self.colours {
+            colours.forget();
+        }
         if let Some(check) = &mut self.extrinsics {
             check.forget();
         }
@@ -270,10 +291,18 @@ impl Stage {
         }
     }
 
-    /// Processes the matched cycles that have their transforms, in order. The others wait for a while; transforms may be late.
+    /// Processes the matched cycles that have their transforms and their colours, in order. The others wait for a while;
+    /// transforms and colour images may be late.
     fn process_matched(&mut self) {
         while let Some((stamp, matched)) = self.unlocated.pop() {
+            let is_last = self.unlocated.is_empty();
             match self.locate(&matched) {
+                Ok(pose) if self.awaits_colour(&matched, is_last) => {
+                    match self.unlocated.wait_on(stamp, matched) {
+                        Ok(()) => return,
+                        Err(matched) => self.cycle(&matched, &pose),
+                    }
+                }
                 Ok(pose) => self.cycle(&matched, &pose),
                 Err(error) => match self.unlocated.wait_on(stamp, matched) {
                     Ok(()) => return,
@@ -281,6 +310,11 @@ impl Stage {
                 },
             }
         }
+    }
+
+    fn awaits_colour(&mut self, matched: &Matched<Scan, ViewMessage>, is_last: bool) -> bool {
+        let colours = self.colours.as_mut();
+        colours.is_some_and(|colours| colours.is_awaited(matched.cloud_stamp, is_last))
     }
 
     fn drop_unlocated(&self, matched: &Matched<Scan, ViewMessage>, error: &dyn std::error::Error) {
@@ -368,7 +402,43 @@ impl Stage {
             map_from_rig: &pose.map_from_rig,
             map_frame_id: &pose.frame_id,
         };
-        Ok(self.detector.step(&input, |step| timer.end_of(step.name()))?)
+        let mut detected = self.detector.step(&input, |step| timer.end_of(step.name()))?;
+        if self.colours.is_some() {
+            self.colour(&mut detected, &matched.cloud);
+            timer.end_of("colour");
+        }
+        Ok(detected)
+    }
+
+    /// Gives a cycle its colours, if there are any. One without is a cycle nevertheless.
+    fn colour(&mut self, detected: &mut Detected, view: &ViewMessage) {
+        let (Some(colours), Some(frame)) = (&mut self.colours, &detected.cycle.depth) else {
+            return;
+        };
+        let of_camera = colours.of_camera(frame);
+        let is_of_camera = of_camera.is_some();
+        let found = match (of_camera, view) {
+            (Some(found), _) => found.map(Some),
+            (None, ViewMessage::Points(message)) => {
+                let has_pixels = message.height > 1 && detected.statistics.not_pinhole.is_none();
+                colours.of_points(message, frame, has_pixels).map_err(NoColours::Unusable)
+            }
+            (None, _) => Ok(None),
+        };
+        let found = found.and_then(|found| match found {
+            Some(found) => {
+                detected.cycle.colour(found).map_err(|error| NoColours::Unusable(error.into()))
+            }
+            None => Ok(()),
+        });
+        if is_of_camera {
+            colours.note(found.as_ref().map(|_| ()));
+        }
+        if let Err(NoColours::Unusable(reason)) = &found {
+            let [topic, _] = self.inputs.colour_topics();
+            let topic = if is_of_camera { topic } else { self.inputs.view_topic() };
+            self.refuse_on(topic, &reason.to_string());
+        }
     }
 
     fn report_jump(&self, PoseJump { step_m, step_rad, passed_s }: PoseJump) {

@@ -1,3 +1,4 @@
+mod colours;
 mod rendering;
 mod transforms;
 

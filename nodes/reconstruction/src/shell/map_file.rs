@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use geometry::{OrientedPoints, VoxelGrid, VoxelKey, pcd, ply};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use node_shell::{NodeFailure, folder_of, keep_version, write_whole_file};
 
 use crate::octomap::{self, Octree};
@@ -30,8 +30,7 @@ enum Format {
 
 /// The points of a map at one time, to be written by another thread.
 pub(super) struct Snapshot {
-    points_m: Vec<Point3<f32>>,
-    normals: Vec<Vector3<f32>>,
+    points: OrientedPoints,
     grid: VoxelGrid,
     max_voxels: usize,
 }
@@ -56,7 +55,7 @@ impl Snapshot {
     /// # Errors
     /// When a tile on disk cannot be read at present.
     pub(super) fn of(map: &Map) -> Result<Self, NodeFailure> {
-        let WholeMap { points_m, normals, unreadable } = map.whole();
+        let WholeMap { points_m, normals, colours, unreadable } = map.whole();
         if let Some(error) = unreadable.iter().find(|error| !error.is_loss()) {
             return Err(format!("the map could not be saved: {error}").into());
         }
@@ -64,11 +63,12 @@ impl Snapshot {
         if let Some(error) = unreadable.first() {
             tracing::warn!("{} tiles are missing in the saved map: {error}", unreadable.len());
         }
-        Ok(Self { points_m, normals, grid: *map.grid(), max_voxels: map.max_voxels() })
+        let points = OrientedPoints { points_m, normals, colours };
+        Ok(Self { points, grid: *map.grid(), max_voxels: map.max_voxels() })
     }
 
     pub(super) fn points(&self) -> usize {
-        self.points_m.len()
+        self.points.points_m.len()
     }
 }
 
@@ -125,10 +125,10 @@ impl MapFile {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be saved to {}: {reason}", self.path.display())
         };
-        let Snapshot { points_m, normals, grid, .. } = snapshot;
+        let Snapshot { points: OrientedPoints { points_m, normals, colours }, grid, .. } = snapshot;
         let bytes = match self.format {
-            Format::Ply => ply::encode_with_normals(points_m, normals),
-            Format::Pcd => pcd::encode_with_normals(points_m, normals),
+            Format::Ply => ply::encode_with_colours(points_m, normals, colours),
+            Format::Pcd => pcd::encode_with_colours(points_m, normals, colours),
             Format::Octomap => {
                 let voxels: Vec<VoxelKey> = points_m.iter().map(|point| grid.key(point)).collect();
                 octomap::encode(grid.edge_m(), &voxels).map_err(|error| failed(&error))?
@@ -157,8 +157,7 @@ impl MapFile {
         let bytes = fs::read(&self.path).map_err(|error| failed(&error))?;
         let file = self.points_of(&bytes, map.max_voxels()).map_err(|reason| failed(&reason))?;
         check_edge(file.edge_m, map).map_err(|reason| failed(&reason))?;
-        let OrientedPoints { points_m, normals } = file.points;
-        map.replace(&points_m, &normals, frame_id).map_err(|error| failed(&error))?;
+        map.replace_coloured(&file.points, frame_id).map_err(|error| failed(&error))?;
         tracing::info!("loaded a map of {} voxels from {}", map.len(), self.path.display());
         Ok(map.len())
     }
@@ -171,7 +170,10 @@ impl MapFile {
                 let octree =
                     octomap::decode(bytes, max_voxels).map_err(|error| error.to_string())?;
                 return Ok(FilePoints {
-                    points: OrientedPoints { points_m: centres_m(&octree), normals: Vec::new() },
+                    points: OrientedPoints {
+                        points_m: centres_m(&octree),
+                        ..OrientedPoints::default()
+                    },
                     edge_m: Some(octree.edge_m),
                 });
             }

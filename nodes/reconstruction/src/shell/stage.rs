@@ -1,6 +1,6 @@
 //! The core with its topics: clouds and paths update the map, and the map is published when it is due.
 
-use geometry::{Cloud, SegmentedCycle};
+use geometry::{Cloud, ColouredCloud, SegmentedCycle};
 use msgs::convert;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
@@ -16,7 +16,7 @@ use super::saving::Unsaved;
 use super::schedule::{Following, Schedule, Subscribers};
 use super::spilling::{self, SpillWatch, empty_map};
 use super::{PROGRAM, ReconstructionParameters};
-use crate::{Addition, Map};
+use crate::{Addition, Map, MapChanges};
 
 /// The fix for cycles that take too long.
 const REMEDY: &str = "raise map_edge_m, or voxel_edge_m, of the whole pipeline";
@@ -196,9 +196,9 @@ impl Stage {
             .map_err(|error| {
                 format!("the map is incomplete, and was not published: {error}").into()
             })
-            .and_then(|cloud| {
-                self.maps.publish(convert::message_from_cloud(&cloud))?;
-                Ok(cloud.points_m.len())
+            .and_then(|map| {
+                self.maps.publish(convert::message_from_coloured_cloud(&map))?;
+                Ok(map.cloud.points_m.len())
             });
         self.schedule.map_tried(Instant::now(), published.is_ok());
         if published.is_err() {
@@ -209,13 +209,15 @@ impl Stage {
 
     fn publish_update(&mut self) {
         let changes = self.map.take_changes(self.most_update_points);
-        let is_told = [(&self.removals, &changes.removed), (&self.updates, &changes.updated)].map(
-            |(publisher, cloud)| {
-                cloud.points_m.is_empty()
-                    || publisher.publish_or_warn(convert::message_from_cloud(cloud))
-            },
-        );
-        if changes.is_incomplete || is_told.contains(&false) {
+        let MapChanges { updated, updated_colours, removed, is_incomplete } = changes;
+        let removed = ColouredCloud { cloud: removed, colours: Vec::new() };
+        let updated = ColouredCloud { cloud: updated, colours: updated_colours };
+        let is_told =
+            [(&self.removals, removed), (&self.updates, updated)].map(|(publisher, cloud)| {
+                cloud.cloud.points_m.is_empty()
+                    || publisher.publish_or_warn(convert::message_from_coloured_cloud(&cloud))
+            });
+        if is_incomplete || is_told.contains(&false) {
             self.schedule.update_failed();
         }
     }

@@ -160,7 +160,7 @@ impl StaticMap {
             }
         }
         let (updated, removed) = (self.cloud_of(updated), self.cloud_of(Vec::new()));
-        MapChanges { updated, removed, is_incomplete }
+        MapChanges { updated, removed, is_incomplete, updated_colours: Vec::new() }
     }
 
     /// The voxels that wait to be looked at by [`StaticMap::take_changes`].

@@ -1,8 +1,8 @@
 //! What listeners have to be told of.
 
-use geometry::VoxelKey;
+use geometry::{NO_COLOUR, VoxelKey};
 use nalgebra::Point3;
-use volume::{BlockBox, ChangeFollower, PointRules, SurfaceChanges};
+use volume::{BlockBox, ChangeFollower, PointRules, SurfaceChanges, SurfacePoint};
 
 use super::SurfaceMap;
 use crate::MapChanges;
@@ -54,9 +54,11 @@ impl SurfaceMap {
         }
         let edge_m = self.surface.grid().edge_m();
         let updated = changes.updated.iter().map(|point| point.position_m).collect();
+        let updated_colours = colours_of(changes.updated.iter());
         let removed = changes.removed.iter().map(|voxel| middle_m(voxel, edge_m)).collect();
         MapChanges {
             updated: self.cloud_of(updated),
+            updated_colours,
             removed: self.cloud_of(removed),
             is_incomplete: std::mem::take(&mut self.is_followed_anew),
         }
@@ -67,6 +69,16 @@ impl SurfaceMap {
     pub fn waiting_changes(&self) -> usize {
         self.follower.as_ref().map_or(0, ChangeFollower::waiting)
     }
+}
+
+/// The colours of points; none at all where no point has one.
+pub(super) fn colours_of<'a>(
+    points: impl Iterator<Item = &'a SurfacePoint> + Clone,
+) -> Vec<[u8; 3]> {
+    if points.clone().all(|point| point.colour.is_none()) {
+        return Vec::new();
+    }
+    points.map(|point| point.colour.unwrap_or(NO_COLOUR)).collect()
 }
 
 fn middle_m(voxel: &VoxelKey, edge_m: f64) -> Point3<f32> {

@@ -1,6 +1,6 @@
 //! A map that was saved takes the place of this one.
 
-use geometry::{VoxelGrid, VoxelKey};
+use geometry::{NO_COLOUR, OrientedPoints, VoxelGrid, VoxelKey};
 use nalgebra::{Point3, Vector3};
 use volume::BlockBox;
 
@@ -25,26 +25,37 @@ impl SurfaceMap {
         normals: &[Vector3<f32>],
         frame_id: &str,
     ) -> Result<Addition, LoadError> {
-        let has_normals = points_m.len() == normals.len();
-        let (points_m, normals) = &one_a_voxel(points_m, normals, self.grid());
+        let (points_m, normals) = (points_m.to_vec(), normals.to_vec());
+        let points = OrientedPoints { points_m, normals, colours: Vec::new() };
+        self.replace_coloured(&points, frame_id)
+    }
+
+    /// The same with a colour for each point, or none.
+    ///
+    /// # Errors
+    /// As [`SurfaceMap::replace`].
+    pub fn replace_coloured(
+        &mut self,
+        points: &OrientedPoints,
+        frame_id: &str,
+    ) -> Result<Addition, LoadError> {
+        let has_normals = points.points_m.len() == points.normals.len();
+        let mut points = one_a_voxel(points, self.grid());
+        let points_m = &points.points_m;
         let edge_m = self.grid().edge_m();
         let most_m = MOST_SPACING_IN_EDGES * edge_m;
         let spacing_m = normals::spacing_m(points_m, edge_m, most_m);
-        let estimated;
-        let normals = if has_normals {
-            normals
-        } else {
-            estimated = normals::normals(points_m, spacing_m.unwrap_or(most_m));
-            &estimated
-        };
+        if !has_normals {
+            points.normals = normals::normals(points_m, spacing_m.unwrap_or(most_m));
+        }
         // Points that are too far apart are not joined.
         let reach_m = spacing_m.unwrap_or(edge_m);
         if self.spill.is_some() {
-            return self.replace_tile_by_tile(points_m, normals, reach_m, frame_id);
+            return self.replace_tile_by_tile(&points, reach_m, frame_id);
         }
         let mut surface = self.surface.emptied();
-        let points = points_m.iter().copied().zip(normals.iter().copied());
-        if surface.put_points(points, reach_m, BlockBox::ALL) > 0 {
+        let points = (0..points.points_m.len()).filter_map(|index| at(&points, index));
+        if surface.put_coloured_points(points, reach_m, BlockBox::ALL) > 0 {
             let max_map_blocks = surface.config().max_blocks;
             return Err(LoadError::TooManyBlocks { max_map_blocks });
         }
@@ -57,8 +68,7 @@ impl SurfaceMap {
 
     fn replace_tile_by_tile(
         &mut self,
-        points_m: &[Point3<f32>],
-        normals: &[Vector3<f32>],
+        points: &OrientedPoints,
         reach_m: f64,
         frame_id: &str,
     ) -> Result<Addition, LoadError> {
@@ -66,16 +76,14 @@ impl SurfaceMap {
         self.clear();
         self.stamp = stamp;
         self.rename_frame(frame_id);
-        let mut by_tile = self.points_by_tile(points_m, reach_m);
+        let mut by_tile = self.points_by_tile(&points.points_m, reach_m);
         // Those of a tile in their order.
         by_tile.sort_unstable();
         let mut addition = Addition::default();
         for of_tile in by_tile.chunk_by(|(a, _), (b, _)| a == b) {
             let Some((tile, _)) = of_tile.first() else { continue };
-            let points = of_tile.iter().filter_map(|(_, index)| {
-                Some((*points_m.get(*index as usize)?, *normals.get(*index as usize)?))
-            });
-            let Some(new_blocks) = self.put_tile(*tile, points, reach_m) else {
+            let of_tile_m = of_tile.iter().filter_map(|(_, index)| at(points, *index as usize));
+            let Some(new_blocks) = self.put_tile(*tile, of_tile_m, reach_m) else {
                 let reason = self.take_tile_error();
                 self.clear();
                 return Err(LoadError::NoRoom { refused_points: of_tile.len(), reason });
@@ -98,12 +106,12 @@ impl SurfaceMap {
     fn put_tile(
         &mut self,
         tile: TileKey,
-        oriented: impl Iterator<Item = (Point3<f32>, Vector3<f32>)> + Clone,
+        coloured: impl Iterator<Item = ColouredPoint> + Clone,
         reach_m: f64,
     ) -> Option<usize> {
         let blocks_around =
-            |(point, _): (Point3<f32>, _)| self.surface.point_box(&point, reach_m).blocks();
-        let most_new = oriented.clone().map(blocks_around).fold(0, u64::saturating_add);
+            |(point, ..): ColouredPoint| self.surface.point_box(&point, reach_m).blocks();
+        let most_new = coloured.clone().map(blocks_around).fold(0, u64::saturating_add);
         let spill = self.spill.as_mut()?;
         let blocks = spill.blocks_of(tile);
         spill.tiles.pass_on();
@@ -111,7 +119,7 @@ impl SurfaceMap {
             return None;
         }
         let before = self.surface.blocks();
-        let refused = self.surface.put_points(oriented, reach_m, blocks);
+        let refused = self.surface.put_coloured_points(coloured, reach_m, blocks);
         self.spill.as_mut()?.tiles.has(tile);
         (refused == 0).then(|| self.surface.blocks() - before)
     }
@@ -122,13 +130,18 @@ impl SurfaceMap {
     }
 }
 
-/// One point for each voxel, the mean of those in it, with the sum of their normals, by ascending key: a place with many points
-/// costs as one with one. Points that are not finite are left out.
-fn one_a_voxel(
-    points_m: &[Point3<f32>],
-    normals: &[Vector3<f32>],
-    grid: &VoxelGrid,
-) -> (Vec<Point3<f32>>, Vec<Vector3<f32>>) {
+/// A point with its normal and its colour.
+type ColouredPoint = (Point3<f32>, Vector3<f32>, [u8; 3]);
+
+fn at(points: &OrientedPoints, index: usize) -> Option<ColouredPoint> {
+    let OrientedPoints { points_m, normals, colours } = points;
+    Some((*points_m.get(index)?, *normals.get(index)?, *colours.get(index)?))
+}
+
+/// One point for each voxel, the mean of those in it, with the sum of their normals and the mean of their colours, by ascending
+/// key: a place with many points costs as one with one. Points that are not finite are left out.
+fn one_a_voxel(points: &OrientedPoints, grid: &VoxelGrid) -> OrientedPoints {
+    let OrientedPoints { points_m, normals, colours } = points;
     let mut keyed: Vec<(VoxelKey, usize)> = (0..)
         .zip(points_m)
         .filter(|(_, point_m)| geometry::is_finite(point_m))
@@ -139,7 +152,22 @@ fn one_a_voxel(
         let own = || points.iter().filter_map(|(_, index)| points_m.get(*index));
         let sum = own().fold(Vector3::zeros(), |sum, point_m| sum + point_m.coords.cast::<f64>());
         let normals = points.iter().filter_map(|(_, index)| normals.get(*index));
-        (Point3::from(sum / points.len() as f64).cast(), normals.sum::<Vector3<f32>>())
+        let colours = points.iter().filter_map(|(_, index)| colours.get(*index));
+        let point_m: Point3<f32> = Point3::from(sum / points.len() as f64).cast();
+        ((point_m, normals.sum::<Vector3<f32>>()), mean_colour(colours))
     };
-    keyed.chunk_by(|a, b| a.0 == b.0).map(of_voxel).unzip()
+    let voxels = keyed.chunk_by(|a, b| a.0 == b.0).map(of_voxel);
+    let ((points_m, normals), colours) = voxels.unzip();
+    OrientedPoints { points_m, normals, colours }
+}
+
+/// The mean of those that are colours.
+fn mean_colour<'a>(colours: impl Iterator<Item = &'a [u8; 3]>) -> [u8; 3] {
+    let (mut sum, mut count) = ([0_u32; 3], 0);
+    for colour in colours.filter(|colour| **colour != NO_COLOUR) {
+        sum.iter_mut().zip(colour).for_each(|(sum, part)| *sum += u32::from(*part));
+        count += 1;
+    }
+    // No larger than the largest of them.
+    if count == 0 { NO_COLOUR } else { sum.map(|sum| ((sum + count / 2) / count) as u8) }
 }

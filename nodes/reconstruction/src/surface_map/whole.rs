@@ -1,16 +1,16 @@
 //! The map as one cloud.
 
-use geometry::Cloud;
-use nalgebra::{Point3, Vector3};
+use geometry::ColouredCloud;
 use volume::{BlockKey, ChangeFollower, PointRules, SurfacePoint};
 
 use super::SurfaceMap;
+use super::changes::colours_of;
 use super::spill::LookedAt;
 use crate::WholeMap;
 use crate::tiles::{TileError, TileKey};
 
 impl SurfaceMap {
-    /// All points, with their normals, those of spilled tiles included. Where tiles are spilled it takes 60 bytes a point and
+    /// All points, with their normals and colours, those of spilled tiles included. Where tiles are spilled it takes 80 bytes a point and
     /// the memory of 16 tiles while it is made, and the time to read every spilled tile some two times.
     #[must_use]
     pub fn whole(&self) -> WholeMap {
@@ -22,13 +22,13 @@ impl SurfaceMap {
     ///
     /// # Errors
     /// When a spilled tile cannot be read for now: without its points a listener would take it for empty.
-    pub fn cloud_for_listeners(&mut self) -> Result<Cloud, TileError> {
+    pub fn cloud_for_listeners(&mut self) -> Result<ColouredCloud, TileError> {
         if let Some(spill) = &mut self.spill {
             spill.tiles.retry_unreadable()?;
         }
         let mut follower = self.follower.take();
         follower.as_mut().into_iter().for_each(ChangeFollower::begin_to_show);
-        let WholeMap { points_m, unreadable, .. } = self.whole_seen_by(|key, points| {
+        let WholeMap { points_m, colours, unreadable, .. } = self.whole_seen_by(|key, points| {
             if let Some(follower) = &mut follower {
                 follower.show(key, points, self.grid());
             }
@@ -40,22 +40,23 @@ impl SurfaceMap {
             // Listeners still have their points, and nobody knows which ones they were.
             self.follow_changes_anew();
         }
-        Ok(self.cloud_of(points_m))
+        Ok(ColouredCloud { cloud: self.cloud_of(points_m), colours })
     }
 
     fn whole_seen_by(&self, mut see: impl FnMut(BlockKey, &[SurfacePoint])) -> WholeMap {
-        let mut all: Vec<(BlockKey, Point3<f32>, Vector3<f32>)> = Vec::new();
+        let mut all: Vec<(BlockKey, SurfacePoint)> = Vec::new();
         let unreadable = self.visit_points(|key, points| {
             see(key, points);
-            all.extend(points.iter().map(|point| (key, point.position_m, point.normal)));
+            all.extend(points.iter().map(|point| (key, *point)));
         });
         if self.spill.is_some() {
             // They come tile by tile. The order within a block stays.
-            all.sort_by_key(|(key, ..)| *key);
+            all.sort_by_key(|(key, _)| *key);
         }
-        let points_m = all.iter().map(|(_, point_m, _)| *point_m).collect();
-        let normals = all.into_iter().map(|(.., normal)| normal).collect();
-        WholeMap { points_m, normals, unreadable }
+        let points_m = all.iter().map(|(_, point)| point.position_m).collect();
+        let normals = all.iter().map(|(_, point)| point.normal).collect();
+        let colours = colours_of(all.iter().map(|(_, point)| point));
+        WholeMap { points_m, normals, colours, unreadable }
     }
 
     /// Calls `visit` with the points of each block. Returns why some cannot be had, by ascending key of the tile.

@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use geometry::{DetectedCycle, SegmentationCounts, Stamp};
+use geometry::{ColouredCloud, DetectedCycle, SegmentationCounts, Stamp};
 use msgs::convert::{self, ConvertError};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::{LaserScan, PointCloud2};
 use msgs::stillmap_msgs::{StageReport, Tracks};
-use nalgebra::Point3;
 use node_shell::{Arrived, GrantedBuffer, Node, Qos, ShellError, Subscription, ValueSubscription};
 
 use super::recorder::{Recorder, Stage};
@@ -43,7 +42,7 @@ pub(super) struct CollectedState {
     /// The stamp of the latest cycle's cloud.
     pub(super) last_cloud: Option<Stamp>,
     /// The latest map and the stamp of its last cycle.
-    pub(super) map: Option<(Stamp, Vec<Point3<f32>>)>,
+    pub(super) map: Option<(Stamp, ColouredCloud)>,
     /// Numbers of the nodes' own diagnostics, by node and key.
     diagnostics: BTreeMap<(String, String), u64>,
 }
@@ -192,8 +191,8 @@ impl CollectedState {
                 recorder.tracks(message.cycle, &convert::tracks_from_message(&message)?);
             }
             Received::Map(message) => {
-                let cloud = convert::cloud_from_message(&message)?;
-                self.map = Some((cloud.stamp, cloud.points_m));
+                let map = convert::coloured_cloud_from_message(&message)?;
+                self.map = Some((map.cloud.stamp, map));
             }
             // Reconstruction counts invalid paths.
             Received::Path(message) => {

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
+use geometry::ColouredCloud;
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{
     EVERY_CYCLE, Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subscription,
@@ -340,9 +341,9 @@ impl Run {
             transport: Transport::Dds,
             map_frame_id: recorder.map_frame_id(),
         };
-        let static_map = map.map(|(_, points_m)| points_m).unwrap_or_default();
+        let ColouredCloud { cloud, colours } = map.map(|(_, map)| map).unwrap_or_default();
         let blind_scans = recorder.blind_scans();
-        let record = recorder.finish(static_map, name);
+        let record = recorder.finish(cloud.points_m, colours, name);
         Ok(DdsRun { record, blind_scans, lost, poses, failure, is_interrupted })
     }
 }

@@ -7,6 +7,7 @@ use msgs::RosMessage;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 
+use super::colour_topics::ColourTopics;
 use super::pose_topics::{BY_TF, PoseSource, PoseTopicKind};
 use crate::failure::Failure;
 use crate::lidar::{LIDAR, LidarArgs};
@@ -47,6 +48,11 @@ impl TopicArgs {
             && lidar.is_empty()
     }
 
+    /// What the user names of the colour camera.
+    pub(super) fn visual(&self) -> &VisualTopicArgs {
+        &self.visual
+    }
+
     /// Whether the pose is to be a LiDAR's.
     pub(crate) fn wants_lidar(&self) -> bool {
         self.pose.as_deref() == Some(LIDAR)
@@ -65,6 +71,8 @@ pub struct Inputs {
     /// The depth images or the clouds.
     pub view: ViewTopics,
     pub(crate) pose: PoseSource,
+    /// The colour camera of the map, where it has one.
+    pub(crate) colour: Option<ColourTopics>,
     /// The topic of true labels, where the bag has it.
     pub labels: Option<String>,
     /// The topics of tf that the bag has, static transforms first; empty if no node uses tf.
@@ -90,6 +98,11 @@ pub enum ViewTopics {
 }
 
 impl ViewTopics {
+    /// Whether a topic has the calibration of the depth images.
+    pub(crate) fn has_camera_info(&self, topic: &str) -> bool {
+        matches!(self, Self::Depth { camera_info, .. } if camera_info == topic)
+    }
+
     /// The value of detection's parameter `input`.
     pub(crate) fn kind(&self) -> &'static str {
         match self {
@@ -126,7 +139,12 @@ impl Inputs {
             })
             .map(|topic| topic.topic.clone());
         let transforms = [TF_STATIC, TF].into_iter().filter(|name| choose.has_tf(name)).collect();
-        Ok(Self { scan, view, pose, labels, transforms })
+        Ok(Self { scan, view, pose, colour: None, labels, transforms })
+    }
+
+    /// The colour camera, where its messages are passed on for the map alone: the visual odometry passes on its own.
+    pub(crate) fn colour_of_map(&self) -> Option<&ColourTopics> {
+        self.colour.as_ref().filter(|_| !matches!(self.pose, PoseSource::Visual(_)))
     }
 
     /// Whether the rig's poses come from the bag. Otherwise the run computes them, in a frame whose origin is the first camera.
@@ -160,6 +178,12 @@ impl Inputs {
                 topics.push(("depth/camera_info", camera_info));
             }
             ViewTopics::Points(points) => topics.push(("points", points)),
+        }
+        for (name, topic) in self.colour.iter().flat_map(ColourTopics::by_node_name) {
+            // The visual odometry has the same ones.
+            if !topics.iter().any(|(known, _)| *known == name) {
+                topics.push((name, topic));
+            }
         }
         topics
     }

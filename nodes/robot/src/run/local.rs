@@ -107,6 +107,19 @@ pub(crate) fn publish(
             PoseTopicKind::PoseWithCovariance => pass_on(message, &sensors.poses_with_covariance),
         };
     }
+    if let Some(colour) = inputs.colour_of_map() {
+        if topic == colour.image {
+            return if colour.is_compressed {
+                pass_on(message, &sensors.compressed_colours)
+            } else {
+                pass_on(message, &sensors.colours)
+            };
+        }
+        // One that is that of the depth images, too, has both names.
+        if topic == colour.camera_info && !inputs.view.has_camera_info(topic) {
+            return pass_on(message, &sensors.colour_infos);
+        }
+    }
     match &inputs.view {
         ViewTopics::Depth { camera_info, .. } if topic == camera_info => {
             pass_on(message, &sensors.camera_infos)

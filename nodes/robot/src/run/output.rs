@@ -80,8 +80,9 @@ impl OutputFolder {
         let parameters = self.path.join(PARAMETERS);
         fs::rename(&self.parameters, &parameters)
             .map_err(|error| cannot_write(&parameters, &error))?;
-        self.write_file("map.ply", &ply::encode(&record.static_map))?;
-        self.write_file("map.pcd", &pcd::encode(&record.static_map))?;
+        let (points_m, colours) = (&record.static_map, &record.map_colours);
+        self.write_file("map.ply", &ply::encode_with_colours(points_m, &[], colours))?;
+        self.write_file("map.pcd", &pcd::encode_with_colours(points_m, &[], colours))?;
         self.clear_removed_clouds()?;
         for cycle in record.cycles.iter().filter(|cycle| !cycle.dynamic_points_m.is_empty()) {
             let name = format!("{DYNAMIC_FOLDER}/cycle_{:06}.ply", cycle.index);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use detection::DetectionConfig;
-use detection::shell::{DetectionParameters, PoseInput};
+use detection::shell::{ColourInput, DetectionParameters, PoseInput};
 use geometry::{Method, PipelineConfig};
 use node_shell::parameters::{self, Assignment};
 use pose::shell::PoseParameters;
@@ -128,6 +128,11 @@ impl PipelineParameters {
     /// Takes the poses from another source than the files say.
     pub(super) fn set_pose_source(&mut self, source: PoseInput) {
         self.detection.pose_source = source;
+    }
+
+    /// Takes the colours of the map from another source than the files say.
+    pub(crate) fn set_colour(&mut self, source: ColourInput) {
+        self.detection.colour = source;
     }
 
     /// Takes the frames of a bag's tf.

@@ -4,11 +4,11 @@
 use detection::shell::{CloudInput, DetectionParameters, Stage as Detection};
 use msgs::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped};
 use msgs::nav_msgs::Odometry;
-use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, ShellError};
-use reconstruction::Map;
 use reconstruction::shell::Stage as Reconstruction;
+use reconstruction::{Map, WholeMap};
 use report::{RunRecord, Transport};
 use segmentation::shell::Stage as Segmentation;
 
@@ -143,7 +143,8 @@ impl Pipeline {
             transport: Transport::Local,
             map_frame_id: self.recorder.map_frame_id(),
         };
-        self.recorder.finish(self.reconstruction.map().points(), name)
+        let WholeMap { points_m, colours, .. } = self.reconstruction.map().whole();
+        self.recorder.finish(points_m, colours, name)
     }
 }
 
@@ -170,6 +171,9 @@ pub struct Sensors {
     pub(crate) odometry: Publisher<Odometry>,
     pub(crate) poses_with_covariance: Publisher<PoseWithCovarianceStamped>,
     pub(crate) clouds: Publisher<PointCloud2>,
+    pub(crate) colours: Publisher<Image>,
+    pub(crate) compressed_colours: Publisher<CompressedImage>,
+    pub(crate) colour_infos: Publisher<CameraInfo>,
     pub(crate) fixed_transforms: Publisher<TFMessage>,
     pub(crate) transforms: Publisher<TFMessage>,
 }
@@ -185,6 +189,9 @@ impl Sensors {
             images: node.publisher("depth/image", &qos)?,
             camera_infos: node.publisher("depth/camera_info", &qos)?,
             clouds: node.publisher("points", &qos)?,
+            colours: node.publisher("rgb/image", &qos)?,
+            compressed_colours: node.publisher("rgb/image/compressed", &qos)?,
+            colour_infos: node.publisher("rgb/camera_info", &qos)?,
             fixed_transforms: node.publisher("/tf_static", &Qos::latched())?,
             transforms: node.publisher("/tf", &qos)?,
         })

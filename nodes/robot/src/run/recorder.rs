@@ -210,7 +210,12 @@ impl Recorder {
     }
 
     /// The record of the run. A cycle that a stage never reported is counted as dropped by that stage.
-    pub(crate) fn finish(mut self, static_map: Vec<Point3<f32>>, run: RunName) -> RunRecord {
+    pub(crate) fn finish(
+        mut self,
+        static_map: Vec<Point3<f32>>,
+        map_colours: Vec<[u8; 3]>,
+        run: RunName,
+    ) -> RunRecord {
         let mut cycles = Vec::new();
         for (index, partial) in std::mem::take(&mut self.cycles) {
             let missing = partial.first_missing_stage();
@@ -239,6 +244,7 @@ impl Recorder {
             cycles,
             drops,
             static_map,
+            map_colours,
             unfiltered_map: self.unfiltered_map.points(),
         }
     }

@@ -12,7 +12,7 @@ use crate::run::inputs::{is_input, unread};
 /// Topics that the user names; the rest is found by type and name.
 #[derive(Args, Clone, Debug, Default)]
 pub struct VisualTopicArgs {
-    /// The colour image topic of the visual odometry (Image, or CompressedImage)
+    /// The colour image topic of the visual odometry and of the map's colours (Image, or CompressedImage)
     #[arg(long, value_name = "TOPIC")]
     image: Option<String>,
     /// The CameraInfo topic of the colour image

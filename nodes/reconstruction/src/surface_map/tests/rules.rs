@@ -36,7 +36,7 @@ fn a_listener_that_starts_late_ends_with_the_points_of_the_map() {
     map.integrate(&cycle(&person, 0, &rig, Some(&mut random))).unwrap();
     map.follow_changes();
     map.integrate(&cycle(&person, 1, &rig, Some(&mut random))).unwrap();
-    let start = map.cloud_for_listeners().unwrap();
+    let start = map.cloud_for_listeners().unwrap().cloud;
     let grid = *map.grid();
     let mut known: BTreeMap<_, _> =
         start.points_m.iter().map(|point| (grid.key(point), *point)).collect();

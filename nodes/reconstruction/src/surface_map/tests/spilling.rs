@@ -147,7 +147,7 @@ fn a_listener_that_comes_when_tiles_are_spilled_ends_with_the_points_of_the_map(
     let mut map = driven(spilling(MOST).0, there);
     assert!(counts(&map).tiles_in_store > 20);
     map.follow_changes();
-    let start = map.cloud_for_listeners().unwrap();
+    let start = map.cloud_for_listeners().unwrap().cloud;
     let grid = *map.grid();
     let mut known: BTreeMap<_, _> =
         start.points_m.iter().map(|point| (grid.key(point), *point)).collect();
@@ -156,7 +156,7 @@ fn a_listener_that_comes_when_tiles_are_spilled_ends_with_the_points_of_the_map(
         map.integrate(cycle).unwrap();
         if index == 10 {
             // Another one comes, while much waits.
-            let cloud = map.cloud_for_listeners().unwrap();
+            let cloud = map.cloud_for_listeners().unwrap().cloud;
             known = cloud.points_m.iter().map(|point| (grid.key(point), *point)).collect();
         }
         let changes = map.take_changes(500);

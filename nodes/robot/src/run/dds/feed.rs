@@ -72,9 +72,8 @@ impl Feed {
             _ => true,
         };
         let node = |name: &str| match name {
-            "rgb/image" | "rgb/image/compressed" | "rgb/camera_info" | "imu" | "wheels" => {
-                visual::NODE
-            }
+            "imu" | "wheels" => visual::NODE,
+            "rgb/image" | "rgb/image/compressed" | "rgb/camera_info" if is_visual => visual::NODE,
             _ => Stage::Detection.name(),
         };
         let fed = inputs.by_node_name().into_iter().filter(is_asked_for);

@@ -51,7 +51,7 @@ fn finish(recorder: Recorder) -> RunRecord {
         transport: Transport::Local,
         map_frame_id: "map".to_owned(),
     };
-    recorder.finish(Vec::new(), name)
+    recorder.finish(Vec::new(), Vec::new(), name)
 }
 
 fn recorder() -> Recorder {

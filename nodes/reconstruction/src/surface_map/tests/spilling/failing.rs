@@ -118,7 +118,7 @@ fn a_store_that_fails_for_a_while_loses_nothing() {
     let still: Vec<TileKey> = store.with(|tiles| tiles.keys().copied().collect());
     assert_eq!(still, in_store);
     store.fail(false);
-    let cloud = map.cloud_for_listeners().unwrap();
+    let cloud = map.cloud_for_listeners().unwrap().cloud;
     let now = known_of(&map);
     assert_eq!((cloud.points_m.len(), counts(&map).lost), (now.len(), 0));
     let kept = before.keys().filter(|key| now.contains_key(key)).count();
@@ -147,7 +147,7 @@ fn a_tile_that_was_missed_when_its_neighbour_changed_needs_the_whole_map() {
     store.fail(false);
     map.integrate(&cycles[2 * STEPS - 1]).unwrap();
     assert!(map.take_changes(0).is_incomplete);
-    let start = map.cloud_for_listeners().unwrap();
+    let start = map.cloud_for_listeners().unwrap().cloud;
     let grid = *map.grid();
     let mut known: BTreeMap<_, _> =
         start.points_m.iter().map(|point| (grid.key(point), *point)).collect();

@@ -1,0 +1,99 @@
+//! Which topics of a bag give the map its colours.
+
+use bag_player::{Bag, BagInfo, Selection};
+use geometry::CameraModel;
+use msgs::RosMessage;
+use msgs::convert;
+use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image};
+
+use super::inputs::ViewTopics;
+use crate::console;
+use crate::failure::Failure;
+use crate::visual::{VisualTopicArgs, VisualTopics};
+
+/// The topics of the colour camera.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct ColourTopics {
+    /// Of the images.
+    pub(crate) image: String,
+    /// Whether they are JPEG or PNG.
+    pub(crate) is_compressed: bool,
+    /// Of their calibration: that of the depth images where these are registered and have it alone.
+    pub(crate) camera_info: String,
+}
+
+impl ColourTopics {
+    /// The topics beside the depth images: those that the user named, else those with the usual names. `None` where the bag has
+    /// none, and, with a note, where those that it has cannot be used.
+    ///
+    /// # Errors
+    /// When those that the user named are not there.
+    pub(super) fn choose(
+        args: &VisualTopicArgs,
+        view: &ViewTopics,
+        bag: &Bag,
+        info: &BagInfo,
+    ) -> Result<Option<Self>, Failure> {
+        let ViewTopics::Depth { image: depth, camera_info } = view else { return Ok(None) };
+        let chosen = match VisualTopics::choose(args, depth, camera_info, info) {
+            Ok(chosen) => chosen,
+            Err(_) if args.is_empty() => return Ok(None),
+            Err(failure) => return Err(failure),
+        };
+        let is_usual = ["rgb", "color", "colour"].iter().any(|name| chosen.image.contains(name));
+        // An infrared or a grey camera is taken where it is named.
+        if args.is_empty() && !is_usual {
+            return Ok(None);
+        }
+        let VisualTopics { image, is_compressed, camera_info, .. } = chosen;
+        let topics = Self { image, is_compressed, camera_info };
+        if let Err(reason) = topics.check(bag) {
+            console::note(format_args!("the map has no colours: {}: {reason}", topics.image));
+            return Ok(None);
+        }
+        Ok(Some(topics))
+    }
+
+    /// Each topic, with the name that the node knows it by.
+    pub(super) fn by_node_name(&self) -> [(&'static str, &str); 2] {
+        let image = if self.is_compressed { "rgb/image/compressed" } else { "rgb/image" };
+        [(image, &self.image), ("rgb/camera_info", &self.camera_info)]
+    }
+
+    /// Reads the first image and its calibration.
+    ///
+    /// # Errors
+    /// With what is wrong with them.
+    fn check(&self, bag: &Bag) -> Result<(), String> {
+        let image = if self.is_compressed {
+            let message = first::<CompressedImage>(bag, &self.image)?;
+            convert::image_from_compressed_message(&message).map_err(|error| error.to_string())?
+        } else {
+            first::<Image>(bag, &self.image)?
+        };
+        let image =
+            convert::colour_image_from_message(&image).map_err(|error| error.to_string())?;
+        let message = first::<CameraInfo>(bag, &self.camera_info)?;
+        let camera = convert::camera_from_message(&message).map_err(|error| error.to_string())?;
+        camera.validate().map_err(|error| error.to_string())?;
+        let CameraModel { width_px, height_px, .. } = camera;
+        if (width_px, height_px) != (image.width_px(), image.height_px()) {
+            return Err(format!(
+                "its images have {} x {} pixels, and the calibration on {} is for {width_px} x {height_px}",
+                image.width_px(),
+                image.height_px(),
+                self.camera_info
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The first message of a topic.
+fn first<M: RosMessage>(bag: &Bag, topic: &str) -> Result<M, String> {
+    let selection = Selection { topics: Some(vec![topic.to_owned()]), ..Selection::default() };
+    let mut messages = bag.messages(&selection).map_err(|error| error.to_string())?;
+    let first = messages.next().ok_or_else(|| format!("nothing is on {topic}"))?;
+    let decoded = first.and_then(|message| message.decode::<M>());
+    decoded.map_err(|error| error.to_string())
+}
