@@ -1,7 +1,7 @@
 //! Writes report pages of runs that are made up into a folder, for the tests of the page in a browser (`page/test.sh`).
 //!
-//! `room.html` is of a small room that a person crosses, `hostile.html` the same with names that are markup, `large.html` has ten
-//! million points.
+//! `room.html` is of a small room that a person crosses, `hostile.html` the same with names that are markup, `coloured.html` the same
+//! with the colours of a camera, `large.html` has ten million points.
 
 #![allow(clippy::print_stdout, reason = "a program of the tests")]
 
@@ -44,6 +44,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..room.clone()
     };
     write(folder, "hostile.html", &hostile)?;
+    let colours = room.static_map.iter().map(|point_m| wall_colour(point_m));
+    let coloured = RunRecord { map_colours: colours.collect(), ..room.clone() };
+    write(folder, "coloured.html", &coloured)?;
     write(folder, "large.html", &RunRecord { static_map: walls(LARGE_POINTS), ..room })?;
     Ok(())
 }
@@ -103,6 +106,15 @@ fn walls(count: usize) -> Vec<Point3<f32>> {
             }
         })
         .collect()
+}
+
+/// A red and a blue half of the room; no colour was seen of the far corner.
+fn wall_colour(point_m: &Point3<f32>) -> [u8; 3] {
+    match (point_m.x > 2.5 && point_m.y > 2.0, point_m.y > 0.0) {
+        (true, _) => geometry::NO_COLOUR,
+        (_, true) => [220, 40, 30],
+        (_, false) => [30, 60, 230],
+    }
 }
 
 /// Numbers of 0 to 1 that fill it evenly.

@@ -69,10 +69,19 @@ pub(crate) fn scene(
     limits: &PageLimits,
 ) -> Result<Markup, VoxelEdgeError> {
     let moments = Moments::of(run)?;
-    let map = PointSet::thinned(run.static_map.len(), limits.map_points, |index| {
+    let (total, most) = (run.static_map.len(), limits.map_points);
+    let point = |index: usize| {
         let point_m = run.static_map[index];
         (point_m, moments.first_seen(&point_m))
-    });
+    };
+    let map = if total > 0 && run.map_colours.len() == total {
+        PointSet::thinned_with_colours(total, most, |index| {
+            let (point_m, moment) = point(index);
+            (point_m, moment, drawn(run.map_colours[index]))
+        })
+    } else {
+        PointSet::thinned(total, most, point)
+    };
     let removed = removed_points(run, limits);
     let kept_out = PointSet::of_classes(
         summary.kept_out.iter().map(|voxel| (voxel.point_m, voxel.cause as u8)),
@@ -91,6 +100,12 @@ pub(crate) fn scene(
         @for (number, group) in views.iter().enumerate() { (block(&format!("views-{number}"), group)) }
         script { (PreEscaped(BUNDLE)) }
     })
+}
+
+/// The colour in which a point is drawn: gray where none was seen, since black is not seen on the dark ground.
+fn drawn(colour: [u8; 3]) -> [u8; 3] {
+    const UNSEEN: [u8; 3] = [110; 3];
+    if colour == geometry::NO_COLOUR { UNSEEN } else { colour }
 }
 
 fn header(run: &RunRecord, summary: &Summary, sets: &[(&str, &PointSet, f64)]) -> Value {

@@ -1,3 +1,4 @@
+mod colours;
 mod loading;
 mod rules;
 pub(crate) mod scene;

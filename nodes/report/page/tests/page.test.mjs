@@ -122,6 +122,38 @@ test("the picture changes when it is turned, walked through, cut, and when layer
   await close();
 });
 
+test("a map with colours is drawn in them, and by height where that is chosen", async () => {
+  const coloured = await open(file("coloured.html"));
+  const { page } = coloured;
+  const colour = page.locator(".settings select");
+  assert.deepEqual(await colour.locator("option").allTextContents(), ["as seen", "by height"]);
+  const shares = () => page.evaluate(() => {
+    const canvas = document.querySelector("canvas.scene");
+    const copy = Object.assign(document.createElement("canvas"), { width: 200, height: 150 });
+    const context = copy.getContext("2d");
+    context.drawImage(canvas, 0, 0, 200, 150);
+    const { data } = context.getImageData(0, 0, 200, 150);
+    let [red, blue] = [0, 0];
+    for (let at = 0; at < data.length; at += 4) {
+      if (data[at] > 2 * data[at + 1] + 20 && data[at] > 2 * data[at + 2] + 20) red += 1;
+      if (data[at + 2] > 2 * data[at] + 20 && data[at + 2] > 2 * data[at + 1] + 20) blue += 1;
+    }
+    return { red, blue };
+  });
+  await complete(page);
+  const seen = await shares();
+  assert.ok(seen.red > 300 && seen.blue > 300, JSON.stringify(seen));
+  const before = await pixels(page, "canvas.scene");
+  await colour.selectOption("0");
+  assert.notEqual(await pixels(page, "canvas.scene"), before);
+  assert.ok((await shares()).red < seen.red / 4);
+  assert.deepEqual(coloured.faults, []);
+  await coloured.close();
+  const plain = await open(file("room.html"));
+  assert.equal(await plain.page.locator(".settings select").count(), 0);
+  await plain.close();
+});
+
 test("a moment is shown in the view, the scan, the depth image, the figures and the charts", async () => {
   const { page, faults, close } = await open(file("room.html"));
   const state = async () => [

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::Point3;
 use serde_json::{Value, json};
 
-use super::planes::push_differences_16;
+use super::planes::{push_differences_8, push_differences_16};
 
 /// A step of the coordinates: a tenth of the noise of a depth camera.
 const STEP_M: f64 = 0.001;
@@ -20,7 +20,7 @@ pub(super) struct PointSet {
     /// The points of the run, of which the set may have fewer.
     pub(super) total: usize,
     blocks: Vec<Block>,
-    has: &'static str,
+    has: Vec<&'static str>,
 }
 
 struct Block {
@@ -34,6 +34,7 @@ struct Placed {
     curve: u64,
     steps: [u16; 3],
     extra: u16,
+    colour: [u8; 3],
 }
 
 impl PointSet {
@@ -44,44 +45,69 @@ impl PointSet {
         point: impl Fn(usize) -> (Point3<f32>, u16),
     ) -> Self {
         let every = total.div_ceil(most.max(1)).max(1);
-        Self::of(total, "moment", (0..total).step_by(every).map(point))
+        let points = (0..total).step_by(every).map(point);
+        Self::of(total, &["moment"], points.map(|(point_m, moment)| (point_m, moment, [0; 3])))
+    }
+
+    /// The same with a colour each: red, green, blue.
+    pub(super) fn thinned_with_colours(
+        total: usize,
+        most: usize,
+        point: impl Fn(usize) -> (Point3<f32>, u16, [u8; 3]),
+    ) -> Self {
+        let every = total.div_ceil(most.max(1)).max(1);
+        Self::of(total, &["moment", "colour"], (0..total).step_by(every).map(point))
     }
 
     /// Points with a class each.
     pub(super) fn of_classes(points: impl ExactSizeIterator<Item = (Point3<f32>, u8)>) -> Self {
-        Self::of(points.len(), "class", points.map(|(point_m, class)| (point_m, u16::from(class))))
+        let total = points.len();
+        let points = points.map(|(point_m, class)| (point_m, u16::from(class), [0; 3]));
+        Self::of(total, &["class"], points)
     }
 
     fn of(
         total: usize,
-        has: &'static str,
-        points: impl Iterator<Item = (Point3<f32>, u16)>,
+        has: &[&'static str],
+        points: impl Iterator<Item = (Point3<f32>, u16, [u8; 3])>,
     ) -> Self {
         let mut by_block: BTreeMap<[i32; 3], Vec<Placed>> = BTreeMap::new();
-        for (point_m, extra) in points.filter(|(point_m, _)| geometry::is_finite(point_m)) {
+        for (point_m, extra, colour) in points.filter(|(point_m, ..)| geometry::is_finite(point_m))
+        {
             let all_steps: [f64; 3] =
                 point_m.coords.map(|value_m| f64::from(value_m) / STEP_M).into();
             // The casts saturate: points that far away share the outermost block.
             let block = all_steps.map(|steps| (steps / STEPS).floor() as i32);
             let steps =
                 [0, 1, 2].map(|axis| (all_steps[axis] - f64::from(block[axis]) * STEPS) as u16);
-            by_block.entry(block).or_default().push(Placed { curve: curve(steps), steps, extra });
+            by_block.entry(block).or_default().push(Placed {
+                curve: curve(steps),
+                steps,
+                extra,
+                colour,
+            });
         }
         let mut bytes = Vec::new();
         let mut blocks = Vec::new();
         for (block, mut placed) in by_block {
-            placed.sort_unstable_by_key(|point| (point.curve, point.extra));
+            placed.sort_unstable_by_key(|point| (point.curve, point.extra, point.colour));
             for axis in 0..3 {
                 push_differences_16(&mut bytes, placed.iter().map(|point| point.steps[axis]));
             }
-            match has {
-                "class" => bytes.extend(placed.iter().map(|point| point.extra as u8)),
-                _ => push_differences_16(&mut bytes, placed.iter().map(|point| point.extra)),
+            if has.contains(&"class") {
+                bytes.extend(placed.iter().map(|point| point.extra as u8));
+            } else {
+                push_differences_16(&mut bytes, placed.iter().map(|point| point.extra));
+            }
+            if has.contains(&"colour") {
+                for part in 0..3 {
+                    push_differences_8(&mut bytes, placed.iter().map(|point| point.colour[part]));
+                }
             }
             let origin_m = block.map(|block| f64::from(block) * STEPS * STEP_M);
             blocks.push(Block { origin_m, count: placed.len() });
         }
-        Self { bytes, total, blocks, has }
+        Self { bytes, total, blocks, has: has.to_vec() }
     }
 
     pub(super) fn header(&self, spacing_m: f64) -> Value {
@@ -90,7 +116,7 @@ impl PointSet {
             .iter()
             .map(|block| json!({ "origin_m": block.origin_m, "count": block.count }))
             .collect();
-        json!({ "total": self.total, "step_m": STEP_M, "spacing_m": spacing_m, "has": [self.has], "blocks": blocks })
+        json!({ "total": self.total, "step_m": STEP_M, "spacing_m": spacing_m, "has": self.has, "blocks": blocks })
     }
 }
 

@@ -175,3 +175,29 @@ fn a_place_is_shown_from_the_cycle_on_in_which_it_was_seen() {
     let at = |x_m: f32| moments.first_seen(&Point3::new(x_m, 0.05, 0.05));
     assert_eq!([at(1.05), at(2.05), at(2.15), at(9.05)], [0, 1, 1, 2]);
 }
+
+#[test]
+fn colours_are_carried_where_the_map_has_them() {
+    let map = points(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]);
+    let map_colours = vec![[250, 20, 10], geometry::NO_COLOUR, [1, 2, 3]];
+    let coloured = RunRecord { static_map: map, map_colours, ..run(vec![cycle(0)]) };
+    let page = page_of(&coloured, &PageLimits::default());
+    assert_eq!(header_of(&page)["points"]["map"]["has"], json!(["moment", "colour"]));
+    let bytes = block_of(&page, "map");
+    // Three coordinates and a moment of 16 bits each, and three colours.
+    assert_eq!(bytes.len(), 3 * (4 * 2 + 3));
+    let plane = |part: usize| {
+        let mut value = 0_u8;
+        bytes[24 + 3 * part..][..3].iter().map(move |difference| {
+            value = value.wrapping_add(*difference);
+            value
+        })
+    };
+    let mut colours: Vec<_> =
+        plane(0).zip(plane(1)).zip(plane(2)).map(|((red, green), blue)| [red, green, blue]).collect();
+    colours.sort_unstable();
+    assert_eq!(colours, [[1, 2, 3], [110, 110, 110], [250, 20, 10]]);
+    let plain = RunRecord { map_colours: Vec::new(), ..coloured };
+    let header = header_of(&page_of(&plain, &PageLimits::default()));
+    assert_eq!(header["points"]["map"]["has"], json!(["moment"]));
+}

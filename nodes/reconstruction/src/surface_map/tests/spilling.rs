@@ -17,7 +17,7 @@ use crate::{Addition, AtMaxVoxels, LoadError};
 
 const EDGE_M: f64 = 0.05;
 /// The corridor has some 1,400 blocks, and a view with what is beside it some 700.
-const MOST: usize = 800;
+pub(super) const MOST: usize = 800;
 /// A view of the corridor that was corrected, or loaded whole, has some 900: blocks beside it, which no drive made.
 const MORE: usize = 1_000;
 const END_M: f64 = 20.0;
@@ -34,7 +34,7 @@ fn spilling_config(max_map_blocks: usize) -> ReconstructionConfig {
     }
 }
 
-fn spilling(max_map_blocks: usize) -> (Map, MemoryStore) {
+pub(super) fn spilling(max_map_blocks: usize) -> (Map, MemoryStore) {
     let store = MemoryStore::default();
     let map = Map::new(spilling_config(max_map_blocks), Some(Box::new(store.clone()))).unwrap();
     (map, store)
@@ -64,7 +64,7 @@ fn check(map: &Map) {
 }
 
 /// Along the corridor to its end, and back.
-fn drive() -> Vec<SegmentedCycle> {
+pub(super) fn drive() -> Vec<SegmentedCycle> {
     let scene = Scene::corridor(END_M);
     let mut random = Random::new(4);
     let x_m = |step: usize| 0.5 * step as f64;
