@@ -32,6 +32,7 @@ mod transforms;
 
 mod apart;
 mod bench;
+mod coloured_map;
 mod corrected_map;
 mod dds_run;
 mod doctor;

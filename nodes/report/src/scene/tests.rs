@@ -193,8 +193,11 @@ fn colours_are_carried_where_the_map_has_them() {
             value
         })
     };
-    let mut colours: Vec<_> =
-        plane(0).zip(plane(1)).zip(plane(2)).map(|((red, green), blue)| [red, green, blue]).collect();
+    let mut colours: Vec<_> = plane(0)
+        .zip(plane(1))
+        .zip(plane(2))
+        .map(|((red, green), blue)| [red, green, blue])
+        .collect();
     colours.sort_unstable();
     assert_eq!(colours, [[1, 2, 3], [110, 110, 110], [250, 20, 10]]);
     let plain = RunRecord { map_colours: Vec::new(), ..coloured };

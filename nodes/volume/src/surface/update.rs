@@ -252,7 +252,8 @@ fn join_colour<P: Project>(
         let pixel = pixels[lane] as usize;
         let seen_m = depths_m.get(pixel).copied().unwrap_or(0.0);
         let before_m = seen_m - row.depth_m[lane];
-        let is_near = (seen_m > 0.0) & (before_m.abs() < job.truncation_m);
+        // A node of which nothing is known has no colour: its bytes have none.
+        let is_near = (seen_m > 0.0) & (before_m.abs() < job.truncation_m) & (weight[lane] > 0);
         let Some(seen) = job.view.colour.get(pixel).filter(|seen| is_near & (**seen != NO_COLOUR))
         else {
             continue;
