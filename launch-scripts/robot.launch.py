@@ -25,8 +25,8 @@ INPUTS = [
     ('depth_camera_info', 'depth/camera_info', 'calibration of the depth camera'),
     ('points', 'points', 'PointCloud2 of the camera, for rigs with `input: points`, or of the LiDAR, for lidar_odometry'),
     ('pose', 'pose', 'PoseStamped of the rig in the map'),
-    ('rgb_image', 'rgb/image', 'colour image, for the node pose'),
-    ('rgb_camera_info', 'rgb/camera_info', 'calibration of the colour camera, for the node pose'),
+    ('rgb_image', 'rgb/image', 'colour image, for the node pose, and for detection with `colour: raw`'),
+    ('rgb_camera_info', 'rgb/camera_info', 'calibration of the colour camera, for the same'),
 ]
 NODES = ['detection', 'segmentation', 'reconstruction']
 # A node that has fallen is started again after so long; one that cannot start says so each time.

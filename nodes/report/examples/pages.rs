@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..room.clone()
     };
     write(folder, "hostile.html", &hostile)?;
-    let colours = room.static_map.iter().map(|point_m| wall_colour(point_m));
+    let colours = room.static_map.iter().map(wall_colour);
     let coloured = RunRecord { map_colours: colours.collect(), ..room.clone() };
     write(folder, "coloured.html", &coloured)?;
     write(folder, "large.html", &RunRecord { static_map: walls(LARGE_POINTS), ..room })?;

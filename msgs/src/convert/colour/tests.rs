@@ -85,7 +85,7 @@ fn the_field_is_the_one_that_viewers_expect() {
     );
     assert_eq!((message.point_step, message.row_step, message.data.len()), (16, 16, 16));
     let packed = u32::from_le_bytes(message.data[12..].try_into().unwrap());
-    assert_eq!(packed, 0x00_c8_64_32);
+    assert_eq!(packed, 0x00c8_6432);
     let plain = ColouredCloud { colours: Vec::new(), ..cloud.clone() };
     assert_eq!(message_from_coloured_cloud(&plain), message_from_cloud(&cloud.cloud));
     assert_eq!(coloured_cloud_from_message(&message_from_coloured_cloud(&plain)).unwrap(), plain);

@@ -35,6 +35,12 @@ const MOST_WEIGHT: f32 = 32.0 * FULL_WEIGHT;
 const MOST_BEFORE_FREE: f32 = 8.0;
 /// Colours follow with at least this share of what is new.
 const LEAST_COLOUR_SHARE: f32 = 1.0 / 16.0;
+/// Shares of colours are whole numbers of this part.
+const SHARES: f32 = 256.0;
+const SHARE_BITS: u32 = 8;
+/// Nodes no farther before and behind the depth than this have its colour. A point lies between nodes that are less than two
+/// edges from the surface.
+const COLOUR_REACH_IN_EDGES: f64 = 2.0;
 
 /// A block that is compared with an image, node by node.
 #[derive(Clone, Debug)]
@@ -68,6 +74,7 @@ pub(super) struct Job<'a, P> {
     reach_m: f32,
     pixel_slope: f32,
     has_colour: bool,
+    colour_reach_m: f32,
 }
 
 impl<'a, P: Project> Job<'a, P> {
@@ -91,6 +98,7 @@ impl<'a, P: Project> Job<'a, P> {
             reach_m: margins.reach_m,
             pixel_slope: projection.pixel_slope(),
             has_colour,
+            colour_reach_m: (COLOUR_REACH_IN_EDGES * edge_m) as f32,
         }
     }
 }
@@ -169,7 +177,7 @@ fn compare<P: Project>(job: &Job<'_, P>, key: BlockKey, block: &mut SurfaceBlock
         let joined = join(job, &row, &seen_m, distance, weight);
         is_changed |= joined.is_any;
         is_hit |= joined.is_near;
-        if job.has_colour && joined.is_near {
+        if job.has_colour && joined.is_close {
             let colour = block.colour.get_or_insert_with(|| Box::new([[0; 3]; BLOCK_VOXELS]));
             if let Some(colour) = colour.as_chunks_mut::<LANES>().0.get_mut(index) {
                 join_colour(job, start_m, &row, weight, colour);
@@ -183,6 +191,8 @@ struct Joined {
     is_any: bool,
     /// Whether a node is near the surface.
     is_near: bool,
+    /// Whether a node is so close to it that it may have its colour.
+    is_close: bool,
 }
 
 /// Joins a row of nodes with the depths that they project to.
@@ -201,7 +211,7 @@ fn join<P>(
     let mut shares = [0.0_f32; LANES];
     let mut weights = [0.0_f32; LANES];
     let mut most_known = [0.0_f32; LANES];
-    let (mut is_any, mut is_near) = (false, false);
+    let (mut is_any, mut is_near, mut is_close) = (false, false, false);
     for lane in 0..LANES {
         let depth_m = seen_m[lane];
         let before_m = depth_m.abs() - row.depth_m[lane];
@@ -211,6 +221,7 @@ fn join<P>(
         joins[lane] = (is_near_here | is_free) & (row.depth_m[lane] <= job.reach_m);
         is_any |= joins[lane];
         is_near |= is_near_here & joins[lane];
+        is_close |= is_near_here & joins[lane] & (before_m.abs() < job.colour_reach_m);
         shares[lane] = (before_m * by_truncation).clamp(-1.0, 1.0);
         let counts = ((before_m + ends_m) * by_fall).clamp(0.0, 1.0);
         weights[lane] = (counts * weight_in(depth_m)).max(1.0);
@@ -219,7 +230,7 @@ fn join<P>(
             if is_free_for_sure { MOST_BEFORE_FREE * weights[lane] } else { MOST_WEIGHT };
     }
     if !is_any {
-        return Joined { is_any, is_near };
+        return Joined { is_any, is_near, is_close };
     }
     for lane in 0..LANES {
         let weight_here = weights[lane];
@@ -232,10 +243,10 @@ fn join<P>(
         distance[lane] = if joins[lane] { mean } else { distance[lane] };
         weight[lane] = if joins[lane] { sum } else { weight[lane] };
     }
-    Joined { is_any, is_near }
+    Joined { is_any, is_near, is_close }
 }
 
-/// Joins the colours of the nodes near the surface, each of the one pixel that it projects to: a mean over pixels would be a
+/// Joins the colours of the nodes close to the surface, each of the one pixel that it projects to: a mean over pixels would be a
 /// colour of nothing, and may be of what moves. The weights are those after the distances were joined.
 #[inline(always)]
 fn join_colour<P: Project>(
@@ -248,23 +259,33 @@ fn join_colour<P: Project>(
     let [finest, ..] = &job.projections;
     let pixels = finest.row(start_m, job.steps_m[0]).pixel;
     let depths_m = job.view.levels.depths_m(0);
+    let seen_m = pixels.map(|pixel| depths_m.get(pixel as usize).copied().unwrap_or(0.0));
+    let mut joins = [false; LANES];
+    let mut shares = [0_i32; LANES];
     for lane in 0..LANES {
-        let pixel = pixels[lane] as usize;
-        let seen_m = depths_m.get(pixel).copied().unwrap_or(0.0);
-        let before_m = seen_m - row.depth_m[lane];
+        let before_m = seen_m[lane] - row.depth_m[lane];
+        let is_close = (seen_m[lane] > 0.0) & (before_m.abs() < job.colour_reach_m);
         // A node of which nothing is known has no colour: its bytes have none.
-        let is_near = (seen_m > 0.0) & (before_m.abs() < job.truncation_m) & (weight[lane] > 0);
-        let Some(seen) = job.view.colour.get(pixel).filter(|seen| is_near & (**seen != NO_COLOUR))
-        else {
+        joins[lane] = is_close & (weight[lane] > 0);
+        let share = weight_in(seen_m[lane]) / f32::from(weight[lane]).max(1.0);
+        shares[lane] = integer(whole(SHARES * share.clamp(LEAST_COLOUR_SHARE, 1.0)));
+    }
+    for lane in 0..LANES {
+        let Some(&seen) = job.view.colour.get(pixels[lane] as usize).filter(|_| joins[lane]) else {
             continue;
         };
-        let new = weight_in(seen_m);
-        let is_first = colour[lane] == NO_COLOUR;
-        let share = (new / f32::from(weight[lane]).max(1.0)).max(LEAST_COLOUR_SHARE);
-        let share = if is_first { 1.0 } else { share.min(1.0) };
-        for (kept, &seen) in colour[lane].iter_mut().zip(seen) {
-            let mean = f32::from(*kept) + (f32::from(seen) - f32::from(*kept)) * share;
-            *kept = integer(whole(mean)).clamp(0, 255) as u8;
+        if seen == NO_COLOUR {
+            continue;
+        }
+        let kept = &mut colour[lane];
+        if *kept == NO_COLOUR {
+            *kept = seen;
+            continue;
+        }
+        for (kept, seen) in kept.iter_mut().zip(seen) {
+            // Rounded; between the two.
+            let change = (i32::from(seen) - i32::from(*kept)) * shares[lane];
+            *kept = (i32::from(*kept) + ((change + SHARES as i32 / 2) >> SHARE_BITS)) as u8;
         }
     }
 }

@@ -262,3 +262,43 @@ fn the_points_of_a_cloud_have_colours_of_their_own() {
     assert_eq!(count(RED) + count(BLUE) + count(NO_COLOUR), colours.len());
     assert!(count(RED) > 50 && count(BLUE) > 50, "{} {}", count(RED), count(BLUE));
 }
+
+/// Cycles with and without colours are counted, and that there are none is a warning with the reason.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn cycles_without_colours_are_counted_in_the_diagnostics() {
+    use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
+    let parameters =
+        DetectionParameters { colour: ColourInput::Raw, ..DetectionParameters::default() };
+    let own = node_with("detection", "colours", LIVE);
+    let bench = Bench::start_node(own, "colours", parameters).await;
+    let reliable = Qos::reliable(50);
+    let diagnostics =
+        bench.peer.subscription::<DiagnosticArray>("/diagnostics", &reliable).unwrap();
+    bench.camera_infos.publish(camera_info(4)).unwrap();
+    for stamp in [1_000, 1_100, 1_200].map(at) {
+        bench.images.publish(image(stamp)).unwrap();
+        bench.poses.publish(pose(stamp, 0.0)).unwrap();
+        bench.scans.publish(scan(stamp)).unwrap();
+    }
+    for _ in 0..3 {
+        assert!(bench.report().await.processed);
+    }
+    let status = soon("the count", async {
+        loop {
+            let message = diagnostics.next().await.message;
+            let own = message.status.iter().find(|status| status.name.ends_with("/detection"));
+            let counts = |status: &&DiagnosticStatus| {
+                let key = "cycles_without_colour";
+                status.values.iter().any(|pair| pair.key == key && pair.value == "3")
+            };
+            if let Some(status) = own.filter(counts) {
+                break status.clone();
+            }
+        }
+    })
+    .await;
+    assert_eq!(status.level, DiagnosticStatus::WARN);
+    assert!(status.message.contains("no image within 0.02 s of the depth image"), "{status:?}");
+    drop(diagnostics);
+    bench.end().await;
+}

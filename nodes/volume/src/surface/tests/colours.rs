@@ -1,10 +1,10 @@
 //! Colours of what is static, through everything that happens to a surface.
 
-use estimation::executor::Serial;
+use estimation::executor::{Executor, ScopedThreads, Serial};
 use geometry::NO_COLOUR;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::{config, points};
+use super::{config, contents, points};
 use crate::testing::{self, Scene};
 use crate::{
     BlockBox, ChangeFollower, DepthInput, DepthView, PointRules, Surface, SurfaceConfig,
@@ -28,6 +28,16 @@ fn integrate(
     is_moving: Option<&[bool]>,
     colour_of: impl Fn(usize, [u8; 3]) -> [u8; 3],
 ) {
+    integrate_by(&Serial, surface, time_s, is_moving, colour_of);
+}
+
+fn integrate_by(
+    executor: &dyn Executor,
+    surface: &mut Surface,
+    time_s: f64,
+    is_moving: Option<&[bool]>,
+    colour_of: impl Fn(usize, [u8; 3]) -> [u8; 3],
+) {
     let camera = testing::camera(WIDTH, HEIGHT);
     let map_from_camera = &Isometry3::identity();
     let image =
@@ -38,7 +48,7 @@ fn integrate(
     let mut view = DepthView::new(Default::default(), Default::default()).unwrap();
     let (image, camera, colour) = (&image, &camera, Some(&colours[..]));
     view.fill(&DepthInput { image, is_moving, colour, camera, map_from_camera }).unwrap();
-    surface.integrate(&view, &Serial);
+    surface.integrate(&view, executor);
 }
 
 fn walls() -> Surface {
@@ -176,4 +186,21 @@ fn listeners_are_told_of_the_first_colour() {
     known.iter().for_each(|(key, bytes)| another.come_back(*key, bytes));
     another.follow(&surface);
     assert_eq!(another.take(&surface, PointRules::default(), usize::MAX).updated, []);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_colour() {
+    let two = ScopedThreads::new(std::num::NonZeroUsize::new(2).unwrap());
+    let contents_by = |executor: &dyn Executor| {
+        let mut surface = coloured_surface();
+        for index in 0..3_u8 {
+            let shade = |pixel: usize, [red, green, blue]: [u8; 3]| {
+                [red, green.wrapping_add(pixel as u8), blue.wrapping_sub(20 * index)]
+            };
+            integrate_by(executor, &mut surface, f64::from(index), None, shade);
+        }
+        contents(&surface)
+    };
+    let (one, two) = (contents_by(&Serial), contents_by(&two));
+    assert!(one.iter().any(|(_, block)| block.colour.is_some()) && one == two);
 }
