@@ -68,6 +68,25 @@ impl Cell {
         }
     }
 
+    /// The evidence of two cells that come to one place.
+    pub(crate) fn joined(self, other: Self) -> Self {
+        let (hits, passes) = (self.hits + other.hits, self.passes + other.passes);
+        let first_of = |one: u32, other: u32| {
+            if one == 0 || other == 0 { one.max(other) } else { one.min(other) }
+        };
+        let mut joined = Self {
+            free_since: self.free_since.max(other.free_since),
+            first_hit: first_of(self.first_hit, other.first_hit),
+            last_hit: self.last_hit.max(other.last_hit),
+            hits,
+            passes: if hits == 0 { passes.min(MOST_CYCLES - 1) } else { passes },
+        };
+        if hits > 0 {
+            joined.fade();
+        }
+        joined
+    }
+
     fn fade(&mut self) {
         if self.hits + self.passes >= MOST_CYCLES {
             self.hits /= 2;

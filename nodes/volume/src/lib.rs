@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`DepthView`] | one depth image or cloud, prepared: any number of layers with different voxel edges are updated from it |
 //! | [`Occupancy`] | hits and passes: free, occupied or unknown, and since when; a [`Cell`] for each voxel |
+//! | [`PlaneOccupancy`] | the same in the horizontal plane, of the rays of scans |
 //! | [`Surface`] | signed distances, weights, colours: the map; points, changes for listeners, blocks as bytes, corrections |
 //!
 //! ```
@@ -40,6 +41,7 @@ mod evidence;
 mod layer;
 mod noise;
 mod occupancy;
+mod plane;
 mod projection;
 mod surface;
 #[cfg(test)]
@@ -51,6 +53,7 @@ pub use cell::{Cell, CellState};
 pub use depth_view::{DepthInput, DepthRange, DepthView, ViewError};
 pub use noise::DepthNoise;
 pub use occupancy::{Occupancy, OccupancyConfig, OccupancyConfigError, OccupancyUpdate, Place};
+pub use plane::{PlaneConfig, PlaneOccupancy, PlaneRay};
 pub use projection::{SphericalModel, SphericalModelError};
 pub use surface::{
     BlockFormatError, ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, PointRules, Surface,

@@ -1,0 +1,102 @@
+//! Rays of one cycle, and the free space between neighbours.
+
+use nalgebra::{Point2, Vector2};
+
+use super::PlaneOccupancy;
+
+/// Cells are sampled in steps of this share of their edge, in both directions: no cell's centre is then farther than half of
+/// the cell's edge from a sample.
+const SAMPLES_PER_CELL: f64 = 0.7;
+/// Space is passed up to so many edges before what a ray ends at: half a cell is the surface's.
+const MARGIN_IN_EDGES: f64 = 0.5;
+/// Two rays show the space between them free, or the surface between their ends, only where they are no farther apart: about a
+/// body's narrow side, so that no person fits between them.
+const WIDEST_GAP_M: f64 = 0.15;
+/// A ray is used no farther than so many cells: it bounds the time.
+const MOST_CELLS_ALONG: f64 = 2000.0;
+
+/// A ray in the plane, free up to its end.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PlaneRay {
+    /// Where it starts.
+    pub from_m: Point2<f64>,
+    /// Where it ends.
+    pub to_m: Point2<f64>,
+    /// Whether something static is at its end; otherwise no more is known than that it is free so far.
+    pub hits: bool,
+    /// Whether the next ray of the cycle is the neighbour of this one, so that the space between them is seen, too.
+    pub joins_next: bool,
+}
+
+impl PlaneRay {
+    fn length_m(&self) -> f64 {
+        (self.to_m - self.from_m).norm()
+    }
+
+    fn direction(&self) -> Vector2<f64> {
+        let along = self.to_m - self.from_m;
+        along / along.norm().max(f64::MIN_POSITIVE)
+    }
+}
+
+impl PlaneOccupancy {
+    /// Takes the rays of one cycle: where they end, where they pass, and the space between neighbours as far as both pass.
+    pub fn take_rays(&mut self, rays: &[PlaneRay]) {
+        let usable = |ray: &PlaneRay| ray.length_m().is_finite() && ray.length_m() > 0.0;
+        let pairs = || {
+            let next = rays.iter().skip(1).map(Some).chain(std::iter::once(None));
+            rays.iter()
+                .zip(next)
+                .filter(|(ray, _)| usable(ray))
+                .map(move |(ray, next)| (ray, next.filter(|next| ray.joins_next && usable(next))))
+        };
+        for (ray, next) in pairs().filter(|(ray, _)| ray.hits) {
+            self.hit(&ray.to_m);
+            if let Some(next) = next.filter(|next| next.hits) {
+                self.hit_between(&ray.to_m, &next.to_m);
+            }
+        }
+        for (ray, next) in pairs() {
+            self.pass_between(ray, next);
+        }
+    }
+
+    /// A surface continues between two near ends.
+    fn hit_between(&mut self, from_m: &Point2<f64>, to_m: &Point2<f64>) {
+        let offset_m = to_m - from_m;
+        let length_m = offset_m.norm();
+        if length_m > WIDEST_GAP_M {
+            return;
+        }
+        let samples = (length_m / (SAMPLES_PER_CELL * self.config.edge_m)).floor();
+        for sample in 1..=samples as u32 {
+            self.hit(&(from_m + offset_m * (f64::from(sample) / (samples + 1.0))));
+        }
+    }
+
+    fn pass_between(&mut self, ray: &PlaneRay, next: Option<&PlaneRay>) {
+        let edge_m = self.config.edge_m;
+        let step_m = SAMPLES_PER_CELL * edge_m;
+        let clear_m = |ray: &PlaneRay| {
+            let margin_m = if ray.hits { MARGIN_IN_EDGES * edge_m } else { 0.0 };
+            (ray.length_m() - margin_m).min(MOST_CELLS_ALONG * edge_m)
+        };
+        let (own_m, direction) = (clear_m(ray), ray.direction());
+        let beside = next.map(|next| (next.from_m, next.direction(), clear_m(next)));
+        for ring in 0..=(own_m / step_m).max(0.0) as u32 {
+            let along_m = f64::from(ring) * step_m;
+            let place_m = ray.from_m + direction * along_m;
+            self.pass(&place_m);
+            let Some((from_m, direction, next_m)) = beside else { continue };
+            let offset_m = from_m + direction * along_m - place_m;
+            let width_m = offset_m.norm();
+            if along_m > next_m || width_m > WIDEST_GAP_M {
+                continue;
+            }
+            let samples = (width_m / step_m).floor();
+            for sample in 1..=samples as u32 {
+                self.pass(&(place_m + offset_m * (f64::from(sample) / (samples + 1.0))));
+            }
+        }
+    }
+}

@@ -1,0 +1,155 @@
+use geometry::Stamp;
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+
+use super::*;
+
+const EDGE_M: f64 = 0.05;
+
+fn plane() -> PlaneOccupancy {
+    PlaneOccupancy::new(PlaneConfig { edge_m: EDGE_M, max_blocks: 10_000 }).unwrap()
+}
+
+/// A fan from a place to a wall at x = `wall_m`, a ray a degree.
+fn fan(from_m: [f64; 2], wall_m: f64) -> Vec<PlaneRay> {
+    let from_m = Point2::from(from_m);
+    let ray = |degree: i32| {
+        let azimuth_rad = f64::from(degree).to_radians();
+        let length_m = (wall_m - from_m.x) / azimuth_rad.cos();
+        let to_m = from_m + nalgebra::Vector2::new(azimuth_rad.cos(), azimuth_rad.sin()) * length_m;
+        PlaneRay { from_m, to_m, hits: true, joins_next: degree < 40 }
+    };
+    (-40..=40).map(ray).collect()
+}
+
+fn after(cycles: i32, rays: &[PlaneRay]) -> PlaneOccupancy {
+    let mut plane = plane();
+    take(&mut plane, 0, cycles, rays);
+    plane
+}
+
+fn take(plane: &mut PlaneOccupancy, from: i32, cycles: i32, rays: &[PlaneRay]) {
+    for cycle in from..from + cycles {
+        plane.begin_cycle(Stamp::from_secs_nanos(100 + cycle, 0));
+        plane.take_rays(rays);
+    }
+}
+
+fn state_at(plane: &PlaneOccupancy, x_m: f64, y_m: f64) -> CellState {
+    plane.state(plane.cell_of(&Point2::new(x_m, y_m)).unwrap())
+}
+
+#[test]
+fn space_before_a_wall_is_free_the_wall_occupied_and_what_is_behind_unknown() {
+    let plane = after(4, &fan([0.0, 0.0], 2.52));
+    for y in -30..=30 {
+        let y_m = 0.05 * f64::from(y) + 0.01;
+        assert_eq!(state_at(&plane, 2.52, y_m), CellState::Occupied, "{y_m}");
+        assert_eq!(state_at(&plane, 2.43, y_m), CellState::Free, "{y_m}");
+        assert_eq!(state_at(&plane, 2.58, y_m), CellState::Unknown, "{y_m}");
+    }
+}
+
+#[test]
+fn neighbours_farther_apart_than_a_body_leave_a_gap() {
+    // 1 degree is 15 cm at 8.6 m.
+    let plane = after(4, &fan([0.0, 0.0], 12.02));
+    let between_rad = 0.5_f64.to_radians();
+    let at =
+        |range_m: f64| state_at(&plane, range_m * between_rad.cos(), range_m * between_rad.sin());
+    assert_eq!((at(8.0), at(9.5)), (CellState::Free, CellState::Unknown));
+}
+
+#[test]
+fn what_stood_and_left_is_cleared() {
+    let mut plane = plane();
+    take(&mut plane, 0, 20, &fan([0.0, 0.0], 1.52));
+    assert_eq!(state_at(&plane, 1.52, 0.01), CellState::Occupied);
+    take(&mut plane, 20, 400, &fan([0.0, 0.0], 2.52));
+    assert_eq!(state_at(&plane, 1.52, 0.01), CellState::Free);
+    assert_eq!(state_at(&plane, 2.52, 0.01), CellState::Occupied);
+}
+
+#[test]
+fn what_moves_is_free_before_it_and_never_occupied() {
+    let moving: Vec<_> =
+        fan([0.0, 0.0], 1.52).into_iter().map(|ray| PlaneRay { hits: false, ..ray }).collect();
+    let plane = after(50, &moving);
+    plane.for_each_known(|cell, state| assert_eq!(state, CellState::Free, "{cell:?}"));
+    assert_eq!(state_at(&plane, 1.2, 0.0), CellState::Free);
+    assert_eq!(state_at(&plane, 1.72, 0.0), CellState::Unknown);
+}
+
+#[test]
+fn a_correction_moves_a_block_with_the_moment_it_was_seen_first() {
+    let mut plane = after(4, &fan([0.0, 0.0], 2.52));
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.1);
+    let motion = Isometry3::from_parts(Translation3::new(0.3, -0.2, 0.01), turn);
+    plane.correct(|seen| {
+        assert_eq!(seen, Stamp::from_secs_nanos(100, 0));
+        motion
+    });
+    let expected = |x_m: f64, y_m: f64| {
+        let place = motion * nalgebra::Point3::new(x_m, y_m, 0.0);
+        state_at(&plane, place.x, place.y)
+    };
+    let (mut walls, mut free) = (0, 0);
+    for y in -20..=20 {
+        let y_m = 0.05 * f64::from(y);
+        walls += usize::from(expected(2.525, y_m) == CellState::Occupied);
+        free += usize::from(expected(2.3, y_m) == CellState::Free);
+    }
+    // A turned wall passes between the middles of some cells.
+    assert!(walls >= 34 && free == 41, "{walls} {free}");
+    assert_eq!(expected(2.65, 0.0), CellState::Unknown);
+}
+
+#[test]
+fn a_correction_that_is_none_changes_nothing() {
+    let mut plane = after(4, &fan([0.0, 0.0], 2.52));
+    let cells = |plane: &PlaneOccupancy| {
+        let mut cells = Vec::new();
+        plane.for_each_known(|cell, state| cells.push((cell, state)));
+        cells
+    };
+    let before = cells(&plane);
+    plane.correct(|_| Isometry3::identity());
+    assert_eq!(cells(&plane), before);
+}
+
+#[test]
+fn blocks_beyond_the_bound_are_refused_and_counted() {
+    let config = PlaneConfig { edge_m: EDGE_M, max_blocks: 5 };
+    let mut plane = PlaneOccupancy::new(config).unwrap();
+    take(&mut plane, 0, 3, &fan([0.0, 0.0], 4.02));
+    assert_eq!(plane.blocks(), 5);
+    assert!(plane.refused_cells() > 0);
+}
+
+proptest! {
+    #[test]
+    fn no_ray_does_harm(
+        ends in prop::collection::vec(prop::array::uniform4(-1e3..1e3_f64), 0..20),
+        odd in prop::sample::select(vec![f64::NAN, f64::INFINITY, -1e300, 0.0]),
+    ) {
+        let mut rays: Vec<_> = ends
+            .into_iter()
+            .map(|[x, y, to_x, to_y]| PlaneRay {
+                from_m: Point2::new(x, y),
+                to_m: Point2::new(to_x, to_y),
+                hits: x > 0.0,
+                joins_next: y > 0.0,
+            })
+            .collect();
+        rays.push(PlaneRay {
+            from_m: Point2::new(0.0, odd),
+            to_m: Point2::new(odd, 1.0),
+            hits: true,
+            joins_next: true,
+        });
+        let mut plane =
+            PlaneOccupancy::new(PlaneConfig { edge_m: 1.0, max_blocks: 50 }).unwrap();
+        take(&mut plane, 0, 2, &rays);
+        prop_assert!(plane.blocks() <= 50);
+    }
+}
