@@ -41,6 +41,7 @@ mod lidar_cloud;
 mod map_path;
 mod method;
 mod moving_beam;
+mod occupancy_grid;
 mod organised_cloud;
 pub mod parameter;
 pub mod pcd;
@@ -82,6 +83,7 @@ pub use map_path::{
 };
 pub use method::Method;
 pub use moving_beam::{BeamFill, MovingBeam};
+pub use occupancy_grid::{FREE_THRESHOLD, GridCell, GridPart, OCCUPIED_THRESHOLD, OccupancyGrid};
 pub use organised_cloud::OrganisedCloud;
 pub use parameter::ParameterError;
 pub use pipeline::{CycleSetup, PipelineConfig, PipelineDifference, PipelineMismatch};

@@ -1,5 +1,6 @@
 //! `stillmap eval`: scores of results against a reference.
 
+mod grid;
 mod kitti;
 pub(crate) mod map;
 mod scans;
@@ -13,6 +14,8 @@ use robot::{Failure, Outcome};
 /// The kind of result.
 #[derive(Subcommand, Debug)]
 pub enum EvalArgs {
+    /// An occupancy grid against the true floor plan of the simulated scene that it was made in
+    Grid(grid::GridArgs),
     /// LiDAR odometry on a sequence of KITTI: drift, ATE, and a comparison with the road thesis' tables
     Kitti(kitti::KittiArgs),
     /// A map against the empty scene: correlation by localised views, accuracy, completeness, F-score
@@ -27,6 +30,7 @@ pub enum EvalArgs {
 
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome, Failure> {
     match args {
+        EvalArgs::Grid(args) => grid::run(args),
         EvalArgs::Kitti(args) => kitti::run(args),
         EvalArgs::Map(args) => map::run(args),
         EvalArgs::Scans(args) => scans::run(args),

@@ -3,6 +3,7 @@
 use geometry::{ParameterError, PipelineConfig, parameter};
 use volume::{BLOCK_EDGE, SurfaceConfig, SurfaceConfigError, ViewError};
 
+use crate::grid::GridConfig;
 use crate::tiles::TileFrame;
 
 geometry::choices! {
@@ -39,6 +40,8 @@ geometry::parameters! {
         /// into max_map_blocks: 4 m at 2 cm are 15625 blocks.
         // A Kinect sees a dozen such cubes at a time.
         spill_tile_edge_m: f64 = 4.0, read_with("at_max_voxels", "spill");
+        /// The occupancy grid for navigation.
+        grid: GridConfig as flatten;
     }
     check = Self::check_tiles;
 }
@@ -60,6 +63,11 @@ pub enum ConfigError {
         "parameter at_max_voxels must be refuse with the method rec_hv: the other values are of free_space"
     )]
     MeansAreRefused,
+    /// The map of means has no rays of scans.
+    #[error(
+        "parameter grid must be none or height_band with the method rec_hv: scan is of free_space"
+    )]
+    GridOfScans,
     /// Tiles have nowhere to go.
     #[error("at_max_voxels is spill, and there is no store for the tiles")]
     NoTileStore,

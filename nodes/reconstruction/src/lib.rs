@@ -24,6 +24,7 @@
 
 pub mod config;
 mod correction;
+pub mod grid;
 mod map;
 pub mod octomap;
 mod outcome;
@@ -35,6 +36,7 @@ pub mod tiles;
 
 pub use config::{AtMaxVoxels, ConfigError, ReconstructionConfig};
 pub use correction::{CorrectionCounts, CorrectionError, MapCorrection};
+pub use grid::{GridConfig, GridError, GridSource};
 pub use map::Map;
 pub use outcome::{Addition, LoadError, MapChanges, MapError, WholeMap};
 pub use static_map::{LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS, StaticMap};

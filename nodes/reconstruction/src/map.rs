@@ -1,9 +1,10 @@
 //! The static map of either kind: chosen once, by the parameters.
 
-use geometry::{ColouredCloud, MapPath, OrientedPoints, SegmentedCycle, VoxelGrid};
+use geometry::{Cloud, ColouredCloud, MapPath, OccupancyGrid, OrientedPoints, SegmentedCycle, VoxelGrid};
 use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
 
+use crate::grid::{GridError, GridObservations, GridSource};
 use crate::surface_map::SurfaceMap;
 use crate::tiles::{SpillCounts, TileError, TileStore};
 use crate::{
@@ -46,11 +47,18 @@ impl Map {
         store: Option<Box<dyn TileStore>>,
     ) -> Result<Self, ConfigError> {
         config.validate()?;
-        let Some(surface) = config.surface() else { return Ok(StaticMap::new(config)?.into()) };
+        let Some(surface) = config.surface() else {
+            if config.grid.grid == GridSource::Scan {
+                return Err(ConfigError::GridOfScans);
+            }
+            return Ok(StaticMap::new(config)?.into());
+        };
+        let grid = GridObservations::new(&config.grid)?;
         let tiles = config
             .tiles_of(surface.edge_m)?
             .map(|frame| Ok::<_, ConfigError>((frame, store.ok_or(ConfigError::NoTileStore)?)));
-        let map = SurfaceMap::new(surface, config.at_max_voxels, tiles.transpose()?)?;
+        let map =
+            SurfaceMap::new(surface, config.at_max_voxels, tiles.transpose()?)?.with_grid(grid);
         Ok(Self::Surface(Box::new(map)))
     }
 
@@ -122,6 +130,18 @@ impl Map {
     #[must_use]
     pub fn points(&self) -> Vec<Point3<f32>> {
         self.whole().points_m
+    }
+
+    /// The occupancy grid for navigation, by the parameters: of the map of means by its points alone, and
+    /// [`SurfaceMap::occupancy_grid`].
+    ///
+    /// # Errors
+    /// When none was asked for, or there is none.
+    pub fn occupancy_grid(&mut self) -> Result<OccupancyGrid, GridError> {
+        match self {
+            Self::Means(map) => map.occupancy_grid(),
+            Self::Surface(map) => map.occupancy_grid(),
+        }
     }
 
     /// Follows the changes from now on: [`StaticMap::follow_changes`].

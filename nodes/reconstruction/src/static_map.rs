@@ -12,11 +12,14 @@ mod voxel;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use geometry::{BuildVoxelHasher, Cloud, SegmentedCycle, Stamp, VoxelGrid, VoxelKey};
+use geometry::{
+    BuildVoxelHasher, Cloud, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid, VoxelKey,
+};
 use nalgebra::Point3;
 
 use crate::config::{AtMaxVoxels, ConfigError, ReconstructionConfig};
 use crate::correction::Corrections;
+use crate::grid::{GridConfig, GridError, GridPoints, GridSource, grid_of_points};
 use crate::{Addition, LoadError, MapError, WholeMap};
 use anchor::Anchor;
 use changes::Changes;
@@ -54,6 +57,7 @@ pub struct StaticMap {
     changes: Option<Changes>,
     frame_id: Option<String>,
     stamp: Stamp,
+    grid_config: GridConfig,
     cycles: u32,
     refused_points: u64,
     /// When the first cycle was: what anchors count from.
@@ -76,6 +80,7 @@ impl StaticMap {
         Ok(Self {
             grid: config.pipeline.voxel_grid()?,
             max_voxels: config.max_voxels,
+            grid_config: config.grid,
             voxels: HashMap::default(),
             changed: Vec::new(),
             changes: None,
@@ -236,6 +241,19 @@ impl StaticMap {
     #[must_use]
     pub fn whole(&self) -> WholeMap {
         WholeMap { points_m: self.points(), ..WholeMap::default() }
+    }
+
+    /// The occupancy grid of the points alone: [`crate::grid::grid_of_points`].
+    ///
+    /// # Errors
+    /// When none was asked for, or there is none.
+    pub fn occupancy_grid(&self) -> Result<OccupancyGrid, GridError> {
+        if self.grid_config.grid == GridSource::None {
+            return Err(GridError::Off);
+        }
+        let WholeMap { points_m, normals, .. } = self.whole();
+        let points = GridPoints { points_m: &points_m, normals: &normals };
+        grid_of_points(&self.grid_config, points, (self.frame_id().unwrap_or_default(), self.stamp))
     }
 
     /// The map as a cloud: [`StaticMap::points`] with the map's frame and the stamp of the latest cycle. An

@@ -16,16 +16,18 @@ pub(crate) mod tests;
 mod whole;
 
 use estimation::executor::Serial;
-use geometry::{Cloud, SegmentedCycle, Stamp, VoxelGrid};
+use geometry::{Cloud, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid};
 use nalgebra::Point3;
 use volume::{
-    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, Surface, SurfaceConfig,
+    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, PlaneOccupancy, Surface,
+    SurfaceConfig,
 };
 
 use crate::config::{AtMaxVoxels, ConfigError};
 use crate::correction::Corrections;
+use crate::grid::{GridError, GridObservations, GridPoints};
 use crate::tiles::{TileFrame, TileStore};
-use crate::{Addition, CorrectionCounts, MapError};
+use crate::{Addition, CorrectionCounts, MapError, WholeMap};
 use spill::Spill;
 
 /// Where old blocks make room, this share of all goes at a time: finding the oldest costs by all of them.
@@ -53,6 +55,8 @@ pub struct SurfaceMap {
     frame_id: Option<String>,
     stamp: Stamp,
     corrections: Corrections,
+    /// Present where a grid is asked for.
+    grid: Option<GridObservations>,
 }
 
 impl SurfaceMap {
@@ -75,6 +79,7 @@ impl SurfaceMap {
             frame_id: None,
             stamp: Stamp::default(),
             corrections: Corrections::default(),
+            grid: None,
         })
     }
 
@@ -94,6 +99,7 @@ impl SurfaceMap {
         let depth = cycle.depth.as_ref().ok_or(MapError::NoDepthImage)?;
         let told = cycle.map_from_rig * cycle.setup.mounts.rig_from_camera;
         let missed = self.corrections.missed_at(*stamp);
+        let map_from_rig = missed.map_or(cycle.map_from_rig, |missed| missed * cycle.map_from_rig);
         self.view.fill(&DepthInput {
             image: depth.frame.image(),
             is_moving: Some(&depth.is_moving),
@@ -106,6 +112,9 @@ impl SurfaceMap {
             self.corrections.forget_path_of_another_frame(frame_id);
         }
         self.stamp = *stamp;
+        if let Some(grid) = &mut self.grid {
+            grid.observe(cycle, &map_from_rig);
+        }
         self.begin_round();
         self.bring_back_view();
         let dropped_voxels = self.drop_oldest();
@@ -164,6 +173,37 @@ impl SurfaceMap {
         self.frame_id = None;
         self.stamp = Stamp::default();
         self.corrections.clear();
+        if let Some(grid) = &mut self.grid {
+            grid.clear();
+        }
+    }
+
+    /// With a grid of what the cycles see from now on.
+    pub(crate) fn with_grid(mut self, grid: Option<GridObservations>) -> Self {
+        self.grid = grid;
+        self
+    }
+
+    /// The occupancy grid: [`crate::grid`]. Costs by the whole map where it is of a band of heights.
+    ///
+    /// # Errors
+    /// When none was asked for, or there is none.
+    pub fn occupancy_grid(&mut self) -> Result<OccupancyGrid, GridError> {
+        let Some(mut grid) = self.grid.take() else { return Err(GridError::Off) };
+        let whole = if grid.needs_points() { self.whole() } else { WholeMap::default() };
+        let WholeMap { points_m, normals, unreadable } = whole;
+        let made = match unreadable.into_iter().find(|error| !error.is_loss()) {
+            Some(error) => Err(error.into()),
+            None => grid.grid(GridPoints { points_m: &points_m, normals: &normals }),
+        };
+        self.grid = Some(grid);
+        let frame_id = self.frame_id.clone().unwrap_or_default();
+        made.map(|grid| OccupancyGrid { stamp: self.stamp, frame_id, ..grid })
+    }
+
+    /// The evidence on the cells of the grid, where one is asked for.
+    pub(crate) fn grid_plane(&self) -> Option<&PlaneOccupancy> {
+        self.grid.as_ref().map(GridObservations::plane)
     }
 
     /// The surface itself, as far as it is in memory.
@@ -209,6 +249,7 @@ impl SurfaceMap {
     pub fn memory_bytes(&self) -> usize {
         let follower = self.follower.as_ref().map_or(0, ChangeFollower::memory_bytes);
         let spill = self.spill.as_ref().map_or(0, |spill| spill.tiles.memory_bytes());
-        self.surface.memory_bytes() + self.view.memory_bytes() + follower + spill
+        let grid = self.grid_plane().map_or(0, PlaneOccupancy::memory_bytes);
+        self.surface.memory_bytes() + self.view.memory_bytes() + follower + spill + grid
     }
 }

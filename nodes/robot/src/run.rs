@@ -20,17 +20,19 @@ use std::process::{Command, Stdio};
 use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
 use detection::shell::ColourInput;
-use geometry::ExtrinsicsSource;
+use geometry::{ExtrinsicsSource, OccupancyGrid};
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
+use reconstruction::GridError;
 use report::{DynamicScore, RunRecord, Summary};
 
 use self::colour_topics::ColourTopics;
 use self::findings::InputLosses;
 pub(crate) use self::findings::no_cycle;
 use self::inputs::{Inputs, TopicArgs};
+use self::local::LocalRun;
 use self::output::OutputFolder;
 pub use self::output::refuse_results;
 use self::parameters::{ParameterArgs, PipelineParameters};
@@ -180,7 +182,7 @@ pub fn run_bag(
     let yaml = parameters.to_yaml()?;
     let folder = OutputFolder::create(out, &yaml)?;
 
-    let Finished { record, losses, failure, poses, is_interrupted } = match transport {
+    let Finished { record, losses, failure, poses, grid, is_interrupted } = match transport {
         TransportName::Local => run_locally(&bag, &info, &inputs, &parameters, interrupt)?,
         TransportName::Dds => {
             let bag_name = bag_name(bag_path);
@@ -211,6 +213,11 @@ pub fn run_bag(
     }
 
     let mut findings = findings::findings(&losses, &record, &inputs);
+    match grid {
+        Some(Ok(grid)) => folder.write_grid(&grid)?,
+        Some(Err(error)) => findings.push(Failure::new(error.to_string())),
+        None => {}
+    }
     findings.extend(unscored);
     for finding in &findings {
         console::print_failure(finding);
@@ -302,6 +309,8 @@ struct Finished {
     failure: Option<Failure>,
     /// The rig's poses by the visual odometry, where it was asked for.
     poses: Option<Vec<PoseStamped>>,
+    /// The occupancy grid, where one was asked for.
+    grid: Option<Result<OccupancyGrid, GridError>>,
     /// Whether a signal has ended it before the end of the bag.
     is_interrupted: bool,
 }
@@ -318,9 +327,10 @@ fn run_locally(
     let progress = Progress::new("mapping", messages);
     let run = local::run(bag, inputs, parameters, &bag_name(bag.path()), (&progress, interrupt))?;
     progress.finish();
-    let losses = InputLosses { bag: run.losses, blind_scans: run.blind_scans, lost: Vec::new() };
-    let (record, poses, is_interrupted) = (run.record, run.poses, run.is_interrupted);
-    Ok(Finished { record, losses, failure: None, poses, is_interrupted })
+    let (bag_losses, blind_scans) = (run.losses.clone(), run.blind_scans);
+    let losses = InputLosses { bag: bag_losses, blind_scans, lost: Vec::new() };
+    let LocalRun { record, poses, grid, is_interrupted, .. } = run;
+    Ok(Finished { record, losses, failure: None, poses, grid, is_interrupted })
 }
 
 fn run_over_dds(
@@ -336,7 +346,7 @@ fn run_over_dds(
     let losses =
         InputLosses { bag: info.losses.clone(), blind_scans: run.blind_scans, lost: run.lost };
     let (record, poses, is_interrupted) = (run.record, run.poses, run.is_interrupted);
-    Ok(Finished { record, losses, failure: run.failure, poses, is_interrupted })
+    Ok(Finished { record, losses, failure: run.failure, poses, grid: None, is_interrupted })
 }
 
 fn messages_on(info: &BagInfo, topic: &str) -> u64 {

@@ -38,6 +38,7 @@ mod demo;
 mod depth_camera;
 mod depth_image;
 mod experiments;
+mod floor_plan;
 mod imu;
 mod lidar;
 mod lighting;

@@ -12,7 +12,7 @@ use robot::Failure;
 
 /// A scenario of the suite, a scene with moving objects, or a file.
 #[derive(Args, Debug)]
-pub(super) struct ChoiceArgs {
+pub(crate) struct ChoiceArgs {
     /// A scenario of the suite, a scene as with --scene, or a file as with --file
     #[arg(
         value_name = "SCENE",
@@ -115,7 +115,7 @@ enum PlatformName {
 }
 
 impl ChoiceArgs {
-    pub(super) fn scenario(&self) -> Result<Scenario, Failure> {
+    pub(crate) fn scenario(&self) -> Result<Scenario, Failure> {
         let mut scenario = match (self.file()?, self.scene_name()) {
             (Some(file), _) => self.read(file)?,
             (None, Some(scene)) => self.in_scene(scene)?,

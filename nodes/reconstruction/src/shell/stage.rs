@@ -1,6 +1,6 @@
 //! The core with its topics: clouds and paths update the map, and the map is published when it is due.
 
-use geometry::{Cloud, ColouredCloud, SegmentedCycle};
+use geometry::{Cloud, ColouredCloud, OccupancyGrid, SegmentedCycle};
 use msgs::convert;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
@@ -16,7 +16,7 @@ use super::saving::Unsaved;
 use super::schedule::{Following, Schedule, Subscribers};
 use super::spilling::{self, SpillWatch, empty_map};
 use super::{PROGRAM, ReconstructionParameters};
-use crate::{Addition, Map, MapChanges};
+use crate::{Addition, GridError, Map, MapChanges};
 
 /// The fix for cycles that take too long.
 const REMEDY: &str = "raise map_edge_m, or voxel_edge_m, of the whole pipeline";
@@ -103,6 +103,14 @@ impl Stage {
     #[must_use]
     pub fn map(&self) -> &Map {
         &self.map
+    }
+
+    /// The occupancy grid of the map so far.
+    ///
+    /// # Errors
+    /// When none was asked for, or there is none.
+    pub fn occupancy_grid(&mut self) -> Result<OccupancyGrid, GridError> {
+        self.map.occupancy_grid()
     }
 
     pub(super) fn take(&mut self, arrived: &Arrived<SegmentedCycle>) {

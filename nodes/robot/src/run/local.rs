@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 
 use bag_player::{Bag, BagMessage, Loss, Selection};
 use detection::shell::CloudInput;
+use geometry::OccupancyGrid;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{NodeFailure, Publisher};
+use reconstruction::{GridError, GridSource};
 use report::RunRecord;
 
 use super::inputs::{Inputs, TF_STATIC, ViewTopics};
@@ -25,6 +27,8 @@ pub(crate) struct LocalRun {
     pub(crate) blind_scans: usize,
     /// The poses of the visual odometry, where it was asked for.
     pub(crate) poses: Option<Vec<PoseStamped>>,
+    /// The occupancy grid, where one was asked for.
+    pub(crate) grid: Option<Result<OccupancyGrid, GridError>>,
     /// Whether a signal has ended it before the end of the bag.
     pub(crate) is_interrupted: bool,
 }
@@ -63,8 +67,10 @@ pub(crate) fn run(
     let losses = messages.losses().to_vec();
     let blind_scans = pipeline.blind_scans();
     let poses = pipeline.visual().map(|visual| visual.poses().to_vec());
+    let wants_grid = parameters.reconstruction().grid.grid != GridSource::None;
+    let grid = wants_grid.then(|| pipeline.occupancy_grid());
     let record = pipeline.finish(bag_name);
-    Ok(LocalRun { record, losses, blind_scans, poses, is_interrupted })
+    Ok(LocalRun { record, losses, blind_scans, poses, grid, is_interrupted })
 }
 
 /// The pipeline for the inputs of a bag.

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use geometry::{pcd, ply};
+use geometry::{OccupancyGrid, pcd, ply};
 use report::{RunRecord, Summary};
 
 use crate::existing::refuse_to_replace;
@@ -18,9 +18,13 @@ const PARAMETERS: &str = "parameters.yaml";
 /// The page of the run.
 pub(super) const REPORT: &str = "report.html";
 
+/// The occupancy grid: the file that map_server is given, and its image.
+pub(super) const GRID: &str = "grid.yaml";
+const GRID_IMAGE: &str = "grid.pgm";
+
 /// The files that a run writes to its folder.
-const RESULTS: [&str; 6] =
-    ["map.ply", "map.pcd", "summary.json", REPORT, PARAMETERS, "trajectory.txt"];
+const RESULTS: [&str; 8] =
+    ["map.ply", "map.pcd", "summary.json", REPORT, PARAMETERS, "trajectory.txt", GRID_IMAGE, GRID];
 
 /// Refuses a folder with the results of another run, unless `overwrite`.
 ///
@@ -95,6 +99,12 @@ impl OutputFolder {
         let report = report::report_html(record, summary)
             .map_err(|error| Failure::new(format!("cannot draw the report: {error}")))?;
         self.write_file(REPORT, report.as_bytes())
+    }
+
+    /// Writes the occupancy grid; the file that names the image last.
+    pub(super) fn write_grid(&self, grid: &OccupancyGrid) -> Result<(), Failure> {
+        self.write_file(GRID_IMAGE, &grid.pgm())?;
+        self.write_file(GRID, grid.map_yaml(GRID_IMAGE).as_bytes())
     }
 
     /// Writes under a temporary name first: a reader never finds half a file.

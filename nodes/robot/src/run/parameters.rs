@@ -9,8 +9,8 @@ use detection::shell::{ColourInput, DetectionParameters, PoseInput};
 use geometry::{Method, PipelineConfig};
 use node_shell::parameters::{self, Assignment};
 use pose::shell::PoseParameters;
-use reconstruction::ReconstructionConfig;
 use reconstruction::shell::ReconstructionParameters;
+use reconstruction::{GridSource, ReconstructionConfig};
 use segmentation::shell::{FilterParameters, SegmentationParameters};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -33,6 +33,19 @@ pub struct ParameterArgs {
     /// Edge of the map's voxels, in metres; of the method free_space
     #[arg(long, value_name = "METRES")]
     map_edge: Option<f64>,
+    /// Make the occupancy grid for navigation, too: of the scans alone, or of the map between two heights above the floor
+    #[arg(long, value_name = "SOURCE", value_parser = grid_parser())]
+    grid: Option<GridSource>,
+}
+
+/// Reads the source of a grid off the command line.
+fn grid_parser() -> impl TypedValueParser<Value = GridSource> {
+    let sources = [GridSource::None, GridSource::Scan, GridSource::HeightBand];
+    let named = sources.map(|source| (source.name(), source));
+    PossibleValuesParser::new(named.map(|(name, _)| name)).map(move |text| {
+        let found = named.into_iter().find(|(name, _)| *name == text);
+        found.map(|(_, source)| source).unwrap_or_default()
+    })
 }
 
 /// Reads a method off the command line; its former name is accepted, with a note.
@@ -92,6 +105,8 @@ impl PipelineParameters {
             pipeline.map_edge_m = args.map_edge.unwrap_or(pipeline.map_edge_m);
         }
         check_map_edge(args.map_edge, parameters.pipeline())?;
+        let grid = &mut parameters.reconstruction.config.grid;
+        grid.grid = args.grid.unwrap_or(grid.grid);
         // The map of a run is that of its bag alone, and is written to the folder of the run.
         parameters.reconstruction.map_file = String::new();
         let checked = parameters.reconstruction.config.validate();

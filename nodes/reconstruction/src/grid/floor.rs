@@ -1,0 +1,65 @@
+//! The height of the floor in a map whose z axis is up.
+
+use super::GridPoints;
+
+/// Layers are so high, and overlap by half: the noise of depth and a slight slope fit into one.
+const LAYER_M: f64 = 0.06;
+const HALF_LAYER_M: f64 = 0.5 * LAYER_M;
+/// The area of a layer is counted in cells of this edge.
+const CELL_M: f64 = 0.1;
+/// A floor that is seen has at least so many cells: 1 m2, which no seat and few tables have.
+const LEAST_CELLS: usize = 100;
+/// And at least this share (1 / 5) of the largest level surface.
+const LEAST_SHARE: usize = 5;
+/// Half layers above a floor at which walls and furniture alone are: there is less than half of its area.
+const ABOVE: i64 = 4;
+/// The upward component of the normal of a level surface: within 25 degrees.
+const LEAST_UP: f32 = 0.9;
+
+/// The height of the lowest level surface that is large enough to be a floor; `None` where there is none. With normals only
+/// points that face up count.
+#[must_use]
+pub fn find_floor_m(points: GridPoints<'_>) -> Option<f64> {
+    let GridPoints { points_m, normals } = points;
+    let has_normals = normals.len() == points_m.len();
+    let faces_up = |index: usize| !has_normals || normals[index].z >= LEAST_UP;
+    let level = || {
+        points_m
+            .iter()
+            .enumerate()
+            .filter(|(index, point)| faces_up(*index) && geometry::is_finite(point))
+    };
+    // The casts saturate.
+    let along = |value: f32| (f64::from(value) / CELL_M).floor() as i32;
+    let half_layer = |z: f32| (f64::from(z) / HALF_LAYER_M).floor() as i64;
+    let mut cells: Vec<(i64, i32, i32)> = level()
+        .flat_map(|(_, point)| {
+            let (layer, x, y) = (half_layer(point.z), along(point.x), along(point.y));
+            [(layer - 1, x, y), (layer, x, y)]
+        })
+        .collect();
+    cells.sort_unstable();
+    cells.dedup();
+    let layers: Vec<(i64, usize)> = cells
+        .chunk_by(|one, other| one.0 == other.0)
+        .filter_map(|layer| layer.first().map(|first| (first.0, layer.len())))
+        .collect();
+    let area_of = |layer: i64| {
+        layers.binary_search_by_key(&layer, |(layer, _)| *layer).map_or(0, |index| layers[index].1)
+    };
+    let largest = layers.iter().map(|(_, area)| *area).max()?;
+    let is_floor = |(layer, area): &(i64, usize)| {
+        *area >= LEAST_CELLS
+            && area.saturating_mul(LEAST_SHARE) >= largest
+            && 2 * area_of(layer + ABOVE) <= *area
+    };
+    let (lowest, _) = *layers.iter().find(|layer| is_floor(layer))?;
+    // The next ones may have more of the same floor.
+    let layer = (lowest..lowest + 3).max_by_key(|layer| (area_of(*layer), -layer))?;
+    let is_in = |z: f32| (layer..layer + 2).contains(&half_layer(z));
+    let mut heights_m: Vec<f32> = level().map(|(_, point)| point.z).filter(|z| is_in(*z)).collect();
+    let middle = heights_m.len() / 2;
+    let (_, median_m, _) = (!heights_m.is_empty())
+        .then(|| heights_m.select_nth_unstable_by(middle, f32::total_cmp))?;
+    Some(f64::from(*median_m))
+}
