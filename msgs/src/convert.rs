@@ -20,6 +20,7 @@ mod labels;
 mod lidar_cloud;
 mod map_path;
 mod marker;
+mod occupancy_grid;
 mod picture;
 mod pose;
 mod revolution;
@@ -59,6 +60,7 @@ pub use lidar_cloud::{
 };
 pub use map_path::{map_path_from_message, message_from_map_path};
 pub use marker::markers_from_tracks;
+pub use occupancy_grid::{message_from_grid, update_of_grid};
 pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{
     covariance_by_rows, header_of, isometry_from_pose, isometry_from_transform, message_from_pose,

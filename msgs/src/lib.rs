@@ -20,6 +20,7 @@ mod domain;
 mod fixed_array;
 pub mod geometry_msgs;
 pub mod lifecycle_msgs;
+pub mod map_msgs;
 pub mod nav_msgs;
 pub mod rcl_interfaces;
 mod registry;

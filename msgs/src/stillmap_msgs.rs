@@ -98,6 +98,12 @@ pub struct ReducedCloud {
     pub voxel_points: Vec<u32>,
     /// The depth image of the cloud, or one that was made of the cloud, with the method free_space; otherwise none.
     pub depth: Vec<DepthFrame>,
+    /// The rays of the scan that ended at something, in the rig frame at the stamp of the cloud, with the method `free_space`: six
+    /// numbers each, where it starts and where it ends, in metres.
+    pub scan_rays: Vec<f32>,
+    /// Of each ray: 1 if it ends at something that moves, or may; 2 if the next ray is that of the next beam.
+    #[serde(with = "serde_bytes")]
+    pub scan_ray_flags: Vec<u8>,
 }
 ros_message!(ReducedCloud, "stillmap_msgs");
 
@@ -121,6 +127,12 @@ pub struct SegmentedCloud {
     /// Which of its pixels show something that moves, or may: a bit for each, row by row, the lowest bit of a byte first.
     #[serde(with = "serde_bytes")]
     pub moving_pixels: Vec<u8>,
+    /// The rays of the scan that ended at something, in the rig frame at the stamp of the cloud, with the method `free_space`: six
+    /// numbers each, where it starts and where it ends, in metres.
+    pub scan_rays: Vec<f32>,
+    /// Of each ray: 1 if it ends at something that moves, or may; 2 if the next ray is that of the next beam.
+    #[serde(with = "serde_bytes")]
+    pub scan_ray_flags: Vec<u8>,
 }
 ros_message!(SegmentedCloud, "stillmap_msgs");
 

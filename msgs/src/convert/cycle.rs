@@ -1,6 +1,10 @@
 //! The messages of one cycle.
 
-use geometry::{Cloud, CycleSetup, DetectedCycle, Method, MovingBeam, RigMounts, SegmentedCycle};
+use std::sync::Arc;
+
+use geometry::{
+    Cloud, CycleSetup, DetectedCycle, Method, MovingBeam, RigMounts, ScanRay, SegmentedCycle,
+};
 
 use super::depth_frame::{
     bits_from_mask, depth_frame_from_messages, masked_depth_from_messages,
@@ -43,6 +47,7 @@ pub fn detected_cycle_from_message(message: &ReducedCloud) -> Result<DetectedCyc
         zones: zones_from_messages(&message.zones)?,
         moving_beams: moving_beams_from_message(message)?,
         depth,
+        scan_rays: scan_rays_from_numbers(&message.scan_rays, &message.scan_ray_flags)?,
     })
 }
 
@@ -68,7 +73,41 @@ pub fn message_from_detected_cycle(cycle: &DetectedCycle) -> ReducedCloud {
         cloud: message_from_cloud(&cycle.reduced_cloud),
         voxel_points: cycle.voxel_points.clone(),
         depth: messages_from_depth_frame(cycle.depth.as_deref()),
+        scan_rays: numbers_from_scan_rays(&cycle.scan_rays),
+        scan_ray_flags: flags_from_scan_rays(&cycle.scan_rays),
     }
+}
+
+/// Bits of `scan_ray_flags`.
+const MOVING: u8 = 1;
+const JOINS_NEXT: u8 = 2;
+
+fn numbers_from_scan_rays(rays: &[ScanRay]) -> Vec<f32> {
+    let numbers = |ray: &ScanRay| [ray.from_m, ray.to_m].map(<[f32; 3]>::from).concat();
+    rays.iter().flat_map(numbers).collect()
+}
+
+fn flags_from_scan_rays(rays: &[ScanRay]) -> Vec<u8> {
+    let bit = |is_set: bool, bit: u8| if is_set { bit } else { 0 };
+    let flags = |ray: &ScanRay| bit(ray.is_moving, MOVING) | bit(ray.joins_next, JOINS_NEXT);
+    rays.iter().map(flags).collect()
+}
+
+fn scan_rays_from_numbers(
+    numbers: &[f32],
+    flags: &[u8],
+) -> Result<Arc<Vec<ScanRay>>, ConvertError> {
+    let (rays, rest) = numbers.as_chunks::<6>();
+    if !rest.is_empty() || rays.len() != flags.len() {
+        return Err(ConvertError::ScanRays { numbers: numbers.len(), flags: flags.len() });
+    }
+    let ray = |(&[x, y, z, to_x, to_y, to_z], flags): (&[f32; 6], &u8)| ScanRay {
+        from_m: [x, y, z].into(),
+        to_m: [to_x, to_y, to_z].into(),
+        is_moving: flags & MOVING != 0,
+        joins_next: flags & JOINS_NEXT != 0,
+    };
+    Ok(Arc::new(rays.iter().zip(flags).map(ray).collect()))
 }
 
 fn moving_beams_from_message(message: &ReducedCloud) -> Result<Vec<MovingBeam>, ConvertError> {
@@ -101,6 +140,7 @@ pub fn segmented_cycle_from_message(
         static_cloud,
         dynamic_cloud: cloud_from_message(&message.dynamic_cloud)?,
         map_from_rig: isometry_from_pose(&message.map_from_rig)?,
+        scan_rays: scan_rays_from_numbers(&message.scan_rays, &message.scan_ray_flags)?,
     })
 }
 
@@ -121,6 +161,8 @@ pub fn message_from_segmented_cycle(cycle: &SegmentedCycle) -> SegmentedCloud {
             .as_ref()
             .map(|depth| bits_from_mask(&depth.is_moving))
             .unwrap_or_default(),
+        scan_rays: numbers_from_scan_rays(&cycle.scan_rays),
+        scan_ray_flags: flags_from_scan_rays(&cycle.scan_rays),
     }
 }
 
@@ -214,6 +256,20 @@ mod tests {
                 },
             ],
             depth: None,
+            scan_rays: Arc::new(vec![
+                ScanRay {
+                    from_m: Point3::new(0.1, 0.0, -0.05),
+                    to_m: Point3::new(2.5, 0.25, -0.06),
+                    is_moving: true,
+                    joins_next: false,
+                },
+                ScanRay {
+                    from_m: Point3::new(0.11, 0.01, -0.05),
+                    to_m: Point3::new(-2.5, 0.25, -0.07),
+                    is_moving: false,
+                    joins_next: true,
+                },
+            ]),
         }
     }
 
@@ -252,6 +308,7 @@ mod tests {
             dynamic_cloud: cycle.reduced_cloud,
             map_from_rig: cycle.map_from_rig,
             depth: None,
+            scan_rays: cycle.scan_rays,
         };
         let bytes = cdr::encode(&message_from_segmented_cycle(&segmented)).unwrap();
         let mut message: SegmentedCloud = cdr::decode(&bytes).unwrap();
@@ -298,6 +355,12 @@ mod tests {
         assert_eq!(
             detected_cycle_from_message(&unequal),
             Err(ConvertError::MovingBeams { beams: 2, ranges: 1 })
+        );
+        let mut torn = whole.clone();
+        torn.scan_rays.pop();
+        assert_eq!(
+            detected_cycle_from_message(&torn),
+            Err(ConvertError::ScanRays { numbers: 11, flags: 2 })
         );
         let mut turned = whole;
         turned.zones[0].azimuth_max_rad = -2.0;

@@ -336,6 +336,14 @@ pub enum ConvertError {
         /// The coordinate.
         field: &'static str,
     },
+    /// The rays of a scan are not whole.
+    #[error("scan_rays has {numbers} numbers, six a ray, and scan_ray_flags {flags} entries")]
+    ScanRays {
+        /// How many numbers.
+        numbers: usize,
+        /// How many flags.
+        flags: usize,
+    },
     /// The beams that move and the ranges behind them are not as many.
     #[error("ReducedCloud: background_ranges has {ranges} entries for {beams} moving_beams")]
     MovingBeams {

@@ -95,6 +95,7 @@ mod tests {
             Cloud { stamp: Stamp::from_nanos(5), frame_id: "map".to_owned(), points_m: Vec::new() };
         let cycle = SegmentedCycle {
             depth: None,
+            scan_rays: std::sync::Arc::default(),
             index: 9,
             static_cloud: cloud.clone(),
             dynamic_cloud: cloud,

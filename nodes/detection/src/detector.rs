@@ -107,6 +107,7 @@ impl Detector {
             zones: found.zones,
             moving_beams: found.hits,
             depth,
+            scan_rays: Arc::new(found.rays),
         };
         let statistics = CycleStatistics {
             beams: beams.len(),

@@ -30,7 +30,7 @@ mod zones;
 
 use std::ops::Range;
 
-use geometry::{DynamicZone, MovingBeam, Scan, Stamp, ZoneSource};
+use geometry::{DynamicZone, MovingBeam, Scan, ScanRay, Stamp, ZoneSource};
 use nalgebra::Isometry3;
 
 use crate::aperture::Beam;
@@ -108,6 +108,8 @@ pub struct MotionSearch {
     pub pose_jump: Option<PoseJump>,
     /// The beams that hit what moves, of the whole scan, by their places among [`MotionInput::beams`].
     pub hits: Vec<MovingBeam>,
+    /// The rays of all beams that have a return, in the rig frame of the cycle's pose.
+    pub rays: Vec<ScanRay>,
 }
 
 /// Finds moving objects by returns in observed free space.
@@ -241,7 +243,8 @@ impl MotionFinder {
         beams.extend(beams_beside(scan, &classes, &beams));
         let hits = self.hits(scan, beams, *now_ms);
         let found = self.search(&classes, zones, &measured, known_m, within);
-        MotionSearch { hits, pose_jump: *pose_jump, ..found }
+        let rays = rays(scan, &labels, &hits);
+        MotionSearch { hits, rays, pose_jump: *pose_jump, ..found }
     }
 
     /// The hits of beams, each with the background behind it.
@@ -367,6 +370,7 @@ impl MotionFinder {
             unknown_beams,
             pose_jump: None,
             hits: Vec::new(),
+            rays: Vec::new(),
         }
     }
 
@@ -386,6 +390,23 @@ impl MotionFinder {
         self.epoch = Some((first, now_ms));
         now_ms
     }
+}
+
+/// The rays of all beams that have a return. What is not certainly background may move.
+fn rays(scan: &DeskewedScan, labels: &[ReturnLabel], hits: &[MovingBeam]) -> Vec<ScanRay> {
+    let is_hit = |place: usize| hits.binary_search_by_key(&(place as u32), |hit| hit.index).is_ok();
+    let ray = |(place, beam): (usize, &deskewed_scan::DeskewedBeam)| {
+        let hit = beam.hit.as_ref()?;
+        let next = scan.next(place).filter(|next| *next == place + 1);
+        let next = next.and_then(|next| scan.beams.get(next));
+        Some(ScanRay {
+            from_m: beam.origin_in_rig_m.cast(),
+            to_m: hit.in_rig_m.cast(),
+            is_moving: is_hit(place) || labels.get(place) != Some(&ReturnLabel::Background),
+            joins_next: next.is_some_and(|next| next.hit.is_some()),
+        })
+    };
+    scan.beams.iter().enumerate().filter_map(ray).collect()
 }
 
 /// The beams that end beside a return that moves: in observed free space within a step, a foot that is too narrow to be an object

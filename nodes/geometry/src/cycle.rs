@@ -6,7 +6,8 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Cloud, ColourSizeError, CycleSetup, DepthFrame, DynamicZone, MaskedDepth, MovingBeam, Stamp,
+    Cloud, ColourSizeError, CycleSetup, DepthFrame, DynamicZone, MaskedDepth, MovingBeam, ScanRay,
+    Stamp,
 };
 
 /// The output of detection to segmentation: the reduced cloud, the pose and the zones of one cycle.
@@ -38,6 +39,8 @@ pub struct DetectedCycle {
     /// colour image; absent where the method has no use for it
     /// ([`PipelineConfig::needs_depth`](crate::PipelineConfig::needs_depth)).
     pub depth: Option<Arc<DepthFrame>>,
+    /// The rays of the scan; none where the method does not know single beams (`rec_hv`).
+    pub scan_rays: Arc<Vec<ScanRay>>,
 }
 
 impl DetectedCycle {
@@ -70,6 +73,8 @@ pub struct SegmentedCycle {
     pub map_from_rig: Isometry3<f64>,
     /// The depth image and what moves in it; absent where [`DetectedCycle::depth`] is.
     pub depth: Option<MaskedDepth>,
+    /// The rays of the scan, as [`DetectedCycle::scan_rays`].
+    pub scan_rays: Arc<Vec<ScanRay>>,
 }
 
 /// Points of each stage of the segmentation, for Table 5 of the thesis.

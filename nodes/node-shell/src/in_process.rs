@@ -55,6 +55,7 @@ fn a_message_between_two_nodes_is_the_same_value() {
 fn cycle(index: u32) -> DetectedCycle {
     DetectedCycle {
         depth: None,
+        scan_rays: std::sync::Arc::default(),
         index,
         setup: geometry::CycleSetup::default(),
         scan_stamp: geometry::Stamp::from_nanos(1),

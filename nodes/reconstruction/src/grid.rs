@@ -1,8 +1,8 @@
 //! The occupancy grid for navigation: which cells of the floor plan are occupied, free or unknown.
 //!
 //! With [`GridSource::HeightBand`] a cell is occupied where the map has a surface within a band of heights above the floor. It is
-//! free where a depth image was seen through within the band, up to the nearest thing in that direction, or where the map has
-//! floor. What moves is not in the map, and what stood and left is cleared from it, so that neither is in the grid. With
+//! free where a depth image was seen through low in the band, up to the nearest thing in that direction; in a map that was loaded
+//! also where there is floor. What moves is not in the map, and what stood and left is cleared from it, so that neither is in the grid. With
 //! [`GridSource::Scan`] a cell is what the scanner's rays say of it, without the beams that hit what moves.
 //!
 //! | module | what |
@@ -14,8 +14,8 @@
 //! | `observations` | what the cycles say of cells: [`volume::PlaneOccupancy`] |
 //!
 //! # Limits
-//! Up is the z axis of the map's frame. A cell is free as soon as it was seen free at one height of the band: what is below the
-//! view of a camera is not seen. There is one floor.
+//! Up is the z axis of the map's frame. A cell is free as soon as it was seen free at one height that is low enough
+//! (`grid_free_below_m`): what is lower, and was never in view, is not seen. There is one floor.
 
 mod columns;
 mod config;
@@ -27,7 +27,7 @@ mod tests;
 
 use geometry::{GridCell, OccupancyGrid, Stamp};
 use nalgebra::{Point3, Vector3};
-use volume::CellState;
+use volume::{CellState, PlaneOccupancy};
 
 pub(crate) use columns::Columns;
 pub use config::{GridConfig, GridFloor, GridSource};
@@ -124,7 +124,7 @@ pub fn grid_of_points(
     let floor_m =
         config.floor_m(points).ok_or(GridError::NoFloor { points: points.points_m.len() })?;
     let columns = Columns::of(config, points, floor_m);
-    let mut grid = Layers { columns: Some(&columns), plane: None }.grid(config, None)?.0;
+    let mut grid = Layers::of_points(&columns).grid(config, None)?.0;
     grid.frame_id = frame_id.to_owned();
     grid.stamp = stamp;
     Ok(grid)
@@ -133,10 +133,19 @@ pub fn grid_of_points(
 /// What is known of cells.
 pub(crate) struct Layers<'a> {
     pub(crate) columns: Option<&'a Columns>,
-    pub(crate) plane: Option<&'a volume::PlaneOccupancy>,
+    /// Whether a cell is free where the map has floor and nothing in the band. Where cycles are seen they say more: under a
+    /// table there is floor, too.
+    pub(crate) floor_is_free: bool,
+    pub(crate) plane: Option<&'a PlaneOccupancy>,
+    /// Whether what rays end at is occupied; otherwise that is what the map says.
+    pub(crate) rays_occupy: bool,
 }
 
-impl Layers<'_> {
+impl<'a> Layers<'a> {
+    fn of_points(columns: &'a Columns) -> Self {
+        Self { columns: Some(columns), floor_is_free: true, plane: None, rays_occupy: false }
+    }
+
     /// The grid, without stamp and frame, and its bounds, which hold `former` ones.
     pub(crate) fn grid(
         &self,
@@ -177,12 +186,12 @@ impl Layers<'_> {
         if let Some(plane) = self.plane {
             plane.for_each_known(|cell, state| match state {
                 CellState::Free => visit(cell, GridCell::Free),
-                CellState::Occupied => visit(cell, GridCell::Occupied),
-                CellState::Unknown => {}
+                CellState::Occupied if self.rays_occupy => visit(cell, GridCell::Occupied),
+                CellState::Occupied | CellState::Unknown => {}
             });
         }
         if let Some(columns) = self.columns {
-            columns.for_each(visit);
+            columns.for_each(self.floor_is_free, visit);
         }
     }
 }

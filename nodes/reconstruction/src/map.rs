@@ -1,6 +1,8 @@
 //! The static map of either kind: chosen once, by the parameters.
 
-use geometry::{Cloud, ColouredCloud, MapPath, OccupancyGrid, OrientedPoints, SegmentedCycle, VoxelGrid};
+use geometry::{
+    Cloud, ColouredCloud, MapPath, OccupancyGrid, OrientedPoints, SegmentedCycle, VoxelGrid,
+};
 use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
 

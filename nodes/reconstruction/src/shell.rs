@@ -33,6 +33,7 @@
 //! A loaded map is in the frame `map`, whose origin is the same one after each start (REP-105). If the poses are in
 //! another frame, such as `odom`, a new map is begun.
 
+mod grid_output;
 mod loading;
 mod map_file;
 mod parameters;
@@ -65,9 +66,11 @@ const PROGRAM: Program = Program {
              out static_map (sensor_msgs/msg/PointCloud2, map frame), reliable and transient local: the whole map
              out static_map_updates (sensor_msgs/msg/PointCloud2, map frame), reliable: points that are new or have moved
              out static_map_removals (sensor_msgs/msg/PointCloud2, map frame), reliable: the last points of voxels that have gone
+             out map (nav_msgs/msg/OccupancyGrid, map frame), reliable and transient local: the floor plan, unless grid is none
+             out map_updates (map_msgs/msg/OccupancyGridUpdate, map frame), reliable: what has changed in it
              out ~/report (stillmap_msgs/msg/StageReport), reliable
              srv ~/publish_map (std_srvs/srv/Trigger): publishes the whole map now
-             srv ~/save_map (std_srvs/srv/Trigger): saves the map to the file of the parameter map_file
+             srv ~/save_map (std_srvs/srv/Trigger): saves the map to the file of the parameter map_file, and the grid to that of grid_file
              srv ~/load_map (std_srvs/srv/Trigger): puts the map of map_file in the place of the map
              srv ~/reset (std_srvs/srv/Trigger): empties the map",
 };
@@ -106,6 +109,14 @@ geometry::parameters! {
         /// While the map changes, it is saved to map_file once in this time: a killed node loses what came since. The points are
         /// copied for it, 24 bytes each, and with at_max_voxels spill every tile is read: give a large spilled map a long period.
         map_save_period_s: f64 = 30.0, between(SHORTEST_S, LONGEST_S), changeable;
+        /// While somebody subscribes to the occupancy grid, what has changed in it is published on map_updates once in this time;
+        /// on map the whole grid once in map_publish_period_s, and when its border has moved. Making it costs by the whole map.
+        // slam_toolbox publishes its grid every 5 s.
+        grid_period_s: f64 = 2.0, between(SHORTEST_S, LONGEST_S), changeable;
+        /// The file of the occupancy grid for map_server: a path that ends in .yaml, or "" for none. The image is beside it, with
+        /// the ending .pgm. Both are saved with the map: once in map_save_period_s while it changes, by ~/save_map, and when the
+        /// node ends. With grid none they are not.
+        grid_file: String = String::new(), changeable;
         /// The folder of the spilled tiles, made if it is not there. The node's files have a folder of their own in it, which is
         /// removed when the node ends; what a killed node has left there is removed at the next start.
         spill_folder: String = String::new(), read_with("at_max_voxels", "spill");

@@ -9,6 +9,7 @@ mod calibrate;
 pub mod console;
 mod doctor;
 mod existing;
+mod export;
 mod failure;
 mod filter;
 pub mod import;
@@ -49,6 +50,8 @@ pub enum Command {
     Filter(filter::FilterArgs),
     /// The trajectory of a bag's camera, from the points and lines in its images; or of its LiDAR
     Odometry(odometry::OdometryArgs),
+    /// A saved map as another file: points, an octomap, or the occupancy grid that Nav2 loads
+    Export(export::ExportArgs),
     /// Play a bag onto DDS
     Play(PlayOptions),
     /// Record the live graph into a bag
@@ -83,6 +86,7 @@ impl Command {
             Self::Run(args) => run::run(&args, scoring, &Interrupt::on_signals()?),
             Self::Filter(args) => filter::run(&args, &Interrupt::on_signals()?),
             Self::Odometry(args) => odometry::run(&args),
+            Self::Export(args) => export::run(&args),
             Self::Play(options) => return code_of(bag_player::shell::run_options(options, ros)),
             Self::Record(options) => return code_of(record::run(&options, ros)),
             Self::Info(args) => info::run(&args),

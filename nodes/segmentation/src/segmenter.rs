@@ -221,6 +221,7 @@ impl Segmenter {
             dynamic_cloud,
             map_from_rig: cycle.map_from_rig,
             depth,
+            scan_rays: Arc::clone(&cycle.scan_rays),
         };
         Ok(Segmented { cycle, tracks, counts })
     }

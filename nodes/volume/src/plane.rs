@@ -29,6 +29,9 @@ pub struct PlaneConfig {
     pub edge_m: f64,
     /// Blocks of 8 by 8 cells that are kept at most, 1.3 kB each; cells that need another one stay unknown.
     pub max_blocks: usize,
+    /// Whether a ray passes nothing behind the first cell that is occupied; that one it passes. What is seen behind something now
+    /// and then is then not free, and what has gone is cleared cell after cell.
+    pub ends_at_occupied: bool,
 }
 
 /// A block of cells.
@@ -83,28 +86,27 @@ impl PlaneOccupancy {
         self.count(place_m, |cell| cell.hit(now));
     }
 
-    /// A place is free in this cycle, unless it was hit in it.
-    pub fn pass(&mut self, place_m: &Point2<f64>) {
+    /// A place is free in this cycle, unless it was hit in it. Returns whether it is occupied by what is known so far.
+    pub fn pass(&mut self, place_m: &Point2<f64>) -> bool {
         let now = self.now;
-        self.count(place_m, |cell| cell.pass(now));
+        self.count(place_m, |cell| cell.pass(now)) == Some(CellState::Occupied)
     }
 
-    fn count(&mut self, place_m: &Point2<f64>, count: impl FnOnce(&mut Cell)) {
-        let Some(cell) = self.cell_of(place_m) else { return };
+    /// Counts a cell, once a cycle. Returns its state after it.
+    fn count(&mut self, place_m: &Point2<f64>, count: impl FnOnce(&mut Cell)) -> Option<CellState> {
+        let cell = self.cell_of(place_m)?;
         let key = BlockKey::of(VoxelKey { x: cell[0], y: cell[1], z: 0 });
         let (cycle, index) = (self.cycle, index_of(cell));
         let Some(block) = self.block_or_new(key) else {
             self.refused_cells += 1;
-            return;
+            return None;
         };
-        let Some((counted, cell)) = block.counted.get_mut(index).zip(block.cells.get_mut(index))
-        else {
-            return;
-        };
+        let (counted, cell) = block.counted.get_mut(index).zip(block.cells.get_mut(index))?;
         if *counted != cycle {
             *counted = cycle;
             count(cell);
         }
+        Some(cell.state())
     }
 
     fn block_or_new(&mut self, key: BlockKey) -> Option<&mut PlaneBlock> {

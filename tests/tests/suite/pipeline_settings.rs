@@ -93,6 +93,7 @@ async fn nodes_with_other_edges_methods_or_rigs_refuse_the_cycle_with_both_value
                     segmented.publish_or_warn(convert::message_from_segmented_cycle(
                         &geometry::SegmentedCycle {
                             depth: None,
+                            scan_rays: std::sync::Arc::default(),
                             index: cycle.index,
                             setup: cycle.setup,
                             static_cloud: cycle.reduced_cloud.clone(),
@@ -130,6 +131,7 @@ fn cycle() -> geometry::DetectedCycle {
     let pose = convert::pose_from_message(&pose(stamp)).unwrap();
     geometry::DetectedCycle {
         depth: None,
+        scan_rays: std::sync::Arc::default(),
         index: 0,
         setup: geometry::CycleSetup::default(),
         scan_stamp: stamp,

@@ -1,6 +1,6 @@
 //! What a method finds in a cycle, whichever it is.
 
-use geometry::{DynamicZone, MovingBeam};
+use geometry::{DynamicZone, MovingBeam, ScanRay};
 
 use crate::free_space::{MotionSearch, PoseJump};
 use crate::zone_finder::{Unmeasured, ZoneSearch};
@@ -10,6 +10,7 @@ pub(super) struct Found {
     pub(super) zones: Vec<DynamicZone>,
     /// Of the whole scan, by their indices in it.
     pub(super) hits: Vec<MovingBeam>,
+    pub(super) rays: Vec<ScanRay>,
     pub(super) filled_beams: usize,
     pub(super) max_std_dev_m: Option<f32>,
     pub(super) high_variability_beams: usize,
@@ -29,6 +30,7 @@ impl Found {
             zones: search.zone.into_iter().collect(),
             // It knows deviations of ranges, and not which returns are the object's.
             hits: Vec::new(),
+            rays: Vec::new(),
             filled_beams,
             max_std_dev_m: search.max_std_dev_m,
             high_variability_beams: search.high_variability_beams,
@@ -45,6 +47,7 @@ impl Found {
         Self {
             zones: search.zones,
             hits: search.hits,
+            rays: search.rays,
             filled_beams: 0,
             max_std_dev_m: search.max_std_dev_m,
             high_variability_beams: search.high_variability_beams,

@@ -50,6 +50,8 @@ pub(super) struct DeskewedBeam {
     pub(super) azimuth_rad: f64,
     /// Where it starts in the map's plane.
     pub(super) origin_m: Point2<f64>,
+    /// Where it starts, in the rig frame of the cycle's pose.
+    pub(super) origin_in_rig_m: Point3<f64>,
     /// Its direction in the map's plane, of length 1 for a level scanner.
     pub(super) direction: Vector2<f64>,
     /// Its return; `None` if it has none, which is no observation.
@@ -124,6 +126,7 @@ impl DeskewedScan {
             DeskewedBeam {
                 azimuth_rad: beam.azimuth_rad,
                 origin_m: Point2::from(map_from_beam.translation.vector.xy()),
+                origin_in_rig_m: Point3::from(rig_from_beam.translation.vector),
                 direction: direction.xy(),
                 hit,
                 bearing_error_rad,

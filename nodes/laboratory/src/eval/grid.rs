@@ -34,6 +34,9 @@ pub struct GridArgs {
     /// The heights above the floor that the plan is of
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], default_values_t = [0.1, 1.5])]
     heights: Vec<f64>,
+    /// In sight is what the camera can see at this height above the floor, or lower
+    #[arg(long, value_name = "METRES", default_value_t = 0.4)]
+    free_below: f64,
     /// The plan is that at the height of the scanner
     #[arg(long)]
     scan: bool,
@@ -48,7 +51,11 @@ pub struct GridArgs {
 pub(crate) fn run(args: &GridArgs) -> Result<Outcome, Failure> {
     let scenario = args.choice.scenario()?;
     let grid = map_file::read(&args.grid)?;
-    let sight = if args.scan { Sight::of_scanner(&scenario) } else { Sight::of_camera(&scenario) };
+    let sight = if args.scan {
+        Sight::of_scanner(&scenario)
+    } else {
+        Sight::of_camera(&scenario, args.free_below)
+    };
     let heights_m = match args.heights.as_slice() {
         _ if args.scan => sight.height_m..=sight.height_m,
         [from, to] => *from..=*to,

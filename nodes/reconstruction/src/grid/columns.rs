@@ -64,11 +64,11 @@ impl Columns {
     }
 
     /// Calls `visit` with what each cell is, in no order that means anything.
-    pub(crate) fn for_each(&self, mut visit: impl FnMut([i32; 2], GridCell)) {
+    pub(crate) fn for_each(&self, floor_is_free: bool, mut visit: impl FnMut([i32; 2], GridCell)) {
         for (VoxelKey { x, y, .. }, column) in &self.columns {
             if column.in_band >= LEAST_POINTS {
                 visit([*x, *y], GridCell::Occupied);
-            } else if column.of_floor > 0 && column.in_band == 0 {
+            } else if floor_is_free && column.of_floor > 0 && column.in_band == 0 {
                 visit([*x, *y], GridCell::Free);
             }
         }

@@ -55,6 +55,10 @@ geometry::parameters! {
         grid_min_height_m: f64 = 0.1, between(0.02, 100.0), read_with("grid", "height_band");
         /// Upper end of the band: the height of the robot, and some more.
         grid_max_height_m: f64 = 1.5, positive, read_with("grid", "height_band");
+        /// A cell is free where a depth image was seen through at this height above the floor, or lower. From a camera that sees
+        /// the lower part of a cell never, the cell stays unknown; with grid_max_height_m any height of the band is enough.
+        // Below seats (0.45 m) and tables, which a camera above them would look over.
+        grid_free_below_m: f64 = 0.4, positive, read_with("grid", "height_band");
         /// How the height of the floor in the map is known.
         grid_floor: GridFloor = GridFloor::Found, read_with("grid", "height_band");
         /// The height of the floor in the map: z.
@@ -70,7 +74,9 @@ impl GridConfig {
     fn check_band(&self) -> Result<(), ParameterError> {
         let (least_m, most_m) = (self.grid_min_height_m, self.grid_max_height_m);
         let accepted = ("above grid_min_height_m", least_m);
-        parameter::check("grid_max_height_m", accepted, most_m, least_m < most_m)
+        parameter::check("grid_max_height_m", accepted, most_m, least_m < most_m)?;
+        let free_m = self.grid_free_below_m;
+        parameter::check("grid_free_below_m", accepted, free_m, least_m < free_m)
     }
 
     /// The height of the floor, given or found in these points.

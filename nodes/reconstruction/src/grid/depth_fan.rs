@@ -1,10 +1,12 @@
-//! Up to where each direction of a depth image is free within a band of heights.
+//! Where each direction of a depth image is free within a band of heights.
+//!
+//! Horizontal distance is cut into 128 steps, one bit each: a ray marks those in which it is low enough above the floor to show
+//! that nothing stands there, up to where it ends.
 
 use std::f64::consts::{PI, TAU};
-use std::ops::RangeInclusive;
 
-use geometry::{CameraModelError, DepthFrame, FARTHEST_SEEN_M, RayTable};
-use nalgebra::{Isometry3, Point2, Vector2};
+use geometry::{CameraModelError, DepthFrame, FARTHEST_SEEN_M, MaskedDepth, RayTable};
+use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 use volume::PlaneRay;
 
 /// Directions in a turn: 0.25 degrees, 2 cm at 5 m.
@@ -12,29 +14,44 @@ const DIRECTIONS: usize = 1440;
 const DIRECTION_RAD: f64 = TAU / DIRECTIONS as f64;
 /// Rows are sampled so many times as far apart as columns.
 const ROWS_PER_COLUMN: usize = 2;
-/// A direction of which this share of the pixels (1 / 2) shows nothing says nothing: something dark may be there.
+/// A direction of which more than this share of the pixels (1 / 2) shows nothing says nothing: something dark may be there.
 const MOST_BLIND: u32 = 2;
+/// Steps of horizontal distance.
+const STEPS: u32 = u128::BITS;
+const STEP_M: f32 = FARTHEST_SEEN_M as f32 / STEPS as f32;
+/// A ray of this length alone says that something is at its end.
+const HIT_M: f64 = 1e-3;
+/// From a sampled row to the next a level surface rises by no more than this share of the way.
+const LEVEL_SLOPE: f32 = 0.3;
+/// A step from one surface to another one is longer than this share of the depth.
+const LONGEST_WAY: f32 = 0.2;
+
+/// Heights in the map.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Band {
+    /// What is between this height ...
+    pub(super) least_m: f64,
+    /// ... and this one ends the space that is free.
+    pub(super) most_m: f64,
+    /// A place is free where a ray was no higher than this.
+    pub(super) free_below_m: f64,
+}
 
 /// What is seen in a direction, by horizontal distance.
 #[derive(Clone, Copy, Debug)]
 struct Direction {
     /// The nearest thing in the band.
     nearest_m: f32,
-    /// From here on rays are in the band.
-    enter_m: f32,
-    /// Up to here rays were in the band.
-    exit_m: f32,
+    /// Whether it moves.
+    moves: bool,
+    /// The steps in which a ray was low enough.
+    free: u128,
     pixels: u32,
     blind: u32,
 }
 
-const UNSEEN: Direction = Direction {
-    nearest_m: f32::INFINITY,
-    enter_m: f32::INFINITY,
-    exit_m: 0.0,
-    pixels: 0,
-    blind: 0,
-};
+const UNSEEN: Direction =
+    Direction { nearest_m: f32::INFINITY, moves: false, free: 0, pixels: 0, blind: 0 };
 
 /// Makes rays of depth images; keeps the rays of the last camera's pixels.
 #[derive(Clone, Debug, Default)]
@@ -44,57 +61,59 @@ pub(super) struct DepthFan {
 }
 
 impl DepthFan {
-    /// The rays of an image, by azimuth: each free up to `margin_m` before the nearest thing in the band of heights, moving or
-    /// not. None ends at a hit: occupied is what the map says.
+    /// The rays of an image, by azimuth: each free, up to `margin_m` before the nearest thing in the band, moving or not. One
+    /// that ends there hits it, unless it moves.
     ///
     /// # Errors
     /// When the camera is none.
     pub(super) fn rays(
         &mut self,
-        frame: &DepthFrame,
+        depth: &MaskedDepth,
         map_from_camera: &Isometry3<f64>,
-        band_m: &RangeInclusive<f64>,
+        band: Band,
         margin_m: f64,
     ) -> Result<Vec<PlaneRay>, CameraModelError> {
-        self.look(frame, map_from_camera, band_m)?;
+        self.look(depth, map_from_camera, band)?;
         let from_m = Point2::from(map_from_camera.translation.vector.xy());
-        let ray = |index: usize| {
-            let seen = self.directions.get(index)?;
-            if seen.pixels == 0 || seen.blind * MOST_BLIND > seen.pixels {
-                return None;
-            }
+        let mut rays = Vec::new();
+        for (index, seen) in self.directions.iter().enumerate() {
             let azimuth_rad = (index as f64 + 0.5) * DIRECTION_RAD - PI;
             let direction = Vector2::new(azimuth_rad.cos(), azimuth_rad.sin());
-            let to_m = (f64::from(seen.nearest_m) - margin_m).min(f64::from(seen.exit_m));
-            let enter_m = f64::from(seen.enter_m);
-            (to_m > enter_m).then(|| PlaneRay {
-                from_m: from_m + direction * enter_m,
-                to_m: from_m + direction * to_m,
-                hits: false,
-                joins_next: false,
-            })
-        };
-        let mut rays = Vec::new();
-        let mut last = None;
-        for index in 0..DIRECTIONS {
-            let Some(ray) = ray(index) else { continue };
-            if let Some(before) = rays.last_mut()
-                && last.is_some_and(|last: usize| last + 1 == index)
-            {
-                let before: &mut PlaneRay = before;
-                before.joins_next = true;
+            let nearest_m = f64::from(seen.nearest_m);
+            if nearest_m.is_finite() && !seen.moves {
+                // A short one: up to there it may be too high above the floor.
+                let end = |range_m: f64| from_m + direction * range_m;
+                let (from_m, to_m) = (end(nearest_m - HIT_M), end(nearest_m));
+                rays.push(PlaneRay { from_m, to_m, hits: true, joins_next: false });
             }
-            rays.push(ray);
-            last = Some(index);
+            if seen.free == 0 || seen.blind * MOST_BLIND > seen.pixels {
+                continue;
+            }
+            let most_m = nearest_m - margin_m;
+            let mut free = seen.free;
+            while free != 0 {
+                let first = free.trailing_zeros();
+                let end = first + (!(free >> first)).trailing_zeros().min(STEPS - first);
+                free &= !steps(first, end);
+                let at_m = |step: u32| f64::from(step) * f64::from(STEP_M);
+                let to_m = at_m(end).min(most_m);
+                if to_m > at_m(first) {
+                    let place = |range_m: f64| from_m + direction * range_m;
+                    let (from_m, to_m) = (place(at_m(first)), place(to_m));
+                    rays.push(PlaneRay { from_m, to_m, hits: false, joins_next: false });
+                }
+            }
         }
         Ok(rays)
     }
 
-    fn look(
+    /// Calls `see` with the depth, the ray of 1 m depth in the axes of the map, and the place of the sampled pixels, column by
+    /// column from above.
+    fn sample(
         &mut self,
         frame: &DepthFrame,
         map_from_camera: &Isometry3<f64>,
-        band_m: &RangeInclusive<f64>,
+        mut see: impl FnMut([usize; 2], Option<f32>, Vector3<f32>),
     ) -> Result<(), CameraModelError> {
         let camera = frame.camera();
         let known = self.table.take().filter(|table| table.camera() == camera);
@@ -102,53 +121,106 @@ impl DepthFan {
             Some(table) => table,
             None => RayTable::new(camera)?,
         };
-        self.directions.clear();
-        self.directions.resize(DIRECTIONS, UNSEEN);
         let rotation = map_from_camera.rotation.to_rotation_matrix().cast::<f32>();
-        let camera_z_m = map_from_camera.translation.z as f32;
-        let (least_m, most_m) = (*band_m.start() as f32, *band_m.end() as f32);
-        let farthest_m = FARTHEST_SEEN_M as f32;
         let step_px = ((camera.fx_px * DIRECTION_RAD) as usize).max(1);
         let image = frame.image();
-        for row_px in (0..image.height_px()).step_by(step_px * ROWS_PER_COLUMN) {
-            for column_px in (0..image.width_px()).step_by(step_px) {
+        for column_px in (0..image.width_px()).step_by(step_px) {
+            for row_px in (0..image.height_px()).step_by(step_px * ROWS_PER_COLUMN) {
                 let Some(ray) = table.ray(column_px, row_px) else { continue };
-                let along = rotation * ray.push(1.0);
-                // Of a depth of 1 m.
-                let length = along.x.hypot(along.y);
-                let azimuth_rad = f64::from(along.y.atan2(along.x)) + PI;
-                let index = (azimuth_rad / DIRECTION_RAD) as usize % DIRECTIONS;
-                let Some(seen) = self.directions.get_mut(index) else { continue };
-                seen.pixels += 1;
-                let Some(depth_m) =
-                    image.depth_m(column_px, row_px).filter(|depth_m| *depth_m > 0.0)
-                else {
-                    seen.blind += 1;
-                    continue;
-                };
-                let height_m = camera_z_m + along.z * depth_m;
-                if depth_m <= farthest_m && (least_m..=most_m).contains(&height_m) {
-                    seen.nearest_m = seen.nearest_m.min(length * depth_m);
-                }
-                // The depths at which the ray crosses both ends of the band; it is in the band between.
-                let at = |end_m: f32| (end_m - camera_z_m) / along.z;
-                let is_level = along.z.abs() < f32::EPSILON;
-                let (enter, exit) = if is_level && (least_m..=most_m).contains(&camera_z_m) {
-                    (0.0, f32::INFINITY)
-                } else if is_level {
-                    continue;
-                } else {
-                    let (one, other) = (at(least_m), at(most_m));
-                    (one.min(other).max(0.0), one.max(other))
-                };
-                let exit = exit.min(depth_m).min(farthest_m);
-                if exit > enter {
-                    seen.enter_m = seen.enter_m.min(length * enter);
-                    seen.exit_m = seen.exit_m.max(length * exit);
-                }
+                let depth_m = image.depth_m(column_px, row_px).filter(|depth_m| *depth_m > 0.0);
+                see([column_px, row_px], depth_m, rotation * ray.push(1.0));
             }
         }
         self.table = Some(table);
         Ok(())
     }
+
+    fn look(
+        &mut self,
+        depth: &MaskedDepth,
+        map_from_camera: &Isometry3<f64>,
+        band: Band,
+    ) -> Result<(), CameraModelError> {
+        let width_px = depth.frame.image().width_px();
+        let moves = |[column_px, row_px]: [usize; 2]| {
+            depth.is_moving.get(row_px * width_px + column_px).copied().unwrap_or_default()
+        };
+        let mut directions = std::mem::take(&mut self.directions);
+        directions.clear();
+        directions.resize(DIRECTIONS, UNSEEN);
+        let camera_z_m = map_from_camera.translation.z as f32;
+        let (least_m, most_m) = (band.least_m as f32, band.most_m as f32);
+        let free_m = (band.free_below_m as f32).min(most_m);
+        let farthest_m = FARTHEST_SEEN_M as f32;
+        self.sample(&depth.frame, map_from_camera, |pixel, depth_m, along| {
+            // Of a depth of 1 m.
+            let length = along.x.hypot(along.y);
+            let azimuth_rad = f64::from(along.y.atan2(along.x)) + PI;
+            let index = (azimuth_rad / DIRECTION_RAD) as usize % DIRECTIONS;
+            let Some(seen) = directions.get_mut(index) else { return };
+            seen.pixels += 1;
+            let Some(depth_m) = depth_m else {
+                seen.blind += 1;
+                return;
+            };
+            let height_m = camera_z_m + along.z * depth_m;
+            if depth_m <= farthest_m && (least_m..=most_m).contains(&height_m) {
+                let range_m = length * depth_m;
+                if range_m < seen.nearest_m {
+                    (seen.nearest_m, seen.moves) = (range_m, moves(pixel));
+                }
+            }
+            // The depths between which the ray is low enough.
+            let at = |height_m: f32| (height_m - camera_z_m) / along.z;
+            let is_low = (least_m..=free_m).contains(&camera_z_m);
+            let (enter, exit) = if along.z.abs() > f32::EPSILON {
+                let (one, other) = (at(least_m), at(free_m));
+                (one.min(other).max(0.0), one.max(other))
+            } else if is_low {
+                (0.0, f32::INFINITY)
+            } else {
+                return;
+            };
+            let exit_m = length * exit.min(depth_m).min(farthest_m);
+            // Whole steps alone; the casts saturate.
+            let first = (length * enter / STEP_M).ceil() as u32;
+            seen.free |= steps(first, (exit_m / STEP_M) as u32);
+        })?;
+        self.directions = directions;
+        Ok(())
+    }
+
+    /// Points of the level surfaces that an image shows, and the heights of all points that were looked at.
+    pub(super) fn level_points(
+        &mut self,
+        frame: &DepthFrame,
+        map_from_camera: &Isometry3<f64>,
+    ) -> Result<(Vec<Point3<f32>>, Vec<f32>), CameraModelError> {
+        let origin_m = Point3::from(map_from_camera.translation.vector.cast::<f32>());
+        let (mut level, mut heights_m) = (Vec::new(), Vec::new());
+        let mut above: Option<(usize, Point3<f32>)> = None;
+        self.sample(frame, map_from_camera, |[column, _], depth_m, along| {
+            let usable_m = depth_m.filter(|depth_m| *depth_m <= FARTHEST_SEEN_M as f32);
+            let point = usable_m.map(|depth_m| origin_m + along * depth_m);
+            if let (Some(point), Some((_, before))) = (point, above.filter(|(of, _)| *of == column))
+            {
+                let way = point - before;
+                let across_m = way.x.hypot(way.y);
+                // Seen from above.
+                let is_floor_like = way.z.abs() <= LEVEL_SLOPE * across_m && along.z < 0.0;
+                if is_floor_like && across_m <= LONGEST_WAY * (point - origin_m).norm() {
+                    level.push(point);
+                }
+            }
+            heights_m.extend(point.map(|point| point.z));
+            above = point.map(|point| (column, point));
+        })?;
+        Ok((level, heights_m))
+    }
+}
+
+/// The bits from one on, up to but not with another one.
+fn steps(first: u32, end: u32) -> u128 {
+    let below = |step: u32| if step >= STEPS { u128::MAX } else { (1 << step) - 1 };
+    if end > first { below(end) & !below(first) } else { 0 }
 }

@@ -1,10 +1,11 @@
 //! What the cycles say of the cells of a grid.
 
-use geometry::{OccupancyGrid, SegmentedCycle, Stamp};
-use nalgebra::Isometry3;
-use volume::{PlaneConfig, PlaneOccupancy};
+use geometry::{OccupancyGrid, ScanRay, SegmentedCycle, Stamp};
+use nalgebra::{Isometry3, Point3};
+use volume::{PlaneConfig, PlaneOccupancy, PlaneRay};
 
-use super::depth_fan::DepthFan;
+use super::depth_fan::{Band, DepthFan};
+use super::floor::floor_of;
 use super::{Bounds, Columns, GridConfig, GridError, GridFloor, GridPoints, GridSource, Layers};
 use crate::ConfigError;
 
@@ -22,6 +23,8 @@ pub(crate) struct GridObservations {
     plane: PlaneOccupancy,
     fan: DepthFan,
     floor_m: Option<f64>,
+    /// The map was loaded: free is also where it has floor.
+    is_loaded: bool,
     bounds: Option<Bounds>,
 }
 
@@ -32,19 +35,23 @@ impl GridObservations {
             return Ok(None);
         }
         let max_blocks = config.grid_max_cells.div_ceil(BLOCK_CELLS);
-        let plane =
-            PlaneOccupancy::new(PlaneConfig { edge_m: config.grid_resolution_m, max_blocks })
-                .map_err(|_| geometry::ParameterError {
-                    name: "grid_resolution_m".into(),
-                    accepted: "above 0".into(),
-                    value: config.grid_resolution_m,
-                })?;
+        let plane = PlaneOccupancy::new(PlaneConfig {
+            edge_m: config.grid_resolution_m,
+            max_blocks,
+            ends_at_occupied: config.grid == GridSource::HeightBand,
+        })
+        .map_err(|_| geometry::ParameterError {
+            name: "grid_resolution_m".into(),
+            accepted: "above 0".into(),
+            value: config.grid_resolution_m,
+        })?;
         let given = config.grid_floor == GridFloor::Given;
         Ok(Some(Self {
             config: config.clone(),
             plane,
             fan: DepthFan::default(),
             floor_m: given.then_some(config.grid_floor_height_m),
+            is_loaded: false,
             bounds: None,
         }))
     }
@@ -54,23 +61,40 @@ impl GridObservations {
         self.plane.begin_cycle(cycle.static_cloud.stamp);
         match self.config.grid {
             GridSource::HeightBand => self.observe_depth(cycle, map_from_rig),
-            GridSource::Scan | GridSource::None => {}
+            GridSource::Scan => self.observe_scan(cycle, map_from_rig),
+            GridSource::None => {}
         }
     }
 
+    fn observe_scan(&mut self, cycle: &SegmentedCycle, map_from_rig: &Isometry3<f64>) {
+        let in_plane = |point: &Point3<f32>| (map_from_rig * point.cast::<f64>()).xy();
+        let ray = |ray: &ScanRay| PlaneRay {
+            from_m: in_plane(&ray.from_m),
+            to_m: in_plane(&ray.to_m),
+            hits: !ray.is_moving,
+            joins_next: ray.joins_next,
+        };
+        let rays: Vec<PlaneRay> = cycle.scan_rays.iter().map(ray).collect();
+        self.plane.take_rays(&rays);
+    }
+
     fn observe_depth(&mut self, cycle: &SegmentedCycle, map_from_rig: &Isometry3<f64>) {
-        if self.floor_m.is_none() {
-            // Without normals; the map's points have them, and decide when the grid is made.
-            let points_m = &cycle.static_cloud.points_m;
-            self.floor_m = self.config.floor_m(GridPoints { points_m, normals: &[] });
-        }
-        let (Some(floor_m), Some(depth)) = (self.floor_m, &cycle.depth) else { return };
+        let Some(depth) = &cycle.depth else { return };
         let map_from_camera = map_from_rig * cycle.setup.mounts.rig_from_camera;
-        let band_m =
-            floor_m + self.config.grid_min_height_m..=floor_m + self.config.grid_max_height_m;
-        let margin_m = MARGIN_CELLS * self.config.grid_resolution_m;
         // The map has refused a camera that is none.
-        if let Ok(rays) = self.fan.rays(&depth.frame, &map_from_camera, &band_m, margin_m) {
+        if self.floor_m.is_none() {
+            // The map's points decide when the grid is made.
+            let level = self.fan.level_points(&depth.frame, &map_from_camera);
+            self.floor_m = level.ok().and_then(|(level, heights_m)| floor_of(&level, &heights_m));
+        }
+        let Some(floor_m) = self.floor_m else { return };
+        let band = Band {
+            least_m: floor_m + self.config.grid_min_height_m,
+            most_m: floor_m + self.config.grid_max_height_m,
+            free_below_m: floor_m + self.config.grid_free_below_m,
+        };
+        let margin_m = MARGIN_CELLS * self.config.grid_resolution_m;
+        if let Ok(rays) = self.fan.rays(depth, &map_from_camera, band, margin_m) {
             self.plane.take_rays(&rays);
         }
     }
@@ -85,9 +109,15 @@ impl GridObservations {
     pub(crate) fn clear(&mut self) {
         self.plane.clear();
         self.bounds = None;
+        self.is_loaded = false;
         if self.config.grid_floor == GridFloor::Found {
             self.floor_m = None;
         }
+    }
+
+    /// The map is that of a file.
+    pub(crate) fn loaded(&mut self) {
+        self.is_loaded = true;
     }
 
     /// The grid of the map with these points, which are not needed of scans. Its border never shrinks.
@@ -96,7 +126,13 @@ impl GridObservations {
             GridSource::HeightBand => Some(self.columns(points)?),
             GridSource::Scan | GridSource::None => None,
         };
-        let layers = Layers { columns: columns.as_ref(), plane: Some(&self.plane) };
+        let is_band = self.config.grid == GridSource::HeightBand;
+        let layers = Layers {
+            columns: columns.as_ref(),
+            floor_is_free: self.is_loaded,
+            plane: Some(&self.plane),
+            rays_occupy: !is_band,
+        };
         let (grid, bounds) = layers.grid(&self.config, self.bounds)?;
         self.bounds = Some(bounds);
         Ok(grid)

@@ -1,7 +1,6 @@
 //! Loading of the map from its file, at the start and on request.
 
 use node_shell::NodeFailure;
-use tokio::time::Instant;
 
 use super::Stage;
 use super::map_file::MapFile;
@@ -45,7 +44,7 @@ impl Stage {
         if loaded.is_ok() || self.map.is_empty() {
             self.loaded_awaits_frame = awaits_frame && loaded.is_ok();
             self.unsaved = Unsaved::ANOTHER_MAP;
-            self.schedule.map_replaced(Instant::now());
+            self.map_replaced();
         }
         let voxels = loaded?;
         let path = file.path().display();

@@ -6,8 +6,10 @@ use node_shell::NodeFailure;
 use node_shell::parameters::NodeParameters;
 
 use super::ReconstructionParameters;
+use super::grid_output::GridFile;
 use super::map_file::MapFile;
 use super::schedule::Periods;
+use crate::GridSource;
 
 impl NodeParameters for ReconstructionParameters {
     fn validate_node(&self) -> Result<(), NodeFailure> {
@@ -23,6 +25,9 @@ pub(super) struct Settings {
     /// The file that the map is loaded from at the start, and saved to.
     pub(super) file: Option<MapFile>,
     pub(super) save_period: Duration,
+    pub(super) grid_period: Duration,
+    /// The files of the occupancy grid, where one is made.
+    pub(super) grid_file: Option<GridFile>,
 }
 
 impl Settings {
@@ -30,6 +35,8 @@ impl Settings {
     /// When a parameter is out of its range.
     pub(super) fn of(parameters: &ReconstructionParameters) -> Result<Self, NodeFailure> {
         parameters.validate()?;
+        let grid_file = GridFile::new("grid_file", &parameters.grid_file)?;
+        let has_grid = parameters.config.grid.grid != GridSource::None;
         Ok(Self {
             periods: Periods {
                 map: Duration::try_from_secs_f64(parameters.map_publish_period_s)?,
@@ -38,6 +45,8 @@ impl Settings {
             most_update_points: parameters.map_update_max_points,
             file: MapFile::new("map_file", &parameters.map_file)?,
             save_period: Duration::try_from_secs_f64(parameters.map_save_period_s)?,
+            grid_period: Duration::try_from_secs_f64(parameters.grid_period_s)?,
+            grid_file: grid_file.filter(|_| has_grid),
         })
     }
 }

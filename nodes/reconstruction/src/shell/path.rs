@@ -3,7 +3,6 @@
 use msgs::convert::{self, ConvertError};
 use msgs::nav_msgs::Path;
 use node_shell::{Counters, Throttle};
-use tokio::time::Instant;
 
 use super::Stage;
 use crate::{CorrectionError, Map, MapCorrection};
@@ -62,7 +61,7 @@ impl Stage {
             Ok(done) if done.moved_voxels > 0 => {
                 self.path_watch.corrected(&self.map, &done);
                 self.unsaved.is_changed = true;
-                self.schedule.map_replaced(Instant::now());
+                self.map_replaced();
             }
             Ok(_) => {}
             Err(error) => self.path_watch.refused(self.paths.topic(), &error),

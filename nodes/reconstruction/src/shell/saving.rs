@@ -8,7 +8,10 @@ use node_shell::{Counters, NodeFailure, Request};
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
+use geometry::OccupancyGrid;
+
 use super::Stage;
+use super::grid_output::GridFile;
 use super::map_file::{Former, MapFile, Saved, Snapshot};
 use super::parameters::Settings;
 
@@ -40,6 +43,7 @@ impl Unsaved {
 /// Decides when the map is saved, and whether the existing file is kept. One save at a time, by another thread.
 pub(super) struct Saving<'a> {
     file: Option<MapFile>,
+    grid_file: Option<GridFile>,
     period: Duration,
     /// The time of the start of the last save, or of the node.
     last: Instant,
@@ -52,14 +56,41 @@ pub(super) struct Saving<'a> {
 struct Running<'a> {
     /// The request that is answered when it is done; `None` for a periodic save.
     request: Option<Request<'a, Trigger>>,
-    file: MapFile,
-    task: JoinHandle<Result<Saved, NodeFailure>>,
+    file: Option<MapFile>,
+    task: JoinHandle<Result<Done, NodeFailure>>,
+}
+
+/// What is to be written, as it was at one time.
+struct Job {
+    /// The map, and whether its former file is kept.
+    map: Option<(MapFile, Snapshot, bool)>,
+    grid: Option<(GridFile, OccupancyGrid)>,
+}
+
+/// What was written.
+pub(super) struct Done {
+    map: Option<Saved>,
+    grid: Option<String>,
+}
+
+impl Job {
+    fn write(&self) -> Result<Done, NodeFailure> {
+        let map = self.map.as_ref().map(|(file, snapshot, keeps)| file.write(snapshot, *keeps));
+        let map = map.transpose()?;
+        let grid = self.grid.as_ref().map(|(file, grid)| {
+            file.write(grid)?;
+            let (width, height, path) = (grid.width, grid.height, file.path().display());
+            Ok::<_, NodeFailure>(format!("a grid of {width} x {height} cells to {path}"))
+        });
+        Ok(Done { map, grid: grid.transpose()? })
+    }
 }
 
 impl<'a> Saving<'a> {
     pub(super) fn new(settings: &Settings, counters: Counters) -> Self {
         Self {
             file: settings.file.clone(),
+            grid_file: settings.grid_file.clone(),
             period: settings.save_period,
             last: Instant::now(),
             most_points: None,
@@ -81,6 +112,7 @@ impl<'a> Saving<'a> {
     /// Applies changed settings. Another file has another map.
     pub(super) fn change(&mut self, settings: &Settings) {
         self.period = settings.save_period;
+        self.grid_file.clone_from(&settings.grid_file);
         if self.file != settings.file {
             self.file = settings.file.clone();
             self.most_points = None;
@@ -90,7 +122,8 @@ impl<'a> Saving<'a> {
     /// Begins to save a changed map, once in a period.
     pub(super) fn look(&mut self, stage: &mut Stage, now: Instant) {
         let is_due = now.saturating_duration_since(self.last) >= self.period;
-        if is_due && stage.unsaved.is_changed && self.file.is_some() && self.is_idle() {
+        let has_file = self.file.is_some() || self.grid_file.is_some();
+        if is_due && stage.unsaved.is_changed && has_file && self.is_idle() {
             self.begin(stage, None);
         }
     }
@@ -98,15 +131,16 @@ impl<'a> Saving<'a> {
     /// Begins to save the map as it is now. The request is answered when it is done.
     pub(super) fn begin(&mut self, stage: &mut Stage, request: Option<Request<'a, Trigger>>) {
         self.last = Instant::now();
-        match self.prepare(stage) {
-            Ok((file, snapshot, keeps_former)) => {
-                let writer = file.clone();
-                let write = move || writer.write(&snapshot, keeps_former);
-                let task = tokio::task::spawn_blocking(write);
+        // By itself a node saves the map also where there is no grid yet; who asks for both is told.
+        match self.prepare(stage, request.is_some()) {
+            Ok(job) => {
+                let file = job.map.as_ref().map(|(file, ..)| file.clone());
+                let task = tokio::task::spawn_blocking(move || job.write());
                 self.running = Some(Running { request, file, task });
             }
             Err(error) => {
-                if self.file.is_some() {
+                if self.file.is_some() || self.grid_file.is_some() {
+                    stage.unsaved.is_changed = true;
                     self.failed(&error);
                 }
                 if let Some(request) = request {
@@ -117,15 +151,15 @@ impl<'a> Saving<'a> {
     }
 
     /// The result of the running save; never returns if there is none. The future may be dropped while it waits.
-    pub(super) async fn finish(&mut self) -> Result<Saved, NodeFailure> {
+    pub(super) async fn finish(&mut self) -> Result<Done, NodeFailure> {
         let Some(running) = &mut self.running else { return std::future::pending().await };
         (&mut running.task).await.unwrap_or_else(|error| Err(error.into()))
     }
 
     /// Processes the result of [`Self::finish`].
-    pub(super) fn finished(&mut self, saved: Result<Saved, NodeFailure>, stage: &mut Stage) {
+    pub(super) fn finished(&mut self, saved: Result<Done, NodeFailure>, stage: &mut Stage) {
         let Some(running) = self.running.take() else { return };
-        let done = self.note(saved, &running.file, stage);
+        let done = self.note(saved, running.file.as_ref(), stage);
         if let Some(request) = running.request {
             request.answer(done);
         }
@@ -144,17 +178,42 @@ impl<'a> Saving<'a> {
             self.finished(saved, stage);
         }
         let is_needed = |file: &MapFile| stage.unsaved.is_changed || !file.exists();
-        if !self.file().is_some_and(is_needed) {
+        let grid_is_needed = |file: &GridFile| stage.unsaved.is_changed || !file.path().exists();
+        if !self.file().is_some_and(is_needed)
+            && !self.grid_file.as_ref().is_some_and(grid_is_needed)
+        {
             return Ok(None);
         }
-        let (file, snapshot, keeps_former) = self.prepare(stage)?;
-        let saved = file.write(&snapshot, keeps_former);
-        self.note(saved, &file, stage).map(Some)
+        let job = self.prepare(stage, false)?;
+        let file = job.map.as_ref().map(|(file, ..)| file.clone());
+        self.note(job.write(), file.as_ref(), stage).map(Some)
+    }
+
+    /// What is to be written. Where there is no grid, that is an error only if `needs_grid`; otherwise it is logged.
+    fn prepare(&mut self, stage: &mut Stage, needs_grid: bool) -> Result<Job, NodeFailure> {
+        if self.file.is_none() && self.grid_file.is_none() {
+            return Err(NO_MAP_FILE.into());
+        }
+        let grid = match self.grid_file.clone().map(|file| (file, stage.map.occupancy_grid())) {
+            Some((file, Ok(grid))) => Some((file, grid)),
+            Some((_, Err(error))) if needs_grid => return Err(error.into()),
+            Some((_, Err(error))) => {
+                self.failed(&error.into());
+                None
+            }
+            None => None,
+        };
+        let map = self.file.clone().map(|file| self.prepare_map(file, stage)).transpose()?;
+        stage.unsaved = Unsaved::default();
+        Ok(Job { map, grid })
     }
 
     /// The file, its new content, and whether the existing file is kept.
-    fn prepare(&mut self, stage: &mut Stage) -> Result<(MapFile, Snapshot, bool), NodeFailure> {
-        let file = self.file.clone().ok_or(NO_MAP_FILE)?;
+    fn prepare_map(
+        &mut self,
+        file: MapFile,
+        stage: &mut Stage,
+    ) -> Result<(MapFile, Snapshot, bool), NodeFailure> {
         let snapshot = Snapshot::of(&stage.map)?;
         if std::mem::take(&mut stage.unsaved).is_another {
             self.most_points = None;
@@ -170,47 +229,44 @@ impl<'a> Saving<'a> {
     /// Processes the result of a save. Returns what was done.
     fn note(
         &mut self,
-        saved: Result<Saved, NodeFailure>,
-        file: &MapFile,
+        saved: Result<Done, NodeFailure>,
+        file: Option<&MapFile>,
         stage: &mut Stage,
     ) -> Result<String, NodeFailure> {
-        let path = file.path().display();
-        match saved {
-            Ok(Saved { points, former }) => {
-                let mut done = format!("saved a map of {points} points to {path}");
-                let is_first = self.most_points.is_none();
-                if self.file.as_ref() == Some(file) {
-                    self.most_points =
-                        Some(self.most_points.map_or(points, |most| most.max(points)));
-                }
-                self.counters.note_condition(CONDITION, &done, false);
-                if let Some(Former { version, points: before }) = former {
-                    let before_text = before
-                        .map_or("no points that could be read".to_owned(), |n| {
-                            format!("{n} points")
-                        });
-                    done = format!(
-                        "{done}; the file had {before_text}, and is kept as {}",
-                        version.display()
-                    );
-                    if before.is_none_or(|before| points < before) {
-                        tracing::warn!("{done}");
-                        return Ok(done);
-                    }
-                }
-                if is_first {
-                    tracing::info!("{done}");
-                } else {
-                    tracing::debug!("{done}");
-                }
-                Ok(done)
-            }
-            Err(error) => {
-                stage.unsaved.is_changed = true;
-                self.failed(&error);
-                Err(error)
+        let Done { map, grid } = saved.inspect_err(|error| {
+            stage.unsaved.is_changed = true;
+            self.failed(error);
+        })?;
+        let map = map.zip(file).map(|(saved, file)| self.note_map(saved, file));
+        let done: Vec<String> =
+            map.into_iter().chain(grid.map(|grid| format!("saved {grid}"))).collect();
+        Ok(done.join("; "))
+    }
+
+    fn note_map(&mut self, saved: Saved, file: &MapFile) -> String {
+        let Saved { points, former } = saved;
+        let mut done = format!("saved a map of {points} points to {}", file.path().display());
+        let is_first = self.most_points.is_none();
+        if self.file.as_ref() == Some(file) {
+            self.most_points = Some(self.most_points.map_or(points, |most| most.max(points)));
+        }
+        self.counters.note_condition(CONDITION, &done, false);
+        if let Some(Former { version, points: before }) = former {
+            let before_text =
+                before.map_or("no points that could be read".to_owned(), |n| format!("{n} points"));
+            done =
+                format!("{done}; the file had {before_text}, and is kept as {}", version.display());
+            if before.is_none_or(|before| points < before) {
+                tracing::warn!("{done}");
+                return done;
             }
         }
+        if is_first {
+            tracing::info!("{done}");
+        } else {
+            tracing::debug!("{done}");
+        }
+        done
     }
 
     fn failed(&self, error: &NodeFailure) {

@@ -10,13 +10,14 @@ use node_shell::{
 };
 use tokio::time::Instant;
 
+use super::grid_output::GridOutput;
 use super::parameters::Settings;
 use super::path::{self, PathWatch};
 use super::saving::Unsaved;
 use super::schedule::{Following, Schedule, Subscribers};
 use super::spilling::{self, SpillWatch, empty_map};
 use super::{PROGRAM, ReconstructionParameters};
-use crate::{Addition, GridError, Map, MapChanges};
+use crate::{Addition, GridError, GridSource, Map, MapChanges};
 
 /// The fix for cycles that take too long.
 const REMEDY: &str = "raise map_edge_m, or voxel_edge_m, of the whole pipeline";
@@ -45,6 +46,8 @@ pub struct Stage {
     maps: Publisher<PointCloud2>,
     updates: Publisher<PointCloud2>,
     removals: Publisher<PointCloud2>,
+    /// Absent where no grid is asked for: another node may publish on `map`.
+    grid: Option<GridOutput>,
     most_update_points: usize,
     map_failed: Throttle,
     spill_watch: SpillWatch,
@@ -74,6 +77,9 @@ impl Stage {
             maps: node.publisher("static_map", &Qos::latched())?,
             updates: node.publisher("static_map_updates", &Qos::reliable(UPDATES_KEPT))?,
             removals: node.publisher("static_map_removals", &Qos::reliable(UPDATES_KEPT))?,
+            grid: (parameters.config.grid.grid != GridSource::None)
+                .then(|| GridOutput::new(node, &settings))
+                .transpose()?,
             most_update_points: settings.most_update_points,
             map_failed: Throttle::for_warnings(),
             spill_watch: SpillWatch::new(node.counters()),
@@ -87,6 +93,9 @@ impl Stage {
     pub(super) fn change(&mut self, settings: &Settings) {
         self.schedule.set_periods(settings.periods);
         self.most_update_points = settings.most_update_points;
+        if let Some(grid) = &mut self.grid {
+            grid.change(settings);
+        }
     }
 
     /// Takes every message that has arrived.
@@ -166,6 +175,9 @@ impl Stage {
         if voxels_gone > 0 {
             self.schedule.voxels_removed();
         }
+        if let Some(grid) = &mut self.grid {
+            grid.changed();
+        }
         self.unsaved.is_changed |= addition.changed_voxels + voxels_gone > 0;
         Ok((cycle.static_cloud.points_m.len(), addition))
     }
@@ -192,6 +204,9 @@ impl Stage {
         }
         if due.update {
             self.publish_update();
+        }
+        if let Some(grid) = &mut self.grid {
+            grid.look(&mut self.map, now);
         }
         self.spill_watch.look(&mut self.map, now);
     }
@@ -239,12 +254,20 @@ impl Stage {
         Ok(format!("published the map of {points} points"))
     }
 
+    /// Another map has taken the place of this one, or it was corrected.
+    pub(super) fn map_replaced(&mut self) {
+        self.schedule.map_replaced(Instant::now());
+        if let Some(grid) = &mut self.grid {
+            grid.changed();
+        }
+    }
+
     pub(super) fn reset(&mut self) -> String {
         let voxels = self.map.len();
         self.map.clear();
         self.loaded_awaits_frame = false;
         self.unsaved = Unsaved::ANOTHER_MAP;
-        self.schedule.map_replaced(Instant::now());
+        self.map_replaced();
         format!("emptied the map of {voxels} voxels")
     }
 }

@@ -80,6 +80,7 @@ fn cloud(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> SegmentedCloud
         dynamic_cloud: cloud("rig", &[]),
         map_from_rig: Isometry3::identity(),
         depth: None,
+        scan_rays: std::sync::Arc::default(),
         setup: pipeline().setup(),
     })
 }

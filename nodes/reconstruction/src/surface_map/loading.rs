@@ -39,6 +39,18 @@ impl SurfaceMap {
         points: &OrientedPoints,
         frame_id: &str,
     ) -> Result<Addition, LoadError> {
+        let replaced = self.replace_points(points, frame_id);
+        if let Some(grid) = self.grid.as_mut().filter(|_| replaced.is_ok()) {
+            grid.loaded();
+        }
+        replaced
+    }
+
+    fn replace_points(
+        &mut self,
+        points: &OrientedPoints,
+        frame_id: &str,
+    ) -> Result<Addition, LoadError> {
         let has_normals = points.points_m.len() == points.normals.len();
         let mut points = one_a_voxel(points, self.grid());
         let points_m = &points.points_m;

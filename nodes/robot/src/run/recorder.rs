@@ -103,6 +103,7 @@ impl Recorder {
         self.views.detected(&cycle);
         // The clouds and images of a run are not kept in memory but for the views.
         cycle.depth = None;
+        cycle.scan_rays = std::sync::Arc::default();
         cycle.reduced_cloud.points_m = Vec::new();
         cycle.voxel_points = Vec::new();
         let partial = self.partial(cycle.index);

@@ -70,6 +70,7 @@ mod tests {
         let cloud = Cloud { stamp: at(seconds), frame_id: "rig".to_owned(), points_m: Vec::new() };
         DetectedCycle {
             depth: None,
+            scan_rays: std::sync::Arc::default(),
             index: 0,
             scan_stamp: at(seconds),
             reduced_cloud: cloud,

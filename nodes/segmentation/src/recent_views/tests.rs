@@ -12,6 +12,7 @@ const NEAR_M: f64 = 4.0;
 fn cycle_of(points_m: Vec<Point3<f32>>, x_m: f64) -> DetectedCycle {
     DetectedCycle {
         depth: None,
+        scan_rays: std::sync::Arc::default(),
         index: 0,
         scan_stamp: Stamp::default(),
         voxel_points: vec![1; points_m.len()],

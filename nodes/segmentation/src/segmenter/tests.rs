@@ -19,6 +19,7 @@ fn zone_deg(min: f64, max: f64) -> DynamicZone {
 fn cycle(points_m: Vec<Point3<f32>>, zones: Vec<DynamicZone>) -> DetectedCycle {
     DetectedCycle {
         depth: None,
+        scan_rays: std::sync::Arc::default(),
         index: 7,
         scan_stamp: Stamp::from_nanos(1_000),
         voxel_points: vec![1; points_m.len()],

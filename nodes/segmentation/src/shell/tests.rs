@@ -31,6 +31,7 @@ fn cycle() -> DetectedCycle {
     let points_m = [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [1.0, 2.0, 0.0]].map(Point3::from).to_vec();
     DetectedCycle {
         depth: None,
+        scan_rays: std::sync::Arc::default(),
         index: 4,
         scan_stamp: Stamp::from_nanos(1_000),
         reduced_cloud: Cloud {

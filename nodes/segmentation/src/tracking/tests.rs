@@ -26,6 +26,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
     let stamp = Stamp::from_nanos(index * 143_000_000);
     let cycle = DetectedCycle {
         depth: None,
+        scan_rays: std::sync::Arc::default(),
         index: index as u32,
         scan_stamp: stamp,
         voxel_points: vec![1; points_m.len()],

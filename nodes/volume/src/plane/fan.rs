@@ -86,7 +86,9 @@ impl PlaneOccupancy {
         for ring in 0..=(own_m / step_m).max(0.0) as u32 {
             let along_m = f64::from(ring) * step_m;
             let place_m = ray.from_m + direction * along_m;
-            self.pass(&place_m);
+            if self.pass(&place_m) && self.config.ends_at_occupied {
+                break;
+            }
             let Some((from_m, direction, next_m)) = beside else { continue };
             let offset_m = from_m + direction * along_m - place_m;
             let width_m = offset_m.norm();

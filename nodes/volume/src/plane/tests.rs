@@ -7,7 +7,8 @@ use super::*;
 const EDGE_M: f64 = 0.05;
 
 fn plane() -> PlaneOccupancy {
-    PlaneOccupancy::new(PlaneConfig { edge_m: EDGE_M, max_blocks: 10_000 }).unwrap()
+    PlaneOccupancy::new(PlaneConfig { edge_m: EDGE_M, max_blocks: 10_000, ends_at_occupied: false })
+        .unwrap()
 }
 
 /// A fan from a place to a wall at x = `wall_m`, a ray a degree.
@@ -71,6 +72,23 @@ fn what_stood_and_left_is_cleared() {
 }
 
 #[test]
+fn what_is_seen_behind_something_now_and_then_is_not_free_until_that_has_gone() {
+    let config = PlaneConfig { edge_m: EDGE_M, max_blocks: 10_000, ends_at_occupied: true };
+    let (near, far) = (fan([0.0, 0.0], 1.52), fan([0.0, 0.0], 2.52));
+    let mut plane = PlaneOccupancy::new(config).unwrap();
+    for round in 0..10 {
+        take(&mut plane, 5 * round, 4, &near);
+        take(&mut plane, 5 * round + 4, 1, &far);
+    }
+    assert_eq!(state_at(&plane, 2.0, 0.01), CellState::Unknown);
+    take(&mut plane, 50, 400, &far);
+    assert_eq!(
+        (state_at(&plane, 1.52, 0.01), state_at(&plane, 2.0, 0.01)),
+        (CellState::Free, CellState::Free)
+    );
+}
+
+#[test]
 fn what_moves_is_free_before_it_and_never_occupied() {
     let moving: Vec<_> =
         fan([0.0, 0.0], 1.52).into_iter().map(|ray| PlaneRay { hits: false, ..ray }).collect();
@@ -119,7 +137,7 @@ fn a_correction_that_is_none_changes_nothing() {
 
 #[test]
 fn blocks_beyond_the_bound_are_refused_and_counted() {
-    let config = PlaneConfig { edge_m: EDGE_M, max_blocks: 5 };
+    let config = PlaneConfig { edge_m: EDGE_M, max_blocks: 5, ends_at_occupied: false };
     let mut plane = PlaneOccupancy::new(config).unwrap();
     take(&mut plane, 0, 3, &fan([0.0, 0.0], 4.02));
     assert_eq!(plane.blocks(), 5);
@@ -148,7 +166,7 @@ proptest! {
             joins_next: true,
         });
         let mut plane =
-            PlaneOccupancy::new(PlaneConfig { edge_m: 1.0, max_blocks: 50 }).unwrap();
+            PlaneOccupancy::new(PlaneConfig { edge_m: 1.0, max_blocks: 50, ends_at_occupied: true }).unwrap();
         take(&mut plane, 0, 2, &rays);
         prop_assert!(plane.blocks() <= 50);
     }

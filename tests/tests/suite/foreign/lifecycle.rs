@@ -85,6 +85,7 @@ fn reduced_cloud(index: u32) -> ReducedCloud {
     let stamp = geometry::Stamp::from_nanos(1_000_000_000).plus_seconds(f64::from(index) * 0.1);
     convert::message_from_detected_cycle(&geometry::DetectedCycle {
         depth: None,
+        scan_rays: std::sync::Arc::default(),
         index,
         scan_stamp: stamp,
         reduced_cloud: geometry::Cloud {

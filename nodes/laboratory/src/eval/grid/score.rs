@@ -85,17 +85,21 @@ pub(super) struct Sight {
     /// Its places in the plane of the map, and the directions of its middle.
     looks: Vec<(Point2<f64>, f64)>,
     half_view_rad: f64,
+    /// Nearer than this the sensor sees nothing that is as low as it must be for a cell to be free.
+    near_m: f64,
     reach_m: f64,
     /// Its height above the room's floor at the start.
     pub(super) height_m: f64,
 }
 
 impl Sight {
-    pub(super) fn of_camera(scenario: &Scenario) -> Self {
+    pub(super) fn of_camera(scenario: &Scenario, free_below_m: f64) -> Self {
         let camera = &scenario.rig.depth_camera;
         let rig_from_camera = pose_from_vector(&camera.rig_from_camera);
         let half_view_rad = (0.5 * camera.camera.width_px as f64 / camera.camera.fx_px).atan();
-        Self::of(scenario, &rig_from_camera, half_view_rad, CAMERA_REACH_M)
+        let sight = Self::of(scenario, &rig_from_camera, half_view_rad, CAMERA_REACH_M);
+        let down = 0.5 * camera.camera.height_px as f64 / camera.camera.fy_px;
+        Self { near_m: ((sight.height_m - free_below_m) / down).max(0.0), ..sight }
     }
 
     pub(super) fn of_scanner(scenario: &Scenario) -> Self {
@@ -120,7 +124,13 @@ impl Sight {
         looks.dedup();
         let room_from_sensor =
             scenario.map_from_room().inverse() * scenario.map_from_rig(0.0) * rig_from_sensor;
-        Self { looks, half_view_rad, reach_m, height_m: room_from_sensor.translation.z }
+        Self {
+            looks,
+            half_view_rad,
+            near_m: 0.0,
+            reach_m,
+            height_m: room_from_sensor.translation.z,
+        }
     }
 
     /// For each cell whether it is free by the plan and in sight.
@@ -143,7 +153,9 @@ impl Sight {
                     -std::f64::consts::PI,
                     std::f64::consts::PI,
                 );
-                if range_m > self.reach_m || aside_rad.abs() > self.half_view_rad {
+                if !(self.near_m..=self.reach_m).contains(&range_m)
+                    || aside_rad.abs() > self.half_view_rad
+                {
                     return false;
                 }
                 let steps = (range_m / (STEP_CELLS * resolution_m)).ceil();

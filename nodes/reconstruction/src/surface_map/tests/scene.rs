@@ -170,5 +170,6 @@ pub(crate) fn sized_cycle(
         dynamic_cloud: cloud("rig"),
         map_from_rig: *rig,
         depth: Some(MaskedDepth { frame, is_moving }),
+        scan_rays: std::sync::Arc::default(),
     }
 }

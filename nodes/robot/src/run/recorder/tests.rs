@@ -12,6 +12,7 @@ fn detected(index: u32, x_m: f64) -> DetectedCycle {
     let stamp = at(f64::from(index));
     DetectedCycle {
         depth: None,
+        scan_rays: std::sync::Arc::default(),
         index,
         scan_stamp: stamp,
         reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m: Vec::new() },

@@ -192,6 +192,7 @@ pub(super) fn look(
         .collect();
     let cycle = DetectedCycle {
         depth: Some(Arc::new(frame(stamp, depths_m))),
+        scan_rays: std::sync::Arc::default(),
         index,
         scan_stamp: stamp,
         voxel_points,

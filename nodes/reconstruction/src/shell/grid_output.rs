@@ -1,0 +1,174 @@
+//! The occupancy grid on its topics and in its files.
+//!
+//! `map` has the whole grid, latched: for a new subscriber (within `grid_period_s`), when its border has moved, and once in `map_publish_period_s`.
+//! `map_updates` has what has changed since, as a rectangle, once in `grid_period_s`. Nothing is made while nobody subscribes.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use geometry::OccupancyGrid;
+use msgs::convert;
+use msgs::map_msgs::OccupancyGridUpdate;
+use msgs::nav_msgs;
+use node_shell::{Node, NodeFailure, Publisher, Qos, Throttle, folder_of, write_whole_file};
+use tokio::time::Instant;
+
+use super::parameters::Settings;
+use crate::Map;
+
+/// Updates that may wait for a subscriber.
+const UPDATES_KEPT: usize = 10;
+
+/// The periods of the grid.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Periods {
+    whole: Duration,
+    updates: Duration,
+}
+
+/// Publishes the grid. See the module.
+pub(super) struct GridOutput {
+    grids: Publisher<nav_msgs::OccupancyGrid>,
+    updates: Publisher<OccupancyGridUpdate>,
+    periods: Periods,
+    /// What subscribers have.
+    known: Option<OccupancyGrid>,
+    /// The subscribers that have it.
+    known_to: usize,
+    has_changed: bool,
+    last_whole: Option<Instant>,
+    last_look: Option<Instant>,
+    failed: Throttle,
+}
+
+impl GridOutput {
+    pub(super) fn new(node: &Node, settings: &Settings) -> Result<Self, NodeFailure> {
+        Ok(Self {
+            grids: node.publisher("map", &Qos::latched())?,
+            updates: node.publisher("map_updates", &Qos::reliable(UPDATES_KEPT))?,
+            periods: Self::periods(settings),
+            known: None,
+            known_to: 0,
+            has_changed: false,
+            last_whole: None,
+            last_look: None,
+            failed: Throttle::for_warnings(),
+        })
+    }
+
+    fn periods(settings: &Settings) -> Periods {
+        Periods { whole: settings.periods.map, updates: settings.grid_period }
+    }
+
+    pub(super) fn change(&mut self, settings: &Settings) {
+        self.periods = Self::periods(settings);
+    }
+
+    /// The map has changed.
+    pub(super) fn changed(&mut self) {
+        self.has_changed = true;
+    }
+
+    /// Publishes what is due.
+    pub(super) fn look(&mut self, map: &mut Map, now: Instant) {
+        let (of_whole, of_updates) =
+            (self.grids.subscriber_count(), self.updates.subscriber_count());
+        let has_new = of_whole > self.known_to;
+        self.known_to = self.known_to.min(of_whole);
+        let is_due = |last: Option<Instant>, period| {
+            last.is_none_or(|last| now.saturating_duration_since(last) >= period)
+        };
+        if of_whole + of_updates == 0
+            || !(has_new || self.has_changed)
+            || !is_due(self.last_look, self.periods.updates)
+        {
+            return;
+        }
+        self.last_look = Some(now);
+        let grid = match map.occupancy_grid() {
+            Ok(grid) => grid,
+            Err(error) => {
+                if let Some(held_back) = self.failed.pass() {
+                    tracing::warn!("{error} ({held_back} more since the last warning)");
+                }
+                return;
+            }
+        };
+        self.has_changed = false;
+        let known = self.known.as_ref().filter(|known| known.is_same_part(&grid));
+        let part = known.map(|known| grid.changed_since(known));
+        let whole_is_due = match part {
+            None => true,
+            Some(part) => {
+                has_new
+                    || part.is_some()
+                        && (of_updates == 0 || is_due(self.last_whole, self.periods.whole))
+            }
+        };
+        if whole_is_due && of_whole > 0 {
+            if !self.grids.publish_or_warn(convert::message_from_grid(&grid)) {
+                self.has_changed = true;
+                return;
+            }
+            (self.last_whole, self.known_to) = (Some(now), of_whole);
+        } else if let Some(Some(part)) = part
+            && of_updates > 0
+        {
+            self.updates.publish_or_warn(convert::update_of_grid(&grid, part));
+        }
+        self.known = Some(grid);
+    }
+}
+
+/// The pair of files of `map_server`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct GridFile {
+    yaml: PathBuf,
+    image: PathBuf,
+    /// The image's name, which the YAML file has.
+    image_name: String,
+}
+
+impl GridFile {
+    /// The files at the path of `parameter`, none for an empty path. A path that cannot be written is an error now.
+    pub(super) fn new(parameter: &str, path: &str) -> Result<Option<Self>, NodeFailure> {
+        if path.is_empty() {
+            return Ok(None);
+        }
+        let yaml = PathBuf::from(path);
+        let shown = yaml.display();
+        if yaml.extension().is_none_or(|extension| extension != "yaml") {
+            return Err(format!("parameter {parameter} must end in .yaml, not {shown}").into());
+        }
+        if !folder_of(&yaml).is_dir() {
+            return Err(
+                format!("parameter {parameter}: the folder of {shown} does not exist").into()
+            );
+        }
+        let image = yaml.with_extension("pgm");
+        let name = image.file_name().and_then(|name| name.to_str());
+        let image_name = name
+            .ok_or_else(|| format!("parameter {parameter}: the name of {shown} is no UTF-8"))?
+            .to_owned();
+        Ok(Some(Self { image, image_name, yaml }))
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.yaml
+    }
+
+    /// Writes the image and then the file that names it, each under a temporary name first.
+    ///
+    /// # Errors
+    /// When the folder cannot be written or is full; what could not be written is unchanged.
+    pub(super) fn write(&self, grid: &OccupancyGrid) -> Result<(), NodeFailure> {
+        let write = |path: &Path, bytes: &[u8]| {
+            write_whole_file(path, bytes).map_err(|error| {
+                format!("the grid could not be saved to {}: {error}", path.display())
+            })
+        };
+        write(&self.image, &grid.pgm())?;
+        write(&self.yaml, grid.map_yaml(&self.image_name).as_bytes())?;
+        Ok(())
+    }
+}

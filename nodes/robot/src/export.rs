@@ -1,0 +1,247 @@
+//! `stillmap export`: a saved map in another form.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use geometry::{OccupancyGrid, OrientedPoints, Stamp, VoxelGrid, VoxelKey, pcd, ply};
+use nalgebra::Point3;
+use node_shell::{folder_of, write_whole_file};
+use reconstruction::grid::{GridConfig, GridFloor, GridPoints, GridSource, grid_of_points};
+use reconstruction::octomap;
+
+use crate::console;
+use crate::existing::refuse_to_replace;
+use crate::failure::{Failure, Outcome};
+
+/// An octomap may have so many voxels: 12 bytes each.
+const MOST_VOXELS: usize = 100_000_000;
+
+/// Arguments of `stillmap export`.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  stillmap export house.ply -o house.yaml
+  stillmap export house.bt -o house.yaml --heights 0.1 0.6 --floor 0
+  stillmap export house.ply -o house.bt --edge 0.05
+
+house.yaml is what map_server of Nav2 loads; its image is house.pgm, beside it. The map's points say where it is occupied, and
+free is where they show floor and nothing in the band: space that was seen free without its floor is in the grid of a running node
+alone.")]
+pub struct ExportArgs {
+    /// The map: a .ply, .pcd or octomap .bt file
+    map: PathBuf,
+    /// The file to write: .yaml for the occupancy grid (with its image, .pgm), or .ply, .pcd, .bt
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Edge of the grid's cells
+    #[arg(long, value_name = "METRES", default_value_t = GridConfig::default().grid_resolution_m)]
+    resolution: f64,
+    /// The heights above the floor between which something is an obstacle
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"])]
+    heights: Option<Vec<f64>>,
+    /// The height of the floor in the map; found where it is not given
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    floor: Option<f64>,
+    /// Edge of the voxels of an octomap
+    #[arg(long, value_name = "METRES", default_value_t = 0.05)]
+    edge: f64,
+    /// Replace a file of this name
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// The forms of a map, by the ending of the file's name.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Form {
+    Ply,
+    Pcd,
+    Octomap,
+    Grid,
+}
+
+impl Form {
+    fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        match extension?.to_ascii_lowercase().as_str() {
+            "ply" => Some(Self::Ply),
+            "pcd" => Some(Self::Pcd),
+            "bt" => Some(Self::Octomap),
+            "yaml" => Some(Self::Grid),
+            _ => None,
+        }
+    }
+}
+
+pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
+    let form = Form::of(&args.output).ok_or_else(|| {
+        Failure::new(format!("{} is no map that is known", args.output.display()))
+            .fix("-o must end in .yaml, .ply, .pcd or .bt")
+    })?;
+    let image = args.output.with_extension("pgm");
+    let outputs =
+        std::iter::once(args.output.clone()).chain((form == Form::Grid).then(|| image.clone()));
+    refuse_to_replace(outputs, args.overwrite, "-o")?;
+    if !folder_of(&args.output).is_dir() {
+        let folder = folder_of(&args.output).display().to_string();
+        return Err(Failure::new(format!("the folder {folder} does not exist")));
+    }
+    let points = read(&args.map)?;
+    let OrientedPoints { points_m, normals } = &points;
+    let done = match form {
+        Form::Ply => write(&args.output, &ply::encode_with_normals(points_m, normals))?,
+        Form::Pcd => write(&args.output, &pcd::encode_with_normals(points_m, normals))?,
+        Form::Octomap => write(&args.output, &octomap_of(points_m, args.edge)?)?,
+        Form::Grid => {
+            let grid = grid(args, &points)?;
+            let name = image.file_name().and_then(|name| name.to_str());
+            let name = name.ok_or_else(|| Failure::new("the name of -o is no UTF-8"))?;
+            write(&image, &grid.pgm())?;
+            write(&args.output, grid.map_yaml(name).as_bytes())?;
+            format!(" of {} x {} cells", grid.width, grid.height)
+        }
+    };
+    console::print(format_args!(
+        "{}{done}, from the {} points of {}",
+        args.output.display(),
+        points_m.len(),
+        args.map.display()
+    ))?;
+    Ok(Outcome::Complete)
+}
+
+fn grid(args: &ExportArgs, points: &OrientedPoints) -> Result<OccupancyGrid, Failure> {
+    let mut config = GridConfig {
+        grid: GridSource::HeightBand,
+        grid_resolution_m: args.resolution,
+        ..GridConfig::default()
+    };
+    if let Some([from_m, to_m]) = args.heights.as_deref() {
+        (config.grid_min_height_m, config.grid_max_height_m) = (*from_m, *to_m);
+        // Of points it is not used, and must lie above the lower end.
+        config.grid_free_below_m = *to_m;
+    }
+    if let Some(floor_m) = args.floor {
+        (config.grid_floor, config.grid_floor_height_m) = (GridFloor::Given, floor_m);
+    }
+    config.validate().map_err(|error| Failure::new(error.to_string()))?;
+    let OrientedPoints { points_m, normals } = points;
+    let points = GridPoints { points_m, normals };
+    grid_of_points(&config, points, ("map", Stamp::default())).map_err(|error| {
+        Failure::new(format!("{}: {error}", args.map.display()))
+            .fix("--floor says how high the floor is in the map, --resolution how large a cell")
+    })
+}
+
+fn octomap_of(points_m: &[Point3<f32>], edge_m: f64) -> Result<Vec<u8>, Failure> {
+    let wrong = |error: &dyn std::fmt::Display| Failure::new(format!("--edge: {error}"));
+    let grid = VoxelGrid::new(edge_m).map_err(|error| wrong(&error))?;
+    let voxels: Vec<VoxelKey> = points_m.iter().map(|point| grid.key(point)).collect();
+    octomap::encode(edge_m, &voxels).map_err(|error| wrong(&error))
+}
+
+/// The points of a file, with their normals where it has them.
+fn read(path: &Path) -> Result<OrientedPoints, Failure> {
+    let wrong =
+        |reason: &dyn std::fmt::Display| Failure::new(format!("{}: {reason}", path.display()));
+    let bytes = || std::fs::read(path).map_err(|error| wrong(&error));
+    match Form::of(path) {
+        Some(Form::Ply) => ply::decode_with_normals(&bytes()?).map_err(|error| wrong(&error)),
+        Some(Form::Pcd) => pcd::decode_with_normals(&bytes()?).map_err(|error| wrong(&error)),
+        Some(Form::Octomap) => {
+            let octree = octomap::decode(&bytes()?, MOST_VOXELS).map_err(|error| wrong(&error))?;
+            let middle = |cell: i32| ((f64::from(cell) + 0.5) * octree.edge_m) as f32;
+            let centre = |voxel: &VoxelKey| [voxel.x, voxel.y, voxel.z].map(middle).into();
+            let points_m = octree.voxels.iter().map(centre).collect();
+            Ok(OrientedPoints { points_m, normals: Vec::new() })
+        }
+        Some(Form::Grid) | None => {
+            Err(wrong(&"this is no saved map").fix("its name must end in .ply, .pcd or .bt"))
+        }
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<String, Failure> {
+    write_whole_file(path, bytes)
+        .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
+    Ok(String::new())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A floor of 2 m by 2 m with a wall at x = 2 m, points 2 cm apart.
+    fn room() -> Vec<Point3<f32>> {
+        let lattice = || (0..100).flat_map(|a| (0..100).map(move |b| (a, b)));
+        let at = |cell: i32| cell as f32 * 0.02 + 0.01;
+        let floor = lattice().map(|(x, y)| Point3::new(at(x), at(y), -0.8));
+        let wall = lattice().map(|(y, z)| Point3::new(2.01, at(y), at(z) - 0.8));
+        floor.chain(wall).collect()
+    }
+
+    fn args(map: &Path, output: &Path) -> ExportArgs {
+        ExportArgs {
+            map: map.to_owned(),
+            output: output.to_owned(),
+            resolution: 0.05,
+            heights: None,
+            floor: None,
+            edge: 0.05,
+            overwrite: false,
+        }
+    }
+
+    #[test]
+    fn a_map_of_each_form_becomes_each_form() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("room.ply"), ply::encode(&room())).unwrap();
+        for (from, to) in
+            [("room.ply", "a.pcd"), ("a.pcd", "b.bt"), ("b.bt", "c.ply"), ("c.ply", "d.yaml")]
+        {
+            run(&args(&path(from), &path(to))).unwrap();
+        }
+        assert_eq!(read(&path("a.pcd")).unwrap().points_m, room());
+        let yaml = std::fs::read_to_string(path("d.yaml")).unwrap();
+        assert!(yaml.contains("image: \"d.pgm\"\n") && yaml.contains("resolution: 0.05"), "{yaml}");
+        let pgm = std::fs::read(path("d.pgm")).unwrap();
+        let (free, occupied) =
+            (pgm.iter().filter(|shade| **shade == 254), pgm.iter().filter(|shade| **shade == 0));
+        assert_eq!((free.count(), occupied.count()), (40 * 40, 40));
+    }
+
+    #[test]
+    fn what_cannot_be_exported_is_said_and_nothing_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("room.ply"), ply::encode(&room())).unwrap();
+        std::fs::write(path("empty.ply"), ply::encode(&[])).unwrap();
+        std::fs::write(path("there.yaml"), "whole").unwrap();
+        let wall: Vec<_> = room().into_iter().filter(|point| point.x > 2.0).collect();
+        std::fs::write(
+            path("wall.ply"),
+            ply::encode_with_normals(&wall, &vec![-nalgebra::Vector3::x(); wall.len()]),
+        )
+        .unwrap();
+        for (map, output, said) in [
+            ("empty.ply", "out.yaml", "the map is empty"),
+            ("wall.ply", "out.yaml", "no floor was found"),
+            ("room.ply", "there.yaml", "is there already"),
+            ("room.ply", "no/such/out.yaml", "does not exist"),
+            ("room.ply", "out.png", "no map that is known"),
+            ("none.ply", "out.yaml", "none.ply"),
+            ("there.yaml", "out.ply", "no saved map"),
+        ] {
+            let error = run(&args(&path(map), &path(output))).unwrap_err().to_string();
+            assert!(error.contains(said), "{map} {output}: {error}");
+        }
+        assert!(
+            !path("out.yaml").exists() && !path("out.pgm").exists() && !path("there.pgm").exists()
+        );
+        assert_eq!(std::fs::read_to_string(path("there.yaml")).unwrap(), "whole");
+        let low = ExportArgs {
+            heights: Some(vec![0.5, 0.4]),
+            ..args(&path("room.ply"), &path("out.yaml"))
+        };
+        assert!(run(&low).unwrap_err().to_string().contains("grid_max_height_m"));
+    }
+}
