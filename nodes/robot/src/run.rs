@@ -179,6 +179,9 @@ pub fn run_bag(
         return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
     }
+    if transport == TransportName::Dds {
+        parameters.save_grid_to(out)?;
+    }
     let yaml = parameters.to_yaml()?;
     let folder = OutputFolder::create(out, &yaml)?;
 

@@ -23,6 +23,7 @@ mod documents;
 mod import;
 mod import_lidar;
 mod local_run;
+mod occupancy_grid;
 mod packages;
 mod packaging;
 mod parameter_table;

@@ -1,5 +1,6 @@
 mod behind;
 mod files;
+mod grid;
 mod path;
 mod subscribers;
 

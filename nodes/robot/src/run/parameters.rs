@@ -15,6 +15,7 @@ use segmentation::shell::{FilterParameters, SegmentationParameters};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::output::GRID;
 use super::recorder::Stage;
 use super::tf_frames::TfFrames;
 use crate::console;
@@ -109,6 +110,7 @@ impl PipelineParameters {
         grid.grid = args.grid.unwrap_or(grid.grid);
         // The map of a run is that of its bag alone, and is written to the folder of the run.
         parameters.reconstruction.map_file = String::new();
+        parameters.reconstruction.grid_file = String::new();
         let checked = parameters.reconstruction.config.validate();
         checked.map_err(|error| Failure::new(error.to_string()))?;
         let [segmentation, reconstruction] =
@@ -138,6 +140,20 @@ impl PipelineParameters {
             &mut self.segmentation.config.pipeline,
             &mut self.reconstruction.config.pipeline,
         ]
+    }
+
+    /// Lets the node of the map write the grid, where there is one, to the folder of the run.
+    ///
+    /// # Errors
+    /// When the folder has no path.
+    pub(super) fn save_grid_to(&mut self, out: &Path) -> Result<(), Failure> {
+        if self.reconstruction.config.grid.grid == GridSource::None {
+            return Ok(());
+        }
+        let wrong = |error| Failure::new(format!("cannot write {}: {error}", out.display()));
+        let folder = std::path::absolute(out).map_err(wrong)?;
+        self.reconstruction.grid_file = folder.join(GRID).display().to_string();
+        Ok(())
     }
 
     /// Takes the poses from another source than the files say.

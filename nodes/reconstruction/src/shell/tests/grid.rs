@@ -1,0 +1,147 @@
+//! The occupancy grid on its topics and in its files.
+
+use std::path::Path;
+
+use geometry::OccupancyGrid;
+use msgs::map_msgs::OccupancyGridUpdate;
+use msgs::nav_msgs;
+
+use super::*;
+use crate::GridConfig;
+use crate::shell::grid_output::GridFile;
+use crate::surface_map::tests::scene::{Scene, cycle, rig_at};
+use crate::{GridSource, ReconstructionConfig};
+
+fn parameters(grid: GridSource) -> ReconstructionParameters {
+    let grid = GridConfig { grid, ..GridConfig::default() };
+    let mut config = ReconstructionConfig { grid, ..ReconstructionConfig::default() };
+    config.pipeline.map_edge_m = 0.05;
+    ReconstructionParameters { grid_period_s: 0.05, config, ..ReconstructionParameters::default() }
+}
+
+fn message(scene: &Scene, index: u32) -> SegmentedCloud {
+    let mut cycle = cycle(scene, index, &rig_at(0.0, 0.0), None);
+    cycle.setup = parameters(GridSource::HeightBand).config.pipeline.setup();
+    convert::message_from_segmented_cycle(&cycle)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_subscriber_gets_the_grid_and_then_what_changes_in_it() {
+    let test = Place::new("grid");
+    let host = test.host();
+    let (own, peer) = (test.node(&host, "reconstruction"), test.node(&test.host(), "peer"));
+    let mut parameters = parameters(GridSource::HeightBand);
+    parameters.map_publish_period_s = 1e6;
+    let served = serving(own, parameters);
+    {
+        let clouds =
+            peer.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(50)).unwrap();
+        soon("the node", clouds.wait_for_subscribers(1)).await;
+        for index in 0..5 {
+            clouds.publish(message(&Scene::room(), index)).unwrap();
+        }
+        let grids = peer.subscription::<nav_msgs::OccupancyGrid>("map", &Qos::latched()).unwrap();
+        let updates =
+            peer.subscription::<OccupancyGridUpdate>("map_updates", &Qos::reliable(50)).unwrap();
+        let grid = soon("the grid", grids.next()).await.message;
+        assert_eq!(grid.header.frame_id, "map");
+        let (width, height) = (grid.info.width as usize, grid.info.height as usize);
+        assert_eq!(grid.data.len(), width * height);
+        assert!(grid.data.contains(&0) && grid.data.contains(&100) && grid.data.contains(&-1));
+        let aligned = grid.info.origin.position.x / f64::from(grid.info.resolution);
+        assert!((aligned - aligned.round()).abs() < 1e-3);
+        // Something comes to stand there, until the update with it.
+        let scene = Scene::room().with_person(0.0);
+        let mut index = 5;
+        let update = soon("an update", async {
+            loop {
+                clouds.publish(message(&scene, index)).unwrap();
+                index += 1;
+                let next = tokio::time::timeout(Duration::from_millis(200), updates.next()).await;
+                if let Ok(update) = next
+                    && update.message.data.contains(&100)
+                {
+                    return update.message;
+                }
+            }
+        })
+        .await;
+        let (x, y) = (update.x as usize, update.y as usize);
+        assert!(x + update.width as usize <= width && y + update.height as usize <= height);
+        assert_eq!(update.data.len(), (update.width * update.height) as usize);
+    }
+    host.shutdown_signal().trigger();
+    soon("the end", served).await.unwrap().unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_grid_is_saved_at_the_end_with_or_without_the_map() {
+    let test = Place::new("grid_file");
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    for (source, map_file) in
+        [(GridSource::HeightBand, String::new()), (GridSource::None, path("map.ply"))]
+    {
+        let host = test.host();
+        let (own, peer) = (test.node(&host, "reconstruction"), test.node(&test.host(), "peer"));
+        let mut parameters = parameters(source);
+        (parameters.grid_file, parameters.map_file) = (path("house.yaml"), map_file.clone());
+        let served = serving(own, parameters);
+        {
+            let reports = peer
+                .subscription::<StageReport>("reconstruction/report", &Qos::reliable(50))
+                .unwrap();
+            let clouds =
+                peer.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(50)).unwrap();
+            soon("the node", clouds.wait_for_subscribers(1)).await;
+            soon("its reports", reports.wait_for_publishers(1)).await;
+            let (mut index, mut done) = (0, 0);
+            // Reports are lost until the node has found their subscriber.
+            soon("the reports", async {
+                while done < 5 {
+                    clouds.publish(message(&Scene::room(), index)).unwrap();
+                    index += 1;
+                    let report = tokio::time::timeout(Duration::from_millis(200), reports.next());
+                    done += usize::from(report.await.is_ok());
+                }
+            })
+            .await;
+        }
+        host.shutdown_signal().trigger();
+        soon("the end", served).await.unwrap().unwrap();
+        let has_grid = source != GridSource::None;
+        assert_eq!(Path::new(&path("house.yaml")).exists(), has_grid);
+        assert_eq!(Path::new(&path("house.pgm")).exists(), has_grid);
+        if has_grid {
+            let yaml = std::fs::read_to_string(path("house.yaml")).unwrap();
+            assert!(yaml.contains("image: \"house.pgm\""), "{yaml}");
+            std::fs::remove_file(path("house.yaml")).unwrap();
+            std::fs::remove_file(path("house.pgm")).unwrap();
+        } else {
+            assert!(Path::new(&map_file).exists());
+        }
+    }
+}
+
+#[test]
+fn a_grid_that_cannot_be_saved_is_an_error_and_the_former_file_is_whole() {
+    for (path, part) in [("map.pgm", ".yaml"), ("map", ".yaml"), ("/no/such/m.yaml", "folder")] {
+        let error = GridFile::new("grid_file", path).err().unwrap().to_string();
+        assert!(error.contains(part) && error.contains("grid_file"), "{path}: {error}");
+    }
+    assert!(GridFile::new("grid_file", "").unwrap().is_none());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("house.yaml");
+    let file = GridFile::new("grid_file", path.to_str().unwrap()).unwrap().unwrap();
+    let grid =
+        OccupancyGrid { resolution_m: 0.05, width: 1, height: 1, ..OccupancyGrid::default() };
+    let grid = OccupancyGrid { cells: vec![geometry::GridCell::Free], ..grid };
+    file.write(&grid).unwrap();
+    let before = std::fs::read(&path).unwrap();
+    // The image cannot be replaced: a folder is in the way of its temporary name.
+    std::fs::create_dir(folder.path().join("house.pgm.part")).unwrap();
+    let moved = OccupancyGrid { least: [7, 7], ..grid };
+    let error = file.write(&moved).unwrap_err().to_string();
+    assert!(error.contains("house.pgm"), "{error}");
+    assert_eq!(std::fs::read(&path).unwrap(), before);
+}
