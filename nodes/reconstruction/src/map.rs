@@ -1,8 +1,6 @@
 //! The static map of either kind: chosen once, by the parameters.
 
-use geometry::{
-    Cloud, ColouredCloud, MapPath, OccupancyGrid, OrientedPoints, SegmentedCycle, VoxelGrid,
-};
+use geometry::{ColouredCloud, MapPath, OccupancyGrid, OrientedPoints, SegmentedCycle, VoxelGrid};
 use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
 

@@ -191,7 +191,7 @@ impl SurfaceMap {
     pub fn occupancy_grid(&mut self) -> Result<OccupancyGrid, GridError> {
         let Some(mut grid) = self.grid.take() else { return Err(GridError::Off) };
         let whole = if grid.needs_points() { self.whole() } else { WholeMap::default() };
-        let WholeMap { points_m, normals, unreadable } = whole;
+        let WholeMap { points_m, normals, unreadable, .. } = whole;
         let made = match unreadable.into_iter().find(|error| !error.is_loss()) {
             Some(error) => Err(error.into()),
             None => grid.grid(GridPoints { points_m: &points_m, normals: &normals }),

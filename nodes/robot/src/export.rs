@@ -85,10 +85,10 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
         return Err(Failure::new(format!("the folder {folder} does not exist")));
     }
     let points = read(&args.map)?;
-    let OrientedPoints { points_m, normals } = &points;
+    let OrientedPoints { points_m, normals, colours } = &points;
     let done = match form {
-        Form::Ply => write(&args.output, &ply::encode_with_normals(points_m, normals))?,
-        Form::Pcd => write(&args.output, &pcd::encode_with_normals(points_m, normals))?,
+        Form::Ply => write(&args.output, &ply::encode_with_colours(points_m, normals, colours))?,
+        Form::Pcd => write(&args.output, &pcd::encode_with_colours(points_m, normals, colours))?,
         Form::Octomap => write(&args.output, &octomap_of(points_m, args.edge)?)?,
         Form::Grid => {
             let grid = grid(args, &points)?;
@@ -123,7 +123,7 @@ fn grid(args: &ExportArgs, points: &OrientedPoints) -> Result<OccupancyGrid, Fai
         (config.grid_floor, config.grid_floor_height_m) = (GridFloor::Given, floor_m);
     }
     config.validate().map_err(|error| Failure::new(error.to_string()))?;
-    let OrientedPoints { points_m, normals } = points;
+    let OrientedPoints { points_m, normals, .. } = points;
     let points = GridPoints { points_m, normals };
     grid_of_points(&config, points, ("map", Stamp::default())).map_err(|error| {
         Failure::new(format!("{}: {error}", args.map.display()))
@@ -151,7 +151,7 @@ fn read(path: &Path) -> Result<OrientedPoints, Failure> {
             let middle = |cell: i32| ((f64::from(cell) + 0.5) * octree.edge_m) as f32;
             let centre = |voxel: &VoxelKey| [voxel.x, voxel.y, voxel.z].map(middle).into();
             let points_m = octree.voxels.iter().map(centre).collect();
-            Ok(OrientedPoints { points_m, normals: Vec::new() })
+            Ok(OrientedPoints { points_m, ..OrientedPoints::default() })
         }
         Some(Form::Grid) | None => {
             Err(wrong(&"this is no saved map").fix("its name must end in .ply, .pcd or .bt"))
@@ -225,7 +225,7 @@ mod tests {
         for (map, output, said) in [
             ("empty.ply", "out.yaml", "the map is empty"),
             ("wall.ply", "out.yaml", "no floor was found"),
-            ("room.ply", "there.yaml", "is there already"),
+            ("room.ply", "there.yaml", "already exists"),
             ("room.ply", "no/such/out.yaml", "does not exist"),
             ("room.ply", "out.png", "no map that is known"),
             ("none.ply", "out.yaml", "none.ply"),
