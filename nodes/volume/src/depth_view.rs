@@ -42,8 +42,8 @@ pub struct DepthInput<'a> {
     /// For each pixel, row by row, whether it shows a moving object. Such a pixel adds no surface; like any other it shows that
     /// the space in front of it is free.
     pub is_moving: Option<&'a [bool]>,
-    /// The colour that each pixel shows, row by row: red, green, blue; [`geometry::NO_COLOUR`] where none was seen. What moves
-    /// has none.
+    /// The colour that each pixel shows, row by row: red, green, blue; [`geometry::NO_COLOUR`] where none was seen. Those of what
+    /// moves are not used.
     pub colour: Option<&'a [[u8; 3]]>,
     /// The camera of the depth image.
     pub camera: &'a CameraModel,
@@ -179,9 +179,6 @@ impl DepthView {
         }
         self.colour.clear();
         self.colour.extend_from_slice(colour.unwrap_or_default());
-        for (colour, &is_moving) in self.colour.iter_mut().zip(is_moving.unwrap_or_default()) {
-            *colour = if is_moving { NO_COLOUR } else { *colour };
-        }
         if !camera.distortion.is_none() {
             let known = self.remap.take().filter(|known| known.is_of(camera));
             let remap = known.unwrap_or_else(|| Remap::of(camera));

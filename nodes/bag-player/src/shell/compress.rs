@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use msgs::convert::{
     self, COMPRESSED_DEPTH_TOPIC, COMPRESSED_IMAGE_TOPIC, ConvertError, DepthCodec, ImageCodec,
-    JpegQuality, JpegQualityError, MetresAs,
+    JpegQualityError, MetresAs,
 };
 use msgs::sensor_msgs::{CompressedImage, Image};
 use msgs::{RosMessage, cdr};
@@ -42,15 +42,18 @@ impl From<DepthFormat> for DepthCodec {
 pub struct ColorCompression {
     /// The topic of the bag.
     pub topic: String,
-    /// The JPEG quality of its images.
-    pub quality: JpegQuality,
+    /// The encoding of its images.
+    pub codec: ImageCodec,
 }
 
-/// A text that is not of the form `TOPIC` or `TOPIC=QUALITY`.
+/// In place of a quality: without loss.
+const PNG: &str = "png";
+
+/// A text that is not of the form `TOPIC`, `TOPIC=QUALITY` or `TOPIC=png`.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum ColorCompressionError {
     /// There is no topic.
-    #[error("accepted is TOPIC or TOPIC=QUALITY, as /camera/color/image_raw=80")]
+    #[error("accepted is TOPIC or TOPIC=QUALITY, as /camera/color/image_raw=80, or TOPIC=png")]
     Topic,
     /// The quality is invalid.
     #[error(transparent)]
@@ -61,14 +64,15 @@ impl FromStr for ColorCompression {
     type Err = ColorCompressionError;
 
     fn from_str(text: &str) -> Result<Self, ColorCompressionError> {
-        let (topic, quality) = match text.split_once('=') {
-            Some((topic, quality)) => (topic, quality.parse()?),
-            None => (text, JpegQuality::default()),
+        let (topic, codec) = match text.split_once('=') {
+            Some((topic, PNG)) => (topic, ImageCodec::Png),
+            Some((topic, quality)) => (topic, ImageCodec::Jpeg(quality.parse()?)),
+            None => (text, ImageCodec::default()),
         };
         if topic.is_empty() {
             return Err(ColorCompressionError::Topic);
         }
-        Ok(Self { topic: topic.to_owned(), quality })
+        Ok(Self { topic: topic.to_owned(), codec })
     }
 }
 
@@ -155,10 +159,8 @@ impl Compression {
     pub(super) fn checked(options: &PlayOptions, info: &BagInfo) -> Result<Self, PlayError> {
         let depth_codec = Codec::Depth(options.depth_format.into());
         let depth = options.compress_depth.iter().map(|topic| (topic, depth_codec));
-        let color = options
-            .compress_color
-            .iter()
-            .map(|asked| (&asked.topic, Codec::Color(ImageCodec::Jpeg(asked.quality))));
+        let color =
+            options.compress_color.iter().map(|asked| (&asked.topic, Codec::Color(asked.codec)));
         let mut codecs = BTreeMap::new();
         for (topic, codec) in depth.chain(color) {
             check(topic, codec, options, info)?;
@@ -233,10 +235,14 @@ mod tests {
 
     #[test]
     fn a_topic_may_say_how_well_its_images_are_kept() {
-        let plain: ColorCompression = "/color".parse().unwrap();
-        assert_eq!((plain.topic.as_str(), plain.quality.get()), ("/color", 95));
-        let asked: ColorCompression = "color=80".parse().unwrap();
-        assert_eq!((asked.topic.as_str(), asked.quality.get()), ("color", 80));
+        let parsed = |text: &str| {
+            let ColorCompression { topic, codec } = text.parse().unwrap();
+            (topic, codec)
+        };
+        let jpeg = |quality: &str| ImageCodec::Jpeg(quality.parse().unwrap());
+        assert_eq!(parsed("/color"), ("/color".to_owned(), jpeg("95")));
+        assert_eq!(parsed("color=80"), ("color".to_owned(), jpeg("80")));
+        assert_eq!(parsed("color=png"), ("color".to_owned(), ImageCodec::Png));
         for (text, says) in [
             ("", "accepted is TOPIC or TOPIC=QUALITY"),
             ("=80", "accepted is TOPIC or TOPIC=QUALITY"),

@@ -51,7 +51,7 @@ pub struct PlayOptions {
     #[arg(long, value_name = "FORMAT", value_enum, default_value_t = DepthFormat::default())]
     pub depth_format: DepthFormat,
     /// Publish the colour or grey images of this topic of the bag as JPEG of a quality of 1 .. 100
-    /// (without it 95), below the topic's name as .../compressed (several times for several topics)
+    /// (without it 95), or without loss as png, below the topic's name as .../compressed (several times for several topics)
     #[arg(long, value_name = "TOPIC[=QUALITY]", value_delimiter = ',', alias = "compress-colour")]
     pub compress_color: Vec<ColorCompression>,
     /// Wait for a subscriber of this topic, given by its published name (several times

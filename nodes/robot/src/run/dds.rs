@@ -106,12 +106,15 @@ pub(crate) fn run(
             interrupt: interrupt.clone(),
         };
         for stage in Stage::ALL {
-            let input = (stage == Stage::Detection).then_some(run.feed.input);
-            run.start_node(stage.name(), input, playback.parameters)?;
+            let (input, colour) = match stage {
+                Stage::Detection => (Some(run.feed.input), run.feed.colour),
+                Stage::Segmentation | Stage::Reconstruction => (None, None),
+            };
+            run.start_node(stage.name(), (input, colour), playback.parameters)?;
         }
         if let Some(topics) = visual {
             let input = if topics.is_compressed { "compressed" } else { "raw" };
-            run.start_node(visual::NODE, Some(input), playback.parameters)?;
+            run.start_node(visual::NODE, (Some(input), None), playback.parameters)?;
         }
         run.wait_for_discovery().await?;
         if run.interrupt.has_come() {
@@ -164,11 +167,11 @@ struct Run {
 }
 
 impl Run {
-    /// `input` overrides the parameter `input` of the node.
+    /// `input` and `colour` override these parameters of the node.
     fn start_node(
         &mut self,
         name: &'static str,
-        input: Option<&str>,
+        (input, colour): (Option<&str>, Option<&str>),
         parameters: &Path,
     ) -> Result<(), Failure> {
         let mut arguments = vec!["node".to_owned(), name.to_owned()];
@@ -179,6 +182,9 @@ impl Run {
         arguments.extend(["--params-file".to_owned(), parameters.display().to_string()]);
         if let Some(input) = input {
             arguments.extend(["-p".to_owned(), format!("input:={input}")]);
+        }
+        if let Some(colour) = colour {
+            arguments.extend(["-p".to_owned(), format!("colour:={colour}")]);
         }
         let mut node = Process::this_program(name)?;
         let (variable, value) = EVERY_CYCLE;

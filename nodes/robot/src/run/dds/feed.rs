@@ -6,7 +6,7 @@ use std::path::Path;
 
 use bag_player::{Bag, Selection};
 use geometry::{DepthImage, DepthPixels};
-use msgs::convert::{self, COMPRESSED_DEPTH_TOPIC};
+use msgs::convert::{self, COMPRESSED_DEPTH_TOPIC, COMPRESSED_IMAGE_TOPIC};
 use msgs::sensor_msgs::Image;
 use node_shell::{GrantedBuffer, RAISE_RECEIVE_BUFFER};
 
@@ -20,6 +20,8 @@ use crate::visual;
 pub(super) struct Feed {
     /// The value of detection's parameter `input`.
     pub(super) input: &'static str,
+    /// The value of its parameter `colour`, where it is another than in the parameters of the run.
+    pub(super) colour: Option<&'static str>,
     pub(super) topics: Vec<FedTopic>,
     /// For a topic of the bag that nodes know under two names: the other name, and the one under which it is played.
     pub(super) aliases: Vec<(&'static str, &'static str)>,
@@ -34,9 +36,18 @@ pub(super) struct FedTopic {
     pub(super) bag_topic: String,
     /// The name that the player's remapping gives it.
     pub(super) played_name: &'static str,
-    pub(super) is_compressed: bool,
+    pub(super) compressed: Option<Compressed>,
     /// The node whose diagnostics count its received messages.
     pub(super) node: &'static str,
+}
+
+/// What the images of a topic are compressed as, without loss.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Compressed {
+    /// Depths.
+    Depth,
+    /// Colours.
+    Colour,
 }
 
 /// Depth images that are too large as they are.
@@ -76,6 +87,15 @@ impl Feed {
             "rgb/image" | "rgb/image/compressed" | "rgb/camera_info" if is_visual => visual::NODE,
             _ => Stage::Detection.name(),
         };
+        let colour = inputs.colour_of_map().filter(|colour| !colour.is_compressed);
+        let colours_are_too_large = colour.is_some_and(|colour| {
+            granted.is_some_and(|granted| is_too_large(bag, &colour.image, granted))
+        });
+        let compressed = |name: &str| match name {
+            "depth/image" if compression.is_some() => Some(Compressed::Depth),
+            "rgb/image" if colours_are_too_large => Some(Compressed::Colour),
+            _ => None,
+        };
         let fed = inputs.by_node_name().into_iter().filter(is_asked_for);
         let (mut topics, mut aliases) = (Vec::<FedTopic>::new(), Vec::new());
         for (name, topic) in fed {
@@ -87,7 +107,7 @@ impl Feed {
             topics.push(FedTopic {
                 bag_topic: topic.to_owned(),
                 played_name: name,
-                is_compressed: compression.is_some() && name == "depth/image",
+                compressed: compressed(name),
                 node: node(name),
             });
         }
@@ -95,11 +115,12 @@ impl Feed {
         let transforms = inputs.transforms.iter().map(|topic| FedTopic {
             bag_topic: (*topic).to_owned(),
             played_name: topic.trim_start_matches('/'),
-            is_compressed: false,
+            compressed: None,
             node: Stage::Detection.name(),
         });
         Self {
             input: if compression.is_some() { "compressed_depth" } else { inputs.view.kind() },
+            colour: colours_are_too_large.then_some("compressed"),
             topics: topics.into_iter().chain(transforms).collect(),
             aliases,
             compression,
@@ -108,13 +129,22 @@ impl Feed {
     }
 }
 
+/// Whether the first message of a topic is larger than what the kernel lets a socket receive at once.
+fn is_too_large(bag: &Path, topic: &str, granted: GrantedBuffer) -> bool {
+    let first = || {
+        let selection = Selection { topics: Some(vec![topic.to_owned()]), ..Selection::default() };
+        Bag::open(bag).ok()?.messages(&selection).ok()?.next()?.ok()
+    };
+    first().is_some_and(|message| granted.check(topic, message.data.len()).is_err())
+}
+
 impl FedTopic {
     /// The name that the node knows it by.
     pub(super) fn node_name(&self) -> String {
-        if self.is_compressed {
-            format!("{}/{COMPRESSED_DEPTH_TOPIC}", self.played_name)
-        } else {
-            self.played_name.to_owned()
+        match self.compressed {
+            Some(Compressed::Depth) => format!("{}/{COMPRESSED_DEPTH_TOPIC}", self.played_name),
+            Some(Compressed::Colour) => format!("{}/{COMPRESSED_IMAGE_TOPIC}", self.played_name),
+            None => self.played_name.to_owned(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::process::Stdio;
 
-use super::feed::FedTopic;
+use super::feed::{Compressed, FedTopic};
 use super::{Playback, Run, pacing};
 use crate::failure::Failure;
 use crate::processes::Process;
@@ -20,8 +20,14 @@ impl Run {
             let to = format!("{}/{}", self.namespace, topic.played_name);
             arguments.extend(["--topics".to_owned(), bag_topic.clone()]);
             arguments.extend(["--remap".to_owned(), format!("{bag_topic}:={to}")]);
-            if topic.is_compressed {
-                arguments.extend(["--compress-depth".to_owned(), bag_topic.clone()]);
+            match topic.compressed {
+                Some(Compressed::Depth) => {
+                    arguments.extend(["--compress-depth".to_owned(), bag_topic.clone()]);
+                }
+                Some(Compressed::Colour) => {
+                    arguments.extend(["--compress-color".to_owned(), format!("{bag_topic}=png")]);
+                }
+                None => {}
             }
             let awaited = format!("{}/{}", self.namespace, topic.node_name());
             arguments.extend(["--wait-for".to_owned(), awaited]);
