@@ -196,6 +196,17 @@ impl Map {
         }
     }
 
+    /// Blocks of 8 by 8 cells that the grid of a map of depth images records, and their bound; `None` without a grid.
+    #[must_use]
+    pub fn grid_fill(&self) -> Option<(usize, usize)> {
+        match self {
+            Self::Means(_) => None,
+            Self::Surface(map) => {
+                map.grid_plane().map(|plane| (plane.blocks(), plane.config().max_blocks))
+            }
+        }
+    }
+
     /// So many voxels an octomap may have that is to be loaded: as many as fit, or as a flat surface crosses in all blocks.
     #[must_use]
     pub fn max_voxels(&self) -> usize {

@@ -19,6 +19,14 @@ use crate::layer::{Layer, Slot};
 use crate::ticks::Ticks;
 pub use fan::PlaneRay;
 
+/// Cycles in which a cell was passed, or hit, before it counts as free, or as occupied; as of [`Cell`].
+const LEAST_CYCLES: u8 = 3;
+/// What is occupied is hit in one of so many more cycles as it is passed. A range may be off by more than a cell of a plan, unlike
+/// the mean of the depths of a voxel: the cells beside a wall are hit now and then, and passed more often.
+const PASSES_PER_HIT_WHERE_OCCUPIED: u16 = 3;
+/// What is free is passed so many times as often as it is hit, or more.
+const PASSES_PER_HIT_WHERE_FREE: u16 = 6;
+
 /// Cells of a block.
 const BLOCK_CELLS: usize = BLOCK_EDGE * BLOCK_EDGE;
 
@@ -106,7 +114,7 @@ impl PlaneOccupancy {
             *counted = cycle;
             count(cell);
         }
-        Some(cell.state())
+        Some(state_of(cell))
     }
 
     fn block_or_new(&mut self, key: BlockKey) -> Option<&mut PlaneBlock> {
@@ -136,9 +144,7 @@ impl PlaneOccupancy {
     #[must_use]
     pub fn state(&self, cell: [i32; 2]) -> CellState {
         let block = self.layer.get(BlockKey::of(VoxelKey { x: cell[0], y: cell[1], z: 0 }));
-        block
-            .and_then(|block| block.cells.get(index_of(cell)))
-            .map_or(CellState::Unknown, Cell::state)
+        block.and_then(|block| block.cells.get(index_of(cell))).map_or(CellState::Unknown, state_of)
     }
 
     /// Calls `visit` with each cell of which something is known, in a fixed order.
@@ -146,7 +152,7 @@ impl PlaneOccupancy {
         for key in self.layer.sorted_keys() {
             let Some(block) = self.layer.get(key) else { continue };
             for (index, cell) in block.cells.iter().enumerate() {
-                let state = cell.state();
+                let state = state_of(cell);
                 if state != CellState::Unknown {
                     let VoxelKey { x, y, .. } = key.voxel(index);
                     visit([x, y], state);
@@ -191,6 +197,18 @@ impl PlaneOccupancy {
 impl PlaneBlock {
     fn new(now: u32) -> Self {
         Self { cells: [Cell::default(); BLOCK_CELLS], counted: [0; BLOCK_CELLS], first_seen: now }
+    }
+}
+
+/// What is known of a cell of the plane.
+fn state_of(cell: &Cell) -> CellState {
+    let (hits, passes) = (u16::from(cell.hits()), u16::from(cell.passes()));
+    if cell.passes() >= LEAST_CYCLES && hits * PASSES_PER_HIT_WHERE_FREE <= passes {
+        CellState::Free
+    } else if cell.hits() >= LEAST_CYCLES && hits * PASSES_PER_HIT_WHERE_OCCUPIED >= passes {
+        CellState::Occupied
+    } else {
+        CellState::Unknown
     }
 }
 

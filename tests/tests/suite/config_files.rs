@@ -198,13 +198,16 @@ fn the_names_of_each_nodes_parameters_fit_into_one_response() {
 }
 
 /// Their ranges hang on one another.
-const BOUND_BY_OTHERS: [&str; 12] = [
+const BOUND_BY_OTHERS: [&str; 15] = [
     "voxel_edge_m",
     "evidence_cell_m",
     "evidence_extent_m",
     "evidence_reach_m",
     "min_range_m",
     "max_range_m",
+    "grid_min_height_m",
+    "grid_max_height_m",
+    "grid_free_below_m",
     "frame.points.threshold",
     "frame.points.low_threshold",
     "frame.line_depth.nearest_side_px",

@@ -1,7 +1,8 @@
 //! The occupancy grid on its topics and in its files.
 //!
 //! `map` has the whole grid, latched: for a new subscriber (within `grid_period_s`), when its border has moved, and once in `map_publish_period_s`.
-//! `map_updates` has what has changed since, as a rectangle, once in `grid_period_s`. Nothing is made while nobody subscribes.
+//! `map_updates` has what has changed since, as a rectangle, once in `grid_period_s`; of a map so large that this would take much of the node's
+//! time, less often. Nothing is made while nobody subscribes.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -18,6 +19,9 @@ use crate::Map;
 
 /// Updates that may wait for a subscriber.
 const UPDATES_KEPT: usize = 10;
+
+/// Making the grid takes no more than this share (1 / 20) of the node's time: of a large map it comes less often.
+const MOST_SHARE: u32 = 20;
 
 /// The periods of the grid.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,6 +42,8 @@ pub(super) struct GridOutput {
     has_changed: bool,
     last_whole: Option<Instant>,
     last_look: Option<Instant>,
+    /// How long the last one took.
+    last_took: Duration,
     failed: Throttle,
 }
 
@@ -52,6 +58,7 @@ impl GridOutput {
             has_changed: false,
             last_whole: None,
             last_look: None,
+            last_took: Duration::ZERO,
             failed: Throttle::for_warnings(),
         })
     }
@@ -80,12 +87,14 @@ impl GridOutput {
         };
         if of_whole + of_updates == 0
             || !(has_new || self.has_changed)
-            || !is_due(self.last_look, self.periods.updates)
+            || !is_due(self.last_look, self.periods.updates.max(self.last_took * MOST_SHARE))
         {
             return;
         }
         self.last_look = Some(now);
-        let grid = match map.occupancy_grid() {
+        let made = map.occupancy_grid();
+        self.last_took = now.elapsed();
+        let grid = match made {
             Ok(grid) => grid,
             Err(error) => {
                 if let Some(held_back) = self.failed.pass() {

@@ -146,6 +146,9 @@ impl Stage {
                 counts.extend(spilling::reported(&self.map));
                 let (what, filled, most) = self.map.fill();
                 self.counters.note_fill(what, filled, most);
+                if let Some((blocks, most)) = self.map.grid_fill() {
+                    self.counters.note_fill("grid blocks", blocks, most);
+                }
                 self.reporter.processed(header, self.taken_cycles, &counts, &timer);
                 self.reporter.keeps_pace(self.cycles.lost_count(), &timer, REMEDY);
                 self.taken_cycles = self.taken_cycles.wrapping_add(1);

@@ -7,8 +7,11 @@ use super::PlaneOccupancy;
 /// Cells are sampled in steps of this share of their edge, in both directions: no cell's centre is then farther than half of
 /// the cell's edge from a sample.
 const SAMPLES_PER_CELL: f64 = 0.7;
-/// Space is passed up to so many edges before what a ray ends at: half a cell is the surface's.
-const MARGIN_IN_EDGES: f64 = 0.5;
+/// Space is passed up to so many edges before what a ray ends at.
+const MARGIN_IN_EDGES: f64 = 0.1;
+/// A surface is in the cell of the body behind it: a ray hits the place so many edges behind its end. A surface between two cells is
+/// then in the one that the body is in.
+const INTO_BODY_IN_EDGES: f64 = 0.4;
 /// Two rays show the space between them free, or the surface between their ends, only where they are no farther apart: about a
 /// body's narrow side, so that no person fits between them.
 const WIDEST_GAP_M: f64 = 0.15;
@@ -51,9 +54,11 @@ impl PlaneOccupancy {
                 .map(move |(ray, next)| (ray, next.filter(|next| ray.joins_next && usable(next))))
         };
         for (ray, next) in pairs().filter(|(ray, _)| ray.hits) {
-            self.hit(&ray.to_m);
+            let into_m = INTO_BODY_IN_EDGES * self.config.edge_m;
+            let body_m = |ray: &PlaneRay| ray.to_m + ray.direction() * into_m;
+            self.hit(&body_m(ray));
             if let Some(next) = next.filter(|next| next.hits) {
-                self.hit_between(&ray.to_m, &next.to_m);
+                self.hit_between(&body_m(ray), &body_m(next));
             }
         }
         for (ray, next) in pairs() {

@@ -52,6 +52,22 @@ fn space_before_a_wall_is_free_the_wall_occupied_and_what_is_behind_unknown() {
 }
 
 #[test]
+fn a_wall_between_two_cells_is_in_the_one_behind_whatever_the_noise_of_ranges() {
+    let mut plane = plane();
+    for cycle in 0..40 {
+        // The noise of ranges is more than half a cell: 1.5 % of 2.5 m.
+        let noise_m = 0.038 * [-1.0, 0.3, 0.9, -0.2, -0.7, 0.6, 0.0, -0.4][cycle as usize % 8];
+        take(&mut plane, cycle, 1, &fan([0.0, 0.0], 2.5 + noise_m));
+    }
+    for y in -20..=20 {
+        let y_m = 0.05 * f64::from(y) + 0.01;
+        assert_eq!(state_at(&plane, 2.52, y_m), CellState::Occupied, "{y_m}");
+        assert_ne!(state_at(&plane, 2.47, y_m), CellState::Occupied, "{y_m}");
+        assert_eq!(state_at(&plane, 2.42, y_m), CellState::Free, "{y_m}");
+    }
+}
+
+#[test]
 fn neighbours_farther_apart_than_a_body_leave_a_gap() {
     // 1 degree is 15 cm at 8.6 m.
     let plane = after(4, &fan([0.0, 0.0], 12.02));
