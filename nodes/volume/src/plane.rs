@@ -23,7 +23,7 @@ pub use fan::PlaneRay;
 const LEAST_CYCLES: u8 = 3;
 /// What is occupied is hit in one of so many more cycles as it is passed. A range may be off by more than a cell of a plan, unlike
 /// the mean of the depths of a voxel: the cells beside a wall are hit now and then, and passed more often.
-const PASSES_PER_HIT_WHERE_OCCUPIED: u16 = 3;
+const PASSES_PER_HIT_WHERE_OCCUPIED: u16 = 2;
 /// What is free is passed so many times as often as it is hit, or more.
 const PASSES_PER_HIT_WHERE_FREE: u16 = 6;
 

@@ -50,9 +50,9 @@ fn the_yaml_says_where_the_image_is_without_rounding_errors() {
 
 #[test]
 fn the_shade_of_unknown_cells_lies_between_the_thresholds() {
-    let unknown = (255.0 - 205.0) / 255.0;
-    assert!(FREE_THRESHOLD <= unknown && unknown <= OCCUPIED_THRESHOLD);
-    assert!((255.0 - 254.0) / 255.0 < FREE_THRESHOLD);
+    let occupancy = |shade: f64| (255.0 - shade) / 255.0;
+    assert!((FREE_THRESHOLD..=OCCUPIED_THRESHOLD).contains(&occupancy(205.0)));
+    assert!(occupancy(254.0) < FREE_THRESHOLD && occupancy(0.0) > OCCUPIED_THRESHOLD);
 }
 
 #[test]

@@ -81,9 +81,11 @@ impl DepthFan {
             let direction = Vector2::new(azimuth_rad.cos(), azimuth_rad.sin());
             let nearest_m = f64::from(seen.nearest_m);
             if nearest_m.is_finite() && !seen.moves {
-                // A short one: up to there it may be too high above the floor.
+                // A short one: up to there it may be too high above the floor. The cell of the surface itself is not free: what a
+                // ray hits is half a cell behind its end.
                 let end = |range_m: f64| from_m + direction * range_m;
-                let (from_m, to_m) = (end(nearest_m - HIT_M), end(nearest_m));
+                let end_m = nearest_m - margin_m;
+                let (from_m, to_m) = (end(end_m - HIT_M), end(end_m));
                 rays.push(PlaneRay { from_m, to_m, hits: true, joins_next: false });
             }
             if seen.free == 0 || seen.blind * MOST_BLIND > seen.pixels {

@@ -32,9 +32,9 @@ impl SurfaceMap {
         };
         let before = self.len();
         let moved = if self.spill.is_some() {
-            self.move_tiles(&now_from_before)
+            self.move_tiles(now_from_before)
         } else {
-            Ok(self.move_in_memory(&now_from_before))
+            Ok(self.move_in_memory(now_from_before))
         };
         let moved_voxels = moved.inspect_err(|_| self.corrections.put_off(&asked))?;
         if let Some(grid) = &mut self.grid {

@@ -11,7 +11,7 @@ const SAMPLES_PER_CELL: f64 = 0.7;
 const MARGIN_IN_EDGES: f64 = 0.1;
 /// A surface is in the cell of the body behind it: a ray hits the place so many edges behind its end. A surface between two cells is
 /// then in the one that the body is in.
-const INTO_BODY_IN_EDGES: f64 = 0.4;
+const INTO_BODY_IN_EDGES: f64 = 0.5;
 /// Two rays show the space between them free, or the surface between their ends, only where they are no farther apart: about a
 /// body's narrow side, so that no person fits between them.
 const WIDEST_GAP_M: f64 = 0.15;

@@ -36,10 +36,21 @@ async fn a_subscriber_gets_the_grid_and_then_what_changes_in_it() {
     {
         let clouds =
             peer.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(50)).unwrap();
+        let reports =
+            peer.subscription::<StageReport>("reconstruction/report", &Qos::reliable(50)).unwrap();
         soon("the node", clouds.wait_for_subscribers(1)).await;
-        for index in 0..5 {
-            clouds.publish(message(&Scene::room(), index)).unwrap();
-        }
+        soon("its reports", reports.wait_for_publishers(1)).await;
+        let (mut index, mut done) = (0, 0);
+        // A cell is free after three cycles. Reports are lost until the node has found their subscriber.
+        soon("the reports", async {
+            while done < 5 {
+                clouds.publish(message(&Scene::room(), index)).unwrap();
+                index += 1;
+                let report = tokio::time::timeout(Duration::from_millis(200), reports.next());
+                done += usize::from(report.await.is_ok());
+            }
+        })
+        .await;
         let grids = peer.subscription::<nav_msgs::OccupancyGrid>("map", &Qos::latched()).unwrap();
         let updates =
             peer.subscription::<OccupancyGridUpdate>("map_updates", &Qos::reliable(50)).unwrap();
@@ -52,7 +63,6 @@ async fn a_subscriber_gets_the_grid_and_then_what_changes_in_it() {
         assert!((aligned - aligned.round()).abs() < 1e-3);
         // Something comes to stand there, until the update with it.
         let scene = Scene::room().with_person(0.0);
-        let mut index = 5;
         let update = soon("an update", async {
             loop {
                 clouds.publish(message(&scene, index)).unwrap();
