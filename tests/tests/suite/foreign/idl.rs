@@ -40,7 +40,8 @@ fn member(Field { element, arity, name }: &Field) -> String {
         }
         Element::Number(number) => match number.as_str() {
             "bool" => "boolean",
-            "byte" | "char" | "uint8" => "octet",
+            // A signed byte is an octet on the wire, and older generators have no word of its own for it.
+            "byte" | "char" | "int8" | "uint8" => "octet",
             "int16" => "short",
             "uint16" => "unsigned short",
             "int32" => "long",
