@@ -3,8 +3,6 @@
 mod map_file;
 mod picture;
 mod score;
-#[cfg(test)]
-mod tests;
 
 use std::path::PathBuf;
 

@@ -17,6 +17,8 @@ const ABOVE: i64 = 4;
 const LEAST_UP: f32 = 0.9;
 /// Nothing is so far below a floor: where more than a few points of noise are, it is a table.
 const BELOW_M: f64 = 0.12;
+/// Points farther above or below the origin of the map are none of a building, nor of a mine.
+const MOST_HEIGHT_M: f32 = 1e5;
 /// The share of points that may lie below.
 const MOST_BELOW: f64 = 0.01;
 
@@ -40,7 +42,9 @@ pub fn find_floor_m(points: GridPoints<'_>) -> Option<f64> {
 
 /// The floor among points of level surfaces, by the heights of all points.
 pub(super) fn floor_of(level: &[Point3<f32>], heights_m: &[f32]) -> Option<f64> {
-    let level = || level.iter().filter(|point| geometry::is_finite(point));
+    let is_height =
+        |point: &&Point3<f32>| geometry::is_finite(point) && point.z.abs() <= MOST_HEIGHT_M;
+    let level = || level.iter().filter(is_height);
     // The casts saturate.
     let along = |value: f32| (f64::from(value) / CELL_M).floor() as i32;
     let half_layer = |z: f32| (f64::from(z) / HALF_LAYER_M).floor() as i64;

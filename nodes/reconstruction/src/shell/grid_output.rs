@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use geometry::OccupancyGrid;
+use geometry::{GridCell, OccupancyGrid};
 use msgs::convert;
 use msgs::map_msgs::OccupancyGridUpdate;
 use msgs::nav_msgs;
@@ -15,7 +15,7 @@ use node_shell::{Node, NodeFailure, Publisher, Qos, Throttle, folder_of, write_w
 use tokio::time::Instant;
 
 use super::parameters::Settings;
-use crate::Map;
+use crate::{GridError, Map};
 
 /// Updates that may wait for a subscriber.
 const UPDATES_KEPT: usize = 10;
@@ -40,6 +40,8 @@ pub(super) struct GridOutput {
     /// The subscribers that have it.
     known_to: usize,
     has_changed: bool,
+    /// Subscribers of `map` alone do not have what was last published as an update.
+    whole_is_stale: bool,
     last_whole: Option<Instant>,
     last_look: Option<Instant>,
     /// How long the last one took.
@@ -56,6 +58,7 @@ impl GridOutput {
             known: None,
             known_to: 0,
             has_changed: false,
+            whole_is_stale: false,
             last_whole: None,
             last_look: None,
             last_took: Duration::ZERO,
@@ -85,17 +88,29 @@ impl GridOutput {
         let is_due = |last: Option<Instant>, period| {
             last.is_none_or(|last| now.saturating_duration_since(last) >= period)
         };
+        let whole_is_due = is_due(self.last_whole, self.periods.whole);
         if of_whole + of_updates == 0
-            || !(has_new || self.has_changed)
+            || !(has_new || self.has_changed || self.whole_is_stale && whole_is_due)
             || !is_due(self.last_look, self.periods.updates.max(self.last_took * MOST_SHARE))
         {
             return;
         }
         self.last_look = Some(now);
+        let start = Instant::now();
         let made = map.occupancy_grid();
-        self.last_took = now.elapsed();
+        self.last_took = start.elapsed();
         let grid = match made {
             Ok(grid) => grid,
+            // Nothing is mapped yet, or no more: a grid that was published is unknown now.
+            Err(GridError::EmptyMap) => {
+                self.has_changed = false;
+                if let Some(known) = self.known.take() {
+                    let cells = vec![GridCell::Unknown; known.cells.len()];
+                    let unknown = OccupancyGrid { cells, ..known };
+                    self.grids.publish_or_warn(convert::message_from_grid(&unknown));
+                }
+                return;
+            }
             Err(error) => {
                 if let Some(held_back) = self.failed.pass() {
                     tracing::warn!("{error} ({held_back} more since the last warning)");
@@ -106,24 +121,24 @@ impl GridOutput {
         self.has_changed = false;
         let known = self.known.as_ref().filter(|known| known.is_same_part(&grid));
         let part = known.map(|known| grid.changed_since(known));
-        let whole_is_due = match part {
-            None => true,
-            Some(part) => {
-                has_new
-                    || part.is_some()
-                        && (of_updates == 0 || is_due(self.last_whole, self.periods.whole))
-            }
-        };
-        if whole_is_due && of_whole > 0 {
+        let is_news = self.whole_is_stale || !matches!(part, Some(None));
+        let is_whole = part.is_none() || has_new || is_news && whole_is_due;
+        if is_whole && of_whole > 0 {
             if !self.grids.publish_or_warn(convert::message_from_grid(&grid)) {
                 self.has_changed = true;
                 return;
             }
             (self.last_whole, self.known_to) = (Some(now), of_whole);
-        } else if let Some(Some(part)) = part
-            && of_updates > 0
-        {
-            self.updates.publish_or_warn(convert::update_of_grid(&grid, part));
+            self.whole_is_stale = false;
+        } else if let Some(Some(part)) = part {
+            self.whole_is_stale = true;
+            if of_updates == 0 {
+                return;
+            }
+            if !self.updates.publish_or_warn(convert::update_of_grid(&grid, part)) {
+                self.has_changed = true;
+                return;
+            }
         }
         self.known = Some(grid);
     }

@@ -21,6 +21,8 @@ pub(super) const NO_MAP_FILE: &str =
 
 /// The name of the file on `/diagnostics`.
 const CONDITION: &str = "map file";
+/// The name of the grid's file there.
+const GRID_CONDITION: &str = "grid file";
 
 /// A map with less than this fraction (1 / 2) of the points of its file counts as another map: less is cleared within
 /// one run, unless the poses are wrong.
@@ -57,32 +59,40 @@ struct Running<'a> {
     /// The request that is answered when it is done; `None` for a periodic save.
     request: Option<Request<'a, Trigger>>,
     file: Option<MapFile>,
-    task: JoinHandle<Result<Done, NodeFailure>>,
+    task: JoinHandle<Done>,
 }
 
 /// What is to be written, as it was at one time.
 struct Job {
     /// The map, and whether its former file is kept.
     map: Option<(MapFile, Snapshot, bool)>,
-    grid: Option<(GridFile, OccupancyGrid)>,
+    /// The grid, or the reason why there is none.
+    grid: Option<Result<(GridFile, OccupancyGrid), NodeFailure>>,
 }
 
-/// What was written.
+/// What was written, or why not: the one does not depend on the other.
 pub(super) struct Done {
-    map: Option<Saved>,
-    grid: Option<String>,
+    map: Option<Result<Saved, NodeFailure>>,
+    grid: Option<Result<String, NodeFailure>>,
+}
+
+#[cfg(test)]
+impl Done {
+    pub(super) fn map_failed(&self) -> bool {
+        matches!(self.map, Some(Err(_)))
+    }
 }
 
 impl Job {
-    fn write(&self) -> Result<Done, NodeFailure> {
-        let map = self.map.as_ref().map(|(file, snapshot, keeps)| file.write(snapshot, *keeps));
-        let map = map.transpose()?;
-        let grid = self.grid.as_ref().map(|(file, grid)| {
-            file.write(grid)?;
+    fn write(self) -> Done {
+        let map = self.map.map(|(file, snapshot, keeps)| file.write(&snapshot, keeps));
+        let grid = self.grid.map(|grid| {
+            let (file, grid) = grid?;
+            file.write(&grid)?;
             let (width, height, path) = (grid.width, grid.height, file.path().display());
-            Ok::<_, NodeFailure>(format!("a grid of {width} x {height} cells to {path}"))
+            Ok(format!("a grid of {width} x {height} cells to {path}"))
         });
-        Ok(Done { map, grid: grid.transpose()? })
+        Done { map, grid }
     }
 }
 
@@ -131,7 +141,7 @@ impl<'a> Saving<'a> {
     /// Begins to save the map as it is now. The request is answered when it is done.
     pub(super) fn begin(&mut self, stage: &mut Stage, request: Option<Request<'a, Trigger>>) {
         self.last = Instant::now();
-        // By itself a node saves the map also where there is no grid yet; who asks for both is told.
+        // A node saves the map also where there is no grid yet; who asks for both gets the reason.
         match self.prepare(stage, request.is_some()) {
             Ok(job) => {
                 let file = job.map.as_ref().map(|(file, ..)| file.clone());
@@ -141,7 +151,7 @@ impl<'a> Saving<'a> {
             Err(error) => {
                 if self.file.is_some() || self.grid_file.is_some() {
                     stage.unsaved.is_changed = true;
-                    self.failed(&error);
+                    self.failed(CONDITION, &error);
                 }
                 if let Some(request) = request {
                     request.answer(Err(error));
@@ -153,7 +163,7 @@ impl<'a> Saving<'a> {
     /// The result of the running save; never returns if there is none. The future may be dropped while it waits.
     pub(super) async fn finish(&mut self) -> Result<Done, NodeFailure> {
         let Some(running) = &mut self.running else { return std::future::pending().await };
-        (&mut running.task).await.unwrap_or_else(|error| Err(error.into()))
+        Ok((&mut running.task).await?)
     }
 
     /// Processes the result of [`Self::finish`].
@@ -186,19 +196,19 @@ impl<'a> Saving<'a> {
         }
         let job = self.prepare(stage, false)?;
         let file = job.map.as_ref().map(|(file, ..)| file.clone());
-        self.note(job.write(), file.as_ref(), stage).map(Some)
+        self.note(Ok(job.write()), file.as_ref(), stage).map(Some)
     }
 
-    /// What is to be written. Where there is no grid, that is an error only if `needs_grid`; otherwise it is logged.
+    /// What is to be written. A missing grid is a part of the result only if `needs_grid`; otherwise it is logged.
     fn prepare(&mut self, stage: &mut Stage, needs_grid: bool) -> Result<Job, NodeFailure> {
         if self.file.is_none() && self.grid_file.is_none() {
             return Err(NO_MAP_FILE.into());
         }
         let grid = match self.grid_file.clone().map(|file| (file, stage.map.occupancy_grid())) {
-            Some((file, Ok(grid))) => Some((file, grid)),
-            Some((_, Err(error))) if needs_grid => return Err(error.into()),
+            Some((file, Ok(grid))) => Some(Ok((file, grid))),
+            Some((_, Err(error))) if needs_grid => Some(Err(error.into())),
             Some((_, Err(error))) => {
-                self.failed(&error.into());
+                self.failed(GRID_CONDITION, &error.into());
                 None
             }
             None => None,
@@ -235,11 +245,23 @@ impl<'a> Saving<'a> {
     ) -> Result<String, NodeFailure> {
         let Done { map, grid } = saved.inspect_err(|error| {
             stage.unsaved.is_changed = true;
-            self.failed(error);
+            self.failed(CONDITION, error);
         })?;
-        let map = map.zip(file).map(|(saved, file)| self.note_map(saved, file));
-        let done: Vec<String> =
-            map.into_iter().chain(grid.map(|grid| format!("saved {grid}"))).collect();
+        let map = map.zip(file).map(|(saved, file)| match saved {
+            Ok(saved) => Ok(self.note_map(saved, file)),
+            Err(error) => {
+                self.failed(CONDITION, &error);
+                Err(error)
+            }
+        });
+        let grid = grid.map(|grid| {
+            let grid = grid.inspect_err(|error| self.failed(GRID_CONDITION, error))?;
+            let done = format!("saved {grid}");
+            self.counters.note_condition(GRID_CONDITION, &done, false);
+            Ok(done)
+        });
+        let done: Result<Vec<String>, NodeFailure> = map.into_iter().chain(grid).collect();
+        let done = done.inspect_err(|_| stage.unsaved.is_changed = true)?;
         Ok(done.join("; "))
     }
 
@@ -269,9 +291,9 @@ impl<'a> Saving<'a> {
         done
     }
 
-    fn failed(&self, error: &NodeFailure) {
+    fn failed(&self, condition: &'static str, error: &NodeFailure) {
         let error = error.to_string();
         tracing::warn!("{error}");
-        self.counters.note_condition(CONDITION, &error, true);
+        self.counters.note_condition(condition, &error, true);
     }
 }

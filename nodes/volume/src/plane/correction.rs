@@ -50,7 +50,8 @@ impl PlaneOccupancy {
         };
         let before_from_now = motion.inverse();
         // Where the motion takes the plane up or down, a place is found straight below.
-        let height_m = (motion * Point3::new(f64::from(corner.x), f64::from(corner.y), 0.0)).z;
+        let [least_m, ..] = corners.map(|corner| corner * edge_m);
+        let height_m = least_m.z;
         for y in range(1) {
             for x in range(0) {
                 let middle_m = Point3::new(

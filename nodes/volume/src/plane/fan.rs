@@ -87,6 +87,10 @@ impl PlaneOccupancy {
             (ray.length_m() - margin_m).min(MOST_CELLS_ALONG * edge_m)
         };
         let (own_m, direction) = (clear_m(ray), ray.direction());
+        // It begins at the surface that it hits: nothing was seen before that.
+        if own_m <= 0.0 {
+            return;
+        }
         let beside = next.map(|next| (next.from_m, next.direction(), clear_m(next)));
         for ring in 0..=(own_m / step_m).max(0.0) as u32 {
             let along_m = f64::from(ring) * step_m;

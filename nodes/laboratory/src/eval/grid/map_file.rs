@@ -27,6 +27,9 @@ pub(super) fn read(path: &Path) -> Result<OccupancyGrid, Failure> {
         |reason: &dyn std::fmt::Display| Failure::new(format!("{}: {reason}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
     let yaml: MapYaml = serde_saphyr::from_str(&text).map_err(|error| wrong(&error))?;
+    if !(yaml.resolution.is_finite() && yaml.resolution > 0.0) {
+        return Err(wrong(&format_args!("a resolution of {} m is none", yaml.resolution)));
+    }
     let image = path.parent().unwrap_or(Path::new("")).join(&yaml.image);
     let bytes = std::fs::read(&image)
         .map_err(|error| Failure::new(format!("{}: {error}", image.display())))?;

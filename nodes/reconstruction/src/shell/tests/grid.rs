@@ -84,6 +84,34 @@ async fn a_subscriber_gets_the_grid_and_then_what_changes_in_it() {
     soon("the end", served).await.unwrap().unwrap();
 }
 
+/// A grid that could not be written made each save of the map count as one of another map: versions took the place of all older ones.
+#[tokio::test]
+async fn a_grid_that_cannot_be_written_does_not_concern_the_map() {
+    let test = Place::new("grid_refused");
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    // A folder in place of the image cannot be replaced by a file.
+    std::fs::create_dir(path("house.pgm")).unwrap();
+    let mut parameters = parameters(GridSource::HeightBand);
+    (parameters.grid_file, parameters.map_file) = (path("house.yaml"), path("map.ply"));
+    let node = test.node(&test.host(), "reconstruction");
+    let settings = Settings::of(&parameters).unwrap();
+    let mut stage = Stage::new(&node, &parameters).unwrap();
+    let mut saving = Saving::new(&settings, node.counters());
+    for index in 0..6 {
+        let cycle = message(&Scene::room(), index);
+        stage.take(&node_shell::Arrived::Message(std::sync::Arc::new(cycle)));
+        let error = saving.save_now(&mut stage).await.unwrap_err().to_string();
+        assert!(error.contains("the grid could not be saved"), "{error}");
+    }
+    let mut names: Vec<_> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["house.pgm", "map.ply"]);
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_grid_is_saved_at_the_end_with_or_without_the_map() {
     let test = Place::new("grid_file");
