@@ -275,6 +275,6 @@ fn a_floor_is_level_large_and_has_nothing_below() {
         patch(-0.45, 40).chain((0..40).map(|z| Point3::new(0.0, 0.0, -1.2 + 0.01 * z as f32)));
     assert_eq!(found(table_and_leg.collect()), None, "what is below says it is a table");
     assert_eq!(found(Vec::new()), None);
-    let odd = [f32::NAN, f32::INFINITY, 1e30].map(|z| Point3::new(z, z, z)).to_vec();
+    let odd = [f32::NAN, f32::INFINITY, 1e30, -1e30].map(|z| Point3::new(z, z, z)).to_vec();
     assert_eq!(found(odd), None);
 }

@@ -138,6 +138,20 @@ fn a_correction_moves_a_block_with_the_moment_it_was_seen_first() {
     assert_eq!(expected(2.65, 0.0), CellState::Unknown);
 }
 
+/// A place far away moved sideways by its height in cells, taken for metres.
+#[test]
+fn a_correction_that_tilts_moves_what_is_far_away_by_no_more_than_the_tilt() {
+    let mut plane = after(4, &fan([20.0, 0.0], 22.52));
+    let tilt = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.05);
+    plane.correct(|_| Isometry3::from_parts(Translation3::identity(), tilt));
+    let walls = (-20..=20).filter(|y| {
+        let y_m = 0.05 * f64::from(*y) + 0.01;
+        // The cosine takes 2.8 cm, less than a cell; the height of the place one cell more or less.
+        (-1..=1).any(|x| state_at(&plane, 22.475 + 0.05 * f64::from(x), y_m) == CellState::Occupied)
+    });
+    assert!(walls.count() >= 38);
+}
+
 #[test]
 fn a_correction_that_is_none_changes_nothing() {
     let mut plane = after(4, &fan([0.0, 0.0], 2.52));
