@@ -158,7 +158,7 @@ fn a_sequence_that_is_not_there_is_told_with_where_to_get_it() {
     let failure = run(&args(&["/nowhere/rgbd_dataset_freiburg2_desk_with_person"])).unwrap_err();
     let failure = failure.to_string();
     let address = "rgbd/dataset/freiburg2/rgbd_dataset_freiburg2_desk_with_person.tgz";
-    assert!(failure.contains("is missing") && failure.contains(address), "{failure}");
+    assert!(failure.contains("does not exist") && failure.contains(address), "{failure}");
     let empty = tempfile::tempdir().unwrap();
     let failure = run(&args(&[empty.path().to_str().unwrap()])).unwrap_err().to_string();
     assert!(failure.contains("groundtruth.txt") && failure.contains("cvg.cit.tum.de"), "{failure}");
