@@ -113,7 +113,7 @@ fn what_cannot_be_scored_is_named_with_its_line_and_the_mend() {
     refused(&[path(&data("truth.kitti")), "--ref", path(&truth)], &["has stamps", "--times"]);
     refused(
         &[path(&truth), "--ref", path(&truth), "--est-topic", "/x"],
-        &["is no bag", "--est-topic"],
+        &["is not a bag", "--est-topic"],
     );
     refused(&[path(&truth), "--ref", path(&truth), "--rpe", "0m"], &["delta must be"]);
 }
