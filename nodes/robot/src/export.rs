@@ -86,21 +86,23 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
     }
     let points = read(&args.map)?;
     let OrientedPoints { points_m, normals, colours } = &points;
-    let done = match form {
-        Form::Ply => write(&args.output, &ply::encode_with_colours(points_m, normals, colours))?,
-        Form::Pcd => write(&args.output, &pcd::encode_with_colours(points_m, normals, colours))?,
-        Form::Octomap => write(&args.output, &octomap_of(points_m, args.edge)?)?,
+    let mut size = String::new();
+    let bytes = match form {
+        Form::Ply => ply::encode_with_colours(points_m, normals, colours),
+        Form::Pcd => pcd::encode_with_colours(points_m, normals, colours),
+        Form::Octomap => octomap_of(points_m, args.edge)?,
         Form::Grid => {
             let grid = grid(args, &points)?;
             let name = image.file_name().and_then(|name| name.to_str());
             let name = name.ok_or_else(|| Failure::new("the name of -o is no UTF-8"))?;
             write(&image, &grid.pgm())?;
-            write(&args.output, grid.map_yaml(name).as_bytes())?;
-            format!(" of {} x {} cells", grid.width, grid.height)
+            size = format!(" of {} x {} cells", grid.width, grid.height);
+            grid.map_yaml(name).into_bytes()
         }
     };
+    write(&args.output, &bytes)?;
     console::print(format_args!(
-        "{}{done}, from the {} points of {}",
+        "{}{size}, from the {} points of {}",
         args.output.display(),
         points_m.len(),
         args.map.display()
@@ -159,10 +161,9 @@ fn read(path: &Path) -> Result<OrientedPoints, Failure> {
     }
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<String, Failure> {
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     write_whole_file(path, bytes)
-        .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
-    Ok(String::new())
+        .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
 }
 
 #[cfg(test)]

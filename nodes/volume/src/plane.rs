@@ -21,7 +21,7 @@ pub use fan::PlaneRay;
 
 /// Cycles in which a cell was passed, or hit, before it counts as free, or as occupied; as of [`Cell`].
 const LEAST_CYCLES: u8 = 3;
-/// What is occupied is hit in one of so many more cycles as it is passed. A range may be off by more than a cell of a plan, unlike
+/// An occupied cell has at least one hit for each so many passes. A range may be off by more than a cell of a plan, unlike
 /// the mean of the depths of a voxel: the cells beside a wall are hit now and then, and passed more often.
 const PASSES_PER_HIT_WHERE_OCCUPIED: u16 = 2;
 /// What is free is passed so many times as often as it is hit, or more.
