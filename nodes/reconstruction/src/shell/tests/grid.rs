@@ -25,6 +25,25 @@ fn message(scene: &Scene, index: u32) -> SegmentedCloud {
     convert::message_from_segmented_cycle(&cycle)
 }
 
+/// Publishes cycles of the room until the node has reported five of them: a cell is free after three. Reports are lost until the
+/// node has found their subscriber. Returns the index of the next cycle.
+async fn see_the_room(
+    clouds: &Publisher<SegmentedCloud>,
+    reports: &Subscription<StageReport>,
+) -> u32 {
+    let (mut index, mut done) = (0, 0);
+    soon("the reports", async {
+        while done < 5 {
+            clouds.publish(message(&Scene::room(), index)).unwrap();
+            index += 1;
+            let report = tokio::time::timeout(Duration::from_millis(200), reports.next());
+            done += usize::from(report.await.is_ok());
+        }
+    })
+    .await;
+    index
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_subscriber_gets_the_grid_and_then_what_changes_in_it() {
     let test = Place::new("grid");
@@ -40,17 +59,7 @@ async fn a_subscriber_gets_the_grid_and_then_what_changes_in_it() {
             peer.subscription::<StageReport>("reconstruction/report", &Qos::reliable(50)).unwrap();
         soon("the node", clouds.wait_for_subscribers(1)).await;
         soon("its reports", reports.wait_for_publishers(1)).await;
-        let (mut index, mut done) = (0, 0);
-        // A cell is free after three cycles. Reports are lost until the node has found their subscriber.
-        soon("the reports", async {
-            while done < 5 {
-                clouds.publish(message(&Scene::room(), index)).unwrap();
-                index += 1;
-                let report = tokio::time::timeout(Duration::from_millis(200), reports.next());
-                done += usize::from(report.await.is_ok());
-            }
-        })
-        .await;
+        let mut index = see_the_room(&clouds, &reports).await;
         let grids = peer.subscription::<nav_msgs::OccupancyGrid>("map", &Qos::latched()).unwrap();
         let updates =
             peer.subscription::<OccupancyGridUpdate>("map_updates", &Qos::reliable(50)).unwrap();
@@ -133,17 +142,7 @@ async fn the_grid_is_saved_at_the_end_with_or_without_the_map() {
                 peer.publisher::<SegmentedCloud>("segmented_cloud", &Qos::reliable(50)).unwrap();
             soon("the node", clouds.wait_for_subscribers(1)).await;
             soon("its reports", reports.wait_for_publishers(1)).await;
-            let (mut index, mut done) = (0, 0);
-            // Reports are lost until the node has found their subscriber.
-            soon("the reports", async {
-                while done < 5 {
-                    clouds.publish(message(&Scene::room(), index)).unwrap();
-                    index += 1;
-                    let report = tokio::time::timeout(Duration::from_millis(200), reports.next());
-                    done += usize::from(report.await.is_ok());
-                }
-            })
-            .await;
+            see_the_room(&clouds, &reports).await;
         }
         host.shutdown_signal().trigger();
         soon("the end", served).await.unwrap().unwrap();
