@@ -1,7 +1,5 @@
-//! One depth image, prepared for projective updates: depths in metres, coarser levels, and the least and greatest depth of
-//! any rectangle.
+//! One depth image, prepared for projective updates: depths in metres, and the least and greatest depth of any rectangle.
 
-mod levels;
 mod remap;
 mod tiles;
 
@@ -14,7 +12,6 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::noise::DepthNoise;
 use crate::projection::{Pinhole, Project, Spherical, SphericalModel, SphericalModelError};
-pub(crate) use levels::{LEVELS, Levels, WEIGHT_BITS};
 use remap::Remap;
 pub(crate) use tiles::Tiles;
 
@@ -96,7 +93,7 @@ pub(crate) enum Kind {
 /// One depth image, prepared. It is refilled for each image and keeps its memory; several layers with different voxel edges
 /// can be updated from one view.
 ///
-/// In its images a positive number is the depth of a possible surface, a negative one means only that the space up to this
+/// A positive number is the depth of a possible surface, a negative one means only that the space up to this
 /// depth is free (moving objects, and depths out of range), and 0 means unknown.
 #[derive(Clone, Debug)]
 pub struct DepthView {
@@ -105,7 +102,9 @@ pub struct DepthView {
     pub(crate) kind: Kind,
     pub(crate) range: DepthRange,
     pub(crate) noise: DepthNoise,
-    pub(crate) levels: Levels,
+    /// The depths, row by row; see above.
+    pub(crate) depths_m: Vec<f32>,
+    pub(crate) width_px: usize,
     pub(crate) tiles: Tiles,
     pub(crate) colour: Vec<[u8; 3]>,
     remap: Option<Remap>,
@@ -133,7 +132,8 @@ impl DepthView {
             })),
             range,
             noise,
-            levels: Levels::default(),
+            depths_m: Vec::new(),
+            width_px: 0,
             tiles: Tiles::default(),
             colour: Vec::new(),
             remap: None,
@@ -145,7 +145,7 @@ impl DepthView {
     /// # Errors
     /// When the sizes differ, or the camera or the pose is invalid.
     pub fn fill(&mut self, input: &DepthInput<'_>) -> Result<(), ViewError> {
-        self.levels.clear();
+        self.clear();
         let DepthInput { image, is_moving, colour, camera, map_from_camera } = *input;
         camera.validate()?;
         geometry::check_pose(map_from_camera)?;
@@ -170,10 +170,11 @@ impl DepthView {
         self.map_from_camera = *map_from_camera;
         let pinhole = Pinhole::of(camera);
         self.kind = Kind::Pinhole(pinhole);
-        let depths_m = self.levels.finest_mut(width_px, height_px);
-        load(image.pixels(), self.range, depths_m);
+        self.width_px = width_px;
+        self.depths_m.resize(expected, 0.0);
+        load(image.pixels(), self.range, &mut self.depths_m);
         if let Some(is_moving) = is_moving {
-            for (depth_m, &is_moving) in depths_m.iter_mut().zip(is_moving) {
+            for (depth_m, &is_moving) in self.depths_m.iter_mut().zip(is_moving) {
                 *depth_m = if is_moving { -depth_m.abs() } else { *depth_m };
             }
         }
@@ -182,13 +183,13 @@ impl DepthView {
         if !camera.distortion.is_none() {
             let known = self.remap.take().filter(|known| known.is_of(camera));
             let remap = known.unwrap_or_else(|| Remap::of(camera));
-            remap.apply(self.levels.finest_mut(width_px, height_px), 0.0);
+            remap.apply(&mut self.depths_m, 0.0);
             if !self.colour.is_empty() {
                 remap.apply(&mut self.colour, NO_COLOUR);
             }
             self.remap = Some(remap);
         }
-        self.complete();
+        self.tiles.refill(&self.depths_m, width_px, height_px);
         Ok(())
     }
 
@@ -205,7 +206,7 @@ impl DepthView {
         model: &SphericalModel,
         map_from_sensor: &Isometry3<f64>,
     ) -> Result<(), ViewError> {
-        self.levels.clear();
+        self.clear();
         model.validate()?;
         geometry::check_pose(map_from_sensor)?;
         let (pixels, expected) = (is_moving.map_or(points_m.len(), <[bool]>::len), points_m.len());
@@ -218,14 +219,15 @@ impl DepthView {
         self.kind = Kind::Spherical(spherical);
         self.colour.clear();
         let range = self.range;
-        let depths_m = self.levels.finest_mut(model.columns, model.rows);
-        depths_m.fill(0.0);
+        self.width_px = model.columns;
+        self.depths_m.clear();
+        self.depths_m.resize(model.columns * model.rows, 0.0);
         for (index, point) in points_m.iter().enumerate() {
             if !geometry::is_finite(point) {
                 continue;
             }
             let Some((pixel, range_m)) = spherical.pixel(point) else { continue };
-            let Some(kept_m) = depths_m.get_mut(pixel as usize) else { continue };
+            let Some(kept_m) = self.depths_m.get_mut(pixel as usize) else { continue };
             let depth_m = within(range_m, range);
             let is_moving = is_moving.and_then(|mask| mask.get(index)).copied().unwrap_or(false);
             let depth_m = if is_moving { -depth_m.abs() } else { depth_m };
@@ -233,25 +235,20 @@ impl DepthView {
                 *kept_m = depth_m;
             }
         }
-        self.complete();
+        self.tiles.refill(&self.depths_m, model.columns, model.rows);
         Ok(())
-    }
-
-    fn complete(&mut self) {
-        self.levels.complete(&self.noise);
-        let (width_px, height_px) = self.levels.size();
-        self.tiles.refill(self.levels.finest(), width_px, height_px);
     }
 
     /// Empties it.
     pub fn clear(&mut self) {
-        self.levels.clear();
+        self.depths_m.clear();
+        self.width_px = 0;
     }
 
     /// Whether it holds no image.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.levels.finest().is_empty()
+        self.depths_m.is_empty()
     }
 
     /// The time of the image.
@@ -266,6 +263,11 @@ impl DepthView {
         &self.map_from_camera
     }
 
+    /// Columns and rows of the image.
+    pub(crate) fn size_px(&self) -> (usize, usize) {
+        (self.width_px, self.depths_m.len() / self.width_px.max(1))
+    }
+
     /// The greatest depth in the image, in metres.
     pub(crate) fn farthest_m(&self) -> f32 {
         self.tiles.farthest_m()
@@ -274,7 +276,7 @@ impl DepthView {
     /// The memory in use, in bytes.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        self.levels.memory_bytes()
+        self.depths_m.capacity() * size_of::<f32>()
             + self.tiles.memory_bytes()
             + self.colour.capacity() * size_of::<[u8; 3]>()
             + self.remap.as_ref().map_or(0, Remap::memory_bytes)

@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::block::{BLOCK_EDGE, BlockKey};
-use crate::depth_view::{DepthView, LEVELS};
+use crate::depth_view::DepthView;
+use crate::levels::level_of;
 use crate::noise::DepthNoise;
 use crate::projection::{CameraBox, Covered, Extent, Project};
 
@@ -177,13 +178,6 @@ impl<'a, P: Project> Judge<'a, P> {
         }
         (1 << level_of(self.sampled_edge_m, self.view.pixel_slope(), nearest_m)) - 1
     }
-}
-
-/// The coarsest level whose pixels are no larger than a voxel's edge at a depth.
-#[inline]
-pub(crate) fn level_of(edge_m: f32, pixel_slope: f32, depth_m: f32) -> u32 {
-    let edge_px = edge_m / (pixel_slope * depth_m.max(1e-3));
-    (1..LEVELS as u32).take_while(|level| edge_px >= (1 << level) as f32).count() as u32
 }
 
 /// Finds the blocks that an image affects.

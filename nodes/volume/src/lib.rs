@@ -39,6 +39,7 @@ mod depth_view;
 mod descent;
 mod evidence;
 mod layer;
+mod levels;
 mod noise;
 mod occupancy;
 mod plane;

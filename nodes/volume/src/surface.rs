@@ -24,6 +24,7 @@ use crate::block::BlockKey;
 use crate::depth_view::{DepthView, with_projection};
 use crate::descent::{Behind, Descent, Judge, Margins, Verdict, block_edge_m};
 use crate::layer::Layer;
+use crate::levels::Levels;
 use crate::projection::{Extent, Project};
 use crate::ticks::Ticks;
 use block::SurfaceBlock;
@@ -70,6 +71,7 @@ pub struct Surface {
     /// Blocks of the latest image for which there was no room.
     refused: Vec<(BlockKey, Box<SurfaceBlock>)>,
     work: Vec<Work>,
+    levels: Levels,
     /// Blocks that the image shows to be free.
     free: Vec<BlockKey>,
     /// Blocks from whose directions nothing comes back.
@@ -113,6 +115,7 @@ impl Surface {
             spare: Vec::new(),
             refused: Vec::new(),
             work: Vec::new(),
+            levels: Levels::default(),
             free: Vec::new(),
             blank: Vec::new(),
             seen_before: SeenBefore::default(),
@@ -161,7 +164,9 @@ impl Surface {
             SurfaceUpdate { is_incomplete: !self.find_work(&judge), ..SurfaceUpdate::default() };
         update.compared_blocks = self.work.len();
         let colour = self.config.has_colour && !view.colour.is_empty();
-        let job = Job::new(view, &judge, projection, edge_m, margins, colour);
+        let (width_px, height_px) = view.size_px();
+        self.levels.refill(&view.depths_m, width_px, height_px, &view.noise);
+        let job = Job::new((view, &self.levels), &judge, projection, edge_m, margins, colour);
         let mut work = std::mem::take(&mut self.work);
         let stretch = work.len().div_ceil(executor.threads().get()).max(1);
         let mut stretches: Vec<&mut [Work]> = work.chunks_mut(stretch).collect();
@@ -336,6 +341,7 @@ impl Surface {
         blocks
             + spare
             + self.layer.table_bytes()
+            + self.levels.memory_bytes()
             + self.work.capacity() * size_of::<Work>()
             + (self.free.capacity() + self.blank.capacity()) * size_of::<BlockKey>()
     }

@@ -156,7 +156,7 @@ pub(crate) fn view_of_scene(
 /// The span of a rectangle computed pixel by pixel, as the pyramid should give it.
 pub(crate) fn plain_span(view: &DepthView, columns: [u32; 2], rows: [u32; 2]) -> (f32, f32) {
     const TILE_PX: usize = 4;
-    let (width_px, height_px) = view.levels.size();
+    let (width_px, height_px) = view.size_px();
     let tiles = |[first, last]: [u32; 2]| first as usize / TILE_PX..last as usize / TILE_PX + 1;
     let (mut free_to_m, mut known_to_m) = (f32::MAX, 0.0_f32);
     for tile_row in tiles(rows) {
@@ -166,7 +166,7 @@ pub(crate) fn plain_span(view: &DepthView, columns: [u32; 2], rows: [u32; 2]) ->
             let all = lines.len() * of_line.len();
             let pixels =
                 lines.flat_map(|row| of_line.clone().map(move |column| row * width_px + column));
-            let depths_m = pixels.map(|pixel| view.levels.finest()[pixel].abs());
+            let depths_m = pixels.map(|pixel| view.depths_m[pixel].abs());
             let returns: Vec<f32> = depths_m.filter(|depth_m| *depth_m > 0.0).collect();
             let least_m = returns.iter().copied().fold(f32::MAX, f32::min);
             free_to_m = free_to_m.min(if 2 * returns.len() < all { 0.0 } else { least_m });
@@ -179,8 +179,8 @@ pub(crate) fn plain_span(view: &DepthView, columns: [u32; 2], rows: [u32; 2]) ->
 /// The points of the pixels that show what is static, in the map.
 pub(crate) fn static_points_in_map(view: &DepthView) -> Vec<Point3<f64>> {
     let crate::depth_view::Kind::Pinhole(projection) = view.kind else { return Vec::new() };
-    let (width_px, _) = view.levels.size();
-    let pixels = view.levels.finest().iter().enumerate().filter(|(_, depth_m)| **depth_m > 0.0);
+    let (width_px, _) = view.size_px();
+    let pixels = view.depths_m.iter().enumerate().filter(|(_, depth_m)| **depth_m > 0.0);
     let point = |(pixel, depth_m): (usize, &f32)| {
         let point_m = projection.point_m(pixel % width_px, pixel / width_px, *depth_m);
         view.map_from_camera * Point3::from(point_m).cast::<f64>()

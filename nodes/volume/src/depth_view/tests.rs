@@ -26,7 +26,7 @@ fn depths_out_of_range_and_what_moves_show_free_space_alone() {
     };
     view.fill(&input).unwrap();
     let expected = [0.0, 0.0, 0.0, 0.0, 0.0, 2.0, -5.0, -3.0];
-    for (depth_m, expected_m) in view.levels.finest().iter().zip(expected) {
+    for (depth_m, expected_m) in view.depths_m.iter().zip(expected) {
         assert!((depth_m - expected_m).abs() <= 5e-5 * f32::abs(expected_m), "{depth_m}");
     }
 }
@@ -73,7 +73,7 @@ fn a_lens_is_taken_out_of_the_image() {
     });
     let view = testing::view_of(&camera, &Isometry3::identity(), 0.0, depths_m.collect(), None);
     let mut shown = 0;
-    for ((column, row), &depth_m) in pixels.zip(view.levels.finest()) {
+    for ((column, row), &depth_m) in pixels.zip(&view.depths_m) {
         let x = (f64::from(column) - camera.cx_px) / camera.fx_px;
         let y = (f64::from(row) - camera.cy_px) / camera.fy_px;
         if depth_m != 0.0 {
@@ -82,23 +82,6 @@ fn a_lens_is_taken_out_of_the_image() {
         }
     }
     assert!(shown > 2500, "{shown} pixels");
-}
-
-#[test]
-fn means_are_of_one_surface_alone() {
-    let camera = testing::camera(16, 16);
-    let mut depths_m = vec![2.0; 256];
-    for (pixel, depth_m) in depths_m.iter_mut().enumerate() {
-        *depth_m += if pixel % 2 == 0 { 0.001 } else { -0.001 };
-        if pixel % 16 >= 9 {
-            *depth_m = 4.0;
-        }
-    }
-    let view = testing::view_of(&camera, &Isometry3::identity(), 0.0, depths_m, None);
-    let coarse = view.levels.depths_m(1);
-    assert!((coarse[0] - 2.0).abs() < 2e-4 && (coarse[7] - 4.0).abs() < 2e-4);
-    assert!(coarse.iter().all(|depth_m| !(2.5..3.5).contains(depth_m)));
-    assert_eq!((coarse.len(), view.levels.depths_m(3).len()), (65, 5));
 }
 
 #[test]
@@ -115,7 +98,7 @@ fn a_cloud_is_seen_as_a_panorama_and_the_nearest_point_counts() {
     let pose = Isometry3::identity();
     let moving = [false, false, true, true];
     view.fill_from_points(Stamp::default(), &points, Some(&moving), &model, &pose).unwrap();
-    let mut seen: Vec<f32> = view.levels.finest().iter().copied().filter(|m| *m != 0.0).collect();
+    let mut seen: Vec<f32> = view.depths_m.iter().copied().filter(|m| *m != 0.0).collect();
     seen.sort_by(f32::total_cmp);
     assert_eq!(seen.len(), 2);
     assert!((seen[0] + 4.0).abs() < 1e-3 && (seen[1] - 2.0).abs() < 1e-3);

@@ -32,61 +32,69 @@ pub(crate) struct Tiles {
     least_m: Vec<Vec<f32>>,
     /// For each level, the greatest depth; 0 without returns.
     most_m: Vec<Vec<f32>>,
-    scratch: OfColumns,
+    scratch: Parts,
 }
 
-/// The extremes of each column of pixels within a row of tiles.
+/// The extremes of parts of a row of tiles: of its columns of pixels first, at the end of its tiles.
 #[derive(Clone, Debug, Default)]
-struct OfColumns {
+struct Parts {
     least_m: Vec<f32>,
     most_m: Vec<f32>,
     /// How many pixels have a return.
     returns: Vec<f32>,
+    spare: Vec<f32>,
 }
 
-impl OfColumns {
-    fn resize(&mut self, width_px: usize) {
-        for values in [&mut self.least_m, &mut self.most_m, &mut self.returns] {
-            values.resize(width_px, 0.0);
-        }
-    }
-
-    fn clear(&mut self) {
-        self.least_m.fill(f32::MAX);
-        self.most_m.fill(0.0);
-        self.returns.fill(0.0);
-    }
-
-    fn join(&mut self, line_m: &[f32]) {
-        join_line(line_m, &mut self.least_m, &mut self.most_m, &mut self.returns);
-    }
-
-    /// A few pixels without a return among others are noise; where most have none, there may be a surface that returns nothing.
-    fn reduce(&self, tile_px: usize, lines: usize, least_m: &mut [f32], most_m: &mut [f32]) {
-        let columns = self.least_m.chunks(tile_px).zip(self.most_m.chunks(tile_px));
-        let columns = columns.zip(self.returns.chunks(tile_px));
-        for ((((least_of, most_of), returns), least_m), most_m) in
-            columns.zip(least_m.iter_mut()).zip(most_m.iter_mut())
+impl Parts {
+    fn reset(&mut self, parts: usize) {
+        for (values, none) in
+            [(&mut self.least_m, f32::MAX), (&mut self.most_m, 0.0), (&mut self.returns, 0.0)]
         {
-            let pixels = (returns.len() * lines) as f32;
-            let least = least_of.iter().copied().fold(f32::MAX, f32::min);
-            *least_m = if 2.0 * returns.iter().sum::<f32>() < pixels { 0.0 } else { least };
-            *most_m = most_of.iter().copied().fold(0.0, f32::max);
+            values.clear();
+            values.resize(parts, none);
         }
+    }
+
+    #[inline(always)]
+    fn join(&mut self, line_m: &[f32]) {
+        let parts = self.least_m.iter_mut().zip(&mut self.most_m).zip(&mut self.returns);
+        for (depth_m, ((least_m, most_m), returns)) in line_m.iter().zip(parts) {
+            let depth_m = depth_m.abs();
+            let is_seen = depth_m > 0.0;
+            let least = if is_seen { depth_m } else { f32::MAX };
+            *returns += if is_seen { 1.0 } else { 0.0 };
+            // As a comparison these would be compiled to stores by a mask, which some processors take a hundred cycles for.
+            *least_m = least_m.min(least);
+            *most_m = most_m.max(depth_m);
+        }
+    }
+
+    /// Joins each part with the next.
+    #[inline(always)]
+    fn halve(&mut self) {
+        let Self { least_m, most_m, returns, spare } = self;
+        halve(least_m, spare, lesser);
+        halve(most_m, spare, greater);
+        halve(returns, spare, |a, b| a + b);
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
-fn join_line(line_m: &[f32], least_m: &mut [f32], most_m: &mut [f32], returns: &mut [f32]) {
-    let kept = least_m.iter_mut().zip(most_m).zip(returns);
-    for (depth_m, ((least_m, most_m), returns)) in line_m.iter().zip(kept) {
-        let depth_m = depth_m.abs();
-        let is_seen = depth_m > 0.0;
-        let least = if is_seen { depth_m } else { f32::MAX };
-        *returns += if is_seen { 1.0 } else { 0.0 };
-        *least_m = if least < *least_m { least } else { *least_m };
-        *most_m = if depth_m > *most_m { depth_m } else { *most_m };
-    }
+#[inline(always)]
+fn halve(values: &mut Vec<f32>, spare: &mut Vec<f32>, choose: impl Fn(f32, f32) -> f32) {
+    spare.clear();
+    spare.extend(values.as_chunks().0.iter().map(|&[a, b]| choose(a, b)));
+    std::mem::swap(values, spare);
+}
+
+/// Of numbers alone, unlike [`f32::min`], which costs more.
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 impl Tiles {
@@ -105,31 +113,48 @@ impl Tiles {
                 image.resize(tiles, 0.0);
             }
         }
-        self.fill_tiles(depths_m, width_px, height_px);
-        for level in 1..levels {
-            let reach = 1 << (level - 1);
-            grow(&mut self.least_m, level, self.columns, reach, |a, b| if a < b { a } else { b });
-            grow(&mut self.most_m, level, self.columns, reach, |a, b| if a > b { a } else { b });
-        }
+        fill(self, depths_m, width_px, height_px);
     }
 
+    #[inline(always)]
     fn fill_tiles(&mut self, depths_m: &[f32], width_px: usize, height_px: usize) {
         let (Some(least_m), Some(most_m)) = (self.least_m.first_mut(), self.most_m.first_mut())
         else {
             return;
         };
         let tile_px = self.tile_px;
-        self.scratch.resize(width_px);
         let tiles =
             least_m.chunks_exact_mut(self.columns).zip(most_m.chunks_exact_mut(self.columns));
         for (row, (least_m, most_m)) in tiles.enumerate() {
             let lines = row * tile_px..height_px.min((row + 1) * tile_px);
-            self.scratch.clear();
+            self.scratch.reset(self.columns * tile_px);
             for line in lines.clone() {
                 let line_m = depths_m.get(line * width_px..(line + 1) * width_px);
                 self.scratch.join(line_m.unwrap_or_default());
             }
-            self.scratch.reduce(tile_px, lines.len(), least_m, most_m);
+            for _ in 0..tile_px.trailing_zeros() {
+                self.scratch.halve();
+            }
+            // A few pixels without a return among others are noise; where most have none, there may be a surface that returns
+            // nothing.
+            for (column, (least_m, least_of)) in
+                least_m.iter_mut().zip(&self.scratch.least_m).enumerate()
+            {
+                let columns_px = tile_px.min(width_px - column * tile_px);
+                let pixels = (columns_px * lines.len()) as f32;
+                let returns = self.scratch.returns.get(column).copied().unwrap_or(0.0);
+                *least_m = if 2.0 * returns < pixels { 0.0 } else { *least_of };
+            }
+            most_m.copy_from_slice(&self.scratch.most_m);
+        }
+    }
+
+    #[inline(always)]
+    fn fill_levels(&mut self) {
+        for level in 1..self.least_m.len() {
+            let reach = 1 << (level - 1);
+            grow(&mut self.least_m, level, self.columns, reach, lesser);
+            grow(&mut self.most_m, level, self.columns, reach, greater);
         }
     }
 
@@ -205,14 +230,22 @@ impl Tiles {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let OfColumns { least_m, most_m, returns } = &self.scratch;
-        let images = self.least_m.iter().chain(&self.most_m).chain([least_m, most_m, returns]);
+        let Parts { least_m, most_m, returns, spare } = &self.scratch;
+        let images = self.least_m.iter().chain(&self.most_m);
+        let images = images.chain([least_m, most_m, returns, spare]);
         images.map(|image| image.capacity() * size_of::<f32>()).sum()
     }
 }
 
+#[multiversion(targets("x86_64+avx2"))]
+fn fill(tiles: &mut Tiles, depths_m: &[f32], width_px: usize, height_px: usize) {
+    tiles.fill_tiles(depths_m, width_px, height_px);
+    tiles.fill_levels();
+}
+
 /// Computes a level from the one before: from four of its squares, `reach` tiles apart. A square that extends beyond the
 /// border has only the tiles inside.
+#[inline(always)]
 fn grow(
     levels: &mut [Vec<f32>],
     level: usize,

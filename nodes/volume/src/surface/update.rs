@@ -23,8 +23,9 @@ use nalgebra::Point3;
 
 use super::block::{FULL, SurfaceBlock};
 use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey};
-use crate::depth_view::{DepthView, LEVELS, WEIGHT_BITS};
-use crate::descent::{Behind, Judge, Margins, block_edge_m, level_of};
+use crate::depth_view::DepthView;
+use crate::descent::{Behind, Judge, Margins, block_edge_m};
+use crate::levels::{LEVELS, Levels, WEIGHT_BITS, level_of};
 use crate::noise::{DepthNoise, FULL_WEIGHT};
 use crate::projection::{LANES, Pinhole, Project, Row, Spherical};
 
@@ -64,6 +65,7 @@ impl Work {
 /// What all blocks of an image share.
 pub(super) struct Job<'a, P> {
     view: &'a DepthView,
+    levels: &'a Levels,
     judge: &'a Judge<'a, P>,
     projections: [P; LEVELS],
     edge_m: f64,
@@ -79,7 +81,7 @@ pub(super) struct Job<'a, P> {
 
 impl<'a, P: Project> Job<'a, P> {
     pub(super) fn new(
-        view: &'a DepthView,
+        (view, levels): (&'a DepthView, &'a Levels),
         judge: &'a Judge<'a, P>,
         projection: P,
         edge_m: f64,
@@ -88,6 +90,7 @@ impl<'a, P: Project> Job<'a, P> {
     ) -> Self {
         Self {
             view,
+            levels,
             judge,
             projections: [0, 1, 2, 3].map(|level| projection.coarser(level)),
             edge_m,
@@ -161,8 +164,7 @@ fn compare<P: Project>(job: &Job<'_, P>, key: BlockKey, block: &mut SurfaceBlock
     let middle = Point3::from(origin_in_map.map(|along_m| along_m + 0.5 * block_edge_m));
     let [x, y, z] = job.judge.in_camera_m(&middle);
     let level = level_of(job.edge_m as f32, job.pixel_slope, (x * x + y * y + z * z).sqrt());
-    let (projection, depths_m) =
-        (&job.projections[level as usize], job.view.levels.depths_m(level));
+    let (projection, depths_m) = (&job.projections[level as usize], job.levels.depths_m(level));
     let [step_x, step_y, step_z] = job.steps_m;
     let rows = block.distance.as_chunks_mut::<LANES>().0.iter_mut();
     let rows = rows.zip(block.weight.as_chunks_mut::<LANES>().0);
@@ -258,7 +260,7 @@ fn join_colour<P: Project>(
 ) {
     let [finest, ..] = &job.projections;
     let pixels = finest.row(start_m, job.steps_m[0]).pixel;
-    let depths_m = job.view.levels.depths_m(0);
+    let depths_m = job.levels.depths_m(0);
     let seen_m = pixels.map(|pixel| depths_m.get(pixel as usize).copied().unwrap_or(0.0));
     let mut joins = [false; LANES];
     let mut shares = [0_i32; LANES];

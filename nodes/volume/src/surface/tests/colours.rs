@@ -7,8 +7,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::{config, contents, points};
 use crate::testing::{self, Scene};
 use crate::{
-    BlockBox, ChangeFollower, DepthInput, DepthView, PointRules, Surface, SurfaceConfig,
-    SurfacePoint,
+    BLOCK_VOXELS, BlockBox, ChangeFollower, DepthInput, DepthView, PointRules, Surface,
+    SurfaceConfig, SurfacePoint,
 };
 
 const RED: [u8; 3] = [200, 30, 30];
@@ -114,11 +114,11 @@ fn without_a_colour_image_no_memory_is_taken_for_colours() {
         surface
     };
     assert_eq!(plain(true).memory_bytes(), plain(false).memory_bytes());
-    let coloured = walls().memory_bytes() as f64 / plain(true).memory_bytes() as f64;
-    assert!(
-        (1.1..1.8).contains(&coloured),
-        "3 bytes a node beside 4, and what there is but once: {coloured}"
-    );
+    let (coloured, plain) = (walls(), plain(true));
+    assert_eq!(coloured.blocks(), plain.blocks());
+    let more = (coloured.memory_bytes() - plain.memory_bytes()) as f64 / plain.blocks() as f64;
+    let of_all_nodes = 3.0 * BLOCK_VOXELS as f64;
+    assert!((0.3 * of_all_nodes..1.1 * of_all_nodes).contains(&more), "{more} bytes a block");
 }
 
 #[test]

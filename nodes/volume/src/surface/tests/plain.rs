@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use proptest::prelude::*;
 
 use super::*;
+use crate::levels::Levels;
 use crate::projection::{CameraBox, Extent};
 use crate::surface::block::FULL;
 use crate::surface::update::weight_in;
@@ -15,6 +16,7 @@ type Plain = BTreeMap<BlockKey, SurfaceBlock>;
 /// What of a plain update differs from one block to the next.
 struct PlainImage<'a, P> {
     view: &'a DepthView,
+    levels: Levels,
     judge: Judge<'a, P>,
     projection: P,
     config: SurfaceConfig,
@@ -38,9 +40,9 @@ impl<P: Project> PlainImage<'_, P> {
     /// Whether a block is free as a whole: by each pixel of the tiles around what it covers.
     fn is_free(&self, key: BlockKey) -> bool {
         let Extent::Within(covered) = self.extent(key) else { return false };
-        let (width_px, height_px) = self.view.levels.size();
+        let (width_px, height_px) = self.view.size_px();
         let slope = self.projection.pixel_slope();
-        let level = crate::descent::level_of(self.config.edge_m as f32, slope, covered.nearest_m);
+        let level = crate::levels::level_of(self.config.edge_m as f32, slope, covered.nearest_m);
         let beside = (1_u32 << level) - 1;
         let grown = |[first, last]: [u32; 2], size: usize| {
             [first.saturating_sub(beside), (last + beside).min(size as u32 - 1)]
@@ -65,7 +67,7 @@ impl<P: Project> PlainImage<'_, P> {
             return block.evidence.miss().then_some(block);
         }
         let slope = self.projection.pixel_slope();
-        let level = crate::descent::level_of(self.config.edge_m as f32, slope, middle_m);
+        let level = crate::levels::level_of(self.config.edge_m as f32, slope, middle_m);
         let projection = self.projection.coarser(level);
         let steps = self.judge.steps_m(self.config.edge_m);
         let start = self.judge.in_camera_m(&Point3::from(origin));
@@ -79,7 +81,7 @@ impl<P: Project> PlainImage<'_, P> {
                     + along[0] * steps[0][axis]
             });
             let row = projection.row(place, [0.0; 3]);
-            let depth_m = self.view.levels.depths_m(level)[row.pixel[0] as usize];
+            let depth_m = self.levels.depths_m(level)[row.pixel[0] as usize];
             let before_m = depth_m.abs() - row.depth_m[0];
             let truncation_m = self.truncation_m();
             let sigma_m = self.view.noise.sigma_m(depth_m);
@@ -164,7 +166,10 @@ proptest! {
             let crate::depth_view::Kind::Pinhole(projection) = view.kind else { unreachable!() };
             let margins = fast.margins();
             let judge = Judge::new(&view, projection, margins, config.edge_m as f32);
-            PlainImage { view: &view, judge, projection, config }.join(&mut plain, 14);
+            let mut levels = Levels::default();
+            let (width_px, height_px) = view.size_px();
+            levels.refill(&view.depths_m, width_px, height_px, &view.noise);
+            PlainImage { view: &view, levels, judge, projection, config }.join(&mut plain, 14);
         }
         let fast = contents(&fast);
         prop_assert_eq!(fast.len(), plain.len());

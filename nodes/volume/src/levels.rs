@@ -19,86 +19,84 @@ const SAME_SURFACE_SIGMAS: f32 = 6.0;
 /// The images.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Levels {
-    images: [Level; LEVELS],
+    packed: [Vec<f32>; LEVELS],
+    /// The coarser images before their weights are in them.
+    coarser: [Image; LEVELS - 1],
     /// The change of depth from pixel to pixel, of one level at a time.
     slopes_m: Vec<f32>,
 }
 
 #[derive(Clone, Debug, Default)]
-struct Level {
+struct Image {
     width_px: usize,
     height_px: usize,
-    /// Row by row, and one more value, 0, for pixels outside of the image.
     depths_m: Vec<f32>,
 }
 
-impl Level {
-    fn resize(&mut self, width_px: usize, height_px: usize) {
-        (self.width_px, self.height_px) = (width_px, height_px);
-        self.depths_m.resize(width_px * height_px + 1, 0.0);
-        if let Some(outside) = self.depths_m.last_mut() {
-            *outside = 0.0;
-        }
+#[derive(Clone, Copy, Debug)]
+struct ImageRef<'a> {
+    width_px: usize,
+    height_px: usize,
+    depths_m: &'a [f32],
+}
+
+impl Image {
+    fn as_ref(&self) -> ImageRef<'_> {
+        let Self { width_px, height_px, ref depths_m } = *self;
+        ImageRef { width_px, height_px, depths_m }
     }
 }
 
 impl Levels {
-    pub(crate) fn clear(&mut self) {
-        for image in &mut self.images {
-            (image.width_px, image.height_px) = (0, 0);
-            image.depths_m.clear();
-        }
-    }
-
-    /// The pixels of the finest image, to be filled.
-    pub(crate) fn finest_mut(&mut self, width_px: usize, height_px: usize) -> &mut [f32] {
-        let [finest, ..] = &mut self.images;
-        finest.resize(width_px, height_px);
-        let pixels = width_px * height_px;
-        finest.depths_m.get_mut(..pixels).unwrap_or_default()
-    }
-
-    pub(crate) fn finest(&self) -> &[f32] {
-        let [finest, ..] = &self.images;
-        finest.depths_m.get(..finest.width_px * finest.height_px).unwrap_or_default()
-    }
-
-    pub(crate) fn size(&self) -> (usize, usize) {
-        let [finest, ..] = &self.images;
-        (finest.width_px, finest.height_px)
-    }
-
-    /// The depths of a level, and 0 after the last.
-    pub(crate) fn depths_m(&self, level: u32) -> &[f32] {
-        self.images.get(level as usize).map_or(&[], |image| &image.depths_m)
-    }
-
-    /// Computes the coarser levels and the weights of all depths.
-    pub(crate) fn complete(&mut self, noise: &DepthNoise) {
-        let [finest, coarser @ ..] = &mut self.images;
-        let mut finer: &Level = finest;
-        for (level, image) in (1..).zip(coarser) {
-            image.resize(finer.width_px.div_ceil(2), finer.height_px.div_ceil(2));
+    /// Computes the levels of an image.
+    pub(crate) fn refill(
+        &mut self,
+        depths_m: &[f32],
+        width_px: usize,
+        height_px: usize,
+        noise: &DepthNoise,
+    ) {
+        let finest = ImageRef { width_px, height_px, depths_m };
+        let mut finer = finest;
+        for (level, image) in (1..).zip(&mut self.coarser) {
+            (image.width_px, image.height_px) =
+                (finer.width_px.div_ceil(2), finer.height_px.div_ceil(2));
+            image.depths_m.resize(image.width_px * image.height_px, 0.0);
             halve(finer, finest, level, noise, image);
-            finer = image;
+            finer = image.as_ref();
         }
-        for image in &mut self.images {
-            let (width_px, height_px) = (image.width_px, image.height_px);
-            self.slopes_m.resize(width_px * height_px, 0.0);
-            find_slopes(&image.depths_m, width_px, height_px, &mut self.slopes_m);
-            pack_weights(&mut image.depths_m, &self.slopes_m, noise);
+        let images = [finest].into_iter().chain(self.coarser.iter().map(Image::as_ref));
+        for (image, packed) in images.zip(&mut self.packed) {
+            self.slopes_m.resize(image.depths_m.len(), 0.0);
+            find_slopes(image, &mut self.slopes_m);
+            packed.resize(image.depths_m.len() + 1, 0.0);
+            pack_weights(image.depths_m, &self.slopes_m, noise, packed);
         }
+    }
+
+    /// The depths of a level, row by row, and one more value, 0, for pixels outside of the image.
+    pub(crate) fn depths_m(&self, level: u32) -> &[f32] {
+        self.packed.get(level as usize).map_or(&[], Vec::as_slice)
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        let images = self.images.iter().map(|image| &image.depths_m).chain([&self.slopes_m]);
+        let coarser = self.coarser.iter().map(|image| &image.depths_m);
+        let images = self.packed.iter().chain(coarser).chain([&self.slopes_m]);
         images.map(|depths_m| depths_m.capacity() * size_of::<f32>()).sum()
     }
 }
 
+/// The coarsest level whose pixels are no larger than a voxel's edge at a depth.
+#[inline]
+pub(crate) fn level_of(edge_m: f32, pixel_slope: f32, depth_m: f32) -> u32 {
+    let edge_px = edge_m / (pixel_slope * depth_m.max(1e-3));
+    (1..LEVELS as u32).take_while(|level| edge_px >= (1 << level) as f32).count() as u32
+}
+
 /// The larger of the differences to the next column and the next row; it is also large where one of these has no static depth.
 #[multiversion(targets("x86_64+avx2"))]
-fn find_slopes(depths_m: &[f32], width_px: usize, height_px: usize, slopes_m: &mut [f32]) {
+fn find_slopes(image: ImageRef<'_>, slopes_m: &mut [f32]) {
+    let ImageRef { width_px, height_px, depths_m } = image;
     let rows = slopes_m.chunks_exact_mut(width_px.max(1)).take(height_px);
     for (row_px, slopes_m) in rows.enumerate() {
         let first = row_px * width_px;
@@ -121,12 +119,16 @@ fn find_slopes(depths_m: &[f32], width_px: usize, height_px: usize, slopes_m: &m
     }
 }
 
+/// Sets the value after the last to 0.
 #[multiversion(targets("x86_64+avx2"))]
-fn pack_weights(depths_m: &mut [f32], slopes_m: &[f32], noise: &DepthNoise) {
-    for (depth_m, slope_m) in depths_m.iter_mut().zip(slopes_m) {
+fn pack_weights(depths_m: &[f32], slopes_m: &[f32], noise: &DepthNoise, packed: &mut [f32]) {
+    for ((packed, &depth_m), slope_m) in packed.iter_mut().zip(depths_m).zip(slopes_m) {
         let weight = weight_of(depth_m.abs(), *slope_m, noise);
-        let packed = f32::from_bits(depth_m.to_bits() & !WEIGHT_BITS | weight);
-        *depth_m = if *depth_m == 0.0 { 0.0 } else { packed };
+        let with_weight = f32::from_bits(depth_m.to_bits() & !WEIGHT_BITS | weight);
+        *packed = if depth_m == 0.0 { 0.0 } else { with_weight };
+    }
+    if let Some(outside) = packed.last_mut() {
+        *outside = 0.0;
     }
 }
 
@@ -136,7 +138,13 @@ pub(crate) const WEIGHT_BITS: u32 = 0xff;
 /// The mean of four pixels on one surface; otherwise the pixel of the finest level nearest to the centre of the
 /// square: the mean of depths of different surfaces is on neither.
 #[multiversion(targets("x86_64+avx2"))]
-fn halve(finer: &Level, finest: &Level, level: u32, noise: &DepthNoise, coarser: &mut Level) {
+fn halve(
+    finer: ImageRef<'_>,
+    finest: ImageRef<'_>,
+    level: u32,
+    noise: &DepthNoise,
+    coarser: &mut Image,
+) {
     let to_middle = (1_usize << (level - 1)) - 1;
     let rows = coarser.depths_m.chunks_exact_mut(coarser.width_px.max(1));
     for (row_px, row) in rows.take(coarser.height_px).enumerate() {
@@ -162,5 +170,28 @@ fn halve(finer: &Level, finest: &Level, level: u32, noise: &DepthNoise, coarser:
                 middle[((column_px << level) + to_middle).min(finest.width_px - 1)]
             };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_are_of_one_surface_alone() {
+        let mut depths_m = vec![2.0; 256];
+        for (pixel, depth_m) in depths_m.iter_mut().enumerate() {
+            *depth_m += if pixel % 2 == 0 { 0.001 } else { -0.001 };
+            if pixel % 16 >= 9 {
+                *depth_m = 4.0;
+            }
+        }
+        let mut levels = Levels::default();
+        levels.refill(&depths_m, 16, 16, &DepthNoise::default());
+        let coarse = levels.depths_m(1);
+        assert!((coarse[0] - 2.0).abs() < 2e-4 && (coarse[7] - 4.0).abs() < 2e-4);
+        assert!(coarse.iter().all(|depth_m| !(2.5..3.5).contains(depth_m)));
+        assert_eq!([0, 1, 2, 3].map(|level| levels.depths_m(level).len()), [257, 65, 17, 5]);
+        assert!([0, 1, 2, 3].iter().all(|level| levels.depths_m(*level).last() == Some(&0.0)));
     }
 }
