@@ -5,6 +5,7 @@ mod tests;
 
 use std::ops::Range;
 
+use multiversion::multiversion;
 use nalgebra::Isometry3;
 
 use crate::camera::{RayRow, RayTable};
@@ -133,7 +134,7 @@ impl DepthProjector {
         self.for_each_block(image, area, |first, block| {
             let (keys, finite) = (block.keys(grid.edge_m()), block.finite_places());
             for place in (0..block.len.min(PointBlock::CAPACITY)).filter(|place| finite[*place]) {
-                take(first + place, keys[place]);
+                take(first + place, keys.at(place));
             }
         })
     }
@@ -195,26 +196,38 @@ impl DepthProjector {
 
     /// Puts the points that `depths_m` are the depths of into `block`, holes where there is none.
     fn fill(&self, block: &mut PointBlock, depths_m: &[f32], rays: RayRow<'_>) {
-        let DepthLimits { min_m, max_m } = self.limits;
-        let mut place = |index: usize, depth_m: f32, x: f32, y: f32| {
-            // NaN marks the hole, and spreads to all three coordinates.
-            let real = depth_m > 0.0 && depth_m >= min_m && depth_m <= max_m;
-            let depth_m = if real { depth_m } else { f32::NAN };
-            let point_m = self.target_from_camera.apply([x * depth_m, y * depth_m, depth_m]);
-            [block.x_m[index], block.y_m[index], block.z_m[index]] = point_m;
-        };
-        match rays {
-            RayRow::Straight { x, y } => {
-                for (index, (&depth_m, &x)) in depths_m.iter().zip(x).enumerate() {
-                    place(index, depth_m, x, y);
-                }
-            }
-            RayRow::Bent { x, y } => {
-                for (index, ((&depth_m, &x), &y)) in depths_m.iter().zip(x).zip(y).enumerate() {
-                    place(index, depth_m, x, y);
-                }
+        fill(&self.target_from_camera, self.limits, block, depths_m, rays);
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn fill(
+    target_from_camera: &RigidTransform,
+    limits: DepthLimits,
+    block: &mut PointBlock,
+    depths_m: &[f32],
+    rays: RayRow<'_>,
+) {
+    let DepthLimits { min_m, max_m } = limits;
+    let PointBlock { x_m, y_m, z_m, len } = block;
+    let places = depths_m.iter().zip(x_m).zip(y_m).zip(z_m);
+    let place = |depth_m: f32, x: f32, y: f32| {
+        // NaN marks the hole, and spreads to all three coordinates.
+        let real = (depth_m > 0.0) & (depth_m >= min_m) & (depth_m <= max_m);
+        let depth_m = if real { depth_m } else { f32::NAN };
+        target_from_camera.apply([x * depth_m, y * depth_m, depth_m])
+    };
+    match rays {
+        RayRow::Straight { x, y } => {
+            for ((((&depth_m, x_m), y_m), z_m), &x) in places.zip(x) {
+                [*x_m, *y_m, *z_m] = place(depth_m, x, y);
             }
         }
-        block.len = depths_m.len();
+        RayRow::Bent { x, y } => {
+            for (((((&depth_m, x_m), y_m), z_m), &x), &y) in places.zip(x).zip(y) {
+                [*x_m, *y_m, *z_m] = place(depth_m, x, y);
+            }
+        }
     }
+    *len = depths_m.len();
 }

@@ -1,5 +1,6 @@
 //! A few points, coordinate by coordinate, so that the compiler can work on several at once.
 
+use multiversion::multiversion;
 use nalgebra::Point3;
 
 use crate::VoxelKey;
@@ -55,29 +56,83 @@ impl PointBlock {
     }
 
     /// The cells of all places, of the unused ones too; meaningless for a hole.
-    pub(crate) fn keys(&self, edge_m: f64) -> [VoxelKey; Self::CAPACITY] {
-        let mut keys = [VoxelKey::default(); Self::CAPACITY];
-        let coordinates = self.x_m.iter().zip(&self.y_m).zip(&self.z_m);
-        for (key, ((&x_m, &y_m), &z_m)) in keys.iter_mut().zip(coordinates) {
-            key.x = cell_index(x_m, edge_m);
-            key.y = cell_index(y_m, edge_m);
-            key.z = cell_index(z_m, edge_m);
+    pub(crate) fn keys(&self, edge_m: f64) -> BlockKeys {
+        let mut keys = BlockKeys::default();
+        let along = [(&self.x_m, &mut keys.x), (&self.y_m, &mut keys.y), (&self.z_m, &mut keys.z)];
+        for (values_m, cells) in along {
+            cells_along(values_m, edge_m, cells);
         }
         keys
     }
 }
 
-/// `(value_m / edge_m).floor() as i32` for every finite value, without a call or a branch: where the
-/// processor's baseline has no instruction for `floor`, that one costs as much as all the rest.
-#[inline]
-fn cell_index(value_m: f32, edge_m: f64) -> i32 {
+/// The cells of the points of a block, coordinate by coordinate.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockKeys {
+    x: [i32; PointBlock::CAPACITY],
+    y: [i32; PointBlock::CAPACITY],
+    z: [i32; PointBlock::CAPACITY],
+}
+
+impl Default for BlockKeys {
+    fn default() -> Self {
+        let zeros = [0; PointBlock::CAPACITY];
+        Self { x: zeros, y: zeros, z: zeros }
+    }
+}
+
+impl BlockKeys {
+    /// The cell of a place below `CAPACITY`.
+    #[inline]
+    pub(crate) fn at(&self, place: usize) -> VoxelKey {
+        VoxelKey { x: self.x[place], y: self.y[place], z: self.z[place] }
+    }
+}
+
+/// `(value_m / edge_m).floor() as i32` of each value that is finite.
+///
+/// A division takes several times as long as a product with the inverse, whose relative error is below `2^-51`: that is as good
+/// except within this error of a whole number, where all values of the block are divided.
+#[multiversion(targets("x86_64+avx2"))]
+fn cells_along(
+    values_m: &[f32; PointBlock::CAPACITY],
+    edge_m: f64,
+    cells: &mut [i32; PointBlock::CAPACITY],
+) {
+    const ERROR: f64 = 1.0 / (1_u64 << 50) as f64;
+    let by_edge = 1.0 / edge_m;
+    let mut is_close = !by_edge.is_finite();
+    for (cell, &value_m) in cells.iter_mut().zip(values_m) {
+        let quotient = f64::from(value_m) * by_edge;
+        let Floor { floor, nearest } = floor(quotient);
+        *cell = floor;
+        is_close |= (quotient - nearest).abs() <= ERROR * quotient.abs();
+    }
+    if is_close {
+        for (cell, &value_m) in cells.iter_mut().zip(values_m) {
+            *cell = floor(f64::from(value_m) / edge_m).floor;
+        }
+    }
+}
+
+struct Floor {
+    floor: i32,
+    /// The nearest whole number.
+    nearest: f64,
+}
+
+/// `quotient.floor() as i32` of a finite number, without a call or a branch: where the processor's baseline has no instruction
+/// for `floor`, that one costs as much as all the rest.
+#[inline(always)]
+fn floor(quotient: f64) -> Floor {
     /// 1.5 * 2^52: a number added to it is rounded to an integer, and that integer's low 32 bits
     /// become the low bits of the sum.
     const ROUNDING: f64 = 6_755_399_441_055_744.0;
-    let quotient = (f64::from(value_m) / edge_m).clamp(f64::from(i32::MIN), f64::from(i32::MAX));
+    let quotient = quotient.clamp(f64::from(i32::MIN), f64::from(i32::MAX));
     let rounded = quotient + ROUNDING;
-    let rounded_up = rounded - ROUNDING > quotient;
-    (rounded.to_bits() as i32).wrapping_sub(i32::from(rounded_up))
+    let nearest = rounded - ROUNDING;
+    let floor = (rounded.to_bits() as i32).wrapping_sub(i32::from(nearest > quotient));
+    Floor { floor, nearest }
 }
 
 #[cfg(test)]
@@ -86,6 +141,14 @@ mod tests {
 
     use super::*;
     use crate::VoxelGrid;
+
+    /// The cells of a value in every place, and of it beside others that are far from whole numbers.
+    fn cell_index(value_m: f32, edge_m: f64) -> i32 {
+        let mut cells = [0; PointBlock::CAPACITY];
+        cells_along(&[value_m; PointBlock::CAPACITY], edge_m, &mut cells);
+        assert!(cells.iter().all(|cell| *cell == cells[0]));
+        cells[0]
+    }
 
     proptest! {
         #[test]

@@ -22,7 +22,7 @@ impl RigidTransform {
     }
 
     /// Takes a point of the source frame to the target frame.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn apply(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
         self.rows.map(|[rx, ry, rz, t]| rx * x + ry * y + rz * z + t)
     }

@@ -72,16 +72,14 @@ impl MovingPixels {
             return Ok(is_moving);
         };
         let area = area_of(frame.camera(), rig_from_camera, moving, grid.edge_m());
-        let mut object = Vec::new();
-        let (mut last, mut is_last_moving) = (VoxelKey::default(), false);
+        let mut last = None;
         known.projector.for_each_voxel(frame.image(), area, &grid, |pixel, voxel| {
-            if voxel != last || object.is_empty() {
-                (last, is_last_moving) = (voxel, voxels.contains(&voxel));
-            }
-            if is_last_moving {
-                is_moving[pixel] = true;
-                object.push(pixel as u32);
-            }
+            let is_of_object = match last {
+                Some((last, is_of_object)) if last == voxel => is_of_object,
+                _ => voxels.contains(&voxel),
+            };
+            last = Some((voxel, is_of_object));
+            is_moving[pixel] = is_of_object;
         })?;
         let growth = Growth {
             depths_mm,
@@ -89,7 +87,7 @@ impl MovingPixels {
             noise: self.noise,
             reach_m: (REACH_IN_EDGES * grid.edge_m()) as f32,
         };
-        growth.grow(&mut is_moving, object);
+        growth.grow(&mut is_moving);
         widen(&mut is_moving, frame.camera().width_px);
         Ok(is_moving)
     }
@@ -184,10 +182,10 @@ struct Growth<'a> {
 
 impl Growth<'_> {
     /// Grows from the pixels of the object, a pixel to each side at a time.
-    fn grow(&self, is_moving: &mut [bool], object: Vec<u32>) {
+    fn grow(&self, is_moving: &mut [bool]) {
         let focal_px = self.camera.fx_px.max(self.camera.fy_px) as f32;
         let width_px = self.camera.width_px;
-        let mut border = object;
+        let mut border = border_of(is_moving, width_px);
         let mut next = Vec::new();
         for grown_px in 0_u32.. {
             for &pixel in &border {
@@ -228,27 +226,50 @@ impl Growth<'_> {
     }
 }
 
+/// The pixels of the mask that one beside them is not of.
+fn border_of(is_moving: &[bool], width_px: usize) -> Vec<u32> {
+    let mut border = Vec::new();
+    let line = |row: usize| is_moving.get(row * width_px..(row + 1) * width_px).unwrap_or_default();
+    let mut is_border = vec![false; width_px];
+    for row in 0..is_moving.len() / width_px.max(1) {
+        let (here, below) = (line(row), line(row + 1));
+        let above = row.checked_sub(1).map_or(&[][..], line);
+        is_border.fill(false);
+        for beside in [above, below, here.get(1..).unwrap_or_default()] {
+            for ((is_border, here), beside) in is_border.iter_mut().zip(here).zip(beside) {
+                *is_border |= here & !beside;
+            }
+        }
+        let right = is_border.iter_mut().zip(here).skip(1);
+        for ((is_border, here), left) in right.zip(here) {
+            *is_border |= here & !left;
+        }
+        let of_row = (0_u32..).zip(&is_border).filter(|(_, is_border)| **is_border);
+        border.extend(of_row.map(|(column, _)| (row * width_px) as u32 + column));
+    }
+    border
+}
+
 /// Adds the margin, along the rows and then along the columns.
 fn widen(is_moving: &mut [bool], width_px: usize) {
-    let Some(first) = is_moving.iter().position(|is_moving| *is_moving) else { return };
-    let last = is_moving.iter().rposition(|is_moving| *is_moving).unwrap_or(first);
-    let rows = is_moving.len() / width_px.max(1);
-    let first_row = (first / width_px).saturating_sub(MARGIN_PX);
-    let last_row = (last / width_px + MARGIN_PX).min(rows.saturating_sub(1));
-    let part = &mut is_moving[first_row * width_px..(last_row + 1) * width_px];
-    for row in part.chunks_mut(width_px) {
-        let before = row.to_vec();
-        for (column, _) in before.iter().enumerate().filter(|(_, is_moving)| **is_moving) {
-            let last = (column + MARGIN_PX).min(width_px - 1);
-            row[column.saturating_sub(MARGIN_PX)..=last].fill(true);
+    if !is_moving.contains(&true) {
+        return;
+    }
+    for row in is_moving.chunks_mut(width_px.max(1)) {
+        if row.contains(&true) {
+            spread(row, 1);
         }
     }
-    let before = part.to_vec();
-    for step in 1..=MARGIN_PX {
-        let shift = step * width_px;
-        let below = part.iter_mut().skip(shift).zip(&before);
-        below.for_each(|(to, from)| *to |= *from);
-        let above = part.iter_mut().zip(before.iter().skip(shift));
-        above.for_each(|(to, from)| *to |= *from);
+    spread(is_moving, width_px);
+}
+
+/// Adds to each pixel those up to the margin before and behind it, `step` apart.
+fn spread(is_moving: &mut [bool], step: usize) {
+    let before = is_moving.to_vec();
+    for shift in (1..=MARGIN_PX).map(|pixels| pixels * step) {
+        let behind = is_moving.iter_mut().skip(shift).zip(&before);
+        behind.for_each(|(to, from)| *to |= *from);
+        let ahead = is_moving.iter_mut().zip(before.iter().skip(shift));
+        ahead.for_each(|(to, from)| *to |= *from);
     }
 }

@@ -120,7 +120,7 @@ impl VoxelAccumulator {
             if !finite[place] {
                 continue;
             }
-            let key = keys[place];
+            let key = keys.at(place);
             if key != open_key || open.points == 0 {
                 self.close(open_index, open);
                 open_index = self.cell_of(key);

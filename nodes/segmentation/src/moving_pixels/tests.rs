@@ -1,4 +1,5 @@
 use geometry::{DepthImage, Distortion, Stamp, pose_from_vector};
+use proptest::prelude::*;
 
 use super::*;
 
@@ -89,4 +90,33 @@ fn an_object_right_before_the_lens_is_masked_and_one_behind_it_is_not() {
     let near = frame(vec![100; WIDTH_PX * HEIGHT_PX], Distortion::None);
     assert!(mask(&near, &[Point3::new(0.1, 0.0, 0.0)]).iter().all(|is_moving| *is_moving));
     assert!(!mask(&near, &[Point3::new(-3.0, 0.0, 0.0)]).contains(&true));
+}
+
+proptest! {
+    #[test]
+    fn the_border_and_the_margin_are_those_of_each_pixel(
+        is_moving in prop::collection::vec(prop::bool::weighted(0.7), 13 * 9),
+    ) {
+        let (width, height, margin) = (13_i32, 9_i32, MARGIN_PX as i32);
+        let at = |column: i32, row: i32| {
+            let is_inside = (0..width).contains(&column) && (0..height).contains(&row);
+            is_inside.then(|| is_moving[(row * width + column) as usize])
+        };
+        let pixels = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
+        let beside = [(-1, 0), (1, 0), (0, -1), (0, 1)];
+        let is_border = |(column, row): &(i32, i32)| {
+            at(*column, *row) == Some(true)
+                && beside.iter().any(|(x, y)| at(column + x, row + y) == Some(false))
+        };
+        let expected: Vec<u32> =
+            pixels.clone().filter(is_border).map(|(column, row)| (row * width + column) as u32).collect();
+        prop_assert_eq!(border_of(&is_moving, width as usize), expected);
+        let mut widened = is_moving.clone();
+        widen(&mut widened, width as usize);
+        for ((column, row), is_widened) in pixels.zip(widened) {
+            let around = -margin..=margin;
+            let is_near = around.clone().any(|y| around.clone().any(|x| at(column + x, row + y) == Some(true)));
+            prop_assert_eq!(is_widened, is_near, "column {}, row {}", column, row);
+        }
+    }
 }
