@@ -173,7 +173,8 @@ impl Surface {
         executor::for_each(executor, &mut stretches, |stretch| P::run(&job, stretch));
         let hit_from_m = view.map_from_camera.translation.vector.cast::<f32>().into();
         for done in work.drain(..) {
-            self.take_back(done, now, &hit_from_m, may_be_new, &mut update);
+            let middle_m = judge.in_camera_m(&middle_m(done.key, block_edge_m(edge_m)));
+            self.take_back(done, now, (hit_from_m, middle_m), may_be_new, &mut update);
         }
         self.work = work;
         self.clear_free(&mut update);
@@ -261,7 +262,10 @@ impl Surface {
             let Extent::Within(covered) = judge.extent(&middle_m, block_edge_m as f32) else {
                 continue;
             };
-            let has_gone = self.seen_before.says_gone(view, &covered, &middle_m, block);
+            let is_all_seen = !covered.is_cut
+                || block.was_seen_only_at(judge.in_camera_m(&middle_m), block_edge_m);
+            let has_gone =
+                is_all_seen && self.seen_before.says_gone(view, &covered, &middle_m, block);
             if has_gone && !block.evidence.blank() {
                 self.remove(*key, update);
             }

@@ -1,5 +1,7 @@
 //! The nodes of a block.
 
+use nalgebra::Point3;
+
 use crate::block::BLOCK_VOXELS;
 use crate::evidence::Evidence;
 
@@ -7,6 +9,9 @@ use crate::evidence::Evidence;
 pub(super) const FULL: f32 = 32_767.0;
 /// From this share of the truncation on a distance says that there is no surface.
 const NO_SURFACE: i16 = 31_000;
+/// A block is in the same place before the camera when it has moved by no more than this, in its edges: what the border of the
+/// image has left out of it all the time is then but a strip.
+const SAME_PLACE_IN_EDGES: f64 = 0.25;
 
 /// Nodes of a block, in flat arrays: x runs fastest, then y, then z. Four bytes a node, and three of colour.
 #[derive(Clone, PartialEq, Debug)]
@@ -27,6 +32,9 @@ pub(super) struct SurfaceBlock {
     pub(super) last_hit: u32,
     /// Where the camera was then, in the map.
     pub(super) hit_from_m: [f32; 3],
+    /// Where its middle is in the frame of the camera, where all images that showed a surface in it saw it in the same place, to
+    /// [`SAME_PLACE_IN_EDGES`].
+    pub(super) seen_at_m: Option<[f32; 3]>,
     /// Nodes near the surface when they were counted last; see [`SurfaceBlock::count_near`].
     pub(super) near_nodes: u16,
 }
@@ -42,12 +50,37 @@ impl Default for SurfaceBlock {
             last_seen: 0,
             last_hit: 0,
             hit_from_m: [0.0; 3],
+            seen_at_m: None,
             near_nodes: 0,
         }
     }
 }
 
 impl SurfaceBlock {
+    /// An image from a camera in this place shows a surface in it, which has its middle in that place of its own frame.
+    pub(super) fn hit(
+        &mut self,
+        now: u32,
+        hit_from_m: [f32; 3],
+        middle_in_camera_m: [f32; 3],
+        edge_m: f64,
+    ) {
+        self.evidence.hit();
+        let is_same = self.last_hit == 0 || self.was_seen_only_at(middle_in_camera_m, edge_m);
+        let first_m = self.seen_at_m.unwrap_or(middle_in_camera_m);
+        self.seen_at_m = is_same.then_some(first_m);
+        (self.last_hit, self.hit_from_m) = (now, hit_from_m);
+    }
+
+    /// Whether all images that showed a surface in it saw it in the same place as one that has its middle there. `edge_m` is the
+    /// edge of a block.
+    pub(super) fn was_seen_only_at(&self, middle_in_camera_m: [f32; 3], edge_m: f64) -> bool {
+        self.seen_at_m.is_some_and(|seen_at_m| {
+            let moved_m = Point3::from(seen_at_m) - Point3::from(middle_in_camera_m);
+            f64::from(moved_m.norm()) <= SAME_PLACE_IN_EDGES * edge_m
+        })
+    }
+
     /// Forgets everything, and keeps the memory of the colours.
     pub(super) fn clear(&mut self) {
         self.distance = [0; BLOCK_VOXELS];
@@ -57,7 +90,7 @@ impl SurfaceBlock {
         }
         self.evidence = Evidence::default();
         (self.first_seen, self.last_seen, self.last_hit) = (0, 0, 0);
-        self.hit_from_m = [0.0; 3];
+        (self.hit_from_m, self.seen_at_m) = ([0.0; 3], None);
         self.near_nodes = 0;
     }
 

@@ -4,20 +4,21 @@ use super::block::{self, SurfaceBlock};
 use super::update::Work;
 use super::{Surface, SurfaceUpdate};
 use crate::block::BlockKey;
+use crate::descent::block_edge_m;
 
 impl Surface {
     pub(super) fn take_back(
         &mut self,
         done: Work,
         now: u32,
-        hit_from_m: &[f32; 3],
+        (hit_from_m, middle_in_camera_m): ([f32; 3], [f32; 3]),
         may_be_new: &dyn Fn(BlockKey) -> bool,
         update: &mut SurfaceUpdate,
     ) {
         let Some(mut block) = done.block else { return };
         if done.is_hit {
-            block.evidence.hit();
-            (block.last_hit, block.hit_from_m) = (now, *hit_from_m);
+            let edge_m = block_edge_m(self.config.edge_m);
+            block.hit(now, hit_from_m, middle_in_camera_m, edge_m);
         }
         if done.is_changed {
             block.last_seen = now;

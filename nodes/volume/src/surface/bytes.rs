@@ -5,13 +5,14 @@
 //! | bytes | what |
 //! |---|---|
 //! | 4 | `SMVB` |
-//! | 2 | the version, 2 |
+//! | 2 | the version, 3 |
 //! | 1 | 1 where there are colours |
 //! | 1 | the evidence, signed: log-odds in steps of 0.05 |
 //! | 8, 8 | the edge in m, and the truncation in edges, 64-bit floats |
 //! | 3 x 4 | the block's key |
 //! | 8, 8, 8 | when it was seen first, changed last and hit last, in ns; the least number where it never was |
 //! | 3 x 4 | where the camera was then, in m, 32-bit floats |
+//! | 3 x 4 | where its middle was in the camera's frame, if always in the same place; otherwise infinite |
 //! | 64 | a bit for each node that is known, x first, then y, then z |
 //! | | of each of these: the distance in 32767ths of the truncation (2, signed), the weight (2), red, green and blue (3) |
 
@@ -23,7 +24,7 @@ use crate::block::{BLOCK_VOXELS, BlockBox, BlockKey};
 use crate::evidence::Evidence;
 
 const MAGIC: &[u8; 4] = b"SMVB";
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 /// In the place of a moment where there was none.
 const NEVER: i64 = i64::MIN;
 
@@ -69,6 +70,11 @@ impl Reader<'_> {
         self.0 = rest;
         Ok(*next)
     }
+
+    fn place_m(&mut self) -> Result<[f32; 3], BlockFormatError> {
+        let mut along = || self.next().map(f32::from_le_bytes);
+        Ok([along()?, along()?, along()?])
+    }
 }
 
 impl Surface {
@@ -89,7 +95,8 @@ impl Surface {
         bytes.extend(moment(block.first_seen));
         bytes.extend(moment(block.last_seen));
         bytes.extend(moment(block.last_hit));
-        bytes.extend(block.hit_from_m.into_iter().flat_map(f32::to_le_bytes));
+        let seen_at_m = block.seen_at_m.unwrap_or([f32::INFINITY; 3]);
+        bytes.extend(block.hit_from_m.into_iter().chain(seen_at_m).flat_map(f32::to_le_bytes));
         for first in (0..BLOCK_VOXELS).step_by(8) {
             bytes.push((0..8).fold(0, |bits, bit| bits | u8::from(known(&(first + bit))) << bit));
         }
@@ -134,9 +141,10 @@ impl Surface {
             first_seen: tick()?,
             last_seen: tick()?,
             last_hit: tick()?,
-            hit_from_m: {
-                let mut along = || reader.next().map(f32::from_le_bytes);
-                [along()?, along()?, along()?]
+            hit_from_m: reader.place_m()?,
+            seen_at_m: {
+                let seen_at_m = reader.place_m()?;
+                seen_at_m.iter().all(|along_m| along_m.is_finite()).then_some(seen_at_m)
             },
             colour: (has_colour == 1).then(|| Box::new([[0; 3]; BLOCK_VOXELS])),
             ..SurfaceBlock::default()

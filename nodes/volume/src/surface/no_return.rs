@@ -2,7 +2,8 @@
 //!
 //! Behind a thing that goes away there may be nothing to return anything: a hall, a doorway, a black floor. A block loses
 //! evidence when
-//! - no pixel that it may cover has a return, though others have;
+//! - no pixel that it may cover has a return, though others have. The border of the image may cut it where it always cut the
+//!   same part off: on a platform that stands, what it shows is all that the block has;
 //! - from the directions of all these pixels something came back before, from as far away at least: otherwise something of
 //!   the platform may stand before them, or the sensor may be blind there;
 //! - it is neither too near nor too far for depth cameras;
@@ -63,7 +64,6 @@ impl SeenBefore {
         let lasted_s = f64::from(block.last_hit.saturating_sub(block.first_seen)) * TICK_S;
         let depths_m = [covered.nearest_m, covered.farthest_m].map(f64::from);
         matches!(view.kind, Kind::Pinhole(_))
-            && !covered.is_cut
             && lasted_s <= LONGEST_STAY_S
             && depths_m.iter().all(|depth_m| (NEAREST_SEEN_M..=FARTHEST_SEEN_M).contains(depth_m))
             && sees_as_well(view, middle_in_map_m, block)

@@ -192,3 +192,36 @@ fn what_was_before_nothing_goes_when_nothing_comes_back() {
     assert_eq!(until_gone(&mut after(true, 11.0), [0.0; 3]), None, "it was there for long");
     assert_eq!(until_gone(&mut after(true, 0.5), [0.0, 0.0, -0.3]), None, "it is farther away");
 }
+
+/// The same with a ball at the left border of the image, in a block that the border cuts.
+#[test]
+fn what_was_before_nothing_goes_also_at_the_border_of_the_image_while_the_platform_stands() {
+    let camera = testing::camera(160, 120);
+    let at_border = Point3::new(-1.5 * camera.cx_px / camera.fx_px, 0.0, 1.5);
+    let scene = Scene { balls: vec![(at_border, 0.15)], ..Scene::wall(3.0) };
+    let seen = |pose: &Isometry3<f64>, has_ball: bool| {
+        let mut depths_m = scene.depths_m(&camera, pose);
+        for (pixel, depth_m) in depths_m.iter_mut().enumerate() {
+            let is_ball = *depth_m < 2.9;
+            let is_shown = if is_ball { has_ball } else { pixel % 160 > 60 };
+            *depth_m = if is_shown { *depth_m } else { 0.0 };
+        }
+        depths_m
+    };
+    let left_after = |turned_rad: f64| {
+        let mut surface = surface(0.05);
+        let still = Isometry3::identity();
+        let mut integrate = |pose: &Isometry3<f64>, stamp_s: f64, depths_m: Vec<f32>| {
+            surface.integrate(&testing::view_of(&camera, pose, stamp_s, depths_m, None), &Serial);
+        };
+        integrate(&still, 0.0, Scene::wall(3.0).depths_m(&camera, &still));
+        // The ball is seen from two directions where the camera turned in between.
+        let turned = testing::pose([0.0; 3], [0.0, turned_rad, 0.0]);
+        integrate(&turned, 0.1, seen(&turned, true));
+        (2..6).for_each(|index| integrate(&still, 0.1 * f64::from(index), seen(&still, true)));
+        (6..46).for_each(|index| integrate(&still, 0.1 * f64::from(index), seen(&still, false)));
+        near(&surface, at_border.cast(), 0.3)
+    };
+    assert_eq!(left_after(0.0), 0);
+    assert!(left_after(-0.2) > 0, "the image shows another part of it than was seen");
+}
