@@ -30,7 +30,6 @@
 
 mod camera;
 mod cloud;
-mod cloud_view;
 mod colour;
 mod cycle;
 mod depth;
@@ -58,15 +57,11 @@ mod scan_from_depth;
 mod scan_ray;
 mod stamp;
 mod track;
-mod view;
 mod voxel;
 mod zone;
 
 pub use camera::{CameraModel, CameraModelError, Distortion, RayTable};
 pub use cloud::{Cloud, ColouredCloud, is_finite};
-pub use cloud_view::{
-    AS_NEAR, Bearing, CloudView, FARTHEST_SEEN_M, LONGEST_STAY_S, NEAREST_SEEN_M,
-};
 pub use colour::{
     ColourImage, ColourRegistration, ColourRegistrationError, ColourSizeError, DARKEST, NO_COLOUR,
     seen_colour,
@@ -100,7 +95,6 @@ pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthErro
 pub use scan_ray::ScanRay;
 pub use stamp::Stamp;
 pub use track::Track;
-pub use view::{DepthByDirection, MIN_SLOPE_DEPTH_M, View, slopes_from};
 pub use voxel::{
     BuildVoxelHasher, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
 };

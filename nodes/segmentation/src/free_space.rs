@@ -8,9 +8,11 @@ mod tests;
 
 use std::collections::HashSet;
 
-use geometry::{AS_NEAR, DetectedCycle, LONGEST_STAY_S, Stamp, View, VoxelGrid, VoxelKey};
+use geometry::{DetectedCycle, Stamp, VoxelGrid, VoxelKey};
 use nalgebra::{Point3, distance};
-use volume::{DepthInput, DepthNoise, DepthRange, DepthView, Occupancy, Place};
+use volume::{
+    AS_NEAR, DepthInput, DepthNoise, DepthRange, DepthView, LONGEST_STAY_S, Occupancy, Place,
+};
 
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
@@ -18,7 +20,7 @@ use crate::recent_views::RecentViews;
 use crate::seeds::{Seeds, seeds_of};
 use crate::segmenter::{Judged, SegmenterError};
 use crate::tracking::{CycleCloud, MovingGroup, Tracker, TrackerOutput};
-use crate::view;
+use crate::view::View;
 use crate::{FreeSpaceConfig, Step};
 
 /// A stamp so much before the last one is the start of another run, not a late message.
@@ -71,7 +73,7 @@ impl FreeSpaceSegmenter {
             depth_view: DepthView::new(range, DepthNoise::default())?,
             tracker: Tracker::new(config),
             view: View::default(),
-            recent_views: RecentViews::default(),
+            recent_views: RecentViews::new(grid.edge_m()),
             floor: None,
             last_object_voxels: HashSet::new(),
             last: None,
@@ -102,7 +104,7 @@ impl FreeSpaceSegmenter {
             .map(|point| cycle.map_from_rig * point.cast::<f64>())
             .collect();
         let camera_in_map = cycle.map_from_rig * cycle.setup.mounts.camera_in_rig_m();
-        view::widen(&mut self.view, cycle);
+        self.view.widen(cycle);
         self.floor = self.floor_under(&points_in_map, &camera_in_map);
         self.clear_stale_background(&points_in_map, &camera_in_map);
         let classes = self.classes(&points_in_map, &camera_in_map);
@@ -141,7 +143,6 @@ impl FreeSpaceSegmenter {
             .filter(|&point| is_dynamic[point] && classes[point] == PointClass::SeenEmpty)
             .map(|point| &points_in_map[point]);
         newly_occupied.for_each(|point| self.occupancy.take_for_free(point));
-        self.recent_views.remember(cycle, cell_m);
         self.record(cycle, (points_in_map, &camera_in_map), &is_dynamic);
         // What is newly occupied is not background before it has stayed: it counts as a hit in the evidence, and is left
         // out of the static scene until the evidence says background.
@@ -188,8 +189,10 @@ impl FreeSpaceSegmenter {
                 map_from_camera: &(cycle.map_from_rig * cycle.setup.mounts.rig_from_camera),
             })
         });
-        // Without an image, or when the mount's pose is not finite, nothing is observed free.
-        if !matches!(filled, Some(Ok(()))) {
+        if matches!(filled, Some(Ok(()))) {
+            self.recent_views.remember(&self.depth_view);
+        } else {
+            // Without an image, or when the mount's pose is not finite, nothing is observed free.
             self.depth_view.clear();
         }
         let is_static = |(point, is_dynamic): (_, &bool)| (!is_dynamic).then_some(point);
@@ -268,9 +271,8 @@ impl FreeSpaceSegmenter {
 
     /// Whether the camera would have seen in earlier cycles what is there now.
     fn was_seen_empty(&self, point_in_map: &Point3<f64>, camera: &Point3<f64>) -> bool {
-        let was_empty = |blank_reach_m: f64| {
-            self.recent_views.was_empty(point_in_map, &self.view, blank_reach_m)
-        };
+        let was_empty =
+            |no_return_reach_m: f64| self.recent_views.was_empty(point_in_map, no_return_reach_m);
         self.occupancy.is_untouched(point_in_map)
             && was_empty(f64::INFINITY)
             && (was_empty(AS_NEAR * distance(point_in_map, camera))

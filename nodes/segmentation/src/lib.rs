@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `volume::Occupancy` (another crate) | which places of the map were seen free, and where something has been for long |
 //! | [`recent_views`] | which places the last cycles would have shown taken |
-//! | [`view`] | what the camera can see |
+//! | [`view`] | how far the camera sees to the sides |
 //! | [`floor`] | the lowest horizontal plane |
 //! | [`seeds`] | where objects are known to be: by zones, by tracks, by what is in observed free space |
 //! | [`growth`] | the objects grown from the seeds through the cloud |

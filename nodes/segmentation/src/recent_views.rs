@@ -14,8 +14,9 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use geometry::{CloudView, DepthByDirection, DetectedCycle, Stamp, View};
+use geometry::Stamp;
 use nalgebra::{Point3, distance};
+use volume::{DepthView, SeenBefore, Sight, TiledView, sees_as_well};
 
 /// Cycles that are remembered: three and a half seconds of the RPLIDAR A1. One who crosses the view uncovers what he hid in a
 /// second, one who goes away from the camera at 15 degrees to its line of sight, 0.6 m wide and at 1 m/s, in 2.3 s.
@@ -27,40 +28,41 @@ const MIN_EMPTY: usize = 3;
 const MIN_GONE: usize = 18;
 
 /// The last cycles' views.
-#[derive(Clone, Debug, Default)]
-pub struct RecentViews {
-    frames: VecDeque<Frame>,
-    /// The farthest that was ever hit in each direction.
-    farthest: DepthByDirection,
-}
-
-/// What one cycle saw.
 #[derive(Clone, Debug)]
-struct Frame {
-    stamp: Stamp,
-    sight: CloudView,
+pub struct RecentViews {
+    /// The edge of the voxels that points are means of.
+    edge_m: f64,
+    views: VecDeque<TiledView>,
+    seen_before: SeenBefore,
 }
 
 impl RecentViews {
+    /// No view yet, of places that are voxels with this edge.
+    #[must_use]
+    pub fn new(edge_m: f64) -> Self {
+        Self { edge_m, views: VecDeque::new(), seen_before: SeenBefore::default() }
+    }
+
     /// Forgets them.
     pub fn clear(&mut self) {
-        self.frames.clear();
-        self.farthest.clear();
+        *self = Self::new(self.edge_m);
     }
 
-    /// Whether a place of the map was in view and empty in enough of the cycles remembered. The camera has had the
-    /// same view then as now, whether or not rays returned from its borders. Where no ray returned at all a cycle
-    /// counts when its camera was no farther than `blank_reach_m` from the place.
+    /// Whether a place of the map was in view and empty in enough of the cycles remembered. Where no ray returned at all a cycle
+    /// counts when its camera was no farther than `no_return_reach_m` from the place.
     #[must_use]
-    pub fn was_empty(&self, place_in_map: &Point3<f64>, view: &View, blank_reach_m: f64) -> bool {
-        let was_empty = |frame: &&Frame| frame.was_empty(place_in_map, view, blank_reach_m);
-        let empty = self.frames.iter().filter(was_empty);
-        empty.take(MIN_EMPTY).count() == MIN_EMPTY
+    pub fn was_empty(&self, place_in_map: &Point3<f64>, no_return_reach_m: f64) -> bool {
+        let was_empty = |view: &&TiledView| match view.sight(place_in_map, self.edge_m) {
+            Sight::ReturnsBehind => true,
+            Sight::NoReturn => distance(place_in_map, &view.camera_in_map_m()) <= no_return_reach_m,
+            Sight::OutOfView | Sight::Returns => false,
+        };
+        self.views.iter().filter(was_empty).take(MIN_EMPTY).count() == MIN_EMPTY
     }
 
-    /// Whether what was hit last at `last_hit` in a place of the map has left since: its direction was blank in enough of
-    /// the cycles that were remembered from then on, or rays went past it. The cameras of these cycles saw the place as
-    /// well as the one that is at `camera_in_map` now and shows something there.
+    /// Whether what was hit last at `last_hit` in a place of the map has left since: enough of the cycles that were remembered
+    /// from then on show that nothing is there. The cameras of these cycles saw the place as well as the one that is at
+    /// `camera_in_map` now and shows something there.
     #[must_use]
     pub fn has_gone(
         &self,
@@ -68,47 +70,23 @@ impl RecentViews {
         last_hit: Stamp,
         camera_in_map: &Point3<f64>,
     ) -> bool {
-        let since = self.frames.iter().rev().take_while(|frame| frame.stamp > last_hit);
-        let shows_gone = |frame: &&Frame| {
-            frame.sight.sees_as_well_as(camera_in_map, place_in_map)
-                && frame.shows_gone(place_in_map, &self.farthest)
+        let since = self.views.iter().rev().take_while(|view| view.stamp() > last_hit);
+        let shows_gone = |view: &&TiledView| {
+            sees_as_well(&view.camera_in_map_m(), camera_in_map, place_in_map)
+                && self.seen_before.shows_nothing(view, place_in_map, self.edge_m)
         };
         // Most places were hit a cycle ago.
         since.clone().count() >= MIN_GONE
             && since.filter(shows_gone).take(MIN_GONE).count() == MIN_GONE
     }
 
-    /// Remembers a cycle. `cell_m` is the edge of the voxels that its points are means of.
-    pub fn remember(&mut self, cycle: &DetectedCycle, cell_m: f64) {
-        if self.frames.len() == VIEWS {
-            self.frames.pop_front();
+    /// Remembers the image of a cycle.
+    pub fn remember(&mut self, view: &DepthView) {
+        if self.views.len() == VIEWS {
+            self.views.pop_front();
         }
-        let mut sight =
-            CloudView::new(cycle.map_from_rig, cycle.setup.mounts.camera_in_rig_m(), cell_m);
-        for point in &cycle.reduced_cloud.points_m {
-            if let Some(met) = sight.meet(&point.cast()) {
-                self.farthest.keep_farthest(&met.slopes, &met.hides, met.depth_m);
-            }
-        }
-        self.frames.push_back(Frame { stamp: cycle.reduced_cloud.stamp, sight });
-    }
-}
-
-impl Frame {
-    fn was_empty(&self, place_in_map: &Point3<f64>, view: &View, blank_reach_m: f64) -> bool {
-        let Some(place) = self.sight.bearing_in_map(place_in_map) else { return false };
-        let is_free = match self.sight.nearest().depth_m(&place.slopes) {
-            Some(_) => self.sight.sees_past(&place),
-            None => distance(place_in_map, &self.sight.camera_in_map_m()) <= blank_reach_m,
-        };
-        view.contains(&place.slopes) && place.depth_m <= self.sight.farthest_m() && is_free
-    }
-
-    /// Whether the camera would see what is at a place, and does not. One that meets nothing at all may be covered.
-    fn shows_gone(&self, place_in_map: &Point3<f64>, farthest: &DepthByDirection) -> bool {
-        self.sight.bearing_in_map(place_in_map).is_some_and(|place| {
-            let is_blank = self.sight.farthest_m() > 0.0 && self.sight.is_blank(&place, farthest);
-            is_blank || self.sight.sees_past(&place)
-        })
+        let view = TiledView::of(view);
+        self.seen_before.take_in(&view);
+        self.views.push_back(view);
     }
 }

@@ -23,7 +23,6 @@ use self::clusters::clusters;
 use self::observation::{Observation, is_hidden};
 use self::tracked_object::{GATE, TrackedObject};
 use crate::FreeSpaceConfig;
-use crate::view::has_bearing_of;
 
 /// A group of fewer points starts no track: it may be noise, or the rest of an object that leaves the view.
 const MIN_BIRTH_POINTS: usize = 4;
@@ -135,7 +134,7 @@ impl Tracker {
                 None => object.miss(
                     is_hidden(cloud, &object.visible_centre_m()),
                     self.now_s,
-                    has_bearing_of(&cloud.view, cloud.cycle, &object.visible_centre_m()),
+                    cloud.view.has_bearing_of(cloud.cycle, &object.visible_centre_m()),
                 ),
             }
         }

@@ -25,9 +25,9 @@ pub struct DepthRange {
 }
 
 impl Default for DepthRange {
-    /// The range of depth cameras: see [`geometry::NEAREST_SEEN_M`] and [`geometry::FARTHEST_SEEN_M`]; the minimum is lower.
+    /// The range of depth cameras: see [`crate::NEAREST_SEEN_M`] and [`crate::FARTHEST_SEEN_M`]; the minimum is lower.
     fn default() -> Self {
-        Self { min_m: 0.3, max_m: geometry::FARTHEST_SEEN_M as f32 }
+        Self { min_m: 0.3, max_m: crate::FARTHEST_SEEN_M as f32 }
     }
 }
 

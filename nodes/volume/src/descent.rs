@@ -1,12 +1,13 @@
 //! Finds the blocks that an image affects: from large cubes down to blocks, each classified as a whole where possible.
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use crate::block::{BLOCK_EDGE, BlockKey};
+use crate::camera_frame::CameraFrame;
 use crate::depth_view::DepthView;
 use crate::levels::level_of;
 use crate::noise::DepthNoise;
-use crate::projection::{CameraBox, Covered, Extent, Project};
+use crate::projection::{Covered, Extent, Project};
 
 /// The maximum number of root cubes along an axis of the box around the view, less one.
 const ROOTS_AN_AXIS: i64 = 4;
@@ -72,10 +73,7 @@ impl Behind {
 pub(crate) struct Judge<'a, P> {
     view: &'a DepthView,
     projection: P,
-    camera_from_map: [[f32; 3]; 3],
-    camera_in_map_m: Point3<f64>,
-    /// Half the extent of a cube of edge 1 along the camera's axes.
-    half: [f32; 3],
+    pub(crate) frame: CameraFrame,
     margins: Margins,
     /// The edge of the voxels that are compared with coarser levels; 0 where only the finest level is used.
     sampled_edge_m: f32,
@@ -88,44 +86,14 @@ impl<'a, P: Project> Judge<'a, P> {
         margins: Margins,
         sampled_edge_m: f32,
     ) -> Self {
-        let rotation: Matrix3<f64> =
-            view.map_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
-        let row = |axis: usize| [0, 1, 2].map(|column| rotation[(axis, column)] as f32);
-        let camera_from_map = [row(0), row(1), row(2)];
-        let half =
-            camera_from_map.map(|row| 0.5 * row.iter().map(|share| share.abs()).sum::<f32>());
-        Self {
-            view,
-            projection,
-            camera_from_map,
-            camera_in_map_m: view.map_from_camera.translation.vector.into(),
-            half,
-            margins,
-            sampled_edge_m,
-        }
-    }
-
-    /// A point of the map in the camera's frame. The difference is computed in double precision, so that no precision is lost
-    /// far from the map's origin.
-    #[inline]
-    pub(crate) fn in_camera_m(&self, point_in_map: &Point3<f64>) -> [f32; 3] {
-        let from_camera: Vector3<f64> = point_in_map - self.camera_in_map_m;
-        let [x, y, z] = [from_camera.x as f32, from_camera.y as f32, from_camera.z as f32];
-        self.camera_from_map.map(|[a, b, c]| a * x + b * y + c * z)
-    }
-
-    /// A step of `edge_m` along each axis of the map, in the camera's frame.
-    pub(crate) fn steps_m(&self, edge_m: f64) -> [[f32; 3]; 3] {
-        let edge_m = edge_m as f32;
-        [0, 1, 2].map(|axis: usize| self.camera_from_map.map(|row| row[axis] * edge_m))
+        let frame = CameraFrame::new(&view.map_from_camera);
+        Self { view, projection, frame, margins, sampled_edge_m }
     }
 
     /// The part of the image that a cube with this centre covers.
     #[inline]
     pub(crate) fn extent(&self, middle_in_map_m: &Point3<f64>, edge_m: f32) -> Extent {
-        let middle_m = self.in_camera_m(middle_in_map_m);
-        let half_m = self.half.map(|half| half * edge_m);
-        self.projection.extent(&CameraBox { middle_m, half_m })
+        self.projection.extent(&self.frame.around_cube(middle_in_map_m, edge_m))
     }
 
     /// The class of a cube with this centre.
@@ -231,7 +199,7 @@ impl<P: Project> Descent<'_, P> {
             Verdict::Mixed => {
                 let half = 1_i32 << (level - 1);
                 // The eighth on the camera's side comes first, so that cubes that are left out are far away.
-                let camera_m = self.judge.camera_in_map_m;
+                let camera_m = self.judge.frame.camera_in_map_m;
                 let nearest = [0, 1, 2].map(|axis: usize| camera_m[axis] > middle_m[axis]);
                 for eighth in 0..8 {
                     let step = |axis: usize| {
@@ -274,7 +242,7 @@ impl<P: Project> Descent<'_, P> {
             .flat_map(|z| along(1).flat_map(move |y| along(0).map(move |x| BlockKey { x, y, z })))
             .collect();
         let distance_m2 = |root: &BlockKey| {
-            (self.middle_m(*root, level) - self.judge.camera_in_map_m).norm_squared()
+            (self.middle_m(*root, level) - self.judge.frame.camera_in_map_m).norm_squared()
         };
         roots.sort_by(|a, b| distance_m2(a).total_cmp(&distance_m2(b)).then(a.cmp(b)));
         Some((roots, level))

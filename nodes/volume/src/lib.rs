@@ -11,6 +11,7 @@
 //! | [`DepthView`] | one depth image or cloud, prepared: any number of layers with different voxel edges are updated from it |
 //! | [`Occupancy`] | hits and passes: free, occupied or unknown, and since when; a [`Cell`] for each voxel |
 //! | [`PlaneOccupancy`] | the same in the horizontal plane, of the rays of scans |
+//! | [`TiledView`], [`SeenBefore`] | what an image saw by direction, without the image; where nothing comes back any more |
 //! | [`Surface`] | signed distances, weights, colours: the map; points, changes for listeners, blocks as bytes, corrections |
 //!
 //! ```
@@ -34,12 +35,14 @@
 //! ```
 
 mod block;
+mod camera_frame;
 mod cell;
 mod depth_view;
 mod descent;
 mod evidence;
 mod layer;
 mod levels;
+mod no_return;
 mod noise;
 mod occupancy;
 mod plane;
@@ -48,10 +51,14 @@ mod surface;
 #[cfg(test)]
 mod testing;
 mod ticks;
+mod tiled_view;
 
 pub use block::{BLOCK_EDGE, BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
 pub use cell::{Cell, CellState};
 pub use depth_view::{DepthInput, DepthRange, DepthView, ViewError};
+pub use no_return::{
+    AS_NEAR, FARTHEST_SEEN_M, LONGEST_STAY_S, NEAREST_SEEN_M, SeenBefore, sees_as_well,
+};
 pub use noise::DepthNoise;
 pub use occupancy::{Occupancy, OccupancyConfig, OccupancyConfigError, OccupancyUpdate, Place};
 pub use plane::{PlaneConfig, PlaneOccupancy, PlaneRay};
@@ -60,3 +67,4 @@ pub use surface::{
     BlockFormatError, ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, PointRules, Surface,
     SurfaceChanges, SurfaceConfig, SurfaceConfigError, SurfacePoint, SurfaceUpdate,
 };
+pub use tiled_view::{Sight, TiledView};

@@ -12,7 +12,6 @@ mod config;
 mod correction;
 mod from_points;
 mod in_view;
-mod no_return;
 mod points;
 mod update;
 
@@ -25,13 +24,14 @@ use crate::depth_view::{DepthView, with_projection};
 use crate::descent::{Behind, Descent, Judge, Margins, Verdict, block_edge_m};
 use crate::layer::Layer;
 use crate::levels::Levels;
+use crate::no_return::{LONGEST_STAY_S, SeenBefore, sees_as_well};
 use crate::projection::{Extent, Project};
 use crate::ticks::Ticks;
+use crate::tiled_view::TiledView;
 use block::SurfaceBlock;
 pub use bytes::BlockFormatError;
 pub use changes::{ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, SurfaceChanges};
 pub use config::{SurfaceConfig, SurfaceConfigError};
-use no_return::SeenBefore;
 pub use points::{PointRules, SurfacePoint};
 use update::{Job, Work};
 
@@ -173,13 +173,14 @@ impl Surface {
         executor::for_each(executor, &mut stretches, |stretch| P::run(&job, stretch));
         let hit_from_m = view.map_from_camera.translation.vector.cast::<f32>().into();
         for done in work.drain(..) {
-            let middle_m = judge.in_camera_m(&middle_m(done.key, block_edge_m(edge_m)));
+            let middle_m = judge.frame.in_camera_m(&middle_m(done.key, block_edge_m(edge_m)));
             self.take_back(done, now, (hit_from_m, middle_m), may_be_new, &mut update);
         }
         self.work = work;
         self.clear_free(&mut update);
-        self.clear_blank(view, &judge, &mut update);
-        self.seen_before.take_in(view);
+        let tiled = TiledView::of(view);
+        self.clear_blank(&tiled, &judge, &mut update);
+        self.seen_before.take_in(&tiled);
         update
     }
 
@@ -250,7 +251,7 @@ impl Surface {
 
     fn clear_blank<P: Project>(
         &mut self,
-        view: &DepthView,
+        view: &TiledView,
         judge: &Judge<'_, P>,
         update: &mut SurfaceUpdate,
     ) {
@@ -263,9 +264,12 @@ impl Surface {
                 continue;
             };
             let is_all_seen = !covered.is_cut
-                || block.was_seen_only_at(judge.in_camera_m(&middle_m), block_edge_m);
-            let has_gone =
-                is_all_seen && self.seen_before.says_gone(view, &covered, &middle_m, block);
+                || block.was_seen_only_at(judge.frame.in_camera_m(&middle_m), block_edge_m);
+            let hit_from_m = Point3::from(block.hit_from_m).cast::<f64>();
+            let has_gone = is_all_seen
+                && block.lasted_s() <= LONGEST_STAY_S
+                && sees_as_well(&view.camera_in_map_m(), &hit_from_m, &middle_m)
+                && self.seen_before.would_return(view, &covered);
             if has_gone && !block.evidence.blank() {
                 self.remove(*key, update);
             }

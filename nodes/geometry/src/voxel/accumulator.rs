@@ -116,10 +116,8 @@ impl VoxelAccumulator {
         // not wait for one addition to reach memory and return before the next.
         let (mut open, mut open_key, mut open_index) = (Cell::default(), VoxelKey::default(), 0);
         let mut points = 0;
-        for place in 0..block.len.min(PointBlock::CAPACITY) {
-            if !finite[place] {
-                continue;
-            }
+        let places = finite.iter().take(block.len).enumerate();
+        for (place, _) in places.filter(|(_, is_finite)| **is_finite) {
             let key = keys.at(place);
             if key != open_key || open.points == 0 {
                 self.close(open_index, open);

@@ -5,9 +5,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geometry::{CameraModelError, DepthFrame, FARTHEST_SEEN_M, MaskedDepth, RayTable};
+use geometry::{CameraModelError, DepthFrame, MaskedDepth, RayTable};
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
-use volume::PlaneRay;
+use volume::{FARTHEST_SEEN_M, PlaneRay};
 
 /// Directions in a turn: 0.25 degrees, 2 cm at 5 m.
 const DIRECTIONS: usize = 1440;

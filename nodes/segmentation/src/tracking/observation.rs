@@ -1,9 +1,9 @@
 //! What one cycle shows of an object.
 
-use geometry::{DetectedCycle, MIN_SLOPE_DEPTH_M, View};
+use geometry::DetectedCycle;
 use nalgebra::{Point3, Vector2, Vector3};
 
-use crate::view::slopes;
+use crate::view::{MIN_SLOPE_DEPTH_M, View, slopes};
 
 /// One cycle's cloud in both frames, and what the camera can see.
 #[derive(Clone, Copy, Debug)]
@@ -87,8 +87,8 @@ impl Observation {
         }
         // The outermost voxel of the view may hold no point of the object, so one is allowed for.
         let voxel_slope = cloud.cell_m / towards.norm().max(MIN_SLOPE_DEPTH_M);
-        right.is_cut = right.slope <= cloud.view.least.x + voxel_slope;
-        left.is_cut = left.slope >= cloud.view.most.x - voxel_slope;
+        right.is_cut = right.slope <= cloud.view.right + voxel_slope;
+        left.is_cut = left.slope >= cloud.view.left - voxel_slope;
         let half_a_voxel_m = Vector3::repeat(0.5 * cloud.cell_m);
         Some(Self {
             points,

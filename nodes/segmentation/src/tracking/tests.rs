@@ -1,8 +1,8 @@
-use geometry::{Cloud, DetectedCycle, View};
+use geometry::{Cloud, DetectedCycle};
 use nalgebra::Isometry3;
 
 use super::*;
-use crate::view;
+use crate::view::View;
 
 const CELL_M: f64 = 0.08;
 
@@ -49,7 +49,7 @@ fn in_map(cycle: &DetectedCycle) -> Vec<Point3<f64>> {
 /// A cycle's cloud, and the view that it spans.
 fn cloud<'a>(cycle: &'a DetectedCycle, points_in_map: &'a [Point3<f64>]) -> CycleCloud<'a> {
     let mut view = View::default();
-    view::widen(&mut view, cycle);
+    view.widen(cycle);
     CycleCloud { cycle, points_in_map, camera_in_map: Point3::origin(), view, cell_m: CELL_M }
 }
 

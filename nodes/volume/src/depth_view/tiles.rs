@@ -4,8 +4,6 @@
 //! is the union of a few overlapping squares, and no tile outside of it is used (the sparse table of range minimum queries:
 //! Bender and Farach-Colton, "The LCA problem revisited", 2000, section 3).
 
-use std::ops::Range;
-
 use multiversion::multiversion;
 
 /// Pixels along a tile's edge, in an image of up to [`MOST_TILES`] tiles: a power of two.
@@ -32,6 +30,8 @@ pub(crate) struct Tiles {
     least_m: Vec<Vec<f32>>,
     /// For each level, the greatest depth; 0 without returns.
     most_m: Vec<Vec<f32>>,
+    /// The least depth of each tile however few returns it has; 0 without returns.
+    least_return_m: Vec<f32>,
     scratch: Parts,
 }
 
@@ -113,6 +113,7 @@ impl Tiles {
                 image.resize(tiles, 0.0);
             }
         }
+        self.least_return_m.resize(tiles, 0.0);
         fill(self, depths_m, width_px, height_px);
     }
 
@@ -123,9 +124,11 @@ impl Tiles {
             return;
         };
         let tile_px = self.tile_px;
-        let tiles =
-            least_m.chunks_exact_mut(self.columns).zip(most_m.chunks_exact_mut(self.columns));
-        for (row, (least_m, most_m)) in tiles.enumerate() {
+        let tiles = least_m
+            .chunks_exact_mut(self.columns)
+            .zip(most_m.chunks_exact_mut(self.columns))
+            .zip(self.least_return_m.chunks_exact_mut(self.columns));
+        for (row, ((least_m, most_m), least_return_m)) in tiles.enumerate() {
             let lines = row * tile_px..height_px.min((row + 1) * tile_px);
             self.scratch.reset(self.columns * tile_px);
             for line in lines.clone() {
@@ -144,6 +147,9 @@ impl Tiles {
                 let pixels = (columns_px * lines.len()) as f32;
                 let returns = self.scratch.returns.get(column).copied().unwrap_or(0.0);
                 *least_m = if 2.0 * returns < pixels { 0.0 } else { *least_of };
+            }
+            for (least_return_m, least_of) in least_return_m.iter_mut().zip(&self.scratch.least_m) {
+                *least_return_m = if *least_of == f32::MAX { 0.0 } else { *least_of };
             }
             most_m.copy_from_slice(&self.scratch.most_m);
         }
@@ -202,26 +208,19 @@ impl Tiles {
         self.columns
     }
 
-    /// The least depth of each tile, row by row; 0 where it is mostly without returns.
-    pub(crate) fn least_m(&self) -> &[f32] {
-        self.least_m.first().map_or(&[], Vec::as_slice)
+    /// Rows of tiles.
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The least depth of each tile, row by row, however few returns it has; 0 where there are none.
+    pub(crate) fn least_return_m(&self) -> &[f32] {
+        &self.least_return_m
     }
 
     /// The greatest depth of each tile, row by row; 0 where there are no returns.
     pub(crate) fn most_m(&self) -> &[f32] {
         self.most_m.first().map_or(&[], Vec::as_slice)
-    }
-
-    /// The columns of the tiles that hold these columns of pixels, first and last.
-    pub(crate) fn of_columns(&self, [first, last]: [u32; 2]) -> Range<usize> {
-        let end = last as usize / self.tile_px + 1;
-        first as usize / self.tile_px..end.min(self.columns)
-    }
-
-    /// The same of rows.
-    pub(crate) fn of_rows(&self, [first, last]: [u32; 2]) -> Range<usize> {
-        let end = last as usize / self.tile_px + 1;
-        first as usize / self.tile_px..end.min(self.rows)
     }
 
     /// The greatest depth of all; 0 where there are no returns.
@@ -232,7 +231,7 @@ impl Tiles {
     pub(crate) fn memory_bytes(&self) -> usize {
         let Parts { least_m, most_m, returns, spare } = &self.scratch;
         let images = self.least_m.iter().chain(&self.most_m);
-        let images = images.chain([least_m, most_m, returns, spare]);
+        let images = images.chain([&self.least_return_m, least_m, most_m, returns, spare]);
         images.map(|image| image.capacity() * size_of::<f32>()).sum()
     }
 }

@@ -243,10 +243,10 @@ fn plain_pass(known: &Occupancy, view: &DepthView, voxel: VoxelKey) -> bool {
         reach_m: 4.0,
     };
     let judge = crate::descent::Judge::new(view, projection, margins, 0.0);
-    let steps = judge.steps_m(edge_m);
+    let steps = judge.frame.steps_m(edge_m);
     let half_m =
         [0, 1, 2].map(|axis: usize| 0.5 * steps.iter().map(|step| step[axis].abs()).sum::<f32>());
-    let middle_m = judge.in_camera_m(&known.grid.middle_m(voxel));
+    let middle_m = judge.frame.in_camera_m(&known.grid.middle_m(voxel));
     match projection.extent(&CameraBox { middle_m, half_m }) {
         Extent::Within(covered) if !covered.is_cut && covered.farthest_m <= 4.0 => {
             let span = testing::plain_span(view, covered.columns, covered.rows);

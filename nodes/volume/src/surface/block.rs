@@ -4,6 +4,7 @@ use nalgebra::Point3;
 
 use crate::block::BLOCK_VOXELS;
 use crate::evidence::Evidence;
+use crate::ticks::TICK_S;
 
 /// The distance that stands for the whole truncation.
 pub(super) const FULL: f32 = 32_767.0;
@@ -92,6 +93,11 @@ impl SurfaceBlock {
         (self.first_seen, self.last_seen, self.last_hit) = (0, 0, 0);
         (self.hit_from_m, self.seen_at_m) = ([0.0; 3], None);
         self.near_nodes = 0;
+    }
+
+    /// The time from the first image that it was compared with to the last that showed a surface in it.
+    pub(super) fn lasted_s(&self) -> f64 {
+        f64::from(self.last_hit.saturating_sub(self.first_seen)) * TICK_S
     }
 
     /// Whether some node is near a surface.

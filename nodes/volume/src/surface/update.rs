@@ -94,7 +94,7 @@ impl<'a, P: Project> Job<'a, P> {
             judge,
             projections: [0, 1, 2, 3].map(|level| projection.coarser(level)),
             edge_m,
-            steps_m: judge.steps_m(edge_m),
+            steps_m: judge.frame.steps_m(edge_m),
             truncation_m: margins.before_m,
             behind: margins.behind,
             noise: view.noise,
@@ -160,9 +160,9 @@ fn integer(whole: f32) -> i32 {
 fn compare<P: Project>(job: &Job<'_, P>, key: BlockKey, block: &mut SurfaceBlock) -> (bool, bool) {
     let block_edge_m = block_edge_m(job.edge_m);
     let origin_in_map = key.coordinates().map(|along| f64::from(along) * block_edge_m);
-    let origin_m = job.judge.in_camera_m(&Point3::from(origin_in_map));
+    let origin_m = job.judge.frame.in_camera_m(&Point3::from(origin_in_map));
     let middle = Point3::from(origin_in_map.map(|along_m| along_m + 0.5 * block_edge_m));
-    let [x, y, z] = job.judge.in_camera_m(&middle);
+    let [x, y, z] = job.judge.frame.in_camera_m(&middle);
     let level = level_of(job.edge_m as f32, job.pixel_slope, (x * x + y * y + z * z).sqrt());
     let (projection, depths_m) = (&job.projections[level as usize], job.levels.depths_m(level));
     let [step_x, step_y, step_z] = job.steps_m;

@@ -30,11 +30,12 @@ impl<P: Project> PlainImage<'_, P> {
     fn extent(&self, key: BlockKey) -> Extent {
         let edge_m = block_edge_m(self.config.edge_m);
         let middle = Point3::from(key.coordinates().map(|along| (f64::from(along) + 0.5) * edge_m));
-        let steps = self.judge.steps_m(1.0);
+        let steps = self.judge.frame.steps_m(1.0);
         let half_m = [0, 1, 2].map(|axis: usize| {
             0.5 * steps.iter().map(|step| step[axis].abs()).sum::<f32>() * edge_m as f32
         });
-        self.projection.extent(&CameraBox { middle_m: self.judge.in_camera_m(&middle), half_m })
+        self.projection
+            .extent(&CameraBox { middle_m: self.judge.frame.in_camera_m(&middle), half_m })
     }
 
     /// Whether a block is free as a whole: by each pixel of the tiles around what it covers.
@@ -60,7 +61,7 @@ impl<P: Project> PlainImage<'_, P> {
         let edge_m = block_edge_m(self.config.edge_m);
         let origin = key.coordinates().map(|along| f64::from(along) * edge_m);
         let middle = Point3::from(origin.map(|along_m| along_m + 0.5 * edge_m));
-        let [x, y, z] = self.judge.in_camera_m(&middle);
+        let [x, y, z] = self.judge.frame.in_camera_m(&middle);
         let middle_m = (x * x + y * y + z * z).sqrt();
         if self.is_free(key) {
             known?;
@@ -69,8 +70,8 @@ impl<P: Project> PlainImage<'_, P> {
         let slope = self.projection.pixel_slope();
         let level = crate::levels::level_of(self.config.edge_m as f32, slope, middle_m);
         let projection = self.projection.coarser(level);
-        let steps = self.judge.steps_m(self.config.edge_m);
-        let start = self.judge.in_camera_m(&Point3::from(origin));
+        let steps = self.judge.frame.steps_m(self.config.edge_m);
+        let start = self.judge.frame.in_camera_m(&Point3::from(origin));
         let mut is_hit = false;
         for index in 0..512 {
             let along = [index % 8, index / 8 % 8, index / 64].map(|along| along as f32);
