@@ -86,6 +86,8 @@ pub struct ReducedCloud {
     pub map_frame_id: String,
     /// Pose of the rig in the map at the stamp of the cloud.
     pub map_from_rig: Pose,
+    /// Pose, in the map, of the frame that does not jump when the map is corrected; empty while that is the map itself.
+    pub map_from_continuous: Vec<Pose>,
     /// Zones with moving objects; empty when there are none.
     pub zones: Vec<DynamicZone>,
     /// The beams of the scan that hit something that moves: their indices, rising.

@@ -43,6 +43,11 @@ pub fn detected_cycle_from_message(message: &ReducedCloud) -> Result<DetectedCyc
         points_before_reduction: usize::try_from(points)
             .map_err(|_| ConvertError::PointCount { points })?,
         map_from_rig: isometry_from_pose(&message.map_from_rig)?,
+        map_from_continuous: match &message.map_from_continuous[..] {
+            [] => None,
+            [pose] => Some(isometry_from_pose(pose)?),
+            poses => return Err(ConvertError::SeveralPoses { poses: poses.len() }),
+        },
         map_frame_id: message.map_frame_id.clone(),
         zones: zones_from_messages(&message.zones)?,
         moving_beams: moving_beams_from_message(message)?,
@@ -63,6 +68,7 @@ pub fn message_from_detected_cycle(cycle: &DetectedCycle) -> ReducedCloud {
         points_before_reduction: cycle.points_before_reduction as u64,
         map_frame_id: cycle.map_frame_id.clone(),
         map_from_rig: pose_from_isometry(&cycle.map_from_rig),
+        map_from_continuous: cycle.map_from_continuous.iter().map(pose_from_isometry).collect(),
         zones: messages_from_zones(&cycle.zones),
         moving_beams: cycle.moving_beams.iter().map(|beam| beam.index).collect(),
         background_ranges: cycle
@@ -234,6 +240,7 @@ mod tests {
             voxel_points,
             points_before_reduction: 307_200,
             map_from_rig: pose_from_vector(pose),
+            map_from_continuous: Some(pose_from_vector(pose)),
             map_frame_id: "map".to_owned(),
             moving_beams: vec![
                 MovingBeam { index: 3, background_m: Some(2.5) },
@@ -345,6 +352,12 @@ mod tests {
         assert!(matches!(
             detected_cycle_from_message(&shrunk),
             Err(ConvertError::Quaternion { .. })
+        ));
+        let mut twice = whole.clone();
+        twice.map_from_continuous.push(twice.map_from_rig);
+        assert!(matches!(
+            detected_cycle_from_message(&twice),
+            Err(ConvertError::SeveralPoses { poses: 2 })
         ));
         let mut by_another_method = whole.clone();
         by_another_method.setup.method = "median".to_owned();

@@ -344,6 +344,12 @@ pub enum ConvertError {
         /// How many flags.
         flags: usize,
     },
+    /// A pose that a cycle has once at most is there several times.
+    #[error("ReducedCloud: map_from_continuous has {poses} poses: one, or none")]
+    SeveralPoses {
+        /// How many.
+        poses: usize,
+    },
     /// The beams that move and the ranges behind them are not as many.
     #[error("ReducedCloud: background_ranges has {ranges} entries for {beams} moving_beams")]
     MovingBeams {

@@ -103,6 +103,7 @@ impl Detector {
             voxel_points,
             points_before_reduction,
             map_from_rig: *input.map_from_rig,
+            map_from_continuous: found.map_from_continuous,
             map_frame_id: input.map_frame_id.to_owned(),
             zones: found.zones,
             moving_beams: found.hits,

@@ -28,6 +28,9 @@ pub struct DetectedCycle {
     pub points_before_reduction: usize,
     /// The pose at the cloud's stamp.
     pub map_from_rig: Isometry3<f64>,
+    /// The pose, in the map, of a frame that does not jump when the map is corrected ([`ContinuousFrame`](crate::ContinuousFrame));
+    /// absent while that is the map itself. What moves is looked for in it.
+    pub map_from_continuous: Option<Isometry3<f64>>,
     /// The frame that `map_from_rig` leads to.
     pub map_frame_id: String,
     /// Zones with moving objects; empty when there are none.
@@ -44,6 +47,15 @@ pub struct DetectedCycle {
 }
 
 impl DetectedCycle {
+    /// The pose at the cloud's stamp in the frame that does not jump: to the bit that in the map while it is the map.
+    #[must_use]
+    pub fn continuous_from_rig(&self) -> Isometry3<f64> {
+        match &self.map_from_continuous {
+            None => self.map_from_rig,
+            Some(map_from_continuous) => map_from_continuous.inverse() * self.map_from_rig,
+        }
+    }
+
     /// Gives the depth image the colours of its pixels; see [`DepthFrame::with_colours`]. A cycle without a depth image has no use
     /// for them.
     ///

@@ -67,6 +67,7 @@ fn cycle(index: u32) -> DetectedCycle {
         voxel_points: vec![1],
         points_before_reduction: 1,
         map_from_rig: nalgebra::Isometry3::identity(),
+        map_from_continuous: None,
         map_frame_id: "map".to_owned(),
         zones: Vec::new(),
         moving_beams: Vec::new(),

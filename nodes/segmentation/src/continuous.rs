@@ -1,57 +1,10 @@
-//! A map that is corrected is no motion: what moves is looked for in a frame that does not jump with it.
+//! Tracks are followed in a frame that does not jump when the map is corrected, and reported in the map.
 
-use std::borrow::Cow;
-
-use geometry::{ContinuousFrame, DetectedCycle, MapPath, Track};
+use geometry::Track;
 use nalgebra::{Isometry3, Matrix6};
 
-use crate::Step;
-use crate::free_space::FreeSpaceSegmenter;
-use crate::segmenter::Judged;
-
-/// The method `free_space` in a frame that does not jump when the map is corrected. Without a path, and as long as none has
-/// moved, that frame is the map, to the bit.
-#[derive(Clone, Debug)]
-pub(crate) struct ContinuousSegmenter {
-    pub(crate) segmenter: FreeSpaceSegmenter,
-    pub(crate) frame: ContinuousFrame,
-}
-
-impl ContinuousSegmenter {
-    /// Judges the points of a cycle; tracks are where the map has them.
-    pub(crate) fn step(&mut self, cycle: &DetectedCycle, observe: &mut impl FnMut(Step)) -> Judged {
-        let stamp = cycle.reduced_cloud.stamp;
-        let map_from_continuous = self.frame.map_from_continuous(stamp, &cycle.map_frame_id);
-        let continuous = in_continuous_frame(cycle, map_from_continuous.as_ref());
-        let mut judged = self.segmenter.step(&continuous, observe);
-        if let Some(map_from_continuous) = &map_from_continuous {
-            judged.tracks.iter_mut().for_each(|track| *track = in_map(track, map_from_continuous));
-        }
-        judged
-    }
-
-    /// Takes the trajectory of the platform as the map of its poses has it by now.
-    pub(crate) fn follow_path(&mut self, path: MapPath) {
-        self.frame.take(path);
-    }
-}
-
-/// The cycle in the continuous frame.
-fn in_continuous_frame<'a>(
-    cycle: &'a DetectedCycle,
-    map_from_continuous: Option<&Isometry3<f64>>,
-) -> Cow<'a, DetectedCycle> {
-    match map_from_continuous {
-        None => Cow::Borrowed(cycle),
-        Some(map_from_continuous) => {
-            let map_from_rig = map_from_continuous.inverse() * cycle.map_from_rig;
-            Cow::Owned(DetectedCycle { map_from_rig, ..cycle.clone() })
-        }
-    }
-}
-
 /// A track of the continuous frame in the map.
-fn in_map(track: &Track, map_from_continuous: &Isometry3<f64>) -> Track {
+pub(crate) fn in_map(track: &Track, map_from_continuous: &Isometry3<f64>) -> Track {
     let turn = map_from_continuous.rotation.to_rotation_matrix().into_inner();
     let mut turn_of_both = Matrix6::zeros();
     turn_of_both.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);

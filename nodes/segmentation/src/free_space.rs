@@ -9,11 +9,12 @@ mod tests;
 use std::collections::HashSet;
 
 use geometry::{DetectedCycle, Stamp, VoxelGrid, VoxelKey};
-use nalgebra::{Point3, distance};
+use nalgebra::{Isometry3, Point3, distance};
 use volume::{
     AS_NEAR, DepthInput, DepthNoise, DepthRange, DepthView, LONGEST_STAY_S, Occupancy, Place,
 };
 
+use crate::continuous::in_map;
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
 use crate::recent_views::RecentViews;
@@ -55,6 +56,8 @@ pub struct FreeSpaceSegmenter {
     /// Where objects had points a cycle ago, in the map.
     last_object_voxels: HashSet<VoxelKey>,
     last: Option<Stamp>,
+    /// Number of the last cycle, and where its frame was in the map.
+    last_frame: Option<(u32, Option<Isometry3<f64>>)>,
     evidence_is_whole: bool,
 }
 
@@ -77,6 +80,7 @@ impl FreeSpaceSegmenter {
             floor: None,
             last_object_voxels: HashSet::new(),
             last: None,
+            last_frame: None,
             evidence_is_whole: true,
         })
     }
@@ -94,16 +98,19 @@ impl FreeSpaceSegmenter {
     }
 
     /// Judges the points of a cycle, whose pose and zones are checked, and learns from it.
+    ///
+    /// "Map" is here the frame that does not jump when the map is corrected; tracks are reported where the map has them.
     pub fn step(&mut self, cycle: &DetectedCycle, observe: &mut impl FnMut(Step)) -> Judged {
         let stamp = cycle.reduced_cloud.stamp;
-        self.begin(stamp);
+        let map_from_rig = cycle.continuous_from_rig();
+        self.begin(stamp, cycle);
         let points_in_map: Vec<Point3<f64>> = cycle
             .reduced_cloud
             .points_m
             .iter()
-            .map(|point| cycle.map_from_rig * point.cast::<f64>())
+            .map(|point| map_from_rig * point.cast::<f64>())
             .collect();
-        let camera_in_map = cycle.map_from_rig * cycle.setup.mounts.camera_in_rig_m();
+        let camera_in_map = map_from_rig * cycle.setup.mounts.camera_in_rig_m();
         self.view.widen(cycle);
         self.floor = self.floor_under(&points_in_map, &camera_in_map);
         self.clear_stale_background(&points_in_map, &camera_in_map);
@@ -123,7 +130,10 @@ impl FreeSpaceSegmenter {
         let cell_m = self.grid.edge_m();
         let points_in_map = &points_in_map;
         let cloud = CycleCloud { cycle, points_in_map, camera_in_map, view: self.view, cell_m };
-        let TrackerOutput { tracks, settled } = self.tracker.update(&cloud, &groups);
+        let TrackerOutput { mut tracks, settled } = self.tracker.update(&cloud, &groups);
+        if let Some(map_from_continuous) = &cycle.map_from_continuous {
+            tracks.iter_mut().for_each(|track| *track = in_map(track, map_from_continuous));
+        }
         observe(Step::Tracking);
 
         let mut is_dynamic = vec![false; classes.len()];
@@ -160,8 +170,14 @@ impl FreeSpaceSegmenter {
         Judged { is_dynamic, tracks, in_zone: seeds.in_zone }
     }
 
-    fn begin(&mut self, stamp: Stamp) {
-        if self.last.is_some_and(|last| last.seconds_since(stamp) > ANOTHER_RUN_S) {
+    fn begin(&mut self, stamp: Stamp, cycle: &DetectedCycle) {
+        let frame = (cycle.index, cycle.map_from_continuous);
+        let (last_index, last_frame) = self.last_frame.replace(frame).unwrap_or(frame);
+        // Where detection began anew, so did the frame that does not jump.
+        let is_another_frame = cycle.index < last_index && cycle.map_from_continuous != last_frame;
+        let is_another_run =
+            self.last.is_some_and(|last| last.seconds_since(stamp) > ANOTHER_RUN_S);
+        if is_another_run || is_another_frame {
             self.occupancy.clear();
             self.tracker.forget();
             (self.view, self.floor) = (View::default(), None);
@@ -186,7 +202,8 @@ impl FreeSpaceSegmenter {
                 is_moving: None,
                 colour: None,
                 camera: frame.camera(),
-                map_from_camera: &(cycle.map_from_rig * cycle.setup.mounts.rig_from_camera),
+                map_from_camera: &(cycle.continuous_from_rig()
+                    * cycle.setup.mounts.rig_from_camera),
             })
         });
         if matches!(filled, Some(Ok(()))) {

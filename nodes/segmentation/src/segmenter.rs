@@ -3,14 +3,13 @@
 use std::sync::Arc;
 
 use geometry::{
-    Cloud, ContinuousFrame, DepthCameraError, DetectedCycle, DynamicZone, MapPath, MaskedDepth,
-    Method, ParameterError, SegmentationCounts, SegmentedCycle, Track, UnusablePose, check_pose,
+    Cloud, DepthCameraError, DetectedCycle, DynamicZone, MaskedDepth, Method, ParameterError,
+    SegmentationCounts, SegmentedCycle, Track, UnusablePose, check_pose,
 };
 
 use volume::{OccupancyConfigError, ViewError};
 
 use crate::config::SegmentationConfig;
-use crate::continuous::ContinuousSegmenter;
 use crate::free_space::FreeSpaceSegmenter;
 use crate::moving_pixels::MovingPixels;
 use crate::two_stages::TwoStages;
@@ -124,7 +123,7 @@ pub struct Segmenter {
 #[derive(Clone, Debug)]
 enum Implementation {
     RecHv(TwoStages),
-    FreeSpace(Box<ContinuousSegmenter>),
+    FreeSpace(Box<FreeSpaceSegmenter>),
 }
 
 impl Segmenter {
@@ -138,23 +137,13 @@ impl Segmenter {
         let grid = config.pipeline.voxel_grid()?;
         let implementation = match config.pipeline.method {
             Method::RecHv => Implementation::RecHv(TwoStages { cell_m: edge_m }),
-            Method::FreeSpace => Implementation::FreeSpace(Box::new(ContinuousSegmenter {
-                segmenter: FreeSpaceSegmenter::new(config.free_space, grid)?,
-                frame: ContinuousFrame::default(),
-            })),
+            Method::FreeSpace => Implementation::FreeSpace(Box::new(FreeSpaceSegmenter::new(
+                config.free_space,
+                grid,
+            )?)),
         };
         let moving_pixels = config.pipeline.needs_depth().then(|| MovingPixels::new(grid));
         Ok(Self { implementation, moving_pixels })
-    }
-
-    /// Takes the trajectory of the platform as the map of its poses has it by now: a map that is corrected is no motion, and
-    /// tracks are reported where the map has them.
-    pub fn follow_path(&mut self, path: MapPath) {
-        match &mut self.implementation {
-            // It remembers no place.
-            Implementation::RecHv(_) => {}
-            Implementation::FreeSpace(free_space) => free_space.follow_path(path),
-        }
     }
 
     /// Blocks of evidence held now, at most `max_evidence_blocks`; the method of Rec-HV holds none.
@@ -162,7 +151,7 @@ impl Segmenter {
     pub fn evidence_blocks(&self) -> usize {
         match &self.implementation {
             Implementation::RecHv(_) => 0,
-            Implementation::FreeSpace(free_space) => free_space.segmenter.evidence_blocks(),
+            Implementation::FreeSpace(free_space) => free_space.evidence_blocks(),
         }
     }
 
@@ -172,7 +161,7 @@ impl Segmenter {
     pub fn evidence_is_whole(&self) -> bool {
         match &self.implementation {
             Implementation::RecHv(_) => true,
-            Implementation::FreeSpace(free_space) => free_space.segmenter.evidence_is_whole(),
+            Implementation::FreeSpace(free_space) => free_space.evidence_is_whole(),
         }
     }
 

@@ -10,14 +10,13 @@ use std::time::Duration;
 
 use geometry::{Cloud, DetectedCycle, Method, SegmentedCycle};
 use msgs::convert;
-use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::Tracks;
 use msgs::visualization_msgs::MarkerArray;
 use node_shell::parameters::NodeParameters;
 use node_shell::{
     Arrived, Counters, Node, NodeFailure, PipelineWatch, Program, Publisher, Qos, StageReporter,
-    StepTimer, Subscription, Throttle, ValuePublisher, ValueSubscription,
+    StepTimer, Throttle, ValuePublisher, ValueSubscription,
 };
 
 use crate::filter::Verdict;
@@ -29,7 +28,6 @@ const PROGRAM: Program = Program {
     name: "segmentation",
     about: "Cuts what moves out of each reduced cloud, and follows it.",
     topics: "in  reduced_cloud (stillmap_msgs/msg/ReducedCloud), reliable
-             in  map_path (nav_msgs/msg/Path: the trajectory of the rig, as corrected by now), reliable; nobody need publish it
              out segmented_cloud (stillmap_msgs/msg/SegmentedCloud), reliable
              out static_cloud (sensor_msgs/msg/PointCloud2, map frame), reliable
              out dynamic_cloud (sensor_msgs/msg/PointCloud2, rig frame), reliable
@@ -49,9 +47,6 @@ const FAILED: &str = "segmentation failed";
 /// Cycles that may wait here, or that a subscriber may be behind, without one being lost: seven
 /// seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
-
-/// Each path holds the whole trajectory.
-const PATHS_KEPT: usize = 5;
 
 /// How often the node looks whether somebody wants a filtered topic.
 const LOOK_FOR_SUBSCRIBERS: Duration = Duration::from_millis(250);
@@ -96,7 +91,6 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
             _reset = lifecycle.reset() => stage.reset()?,
             _now = look.tick() => stage.follow_subscribers(node)?,
             // It concerns the cycles after it.
-            received = stage.paths.next() => stage.take_path(&received.message),
             received = stage.cycles.next() => {
                 stage.take(&received.message);
                 node_shell::let_peers_run().await;
@@ -119,8 +113,6 @@ const REMEDY: &str = "raise the pipeline's voxel_edge_m, or lower evidence_reach
 /// The core with its topics.
 pub struct Stage {
     cycles: ValueSubscription<DetectedCycle>,
-    paths: Subscription<Path>,
-    bad_paths: Throttle,
     partial_evidence: Throttle,
     pipeline: PipelineWatch,
     config: SegmentationConfig,
@@ -142,11 +134,7 @@ impl Stage {
     /// # Errors
     /// When a parameter is out of its range, or a topic cannot be had.
     pub fn new(node: &Node, parameters: &SegmentationParameters) -> Result<Self, NodeFailure> {
-        let paths = node.subscription("map_path", &Qos::reliable(PATHS_KEPT))?;
-        node.counters().note_optional(paths.topic());
         Ok(Self {
-            paths,
-            bad_paths: Throttle::for_warnings(),
             partial_evidence: Throttle::for_warnings(),
             pipeline: PipelineWatch::new(parameters.config.pipeline.clone(), node.counters()),
             config: parameters.config.clone(),
@@ -192,24 +180,8 @@ impl Stage {
     /// Takes every message that is here already.
     pub fn take_waiting(&mut self) {
         self.filter.take_waiting();
-        while let Some(received) = self.paths.try_next() {
-            self.take_path(&received.message);
-        }
         while let Some(received) = self.cycles.try_next() {
             self.take(&received.message);
-        }
-    }
-
-    fn take_path(&mut self, message: &Path) {
-        match convert::map_path_from_message(message) {
-            Ok(path) => self.segmenter.follow_path(path),
-            Err(error) => {
-                self.counters.count_drop("path refused");
-                if let Some(held_back) = self.bad_paths.pass() {
-                    let topic = self.paths.topic();
-                    tracing::warn!("{topic}: {error} ({held_back} more since the last warning)");
-                }
-            }
         }
     }
 

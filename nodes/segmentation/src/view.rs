@@ -35,7 +35,7 @@ impl View {
 
     /// Whether a point of the map lies between its borders, however high.
     pub(crate) fn has_bearing_of(&self, cycle: &DetectedCycle, point_in_map: &Point3<f64>) -> bool {
-        let in_rig = cycle.map_from_rig.inverse_transform_point(point_in_map);
+        let in_rig = cycle.continuous_from_rig().inverse_transform_point(point_in_map);
         slopes(cycle, &in_rig).is_some_and(|slopes| (self.right..=self.left).contains(&slopes.x))
     }
 }
@@ -64,6 +64,7 @@ mod tests {
             points_before_reduction: points_m.len(),
             reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m },
             map_from_rig: nalgebra::Isometry3::identity(),
+            map_from_continuous: None,
             map_frame_id: "map".to_owned(),
             zones: Vec::new(),
             moving_beams: Vec::new(),

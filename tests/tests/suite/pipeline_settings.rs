@@ -139,6 +139,7 @@ fn cycle() -> geometry::DetectedCycle {
         voxel_points: Vec::new(),
         points_before_reduction: 0,
         map_from_rig: pose.map_from_rig,
+        map_from_continuous: None,
         map_frame_id: pose.frame_id,
         zones: Vec::new(),
         moving_beams: Vec::new(),

@@ -1,6 +1,7 @@
 //! What a method finds in a cycle, whichever it is.
 
 use geometry::{DynamicZone, MovingBeam, ScanRay};
+use nalgebra::Isometry3;
 
 use crate::free_space::{MotionSearch, PoseJump};
 use crate::zone_finder::{Unmeasured, ZoneSearch};
@@ -18,6 +19,8 @@ pub(super) struct Found {
     pub(super) unknown_beams: usize,
     pub(super) unmeasured: Option<Unmeasured>,
     pub(super) pose_jump: Option<PoseJump>,
+    /// Where the frame in which it was looked for is in the map, unless it is the map.
+    pub(super) map_from_continuous: Option<Isometry3<f64>>,
 }
 
 impl Found {
@@ -39,11 +42,15 @@ impl Found {
             unmeasured: search.unmeasured,
             // It asks for no pose.
             pose_jump: None,
+            map_from_continuous: None,
         }
     }
 
     /// This method fills nothing in.
-    pub(super) fn by_free_space(search: MotionSearch) -> Self {
+    pub(super) fn by_free_space(
+        search: MotionSearch,
+        map_from_continuous: Option<Isometry3<f64>>,
+    ) -> Self {
         Self {
             zones: search.zones,
             hits: search.hits,
@@ -55,6 +62,7 @@ impl Found {
             unknown_beams: search.unknown_beams,
             unmeasured: search.unmeasured,
             pose_jump: search.pose_jump,
+            map_from_continuous,
         }
     }
 }

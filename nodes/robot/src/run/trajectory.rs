@@ -77,6 +77,7 @@ mod tests {
             voxel_points: Vec::new(),
             points_before_reduction: 0,
             map_from_rig: along(x_m),
+            map_from_continuous: None,
             map_frame_id: map_frame_id.to_owned(),
             setup: geometry::CycleSetup::default(),
             zones: Vec::new(),

@@ -30,6 +30,7 @@ fn cycle(points_m: Vec<Point3<f32>>, zones: Vec<DynamicZone>) -> DetectedCycle {
             points_m,
         },
         map_from_rig: Isometry3::identity(),
+        map_from_continuous: None,
         map_frame_id: "map".to_owned(),
         setup: CycleSetup::default(),
         zones,

@@ -42,6 +42,7 @@ fn cycle() -> DetectedCycle {
         voxel_points: vec![4, 3, 2],
         points_before_reduction: 9,
         map_from_rig: Isometry3::translation(10.0, 0.0, 0.0),
+        map_from_continuous: None,
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         moving_beams: Vec::new(),
@@ -161,29 +162,4 @@ async fn a_cycle_comes_out_in_two_parts_with_its_report() {
     served.unwrap();
     own.close().await;
     peer.close().await;
-}
-
-/// What the core makes of a path is tested there: this one comes to it, and another does not.
-#[test]
-fn a_path_that_is_none_is_counted_and_told() {
-    let host = node_shell::Host::in_process();
-    let arguments = RosArguments::parse([] as [String; 0]).unwrap();
-    let (own, peer) =
-        (host.node("segmentation", &arguments).unwrap(), host.node("slam", &arguments).unwrap());
-    let mut stage = Stage::new(&own, &SegmentationParameters::default()).unwrap();
-    let paths = peer.publisher::<msgs::nav_msgs::Path>("map_path", &Qos::latched()).unwrap();
-    assert_eq!(paths.subscriber_count(), 1);
-    let vertex = geometry::PathVertex {
-        stamp: Stamp::from_nanos(5),
-        map_from_rig: Isometry3::translation(1.0, 0.0, 0.0),
-    };
-    let path = geometry::MapPath::new(Stamp::from_nanos(7), "map", vec![vertex]).unwrap();
-    let mut message = convert::message_from_map_path(&path);
-    paths.publish(message.clone()).unwrap();
-    stage.take_waiting();
-    assert!(own.counters().drops().is_empty(), "{:?}", own.counters().drops());
-    message.poses.push(message.poses[0].clone());
-    paths.publish(message).unwrap();
-    stage.take_waiting();
-    assert_eq!(own.counters().drops().values().sum::<u64>(), 1, "{:?}", own.counters().drops());
 }

@@ -152,7 +152,7 @@ fn visible_centre_m(seen: &[Seen]) -> Option<Point3<f64>> {
 /// Whether something hides a place of the map: points of the cycle, clearly nearer, in the same
 /// direction to the width of a voxel.
 pub(super) fn is_hidden(cloud: &CycleCloud<'_>, place_in_map: &Point3<f64>) -> bool {
-    let in_rig = cloud.cycle.map_from_rig.inverse_transform_point(place_in_map);
+    let in_rig = cloud.cycle.continuous_from_rig().inverse_transform_point(place_in_map);
     let Some(direction) = slopes(cloud.cycle, &in_rig) else { return false };
     let camera_x_m = cloud.cycle.setup.mounts.camera_in_rig_m().x;
     let depth_m = in_rig.x - camera_x_m;

@@ -33,6 +33,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
         points_before_reduction: points_m.len(),
         reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m },
         map_from_rig: Isometry3::identity(),
+        map_from_continuous: None,
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         zones: Vec::new(),

@@ -96,6 +96,7 @@ fn reduced_cloud(index: u32) -> ReducedCloud {
         voxel_points: vec![1],
         points_before_reduction: 1,
         map_from_rig: Isometry3::identity(),
+        map_from_continuous: None,
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         zones: Vec::new(),

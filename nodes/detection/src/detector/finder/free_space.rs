@@ -35,7 +35,13 @@ impl FreeSpaceFinder {
         in_aperture: &[Beam],
         observe: &mut impl FnMut(Step),
     ) -> Result<Found, ScanAnglesError> {
-        let continuous_from_rig = self.continuous_from_rig(input);
+        let map_from_continuous =
+            self.continuous.map_from_continuous(input.view.stamp(), input.map_frame_id);
+        // Where the map was corrected the pose jumps, and the platform has not moved.
+        let continuous_from_rig = match &map_from_continuous {
+            None => *input.map_from_rig,
+            Some(map_from_continuous) => map_from_continuous.inverse() * input.map_from_rig,
+        };
         let surround = match &mut self.surround {
             Some(surround) if surround.fits(input.scan) => surround,
             other => {
@@ -60,7 +66,7 @@ impl FreeSpaceFinder {
             hit.index = beams[hit.index as usize].index as u32;
         }
         search.hits.sort_by_key(|hit| hit.index);
-        Ok(Found::by_free_space(search))
+        Ok(Found::by_free_space(search, map_from_continuous))
     }
 
     pub(super) fn clear(&mut self) {
@@ -69,17 +75,9 @@ impl FreeSpaceFinder {
         self.motion.clear();
     }
 
-    /// Where the map was corrected the pose jumps, and the platform has not moved: motion is looked for in a frame that does
-    /// not jump ([`ContinuousFrame`]). Without a path, and as long as none has moved, that is the map, to the bit.
+    /// Motion is looked for in a frame that does not jump when the map is corrected ([`ContinuousFrame`]). Without a path, and as
+    /// long as none has moved, that is the map, to the bit.
     pub(super) fn follow_path(&mut self, path: MapPath) {
         self.continuous.take(path);
-    }
-
-    /// Where the platform is in the frame in which motion is looked for.
-    fn continuous_from_rig(&mut self, input: &CycleInput<'_>) -> Isometry3<f64> {
-        match self.continuous.map_from_continuous(input.view.stamp(), input.map_frame_id) {
-            None => *input.map_from_rig,
-            Some(map_from_continuous) => map_from_continuous.inverse() * input.map_from_rig,
-        }
     }
 }

@@ -19,6 +19,7 @@ fn detected(index: u32, x_m: f64) -> DetectedCycle {
         voxel_points: Vec::new(),
         points_before_reduction: 0,
         map_from_rig: Isometry3::translation(x_m, 0.0, 0.0),
+        map_from_continuous: None,
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         zones: Vec::new(),

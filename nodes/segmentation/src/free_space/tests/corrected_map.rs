@@ -1,7 +1,7 @@
 //! The map of the poses is corrected, as by a loop that is closed: the pose jumps, and nothing has moved.
 
 use estimation::Random;
-use geometry::{MapPath, PathVertex, pose_from_vector};
+use geometry::{ContinuousFrame, MapPath, PathVertex, pose_from_vector};
 
 use super::*;
 
@@ -16,6 +16,7 @@ fn run_of(
     has_path: bool,
 ) -> Vec<(room::View, Segmented)> {
     let mut segmenter = Segmenter::new(config()).unwrap();
+    let mut continuous = ContinuousFrame::default();
     let mut random = Random::new(21);
     let before = Isometry3::identity();
     let step = |index: u32| {
@@ -30,7 +31,8 @@ fn run_of(
         if has_path {
             let vertex = PathVertex { stamp: Stamp::default(), map_from_rig: *map_from_rig };
             let map = view.cycle.map_frame_id.clone();
-            segmenter.follow_path(MapPath::new(stamp, &map, vec![vertex]).unwrap());
+            continuous.take(MapPath::new(stamp, &map, vec![vertex]).unwrap());
+            view.cycle.map_from_continuous = continuous.map_from_continuous(stamp, &map);
         }
         let segmented = segmenter.step(&view.cycle, |_| ()).unwrap();
         assert_eq!(segmented.cycle.map_from_rig, *map_from_rig, "as it was told");
@@ -75,4 +77,30 @@ fn a_track_goes_on_in_the_corrected_map() {
         .collect();
     println!("{tracks:?}");
     assert!(tracks.iter().all(|(id, off_m)| *id == tracks[0].0 && *off_m < 0.1), "{tracks:?}");
+}
+
+/// Regression: the frame that does not jump begins anew with detection, where it is the corrected map: what was known in
+/// the former one is elsewhere.
+#[test]
+fn a_restart_of_detection_after_a_correction_makes_no_object() {
+    let correction = pose_from_vector(&[0.25, 0.15, 0.0, 0.03, 0.0, 0.0]);
+    let cut_after = |restarts: bool| {
+        let mut segmenter = Segmenter::new(config()).unwrap();
+        let mut random = Random::new(21);
+        let cycles = (0..2 * CYCLES).map(|index| {
+            let is_corrected = index >= CORRECTED;
+            let map_from_rig = if is_corrected { correction } else { Isometry3::identity() };
+            let rig = rig_at(0.0, 0.0, 0.0);
+            let mut view = look(&furnished(), index, &rig, map_from_rig, &mut random);
+            view.cycle.zones.clear();
+            view.cycle.map_from_continuous = (is_corrected && index < CYCLES).then_some(correction);
+            if restarts && index >= CYCLES {
+                view.cycle.index -= CYCLES;
+            }
+            segmenter.step(&view.cycle, |_| ()).unwrap().counts.dynamic
+        });
+        cycles.sum::<usize>()
+    };
+    assert_eq!(cut_after(true), 0);
+    assert!(cut_after(false) > 100, "this test sees what it is to see");
 }

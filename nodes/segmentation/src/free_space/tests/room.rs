@@ -199,6 +199,7 @@ pub(super) fn look(
         points_before_reduction: points_m.len(),
         reduced_cloud: Cloud { stamp, frame_id: "rig".to_owned(), points_m: reduced_m },
         map_from_rig,
+        map_from_continuous: None,
         map_frame_id: "map".to_owned(),
         setup: geometry::CycleSetup::default(),
         zones,
