@@ -9,6 +9,9 @@ use nalgebra::Point2;
 use crate::Stamp;
 pub use map_files::{FREE_THRESHOLD, OCCUPIED_THRESHOLD};
 
+/// A grid that holds two others has at most so many times their cells.
+const MOST_TIMES_WIDER: usize = 4;
+
 /// What is known of a cell.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum GridCell {
@@ -81,6 +84,36 @@ impl OccupancyGrid {
     #[must_use]
     pub fn count(&self, state: GridCell) -> usize {
         self.cells.iter().filter(|cell| **cell == state).count()
+    }
+
+    /// The same with more unknown cells around, so that it has all those of another one with the same resolution. One that is so far
+    /// away that most cells would be between them is left out.
+    #[must_use]
+    pub fn widened_to(self, other: &Self) -> Self {
+        let end = |grid: &Self| {
+            [(0, grid.width), (1, grid.height)]
+                .map(|(axis, size)| i64::from(grid.least[axis]) + size as i64)
+        };
+        let least = [0, 1].map(|axis| self.least[axis].min(other.least[axis]));
+        let [width, height] = [0, 1].map(|axis| {
+            let end = end(&self)[axis].max(end(other)[axis]);
+            usize::try_from(end - i64::from(least[axis])).unwrap_or(0)
+        });
+        let is_far = width.saturating_mul(height) / MOST_TIMES_WIDER
+            > self.cells.len().saturating_add(other.cells.len());
+        if is_far || (least, width, height) == (self.least, self.width, self.height) {
+            return self;
+        }
+        let cells = vec![GridCell::Unknown; width * height];
+        let mut wider = Self { least, width, height, cells, ..self.clone() };
+        for (y, row) in (self.least[1]..).zip(self.cells.chunks(self.width.max(1))) {
+            let first = wider.index([self.least[0], y]);
+            let place = first.and_then(|first| wider.cells.get_mut(first..first + row.len()));
+            if let Some(place) = place {
+                place.copy_from_slice(row);
+            }
+        }
+        wider
     }
 
     /// Whether another grid has the same cells, whatever is known of them.

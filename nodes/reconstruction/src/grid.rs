@@ -96,10 +96,6 @@ impl Bounds {
         })
     }
 
-    fn joined(self, other: Self) -> Self {
-        Self::around(Some(Self::around(Some(self), other.least)), other.most)
-    }
-
     /// Out to multiples of [`BORDER_CELLS`].
     fn rounded(self) -> Self {
         let down = |cell: i32| cell.div_euclid(BORDER_CELLS).saturating_mul(BORDER_CELLS);
@@ -124,7 +120,7 @@ pub fn grid_of_points(
     let floor_m =
         config.floor_m(points).ok_or(GridError::NoFloor { points: points.points_m.len() })?;
     let columns = Columns::of(config, points, floor_m);
-    let mut grid = Layers::of_points(&columns).grid(config, None)?.0;
+    let mut grid = Layers::of_points(&columns).grid(config)?;
     grid.frame_id = frame_id.to_owned();
     grid.stamp = stamp;
     Ok(grid)
@@ -146,16 +142,11 @@ impl<'a> Layers<'a> {
         Self { columns: Some(columns), floor_is_free: true, plane: None, rays_occupy: false }
     }
 
-    /// The grid, without stamp and frame, and its bounds, which hold `former` ones.
-    pub(crate) fn grid(
-        &self,
-        config: &GridConfig,
-        former: Option<Bounds>,
-    ) -> Result<(OccupancyGrid, Bounds), GridError> {
+    /// The grid, without stamp and frame.
+    pub(crate) fn grid(&self, config: &GridConfig) -> Result<OccupancyGrid, GridError> {
         let mut bounds = None;
         self.for_each(|cell, _| bounds = Some(Bounds::around(bounds, cell)));
         let bounds = bounds.ok_or(GridError::EmptyMap)?.rounded();
-        let bounds = former.map_or(bounds, |former| former.joined(bounds));
         let size = |axis: usize| {
             (i64::from(bounds.most[axis]) - i64::from(bounds.least[axis]) + 1).unsigned_abs()
         };
@@ -179,7 +170,7 @@ impl<'a> Layers<'a> {
                 *place = state;
             }
         });
-        Ok((grid, bounds))
+        Ok(grid)
     }
 
     fn for_each(&self, mut visit: impl FnMut([i32; 2], GridCell)) {

@@ -189,14 +189,14 @@ impl SurfaceMap {
     /// # Errors
     /// When none was asked for, or there is none.
     pub fn occupancy_grid(&mut self) -> Result<OccupancyGrid, GridError> {
-        let Some(mut grid) = self.grid.take() else { return Err(GridError::Off) };
-        let whole = if grid.needs_points() { self.whole() } else { WholeMap::default() };
+        let needs_points = self.grid.as_ref().ok_or(GridError::Off)?.needs_points();
+        let whole = if needs_points { self.whole() } else { WholeMap::default() };
         let WholeMap { points_m, normals, unreadable, .. } = whole;
-        let made = match unreadable.into_iter().find(|error| !error.is_loss()) {
-            Some(error) => Err(error.into()),
-            None => grid.grid(GridPoints { points_m: &points_m, normals: &normals }),
-        };
-        self.grid = Some(grid);
+        if let Some(error) = unreadable.into_iter().find(|error| !error.is_loss()) {
+            return Err(error.into());
+        }
+        let grid = self.grid.as_ref().ok_or(GridError::Off)?;
+        let made = grid.grid(GridPoints { points_m: &points_m, normals: &normals });
         let frame_id = self.frame_id.clone().unwrap_or_default();
         made.map(|grid| OccupancyGrid { stamp: self.stamp, frame_id, ..grid })
     }

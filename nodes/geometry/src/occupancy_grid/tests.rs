@@ -27,6 +27,20 @@ fn a_cell_is_found_by_its_place_in_the_plane() {
 }
 
 #[test]
+fn a_wider_grid_has_the_same_cells_and_room_for_the_other_ones() {
+    let beside = OccupancyGrid { least: [-1, 9], ..grid() };
+    let wider = grid().widened_to(&beside);
+    assert_eq!((wider.least, wider.width, wider.height), ([-3, 9], 5, 5));
+    for (x, y) in (-5..5).flat_map(|x| (7..16).map(move |y| (x, y))) {
+        assert_eq!(wider.at([x, y]), grid().at([x, y]), "{x} {y}");
+    }
+    assert_eq!(wider.clone().widened_to(&grid()), wider);
+    for far in [[i32::MIN, 12], [100, 100]] {
+        assert_eq!(grid().widened_to(&OccupancyGrid { least: far, ..grid() }), grid());
+    }
+}
+
+#[test]
 fn the_image_has_the_greatest_y_first_and_the_shades_of_map_saver() {
     let pgm = grid().pgm();
     let header = b"P5\n3 2\n255\n";

@@ -1,12 +1,13 @@
 //! The height of the floor in a map whose z axis is up.
 
+use std::collections::{BTreeMap, HashSet};
+
 use nalgebra::Point3;
 
 use super::GridPoints;
 
 /// Layers are so high, and overlap by half: the noise of depth and a slight slope fit into one.
-const LAYER_M: f64 = 0.06;
-const HALF_LAYER_M: f64 = 0.5 * LAYER_M;
+const HALF_LAYER_MM: i64 = 30;
 /// The area of a layer is counted in cells of this edge.
 const CELL_M: f64 = 0.1;
 /// A floor that is seen has at least so many cells: 0.3 m2, more than a seat has.
@@ -16,11 +17,13 @@ const ABOVE: i64 = 4;
 /// The upward component of the normal of a level surface: within 25 degrees.
 const LEAST_UP: f32 = 0.9;
 /// Nothing is so far below a floor: where more than a few points of noise are, it is a table.
-const BELOW_M: f64 = 0.12;
+const BELOW_MM: i64 = 120;
 /// Points farther above or below the origin of the map are none of a building, nor of a mine.
 const MOST_HEIGHT_M: f32 = 1e5;
 /// The share of points that may lie below.
 const MOST_BELOW: f64 = 0.01;
+/// The most cells of all layers that are counted: 2,500 m2 of floor, twice over.
+const MOST_CELLS: usize = 500_000;
 
 /// The height of the lowest level surface that is large enough to be a floor, with hardly anything below it; `None` where there is
 /// none. With normals only points that face up count.
@@ -31,52 +34,71 @@ pub fn find_floor_m(points: GridPoints<'_>) -> Option<f64> {
     let faces_up = |index: usize| {
         !has_normals || normals.get(index).is_some_and(|normal| normal.z >= LEAST_UP)
     };
-    let level: Vec<Point3<f32>> = points_m
-        .iter()
-        .enumerate()
-        .filter_map(|(index, point)| faces_up(index).then_some(*point))
-        .collect();
-    let heights_m: Vec<f32> = points_m.iter().map(|point| point.z).collect();
-    floor_of(&level, &heights_m)
+    let level = points_m.iter().enumerate().filter(|(index, _)| faces_up(*index));
+    let mut finder = FloorFinder::default();
+    finder.take(level.map(|(_, point)| *point), points_m.iter().map(|point| point.z));
+    finder.floor_m()
 }
 
-/// The floor among points of level surfaces, by the heights of all points.
-pub(super) fn floor_of(level: &[Point3<f32>], heights_m: &[f32]) -> Option<f64> {
-    let is_height =
-        |point: &&Point3<f32>| geometry::is_finite(point) && point.z.abs() <= MOST_HEIGHT_M;
-    let level = || level.iter().filter(is_height);
-    // The casts saturate.
-    let along = |value: f32| (f64::from(value) / CELL_M).floor() as i32;
-    let half_layer = |z: f32| (f64::from(z) / HALF_LAYER_M).floor() as i64;
-    let mut cells: Vec<(i64, i32, i32)> = level()
-        .flat_map(|point| {
-            let (layer, x, y) = (half_layer(point.z), along(point.x), along(point.y));
-            [(layer - 1, x, y), (layer, x, y)]
-        })
-        .collect();
-    cells.sort_unstable();
-    cells.dedup();
-    let layers: Vec<(i64, usize)> = cells
-        .chunk_by(|one, other| one.0 == other.0)
-        .filter_map(|layer| layer.first().map(|first| (first.0, layer.len())))
-        .collect();
-    let area_of = |layer: i64| {
-        let found = layers.binary_search_by_key(&layer, |(layer, _)| *layer).ok();
-        found.and_then(|index| layers.get(index)).map_or(0, |(_, area)| *area)
-    };
-    let is_floor =
-        |(layer, area): &(i64, usize)| *area >= LEAST_CELLS && 2 * area_of(layer + ABOVE) <= *area;
-    let (lowest, _) = *layers.iter().find(|layer| is_floor(layer))?;
-    // The next ones may have more of the same floor.
-    let layer = (lowest..lowest + 3).max_by_key(|layer| (area_of(*layer), -layer))?;
-    let is_in = |z: f32| (layer..layer + 2).contains(&half_layer(z));
-    let mut floor_m: Vec<f32> = level().map(|point| point.z).filter(|z| is_in(*z)).collect();
-    let middle = floor_m.len() / 2;
-    if floor_m.is_empty() {
-        return None;
+/// Finds the floor in what is seen from cycle to cycle.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FloorFinder {
+    /// The cells of the layers that have some level surface: half layer, x and y.
+    cells: HashSet<(i64, i32, i32)>,
+    /// How many each layer has.
+    areas: BTreeMap<i64, usize>,
+    /// Points of level surfaces, by their heights in millimetres.
+    level: BTreeMap<i64, u64>,
+    /// All points.
+    all: BTreeMap<i64, u64>,
+}
+
+impl FloorFinder {
+    /// Takes points of level surfaces, and the heights of all points.
+    pub(super) fn take(
+        &mut self,
+        level: impl Iterator<Item = Point3<f32>>,
+        heights_m: impl Iterator<Item = f32>,
+    ) {
+        // The casts saturate.
+        let in_mm = |height_m: f32| (f64::from(height_m) * 1e3).floor() as i64;
+        let along = |value_m: f32| (f64::from(value_m) / CELL_M).floor() as i32;
+        let is_height = |height_m: f32| height_m.abs() <= MOST_HEIGHT_M;
+        for point in level.filter(|point| geometry::is_finite(point) && is_height(point.z)) {
+            let height_mm = in_mm(point.z);
+            *self.level.entry(height_mm).or_default() += 1;
+            let half_layer = height_mm.div_euclid(HALF_LAYER_MM);
+            for layer in [half_layer - 1, half_layer] {
+                let is_new = self.cells.len() < MOST_CELLS
+                    && self.cells.insert((layer, along(point.x), along(point.y)));
+                *self.areas.entry(layer).or_default() += usize::from(is_new);
+            }
+        }
+        for height_m in heights_m.filter(|height_m| is_height(*height_m)) {
+            *self.all.entry(in_mm(height_m)).or_default() += 1;
+        }
     }
-    let (_, median_m, _) = floor_m.select_nth_unstable_by(middle, f32::total_cmp);
-    let median_m = f64::from(*median_m);
-    let below = heights_m.iter().filter(|z| f64::from(**z) < median_m - BELOW_M).count();
-    (below as f64 <= MOST_BELOW * heights_m.len() as f64).then_some(median_m)
+
+    /// The height of the floor.
+    pub(super) fn floor_m(&self) -> Option<f64> {
+        let area_of = |layer: i64| self.areas.get(&layer).copied().unwrap_or(0);
+        let is_floor = |(layer, area): &(&i64, &usize)| {
+            **area >= LEAST_CELLS && 2 * area_of(**layer + ABOVE) <= **area
+        };
+        let (&lowest, _) = self.areas.iter().find(is_floor)?;
+        // The next ones may have more of the same floor.
+        let layer = (lowest..lowest + 3).max_by_key(|layer| (area_of(*layer), -layer))?;
+        let (from_mm, until_mm) = (layer * HALF_LAYER_MM, (layer + 2) * HALF_LAYER_MM);
+        let floor = || self.level.range(from_mm..until_mm);
+        let half = floor().map(|(_, points)| points).sum::<u64>() / 2;
+        let mut before = 0;
+        let (&median_mm, _) = floor().find(|(_, points)| {
+            before += **points;
+            before > half
+        })?;
+        let below: u64 = self.all.range(..median_mm - BELOW_MM).map(|(_, points)| points).sum();
+        let all: u64 = self.all.values().sum();
+        let is_lowest = below as f64 <= MOST_BELOW * all as f64;
+        is_lowest.then_some((median_mm as f64 + 0.5) / 1e3)
+    }
 }

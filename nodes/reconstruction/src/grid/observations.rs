@@ -1,12 +1,12 @@
 //! What the cycles say of the cells of a grid.
 
-use geometry::{OccupancyGrid, ScanRay, SegmentedCycle, Stamp};
+use geometry::{DepthFrame, OccupancyGrid, ScanRay, SegmentedCycle, Stamp};
 use nalgebra::{Isometry3, Point3};
 use volume::{PlaneConfig, PlaneOccupancy, PlaneRay};
 
 use super::depth_fan::{Band, DepthFan};
-use super::floor::floor_of;
-use super::{Bounds, Columns, GridConfig, GridError, GridFloor, GridPoints, GridSource, Layers};
+use super::floor::FloorFinder;
+use super::{Columns, GridConfig, GridError, GridFloor, GridPoints, GridSource, Layers};
 use crate::ConfigError;
 
 /// Cells of a block of [`PlaneOccupancy`].
@@ -16,16 +16,17 @@ const MARGIN_CELLS: f64 = 0.5;
 /// A floor that is found elsewhere than before makes what was seen in the former band void.
 const SAME_FLOOR_M: f64 = 0.05;
 
-/// The evidence on cells that cycles bring, and what the grids so far had. See [`super`].
+/// The evidence on cells that cycles bring. See [`super`].
 #[derive(Clone, Debug)]
 pub(crate) struct GridObservations {
     config: GridConfig,
     plane: PlaneOccupancy,
     fan: DepthFan,
+    floor: FloorFinder,
+    /// The floor, given or as the cycles show it.
     floor_m: Option<f64>,
     /// The map was loaded: free is also where it has floor.
     is_loaded: bool,
-    bounds: Option<Bounds>,
 }
 
 impl GridObservations {
@@ -50,9 +51,9 @@ impl GridObservations {
             config: config.clone(),
             plane,
             fan: DepthFan::default(),
+            floor: FloorFinder::default(),
             floor_m: given.then_some(config.grid_floor_height_m),
             is_loaded: false,
-            bounds: None,
         }))
     }
 
@@ -81,11 +82,8 @@ impl GridObservations {
     fn observe_depth(&mut self, cycle: &SegmentedCycle, map_from_rig: &Isometry3<f64>) {
         let Some(depth) = &cycle.depth else { return };
         let map_from_camera = map_from_rig * cycle.setup.mounts.rig_from_camera;
-        // The map has refused a camera that is none.
-        if self.floor_m.is_none() {
-            // The map's points decide when the grid is made.
-            let level = self.fan.level_points(&depth.frame, &map_from_camera);
-            self.floor_m = level.ok().and_then(|(level, heights_m)| floor_of(&level, &heights_m));
+        if self.config.grid_floor == GridFloor::Found {
+            self.find_floor(&depth.frame, &map_from_camera);
         }
         let Some(floor_m) = self.floor_m else { return };
         let band = Band {
@@ -99,17 +97,29 @@ impl GridObservations {
         }
     }
 
+    fn find_floor(&mut self, frame: &DepthFrame, map_from_camera: &Isometry3<f64>) {
+        // The map has refused a camera that is none.
+        let Ok((level, heights_m)) = self.fan.level_points(frame, map_from_camera) else { return };
+        self.floor.take(level.into_iter(), heights_m.into_iter());
+        let Some(found_m) = self.floor.floor_m() else { return };
+        if self.floor_m.is_some_and(|before_m| (before_m - found_m).abs() > SAME_FLOOR_M) {
+            self.plane.clear();
+        }
+        self.floor_m = Some(found_m);
+    }
+
     /// The map was corrected.
     pub(crate) fn correct(&mut self, now_from_before: impl Fn(Stamp) -> Isometry3<f64>) {
         self.plane.correct(now_from_before);
-        self.bounds = None;
+        // It may be higher or lower there.
+        self.floor = FloorFinder::default();
     }
 
     /// The map is empty, or another one.
     pub(crate) fn clear(&mut self) {
         self.plane.clear();
-        self.bounds = None;
         self.is_loaded = false;
+        self.floor = FloorFinder::default();
         if self.config.grid_floor == GridFloor::Found {
             self.floor_m = None;
         }
@@ -120,8 +130,8 @@ impl GridObservations {
         self.is_loaded = true;
     }
 
-    /// The grid of the map with these points, which are not needed of scans. Its border never shrinks.
-    pub(crate) fn grid(&mut self, points: GridPoints<'_>) -> Result<OccupancyGrid, GridError> {
+    /// The grid of the map with these points, which are not needed of scans.
+    pub(crate) fn grid(&self, points: GridPoints<'_>) -> Result<OccupancyGrid, GridError> {
         let columns = match self.config.grid {
             GridSource::HeightBand => Some(self.columns(points)?),
             GridSource::Scan | GridSource::None => None,
@@ -133,21 +143,16 @@ impl GridObservations {
             plane: Some(&self.plane),
             rays_occupy: !is_band,
         };
-        let (grid, bounds) = layers.grid(&self.config, self.bounds)?;
-        self.bounds = Some(bounds);
-        Ok(grid)
+        layers.grid(&self.config)
     }
 
-    fn columns(&mut self, points: GridPoints<'_>) -> Result<Columns, GridError> {
+    fn columns(&self, points: GridPoints<'_>) -> Result<Columns, GridError> {
         if points.points_m.is_empty() {
             return Err(GridError::EmptyMap);
         }
-        let found_m = self.config.floor_m(points).or(self.floor_m);
+        // Before the first cycle of a map that was loaded its points show the floor.
+        let found_m = self.floor_m.or_else(|| self.config.floor_m(points));
         let floor_m = found_m.ok_or(GridError::NoFloor { points: points.points_m.len() })?;
-        if self.floor_m.is_some_and(|before_m| (before_m - floor_m).abs() > SAME_FLOOR_M) {
-            self.plane.clear();
-        }
-        self.floor_m = Some(floor_m);
         Ok(Columns::of(&self.config, points, floor_m))
     }
 

@@ -212,6 +212,25 @@ fn the_border_is_at_multiples_and_stays_while_the_map_grows() {
     assert!(edge(&after) > edge(&before));
 }
 
+/// Regression: the floor of the first image stayed until somebody asked for the grid, and then that of the map was taken.
+#[test]
+fn what_a_grid_has_does_not_depend_on_when_it_was_asked_for() {
+    // A table alone at first, then the floor below it.
+    let table = Scene::room_with_floor_at(-0.45);
+    let grid_of = |asks: bool| {
+        let mut map = map_with(band());
+        for index in 0..12 {
+            let scene = if index < 3 { &table } else { &Scene::room() };
+            map.integrate(&cycle(scene, index, &rig_at(0.0, 0.0), None)).unwrap();
+            if asks {
+                let _ = map.occupancy_grid();
+            }
+        }
+        map.occupancy_grid().unwrap()
+    };
+    assert_eq!(grid_of(true), grid_of(false));
+}
+
 #[test]
 fn a_loaded_map_is_free_where_it_has_floor() {
     let seen = room(band(), 10);

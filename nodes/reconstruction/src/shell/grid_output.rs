@@ -100,7 +100,11 @@ impl GridOutput {
         let made = map.occupancy_grid();
         self.last_took = start.elapsed();
         let grid = match made {
-            Ok(grid) => grid,
+            // Subscribers make place for a grid: its border does not shrink.
+            Ok(grid) => match &self.known {
+                Some(known) if known.frame_id == grid.frame_id => grid.widened_to(known),
+                _ => grid,
+            },
             // Nothing is mapped yet, or no more: a grid that was published is unknown now.
             Err(GridError::EmptyMap) => {
                 self.has_changed = false;

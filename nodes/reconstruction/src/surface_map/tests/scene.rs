@@ -32,6 +32,13 @@ impl Scene {
         Self { planes: planes.to_vec(), person_m: None }
     }
 
+    /// The room with a floor at this height, as a table top before the camera is.
+    pub(crate) fn room_with_floor_at(height_m: f64) -> Self {
+        let mut room = Self::room();
+        room.planes[2].1 = height_m;
+        room
+    }
+
     /// A corridor 2 m wide along x, from -2 m to so far.
     pub(crate) fn corridor(end_m: f64) -> Self {
         let planes = [
