@@ -179,11 +179,10 @@ pub fn run_bag(
         return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
     }
-    if transport == TransportName::Dds {
-        parameters.save_grid_to(out)?;
-    }
     let yaml = parameters.to_yaml()?;
     let folder = OutputFolder::create(out, &yaml)?;
+    let grid_file = parameters.wants_grid().then(|| folder.grid_file()).transpose()?;
+    let grid_before = folder.grid_saved_at();
 
     let Finished { record, losses, failure, poses, grid, is_interrupted } = match transport {
         TransportName::Local => run_locally(&bag, &info, &inputs, &parameters, interrupt)?,
@@ -194,6 +193,7 @@ pub fn run_bag(
                 bag_name: &bag_name,
                 rate: how.rate,
                 parameters: folder.parameters(),
+                grid_file: grid_file.as_deref(),
             };
             run_over_dds(&playback, &info, &inputs, &parameters, interrupt)?
         }
@@ -218,8 +218,16 @@ pub fn run_bag(
     let mut findings = findings::findings(&losses, &record, &inputs);
     match grid {
         Some(Ok(grid)) => folder.write_grid(&grid)?,
-        Some(Err(error)) => findings.push(Failure::new(error.to_string())),
-        None => {}
+        Some(Err(error)) => {
+            folder.remove_grid()?;
+            findings.push(Failure::new(error.to_string()));
+        }
+        // The node of the map has saved it, or said why not.
+        None if grid_file.is_some() && folder.grid_saved_at() != grid_before => {}
+        None => {
+            folder.remove_grid()?;
+            findings.extend(grid_file.map(|_| Failure::new(NO_GRID)));
+        }
     }
     findings.extend(unscored);
     for finding in &findings {
@@ -303,6 +311,9 @@ fn choose_colours(
     });
     Ok(())
 }
+
+/// Over DDS the node of the map says why.
+const NO_GRID: &str = "reconstruction has saved no occupancy grid: its log says why";
 
 /// What either transport yields.
 struct Finished {

@@ -1,4 +1,4 @@
-//! A bag with a colour camera gives a map with colours, whatever connects the nodes.
+//! A bag with a colour camera gives a map with colours, and a grid, whatever connects the nodes.
 
 use std::path::{Path, PathBuf};
 
@@ -30,13 +30,13 @@ fn the_map_has_the_colours_of_the_bag_and_the_same_ones_over_dds() {
     let folder = tempfile::tempdir().unwrap();
     let bag = coloured_room(folder.path());
     let [first, second, dds] = ["first", "second", "dds"].map(|name| folder.path().join(name));
-    run(&bag, &first, &[]);
-    run(&bag, &second, &[]);
-    run(&bag, &dds, &["--transport", "dds"]);
+    run(&bag, &first, &["--grid", "scan"]);
+    run(&bag, &second, &["--grid", "scan"]);
+    run(&bag, &dds, &["--grid", "scan", "--transport", "dds"]);
     let (first_files, second_files) = (files_of(&first), files_of(&second));
     assert!(first_files == second_files, "two runs differ");
     assert_eq!(summary(&dds)["drops"], serde_json::json!([]), "nothing may be lost on the way");
-    for name in ["map.ply", "map.pcd"] {
+    for name in ["map.ply", "map.pcd", "grid.yaml", "grid.pgm", "parameters.yaml"] {
         assert!(first_files[name] == files_of(&dds)[name], "{name} differs over DDS");
     }
     let map = map_of(&first);

@@ -61,6 +61,8 @@ pub(crate) struct Playback<'a> {
     pub(crate) rate: f64,
     /// The parameters of the nodes.
     pub(crate) parameters: &'a Path,
+    /// Where the node of the map saves the occupancy grid, if there is to be one.
+    pub(crate) grid_file: Option<&'a Path>,
 }
 
 /// Runs a bag through the nodes.
@@ -106,15 +108,22 @@ pub(crate) fn run(
             interrupt: interrupt.clone(),
         };
         for stage in Stage::ALL {
-            let (input, colour) = match stage {
-                Stage::Detection => (Some(run.feed.input), run.feed.colour),
-                Stage::Segmentation | Stage::Reconstruction => (None, None),
+            let colour = run.feed.colour.map(|colour| ("colour", colour.to_owned()));
+            let overrides: Vec<(&str, String)> = match stage {
+                Stage::Detection => {
+                    [("input", run.feed.input.to_owned())].into_iter().chain(colour).collect()
+                }
+                Stage::Segmentation => Vec::new(),
+                Stage::Reconstruction => {
+                    let file = playback.grid_file.map(|file| file.display().to_string());
+                    file.map(|file| ("grid_file", file)).into_iter().collect()
+                }
             };
-            run.start_node(stage.name(), (input, colour), playback.parameters)?;
+            run.start_node(stage.name(), &overrides, playback.parameters)?;
         }
         if let Some(topics) = visual {
             let input = if topics.is_compressed { "compressed" } else { "raw" };
-            run.start_node(visual::NODE, (Some(input), None), playback.parameters)?;
+            run.start_node(visual::NODE, &[("input", input.to_owned())], playback.parameters)?;
         }
         run.wait_for_discovery().await?;
         if run.interrupt.has_come() {
@@ -167,11 +176,11 @@ struct Run {
 }
 
 impl Run {
-    /// `input` and `colour` override these parameters of the node.
+    /// `overrides` are parameters of the node, in place of those in the file.
     fn start_node(
         &mut self,
         name: &'static str,
-        (input, colour): (Option<&str>, Option<&str>),
+        overrides: &[(&str, String)],
         parameters: &Path,
     ) -> Result<(), Failure> {
         let mut arguments = vec!["node".to_owned(), name.to_owned()];
@@ -180,11 +189,8 @@ impl Run {
             arguments.extend(["-r".to_owned(), format!("{name}:={played}")]);
         }
         arguments.extend(["--params-file".to_owned(), parameters.display().to_string()]);
-        if let Some(input) = input {
-            arguments.extend(["-p".to_owned(), format!("input:={input}")]);
-        }
-        if let Some(colour) = colour {
-            arguments.extend(["-p".to_owned(), format!("colour:={colour}")]);
+        for (name, value) in overrides {
+            arguments.extend(["-p".to_owned(), format!("{name}:={value}")]);
         }
         let mut node = Process::this_program(name)?;
         let (variable, value) = EVERY_CYCLE;

@@ -1,7 +1,9 @@
 //! The output folder of a run.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use geometry::{OccupancyGrid, pcd, ply};
 use report::{RunRecord, Summary};
@@ -19,7 +21,7 @@ const PARAMETERS: &str = "parameters.yaml";
 pub(super) const REPORT: &str = "report.html";
 
 /// The occupancy grid: the file that map_server is given, and its image.
-pub(super) const GRID: &str = "grid.yaml";
+const GRID: &str = "grid.yaml";
 const GRID_IMAGE: &str = "grid.pgm";
 
 /// The files that a run writes to its folder.
@@ -99,6 +101,30 @@ impl OutputFolder {
         let report = report::report_html(record, summary)
             .map_err(|error| Failure::new(format!("cannot draw the report: {error}")))?;
         self.write_file(REPORT, report.as_bytes())
+    }
+
+    /// Where the occupancy grid goes, for another process.
+    pub(super) fn grid_file(&self) -> Result<PathBuf, Failure> {
+        let file = self.path.join(GRID);
+        std::path::absolute(&file).map_err(|error| cannot_write(&file, &error))
+    }
+
+    /// When the grid that is there was saved.
+    pub(super) fn grid_saved_at(&self) -> Option<SystemTime> {
+        fs::metadata(self.path.join(GRID)).and_then(|file| file.modified()).ok()
+    }
+
+    /// Removes the grid of an earlier run: it is none of this one's map.
+    pub(super) fn remove_grid(&self) -> Result<(), Failure> {
+        for path in [GRID, GRID_IMAGE].map(|name| self.path.join(name)) {
+            match fs::remove_file(&path) {
+                Err(error) if error.kind() != ErrorKind::NotFound => {
+                    return Err(cannot_write(&path, &error));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// Writes the occupancy grid; the file that names the image last.

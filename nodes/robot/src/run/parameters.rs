@@ -15,7 +15,6 @@ use segmentation::shell::{FilterParameters, SegmentationParameters};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::output::GRID;
 use super::recorder::Stage;
 use super::tf_frames::TfFrames;
 use crate::console;
@@ -142,18 +141,9 @@ impl PipelineParameters {
         ]
     }
 
-    /// Lets the node of the map write the grid, where there is one, to the folder of the run.
-    ///
-    /// # Errors
-    /// When the folder has no path.
-    pub(super) fn save_grid_to(&mut self, out: &Path) -> Result<(), Failure> {
-        if self.reconstruction.config.grid.grid == GridSource::None {
-            return Ok(());
-        }
-        let wrong = |error| Failure::new(format!("cannot write {}: {error}", out.display()));
-        let folder = std::path::absolute(out).map_err(wrong)?;
-        self.reconstruction.grid_file = folder.join(GRID).display().to_string();
-        Ok(())
+    /// Whether an occupancy grid is to be made.
+    pub(super) fn wants_grid(&self) -> bool {
+        self.reconstruction.config.grid.grid != GridSource::None
     }
 
     /// Takes the poses from another source than the files say.
